@@ -1,0 +1,33 @@
+# Everything comes from Debian 12 (packages.txt). Libraries without a CMake package of their own
+# are wrapped here as IMPORTED targets, so that their headers count as system headers.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED)
+find_package(fcl REQUIRED)
+find_package(CGAL REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json 3 REQUIRED)
+find_package(LibXml2 REQUIRED)
+find_package(GTest REQUIRED)
+find_package(rapidcheck REQUIRED)
+include(GoogleTest)
+pkg_check_modules(OMPL REQUIRED IMPORTED_TARGET ompl)
+pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
+pkg_check_modules(CLI11 REQUIRED IMPORTED_TARGET CLI11)
+if(DIVE_BENCH)
+  find_package(benchmark REQUIRED)
+endif()
+find_program(LCM_GEN lcm-gen REQUIRED)
+
+# fcl's exported target leaves its include directories non-system and drags octomap in.
+set_target_properties(fcl PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES
+  "$<TARGET_PROPERTY:fcl,INTERFACE_INCLUDE_DIRECTORIES>")
+
+add_library(dive_urdf_headers INTERFACE)
+find_path(URDF_MODEL_INCLUDE urdf_model/model.h PATH_SUFFIXES urdfdom REQUIRED)
+target_include_directories(dive_urdf_headers SYSTEM INTERFACE ${URDF_MODEL_INCLUDE})
+
+add_library(dive_expected INTERFACE)
+find_path(TL_EXPECTED_INCLUDE tl/expected.hpp REQUIRED)
+target_include_directories(dive_expected SYSTEM INTERFACE ${TL_EXPECTED_INCLUDE})

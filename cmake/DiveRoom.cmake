@@ -1,0 +1,51 @@
+# dive_room(NAME SOURCES ... [USES ...] [LIBRARIES ...])
+#
+# One static library per room. USES names the rooms it may see (public: their headers appear in
+# ours); LIBRARIES names the outside libraries it uses, which stay private to its .cpp files.
+# A room that is not named in USES is not linked, so an arrow the wrong way does not link.
+add_library(dive_flags INTERFACE)
+target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror
+                                            -ffp-contract=off)
+if(DIVE_SANITIZE)
+  add_compile_options(-fsanitize=${DIVE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${DIVE_SANITIZE})
+endif()
+
+function(dive_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_library(${name} STATIC ${ROOM_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC Eigen3::Eigen ${ROOM_USES} PRIVATE dive_flags
+                                ${ROOM_LIBRARIES})
+endfunction()
+
+# dive_test(NAME SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per room.
+function(dive_test name)
+  cmake_parse_arguments(TEST "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${TEST_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
+                                        GTest::gtest_main rapidcheck)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()
+
+# dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.
+function(dive_bench name)
+  cmake_parse_arguments(BENCH "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${BENCH_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${BENCH_USES} ${BENCH_LIBRARIES} dive_flags
+                                        benchmark::benchmark benchmark::benchmark_main)
+endfunction()
+
+# dive_embed(TARGET INPUT NAMESPACE NAME): compiles a text file into TARGET as a string constant.
+function(dive_embed target input namespace name)
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DINPUT=${input} -DOUTPUT=${output} -DNAMESPACE=${namespace}
+            -DNAME=${name} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake
+    DEPENDS ${input} ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake VERBATIM)
+  target_sources(${target} PRIVATE ${output})
+endfunction()

@@ -1,0 +1,54 @@
+#pragma once
+// What is wrong with a file a person wrote: where, what, and what to do about it.
+
+#include <string>
+#include <vector>
+
+#include "common/source_text.h"
+
+namespace dive {
+
+enum class Severity { kNote, kWarning, kError };
+
+[[nodiscard]] const char* to_string(Severity severity);
+
+struct Diagnostic {
+  std::string code;  ///< Stable, e.g. "XML-DOCTYPE"; one code per rule.
+  Severity severity = Severity::kError;
+  std::string file;
+  Span span;
+  std::string message;      ///< What is wrong and what was expected, one sentence.
+  std::string hint;         ///< What to do; may be empty.
+  std::string source_line;  ///< The line the span points into; may be empty.
+};
+
+/// Collects diagnostics in the order found. Bounded: beyond `kMaxDiagnostics` only counts.
+class Diagnostics {
+ public:
+  static constexpr std::size_t kMaxDiagnostics = 200;
+
+  void add(Diagnostic diagnostic);
+  /// Adds one at `span` of `source`, with the source line filled in.
+  void error(std::string code, const SourceText& source, Span span, std::string message,
+             std::string hint = {});
+  void warning(std::string code, const SourceText& source, Span span, std::string message,
+               std::string hint = {});
+
+  [[nodiscard]] const std::vector<Diagnostic>& list() const { return list_; }
+  [[nodiscard]] std::size_t error_count() const { return error_count_; }
+  [[nodiscard]] std::size_t warning_count() const { return warning_count_; }
+  [[nodiscard]] bool ok() const { return error_count_ == 0; }
+  /// Orders by file, line and column; equal places keep their order.
+  void sort();
+
+ private:
+  std::vector<Diagnostic> list_;
+  std::size_t error_count_ = 0;
+  std::size_t warning_count_ = 0;
+};
+
+/// As a compiler prints it: `file:line:column: error: message [CODE]`, the source line, a caret,
+/// the hint. Long lines are cut around the caret; tabs become single spaces. `color` uses ANSI.
+[[nodiscard]] std::string render(const Diagnostic& diagnostic, bool color);
+
+}  // namespace dive

@@ -1,0 +1,31 @@
+#pragma once
+// What the sensors say. Plain values that several rooms share; each stamped with the time at which
+// it was taken, not at which it arrived.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "common/clock.h"
+
+namespace dive {
+
+struct ImuSample {
+  Utime utime = 0;
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  ///< The unit's own attitude filter.
+  Eigen::Vector3d gyro_B = Eigen::Vector3d::Zero();          ///< rad/s.
+  Eigen::Vector3d accel_B = Eigen::Vector3d::Zero();         ///< Specific force, m/s^2.
+};
+
+struct DepthSample {
+  Utime utime = 0;
+  double depth_m = 0.0;  ///< Of B's origin, positive down.
+};
+
+struct HealthSample {
+  Utime utime = 0;
+  double battery_fraction = 1.0;
+  double temperature_c = 20.0;  ///< Inside the hull.
+  bool leak = false;
+};
+
+}  // namespace dive

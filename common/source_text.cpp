@@ -1,0 +1,63 @@
+#include "common/source_text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+namespace dive {
+
+SourceText::SourceText(std::string path, std::string content)
+    : path_(std::move(path)), content_(std::move(content)) {
+  for (std::size_t i = 0; i < content_.size(); ++i) {
+    if (content_[i] == '\n') line_starts_.push_back(i + 1);
+  }
+}
+
+std::string_view SourceText::line(int number) const {
+  if (number < 1 || number > line_count()) return {};
+  const std::size_t begin = line_starts_[static_cast<std::size_t>(number - 1)];
+  std::size_t end = number < line_count() ? line_starts_[static_cast<std::size_t>(number)] - 1
+                                          : content_.size();
+  if (end > begin && content_[end - 1] == '\r') --end;
+  return std::string_view(content_).substr(begin, end - begin);
+}
+
+Span SourceText::span_at(std::size_t offset, std::size_t length) const {
+  offset = std::min(offset, content_.size());
+  const auto next = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
+  const auto index = static_cast<std::size_t>(next - line_starts_.begin()) - 1;
+  return Span{static_cast<int>(index + 1), static_cast<int>(offset - line_starts_[index] + 1),
+              static_cast<int>(length)};
+}
+
+tl::expected<SourceText, std::string> read_source_text(const std::string& path,
+                                                       std::size_t max_bytes) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) return tl::unexpected<std::string>("no such file");
+  if (error) return tl::unexpected(error.message());
+  if (status.type() == fs::file_type::directory) {
+    return tl::unexpected<std::string>("is a directory");
+  }
+  if (status.type() != fs::file_type::regular) {
+    return tl::unexpected<std::string>("is not a regular file");
+  }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return tl::unexpected<std::string>(std::strerror(errno));
+  // The file may grow while it is read: the bound is on what is read, not on what stat said.
+  std::string content(max_bytes + 1, '\0');
+  stream.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(stream.gcount()));
+  if (stream.bad()) return tl::unexpected<std::string>("cannot be read");
+  if (content.size() > max_bytes) {
+    return tl::unexpected(fmt::format("is larger than {} KiB", max_bytes / 1024));
+  }
+  return SourceText(path, std::move(content));
+}
+
+}  // namespace dive

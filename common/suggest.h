@@ -1,0 +1,16 @@
+#pragma once
+// "Did you mean ...?"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace dive {
+
+/// The candidate nearest to `word` by edit distance (insert, delete, replace, swap neighbours),
+/// if one is near enough that a person may have meant it: at most a third of the word, at least 1.
+[[nodiscard]] std::optional<std::string> closest_match(std::string_view word,
+                                                       std::span<const std::string> candidates);
+
+}  // namespace dive

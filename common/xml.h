@@ -1,0 +1,65 @@
+#pragma once
+// XML that came from a person or from far away: parsed by libxml2 with everything dangerous off,
+// bounded, and turned into a plain tree in which every name and value knows its place in the file.
+//
+// Refused: DOCTYPE (and with it every entity of one's own), encodings other than UTF-8, more than
+// XmlLimits allows. Never enabled: XInclude, network, entity substitution, huge documents.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/diagnostic.h"
+#include "common/source_text.h"
+
+namespace dive {
+
+struct XmlAttribute {
+  std::string name;
+  std::string namespace_uri;  ///< Empty for the usual unprefixed attribute.
+  std::string value;
+  Span name_span;
+  Span value_span;  ///< Between the quotes.
+};
+
+struct XmlElement {
+  std::string name;           ///< Local name.
+  std::string namespace_uri;  ///< Empty when in none.
+  Span span;                  ///< The name in the start tag.
+  std::string text;           ///< Character data directly below, concatenated, trimmed.
+  std::vector<XmlAttribute> attributes;
+  std::vector<XmlElement> children;
+
+  [[nodiscard]] const XmlAttribute* attribute(std::string_view attribute_name) const;
+  /// First child of that local name, or nullptr.
+  [[nodiscard]] const XmlElement* child(std::string_view child_name) const;
+};
+
+struct XmlDocument {
+  SourceText source;
+  XmlElement root;
+};
+
+struct XmlLimits {
+  std::size_t max_bytes = 1U << 20U;
+  int max_depth = 48;
+  std::size_t max_elements = 20'000;
+};
+
+/// Parses `source`; on any error adds diagnostics (codes XML-*) and returns nothing.
+[[nodiscard]] std::optional<XmlDocument> parse_xml(SourceText source, const XmlLimits& limits,
+                                                   Diagnostics& diagnostics);
+
+/// read_source_text and parse_xml; a file that cannot be read is the diagnostic FILE-UNREADABLE.
+[[nodiscard]] std::optional<XmlDocument> read_xml(const std::string& path, const XmlLimits& limits,
+                                                  Diagnostics& diagnostics);
+
+/// A finite number in the C locale, the whole text, blanks around it allowed. No NaN, INF or hex.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
+/// Exactly `count` finite numbers separated by blanks.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text,
+                                                               std::size_t count);
+
+}  // namespace dive

@@ -1,0 +1,24 @@
+#pragma once
+// What every estimator publishes.
+
+#include <Eigen/Core>
+
+#include "common/clock.h"
+#include "common/se3.h"
+
+namespace dive::estimation {
+
+enum class EstimatorKind { kPrimitive, kVisualInertial };
+
+struct StateEstimate {
+  Utime utime = 0;
+  bool valid = false;  ///< False until the first attitude and depth have come.
+  EstimatorKind source = EstimatorKind::kPrimitive;
+  Pose X_WB;
+  Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();      ///< m/s.
+  Eigen::Vector3d omega_WB_B = Eigen::Vector3d::Zero();  ///< rad/s.
+  /// Of the error (p_true - p, rotation vector of q^-1 q_true): position in W, attitude in B.
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+}  // namespace dive::estimation

@@ -1,0 +1,81 @@
+#pragma once
+// What goes into and comes out of one step of the executive. Everything that passes here is
+// written to the log, and a replay feeds the same inputs and compares the outputs.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/clock.h"
+#include "common/measurements.h"
+#include "estimation/state_estimate.h"
+#include "planning/planner.h"
+#include "vehicle/command.h"
+
+namespace dive::mission {
+
+struct PlanQuery {
+  std::int64_t id = 0;
+  std::string state;  ///< The leaf that asks.
+  planning::PlanRequest request;
+};
+
+/// What the planner answered, without the timings, which depend on the machine.
+struct PlanReply {
+  std::int64_t id = 0;
+  planning::PlanStatus status = planning::PlanStatus::kInvalid;
+  std::string reason;
+  std::vector<Pose> waypoints;
+  double clearance_m = 0.0;
+  double length_m = 0.0;
+  int warm_starts = 0;
+};
+
+struct StepInputs {
+  Utime now = 0;
+  std::optional<ImuSample> imu;
+  std::optional<DepthSample> depth;
+  std::optional<HealthSample> health;
+  std::optional<PlanReply> plan;
+};
+
+/// One transition of the state machine.
+struct TransitionRecord {
+  std::string from;   ///< Innermost active state before.
+  std::string to;     ///< Innermost active state after.
+  std::string event;  ///< Empty for the first entry and eventless transitions.
+  std::string cause;  ///< For people: why.
+};
+
+/// A change of the failsafe ladder.
+struct FailsafeRecord {
+  std::string rung;
+  std::string cause;      ///< The failsafe that chose it.
+  std::string competing;  ///< Others that are active, comma-separated.
+};
+
+struct Status {
+  std::string state;               ///< Innermost active state.
+  std::string leg;                 ///< Goal heading for, may be empty.
+  double distance_to_go_m = 0.0;
+  double time_to_go_s = 0.0;
+  double depth_m = 0.0;
+  double clearance_m = 0.0;        ///< Certified, of the path being followed; 0 without one.
+  double cross_track_m = 0.0;      ///< Distance to the line p_{i-1} p_i.
+  int segment = 0;
+  std::string rung;                ///< Of the failsafe ladder.
+  bool finished = false;
+};
+
+struct StepOutputs {
+  vehicle::Command command;
+  vehicle::PseudoRates rates;
+  estimation::StateEstimate estimate;
+  Status status;
+  std::optional<PlanQuery> plan_query;
+  std::vector<TransitionRecord> transitions;
+  std::vector<FailsafeRecord> failsafes;
+};
+
+}  // namespace dive::mission

@@ -1,0 +1,59 @@
+#pragma once
+// A statechart as data: what SCXML (W3C Recommendation of 1 September 2015) calls the document,
+// without XML. Knows nothing of missions or vehicles: guards and actions are numbers that whoever
+// runs the chart gives a meaning.
+
+#include <string>
+#include <vector>
+
+namespace dive::statechart {
+
+using StateId = int;   ///< Index into Chart::states; document order.
+using GuardId = int;   ///< -1: always true.
+using ActionId = int;
+
+enum class StateKind { kAtomic, kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory };
+
+struct Transition {
+  StateId source = -1;
+  std::vector<std::string> events;  ///< Descriptors ("done.state.a", "failsafe.*"); empty: eventless.
+  GuardId guard = -1;
+  std::vector<StateId> targets;     ///< Empty: targetless.
+  bool internal = false;
+  std::vector<ActionId> actions;
+};
+
+struct State {
+  std::string id;
+  StateKind kind = StateKind::kAtomic;
+  StateId parent = -1;                 ///< -1 for the root only.
+  std::vector<StateId> children;       ///< Document order, history included.
+  std::vector<int> transitions;        ///< Indices into Chart::transitions, document order.
+  int initial = -1;                    ///< Index of the initial transition (compound, history).
+  std::vector<ActionId> on_entry;
+  std::vector<ActionId> on_exit;
+};
+
+/// states[0] is the root (the <scxml> element): compound, no transitions of its own.
+struct Chart {
+  std::vector<State> states;
+  std::vector<Transition> transitions;
+
+  /// Adds a state below `parent` (-1 for the root) and returns its index.
+  StateId add_state(std::string id, StateKind kind, StateId parent);
+  /// Adds a transition; an ordinary one is appended to its source's list.
+  int add_transition(Transition transition);
+  /// Makes `targets` the initial (or, for history, default) transition of `state`.
+  void set_initial(StateId state, std::vector<StateId> targets);
+
+  /// -1 when there is none of that id.
+  [[nodiscard]] StateId find(const std::string& id) const;
+  [[nodiscard]] bool is_descendant(StateId state, StateId ancestor) const;
+
+  /// Empty when the chart can be interpreted, else a sentence: ids unique, every compound state
+  /// with an initial transition into its own descendants, targets exist and can be active together,
+  /// history with a default, final states without children.
+  [[nodiscard]] std::string validate() const;
+};
+
+}  // namespace dive::statechart

@@ -1,0 +1,85 @@
+#pragma once
+// The planner: optimise, certify, and where the certificate fails, warm-start and try again
+// (Xanthidis et al. 2020, section III-C). A path is handed on only with its certified clearance.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/clock.h"
+#include "common/se3.h"
+#include "planning/certify/certify.h"
+#include "planning/trajopt/trajopt.h"
+#include "planning/warm_start/warm_start.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+struct PlannerOptions {
+  double waypoint_spacing_m = 1.5;
+  int max_warm_starts = 12;
+  TrajoptOptions trajopt;
+  CertifyOptions certify;
+
+  /// Empty when usable, else a sentence naming the option and its range.
+  [[nodiscard]] std::string validate() const;
+};
+
+struct PlanRequest {
+  Pose start;
+  Pose goal;
+  bool goal_attitude_fixed = false;
+  AttitudeMode attitude = AttitudeMode::kFree;
+  double clearance = 0.6;   ///< D_min, m.
+  double min_z = -50.0;     ///< Depth limit, m.
+  double max_z = 0.0;       ///< m; the surface.
+  std::uint64_t seed = 1;
+  std::vector<Pose> previous;  ///< A path to start from (replanning); may be empty.
+};
+
+enum class PlanStatus {
+  kSuccess,  ///< The path is certified at `clearance` or better.
+  kNoPath,   ///< None found within the bound; `reason` says what was in the way.
+  kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
+};
+
+[[nodiscard]] const char* to_string(PlanStatus status);
+
+struct StageTimes {
+  double optimise_ms = 0.0;
+  double warm_start_ms = 0.0;
+  double certify_ms = 0.0;
+  double total_ms = 0.0;
+};
+
+struct PlanResult {
+  PlanStatus status = PlanStatus::kInvalid;
+  std::string reason;           ///< Empty on success.
+  std::vector<Pose> waypoints;  ///< On kNoPath the best that was found, for pictures only.
+  double clearance_m = 0.0;     ///< Certified.
+  double length_m = 0.0;
+  int warm_starts = 0;
+  int iterations = 0;           ///< Of the optimiser, all attempts.
+  StageTimes times;             ///< Depends on the machine: never logged.
+};
+
+/// One per thread.
+class Planner {
+ public:
+  /// `clock` is for StageTimes only: the same request and seed give the same path on any machine.
+  Planner(const World& world, const RobotHull& hull, PlannerOptions options, Clock& clock);
+  Planner(Planner&&) noexcept;
+  ~Planner();
+
+  [[nodiscard]] PlanResult plan(const PlanRequest& request);
+  /// Certified clearance of any motion, e.g. a retrace.
+  [[nodiscard]] Certificate certify(std::span<const Pose> waypoints);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::planning

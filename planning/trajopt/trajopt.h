@@ -1,0 +1,92 @@
+#pragma once
+// Path optimisation by sequential convex programming (Schulman et al. 2014, "Motion planning with
+// sequential convex optimization and convex collision checking"; Xanthidis et al. 2020,
+// "Navigation in the presence of obstacles for an agile autonomous underwater vehicle").
+//
+// Waypoints s_0 .. s_N in SE(3), s_0 fixed. Minimise
+//     100 * length + 200 * sum_k max(0, D_min + pad - d_k)                          (paper eq. 1-3)
+//       + surface, depth and attitude terms
+// over obstacles k, d_k being the signed distance between an obstacle and the convex hull of the
+// vehicle at two consecutive waypoints. `pad` covers what that hull misses of the true sweep when
+// the vehicle turns between them: r (1 - cos(dtheta / 2)), with r the hull's radius.
+
+#include <span>
+#include <vector>
+
+#include "common/se3.h"
+#include "planning/world/scene.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+enum class AttitudeMode {
+  kFree,        ///< x axis along the motion, roll free.
+  kHorizontal,  ///< Roll and pitch zero, yaw along the motion (the Window's condition).
+};
+
+struct TrajoptOptions {
+  double length_weight = 100.0;      ///< Per metre (paper).
+  double obstacle_weight = 200.0;    ///< Per metre of violation and obstacle (paper).
+  double surface_weight = 200.0;     ///< Per metre above -D_min: the hinge max(0, z + D_min).
+  double attitude_weight = 20.0;     ///< Per rad^2 between the x axis and the motion.
+  double turn_weight = 5.0;          ///< Per rad^2 turned between waypoints.
+  double clearance_buffer = 0.02;    ///< m asked beyond D_min, so that the certificate holds.
+  double trust_region_m = 0.5;       ///< Initial, on positions.
+  double trust_region_rad = 0.5;     ///< Initial, on attitudes.
+  double min_trust_region = 1e-4;
+  double improvement_tolerance = 1e-3;  ///< Relative merit change that ends the loop.
+  int max_iterations = 60;
+};
+
+struct TrajoptProblem {
+  Pose start;
+  Pose goal;                   ///< Position fixed; attitude fixed when `goal_attitude_fixed`.
+  bool goal_attitude_fixed = false;
+  AttitudeMode attitude = AttitudeMode::kFree;
+  double clearance = 0.6;      ///< D_min, m.
+  double min_z = -50.0;        ///< Depth limit, m (hard bound on positions).
+  double max_z = 0.0;          ///< Upper limit, m (hard bound on positions).
+};
+
+enum class TrajoptStatus { kConverged, kIterationLimit, kQpFailed };
+
+struct TrajoptResult {
+  TrajoptStatus status = TrajoptStatus::kQpFailed;
+  std::vector<Pose> waypoints;
+  double merit = 0.0;
+  double length_m = 0.0;
+  double violation_m = 0.0;  ///< Largest max(0, D_min - d) over segments and obstacles.
+  /// Obstacle cost charged to each waypoint (half of each adjoining segment's): where a local
+  /// minimum hurts most is where the warm start puts its virtual obstacle.
+  std::vector<double> waypoint_cost;
+  int iterations = 0;
+  int qp_solves = 0;
+};
+
+class Trajopt {
+ public:
+  /// Keeps references: world scene and hull must outlive it.
+  Trajopt(Scene& scene, const RobotHull& hull, TrajoptOptions options = {});
+
+  /// Optimises from `initial` (at least two poses; ends are overwritten with start and goal).
+  [[nodiscard]] TrajoptResult optimise(const TrajoptProblem& problem,
+                                       std::span<const Pose> initial);
+
+ private:
+  Scene& scene_;
+  std::vector<Eigen::Vector3d> hull_vertices_;
+  double hull_radius_ = 0.0;
+  TrajoptOptions options_;
+};
+
+/// Straight line from start to goal with one waypoint per `spacing` m (at least 3 waypoints),
+/// attitudes as `mode` asks.
+[[nodiscard]] std::vector<Pose> straight_line(const Pose& start, const Pose& goal,
+                                              AttitudeMode mode, double spacing);
+
+/// Poses along a polyline of positions: attitudes follow the motion, ends as given.
+[[nodiscard]] std::vector<Pose> poses_along(std::span<const Eigen::Vector3d> positions,
+                                            const Pose& start, const Pose& goal,
+                                            AttitudeMode mode);
+
+}  // namespace dive::planning

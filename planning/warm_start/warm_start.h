@@ -1,0 +1,49 @@
+#pragma once
+// Warm starts: BiT-RRT (Devaurs, Siméon, Cortés 2013) through OMPL, in a map that holds virtual
+// obstacles besides the real ones, so that it looks for a way the optimiser has not tried.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "planning/world/scene.h"
+
+namespace dive::planning {
+
+struct WarmStartOptions {
+  double check_radius = 0.3;   ///< m: a position is free when nothing is nearer (below D_min).
+  int max_iterations = 20'000; ///< Of the tree growth: the bound is work, not time.
+  double min_z = -50.0;        ///< Depth limit, m.
+  double max_z = -0.3;         ///< Highest position, m.
+  double margin = 5.0;         ///< m around map, start and goal that may be used.
+};
+
+/// A ball that exists for the motion planner only.
+struct VirtualObstacle {
+  Eigen::Vector3d centre_W;
+  double radius = 0.0;
+};
+
+class WarmStart {
+ public:
+  WarmStart(const World& world, WarmStartOptions options);
+  WarmStart(WarmStart&&) noexcept;
+  ~WarmStart();
+
+  /// A collision-free polyline of positions from start to goal, shortened and resampled to
+  /// `spacing` (m) at most; nothing when none was found within the bound. Same seed, same path.
+  /// Virtual obstacles that hold start or goal are shrunk until they do not.
+  [[nodiscard]] std::optional<std::vector<Eigen::Vector3d>> plan(
+      const Eigen::Vector3d& start_W, const Eigen::Vector3d& goal_W,
+      const std::vector<VirtualObstacle>& virtual_obstacles, double spacing, std::uint64_t seed);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::planning

@@ -1,0 +1,23 @@
+#pragma once
+// SDF worlds (sdformat.org, 1.4 to 1.10): the files Gazebo users already have. Read with libxml2;
+// collisions are what counts, visuals are ignored.
+
+#include <optional>
+#include <string>
+
+#include "common/diagnostic.h"
+#include "common/source_text.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+/// Reads world/model/link/collision geometry: box, cylinder, sphere, capsule, ellipsoid, plane.
+/// Poses (x y z roll pitch yaw, rad; degrees="true" honoured) compose down the tree. What cannot
+/// be represented (mesh, heightmap, relative_to frames, include) is an error that names the
+/// element: a wall left out is a wall that is swum into. Codes MAP-*.
+[[nodiscard]] std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics);
+
+/// Reads the file and parses it.
+[[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics);
+
+}  // namespace dive::planning

@@ -1,0 +1,72 @@
+#pragma once
+// What is solid. A world is a list of convex obstacles in W (ENU, z = 0 at the surface, metres).
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "common/se3.h"
+
+namespace dive::planning {
+
+struct Box {
+  Eigen::Vector3d size;  ///< Full edge lengths.
+};
+struct Cylinder {
+  double radius;
+  double length;  ///< Along z, centred.
+};
+struct Sphere {
+  double radius;
+};
+struct Capsule {
+  double radius;
+  double length;  ///< Of the cylindrical part, along z, centred.
+};
+struct Ellipsoid {
+  Eigen::Vector3d radii;
+};
+/// The half-space n . x <= 0 in the obstacle's frame, n unit: a seabed, a pool wall.
+struct HalfSpace {
+  Eigen::Vector3d normal;
+};
+
+using Shape = std::variant<Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace>;
+
+struct Obstacle {
+  std::string name;  ///< For people: model, link and collision of the map.
+  Shape shape;
+  Pose X_WO;
+};
+
+/// A convex solid: the hull of its vertices, at least four of them not in one plane.
+struct ConvexSolid {
+  std::string name;
+  std::vector<Eigen::Vector3d> vertices;
+};
+
+/// The vehicle as the planner sees it: convex parts in B whose union contains everything solid,
+/// moving parts over their whole range included.
+struct RobotHull {
+  std::vector<ConvexSolid> parts;
+
+  /// Radius of the smallest ball around B's origin that holds every part.
+  [[nodiscard]] double radius() const;
+  /// Vertices of the convex hull of all parts (no interior points), in B.
+  [[nodiscard]] std::vector<Eigen::Vector3d> hull_vertices() const;
+};
+
+struct World {
+  std::vector<Obstacle> obstacles;
+
+  /// Box around everything bounded (half-spaces excluded); empty when there is nothing.
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const;
+  /// Is anything solid straight above `p_W`, between it and the surface, within a vertical tube of
+  /// `radius`? Exact for boxes, conservative (may say yes) for curved shapes.
+  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double radius) const;
+};
+
+}  // namespace dive::planning
