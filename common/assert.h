@@ -18,6 +18,6 @@ class AssertionFailure : public std::logic_error {
 
 }  // namespace dive
 
-#define DIVE_DEMAND(condition)     \
+#define DIVE_DEMAND(condition)                         \
   (static_cast<bool>(condition) ? static_cast<void>(0) \
                                 : ::dive::assertion_failed(#condition, __FILE__, __LINE__))

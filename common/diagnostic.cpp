@@ -74,26 +74,25 @@ void Diagnostics::sort() {
 
 std::string render(const Diagnostic& diagnostic, bool color) {
   const char* bold = color ? "\033[1m" : "";
-  const char* tint = !color                                       ? ""
-                     : diagnostic.severity == Severity::kError    ? "\033[1;31m"
-                     : diagnostic.severity == Severity::kWarning  ? "\033[1;33m"
-                                                                  : "\033[1;36m";
+  const char* tint = !color                                      ? ""
+                     : diagnostic.severity == Severity::kError   ? "\033[1;31m"
+                     : diagnostic.severity == Severity::kWarning ? "\033[1;33m"
+                                                                 : "\033[1;36m";
   const char* reset = color ? "\033[0m" : "";
 
   std::string place = printable(diagnostic.file);
   if (diagnostic.span.line > 0) place += fmt::format(":{}", diagnostic.span.line);
   if (diagnostic.span.column > 0) place += fmt::format(":{}", diagnostic.span.column);
-  std::string text =
-      fmt::format("{}{}:{} {}{}:{} {} [{}]\n", bold, place, reset, tint,
-                  to_string(diagnostic.severity), reset, printable(diagnostic.message),
-                  diagnostic.code);
+  std::string text = fmt::format("{}{}:{} {}{}:{} {} [{}]\n", bold, place, reset, tint,
+                                 to_string(diagnostic.severity), reset,
+                                 printable(diagnostic.message), diagnostic.code);
 
   if (!diagnostic.source_line.empty() && diagnostic.span.column > 0) {
     std::string shown = printable(diagnostic.source_line);
-    std::size_t caret = std::min(static_cast<std::size_t>(diagnostic.span.column - 1), shown.size());
-    std::size_t length =
-        std::min(static_cast<std::size_t>(std::max(diagnostic.span.length, 1)),
-                 std::max<std::size_t>(shown.size() - caret, 1));
+    std::size_t caret =
+        std::min(static_cast<std::size_t>(diagnostic.span.column - 1), shown.size());
+    std::size_t length = std::min(static_cast<std::size_t>(std::max(diagnostic.span.length, 1)),
+                                  std::max<std::size_t>(shown.size() - caret, 1));
     if (shown.size() > kMaxShownLine) {
       std::size_t begin = caret > kContextBeforeCaret ? caret - kContextBeforeCaret : 0;
       while (begin > 0 && is_continuation(shown[begin])) --begin;

@@ -19,8 +19,7 @@ bool Pose::is_finite() const { return p.allFinite() && q.coeffs().allFinite(); }
 Eigen::Quaterniond so3_exp(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
   // sin(angle/2)/angle, by its series where the quotient loses digits.
-  const double scale =
-      angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
+  const double scale = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
   Eigen::Quaterniond result;
   result.w() = std::cos(0.5 * angle);
   result.vec() = scale * rotation_vector;
@@ -32,8 +31,8 @@ Eigen::Vector3d so3_log(const Eigen::Quaterniond& rotation) {
   const Eigen::Vector3d vec = sign * rotation.vec();
   const double w = sign * rotation.w();
   const double sine = vec.norm();
-  const double scale =
-      sine < 1e-6 ? 2.0 / w * (1.0 - sine * sine / (3.0 * w * w)) : 2.0 * std::atan2(sine, w) / sine;
+  const double scale = sine < 1e-6 ? 2.0 / w * (1.0 - sine * sine / (3.0 * w * w))
+                                   : 2.0 * std::atan2(sine, w) / sine;
   return scale * vec;
 }
 
@@ -75,6 +74,9 @@ Eigen::Quaterniond heading_along(const Eigen::Vector3d& direction, double fallba
   return from_rpy(0.0, -std::atan2(direction.z(), horizontal), yaw);
 }
 
-double wrap_angle(double angle) { return -std::remainder(-angle, 2.0 * M_PI); }
+double wrap_angle(double angle) {
+  const double wrapped = std::remainder(angle, 2.0 * M_PI);
+  return wrapped <= -M_PI ? M_PI : wrapped;
+}
 
 }  // namespace dive

@@ -20,8 +20,8 @@ SourceText::SourceText(std::string path, std::string content)
 std::string_view SourceText::line(int number) const {
   if (number < 1 || number > line_count()) return {};
   const std::size_t begin = line_starts_[static_cast<std::size_t>(number - 1)];
-  std::size_t end = number < line_count() ? line_starts_[static_cast<std::size_t>(number)] - 1
-                                          : content_.size();
+  std::size_t end =
+      number < line_count() ? line_starts_[static_cast<std::size_t>(number)] - 1 : content_.size();
   if (end > begin && content_[end - 1] == '\r') --end;
   return std::string_view(content_).substr(begin, end - begin);
 }

@@ -298,8 +298,7 @@ std::optional<XmlDocument> parse_xml(SourceText source, const XmlLimits& limits,
     diagnostics.error("XML-SYNTAX", source, span, fmt::format("not well-formed XML: {}", message));
     return std::nullopt;
   }
-  std::optional<XmlElement> tree =
-      TreeBuilder(source, places, limits, diagnostics).build(root, 1);
+  std::optional<XmlElement> tree = TreeBuilder(source, places, limits, diagnostics).build(root, 1);
   if (!tree) return std::nullopt;
   return XmlDocument{std::move(source), std::move(*tree)};
 }
