@@ -1,0 +1,62 @@
+#pragma once
+// What a leaf state of a mission does: once per control tick it turns an estimate into a command,
+// may ask for a plan, and says when it is done. Behaviours read no clock and draw no random
+// number; the same inputs give the same outputs.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/clock.h"
+#include "common/se3.h"
+#include "estimation/state_estimate.h"
+#include "planning/planner.h"
+#include "vehicle/command.h"
+
+namespace dive::behaviors {
+
+/// The planner's answer to a behaviour's last request.
+struct PlanAnswer {
+  planning::PlanStatus status = planning::PlanStatus::kInvalid;
+  std::string reason;
+  std::span<const Pose> waypoints;
+  double clearance_m = 0.0;  ///< Certified.
+};
+
+struct BehaviorInput {
+  Utime now = 0;
+  const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
+  const PlanAnswer* plan = nullptr;                     ///< Null when none came this tick.
+};
+
+/// How far along; for status, guards and pictures.
+struct Progress {
+  std::string leg;                ///< Goal headed for; empty without one.
+  double distance_to_go_m = 0.0;  ///< Along the path.
+  double clearance_m = 0.0;       ///< Certified, of the path being followed.
+  double cross_track_m = 0.0;
+  int segment = 0;
+  int plan_failures = 0;     ///< In a row.
+  std::string plan_failure;  ///< Why the last one failed.
+};
+
+struct BehaviorOutput {
+  vehicle::Command command;
+  std::optional<planning::PlanRequest> plan_request;
+  bool done = false;    ///< The executive raises done.state.ID.
+  bool failed = false;  ///< It cannot go on: plan.failed.ID.
+};
+
+/// A leaf state's behaviour, from entry to exit.
+class Behavior {
+ public:
+  virtual ~Behavior() = default;
+  [[nodiscard]] virtual BehaviorOutput step(const BehaviorInput& input) = 0;
+  [[nodiscard]] virtual const Progress& progress() const = 0;
+};
+
+/// Keeps depth and heading without forward speed.
+[[nodiscard]] vehicle::Command station_keeping(double depth_m, double yaw);
+
+}  // namespace dive::behaviors

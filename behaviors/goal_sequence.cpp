@@ -1,0 +1,26 @@
+#include "behaviors/goal_sequence.h"
+
+#include <utility>
+
+#include "common/assert.h"
+
+namespace dive::behaviors {
+
+GoalSequence::GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals)
+    : settings_(settings), goals_(std::move(goals)) {
+  DIVE_DEMAND(!goals_.empty());
+  leg_.emplace(settings_, goals_[0]);
+}
+
+BehaviorOutput GoalSequence::step(const BehaviorInput& input) {
+  BehaviorOutput output = leg_->step(input);
+  if (output.done && current_ + 1 < goals_.size()) {
+    ++current_;
+    settings_.seed += 1000;  // each leg draws its own
+    leg_.emplace(settings_, goals_[current_]);
+    output = leg_->step({input.now, input.estimate, nullptr});
+  }
+  return output;
+}
+
+}  // namespace dive::behaviors

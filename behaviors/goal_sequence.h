@@ -1,0 +1,27 @@
+#pragma once
+// goto and goal_sequence: one leg after the other, in the order written.
+
+#include <optional>
+#include <vector>
+
+#include "behaviors/behavior.h"
+#include "behaviors/leg.h"
+
+namespace dive::behaviors {
+
+class GoalSequence final : public Behavior {
+ public:
+  /// At least one goal.
+  GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals);
+
+  [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
+  [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
+
+ private:
+  LegSettings settings_;
+  std::vector<LegGoal> goals_;
+  std::size_t current_ = 0;
+  std::optional<Leg> leg_;
+};
+
+}  // namespace dive::behaviors

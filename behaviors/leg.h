@@ -1,0 +1,64 @@
+#pragma once
+// One leg: from wherever the vehicle is to one goal. Plans, follows, replans on its triggers while
+// it keeps following the path it has, and stays at the goal as long as asked.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "behaviors/behavior.h"
+#include "behaviors/replan_triggers.h"
+#include "vehicle/follower.h"
+
+namespace dive::behaviors {
+
+/// What holds for every leg of a mission.
+struct LegSettings {
+  double speed = 0.4;      ///< m/s
+  double clearance = 0.6;  ///< D_min, m
+  planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
+  double min_z = -50.0;  ///< Depth limit, m
+  double max_z = 0.0;    ///< m
+  ReplanPolicy replan;
+  double retry_s = 1.0;  ///< Pause after a failed plan.
+  std::uint64_t seed = 1;
+};
+
+struct LegGoal {
+  std::string id;
+  Eigen::Vector3d position_W;
+  std::optional<double> yaw;    ///< rad; free when absent.
+  double capture_radius = 0.5;  ///< m
+  double dwell_s = 0.0;
+};
+
+class Leg {
+ public:
+  Leg(const LegSettings& settings, LegGoal goal);
+
+  /// One tick. `done` once the goal was reached and the dwell is over; `failed` when the budget of
+  /// replans is used up without a path.
+  [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
+  [[nodiscard]] const Progress& progress() const { return progress_; }
+
+ private:
+  void take_answer(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
+  [[nodiscard]] planning::PlanRequest request(const BehaviorInput& input);
+
+  LegSettings settings_;
+  LegGoal goal_;
+  vehicle::Follower follower_;
+  ReplanTriggers triggers_;
+  Progress progress_;
+  bool following_ = false;
+  bool awaiting_plan_ = false;
+  std::optional<Utime> retry_at_;
+  std::optional<Utime> reached_at_;
+  std::optional<vehicle::Command> station_;  ///< Held while there is no path.
+  std::uint64_t requests_ = 0;
+};
+
+}  // namespace dive::behaviors

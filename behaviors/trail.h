@@ -1,0 +1,43 @@
+#pragma once
+// The breadcrumb trail: where the vehicle has been, so that it can go back the way it came. Under
+// an overhead the way out is back along it to the last point with open water above.
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace dive::behaviors {
+
+class Trail {
+ public:
+  /// Drops a crumb every `spacing` m. Bounded: when `capacity` crumbs are there every second one
+  /// goes and the spacing doubles.
+  explicit Trail(double spacing = 0.5, std::size_t capacity = 4096);
+
+  /// `open_above`: nothing solid between here and the surface.
+  void add(const Eigen::Vector3d& p_W, bool open_above);
+
+  /// From `p_W` back along the trail to the newest crumb with open water above it, both included;
+  /// the whole trail when there is no such crumb (then `reaches_open_water` is false).
+  struct WayOut {
+    std::vector<Eigen::Vector3d> points;
+    bool reaches_open_water = false;
+    double length_m = 0.0;
+  };
+  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W) const;
+
+  [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
+
+ private:
+  struct Crumb {
+    Eigen::Vector3d p_W;
+    bool open_above;
+  };
+  void thin_out();
+
+  double spacing_;
+  std::size_t capacity_;
+  std::vector<Crumb> crumbs_;
+};
+
+}  // namespace dive::behaviors
