@@ -8,17 +8,18 @@
 
 namespace dive::statechart {
 
-using StateId = int;   ///< Index into Chart::states; document order.
-using GuardId = int;   ///< -1: always true.
+using StateId = int;  ///< Index into Chart::states, which is in document order (depth first).
+using GuardId = int;  ///< -1: always true.
 using ActionId = int;
 
 enum class StateKind { kAtomic, kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory };
 
 struct Transition {
   StateId source = -1;
-  std::vector<std::string> events;  ///< Descriptors ("done.state.a", "failsafe.*"); empty: eventless.
+  std::vector<std::string>
+      events;  ///< Descriptors ("done.state.a", "failsafe.*"); empty: eventless.
   GuardId guard = -1;
-  std::vector<StateId> targets;     ///< Empty: targetless.
+  std::vector<StateId> targets;  ///< Empty: targetless.
   bool internal = false;
   std::vector<ActionId> actions;
 };
@@ -26,10 +27,10 @@ struct Transition {
 struct State {
   std::string id;
   StateKind kind = StateKind::kAtomic;
-  StateId parent = -1;                 ///< -1 for the root only.
-  std::vector<StateId> children;       ///< Document order, history included.
-  std::vector<int> transitions;        ///< Indices into Chart::transitions, document order.
-  int initial = -1;                    ///< Index of the initial transition (compound, history).
+  StateId parent = -1;            ///< -1 for the root only.
+  std::vector<StateId> children;  ///< Document order, history included.
+  std::vector<int> transitions;   ///< Indices into Chart::transitions, document order.
+  int initial = -1;               ///< Index of the initial transition (compound, history).
   std::vector<ActionId> on_entry;
   std::vector<ActionId> on_exit;
 };
@@ -39,20 +40,23 @@ struct Chart {
   std::vector<State> states;
   std::vector<Transition> transitions;
 
-  /// Adds a state below `parent` (-1 for the root) and returns its index.
+  /// Adds a state below `parent` (-1 for the root) and returns its index. Document order: a state,
+  /// then everything below it, then its next sibling.
   StateId add_state(std::string id, StateKind kind, StateId parent);
-  /// Adds a transition; an ordinary one is appended to its source's list.
+  /// Adds an ordinary transition to the end of its source's list and returns its index.
   int add_transition(Transition transition);
-  /// Makes `targets` the initial (or, for history, default) transition of `state`.
-  void set_initial(StateId state, std::vector<StateId> targets);
+  /// Makes `targets` the initial (or, for history, default) transition of `state` and returns its
+  /// index: such a transition may have actions, but neither events nor a guard.
+  int set_initial(StateId state, std::vector<StateId> targets);
 
   /// -1 when there is none of that id.
   [[nodiscard]] StateId find(const std::string& id) const;
   [[nodiscard]] bool is_descendant(StateId state, StateId ancestor) const;
 
-  /// Empty when the chart can be interpreted, else a sentence: ids unique, every compound state
-  /// with an initial transition into its own descendants, targets exist and can be active together,
-  /// history with a default, final states without children.
+  /// Empty when the chart can be interpreted, else the first thing wrong as a sentence: document
+  /// order, ids unique, every compound state with an initial transition into its own descendants,
+  /// targets exist and can be active together, history with a default, final states without
+  /// children or transitions, every transition with an event, a guard or a target (3.5.1).
   [[nodiscard]] std::string validate() const;
 };
 

@@ -4,9 +4,9 @@
 // domain (least common compound ancestor), run to completion, done.state.ID events, history.
 
 #include <deque>
-#include <functional>
-#include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mission/statechart/chart.h"
@@ -28,20 +28,29 @@ class Environment {
   virtual void taken(int transition, const std::string& event) = 0;
 };
 
+/// Selecting when nothing is enabled allocates nothing. Not re-entrant: the environment may call
+/// raise(), never dispatch() or settle().
 class Interpreter {
  public:
   /// `chart` must outlive the interpreter and be valid (demanded).
   Interpreter(const Chart& chart, Environment& environment);
+  Interpreter(const Interpreter&) = delete;
+  Interpreter& operator=(const Interpreter&) = delete;
 
-  /// Enters the initial configuration and runs to completion.
+  /// Enters the initial configuration and runs to completion. The initial transition is not told
+  /// to taken().
   void start();
   /// One external event, run to completion. Ignored once not running.
   void dispatch(const std::string& event);
-  /// Queues an internal event from within execute(), entered() or exited() (<raise>).
+  /// Queues an internal event from within execute(), entered() or exited() (<raise>). Raised
+  /// between macrosteps, it is handled at the beginning of the next one.
   void raise(std::string event);
   /// Eventless transitions whose guards may have become true since, run to completion.
   void settle();
 
+  /// False before start(), once a final state below the root is entered, and after a livelock.
+  /// The configuration then stays as it is, so that one can ask where the chart ended: a final
+  /// state of the root is entered but never exited.
   [[nodiscard]] bool running() const { return running_; }
   /// Active states in document order, the root excluded.
   [[nodiscard]] std::vector<StateId> configuration() const;
@@ -49,21 +58,73 @@ class Interpreter {
     return active_[static_cast<std::size_t>(state)];
   }
   /// Event descriptor matching (SCXML 3.12.1): token-wise prefix, "*" matches all.
-  [[nodiscard]] static bool matches(const std::string& descriptor, const std::string& event);
+  [[nodiscard]] static bool matches(std::string_view descriptor, std::string_view event);
 
-  /// A macrostep that takes more microsteps than this is a loop in the chart: running stops and
-  /// livelocked() says so.
+  /// A macrostep that takes more microsteps than this (raised events that nothing handles
+  /// included) is a loop in the chart: running stops and livelocked() says so.
   static constexpr int kMaxMicrosteps = 1000;
   [[nodiscard]] bool livelocked() const { return livelocked_; }
 
  private:
+  class Stepping;  // Guards against re-entrance.
+
+  [[nodiscard]] const State& state(StateId s) const {
+    return chart_.states[static_cast<std::size_t>(s)];
+  }
+  [[nodiscard]] const Transition& transition(int t) const {
+    return chart_.transitions[static_cast<std::size_t>(t)];
+  }
+  [[nodiscard]] bool is_descendant(StateId s, StateId ancestor) const {
+    return s > ancestor && s <= last_descendant_[static_cast<std::size_t>(ancestor)];
+  }
+
+  void complete_macrostep();
+  void select_eventless_transitions();
+  void select_transitions(const std::string& event);
+  void select_from_atomic_states(const std::string* event);
+  [[nodiscard]] bool is_enabled(const Transition& t, const std::string* event);
+  void remove_conflicting_transitions();
+  [[nodiscard]] bool exit_sets_intersect(const Transition& t1, const Transition& t2) const;
+
+  void microstep(const std::string& event);
+  void exit_states();
+  void compute_exit_set();
+  void record_history(StateId exited);
+  void enter_states();
+  void enter(StateId s);
+  void complete(StateId final_state);
+  [[nodiscard]] bool is_in_final_state(StateId s) const;
+
+  void compute_entry_set(const Transition& t);
+  void add_descendant_states_to_enter(StateId s);
+  void add_ancestor_states_to_enter(StateId s, StateId ancestor);
+  void add_regions_to_enter(StateId parallel);
+  [[nodiscard]] bool enters_below(StateId s) const;
+
+  [[nodiscard]] std::span<const StateId> recorded_or_default(StateId history) const;
+  template <typename Predicate>
+  [[nodiscard]] bool every_effective_target(const Transition& t, Predicate predicate) const;
+  [[nodiscard]] StateId transition_domain(const Transition& t) const;
+  [[nodiscard]] StateId find_lcca(const Transition& t) const;
+
   const Chart& chart_;
   Environment& environment_;
+  std::vector<StateId> last_descendant_;  // Per state; itself for a leaf.
   std::vector<bool> active_;
-  std::vector<std::vector<StateId>> history_;
+  std::vector<std::vector<StateId>> history_;  // Per state; empty: nothing recorded.
   std::deque<std::string> internal_queue_;
   bool running_ = false;
   bool livelocked_ = false;
+  bool stepping_ = false;
+
+  // Working sets of a microstep, kept so that they are allocated once. Sets of states are flags
+  // per state: read upwards they are in entry order, downwards in exit order.
+  std::vector<int> enabled_;
+  std::vector<int> filtered_;
+  std::vector<bool> to_exit_;
+  std::vector<bool> to_enter_;
+  std::vector<bool> default_entry_;
+  std::vector<int> default_history_content_;  // Per state: a history's transition, or -1.
 };
 
 }  // namespace dive::statechart
