@@ -1,0 +1,25 @@
+#pragma once
+// From the text of a URDF file to urdfdom's model types. Internal to the URDF reader.
+//
+// What a typo could hide is an error: an element that is nearly a known one, a number that is not
+// one, a joint that names a link that is not there. What other programs need (gazebo, transmission,
+// visual, elements of a foreign namespace) is passed over.
+
+#include <urdf_model/model.h>
+#include <urdf_world/types.h>
+
+#include "common/diagnostic.h"
+#include "common/xml.h"
+
+namespace dive::vehicle {
+
+inline constexpr int kMaxJointChain = 64;  ///< Joints between the root and any link.
+
+/// Links, joints and their tree, in the file's order; nullptr after an error. Every geometry is a
+/// box, cylinder or sphere with a positive size, every inertia positive definite, every joint
+/// fixed, revolute, continuous or prismatic with an axis of length one and, where they apply,
+/// limits with lower <= upper.
+[[nodiscard]] urdf::ModelInterfaceSharedPtr read_urdf_model(const XmlDocument& document,
+                                                            Diagnostics& diagnostics);
+
+}  // namespace dive::vehicle
