@@ -1,0 +1,153 @@
+#include "planning/world/sdf.h"
+
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/xml.h"
+#include "planning/world/sdf_geometry.h"
+
+namespace dive::planning {
+namespace {
+
+constexpr XmlLimits kLimits{.max_bytes = 16U << 20U, .max_depth = 48, .max_elements = 300'000};
+
+// Gazebo's sun is a light; every other include may be a wall.
+constexpr std::array<std::string_view, 2> kLights{"model://sun", "model://sun_lamp"};
+
+bool is_light(const XmlElement& include) {
+  const XmlElement* uri = include.child("uri");
+  return uri != nullptr && (uri->text == kLights[0] || uri->text == kLights[1]);
+}
+
+// Walks world / model / link / collision with the pose so far, and gathers what is solid.
+class Reader {
+ public:
+  Reader(const SourceText& source, Diagnostics& diagnostics) : values_(source, diagnostics) {}
+
+  void root(const XmlElement& sdf) {
+    if (sdf.name != "sdf") {
+      values_.error("MAP-ROOT", sdf.span,
+                    fmt::format("a map starts with <sdf>, not <{}>", sdf.name));
+      return;
+    }
+    version(sdf);
+    bool seen_world = false;
+    for (const XmlElement& element : sdf.children) {
+      if (element.name == "world" && seen_world) {
+        values_.error("MAP-WORLDS", element.span, "a map holds one <world>, and this is another");
+      } else if (element.name == "world") {
+        seen_world = true;
+        members(element, {}, "");
+      }
+    }
+    // Files of single objects have their models directly below <sdf>; members() of a world would
+    // be read twice, but <world> is none of the names it looks at.
+    members(sdf, {}, "");
+  }
+
+  [[nodiscard]] World take() { return std::move(world_); }
+
+ private:
+  void version(const XmlElement& sdf) const {
+    const XmlAttribute* attribute = sdf.attribute("version");
+    static constexpr std::array<std::string_view, 8> kKnown{"1.4", "1.5", "1.6",  "1.7",
+                                                            "1.8", "1.9", "1.10", "1.11"};
+    for (const std::string_view known : kKnown) {
+      if (attribute != nullptr && attribute->value == known) return;
+    }
+    values_.error("MAP-VERSION", attribute != nullptr ? attribute->value_span : sdf.span,
+                  attribute != nullptr
+                      ? fmt::format("SDF version \"{}\" is not known", attribute->value)
+                      : std::string("<sdf> needs a version"),
+                  "versions 1.4 to 1.11 are read");
+  }
+
+  // What a world or a model may hold that is, or may be, solid. Lights, physics, plugins and the
+  // like are none of our business.
+  void members(const XmlElement& parent, const Pose& X_WP, const std::string& path) {
+    for (const XmlElement& element : parent.children) {
+      if (element.name == "model") {
+        model(element, X_WP, path);
+      } else if (element.name == "link") {
+        link(element, X_WP, path);
+      } else if (element.name == "include" && !is_light(element)) {
+        values_.error("MAP-UNSUPPORTED", element.span, "an <include> cannot be followed here",
+                      "copy the included model's collisions into this file");
+      } else if (element.name == "population" || element.name == "actor") {
+        values_.error("MAP-UNSUPPORTED", element.span,
+                      fmt::format("an <{}> is not something a map can hold", element.name));
+      } else if (element.name == "state" && element.child("model") != nullptr) {
+        values_.error("MAP-UNSUPPORTED", element.span,
+                      "a saved <state> may have moved the models of this world",
+                      "write its poses into the models and delete it");
+      }
+    }
+  }
+
+  void model(const XmlElement& element, const Pose& X_WP, const std::string& path) {
+    if (const XmlAttribute* frame = element.attribute("placement_frame")) {
+      values_.error("MAP-FRAME", frame->name_span, "placement_frame is not supported");
+    }
+    const XmlElement* fixed = element.child("static");
+    if (path.empty() && (fixed == nullptr || (fixed->text != "true" && fixed->text != "1"))) {
+      values_.warning("MAP-MOVABLE", element.span,
+                      "this model is not static: it is taken to stay where it is drawn");
+    }
+    members(element, X_WP * values_.pose_of(element), path + name_of(element) + "/");
+  }
+
+  void link(const XmlElement& element, const Pose& X_WM, const std::string& path) {
+    const Pose X_WL = X_WM * values_.pose_of(element);
+    const std::string name = path + name_of(element) + "/";
+    for (const XmlElement& child : element.children) {
+      if (child.name == "collision") collision(child, X_WL, name);
+    }
+  }
+
+  void collision(const XmlElement& element, const Pose& X_WL, const std::string& path) {
+    const std::string name = path + name_of(element);
+    const Pose X_WO = X_WL * values_.pose_of(element);
+    const XmlElement* geometry = element.child("geometry");
+    if (geometry == nullptr) {
+      values_.error("MAP-MISSING", element.span, "<collision> needs a <geometry>");
+      return;
+    }
+    if (auto shape = values_.shape_of(*geometry)) {
+      world_.obstacles.push_back({name, std::move(*shape), X_WO});
+    }
+  }
+
+  [[nodiscard]] std::string name_of(const XmlElement& element) const {
+    const XmlAttribute* attribute = element.attribute("name");
+    if (attribute != nullptr && !attribute->value.empty()) return attribute->value;
+    values_.error("MAP-MISSING", element.span, fmt::format("<{}> needs a name", element.name));
+    return "?";
+  }
+
+  SdfValues values_;
+  World world_;
+};
+
+std::optional<World> read_tree(const std::optional<XmlDocument>& document,
+                               Diagnostics& diagnostics) {
+  if (!document) return std::nullopt;
+  const std::size_t errors_before = diagnostics.error_count();
+  Reader reader(document->source, diagnostics);
+  reader.root(document->root);
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
+  return reader.take();
+}
+
+}  // namespace
+
+std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics) {
+  return read_tree(parse_xml(std::move(source), kLimits, diagnostics), diagnostics);
+}
+
+std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics) {
+  return read_tree(read_xml(path, kLimits, diagnostics), diagnostics);
+}
+
+}  // namespace dive::planning

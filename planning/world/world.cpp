@@ -1,0 +1,32 @@
+#include "planning/world/world.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planning/world/overhead.h"
+#include "planning/world/primitives.h"
+
+namespace dive::planning {
+
+double RobotHull::radius() const {
+  double largest = 0.0;
+  for (const ConvexSolid& part : parts) {
+    for (const Eigen::Vector3d& vertex : part.vertices) largest = std::max(largest, vertex.norm());
+  }
+  return largest;
+}
+
+Eigen::AlignedBox3d World::bounds() const {
+  Eigen::AlignedBox3d all;
+  for (const Obstacle& obstacle : obstacles) {
+    if (!std::holds_alternative<HalfSpace>(obstacle.shape)) all.extend(bounding_box(obstacle));
+  }
+  return all;
+}
+
+bool World::overhead(const Eigen::Vector3d& p_W, double radius) const {
+  return std::any_of(obstacles.begin(), obstacles.end(),
+                     [&](const Obstacle& obstacle) { return is_above(obstacle, p_W, radius); });
+}
+
+}  // namespace dive::planning

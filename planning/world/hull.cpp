@@ -1,0 +1,35 @@
+// The one file that sees CGAL, whose templates are slow to compile.
+
+#include <iterator>
+#include <vector>
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/convex_hull_3.h>
+
+#include "common/assert.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<Kernel::Point_3> points;
+  for (const ConvexSolid& part : parts) {
+    for (const Eigen::Vector3d& v : part.vertices) points.emplace_back(v.x(), v.y(), v.z());
+  }
+  CGAL::Surface_mesh<Kernel::Point_3> mesh;
+  CGAL::convex_hull_3(points.begin(), points.end(), mesh);
+  // Fewer than four would be a hull without volume: a vehicle drawn as a sheet of paper.
+  DIVE_DEMAND(mesh.number_of_vertices() >= 4);
+
+  std::vector<Eigen::Vector3d> vertices;
+  vertices.reserve(mesh.number_of_vertices());
+  for (const auto vertex : mesh.vertices()) {
+    const Kernel::Point_3& p = mesh.point(vertex);
+    vertices.emplace_back(p.x(), p.y(), p.z());
+  }
+  return vertices;
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,41 @@
+#pragma once
+// Signed distance between the hull of a point set and one primitive.
+
+#include <span>
+
+#include <Eigen/Core>
+
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+/// Nearest features, in the frame of the points.
+struct Separation {
+  double distance = 0.0;                              ///< Signed, m.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Unit, from the obstacle to the solid.
+  Eigen::Vector3d on_solid = Eigen::Vector3d::Zero();
+  Eigen::Vector3d on_obstacle = Eigen::Vector3d::Zero();
+};
+
+/// One obstacle, asked in its own frame.
+///
+/// With s(n) = min over the solid of n . x - max over the obstacle of n . x, the signed distance is
+/// max over unit n of s(n): apart, it is the distance; overlapping, minus the shortest shift that
+/// parts the bodies. FCL's GJK proposes n, and what is reported is s(n), computed afresh from the
+/// vertices. Hence the distance never exceeds the truth, whatever FCL returned, and `normal` is its
+/// gradient. Overlaps: doc/decisions/overlap-without-epa.md.
+class NarrowPhase {
+ public:
+  explicit NarrowPhase(const Shape& shape);
+
+  /// The obstacle against the hull of `points_O` (at least one). False when the distance is
+  /// certainly not below `cutoff`; `result` is then unspecified.
+  [[nodiscard]] bool separation(std::span<const Eigen::Vector3d> points_O, double cutoff,
+                                Separation& result) const;
+
+ private:
+  Shape shape_;
+  Eigen::Vector3d half_;
+};
+
+}  // namespace dive::planning

@@ -1,0 +1,23 @@
+#pragma once
+// Closed forms for the primitives a world is made of. The narrow phase, the broadphase and the
+// questions a World answers are all built on these.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+/// Half edge lengths of the smallest box, aligned with the shape's own frame and centred in it,
+/// that holds the shape. A half-space is not bounded: every component is infinite.
+[[nodiscard]] Eigen::Vector3d half_extents(const Shape& shape);
+
+/// Smallest box aligned with W that holds the obstacle (exact for every bounded primitive).
+[[nodiscard]] Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle);
+
+/// Signed distance from a point in the shape's frame to its surface, m, negative inside. Exact,
+/// but for ellipsoids, where it is a lower bound (tight outside and near the surface).
+[[nodiscard]] double signed_distance(const Shape& shape, const Eigen::Vector3d& p_O);
+
+}  // namespace dive::planning

@@ -1,0 +1,41 @@
+#pragma once
+// The leaves of an SDF file: poses and shapes, each value checked where it is written.
+
+#include <optional>
+
+#include "common/diagnostic.h"
+#include "common/se3.h"
+#include "common/source_text.h"
+#include "common/xml.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+class SdfValues {
+ public:
+  SdfValues(const SourceText& source, Diagnostics& diagnostics)
+      : source_(source), diagnostics_(diagnostics) {}
+
+  /// The <pose> child of `parent` (x y z roll pitch yaw); identity when there is none.
+  [[nodiscard]] Pose pose_of(const XmlElement& parent) const;
+
+  /// The one shape below <geometry>. Nothing after a diagnostic, and for <empty/>.
+  [[nodiscard]] std::optional<Shape> shape_of(const XmlElement& geometry) const;
+
+  void error(const char* code, Span span, std::string message, std::string hint = {}) const;
+  void warning(const char* code, Span span, std::string message, std::string hint = {}) const;
+
+ private:
+  [[nodiscard]] std::optional<Eigen::VectorXd> numbers(const XmlElement& parent, const char* name,
+                                                       std::size_t count) const;
+  [[nodiscard]] std::optional<Eigen::VectorXd> sizes(const XmlElement& parent, const char* name,
+                                                     std::size_t count) const;
+  [[nodiscard]] std::optional<Shape> round_shape(const XmlElement& element) const;
+  [[nodiscard]] std::optional<Shape> plane(const XmlElement& element) const;
+  void unknown_shape(const XmlElement& element) const;
+
+  const SourceText& source_;
+  Diagnostics& diagnostics_;
+};
+
+}  // namespace dive::planning
