@@ -1,5 +1,6 @@
 // Names and order of the procedures are those of the recommendation's appendix D, in snake_case,
-// so that the two can be read side by side. Where its sets are lists, ours are flags per state.
+// so that the two can be read side by side. Where its sets are lists, ours are flags per state; the
+// two places where we differ in what is done, fix_domains() and complete(), say why.
 
 #include "mission/statechart/interpreter.h"
 
@@ -55,6 +56,7 @@ Interpreter::Interpreter(const Chart& chart, Environment& environment)
   default_history_content_.resize(count, -1);
   enabled_.reserve(chart.transitions.size());
   filtered_.reserve(chart.transitions.size());
+  domains_.reserve(chart.transitions.size());
 }
 
 void Interpreter::start() {
@@ -67,6 +69,7 @@ void Interpreter::start() {
   running_ = true;
   active_[0] = true;
   enabled_.assign(1, state(0).initial);
+  fix_domains();
   enter_states();
   complete_macrostep();
 }
@@ -202,11 +205,20 @@ bool Interpreter::exit_sets_intersect(const Transition& t1, const Transition& t2
 
 void Interpreter::microstep(const std::string& event) {
   for (const int t : enabled_) environment_.taken(t, event);
+  fix_domains();
   exit_states();
   for (const int t : enabled_) {
     for (const ActionId action : transition(t).actions) environment_.execute(action);
   }
   enter_states();
+}
+
+/// Appendix D computes the domain anew for the entry set. By then the exits may have recorded the
+/// very history that the transition targets, the domain may have become smaller, and what was
+/// exited above it would never be entered again. So it is computed once, before any exit.
+void Interpreter::fix_domains() {
+  domains_.clear();
+  for (const int t : enabled_) domains_.push_back(transition_domain(transition(t)));
 }
 
 void Interpreter::exit_states() {
@@ -224,8 +236,7 @@ void Interpreter::exit_states() {
 
 void Interpreter::compute_exit_set() {
   to_exit_.assign(to_exit_.size(), false);
-  for (const int t : enabled_) {
-    const StateId domain = transition_domain(transition(t));
+  for (const StateId domain : domains_) {
     if (domain < 0) continue;
     for (StateId s = domain + 1; s <= last_descendant_[static_cast<std::size_t>(domain)]; ++s) {
       if (is_active(s)) to_exit_[static_cast<std::size_t>(s)] = true;
@@ -250,7 +261,9 @@ void Interpreter::enter_states() {
   to_enter_.assign(to_enter_.size(), false);
   default_entry_.assign(default_entry_.size(), false);
   default_history_content_.assign(default_history_content_.size(), -1);
-  for (const int t : enabled_) compute_entry_set(transition(t));
+  for (std::size_t i = 0; i < enabled_.size(); ++i) {
+    compute_entry_set(transition(enabled_[i]), domains_[i]);
+  }
   for (StateId s = 1; s <= last_descendant_[0]; ++s) {
     if (to_enter_[static_cast<std::size_t>(s)]) enter(s);
   }
@@ -303,11 +316,10 @@ bool Interpreter::is_in_final_state(StateId s) const {
 
 // ---------------------------------------------------------------------------- entry set
 
-void Interpreter::compute_entry_set(const Transition& t) {
+void Interpreter::compute_entry_set(const Transition& t, StateId domain) {
   for (const StateId s : t.targets) add_descendant_states_to_enter(s);
-  const StateId ancestor = transition_domain(t);
   (void)every_effective_target(t, [&](StateId s) {
-    add_ancestor_states_to_enter(s, ancestor);
+    add_ancestor_states_to_enter(s, domain);
     return true;
   });
 }

@@ -87,6 +87,7 @@ class Interpreter {
   [[nodiscard]] bool exit_sets_intersect(const Transition& t1, const Transition& t2) const;
 
   void microstep(const std::string& event);
+  void fix_domains();
   void exit_states();
   void compute_exit_set();
   void record_history(StateId exited);
@@ -95,7 +96,7 @@ class Interpreter {
   void complete(StateId final_state);
   [[nodiscard]] bool is_in_final_state(StateId s) const;
 
-  void compute_entry_set(const Transition& t);
+  void compute_entry_set(const Transition& t, StateId domain);
   void add_descendant_states_to_enter(StateId s);
   void add_ancestor_states_to_enter(StateId s, StateId ancestor);
   void add_regions_to_enter(StateId parallel);
@@ -121,6 +122,7 @@ class Interpreter {
   // per state: read upwards they are in entry order, downwards in exit order.
   std::vector<int> enabled_;
   std::vector<int> filtered_;
+  std::vector<StateId> domains_;  // Of the enabled transitions, in their order.
   std::vector<bool> to_exit_;
   std::vector<bool> to_enter_;
   std::vector<bool> default_entry_;
