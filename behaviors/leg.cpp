@@ -26,6 +26,26 @@ vehicle::Command station_keeping(double depth_m, double yaw) {
   return command;
 }
 
+planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& goal,
+                                  const Pose& from_X_WB) {
+  planning::PlanRequest request;
+  request.start = from_X_WB;
+  request.start.p.z() = std::min(request.start.p.z(), settings.max_z);
+  if (settings.attitude == planning::AttitudeMode::kHorizontal) {
+    request.start.q = from_rpy(0.0, 0.0, yaw_of(from_X_WB));
+  }
+  const Eigen::Vector3d way = goal.position_W - from_X_WB.p;
+  request.goal.p = goal.position_W;
+  request.goal.q = from_rpy(0.0, 0.0, goal.yaw.value_or(std::atan2(way.y(), way.x())));
+  request.goal_attitude_fixed = goal.yaw.has_value();
+  request.attitude = settings.attitude;
+  request.clearance = settings.clearance;
+  request.min_z = settings.min_z;
+  request.max_z = settings.max_z;
+  request.seed = settings.seed;
+  return request;
+}
+
 Leg::Leg(const LegSettings& settings, LegGoal goal)
     : settings_(settings),
       goal_(std::move(goal)),
@@ -60,28 +80,13 @@ void Leg::take_answer(const BehaviorInput& input) {
 }
 
 planning::PlanRequest Leg::request(const BehaviorInput& input) {
-  planning::PlanRequest request;
-  const Pose& X_WB = input.estimate->X_WB;
-  request.start.p = X_WB.p;
-  request.start.p.z() = std::min(request.start.p.z(), settings_.max_z);
-  request.start.q = settings_.attitude == planning::AttitudeMode::kHorizontal
-                        ? from_rpy(0.0, 0.0, yaw_of(X_WB))
-                        : X_WB.q;
-  request.goal.p = goal_.position_W;
-  const Eigen::Vector3d way = goal_.position_W - X_WB.p;
-  request.goal.q =
-      goal_.yaw ? from_rpy(0.0, 0.0, *goal_.yaw) : from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
-  request.goal_attitude_fixed = goal_.yaw.has_value();
-  request.attitude = settings_.attitude;
-  request.clearance = settings_.clearance;
-  request.min_z = settings_.min_z;
-  request.max_z = settings_.max_z;
-  request.seed = settings_.seed + requests_;
+  planning::PlanRequest request = leg_request(settings_, goal_, input.estimate->X_WB);
+  request.seed += requests_;
   if (following_) {
     const std::span<const Pose> path = follower_.path();
     request.previous.push_back(request.start);
-    const auto next = static_cast<std::size_t>(follower_.status().segment);
-    for (std::size_t i = next; i < path.size(); ++i) request.previous.push_back(path[i]);
+    const auto ahead = path.subspan(static_cast<std::size_t>(follower_.status().segment));
+    request.previous.insert(request.previous.end(), ahead.begin(), ahead.end());
   }
   ++requests_;
   awaiting_plan_ = true;

@@ -32,6 +32,10 @@ struct LegGoal {
   double dwell_s = 0.0;
 };
 
+/// The question to the planner: from a pose to a goal under the settings of the mission.
+[[nodiscard]] planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& goal,
+                                                const Pose& from_X_WB);
+
 class Leg {
  public:
   Leg(const LegSettings& settings, LegGoal goal);

@@ -28,13 +28,13 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
 
 }  // namespace
 
-Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, double speed)
-    : follower_(follower_options(speed)) {
+Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above, double speed)
+    : follower_(follower_options(speed)), open_above_(open_above) {
+  progress_.leg = "open water";
+  if (open_above_) return;
   const Trail::WayOut way = trail.way_out(p_W);
   reaches_open_water_ = way.reaches_open_water;
-  at_open_water_ = way.reaches_open_water && way.points.size() < 2;
   time_allowed_s_ = kGraceSeconds + 4.0 * way.length_m / speed;
-  progress_.leg = "open water";
   progress_.distance_to_go_m = way.length_m;
   if (way.points.size() >= 2) follower_.set_path(level_poses(way.points), p_W);
 }
@@ -44,11 +44,12 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   BehaviorOutput output;
   output.command = station_keeping(-X_WB.p.z(), to_rpy(X_WB.q).z());
-  if (at_open_water_) {
+  if (open_above_) {
     output.done = true;
     return output;
   }
-  if (!reaches_open_water_ || to_seconds(input.now - *entered_at_) > time_allowed_s_) {
+  if (!reaches_open_water_ || !follower_.has_path() ||
+      to_seconds(input.now - *entered_at_) > time_allowed_s_) {
     output.failed = true;
     return output;
   }

@@ -12,8 +12,9 @@ namespace dive::behaviors {
 
 class Retrace final : public Behavior {
  public:
-  /// The way out is taken from the trail as it is now.
-  Retrace(const Trail& trail, const Eigen::Vector3d& p_W, double speed);
+  /// The way out is taken from the trail as it is now; `open_above` says that there is open water
+  /// above `p_W`, so that there is nothing to retrace.
+  Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above, double speed);
 
   /// `failed` when the trail never saw open water, or the vehicle does not get on along it (slower
   /// than a quarter of the speed on average, after a minute's grace).
@@ -22,7 +23,7 @@ class Retrace final : public Behavior {
 
  private:
   vehicle::Follower follower_;
-  bool at_open_water_ = false;
+  bool open_above_ = false;
   bool reaches_open_water_ = false;
   double time_allowed_s_ = 0.0;
   std::optional<Utime> entered_at_;

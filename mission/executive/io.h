@@ -56,15 +56,15 @@ struct FailsafeRecord {
 };
 
 struct Status {
-  std::string state;               ///< Innermost active state.
-  std::string leg;                 ///< Goal heading for, may be empty.
+  std::string state;  ///< Innermost active state.
+  std::string leg;    ///< Goal heading for, may be empty.
   double distance_to_go_m = 0.0;
   double time_to_go_s = 0.0;
   double depth_m = 0.0;
-  double clearance_m = 0.0;        ///< Certified, of the path being followed; 0 without one.
-  double cross_track_m = 0.0;      ///< Distance to the line p_{i-1} p_i.
+  double clearance_m = 0.0;    ///< Certified, of the path being followed; 0 without one.
+  double cross_track_m = 0.0;  ///< Distance to the line p_{i-1} p_i.
   int segment = 0;
-  std::string rung;                ///< Of the failsafe ladder.
+  std::string rung;  ///< Of the failsafe ladder.
   bool finished = false;
 };
 

@@ -1,0 +1,196 @@
+#include "mission/check/check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "behaviors/surface.h"
+#include "behaviors/trail.h"
+#include "mission/check/rules.h"
+#include "mission/executive/leaf_behaviors.h"
+#include "planning/world/scene.h"
+
+namespace dive::mission {
+namespace {
+
+using Progress = std::function<void(const std::string&)>;
+
+Span map_span(const Mission& mission) { return mission.map_file.span; }
+
+void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                         const Mission& mission, Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const planning::PlanResult& plan = legs[i].plan;
+    if (plan.status == planning::PlanStatus::kSuccess) continue;
+    diagnostics.error("CHK-PLAN", mission.source, route.legs[i].span,
+                      fmt::format("no path to goal '{}' ({}): {}", legs[i].goal,
+                                  planning::to_string(plan.status), plan.reason),
+                      "move the goal, or lower the clearance in limits");
+  }
+}
+
+// The whole route, each leg level and heading the other way, as a retrace would swim it.
+std::vector<Pose> reversed(const std::vector<PlannedRouteLeg>& legs) {
+  std::vector<Pose> poses;
+  for (auto leg = legs.rbegin(); leg != legs.rend(); ++leg) {
+    for (auto pose = leg->plan.waypoints.rbegin(); pose != leg->plan.waypoints.rend(); ++pose) {
+      if (!poses.empty() && (poses.back().p - pose->p).norm() < 1e-9) continue;
+      poses.push_back(*pose);
+    }
+  }
+  for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+    const Eigen::Vector3d way = poses[i + 1].p - poses[i].p;
+    poses[i].q = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+  }
+  if (poses.size() > 1) poses.back().q = poses[poses.size() - 2].q;
+  return poses;
+}
+
+WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                          const Mission& mission, const planning::World& world,
+                          const planning::RobotHull& hull, const CheckOptions& options) {
+  const double radius = hull.radius();
+  behaviors::Trail trail;
+  WayOutProof proof;
+  const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+    trail.add(p_W, !world.overhead(p_W, radius));
+    const behaviors::Trail::WayOut way = trail.way_out(p_W);
+    if (!way.reaches_open_water) proof.exists = false;
+    const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    const double seconds = way.length_m / mission.speed.value + up_s;
+    if (seconds > proof.longest_s) {
+      proof.longest_s = seconds;
+      proof.longest_m = way.length_m;
+      proof.state = state;
+    }
+  };
+  look(route.start.p, "start");
+  for (const PlannedRouteLeg& leg : legs) {
+    const std::vector<Pose>& waypoints = leg.plan.waypoints;
+    for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+      constexpr int kPieces = 4;  // per segment: crumbs about as dense as the vehicle drops them
+      for (int k = 1; k <= kPieces; ++k) {
+        const double t = static_cast<double>(k) / kPieces;
+        look(interpolate(waypoints[i], waypoints[i + 1], t).p, leg.state);
+      }
+    }
+  }
+  const std::vector<Pose> back = reversed(legs);
+  if (!back.empty()) {
+    planning::Certifier certifier(world, hull, options.dive.planner.certify);
+    proof.clearance_m = certifier.certify(back).clearance_m;
+  }
+  return proof;
+}
+
+void report_way_out(const WayOutProof& proof, const Mission& mission, Diagnostics& diagnostics) {
+  if (!proof.exists) {
+    diagnostics.error("CHK-NO-WAY-OUT", mission.source, mission.start.x.span,
+                      "the dive starts under an overhead: an abort on the way would find no open "
+                      "water on the trail behind it",
+                      "start where there is open water above");
+  }
+  if (proof.clearance_m <= 0.0) {
+    diagnostics.error("CHK-RETRACE", mission.source, map_span(mission),
+                      fmt::format("swum backwards the route touches the map (clearance {:.2f} m), "
+                                  "so an abort could not retrace it",
+                                  proof.clearance_m));
+  }
+}
+
+Budget nominal_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                      const Mission& mission) {
+  Budget budget;
+  for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
+  budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
+                      route.ascent_m / behaviors::SurfaceOptions{}.ascent_rate;
+  budget.distance_m += route.ascent_m;
+  budget.energy_wh = vehicle::cruise_power_w(mission.speed.value) * budget.duration_s / 3600.0;
+  return budget;
+}
+
+void check_budget(const Budget& budget, const WayOutProof& way_out, const Mission& mission,
+                  const vehicle::Conditions& conditions, Diagnostics& diagnostics) {
+  const Located<double>& timeout = mission.limits.mission_timeout;
+  if (budget.duration_s > timeout.value) {
+    diagnostics.error("CHK-TIME", mission.source, timeout.span,
+                      fmt::format("the route takes {:.0f} s at {:g} m/s, longer than the mission "
+                                  "may last ({:g} s)",
+                                  budget.duration_s, mission.speed.value, timeout.value),
+                      "raise mission_timeout or shorten the route");
+  } else if (budget.duration_s + way_out.longest_s > timeout.value) {
+    diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
+                        fmt::format("the route takes {:.0f} s and the longest way out {:.0f} s: "
+                                    "together longer than mission_timeout",
+                                    budget.duration_s, way_out.longest_s));
+  }
+  const double usable = conditions.battery_capacity_wh *
+                        (conditions.battery_fraction - mission.limits.battery_reserve.value);
+  if (budget.energy_wh > usable) {
+    diagnostics.error("CHK-ENERGY", mission.source, mission.limits.battery_reserve.span,
+                      fmt::format("the route takes {:.1f} Wh, and the battery has {:.1f} Wh above "
+                                  "its reserve",
+                                  budget.energy_wh, usable),
+                      "shorten the route or lower battery_reserve");
+  }
+}
+
+void report_dive(const DiveResult& dive, const Mission& mission, Diagnostics& diagnostics) {
+  if (dive.outcome == "success") return;
+  diagnostics.error("CHK-DIVE", mission.source, mission.initial.span,
+                    fmt::format("the simulated dive ended in {} ({}): {}", dive.final_state,
+                                dive.outcome, dive.cause));
+}
+
+}  // namespace
+
+std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
+                                        const planning::RobotHull& hull,
+                                        const planning::PlannerOptions& options,
+                                        std::uint64_t seed) {
+  SteadyClock clock;
+  planning::Planner planner(world, hull, options, clock);
+  std::vector<PlannedRouteLeg> legs;
+  behaviors::LegSettings settings = route.settings;
+  settings.seed = seed;
+  Pose at = route.start;
+  for (const RouteLeg& leg : route.legs) {
+    at.p = leg.from_W;
+    const planning::PlanRequest request = behaviors::leg_request(settings, leg.goal, at);
+    legs.push_back({leg.state, leg.goal.id, planner.plan(request)});
+    const std::vector<Pose>& waypoints = legs.back().plan.waypoints;
+    at = waypoints.empty() ? request.goal : waypoints.back();
+  }
+  return legs;
+}
+
+CheckReport check_mission(const Mission& mission, const planning::World& world,
+                          const vehicle::Model& model, const CheckOptions& options,
+                          Diagnostics& diagnostics, const Progress& progress) {
+  CheckReport report;
+  progress("checking the mission against its map");
+  check_against_world(mission, world, model.hull, diagnostics);
+  if (!diagnostics.ok()) return report;
+
+  const planning::Scene scene(world);
+  const Route route = nominal_route(mission, scene);
+  progress(fmt::format("planning {} legs", route.legs.size()));
+  report.legs = plan_route(route, world, model.hull, options.dive.planner, options.dive.seed);
+  report_failed_plans(route, report.legs, mission, diagnostics);
+  if (!diagnostics.ok()) return report;
+
+  progress("proving the way out");
+  report.way_out = prove_way_out(route, report.legs, mission, world, model.hull, options);
+  report_way_out(report.way_out, mission, diagnostics);
+  report.budget = nominal_budget(route, report.legs, mission);
+  check_budget(report.budget, report.way_out, mission, options.dive.conditions, diagnostics);
+  if (!options.simulate || !diagnostics.ok()) return report;
+
+  progress("diving it in simulation");
+  report.dive = simulate_dive(mission, world, model, options.dive, nullptr);
+  report_dive(*report.dive, mission, diagnostics);
+  return report;
+}
+
+}  // namespace dive::mission

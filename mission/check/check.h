@@ -1,0 +1,65 @@
+#pragma once
+// `dive check`: as much of a mission as can be proved on deck. Rules, plans of every leg of the
+// nominal route, the way out from every leg, budgets, a simulated dive.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/diagnostic.h"
+#include "mission/check/route.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/document/mission.h"
+#include "planning/planner.h"
+
+namespace dive::mission {
+
+struct PlannedRouteLeg {
+  std::string state;
+  std::string goal;
+  planning::PlanResult plan;
+};
+
+/// The way out from the point of the route where it is longest.
+struct WayOutProof {
+  double longest_m = 0.0;    ///< Back along the route to open water.
+  double longest_s = 0.0;    ///< ... and up, at the mission's speed.
+  double clearance_m = 0.0;  ///< Certified, of the whole route swum backwards.
+  std::string state;         ///< Where that is.
+  bool exists = true;        ///< False: some point has no open water behind it.
+};
+
+struct Budget {
+  double distance_m = 0.0;
+  double duration_s = 0.0;
+  double energy_wh = 0.0;
+};
+
+struct CheckReport {
+  std::vector<PlannedRouteLeg> legs;
+  WayOutProof way_out;
+  Budget budget;
+  std::optional<DiveResult> dive;
+};
+
+struct CheckOptions {
+  bool simulate = true;
+  DiveSettings dive;
+};
+
+/// Plans every leg of the nominal route from the goal before it.
+[[nodiscard]] std::vector<PlannedRouteLeg> plan_route(const Route& route,
+                                                      const planning::World& world,
+                                                      const planning::RobotHull& hull,
+                                                      const planning::PlannerOptions& options,
+                                                      std::uint64_t seed);
+
+/// Checks a mission that load_mission() accepted. Findings go to `diagnostics` (codes CHK-*);
+/// `progress` is told what is being done.
+[[nodiscard]] CheckReport check_mission(const Mission& mission, const planning::World& world,
+                                        const vehicle::Model& model, const CheckOptions& options,
+                                        Diagnostics& diagnostics,
+                                        const std::function<void(const std::string&)>& progress);
+
+}  // namespace dive::mission

@@ -1,0 +1,93 @@
+#include "mission/check/route.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/assert.h"
+#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/machine.h"
+#include "mission/statechart/interpreter.h"
+
+namespace dive::mission {
+namespace {
+
+class Walker final : public statechart::Environment {
+ public:
+  Walker(const Mission& mission, const planning::Scene& scene)
+      : machine_(build_machine(mission)), context_(make_leaf_context(mission, scene, 1)) {
+    route_.start.p = mission.start.in_world(ground_height(scene, mission.start));
+    route_.start.q = from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg));
+    route_.settings = context_.leg;
+    at_ = route_.start.p;
+  }
+
+  Route walk() {
+    statechart::Interpreter interpreter(machine_.chart, *this);
+    interpreter.start();
+    while (interpreter.running() && !open_leaves_.empty() && route_.leaves.size() < kMaxLeaves) {
+      const statechart::StateId leaf = open_leaves_.back();
+      open_leaves_.pop_back();
+      if (!interpreter.is_active(leaf)) continue;
+      interpreter.dispatch("done.state." + machine_.chart.states[index(leaf)].id);
+    }
+    if (interpreter.running()) route_.final_state.clear();
+    return std::move(route_);
+  }
+
+  bool evaluate(statechart::GuardId guard) override {
+    return machine_.guards[index(guard)].evaluate(GuardVariables{});
+  }
+  void execute(statechart::ActionId) override { DIVE_DEMAND(false); }  // missions have no actions
+  void exited(statechart::StateId) override {}
+  void taken(int, const std::string&) override {}
+
+  void entered(statechart::StateId state) override {
+    const statechart::State& entered_state = machine_.chart.states[index(state)];
+    if (entered_state.kind == statechart::StateKind::kFinal && entered_state.parent == 0) {
+      route_.final_state = entered_state.id;
+    }
+    if (entered_state.kind != statechart::StateKind::kAtomic) return;
+    open_leaves_.push_back(state);
+    route_.leaves.push_back(entered_state.id);
+    const StateSpec* spec = machine_.specs[index(state)];
+    if (spec != nullptr) add_leaf(*spec);
+  }
+
+ private:
+  static std::size_t index(int id) { return static_cast<std::size_t>(id); }
+
+  void add_leaf(const StateSpec& spec) {
+    if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) add_goal(spec, leaf->goal);
+    if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
+      for (const Goal& goal : leaf->goals) add_goal(spec, goal);
+    }
+    if (const auto* leaf = std::get_if<HoldState>(&spec.leaf)) {
+      route_.hold_s += leaf->duration_s.value;
+    }
+    if (std::holds_alternative<SurfaceState>(spec.leaf)) {
+      route_.ascent_m += std::max(-at_.z(), 0.0);
+      at_.z() = 0.0;
+    }
+  }
+
+  void add_goal(const StateSpec& spec, const Goal& goal) {
+    RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(context_, goal)};
+    at_ = leg.goal.position_W;
+    route_.hold_s += leg.goal.dwell_s;
+    route_.legs.push_back(std::move(leg));
+  }
+
+  Machine machine_;
+  LeafContext context_;
+  Route route_;
+  Eigen::Vector3d at_;
+  std::vector<statechart::StateId> open_leaves_;
+};
+
+}  // namespace
+
+Route nominal_route(const Mission& mission, const planning::Scene& scene) {
+  return Walker(mission, scene).walk();
+}
+
+}  // namespace dive::mission

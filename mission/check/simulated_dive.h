@@ -1,0 +1,61 @@
+#pragma once
+// One dive of a mission in the built-in simulator, as fast as the machine goes.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/clock.h"
+#include "mission/document/mission.h"
+#include "mission/executive/executive.h"
+#include "mission/executive/io.h"
+#include "planning/planner.h"
+#include "planning/world/world.h"
+#include "vehicle/model.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::mission {
+
+struct DiveSettings {
+  std::uint64_t seed = 1;
+  vehicle::Conditions conditions;
+  int planner_latency_ticks = 5;  ///< 100 ms: what a plan is allowed on the vehicle.
+  double leak_at_s = -1.0;        ///< Inject a leak then; negative: never.
+  planning::PlannerOptions planner;
+
+  [[nodiscard]] std::string validate() const;
+};
+
+struct TimedTransition {
+  double t_s = 0.0;
+  TransitionRecord record;
+};
+
+struct DiveResult {
+  std::string outcome;  ///< success, aborted, failure
+  std::string final_state;
+  std::string cause;  ///< Empty on success.
+  double duration_s = 0.0;
+  double distance_m = 0.0;       ///< Swum, ground truth.
+  double min_clearance_m = 0.0;  ///< Ground truth.
+  int collisions = 0;            ///< Ground truth.
+  int plans = 0;
+  int replans = 0;  ///< Of them, while a path was being followed.
+  double energy_wh = 0.0;
+  double final_depth_m = 0.0;     ///< Ground truth.
+  double estimate_error_m = 0.0;  ///< |p - p_true| at the end ...
+  double estimate_sigma_m = 0.0;  ///< ... and what the estimator believed of it, one sigma.
+  std::vector<TimedTransition> transitions;
+};
+
+/// Told every tick, after the step.
+using DiveObserver =
+    std::function<void(const StepInputs&, const StepOutputs&, const vehicle::GroundTruth&)>;
+
+/// Dives until the machine has ended, or until half as long again as the mission may last, which
+/// is a failure. A collision is a failure whatever the executive thinks of it.
+[[nodiscard]] DiveResult simulate_dive(const Mission& mission, const planning::World& world,
+                                       const vehicle::Model& model, const DiveSettings& settings,
+                                       const DiveObserver& observer);
+
+}  // namespace dive::mission

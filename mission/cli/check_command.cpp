@@ -1,0 +1,80 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "mission/check/check.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/loading.h"
+#include "mission/cli/terminal.h"
+
+namespace dive::mission {
+namespace {
+
+void print_report(const CheckReport& report) {
+  for (const PlannedRouteLeg& leg : report.legs) {
+    print(fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s)",
+                      leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.plan.times.total_ms,
+                      leg.plan.warm_starts));
+  }
+  print(fmt::format("  abort  longest way out {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
+                    report.way_out.longest_m, report.way_out.longest_s, report.way_out.state,
+                    report.way_out.clearance_m));
+  print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh", report.budget.distance_m,
+                    report.budget.duration_s, report.budget.energy_wh));
+  if (report.dive) {
+    const DiveResult& dive = *report.dive;
+    print(fmt::format("  dive   {} in state {} after {:.0f} s, nearest {:.2f} m, {} collision(s)",
+                      dive.outcome, dive.final_state, dive.duration_s, dive.min_clearance_m,
+                      dive.collisions));
+  }
+}
+
+int list_rules(bool json) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const RuleDescription& rule : all_rules()) {
+    if (json) {
+      list.push_back({{"code", rule.code}, {"sentence", rule.sentence}});
+    } else {
+      print(fmt::format("{:<24} {}", rule.code, rule.sentence));
+    }
+  }
+  if (json) print_json({{"rules", list}});
+  return kExitSuccess;
+}
+
+}  // namespace
+
+int run_check(const CheckArguments& arguments) {
+  if (arguments.list_rules) return list_rules(arguments.json);
+  CheckOptions options;
+  options.simulate = !arguments.static_only;
+  options.dive.seed = arguments.seed;
+  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
+  if (!conditions) return kExitUsage;
+  options.dive.conditions = *conditions;
+
+  Diagnostics diagnostics;
+  CheckReport report;
+  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  if (loaded) {
+    report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
+                           [](const std::string& what) { note("check: " + what); });
+  }
+  diagnostics.sort();
+  if (arguments.json) {
+    print_json(to_json(report, diagnostics));
+  } else {
+    print_diagnostics(diagnostics);
+    if (diagnostics.ok()) {
+      print(fmt::format("{}: ok", arguments.mission));
+      print_report(report);
+    } else {
+      print(fmt::format("{}: not ready to dive", arguments.mission));
+    }
+  }
+  if (diagnostics.ok()) return kExitSuccess;
+  // A mission that is well written but ends badly in simulation failed; all else is bad input.
+  return report.dive ? kExitFailed : kExitUsage;
+}
+
+}  // namespace dive::mission

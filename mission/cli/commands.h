@@ -1,0 +1,55 @@
+#pragma once
+// The sub-commands of `dive`. Each returns the exit status: 0 success, 1 the mission failed or was
+// aborted, 2 wrong usage or invalid input, 3 an internal error.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dive::mission {
+
+enum ExitStatus : int { kExitSuccess = 0, kExitFailed = 1, kExitUsage = 2, kExitInternal = 3 };
+
+struct CheckArguments {
+  std::string mission;
+  bool json = false;
+  bool static_only = false;  ///< No simulated dive.
+  bool list_rules = false;
+  std::uint64_t seed = 1;
+  std::vector<std::string> conditions;  ///< NAME=VALUE
+};
+
+struct PlanArguments {
+  std::string mission;  ///< Or map, start and goal.
+  std::string map;
+  std::string start;
+  std::string goal;
+  double clearance_m = 0.6;
+  double max_depth_m = 50.0;
+  bool horizontal = false;
+  bool json = false;
+  std::string svg;
+  std::uint64_t seed = 1;
+};
+
+struct RunArguments {
+  std::string mission;
+  bool json = false;
+  std::uint64_t seed = 1;
+  std::string log;  ///< Empty: a name of its own in dive-runs/.
+  std::string svg;
+  double leak_at_s = -1.0;
+  std::vector<std::string> conditions;  ///< NAME=VALUE
+};
+
+struct ReplayArguments {
+  std::string log;
+  bool json = false;
+};
+
+[[nodiscard]] int run_check(const CheckArguments& arguments);
+[[nodiscard]] int run_plan(const PlanArguments& arguments);
+[[nodiscard]] int run_dive(const RunArguments& arguments);
+[[nodiscard]] int run_replay(const ReplayArguments& arguments);
+
+}  // namespace dive::mission

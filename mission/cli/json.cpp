@@ -1,0 +1,110 @@
+#include "mission/cli/json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "mission/cli/terminal.h"
+
+namespace dive::mission {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Diagnostics& diagnostics) {
+  Json list = Json::array();
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    list.push_back({{"code", diagnostic.code},
+                    {"severity", to_string(diagnostic.severity)},
+                    {"file", diagnostic.file},
+                    {"line", diagnostic.span.line},
+                    {"column", diagnostic.span.column},
+                    {"message", diagnostic.message},
+                    {"hint", diagnostic.hint}});
+  }
+  return list;
+}
+
+Json to_json(const planning::PlanResult& plan) {
+  Json waypoints = Json::array();
+  for (const Pose& pose : plan.waypoints) {
+    waypoints.push_back(
+        {pose.p.x(), pose.p.y(), pose.p.z(), pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()});
+  }
+  return {{"status", planning::to_string(plan.status)},
+          {"reason", plan.reason},
+          {"clearance_m", plan.clearance_m},
+          {"length_m", plan.length_m},
+          {"time_ms", plan.times.total_ms},
+          {"warm_starts", plan.warm_starts},
+          {"iterations", plan.iterations},
+          {"stages_ms",
+           {{"optimise", plan.times.optimise_ms},
+            {"warm_start", plan.times.warm_start_ms},
+            {"certify", plan.times.certify_ms}}},
+          {"waypoints", std::move(waypoints)}};
+}
+
+Json to_json(const DiveResult& result) {
+  Json transitions = Json::array();
+  for (const TimedTransition& transition : result.transitions) {
+    transitions.push_back({{"t", transition.t_s},
+                           {"from", transition.record.from},
+                           {"to", transition.record.to},
+                           {"event", transition.record.event},
+                           {"cause", transition.record.cause}});
+  }
+  return {{"outcome", result.outcome},
+          {"final_state", result.final_state},
+          {"cause", result.cause},
+          {"duration_s", result.duration_s},
+          {"distance_m", result.distance_m},
+          {"min_clearance_m", result.min_clearance_m},
+          {"collisions", result.collisions},
+          {"plans", result.plans},
+          {"replans", result.replans},
+          {"energy_wh", result.energy_wh},
+          {"final_depth_m", result.final_depth_m},
+          {"estimate_error_m", result.estimate_error_m},
+          {"estimate_sigma_m", result.estimate_sigma_m},
+          {"transitions", std::move(transitions)}};
+}
+
+Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
+  Json plans = Json::array();
+  for (const PlannedRouteLeg& leg : report.legs) {
+    Json plan = to_json(leg.plan);
+    plan.erase("waypoints");
+    Json entry = {{"state", leg.state}, {"goal", leg.goal}};
+    entry.update(plan);
+    plans.push_back(std::move(entry));
+  }
+  Json json = {{"ok", diagnostics.ok()},
+               {"diagnostics", to_json(diagnostics)},
+               {"budget",
+                {{"distance_m", report.budget.distance_m},
+                 {"duration_s", report.budget.duration_s},
+                 {"energy_wh", report.budget.energy_wh}}},
+               {"plans", std::move(plans)},
+               {"way_out",
+                {{"exists", report.way_out.exists},
+                 {"longest_m", report.way_out.longest_m},
+                 {"longest_s", report.way_out.longest_s},
+                 {"clearance_m", report.way_out.clearance_m},
+                 {"state", report.way_out.state}}}};
+  if (report.dive) json["dive"] = to_json(*report.dive);
+  return json;
+}
+
+Json to_json(const ReplayReport& report) {
+  Json divergence = nullptr;
+  if (!report.first_divergence.empty()) divergence = report.first_divergence;
+  return {{"identical", report.identical},
+          {"events", report.events},
+          {"ticks", report.ticks},
+          {"torn", report.torn},
+          {"first_divergence", std::move(divergence)}};
+}
+
+void print_json(const Json& json) {
+  print(json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace dive::mission

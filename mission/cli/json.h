@@ -1,0 +1,26 @@
+#pragma once
+// The JSON that scripts rely on (one object on stdout).
+
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "common/diagnostic.h"
+#include "mission/check/check.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/record/replay.h"
+#include "planning/planner.h"
+
+namespace dive::mission {
+
+[[nodiscard]] nlohmann::ordered_json to_json(const Diagnostics& diagnostics);
+[[nodiscard]] nlohmann::ordered_json to_json(const planning::PlanResult& plan);
+[[nodiscard]] nlohmann::ordered_json to_json(const CheckReport& report,
+                                             const Diagnostics& diagnostics);
+[[nodiscard]] nlohmann::ordered_json to_json(const DiveResult& result);
+[[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+
+/// Prints it on stdout. Bytes that are not UTF-8 (from a file somebody wrote) are replaced.
+void print_json(const nlohmann::ordered_json& json);
+
+}  // namespace dive::mission

@@ -1,0 +1,69 @@
+#include "mission/cli/loading.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/assert.h"
+#include "common/suggest.h"
+#include "common/xml.h"
+#include "mission/cli/terminal.h"
+#include "planning/world/sdf.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr std::size_t kMaxMapBytes = 64U << 20U;
+
+}  // namespace
+
+vehicle::Model load_vehicle() {
+  Diagnostics diagnostics;
+  std::optional<vehicle::Model> model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  DIVE_DEMAND(model.has_value());
+  return std::move(*model);
+}
+
+std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics) {
+  std::optional<Mission> mission = load_mission(path, diagnostics);
+  if (!mission) return std::nullopt;
+  tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
+  if (!map) {
+    diagnostics.error("MIS-MAP", mission->source, mission->map_file.span,
+                      fmt::format("the map cannot be read: {}", map.error()));
+    return std::nullopt;
+  }
+  std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics);
+  if (!world) return std::nullopt;
+  return LoadedMission{std::move(*mission), std::move(*map), std::move(*world), load_vehicle()};
+}
+
+std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::string>& settings) {
+  vehicle::Conditions conditions;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : conditions.list()) names.push_back(name);
+  for (const std::string& setting : settings) {
+    const std::size_t equals = setting.find('=');
+    const std::string name = setting.substr(0, equals);
+    const std::optional<double> value =
+        equals == std::string::npos ? std::nullopt : parse_number(setting.substr(equals + 1));
+    if (!value) {
+      complain(fmt::format("--set {}: expected NAME=NUMBER", setting));
+      return std::nullopt;
+    }
+    if (!conditions.set(name, *value)) {
+      const std::optional<std::string> meant = closest_match(name, names);
+      complain(fmt::format("--set {}: there is no condition '{}'{}; there are: {}", setting, name,
+                           meant ? fmt::format(" (did you mean '{}'?)", *meant) : "",
+                           fmt::join(names, ", ")));
+      return std::nullopt;
+    }
+  }
+  if (const std::string problem = conditions.validate(); !problem.empty()) {
+    complain("--set: " + problem);
+    return std::nullopt;
+  }
+  return conditions;
+}
+
+}  // namespace dive::mission

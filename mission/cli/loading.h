@@ -1,0 +1,33 @@
+#pragma once
+// Loading what a command works on.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/diagnostic.h"
+#include "mission/document/mission.h"
+#include "planning/world/world.h"
+#include "vehicle/model.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::mission {
+
+struct LoadedMission {
+  Mission mission;
+  SourceText map;
+  planning::World world;
+  vehicle::Model model;
+};
+
+/// The mission and its map; every mistake is a diagnostic.
+[[nodiscard]] std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics);
+
+/// The vehicle that is compiled in. Demands that it can be read.
+[[nodiscard]] vehicle::Model load_vehicle();
+
+/// Pool conditions with NAME=VALUE settings applied; a complaint and nothing when one is wrong.
+[[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
+    const std::vector<std::string>& settings);
+
+}  // namespace dive::mission

@@ -1,0 +1,165 @@
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "common/suggest.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/terminal.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr const char* kConditionsHelp =
+    "Set a condition of the simulated water, e.g. current_x=0.1; a wrong name lists them all";
+
+void add_check(CLI::App& app, CheckArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "check",
+      "Examples:\n"
+      "  dive check missions/window.xml            everything that can be proved on deck\n"
+      "  dive check --static missions/window.xml   without the simulated dive\n"
+      "  dive check --rules                        every rule and its code\n\n"
+      "Checks a mission: document, map, a certified plan for every leg, the way out from every\n"
+      "leg, time and energy, and a simulated dive. Exit status 0 when it is ready to dive.");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)");
+  command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
+  command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
+  command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive");
+  command->add_option("--set", arguments.conditions, kConditionsHelp)->type_name("NAME=VALUE");
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_plan(CLI::App& app, PlanArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "plan",
+      "Examples:\n"
+      "  dive plan missions/window.xml --svg plan.svg\n"
+      "  dive plan --map missions/maps/window.sdf --start -1,-2,-4 --goal 9.8,-2,-4.6 "
+      "--clearance 1 --horizontal\n\n"
+      "Plans every leg of a mission, or one path on a map, and prints its certified clearance.\n"
+      "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)");
+  command->add_option("--map", arguments.map, "Map file (SDF) instead of a mission");
+  command->add_option("--start", arguments.start, "Start pose on the map");
+  command->add_option("--goal", arguments.goal, "Goal pose on the map");
+  command->add_option("--clearance", arguments.clearance_m, "Clearance to keep, m")
+      ->check(CLI::Range(0.0, 20.0));
+  command->add_option("--max-depth", arguments.max_depth_m, "Depth limit, m")
+      ->check(CLI::Range(0.0, 1000.0));
+  command->add_flag("--horizontal", arguments.horizontal, "Keep roll and pitch at zero");
+  command->add_option("--seed", arguments.seed, "Seed of the warm starts");
+  command->add_option("--svg", arguments.svg, "Write a picture of map and path");
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_run(CLI::App& app, RunArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "run",
+      "Examples:\n"
+      "  dive run missions/window.xml\n"
+      "  dive run missions/window.xml --seed 7 --log dive.lcmlog --svg dive.svg\n"
+      "  dive run missions/window.xml --set current_x=0.05 --leak-at 40\n\n"
+      "Dives a mission in the built-in simulator. Exit status 0 when it ended as planned, 1 when\n"
+      "it failed or was aborted.");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)")->required();
+  command->add_option("--seed", arguments.seed, "Seed of everything random");
+  command->add_option("--log", arguments.log, "Log file (default: dive-runs/ID-seedN.lcmlog)");
+  command->add_option("--svg", arguments.svg, "Write a picture of plan and dive");
+  command->add_option("--set", arguments.conditions, kConditionsHelp)->type_name("NAME=VALUE");
+  command->add_option("--leak-at", arguments.leak_at_s, "Let water in after so many seconds")
+      ->check(CLI::Range(0.0, 1e6));
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_replay(CLI::App& app, ReplayArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "replay",
+      "Examples:\n"
+      "  dive replay dive-runs/window-seed1.lcmlog\n\n"
+      "Feeds a log's inputs to a new executive and compares every output bit for bit. Exit status\n"
+      "0 when they are identical, 1 when not: then it says where they first differ.");
+  command->add_option("LOG", arguments.log, "Log file (LCM event log)")->required();
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+// What the person may have meant by a word that is no command or option.
+std::optional<std::string> meant(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+    if (!command->parsed()) continue;
+    for (const CLI::Option* option : command->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  return closest_match(word, names);
+}
+
+int explain(const CLI::App& app, const CLI::ParseError& error, const char* first_word) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    return app.exit(error) == 0 ? kExitSuccess : kExitUsage;  // --help, --version
+  }
+  std::string hint;
+  for (const std::string& word : app.remaining(true)) {
+    if (const auto name = meant(app, word)) hint = fmt::format(" (did you mean '{}'?)", *name);
+  }
+  if (hint.empty() && first_word != nullptr && app.get_subcommands().empty()) {
+    if (const auto name = meant(app, first_word)) {
+      hint = fmt::format(" (did you mean '{}'?)", *name);
+    }
+  }
+  complain(error.what() + hint);
+  note("Try 'dive --help' or 'dive COMMAND --help'.");
+  return kExitUsage;
+}
+
+int dispatch(int argc, char** argv) {
+  CLI::App app(
+      "Examples:\n"
+      "  dive check missions/window.xml     can this mission work?\n"
+      "  dive run missions/window.xml       dive it in the simulator\n"
+      "  dive replay LOG                    re-run a log, bit for bit\n\n"
+      "Mission executive for the Aqua2 autonomous underwater vehicle.",
+      "dive");
+  app.set_version_flag("--version", std::string("dive ") + DIVE_VERSION);
+  app.require_subcommand(1);
+  CheckArguments check;
+  PlanArguments plan;
+  RunArguments run;
+  ReplayArguments replay;
+  add_check(app, check);
+  add_plan(app, plan);
+  add_run(app, run);
+  add_replay(app, replay);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return explain(app, error, argc > 1 ? argv[1] : nullptr);
+  }
+  if (app.got_subcommand("check")) {
+    if (check.mission.empty() && !check.list_rules) {
+      complain("check needs a mission file");
+      return kExitUsage;
+    }
+    return run_check(check);
+  }
+  if (app.got_subcommand("plan")) return run_plan(plan);
+  if (app.got_subcommand("run")) return run_dive(run);
+  return run_replay(replay);
+}
+
+}  // namespace
+}  // namespace dive::mission
+
+int main(int argc, char** argv) {
+  try {
+    return dive::mission::dispatch(argc, argv);
+  } catch (const std::exception& error) {
+    dive::mission::complain(std::string("internal error: ") + error.what());
+    return dive::mission::kExitInternal;
+  }
+}

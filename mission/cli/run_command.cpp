@@ -1,0 +1,139 @@
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "mission/check/check.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/loading.h"
+#include "mission/cli/picture.h"
+#include "mission/cli/terminal.h"
+#include "mission/record/log.h"
+#include "planning/world/scene.h"
+
+namespace dive::mission {
+namespace {
+
+// Once a second of dive time on a terminal, every ten elsewhere.
+class DiveProgress {
+ public:
+  void observe(const StepInputs& inputs, const Status& status) {
+    if (inputs.now < next_) return;
+    next_ = inputs.now + (line_.on_terminal() ? 1 : 10) * kMicrosecondsPerSecond;
+    const std::string leg = status.leg.empty() ? "" : " -> " + status.leg;
+    const std::string clearance =
+        status.clearance_m > 0.0 ? fmt::format("{:.2f} m", status.clearance_m) : "-";
+    line_.show(fmt::format(
+        "{:6.1f} s  {:<28} to go {:5.1f} m {:4.0f} s  depth {:4.1f} m  "
+        "clearance {}{}",
+        to_seconds(inputs.now), status.state + leg, status.distance_to_go_m, status.time_to_go_s,
+        status.depth_m, clearance, status.rung == "none" ? "" : "  [" + status.rung + "]"));
+  }
+
+ private:
+  ProgressLine line_;
+  Utime next_ = 0;
+};
+
+std::string default_log_path(const Mission& mission, std::uint64_t seed) {
+  return fmt::format("dive-runs/{}-seed{}.lcmlog", mission.id, seed);
+}
+
+std::optional<LogWriter> open_log(const std::string& path, const LoadedMission& loaded,
+                                  std::uint64_t seed) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code ignored;  // what is wrong with the folder shows when the file is created
+  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
+  LogHeader header;
+  header.version = DIVE_VERSION;
+  header.seed = seed;
+  header.mission_name = std::filesystem::path(loaded.mission.source.path()).filename().string();
+  header.mission_xml = loaded.mission.source.content();
+  header.map_name = loaded.mission.map_file.value;
+  header.map_xml = loaded.map.content();
+  header.vehicle_urdf = vehicle::aqua2_urdf().content();
+  tl::expected<LogWriter, std::string> writer = LogWriter::create(path, std::move(header));
+  if (!writer) {
+    complain(fmt::format("{}: {}", path, writer.error()));
+    return std::nullopt;
+  }
+  return std::move(*writer);
+}
+
+void print_verdict(const DiveResult& result, const std::string& log) {
+  print(fmt::format("{}: {} in state {}{}", result.outcome == "success" ? "SUCCESS" : "NOT DONE",
+                    result.outcome, result.final_state,
+                    result.cause.empty() ? "" : " (" + result.cause + ")"));
+  print(fmt::format("  {:.0f} s, {:.1f} m swum, {} plan(s) of which {} replan(s), {:.1f} Wh",
+                    result.duration_s, result.distance_m, result.plans, result.replans,
+                    result.energy_wh));
+  print(fmt::format(
+      "  nearest to anything {:.2f} m, {} collision(s), surfaced {:.2f} m from where "
+      "it believed to be (one sigma {:.2f} m)",
+      result.min_clearance_m, result.collisions, result.estimate_error_m, result.estimate_sigma_m));
+  print("  log " + log);
+}
+
+}  // namespace
+
+int run_dive(const RunArguments& arguments) {
+  DiveSettings settings;
+  settings.seed = arguments.seed;
+  settings.leak_at_s = arguments.leak_at_s;
+  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
+  if (!conditions) return kExitUsage;
+  settings.conditions = *conditions;
+
+  Diagnostics diagnostics;
+  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  if (!loaded) {
+    print_diagnostics(diagnostics);
+    if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});
+    return kExitUsage;
+  }
+  const std::string log_path =
+      arguments.log.empty() ? default_log_path(loaded->mission, arguments.seed) : arguments.log;
+  std::optional<LogWriter> log = open_log(log_path, *loaded, arguments.seed);
+  if (!log) return kExitUsage;
+
+  DivePicture picture;
+  if (!arguments.svg.empty()) {
+    const planning::Scene scene(loaded->world);
+    picture =
+        picture_of_plan(fmt::format("{}: dive with seed {}", loaded->mission.id, arguments.seed),
+                        loaded->world, loaded->model.hull, loaded->mission.limits.clearance.value,
+                        plan_route(nominal_route(loaded->mission, scene), loaded->world,
+                                   loaded->model.hull, settings.planner, arguments.seed));
+  }
+  PictureRecorder recorder(picture);
+  bool log_complete = true;
+  DiveResult result;
+  {
+    DiveProgress progress;
+    result = simulate_dive(
+        loaded->mission, loaded->world, loaded->model, settings,
+        [&](const StepInputs& inputs, const StepOutputs& outputs,
+            const vehicle::GroundTruth& truth) {
+          log_complete &= log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
+          if (!arguments.json) progress.observe(inputs, outputs.status);
+          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
+        });
+  }
+  log_complete &= log->close();
+  if (!log_complete) complain(fmt::format("{}: the log is not complete (disk full?)", log_path));
+
+  if (arguments.json) {
+    nlohmann::ordered_json json = to_json(result);
+    json["log"] = log_path;
+    json["seed"] = arguments.seed;
+    print_json(json);
+  } else {
+    print_verdict(result, log_path);
+  }
+  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
+  return result.outcome == "success" && log_complete ? kExitSuccess : kExitFailed;
+}
+
+}  // namespace dive::mission

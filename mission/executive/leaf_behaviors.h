@@ -1,0 +1,36 @@
+#pragma once
+// From what a mission says to what a behaviour needs.
+
+#include <array>
+#include <memory>
+
+#include "behaviors/behavior.h"
+#include "behaviors/failsafes.h"
+#include "behaviors/leg.h"
+#include "mission/document/mission.h"
+#include "planning/world/scene.h"
+
+namespace dive::mission {
+
+/// What every leaf of a mission shares.
+struct LeafContext {
+  behaviors::LegSettings leg;
+  const planning::Scene* scene = nullptr;  ///< For positions given as altitude.
+};
+
+[[nodiscard]] LeafContext make_leaf_context(const Mission& mission, const planning::Scene& scene,
+                                            std::uint64_t seed);
+
+/// Height of the ground (z in W) below a position as written; the surface where there is none.
+[[nodiscard]] double ground_height(const planning::Scene& scene, const Position& position);
+
+[[nodiscard]] behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal);
+
+/// The behaviour of a leaf state as written.
+[[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
+                                                                      const StateSpec& spec);
+
+[[nodiscard]] std::array<behaviors::FailsafePolicy, behaviors::kFailsafeCount> failsafe_policies(
+    const Failsafes& failsafes);
+
+}  // namespace dive::mission

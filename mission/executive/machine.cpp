@@ -1,0 +1,145 @@
+#include "mission/executive/machine.h"
+
+#include <utility>
+
+#include "common/assert.h"
+
+namespace dive::mission {
+namespace {
+
+using statechart::StateId;
+using statechart::StateKind;
+using statechart::Transition;
+
+StateKind kind_of(StateType type) {
+  switch (type) {
+    case StateType::kCompound:
+      return StateKind::kCompound;
+    case StateType::kParallel:
+      return StateKind::kParallel;
+    case StateType::kFinal:
+      return StateKind::kFinal;
+    case StateType::kShallowHistory:
+      return StateKind::kShallowHistory;
+    case StateType::kDeepHistory:
+      return StateKind::kDeepHistory;
+    case StateType::kLeaf:
+      return StateKind::kAtomic;
+  }
+  DIVE_DEMAND(false);
+}
+
+class Builder {
+ public:
+  explicit Builder(const Mission& mission) : mission_(mission) {}
+
+  Machine build() {
+    const StateId root = add("dive", StateKind::kCompound, -1, nullptr);
+    for (const StateSpec& spec : mission_.states) add_tree(spec, root);
+    add_own_states(root);
+    // All states are there now, so that targets can be found.
+    for (const StateSpec& spec : mission_.states) add_transitions(spec);
+    for (const StateSpec& spec : mission_.states) add_takeovers(spec);
+    machine_.chart.set_initial(root, {find(mission_.initial.value)});
+    return std::move(machine_);
+  }
+
+ private:
+  StateId add(const std::string& id, StateKind kind, StateId parent, const StateSpec* spec) {
+    const StateId state = machine_.chart.add_state(id, kind, parent);
+    machine_.specs.push_back(spec);
+    return state;
+  }
+
+  StateId find(const std::string& id) const {
+    const StateId state = machine_.chart.find(id);
+    DIVE_DEMAND(state >= 0);  // the document was checked
+    return state;
+  }
+
+  void add_tree(const StateSpec& spec, StateId parent) {
+    const StateId state = add(spec.id.value, kind_of(spec.type), parent, &spec);
+    for (const StateSpec& child : spec.children) add_tree(child, state);
+  }
+
+  void add_own_states(StateId root) {
+    const StateId abort = add(kAbortState, StateKind::kCompound, root, nullptr);
+    const StateId retrace = add(kRetraceState, StateKind::kAtomic, abort, nullptr);
+    const StateId surface = add(kAbortSurfaceState, StateKind::kAtomic, abort, nullptr);
+    const StateId emergency = add(kEmergencyState, StateKind::kAtomic, root, nullptr);
+    const StateId aborted = add(kAbortedState, StateKind::kFinal, root, nullptr);
+    machine_.chart.set_initial(abort, {retrace});
+    on(retrace, done_event(kRetraceState), surface);
+    on(surface, done_event(kAbortSurfaceState), aborted);
+    on(emergency, done_event(kEmergencyState), aborted);
+    on(abort, kEmergencyEvent, emergency);
+  }
+
+  static std::string done_event(const std::string& id) { return "done.state." + id; }
+
+  void on(StateId source, const std::string& event, StateId target) {
+    Transition transition;
+    transition.source = source;
+    transition.events = {event};
+    transition.targets = {target};
+    machine_.chart.add_transition(std::move(transition));
+  }
+
+  void add_transitions(const StateSpec& spec) {
+    const StateId source = find(spec.id.value);
+    set_initial(spec, source);
+    if (const Timeout* timeout = timeout_of(spec)) {
+      on(source, "timeout." + spec.id.value, find(timeout->on_timeout.value));
+    }
+    for (const TransitionSpec& written : spec.transitions) {
+      Transition transition;
+      transition.source = source;
+      transition.events = written.events;
+      transition.internal = written.internal;
+      for (const auto& target : written.targets) transition.targets.push_back(find(target.value));
+      if (written.guard) {
+        transition.guard = static_cast<int>(machine_.guards.size());
+        machine_.guards.push_back(*written.guard);
+      }
+      machine_.chart.add_transition(std::move(transition));
+    }
+    for (const StateSpec& child : spec.children) add_transitions(child);
+  }
+
+  void set_initial(const StateSpec& spec, StateId state) {
+    if (spec.initial) {
+      machine_.chart.set_initial(state, {find(spec.initial->value)});
+    } else if (spec.type == StateType::kCompound) {
+      machine_.chart.set_initial(state, {find(spec.children.front().id.value)});
+    }
+  }
+
+  void add_takeovers(const StateSpec& spec) {
+    if (spec.type == StateType::kFinal) return;
+    const StateId source = find(spec.id.value);
+    on(source, kAbortEvent, find(kAbortState));
+    on(source, kEmergencyEvent, find(kEmergencyState));
+  }
+
+  const Mission& mission_;
+  Machine machine_;
+};
+
+}  // namespace
+
+Machine build_machine(const Mission& mission) {
+  Machine machine = Builder(mission).build();
+  DIVE_DEMAND(machine.chart.validate().empty());
+  return machine;
+}
+
+const Timeout* timeout_of(const StateSpec& spec) {
+  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) return &leaf->timeout;
+  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) return &leaf->timeout;
+  if (const auto* leaf = std::get_if<SurfaceState>(&spec.leaf)) {
+    return leaf->timeout ? &*leaf->timeout : nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace dive::mission
