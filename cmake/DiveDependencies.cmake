@@ -18,6 +18,11 @@ if(DIVE_BENCH)
 endif()
 find_program(LCM_GEN lcm-gen REQUIRED)
 
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
 # fcl's exported target leaves its include directories non-system and drags octomap in.
 set_target_properties(fcl PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES
   "$<TARGET_PROPERTY:fcl,INTERFACE_INCLUDE_DIRECTORIES>")

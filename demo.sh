@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Installs, builds, checks the Window mission on deck and dives it in the simulator.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+.ci/install
+[ -f build/release/build.ninja ] || cmake --preset release --log-level=WARNING
+cmake --build --preset release -j2 --target dive
+
+dive=build/release/dive
+echo
+echo "== dive check missions/window.xml"
+"$dive" check missions/window.xml
+echo
+echo "== dive run missions/window.xml"
+"$dive" run missions/window.xml --log dive-runs/window.lcmlog --svg dive-runs/window.svg
+echo "  picture dive-runs/window.svg"
+echo
+echo "== dive replay dive-runs/window.lcmlog"
+"$dive" replay dive-runs/window.lcmlog

@@ -1,0 +1,182 @@
+#include "behaviors/leg.h"
+
+#include <gtest/gtest.h>
+
+#include "behaviors/goal_sequence.h"
+
+namespace dive::behaviors {
+namespace {
+
+LegSettings settings() {
+  LegSettings result;
+  result.attitude = planning::AttitudeMode::kHorizontal;
+  result.clearance = 1.0;
+  result.min_z = -10.0;
+  return result;
+}
+
+LegGoal goal_at(double x, double y) {
+  LegGoal goal;
+  goal.id = "goal";
+  goal.position_W = {x, y, -3};
+  return goal;
+}
+
+// A vehicle that is always where it is commanded to be: moves along its commanded heading.
+class PerfectVehicle {
+ public:
+  explicit PerfectVehicle(const Eigen::Vector3d& p_W) {
+    estimate_.valid = true;
+    estimate_.X_WB.p = p_W;
+  }
+  template <class B>
+  BehaviorOutput tick(B& behavior, const PlanAnswer* plan = nullptr) {
+    now_ += 20'000;
+    const BehaviorOutput output = behavior.step({now_, &estimate_, plan});
+    estimate_.X_WB.q = output.command.o;
+    estimate_.X_WB.p += output.command.o * Eigen::Vector3d(0.02 * output.command.v, 0, 0);
+    estimate_.X_WB.p.z() = -output.command.d;
+    estimate_.v_WB_B = {output.command.v, 0, 0};
+    return output;
+  }
+  void move_to(const Eigen::Vector3d& p_W) { estimate_.X_WB.p = p_W; }
+  [[nodiscard]] const Eigen::Vector3d& position() const { return estimate_.X_WB.p; }
+  [[nodiscard]] double seconds() const { return to_seconds(now_); }
+
+ private:
+  Utime now_ = 0;
+  estimation::StateEstimate estimate_;
+};
+
+std::vector<Pose> straight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  std::vector<Pose> poses;
+  const Eigen::Quaterniond q = heading_along(b - a);
+  for (int i = 0; i <= 4; ++i) poses.push_back({a + (b - a) * i / 4.0, q});
+  return poses;
+}
+
+PlanAnswer success(const std::vector<Pose>& path) {
+  return {planning::PlanStatus::kSuccess, "", path, 1.2};
+}
+
+TEST(Leg, AsksOnceWaitsThenFollowsToTheGoal) {
+  Leg leg(settings(), goal_at(6, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const BehaviorOutput first = vehicle.tick(leg);
+  ASSERT_TRUE(first.plan_request);
+  EXPECT_EQ(first.plan_request->clearance, 1.0);
+  EXPECT_EQ(first.plan_request->min_z, -10.0);
+  EXPECT_TRUE(first.plan_request->previous.empty());
+  EXPECT_EQ(first.command.v, 0.0) << "no path, no way";
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(vehicle.tick(leg).plan_request);
+
+  const std::vector<Pose> path = straight({0, 0, -3}, {6, 0, -3});
+  const PlanAnswer answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  EXPECT_EQ(leg.progress().clearance_m, 1.2);
+  for (int i = 0; i < 2000 && !output.done; ++i) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+  EXPECT_LT((vehicle.position() - Eigen::Vector3d(6, 0, -3)).norm(), 0.5);
+}
+
+TEST(Leg, DwellsAtTheGoal) {
+  LegGoal goal = goal_at(3, 0);
+  goal.dwell_s = 5.0;
+  Leg leg(settings(), goal);
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {3, 0, -3});
+  const PlanAnswer answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  double arrived = 0;
+  for (int i = 0; i < 3000 && !output.done; ++i) {
+    output = vehicle.tick(leg);
+    if (arrived == 0 && output.command.v == 0.0) arrived = vehicle.seconds();
+  }
+  EXPECT_NEAR(vehicle.seconds() - arrived, 5.0, 0.05);
+}
+
+TEST(Leg, KeepsTheOldPathWhileAndAfterAReplanFails) {
+  LegSettings with_period = settings();
+  with_period.replan.period_s = 3.0;
+  Leg leg(with_period, goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const PlanAnswer answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (!output.plan_request && vehicle.seconds() < 10) output = vehicle.tick(leg);
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_FALSE(output.plan_request->previous.empty()) << "warm-started from the path it has";
+  EXPECT_LT((output.plan_request->previous.back().p - path.back().p).norm(), 1e-12);
+  EXPECT_GT(output.command.v, 0.1);
+  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  output = vehicle.tick(leg, &failure);
+  EXPECT_GT(output.command.v, 0.1);
+  EXPECT_EQ(leg.progress().plan_failures, 1);
+  EXPECT_EQ(leg.progress().plan_failure, "blocked");
+}
+
+TEST(Leg, RetriesAFailedFirstPlanThenGivesUp) {
+  LegSettings few = settings();
+  few.replan.max_replans = 4;
+  Leg leg(few, goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  int asked = 0;
+  std::vector<std::uint64_t> seeds;
+  BehaviorOutput output;
+  while (!output.failed && vehicle.seconds() < 60) {
+    const bool answer = output.plan_request.has_value();
+    output = vehicle.tick(leg, answer ? &failure : nullptr);
+    EXPECT_EQ(output.command.v, 0.0);
+    if (output.plan_request) {
+      ++asked;
+      seeds.push_back(output.plan_request->seed);
+    }
+  }
+  EXPECT_TRUE(output.failed);
+  EXPECT_EQ(asked, 5) << "the first and four more";
+  EXPECT_EQ(leg.progress().plan_failures, 5);
+  EXPECT_NE(seeds[0], seeds[1]) << "another try must be able to end otherwise";
+  EXPECT_GE(vehicle.seconds(), 4.0) << "one second between tries";
+}
+
+TEST(Leg, PlansAgainWhenItMissedTheGoal) {
+  Leg leg(settings(), goal_at(4, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {4, 0, -3});
+  const PlanAnswer answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  vehicle.move_to({4.5, 2.0, -3});  // swept past it, abeam
+  for (int i = 0; i < 50 && !output.plan_request; ++i) output = vehicle.tick(leg);
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_FALSE(output.done);
+}
+
+TEST(GoalSequence, TakesItsGoalsInOrder) {
+  GoalSequence sequence(settings(), {goal_at(3, 0), goal_at(3, 3)});
+  PerfectVehicle vehicle({0, 0, -3});
+  std::vector<Eigen::Vector3d> asked;
+  std::vector<Pose> path;
+  PlanAnswer answer;
+  BehaviorOutput output;
+  for (int i = 0; i < 4000 && !output.done; ++i) {
+    const bool answered = output.plan_request.has_value();
+    if (answered) {
+      asked.push_back(output.plan_request->goal.p);
+      path = straight(output.plan_request->start.p, output.plan_request->goal.p);
+      answer = success(path);
+    }
+    output = vehicle.tick(sequence, answered ? &answer : nullptr);
+  }
+  EXPECT_TRUE(output.done);
+  ASSERT_GE(asked.size(), 2U);
+  EXPECT_EQ(asked.front(), Eigen::Vector3d(3, 0, -3));
+  EXPECT_EQ(asked.back(), Eigen::Vector3d(3, 3, -3));
+  EXPECT_LT((vehicle.position() - Eigen::Vector3d(3, 3, -3)).norm(), 0.5);
+}
+
+}  // namespace
+}  // namespace dive::behaviors
