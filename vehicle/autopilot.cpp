@@ -1,0 +1,136 @@
+#include "vehicle/autopilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "common/assert.h"
+#include "common/se3.h"
+
+namespace dive::vehicle {
+namespace {
+
+constexpr double kJump = 2.0;  // m/s: a depth command that moves faster has been set anew
+
+double signed_square(double x) { return std::abs(x) * x; }
+
+double effort(double x) { return std::clamp(x, -1.0, 1.0); }
+
+}  // namespace
+
+std::string AutopilotOptions::validate() const {
+  const auto outside = [](const char* name, double value, double low, double high) {
+    return value >= low && value <= high  // false for NaN
+               ? std::string()
+               : fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
+  };
+  std::string problem;
+  const auto check = [&](const char* name, double value, double low, double high) {
+    if (problem.empty()) problem = outside(name, value, low, high);
+  };
+  for (int i = 0; i < 3; ++i) {
+    check("attitude_p", attitude_p[i], 0.0, 100.0);
+    check("attitude_d", attitude_d[i], 0.0, 100.0);
+  }
+  check("depth_p", depth_p, 0.0, 100.0);
+  check("depth_d", depth_d, 0.0, 100.0);
+  check("depth_i", depth_i, 0.0, 100.0);
+  check("depth_i_limit", depth_i_limit, 0.0, 1.0);
+  check("depth_i_zone_m", depth_i_zone_m, 0.0, 10.0);
+  check("depth_filter_s", depth_filter_s, 0.001, 10.0);
+  check("heave_share", heave_share, 0.01, 1.0);
+  check("full_heave", full_heave, 0.01, 5.0);
+  check("heave_brake", heave_brake, 0.001, 10.0);
+  check("heave_lift", heave_lift, 0.0, 100.0);
+  check("heave_trim", heave_trim, 0.0, 100.0);
+  check("full_speed", full_speed, 0.05, 5.0);
+  check("coast_length_m", coast_length_m, 0.0, 100.0);
+  check("speed_time_constant_s", speed_time_constant_s, 0.05, 60.0);
+  return problem;
+}
+
+Autopilot::Autopilot(AutopilotOptions options) : options_(options) {
+  DIVE_DEMAND(options_.validate().empty());
+}
+
+PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_WB,
+                            const Eigen::Vector3d& omega_B, double depth_m, double dt) {
+  DIVE_DEMAND(dt > 0.0 && std::isfinite(depth_m) && q_WB.coeffs().allFinite());
+  DIVE_DEMAND(std::isfinite(command.v) && std::isfinite(command.d));
+  const Eigen::Vector3d error = so3_log(q_WB.conjugate() * command.o);
+  const Eigen::Vector3d turn =
+      options_.attitude_p.cwiseProduct(error) - options_.attitude_d.cwiseProduct(omega_B);
+  const Eigen::Vector3d up_B = q_WB.conjugate() * Eigen::Vector3d::UnitZ();
+  const double surge = speed_effort(command.v, dt);
+  const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
+  track_depth(command.d, depth_m, climb, dt);
+  const double heave = -depth_reference_rate_ - climb;  // m/s, what is left for the flippers to do
+  const double lift = lift_effort(depth_m, heave, dt);
+  // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
+  const double trim = -options_.heave_trim * speed_reference_ * heave;
+  return {effort(surge + lift * up_B.x()), effort(lift * up_B.z()), effort(turn.x()),
+          effort(turn.y() + trim), effort(turn.z())};
+}
+
+double Autopilot::speed_effort(double speed, double dt) {
+  const double full = options_.full_speed * options_.full_speed;
+  const double drag = signed_square(speed_reference_);
+  const double wanted = (speed - speed_reference_) / options_.speed_time_constant_s;
+  const double result = effort((drag + options_.coast_length_m * wanted) / full);
+  // The reference moves as the effort left by the limits allows, so that it stays true.
+  const double rate =
+      options_.coast_length_m > 0.0 ? (result * full - drag) / options_.coast_length_m : wanted;
+  speed_reference_ += rate * dt;
+  return result;
+}
+
+// The heave w that needs the share of full effort: w^2 + heave_lift |u| w = share full_heave^2.
+double Autopilot::heave_within_reach() const {
+  const double half = 0.5 * options_.heave_lift * std::abs(speed_reference_);
+  return std::sqrt(half * half + options_.heave_share * options_.full_heave * options_.full_heave) -
+         half;
+}
+
+// The reference closes in on the command as fast as it can still brake, and moves along with a
+// command that moves: a ramp is followed without lag, a jump without overshoot.
+void Autopilot::track_depth(double commanded_depth, double depth_m, double climb, double dt) {
+  if (!has_depth_) {
+    has_depth_ = true;
+    depth_reference_ = last_depth_ = depth_m;
+    last_command_ = commanded_depth;
+  }
+  const double gain = 1.0 - std::exp(-dt / options_.depth_filter_s);
+  const double command_rate = (commanded_depth - last_command_) / dt;
+  last_command_ = commanded_depth;
+  if (std::abs(command_rate) < kJump) commanded_rate_ += gain * (command_rate - commanded_rate_);
+
+  const double gap = commanded_depth - depth_reference_;
+  const double closing = std::min(std::sqrt(2.0 * options_.heave_brake * std::abs(gap)),
+                                  std::abs(gap) / (2.0 * options_.depth_filter_s));
+  const double up = heave_within_reach() + std::max(climb, 0.0);
+  const double down = heave_within_reach() - std::min(climb, 0.0);
+  const double rate = std::clamp(commanded_rate_ + std::copysign(closing, gap), -up, down);
+  depth_reference_rate_ += gain * (rate - depth_reference_rate_);
+  depth_reference_ += depth_reference_rate_ * dt;
+
+  depth_rate_ += gain * ((depth_m - last_depth_) / dt - depth_rate_);
+  last_depth_ = depth_m;
+}
+
+double Autopilot::lift_effort(double depth_m, double heave, double dt) {
+  const double error = depth_m - depth_reference_;  // positive: too deep
+  const double drag =
+      signed_square(heave) + options_.heave_lift * std::abs(speed_reference_) * heave;
+  const double proportional = options_.depth_p * error +
+                              options_.depth_d * (depth_rate_ - depth_reference_rate_) +
+                              drag / (options_.full_heave * options_.full_heave);
+  const double result = proportional + depth_integral_;
+  if (std::abs(error) < options_.depth_i_zone_m && std::abs(result) < 1.0) {
+    depth_integral_ = std::clamp(depth_integral_ + options_.depth_i * error * dt,
+                                 -options_.depth_i_limit, options_.depth_i_limit);
+  }
+  return effort(result);
+}
+
+}  // namespace dive::vehicle

@@ -1,6 +1,14 @@
 #pragma once
-// PD attitude and depth autopilot at 50 Hz: from the command tuple and the measured state to
-// pseudo-rates.
+// Attitude and depth autopilot at 50 Hz: from the command tuple and the measured state to
+// pseudo-rates. What each loop does:
+//
+//   speed     open loop, for nothing on board measures it: a reference u_r follows the command with
+//             a first-order lag, and the effort is what the vehicle's own drag and inertia need for
+//             it, surge = (u_r |u_r| + coast_length * u_r') / full_speed^2
+//   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angle, so no gimbal trouble
+//   depth     PD on a reference that follows the command as fast as the vehicle can, with what
+//             moving at that rate costs fed forward, and an integral bounded to the size of a trim
+//             error; the vertical effort goes to surge and heave as B's axes point
 
 #include <string>
 
@@ -12,12 +20,22 @@
 namespace dive::vehicle {
 
 struct AutopilotOptions {
-  Eigen::Vector3d attitude_p{1.0, 2.0, 1.5};  ///< Roll, pitch, yaw: effort per rad.
-  Eigen::Vector3d attitude_d{0.4, 0.8, 0.8};  ///< Effort per rad/s.
-  double depth_p = 1.0;                       ///< Effort per m.
-  double depth_d = 1.0;                       ///< Effort per m/s.
-  double depth_filter_s = 0.2;                ///< Time constant of the depth rate.
+  Eigen::Vector3d attitude_p{3.0, 5.0, 4.0};  ///< Roll, pitch, yaw: effort per rad.
+  Eigen::Vector3d attitude_d{2.0, 3.5, 2.5};  ///< Effort per rad/s.
+  double depth_p = 4.0;                       ///< Effort per m.
+  double depth_d = 9.0;                       ///< Effort per m/s.
+  double depth_i = 0.5;                       ///< Effort per m s.
+  double depth_i_limit = 0.3;                 ///< Effort that the integral may reach.
+  double depth_i_zone_m = 0.2;                ///< Further off than this, the integral rests.
+  double depth_filter_s = 0.3;                ///< Time constant of the depth rate.
+  double heave_share = 0.7;                   ///< Of full heave effort that the reference may need.
+  double full_heave = 0.253;                  ///< m/s at full heave effort (steady, level, v = 0).
+  double heave_brake = 0.06;                  ///< m/s^2, with which the reference comes to rest.
+  double heave_lift = 0.447;                  ///< Lift at speed u: u w heave_lift beside w |w|.
+  double heave_trim = 6.0;                    ///< Pitch effort that holds the nose, per u w.
   double full_speed = 0.8;                    ///< m/s at full surge effort (steady, level).
+  double coast_length_m = 2.06;               ///< Mass with entrained water over drag, m / (m/s)^2.
+  double speed_time_constant_s = 1.5;         ///< Of the speed's reference.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -32,9 +50,20 @@ class Autopilot {
                                  const Eigen::Vector3d& omega_B, double depth_m, double dt);
 
  private:
+  [[nodiscard]] double speed_effort(double speed, double dt);
+  [[nodiscard]] double heave_within_reach() const;
+  void track_depth(double commanded_depth, double depth_m, double climb, double dt);
+  [[nodiscard]] double lift_effort(double depth_m, double heave, double dt);
+
   AutopilotOptions options_;
+  double speed_reference_ = 0.0;
+  double depth_reference_ = 0.0;
+  double depth_reference_rate_ = 0.0;
   double depth_rate_ = 0.0;
+  double commanded_rate_ = 0.0;
+  double last_command_ = 0.0;
   double last_depth_ = 0.0;
+  double depth_integral_ = 0.0;  ///< Effort.
   bool has_depth_ = false;
 };
 

@@ -1,0 +1,102 @@
+#include "vehicle/simulator/simulator.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/assert.h"
+#include "common/random.h"
+#include "vehicle/aqua2_figures.h"
+#include "vehicle/simulator/dynamics.h"
+#include "vehicle/simulator/flippers.h"
+#include "vehicle/simulator/sensors.h"
+
+namespace dive::vehicle {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSubsteps = 2;  // of the tick: the surface is stiff (5 rad/s), the rest is slower
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kGravity = 9.81;
+constexpr std::uint64_t kSpeedStream = 0x59eed;
+
+}  // namespace
+
+struct Simulator::Impl {
+  Impl(const Model& model, const Pose& start_X_WB, Conditions conditions_in, std::uint64_t seed)
+      : conditions(std::move(conditions_in)),
+        dynamics(model, figures),
+        flippers(model.hips_B, figures),
+        sensors(conditions, seed, kTick),
+        current_W(conditions.current_W) {
+    Random random(seed, kSpeedStream);
+    flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
+    state.X_WB = Pose{start_X_WB.p, start_X_WB.q.normalized()};
+    state.v = -(state.X_WB.q.conjugate() * current_W);  // put into the water at rest over ground
+    truth.X_WB = state.X_WB;
+  }
+
+  SensorSamples step(const PseudoRates& rates) {
+    flippers.command(rates);
+    const Vector3d p_before = state.X_WB.p;
+    const Vector3d v_before_W = velocity_W();
+    for (int i = 0; i < kSubsteps; ++i) {
+      flippers.advance(kTick / kSubsteps);
+      dynamics.advance(state, flippers.forces(), current_W, kTick / kSubsteps);
+    }
+    DIVE_DEMAND(state.X_WB.is_finite() && state.v.allFinite() && state.omega.allFinite());
+    truth.utime += from_seconds(kTick);
+    truth.X_WB = state.X_WB;
+    truth.v_WB_B = state.X_WB.q.conjugate() * velocity_W();
+    truth.omega_WB_B = state.omega;
+    truth.distance_swum_m += (state.X_WB.p - p_before).norm();
+    truth.energy_used_wh += (figures.hotel_load_w + flippers.power()) * kTick / kSecondsPerHour;
+
+    const Vector3d acceleration_W = (velocity_W() - v_before_W) / kTick;
+    const Vector3d specific_force_B =
+        state.X_WB.q.conjugate() * (acceleration_W + kGravity * Vector3d::UnitZ());
+    return sensors.sample(truth, specific_force_B, health());
+  }
+
+  [[nodiscard]] Vector3d velocity_W() const { return state.X_WB.q * state.v + current_W; }
+
+  [[nodiscard]] HealthSample health() const {
+    HealthSample sample;
+    sample.utime = truth.utime;
+    sample.battery_fraction = std::max(
+        0.0, conditions.battery_fraction - truth.energy_used_wh / conditions.battery_capacity_wh);
+    sample.leak = leak;
+    return sample;
+  }
+
+  void set_current(const Vector3d& current_in_W) {
+    DIVE_DEMAND(current_in_W.allFinite());
+    state.v += state.X_WB.q.conjugate() * (current_W - current_in_W);  // momentum over ground stays
+    current_W = current_in_W;
+  }
+
+  Aqua2Figures figures;
+  Conditions conditions;
+  Dynamics dynamics;
+  Flippers flippers;
+  Sensors sensors;
+  Vector3d current_W;
+  Dynamics::State state;
+  GroundTruth truth;
+  bool leak = false;
+};
+
+Simulator::Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions,
+                     std::uint64_t seed) {
+  DIVE_DEMAND(conditions.validate().empty() && start_X_WB.is_finite());
+  impl_ = std::make_unique<Impl>(model, start_X_WB, std::move(conditions), seed);
+}
+Simulator::Simulator(Simulator&&) noexcept = default;
+Simulator::~Simulator() = default;
+
+SensorSamples Simulator::step(const PseudoRates& rates) { return impl_->step(rates); }
+const GroundTruth& Simulator::truth() const { return impl_->truth; }
+void Simulator::inject_leak() { impl_->leak = true; }
+void Simulator::set_current(const Vector3d& current_W) { impl_->set_current(current_W); }
+
+}  // namespace dive::vehicle

@@ -1,7 +1,8 @@
 #pragma once
 // The simulated Aqua2: six degrees of freedom with added mass, drag, buoyancy, six flippers,
 // current, sensor noise, bias and latency. (Equations of motion: Fossen 2011, "Handbook of Marine
-// Craft Hydrodynamics and Motion Control", ch. 6-8; figures of the real vehicle: simulator.cpp.)
+// Craft Hydrodynamics and Motion Control", ch. 6-8; figures of the real vehicle:
+// vehicle/aqua2_figures.h.)
 
 #include <cstdint>
 #include <memory>
@@ -22,15 +23,15 @@ namespace dive::vehicle {
 /// drawn once per seed; "noise" values at every sample.
 struct Conditions {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
-  double speed_scale_sigma = 0.01;        ///< Relative error of the gait's speed.
+  double speed_scale_sigma = 0.01;                      ///< Relative error of the gait's speed.
   double heading_bias_sigma_deg = 0.5;
   double attitude_noise_deg = 0.1;
-  double gyro_noise = 0.01;               ///< rad/s.
-  double accel_noise = 0.01;              ///< m/s^2.
+  double gyro_noise = 0.01;   ///< rad/s.
+  double accel_noise = 0.01;  ///< m/s^2.
   double depth_noise_m = 0.01;
   double sensor_latency_s = 0.02;
   double battery_capacity_wh = 200.0;
-  double battery_fraction = 1.0;          ///< At the start.
+  double battery_fraction = 1.0;  ///< At the start.
 
   /// Sets one by its name, e.g. "current_x" = 0.1; false when there is no such name.
   [[nodiscard]] bool set(const std::string& name, double value);
@@ -58,8 +59,7 @@ class Simulator {
  public:
   static constexpr double kTick = 0.02;  ///< s, one control tick.
 
-  Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions,
-            std::uint64_t seed);
+  Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions, std::uint64_t seed);
   Simulator(Simulator&&) noexcept;
   ~Simulator();
 
@@ -68,6 +68,8 @@ class Simulator {
   [[nodiscard]] const GroundTruth& truth() const;
   /// From now on the health samples report water in the hull.
   void inject_leak();
+  /// From now on the water moves at `current_W` (m/s). The vehicle keeps its velocity over ground.
+  void set_current(const Eigen::Vector3d& current_W);
 
  private:
   struct Impl;

@@ -1,0 +1,68 @@
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "vehicle/simulator/sensors.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::vehicle {
+namespace {
+
+struct Entry {
+  const char* name;
+  double& (*of)(Conditions&);
+  double low;
+  double high;
+};
+
+// One row per condition: its name, where it is kept, what it may be.
+constexpr std::array<Entry, 12> kEntries{{
+    {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
+    {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},
+    {"current_z", [](Conditions& c) -> double& { return c.current_W.z(); }, -3.0, 3.0},
+    {"speed_scale_sigma", [](Conditions& c) -> double& { return c.speed_scale_sigma; }, 0.0, 0.2},
+    {"heading_bias_sigma_deg", [](Conditions& c) -> double& { return c.heading_bias_sigma_deg; },
+     0.0, 45.0},
+    {"attitude_noise_deg", [](Conditions& c) -> double& { return c.attitude_noise_deg; }, 0.0,
+     10.0},
+    {"gyro_noise", [](Conditions& c) -> double& { return c.gyro_noise; }, 0.0, 1.0},
+    {"accel_noise", [](Conditions& c) -> double& { return c.accel_noise; }, 0.0, 10.0},
+    {"depth_noise_m", [](Conditions& c) -> double& { return c.depth_noise_m; }, 0.0, 1.0},
+    {"sensor_latency_s", [](Conditions& c) -> double& { return c.sensor_latency_s; }, 0.0,
+     Sensors::kMaxLatency},
+    {"battery_capacity_wh", [](Conditions& c) -> double& { return c.battery_capacity_wh; }, 1.0,
+     10'000.0},
+    {"battery_fraction", [](Conditions& c) -> double& { return c.battery_fraction; }, 0.0, 1.0},
+}};
+
+}  // namespace
+
+bool Conditions::set(const std::string& name, double value) {
+  for (const Entry& entry : kEntries) {
+    if (name != entry.name) continue;
+    entry.of(*this) = value;
+    return true;
+  }
+  return false;
+}
+
+std::vector<std::pair<std::string, double>> Conditions::list() const {
+  Conditions copy = *this;
+  std::vector<std::pair<std::string, double>> result;
+  for (const Entry& entry : kEntries) result.emplace_back(entry.name, entry.of(copy));
+  return result;
+}
+
+std::string Conditions::validate() const {
+  Conditions copy = *this;
+  for (const Entry& entry : kEntries) {
+    const double value = entry.of(copy);
+    if (value >= entry.low && value <= entry.high) continue;  // false for NaN
+    return fmt::format("{} is {} but must be from {} to {}", entry.name, value, entry.low,
+                       entry.high);
+  }
+  return {};
+}
+
+}  // namespace dive::vehicle

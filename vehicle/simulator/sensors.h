@@ -1,0 +1,42 @@
+#pragma once
+// What the sensors make of the truth: noise, a heading bias drawn once per dive, and latency.
+
+#include <array>
+
+#include "common/random.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::vehicle {
+
+class Sensors {
+ public:
+  static constexpr double kMaxLatency = 1.0;  ///< s
+
+  /// `tick` is the time between two calls of sample(), s.
+  Sensors(const Conditions& conditions, std::uint64_t seed, double tick);
+
+  /// Samples the truth at the end of a tick and returns what arrives at that moment, which was
+  /// taken a latency before. `specific_force_B` is what an accelerometer in B feels, m/s^2.
+  [[nodiscard]] SensorSamples sample(const GroundTruth& truth,
+                                     const Eigen::Vector3d& specific_force_B,
+                                     const HealthSample& health);
+
+ private:
+  struct Taken {
+    ImuSample imu;
+    DepthSample depth;
+  };
+  static constexpr std::size_t kSlots = 64;
+
+  [[nodiscard]] Eigen::Vector3d noise(double sigma);
+
+  Conditions conditions_;
+  Random random_;
+  double heading_bias_ = 0.0;  ///< rad
+  std::size_t latency_ticks_ = 0;
+  std::size_t taken_count_ = 0;
+  Utime next_health_ = 0;
+  std::array<Taken, kSlots> taken_{};
+};
+
+}  // namespace dive::vehicle
