@@ -1,0 +1,182 @@
+// The main job, end to end, through the same functions that the commands use.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/check/check.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/cli/loading.h"
+#include "mission/record/log.h"
+#include "mission/record/replay.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+const LoadedMission& window() {
+  static const LoadedMission loaded = [] {
+    Diagnostics diagnostics;
+    auto result = load(std::string(DIVE_SOURCE_DIR) + "/missions/window.xml", diagnostics);
+    for (const Diagnostic& diagnostic : diagnostics.list()) {
+      ADD_FAILURE() << render(diagnostic, false);
+    }
+    return std::move(*result);
+  }();
+  return loaded;
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+DiveResult dive_and_log(const DiveSettings& settings, const fs::path& path) {
+  LogHeader header;
+  header.version = "test";
+  header.seed = settings.seed;
+  header.mission_name = "window.xml";
+  header.mission_xml = window().mission.source.content();
+  header.map_name = window().mission.map_file.value;
+  header.map_xml = window().map.content();
+  header.vehicle_urdf = vehicle::aqua2_urdf().content();
+  auto log = LogWriter::create(path.string(), header);
+  EXPECT_TRUE(log.has_value());
+  DiveResult result = simulate_dive(
+      window().mission, window().world, window().model, settings,
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
+        EXPECT_TRUE(log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB}));
+      });
+  EXPECT_TRUE(log->close());
+  return result;
+}
+
+class WindowDive : public ::testing::TestWithParam<int> {};
+
+// What the mission is judged by: ground truth, on every seed, and a log that replays.
+TEST_P(WindowDive, EndsSurfacedWithClearanceAndReplaysIdentically) {
+  DiveSettings settings;
+  settings.seed = static_cast<std::uint64_t>(GetParam());
+  const fs::path path =
+      fs::path(::testing::TempDir()) / ("window-" + std::to_string(GetParam()) + ".lcmlog");
+  const DiveResult result = dive_and_log(settings, path);
+  EXPECT_EQ(result.outcome, "success") << result.cause;
+  EXPECT_EQ(result.final_state, "surfaced");
+  EXPECT_EQ(result.collisions, 0);
+  EXPECT_GE(result.min_clearance_m, 0.5);
+  EXPECT_LT(result.final_depth_m, 0.5);
+  EXPECT_LT(result.estimate_error_m, 1.0);
+
+  auto log = LogReader::open(path.string());
+  ASSERT_TRUE(log.has_value()) << log.error();
+  const auto report = replay(*log);
+  ASSERT_TRUE(report.has_value()) << report.error();
+  EXPECT_TRUE(report->identical) << report->first_divergence;
+  EXPECT_NEAR(static_cast<double>(report->ticks), result.duration_s * 50.0, 1.5);
+  fs::remove(path);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, WindowDive, ::testing::Range(1, 21));
+
+TEST(Window, SameSeedSameLogByteForByte) {
+  const fs::path a = fs::path(::testing::TempDir()) / "same-a.lcmlog";
+  const fs::path b = fs::path(::testing::TempDir()) / "same-b.lcmlog";
+  const fs::path c = fs::path(::testing::TempDir()) / "other.lcmlog";
+  DiveSettings settings;
+  dive_and_log(settings, a);
+  dive_and_log(settings, b);
+  settings.seed = 2;
+  dive_and_log(settings, c);
+  EXPECT_TRUE(bytes_of(a) == bytes_of(b));
+  EXPECT_FALSE(bytes_of(a) == bytes_of(c));
+}
+
+TEST(Window, AReplayAgainstAnotherMissionNamesTheFirstDifference) {
+  const fs::path path = fs::path(::testing::TempDir()) / "window-changed.lcmlog";
+  dive_and_log({}, path);
+  // The same length, so that only the content of the header changes.
+  std::string bytes = bytes_of(path);
+  const std::size_t at = bytes.find("speed=\"0.4\"");
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at, 11, "speed=\"0.3\"");
+  std::ofstream(path, std::ios::binary) << bytes;
+  auto log = LogReader::open(path.string());
+  if (!log) {  // the digest caught it: as good
+    EXPECT_THAT(log.error(), HasSubstr("digest"));
+    return;
+  }
+  const auto report = replay(*log);
+  ASSERT_TRUE(report.has_value()) << report.error();
+  EXPECT_FALSE(report->identical);
+  EXPECT_THAT(report->first_divergence, HasSubstr("t = "));
+}
+
+TEST(Window, ALeakInTheFarRoomSurfacesOutside) {
+  DiveSettings settings;
+  settings.leak_at_s = 40.0;
+  Eigen::Vector3d end_W;
+  const DiveResult result =
+      simulate_dive(window().mission, window().world, window().model, settings,
+                    [&](const StepInputs&, const StepOutputs&, const vehicle::GroundTruth& truth) {
+                      end_W = truth.X_WB.p;
+                    });
+  EXPECT_EQ(result.outcome, "aborted");
+  EXPECT_EQ(result.final_state, "dive.aborted");
+  EXPECT_THAT(result.cause, HasSubstr("leak"));
+  EXPECT_EQ(result.collisions, 0);
+  EXPECT_LT(result.final_depth_m, 0.5);
+  EXPECT_LT(end_W.x(), 0.0) << "outside of the roof, which starts at x = 0";
+}
+
+TEST(Window, CheckFindsItReadyAndSaysWhatItTakes) {
+  CheckOptions options;
+  options.simulate = false;
+  Diagnostics diagnostics;
+  const CheckReport report = check_mission(window().mission, window().world, window().model,
+                                           options, diagnostics, [](const std::string&) {});
+  EXPECT_TRUE(diagnostics.ok());
+  ASSERT_EQ(report.legs.size(), 3U);
+  for (const PlannedRouteLeg& leg : report.legs) EXPECT_GE(leg.plan.clearance_m, 1.0) << leg.goal;
+  EXPECT_GE(report.legs[1].plan.warm_starts, 1);
+  EXPECT_TRUE(report.way_out.exists);
+  EXPECT_GT(report.way_out.longest_m, 9.8);
+  EXPECT_GE(report.way_out.clearance_m, 0.9);
+  EXPECT_GT(report.budget.distance_m, 28.0);
+  EXPECT_LT(report.budget.distance_m, 45.0);
+  EXPECT_GT(report.budget.duration_s, report.budget.distance_m / 0.4);
+}
+
+TEST(Window, CheckWarnsOfWhatCannotWork) {
+  Mission mission = window().mission;
+  mission.limits.mission_timeout.value = 60.0;
+  mission.limits.battery_reserve.value = 0.999;
+  CheckOptions options;
+  options.simulate = false;
+  Diagnostics diagnostics;
+  check_mission(mission, window().world, window().model, options, diagnostics,
+                [](const std::string&) {});
+  std::vector<std::string> codes;
+  for (const Diagnostic& diagnostic : diagnostics.list()) codes.push_back(diagnostic.code);
+  EXPECT_THAT(codes, ::testing::IsSupersetOf({"CHK-TIME", "CHK-ENERGY"}));
+}
+
+TEST(Window, CheckRefusesAStartWithoutAWayOut) {
+  Mission mission = window().mission;
+  mission.start.x.value = 2.0;  // inside, under the roof
+  CheckOptions options;
+  options.simulate = false;
+  Diagnostics diagnostics;
+  check_mission(mission, window().world, window().model, options, diagnostics,
+                [](const std::string&) {});
+  std::vector<std::string> codes;
+  for (const Diagnostic& diagnostic : diagnostics.list()) codes.push_back(diagnostic.code);
+  EXPECT_THAT(codes, ::testing::Contains("CHK-NO-WAY-OUT"));
+}
+
+}  // namespace
+}  // namespace dive::mission
