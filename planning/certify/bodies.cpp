@@ -1,0 +1,160 @@
+#include "planning/certify/bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+
+#include "common/assert.h"
+
+namespace dive::planning::certify {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+using FclShape = std::variant<std::monostate, fcl::Boxd, fcl::Cylinderd, fcl::Sphered,
+                              fcl::Capsuled, fcl::Ellipsoidd>;
+
+// Largest n . x over a shape in its own frame.
+double reach_in_frame(const Box& s, const Vector3d& n) { return s.size.dot(n.cwiseAbs()) / 2.0; }
+double reach_in_frame(const Cylinder& s, const Vector3d& n) {
+  return s.radius * std::hypot(n.x(), n.y()) + s.length / 2.0 * std::abs(n.z());
+}
+double reach_in_frame(const Sphere& s, const Vector3d& n) { return s.radius * n.norm(); }
+double reach_in_frame(const Capsule& s, const Vector3d& n) {
+  return s.radius * n.norm() + s.length / 2.0 * std::abs(n.z());
+}
+double reach_in_frame(const Ellipsoid& s, const Vector3d& n) {
+  return s.radii.cwiseProduct(n).norm();
+}
+double reach_in_frame(const HalfSpace& s, const Vector3d& n) {
+  return (n - s.normal).norm() < 1e-9 ? 0.0 : kInfinity;
+}
+
+FclShape to_fcl(const Box& s) { return fcl::Boxd(s.size); }
+FclShape to_fcl(const Cylinder& s) { return fcl::Cylinderd(s.radius, s.length); }
+FclShape to_fcl(const Sphere& s) { return fcl::Sphered(s.radius); }
+FclShape to_fcl(const Capsule& s) { return fcl::Capsuled(s.radius, s.length); }
+FclShape to_fcl(const Ellipsoid& s) { return fcl::Ellipsoidd(s.radii); }
+FclShape to_fcl(const HalfSpace&) { return std::monostate{}; }
+
+fcl::Transform3d to_fcl(const Pose& pose) {
+  fcl::Transform3d transform = fcl::Transform3d::Identity();
+  transform.linear() = pose.q.toRotationMatrix();
+  transform.translation() = pose.p;
+  return transform;
+}
+
+}  // namespace
+
+struct FixedBody::Geometry {
+  FclShape shape;
+  fcl::Transform3d X_WO;
+};
+
+FixedBody::FixedBody(const Obstacle& obstacle)
+    : shape_(obstacle.shape),
+      X_WO_(obstacle.X_WO),
+      R_OW_(obstacle.X_WO.q.toRotationMatrix().transpose()),
+      geometry_(std::make_unique<Geometry>()) {
+  geometry_->shape = std::visit([](const auto& s) { return to_fcl(s); }, shape_);
+  geometry_->X_WO = to_fcl(X_WO_);
+  if (const auto* half_space = std::get_if<HalfSpace>(&shape_)) {
+    axes_W_.push_back(X_WO_.q * half_space->normal);
+  } else {
+    for (int axis = 0; axis < 3; ++axis) {
+      axes_W_.push_back(R_OW_.row(axis).transpose());
+      axes_W_.push_back(-axes_W_.back());
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    box_W_.max()[axis] = reach(Vector3d::Unit(axis));
+    box_W_.min()[axis] = -reach(-Vector3d::Unit(axis));
+  }
+}
+
+FixedBody::FixedBody(FixedBody&&) noexcept = default;
+FixedBody::~FixedBody() = default;
+
+double FixedBody::reach(const Vector3d& n_W) const {
+  const Vector3d n_O = R_OW_ * n_W;
+  return n_W.dot(X_WO_.p) +
+         std::visit([&](const auto& s) { return reach_in_frame(s, n_O); }, shape_);
+}
+
+double FixedBody::box_distance(const Eigen::AlignedBox3d& box_W) const {
+  return box_W_.exteriorDistance(box_W);
+}
+
+struct MovingBody::Geometry {
+  fcl::Convexd convex;
+  fcl::detail::GJKSolver_libccd<double> solver;
+};
+
+MovingBody::MovingBody(std::vector<Vector3d> vertices_B) : vertices_B_(std::move(vertices_B)) {
+  DIVE_DEMAND(!vertices_B_.empty());
+  for (const Vector3d& v : vertices_B_) radius_ = std::max(radius_, v.norm());
+  // Without faces FCL looks for support points among all vertices: right for any order of them.
+  geometry_.reset(new Geometry{fcl::Convexd(std::make_shared<std::vector<Vector3d>>(vertices_B_), 0,
+                                            std::make_shared<std::vector<int>>()),
+                               {}});
+  geometry_->solver.distance_tolerance = 1e-8;
+}
+
+MovingBody::MovingBody(MovingBody&&) noexcept = default;
+MovingBody::~MovingBody() = default;
+
+double MovingBody::least(const Pose& X_WB, const Vector3d& n_W) const {
+  const Vector3d n_B = X_WB.q.conjugate() * n_W;
+  double result = kInfinity;
+  for (const Vector3d& v : vertices_B_) result = std::min(result, n_B.dot(v));
+  return result + n_W.dot(X_WB.p);
+}
+
+double MovingBody::reach(const Pose& X_WB, const Vector3d& n_W) const { return -least(X_WB, -n_W); }
+
+double MovingBody::separation(const Pose& X_WB, const FixedBody& other, const Vector3d& n_W) const {
+  return least(X_WB, n_W) - other.reach(n_W);
+}
+
+// Any direction gives a bound; these give the exact depth in most walls and floors.
+Separator MovingBody::along_axes(const Pose& X_WB, const FixedBody& other) const {
+  Separator best{Vector3d::UnitZ(), -kInfinity, -kInfinity};
+  for (const Vector3d& n_W : other.axes_W_) {
+    const double along = separation(X_WB, other, n_W);
+    if (along > best.separation) best = {n_W, along, along};
+  }
+  return best;
+}
+
+Separator MovingBody::nearest(const Pose& X_WB, const FixedBody& other) const {
+  if (std::holds_alternative<HalfSpace>(other.shape_)) return along_axes(X_WB, other);
+  double distance = -1.0;
+  Vector3d on_body = Vector3d::Zero();
+  Vector3d on_other = Vector3d::Zero();
+  std::visit(
+      [&]<class S>(const S& shape) {
+        if constexpr (!std::is_same_v<S, std::monostate>) {
+          geometry_->solver.shapeDistance(geometry_->convex, to_fcl(X_WB), shape,
+                                          other.geometry_->X_WO, &distance, &on_body, &on_other);
+        }
+      },
+      other.geometry_->shape);
+  const double apart = (on_body - on_other).norm();
+  if (distance <= 0.0 || apart < 1e-6) return along_axes(X_WB, other);
+  const Vector3d n_W = (on_body - on_other) / apart;
+  return {n_W, separation(X_WB, other, n_W), apart};
+}
+
+}  // namespace dive::planning::certify
