@@ -1,0 +1,81 @@
+#include "planning/warm_start/warm_start.h"
+
+#include <algorithm>
+
+#include "planning/warm_start/bitrrt.h"
+#include "planning/warm_start/free_space.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+
+// Start and goal are where the vehicle is and where it is told to be: they keep a tenth of the room
+// they have, so that the search can leave them.
+constexpr double kShare = 0.9;
+
+// Shortening looks for corners to cut at this spacing, m.
+constexpr double kShortenSpacing = 0.5;
+
+}  // namespace
+
+struct WarmStart::Impl {
+  Scene scene;
+  Eigen::AlignedBox3d map;
+  WarmStartOptions options;
+
+  [[nodiscard]] Eigen::AlignedBox3d region(Eigen::AlignedBox3d around, const Vector3d& start_W,
+                                           const Vector3d& goal_W) const;
+};
+
+// `around`, grown by the margin and cut to the depth limits, but holding start and goal.
+Eigen::AlignedBox3d WarmStart::Impl::region(Eigen::AlignedBox3d around, const Vector3d& start_W,
+                                            const Vector3d& goal_W) const {
+  around.extend(start_W).extend(goal_W);
+  const Vector3d margin = Vector3d::Constant(options.margin);
+  Vector3d low = around.min() - margin;
+  Vector3d high = around.max() + margin;
+  low.z() = std::min({std::max(low.z(), options.min_z), start_W.z(), goal_W.z()});
+  high.z() = std::max({std::min(high.z(), options.max_z), start_W.z(), goal_W.z()});
+  return {low, high};
+}
+
+WarmStart::WarmStart(const World& world, WarmStartOptions options)
+    : impl_(new Impl{Scene(world), world.bounds(), options}) {}
+
+WarmStart::WarmStart(WarmStart&&) noexcept = default;
+WarmStart::~WarmStart() = default;
+
+std::optional<std::vector<Vector3d>> WarmStart::plan(
+    const Vector3d& start_W, const Vector3d& goal_W,
+    const std::vector<VirtualObstacle>& virtual_obstacles, double spacing, std::uint64_t seed) {
+  const double room =
+      std::min(impl_->scene.point_distance(start_W), impl_->scene.point_distance(goal_W));
+  if (room <= 0.0) return std::nullopt;
+  const double radius = std::min(impl_->options.check_radius, kShare * room);
+
+  std::vector<VirtualObstacle> balls = virtual_obstacles;
+  for (VirtualObstacle& ball : balls) {
+    const double nearest =
+        std::min((ball.centre_W - start_W).norm(), (ball.centre_W - goal_W).norm());
+    ball.radius = std::min(ball.radius, kShare * nearest);
+  }
+  const FreeSpace space(impl_->scene, radius, std::move(balls));
+
+  BiTrrtQuery query;
+  query.start_W = start_W;
+  query.goal_W = goal_W;
+  query.preferred_slack = std::max(impl_->options.preferred_clearance - radius, 0.0);
+  query.max_iterations = impl_->options.max_iterations / 2;
+  query.seed = seed;
+  query.region = impl_->region({}, start_W, goal_W);
+  auto path = bitrrt(space, query);
+  if (!path) {
+    query.region = impl_->region(impl_->map, start_W, goal_W);
+    path = bitrrt(space, query);
+  }
+  if (!path) return std::nullopt;
+  return resample(shorten(space, *path, kShortenSpacing), spacing);
+}
+
+}  // namespace dive::planning

@@ -15,11 +15,14 @@
 namespace dive::planning {
 
 struct WarmStartOptions {
-  double check_radius = 0.3;   ///< m: a position is free when nothing is nearer (below D_min).
-  int max_iterations = 20'000; ///< Of the tree growth: the bound is work, not time.
-  double min_z = -50.0;        ///< Depth limit, m.
-  double max_z = -0.3;         ///< Highest position, m.
-  double margin = 5.0;         ///< m around map, start and goal that may be used.
+  /// m: a position is free when nothing is nearer. Below D_min, so that tight passages stay
+  /// possible; where start or goal have less room themselves, what they have counts.
+  double check_radius = 0.3;
+  double preferred_clearance = 1.0;  ///< m: positions nearer than this cost the search more.
+  int max_iterations = 20'000;       ///< Of the tree growth: the bound is work, not time.
+  double min_z = -50.0;              ///< Depth limit, m; start and goal may lie beyond it.
+  double max_z = -0.3;               ///< Highest position, m; start and goal may lie beyond it.
+  double margin = 5.0;  ///< m around start and goal that is searched first, then around the map.
 };
 
 /// A ball that exists for the motion planner only.
