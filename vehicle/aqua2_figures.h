@@ -6,6 +6,8 @@
 // Georgiades, Giguere (2006) and Plamondon & Nahon (2009) for the thrust; derived by theory; and
 // our own choice.
 
+#include <cmath>
+
 #include <Eigen/Core>
 
 #include "common/se3.h"
@@ -52,6 +54,13 @@ struct Aqua2Figures {
     const double swept =
         (flipper_width + 2.0 * 1.05 * flipper_width) * flipper_length * flipper_length / 3.0;
     return thrust_coefficient * swept * water_density * amplitude * gait_frequency;
+  }
+
+  /// Electrical power, W, of swimming level and steadily at a fraction of the speed that full surge
+  /// gives: drag, and so thrust, goes with the square of the speed.
+  [[nodiscard]] double cruise_power_w(double speed_fraction) const {
+    const double thrust = flipper_thrust(surge_amplitude) * speed_fraction * speed_fraction;
+    return hotel_load_w + 6.0 * thrust_power * std::pow(thrust, 1.5);
   }
 };
 

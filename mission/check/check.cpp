@@ -10,6 +10,8 @@
 #include "mission/check/rules.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "planning/world/scene.h"
+#include "vehicle/aqua2_figures.h"
+#include "vehicle/autopilot.h"
 
 namespace dive::mission {
 namespace {
@@ -106,7 +108,8 @@ Budget nominal_budget(const Route& route, const std::vector<PlannedRouteLeg>& le
   budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
                       route.ascent_m / behaviors::SurfaceOptions{}.ascent_rate;
   budget.distance_m += route.ascent_m;
-  budget.energy_wh = vehicle::cruise_power_w(mission.speed.value) * budget.duration_s / 3600.0;
+  const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
+  budget.energy_wh = vehicle::Aqua2Figures{}.cruise_power_w(fraction) * budget.duration_s / 3600.0;
   return budget;
 }
 
