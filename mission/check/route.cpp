@@ -47,10 +47,11 @@ class Walker final : public statechart::Environment {
       route_.final_state = entered_state.id;
     }
     if (entered_state.kind != statechart::StateKind::kAtomic) return;
+    const StateSpec* spec = machine_.specs[index(state)];
+    if (spec == nullptr || std::holds_alternative<std::monostate>(spec->leaf)) return;
     open_leaves_.push_back(state);
     route_.leaves.push_back(entered_state.id);
-    const StateSpec* spec = machine_.specs[index(state)];
-    if (spec != nullptr) add_leaf(*spec);
+    add_leaf(*spec);
   }
 
  private:

@@ -224,8 +224,9 @@ struct Executive::Impl final : statechart::Environment {
 
   void run_leaf(const std::optional<PlanReply>& reply) {
     const std::optional<StateId> leaf = active_leaf();
-    if (!leaf) {
-      last_command = behaviors::station_keeping(0.0, to_rpy(estimate().X_WB.q).z());
+    if (!leaf) {  // the machine has ended
+      const double depth = open_above ? 0.0 : -estimate().X_WB.p.z();
+      last_command = behaviors::station_keeping(depth, to_rpy(estimate().X_WB.q).z());
       return;
     }
     const auto index = static_cast<std::size_t>(*leaf);
@@ -311,6 +312,7 @@ struct Executive::Impl final : statechart::Environment {
 
   void enter_leaf(const std::string& id, const StateSpec* spec,
                   std::unique_ptr<behaviors::Behavior>& behavior) {
+    if (spec != nullptr && std::holds_alternative<std::monostate>(spec->leaf)) return;  // watches
     progress = {};
     if (spec != nullptr) {
       behavior = make_leaf_behavior(leaf_context, *spec);
