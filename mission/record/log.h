@@ -1,7 +1,9 @@
 #pragma once
 // The dive log: an LCM event log (lcm-logger's format, so lcm-spy and lcm-logplayer read it), with
-// types from vehicle/messages/*.lcm. Channels are named DIVE_IN_*, DIVE_OUT_*, DIVE_TRUTH, and the
-// first event is DIVE_HEADER.
+// types from vehicle/messages/*.lcm. Channels are named DIVE_IN_*, DIVE_OUT_*, DIVE_TRUTH; the
+// first event is DIVE_HEADER, and DIVE_TICK closes each tick with the number and the digest of its
+// events. Timestamps are the tick's utime, event numbers count from 0: same dive, same file, byte
+// for byte.
 
 #include <memory>
 #include <optional>
@@ -19,14 +21,14 @@ namespace dive::mission {
 
 /// Everything needed to build the same executive again.
 struct LogHeader {
-  std::string version;        ///< Of dive.
+  std::string version;  ///< Of dive.
   std::uint64_t seed = 0;
-  std::string mission_name;   ///< File name without folder.
+  std::string mission_name;  ///< File name without folder.
   std::string mission_xml;
   std::string map_name;
   std::string map_xml;
   std::string vehicle_urdf;
-  std::string digest;         ///< FNV-1a 64 of the three texts, hex; filled in by the writer.
+  std::string digest;  ///< FNV-1a 64 of the three texts, hex; filled in by the writer.
 };
 
 struct TruthRecord {
@@ -43,18 +45,19 @@ struct LoggedTick {
 
 class LogWriter {
  public:
-  /// Fails with a sentence when the file cannot be created.
+  /// Fails with a sentence when the file cannot be created or the header not be written.
   [[nodiscard]] static tl::expected<LogWriter, std::string> create(const std::string& path,
                                                                    LogHeader header);
   LogWriter(LogWriter&&) noexcept;
   LogWriter& operator=(LogWriter&&) noexcept;
   ~LogWriter();
 
-  /// Writes one tick: inputs, outputs, truth, in a fixed order. False once the disk refuses; the
-  /// dive goes on.
+  /// Writes one tick: inputs, outputs, truth, in a fixed order, and hands it to the system at once.
+  /// False, then and ever after, once the disk refuses or something cannot be represented (a text
+  /// over 64 KiB or with a zero byte, more than 16,384 waypoints); the dive goes on.
   bool write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
-  /// Flushes; false when anything was lost.
+  /// False when anything was lost. Nothing can be written afterwards.
   bool close();
 
  private:
@@ -71,9 +74,11 @@ class LogReader {
   ~LogReader();
 
   [[nodiscard]] const LogHeader& header() const;
-  /// The next whole tick; nothing at the end. A torn tail ends the log and sets torn().
+  /// The next whole tick; nothing at the end. A torn tail, or damage anywhere, ends the log and
+  /// sets torn(): garbage never throws, and memory stays in proportion to the size of the file.
   [[nodiscard]] std::optional<LoggedTick> next();
   [[nodiscard]] bool torn() const;
+  /// Events of the header and of the ticks returned.
   [[nodiscard]] std::int64_t events_read() const;
 
  private:

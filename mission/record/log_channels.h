@@ -1,0 +1,51 @@
+#pragma once
+// The channels of a dive log, in the order in which a tick is written.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+namespace dive::mission {
+
+enum class Channel {
+  kHeader,  ///< Once, the first event.
+  kImu,     ///< The inputs, where there are any ...
+  kDepth,
+  kHealth,
+  kPlan,
+  kCommand,  ///< ... the outputs of every tick ...
+  kRates,
+  kEstimate,
+  kStatus,
+  kPlanQuery,   ///< ... those of some, ...
+  kTransition,  ///< ... any number of these, ...
+  kFailsafe,
+  kTruth,  ///< ... what only the simulator knows, ...
+  kTick,   ///< ... and the end of the tick.
+};
+
+inline constexpr std::array<std::string_view, 14> kChannelNames = {
+    "DIVE_HEADER",         "DIVE_IN_IMU",
+    "DIVE_IN_DEPTH",       "DIVE_IN_HEALTH",
+    "DIVE_IN_PLAN",        "DIVE_OUT_COMMAND",
+    "DIVE_OUT_RATES",      "DIVE_OUT_ESTIMATE",
+    "DIVE_OUT_STATUS",     "DIVE_OUT_PLAN_QUERY",
+    "DIVE_OUT_TRANSITION", "DIVE_OUT_FAILSAFE",
+    "DIVE_TRUTH",          "DIVE_TICK"};
+
+[[nodiscard]] constexpr std::string_view to_string(Channel channel) {
+  return kChannelNames[static_cast<std::size_t>(channel)];
+}
+
+[[nodiscard]] constexpr std::optional<Channel> find_channel(std::string_view name) {
+  for (std::size_t i = 0; i < kChannelNames.size(); ++i) {
+    if (kChannelNames[i] == name) return static_cast<Channel>(i);
+  }
+  return std::nullopt;
+}
+
+/// A tick that says more is not one of ours.
+inline constexpr int kMaxEventsPerTick = 4096;
+
+}  // namespace dive::mission

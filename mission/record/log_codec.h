@@ -1,0 +1,71 @@
+#pragma once
+// Our values as LCM packets (vehicle/messages/*.lcm) and back. LCM's types stay behind it.
+//
+// encode() fills `packet` anew and is false when the value cannot be represented: a text longer
+// than allowed or with a zero byte in it, more waypoints than allowed. decode() is false for
+// anything that encode() would not have made of some value: it neither throws nor allocates more
+// than a few times the packet's size. Doubles keep every bit.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/clock.h"
+#include "common/measurements.h"
+#include "mission/executive/io.h"
+#include "mission/record/log.h"
+#include "mission/record/log_channels.h"
+
+namespace dive::mission {
+
+inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< Of a file in the header, bytes.
+inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Of any other text, bytes.
+inline constexpr std::size_t kMaxWaypoints = 16'384;
+
+/// No packet of the channel is larger.
+[[nodiscard]] std::size_t max_packet_size(Channel channel);
+
+/// The end of a tick.
+struct TickMark {
+  Utime utime = 0;
+  std::int32_t events = 0;   ///< Of the tick, without the mark.
+  std::uint64_t digest = 0;  ///< Over channel and packet of all events of the log so far.
+};
+
+using Packet = std::vector<std::uint8_t>;
+using PacketView = std::span<const std::uint8_t>;
+
+// What carries its own time.
+[[nodiscard]] bool encode(const LogHeader& header, Packet& packet);
+[[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const HealthSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const estimation::StateEstimate& estimate, Packet& packet);
+[[nodiscard]] bool encode(const TruthRecord& truth, Packet& packet);
+[[nodiscard]] bool encode(const TickMark& mark, Packet& packet);
+// What is stamped with the tick's time.
+[[nodiscard]] bool encode(Utime now, const PlanReply& reply, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const Status& status, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const PlanQuery& query, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const TransitionRecord& transition, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet);
+
+[[nodiscard]] bool decode(PacketView packet, LogHeader& header);
+[[nodiscard]] bool decode(PacketView packet, ImuSample& sample);
+[[nodiscard]] bool decode(PacketView packet, DepthSample& sample);
+[[nodiscard]] bool decode(PacketView packet, HealthSample& sample);
+[[nodiscard]] bool decode(PacketView packet, estimation::StateEstimate& estimate);
+[[nodiscard]] bool decode(PacketView packet, TruthRecord& truth);
+[[nodiscard]] bool decode(PacketView packet, TickMark& mark);
+[[nodiscard]] bool decode(PacketView packet, PlanReply& reply);
+[[nodiscard]] bool decode(PacketView packet, vehicle::Command& command);
+[[nodiscard]] bool decode(PacketView packet, vehicle::PseudoRates& rates);
+[[nodiscard]] bool decode(PacketView packet, Status& status);
+[[nodiscard]] bool decode(PacketView packet, PlanQuery& query);
+[[nodiscard]] bool decode(PacketView packet, TransitionRecord& transition);
+[[nodiscard]] bool decode(PacketView packet, FailsafeRecord& failsafe);
+
+}  // namespace dive::mission

@@ -1,0 +1,168 @@
+// Header, inputs, truth and tick mark. Values are taken apart by structured bindings, so that a
+// new member does not compile before it is logged.
+
+#include <dive/depth_t.hpp>
+#include <dive/header_t.hpp>
+#include <dive/health_t.hpp>
+#include <dive/imu_t.hpp>
+#include <dive/plan_reply_t.hpp>
+#include <dive/tick_t.hpp>
+#include <dive/truth_t.hpp>
+
+#include "mission/record/log_codec.h"
+#include "mission/record/log_codec_detail.h"
+
+namespace dive::mission {
+
+using namespace codec;
+
+namespace {
+
+constexpr Run kHeader[] = {bytes(8),           text(kMaxText), text(kMaxText),
+                           text(kMaxFileText), text(kMaxText), text(kMaxFileText),
+                           text(kMaxFileText), text(kMaxText)};
+constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
+constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
+constexpr Run kHealth[] = {bytes(8 + 2 * sizeof(double) + 1)};
+constexpr Run kPlanReply[] = {bytes(8 + 8 + 1 + 4 + 2 * sizeof(double)), text(kMaxText),
+                              array(kPoseSize, kMaxWaypoints)};
+constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
+constexpr Run kTick[] = {bytes(8 + 4 + 8)};
+
+}  // namespace
+
+bool encode(const LogHeader& header, Packet& packet) {
+  const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, urdf, digest] = header;
+  for (const std::string* file : {&mission_xml, &map_xml, &urdf}) {
+    if (file->size() >= kMaxFileText) return false;  // Before LCM counts in int.
+  }
+  header_t m;
+  m.seed = static_cast<std::int64_t>(seed);
+  m.version = version;
+  m.mission_name = mission_name;
+  m.mission_xml = mission_xml;
+  m.map_name = map_name;
+  m.map_xml = map_xml;
+  m.vehicle_urdf = urdf;
+  m.digest = digest;
+  return pack(m, kHeader, packet);
+}
+
+bool decode(PacketView packet, LogHeader& header) {
+  const auto m = unpack<header_t>(packet, kHeader);
+  if (!m) return false;
+  header = {m->version,      static_cast<std::uint64_t>(m->seed),
+            m->mission_name, m->mission_xml,
+            m->map_name,     m->map_xml,
+            m->vehicle_urdf, m->digest};
+  return true;
+}
+
+bool encode(const ImuSample& sample, Packet& packet) {
+  const auto& [utime, q_WB, gyro_B, accel_B] = sample;
+  imu_t m;
+  m.utime = utime;
+  write_quaternion(q_WB, m.q);
+  write_vector(gyro_B, m.gyro);
+  write_vector(accel_B, m.accel);
+  return pack(m, kImu, packet);
+}
+
+bool decode(PacketView packet, ImuSample& sample) {
+  const auto m = unpack<imu_t>(packet, kImu);
+  if (!m) return false;
+  sample = {m->utime, read_quaternion(m->q), read_vector(m->gyro), read_vector(m->accel)};
+  return true;
+}
+
+bool encode(const DepthSample& sample, Packet& packet) {
+  const auto& [utime, depth] = sample;
+  depth_t m;
+  m.utime = utime;
+  m.depth = depth;
+  return pack(m, kDepth, packet);
+}
+
+bool decode(PacketView packet, DepthSample& sample) {
+  const auto m = unpack<depth_t>(packet, kDepth);
+  if (!m) return false;
+  sample = {m->utime, m->depth};
+  return true;
+}
+
+bool encode(const HealthSample& sample, Packet& packet) {
+  const auto& [utime, battery_fraction, temperature, leak] = sample;
+  health_t m;
+  m.utime = utime;
+  m.battery_fraction = battery_fraction;
+  m.temperature = temperature;
+  m.leak = leak ? 1 : 0;
+  return pack(m, kHealth, packet);
+}
+
+bool decode(PacketView packet, HealthSample& sample) {
+  const auto m = unpack<health_t>(packet, kHealth);
+  if (!m) return false;
+  sample = {m->utime, m->battery_fraction, m->temperature, false};
+  return read_flag(m->leak, sample.leak);
+}
+
+bool encode(Utime now, const PlanReply& reply, Packet& packet) {
+  const auto& [id, status, reason, waypoints, clearance, length, warm_starts] = reply;
+  if (waypoints.size() > kMaxWaypoints) return false;
+  plan_reply_t m;
+  m.utime = now;
+  m.id = id;
+  m.status = static_cast<std::int8_t>(status);
+  m.warm_starts = warm_starts;
+  m.clearance = clearance;
+  m.length = length;
+  m.reason = reason;
+  write_poses(waypoints, m.n, m.waypoints);
+  return pack(m, kPlanReply, packet);
+}
+
+bool decode(PacketView packet, PlanReply& reply) {
+  const auto m = unpack<plan_reply_t>(packet, kPlanReply);
+  if (!m) return false;
+  reply.id = m->id;
+  reply.reason = m->reason;
+  read_poses(m->waypoints, reply.waypoints);
+  reply.clearance_m = m->clearance;
+  reply.length_m = m->length;
+  reply.warm_starts = m->warm_starts;
+  return read_enum(m->status, planning::PlanStatus::kInvalid, reply.status);
+}
+
+bool encode(const TruthRecord& truth, Packet& packet) {
+  const auto& [utime, X_WB] = truth;
+  truth_t m;
+  m.utime = utime;
+  write_pose(X_WB, m.pose);
+  return pack(m, kTruth, packet);
+}
+
+bool decode(PacketView packet, TruthRecord& truth) {
+  const auto m = unpack<truth_t>(packet, kTruth);
+  if (!m) return false;
+  truth = {m->utime, read_pose(m->pose)};
+  return true;
+}
+
+bool encode(const TickMark& mark, Packet& packet) {
+  const auto& [utime, events, digest] = mark;
+  tick_t m;
+  m.utime = utime;
+  m.events = events;
+  m.digest = static_cast<std::int64_t>(digest);
+  return pack(m, kTick, packet);
+}
+
+bool decode(PacketView packet, TickMark& mark) {
+  const auto m = unpack<tick_t>(packet, kTick);
+  if (!m) return false;
+  mark = {m->utime, m->events, static_cast<std::uint64_t>(m->digest)};
+  return true;
+}
+
+}  // namespace dive::mission

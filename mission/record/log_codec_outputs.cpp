@@ -1,0 +1,212 @@
+// Outputs. Values are taken apart by structured bindings, so that a new member does not compile
+// before it is logged.
+
+#include <dive/command_t.hpp>
+#include <dive/failsafe_t.hpp>
+#include <dive/plan_query_t.hpp>
+#include <dive/pseudo_rates_t.hpp>
+#include <dive/state_estimate_t.hpp>
+#include <dive/status_t.hpp>
+#include <dive/transition_t.hpp>
+
+#include "mission/record/log_codec.h"
+#include "mission/record/log_codec_detail.h"
+
+namespace dive::mission {
+
+using namespace codec;
+
+namespace {
+
+constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
+constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
+constexpr Run kEstimate[] = {bytes(8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double))};
+constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
+                           bytes(5 * sizeof(double) + 4 + 1)};
+constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 3 * sizeof(double)), text(kMaxText),
+                              array(kPoseSize, kMaxWaypoints)};
+constexpr Run kTransition[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
+                               text(kMaxText)};
+constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText)};
+
+}  // namespace
+
+bool encode(Utime now, const vehicle::Command& command, Packet& packet) {
+  const auto& [v, h, d, o] = command;
+  command_t m;
+  m.utime = now;
+  m.v = v;
+  m.h = h;
+  m.d = d;
+  write_quaternion(o, m.o);
+  return pack(m, kCommand, packet);
+}
+
+bool decode(PacketView packet, vehicle::Command& command) {
+  const auto m = unpack<command_t>(packet, kCommand);
+  if (!m) return false;
+  command = {m->v, m->h, m->d, read_quaternion(m->o)};
+  return true;
+}
+
+bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet) {
+  const auto& [surge, heave, roll, pitch, yaw] = rates;
+  pseudo_rates_t m;
+  m.utime = now;
+  m.surge = surge;
+  m.heave = heave;
+  m.roll = roll;
+  m.pitch = pitch;
+  m.yaw = yaw;
+  return pack(m, kRates, packet);
+}
+
+bool decode(PacketView packet, vehicle::PseudoRates& rates) {
+  const auto m = unpack<pseudo_rates_t>(packet, kRates);
+  if (!m) return false;
+  rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
+  return true;
+}
+
+bool encode(const estimation::StateEstimate& estimate, Packet& packet) {
+  const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
+  state_estimate_t m;
+  m.utime = utime;
+  m.valid = valid ? 1 : 0;
+  m.source = static_cast<std::int8_t>(source);
+  write_pose(X_WB, m.pose);
+  write_vector(v_WB_B, m.v);
+  write_vector(omega_WB_B, m.omega);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance) = covariance;
+  return pack(m, kEstimate, packet);
+}
+
+bool decode(PacketView packet, estimation::StateEstimate& estimate) {
+  const auto m = unpack<state_estimate_t>(packet, kEstimate);
+  if (!m) return false;
+  estimate.utime = m->utime;
+  estimate.X_WB = read_pose(m->pose);
+  estimate.v_WB_B = read_vector(m->v);
+  estimate.omega_WB_B = read_vector(m->omega);
+  estimate.covariance =
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m->covariance);
+  return read_flag(m->valid, estimate.valid) &&
+         read_enum(m->source, estimation::EstimatorKind::kVisualInertial, estimate.source);
+}
+
+bool encode(Utime now, const Status& status, Packet& packet) {
+  const auto& [state, leg, distance_to_go, time_to_go, depth, clearance, cross_track, segment, rung,
+               finished] = status;
+  status_t m;
+  m.utime = now;
+  m.state = state;
+  m.leg = leg;
+  m.rung = rung;
+  m.distance_to_go = distance_to_go;
+  m.time_to_go = time_to_go;
+  m.depth = depth;
+  m.clearance = clearance;
+  m.cross_track = cross_track;
+  m.segment = segment;
+  m.finished = finished ? 1 : 0;
+  return pack(m, kStatus, packet);
+}
+
+bool decode(PacketView packet, Status& status) {
+  const auto m = unpack<status_t>(packet, kStatus);
+  if (!m) return false;
+  status = {m->state,     m->leg,         m->distance_to_go, m->time_to_go, m->depth,
+            m->clearance, m->cross_track, m->segment,        m->rung,       false};
+  return read_flag(m->finished, status.finished);
+}
+
+bool encode(Utime now, const PlanQuery& query, Packet& packet) {
+  const auto& [id, state, request] = query;
+  const auto& [start, goal, goal_attitude_fixed, attitude, clearance, min_z, max_z, seed,
+               previous] = request;
+  if (previous.size() > kMaxWaypoints) return false;
+  plan_query_t m;
+  m.utime = now;
+  m.id = id;
+  m.seed = static_cast<std::int64_t>(seed);
+  write_pose(start, m.start);
+  write_pose(goal, m.goal);
+  m.goal_attitude_fixed = goal_attitude_fixed ? 1 : 0;
+  m.attitude = static_cast<std::int8_t>(attitude);
+  m.clearance = clearance;
+  m.min_z = min_z;
+  m.max_z = max_z;
+  m.state = state;
+  write_poses(previous, m.n, m.previous);
+  return pack(m, kPlanQuery, packet);
+}
+
+bool decode(PacketView packet, PlanQuery& query) {
+  const auto m = unpack<plan_query_t>(packet, kPlanQuery);
+  if (!m) return false;
+  query.id = m->id;
+  query.state = m->state;
+  planning::PlanRequest& request = query.request;
+  request.start = read_pose(m->start);
+  request.goal = read_pose(m->goal);
+  request.clearance = m->clearance;
+  request.min_z = m->min_z;
+  request.max_z = m->max_z;
+  request.seed = static_cast<std::uint64_t>(m->seed);
+  read_poses(m->previous, request.previous);
+  return read_flag(m->goal_attitude_fixed, request.goal_attitude_fixed) &&
+         read_enum(m->attitude, planning::AttitudeMode::kHorizontal, request.attitude);
+}
+
+bool encode(Utime now, const TransitionRecord& transition, Packet& packet) {
+  const auto& [from, to, event, cause] = transition;
+  transition_t m;
+  m.utime = now;
+  m.from = from;
+  m.to = to;
+  m.event = event;
+  m.cause = cause;
+  return pack(m, kTransition, packet);
+}
+
+bool decode(PacketView packet, TransitionRecord& transition) {
+  const auto m = unpack<transition_t>(packet, kTransition);
+  if (!m) return false;
+  transition = {m->from, m->to, m->event, m->cause};
+  return true;
+}
+
+bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet) {
+  const auto& [rung, cause, competing] = failsafe;
+  failsafe_t m;
+  m.utime = now;
+  m.rung = rung;
+  m.cause = cause;
+  m.competing = competing;
+  return pack(m, kFailsafe, packet);
+}
+
+bool decode(PacketView packet, FailsafeRecord& failsafe) {
+  const auto m = unpack<failsafe_t>(packet, kFailsafe);
+  if (!m) return false;
+  failsafe = {m->rung, m->cause, m->competing};
+  return true;
+}
+
+std::size_t max_packet_size(Channel channel) {
+  switch (channel) {
+    case Channel::kHeader:
+      return 3 * kMaxFileText + 4 * kMaxText + 64;
+    case Channel::kPlan:
+    case Channel::kPlanQuery:
+      return kMaxWaypoints * kPoseSize + kMaxText + 256;
+    case Channel::kStatus:
+    case Channel::kTransition:
+    case Channel::kFailsafe:
+      return 4 * kMaxText + 256;
+    default:
+      return 1024;
+  }
+}
+
+}  // namespace dive::mission
