@@ -1,15 +1,11 @@
 #include "vehicle/sweep.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/convex_hull_3.h>
-
 #include "common/assert.h"
+#include "vehicle/convex_hull.h"
 
 namespace dive::vehicle {
 namespace {
@@ -77,21 +73,8 @@ Points sphere(double radius) {
   return points;
 }
 
-Points convex_hull(const Points& points) {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  std::vector<Kernel::Point_3> input;
-  input.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
-  std::vector<Kernel::Point_3> extreme;
-  CGAL::extreme_points_3(input, std::back_inserter(extreme));
-  Points hull;
-  hull.reserve(extreme.size());
-  for (const Kernel::Point_3& p : extreme) hull.emplace_back(p.x(), p.y(), p.z());
-  return hull;
-}
-
 Points simplified(Points points) {
-  points = convex_hull(points);
+  points = convex_hull(points).vertices;
   if (points.size() <= kMaxVertices) return points;
   Eigen::AlignedBox3d bounds;
   for (const Eigen::Vector3d& point : points) bounds.extend(point);

@@ -9,17 +9,23 @@
 
 namespace dive::vehicle {
 
+/// Hull and obstacles are closed triangle surfaces; what lies wholly inside the other overlaps it.
+/// Curved shapes stand as polyhedra around them, at most 0.5 % of their radius larger: a clearance
+/// is never overstated. Half-spaces are exact. In an empty world, and before the first pose, the
+/// clearance is infinite.
 class ClearanceMeter {
  public:
   ClearanceMeter(const planning::World& world, const planning::RobotHull& hull);
   ClearanceMeter(ClearanceMeter&&) noexcept;
   ~ClearanceMeter();
 
-  /// Takes the pose of one tick into account. Cheap when the vehicle cannot have come nearer than
-  /// the smallest clearance so far (it moved less than what is in hand).
+  /// Takes the pose of one tick into account. Nothing is measured while the vehicle cannot have
+  /// come nearer than the smallest clearance so far: between two poses no point of the hull moves
+  /// farther than |dp| + r dtheta, with r the hull's radius. The outcome is the same as if every
+  /// pose were measured.
   void observe(const Pose& X_WB);
 
-  /// Exact distance of hull and world at one pose (m); 0 when they touch or overlap.
+  /// Distance of hull and world at one finite pose (m); 0 when they touch or overlap.
   [[nodiscard]] double clearance(const Pose& X_WB) const;
 
   [[nodiscard]] double min_clearance_m() const;  ///< Over all poses observed.

@@ -1,0 +1,14 @@
+#pragma once
+// The world's shapes as closed triangle surfaces, for the simulator's ground truth.
+
+#include "planning/world/world.h"
+#include "vehicle/convex_hull.h"
+
+namespace dive::vehicle {
+
+/// A solid that contains the shape, in the shape's own frame: a box exactly, curved shapes with
+/// their facets touching them from outside, so that a clearance is never overstated. It is
+/// understated by at most 0.5 % of the largest radius. Demands a bounded shape (no half-space).
+[[nodiscard]] TriangleSolid circumscribed_solid(const planning::Shape& shape);
+
+}  // namespace dive::vehicle
