@@ -33,6 +33,7 @@ std::string AutopilotOptions::validate() const {
     check("attitude_p", attitude_p[i], 0.0, 100.0);
     check("attitude_d", attitude_d[i], 0.0, 100.0);
   }
+  check("max_turn_rate", max_turn_rate, 0.01, 10.0);
   check("depth_p", depth_p, 0.0, 100.0);
   check("depth_d", depth_d, 0.0, 100.0);
   check("depth_i", depth_i, 0.0, 100.0);
@@ -58,19 +59,25 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
                             const Eigen::Vector3d& omega_B, double depth_m, double dt) {
   DIVE_DEMAND(dt > 0.0 && std::isfinite(depth_m) && q_WB.coeffs().allFinite());
   DIVE_DEMAND(std::isfinite(command.v) && std::isfinite(command.d));
-  const Eigen::Vector3d error = so3_log(q_WB.conjugate() * command.o);
-  const Eigen::Vector3d turn =
-      options_.attitude_p.cwiseProduct(error) - options_.attitude_d.cwiseProduct(omega_B);
+  const Eigen::Vector3d turn = turn_effort(so3_log(q_WB.conjugate() * command.o), omega_B);
   const Eigen::Vector3d up_B = q_WB.conjugate() * Eigen::Vector3d::UnitZ();
   const double surge = speed_effort(command.v, dt);
   const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
-  track_depth(command.d, depth_m, climb, dt);
+  observe_depth(command.d, depth_m, dt);
+  track_depth(command.d, climb, dt);
   const double heave = -depth_reference_rate_ - climb;  // m/s, what is left for the flippers to do
-  const double lift = lift_effort(depth_m, heave, dt);
+  const double lift = lift_effort(heave, dt);
   // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
   const double trim = -options_.heave_trim * speed_reference_ * heave;
   return {effort(surge + lift * up_B.x()), effort(lift * up_B.z()), effort(turn.x()),
           effort(turn.y() + trim), effort(turn.z())};
+}
+
+Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,
+                                       const Eigen::Vector3d& omega_B) const {
+  const Eigen::Vector3d most = options_.attitude_d * options_.max_turn_rate;
+  const Eigen::Vector3d pull = options_.attitude_p.cwiseProduct(error);
+  return pull.cwiseMax(-most).cwiseMin(most) - options_.attitude_d.cwiseProduct(omega_B);
 }
 
 double Autopilot::speed_effort(double speed, double dt) {
@@ -92,14 +99,23 @@ double Autopilot::heave_within_reach() const {
          half;
 }
 
-// The reference closes in on the command as fast as it can still brake, and moves along with a
-// command that moves: a ramp is followed without lag, a jump without overshoot.
-void Autopilot::track_depth(double commanded_depth, double depth_m, double climb, double dt) {
+// Depth and its rate by a second-order observer, both poles at 1 / depth_filter_s: the difference
+// of two noisy samples is no rate to steer by.
+void Autopilot::observe_depth(double commanded_depth, double depth_m, double dt) {
   if (!has_depth_) {
     has_depth_ = true;
-    depth_reference_ = last_depth_ = depth_m;
+    depth_ = depth_reference_ = depth_m;
     last_command_ = commanded_depth;
   }
+  const double pole = std::exp(-dt / options_.depth_filter_s);
+  const double surprise = depth_m - (depth_ + depth_rate_ * dt);
+  depth_ += depth_rate_ * dt + (1.0 - pole * pole) * surprise;
+  depth_rate_ += (1.0 - pole) * (1.0 - pole) / dt * surprise;
+}
+
+// The reference closes in on the command as fast as it can still brake, and moves along with a
+// command that moves: a ramp is followed without lag, a jump without overshoot.
+void Autopilot::track_depth(double commanded_depth, double climb, double dt) {
   const double gain = 1.0 - std::exp(-dt / options_.depth_filter_s);
   const double command_rate = (commanded_depth - last_command_) / dt;
   last_command_ = commanded_depth;
@@ -113,13 +129,10 @@ void Autopilot::track_depth(double commanded_depth, double depth_m, double climb
   const double rate = std::clamp(commanded_rate_ + std::copysign(closing, gap), -up, down);
   depth_reference_rate_ += gain * (rate - depth_reference_rate_);
   depth_reference_ += depth_reference_rate_ * dt;
-
-  depth_rate_ += gain * ((depth_m - last_depth_) / dt - depth_rate_);
-  last_depth_ = depth_m;
 }
 
-double Autopilot::lift_effort(double depth_m, double heave, double dt) {
-  const double error = depth_m - depth_reference_;  // positive: too deep
+double Autopilot::lift_effort(double heave, double dt) {
+  const double error = depth_ - depth_reference_;  // positive: too deep
   const double drag =
       signed_square(heave) + options_.heave_lift * std::abs(speed_reference_) * heave;
   const double proportional = options_.depth_p * error +

@@ -5,7 +5,8 @@
 //   speed     open loop, for nothing on board measures it: a reference u_r follows the command with
 //             a first-order lag, and the effort is what the vehicle's own drag and inertia need for
 //             it, surge = (u_r |u_r| + coast_length * u_r') / full_speed^2
-//   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angle, so no gimbal trouble
+//   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angle, so no gimbal trouble;
+//             the error counts up to the turn rate that the flippers can stop again
 //   depth     PD on a reference that follows the command as fast as the vehicle can, with what
 //             moving at that rate costs fed forward, and an integral bounded to the size of a trim
 //             error; the vertical effort goes to surge and heave as B's axes point
@@ -20,14 +21,15 @@
 namespace dive::vehicle {
 
 struct AutopilotOptions {
-  Eigen::Vector3d attitude_p{3.0, 5.0, 4.0};  ///< Roll, pitch, yaw: effort per rad.
-  Eigen::Vector3d attitude_d{2.0, 3.5, 2.5};  ///< Effort per rad/s.
-  double depth_p = 4.0;                       ///< Effort per m.
-  double depth_d = 9.0;                       ///< Effort per m/s.
+  Eigen::Vector3d attitude_p{3.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
+  Eigen::Vector3d attitude_d{2.0, 3.5, 3.3};  ///< Effort per rad/s.
+  double max_turn_rate = 1.0;                 ///< rad/s, that an attitude error may ask for.
+  double depth_p = 5.0;                       ///< Effort per m.
+  double depth_d = 11.0;                      ///< Effort per m/s.
   double depth_i = 0.5;                       ///< Effort per m s.
   double depth_i_limit = 0.3;                 ///< Effort that the integral may reach.
   double depth_i_zone_m = 0.2;                ///< Further off than this, the integral rests.
-  double depth_filter_s = 0.3;                ///< Time constant of the depth rate.
+  double depth_filter_s = 0.2;                ///< Time constant of the depth observer.
   double heave_share = 0.7;                   ///< Of full heave effort that the reference may need.
   double full_heave = 0.253;                  ///< m/s at full heave effort (steady, level, v = 0).
   double heave_brake = 0.06;                  ///< m/s^2, with which the reference comes to rest.
@@ -35,7 +37,7 @@ struct AutopilotOptions {
   double heave_trim = 6.0;                    ///< Pitch effort that holds the nose, per u w.
   double full_speed = 0.8;                    ///< m/s at full surge effort (steady, level).
   double coast_length_m = 2.06;               ///< Mass with entrained water over drag, m / (m/s)^2.
-  double speed_time_constant_s = 1.5;         ///< Of the speed's reference.
+  double speed_time_constant_s = 1.0;         ///< Of the speed's reference.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -52,17 +54,20 @@ class Autopilot {
  private:
   [[nodiscard]] double speed_effort(double speed, double dt);
   [[nodiscard]] double heave_within_reach() const;
-  void track_depth(double commanded_depth, double depth_m, double climb, double dt);
-  [[nodiscard]] double lift_effort(double depth_m, double heave, double dt);
+  void observe_depth(double commanded_depth, double depth_m, double dt);
+  void track_depth(double commanded_depth, double climb, double dt);
+  [[nodiscard]] double lift_effort(double heave, double dt);
+  [[nodiscard]] Eigen::Vector3d turn_effort(const Eigen::Vector3d& error,
+                                            const Eigen::Vector3d& omega_B) const;
 
   AutopilotOptions options_;
   double speed_reference_ = 0.0;
   double depth_reference_ = 0.0;
   double depth_reference_rate_ = 0.0;
+  double depth_ = 0.0;  ///< Observed, m, and its rate, m/s.
   double depth_rate_ = 0.0;
   double commanded_rate_ = 0.0;
   double last_command_ = 0.0;
-  double last_depth_ = 0.0;
   double depth_integral_ = 0.0;  ///< Effort.
   bool has_depth_ = false;
 };

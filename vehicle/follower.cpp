@@ -1,0 +1,193 @@
+#include "vehicle/follower.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "common/assert.h"
+
+namespace dive::vehicle {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kVertical = 0.05;     // m: horizontally shorter is a vertical segment
+constexpr double kOverhead = 0.3;      // m beside a vertical segment that steering leaves alone
+constexpr double kPastMinimum = 0.01;  // m the distance must have grown again
+constexpr double kCrabSpeed = 0.1;     // m/s: slower, and the sideslip's angle is mostly noise
+constexpr double kSmallError = 0.35;   // rad: a heading error that costs no speed: thrust turns
+constexpr double kLargeError = 1.2;    // rad: one that takes all of turn_slowdown
+constexpr double kMaxCrab = 0.5;       // rad: more of it feeds back on itself, the way on is lost
+constexpr double kDepthError = 0.15;   // m that is tolerated at full speed
+constexpr double kCreep = 0.05;        // m/s: steering needs a little way on
+
+double bearing_of(const Vector3d& direction) { return std::atan2(direction.y(), direction.x()); }
+
+double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
+
+}  // namespace
+
+std::string FollowerOptions::validate() const {
+  std::string problem;
+  const auto check = [&problem](const char* name, double value, double low, double high) {
+    if (!problem.empty() || (value >= low && value <= high)) return;  // false for NaN
+    problem = fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
+  };
+  check("speed", speed, 0.05, 5.0);
+  check("capture_radius", capture_radius, 0.01, 100.0);
+  if (last_capture_radius) check("last_capture_radius", *last_capture_radius, 0.01, 100.0);
+  check("lookahead_m", lookahead_m, 0.05, 100.0);
+  check("turn_slowdown", turn_slowdown, 0.0, 1.0);
+  check("corner_slowdown", corner_slowdown, 0.0, 1.0);
+  check("arrival_speed", arrival_speed, 0.01, 5.0);
+  check("braking_s", braking_s, 0.01, 60.0);
+  check("heave_speed", heave_speed, 0.01, 5.0);
+  check("depth_lead_m", depth_lead_m, 0.01, 10.0);
+  return problem;
+}
+
+Follower::Follower(FollowerOptions options) : options_(options) {
+  DIVE_DEMAND(options_.validate().empty());
+}
+
+Follower::Segment Follower::make_segment(const Pose& from, const Pose& to) {
+  Segment result;
+  result.start = from.p;
+  const Vector3d way = to.p - from.p;
+  result.length = way.norm();
+  result.direction =
+      result.length > 0.0 ? Vector3d(way / result.length) : Vector3d(to.q * Vector3d::UnitX());
+  result.bearing = way.head<2>().norm() > kVertical ? bearing_of(way) : yaw_of(to);
+  return result;
+}
+
+void Follower::set_path(std::span<const Pose> waypoints, const Vector3d& position_W) {
+  DIVE_DEMAND(waypoints.size() >= 2 && position_W.allFinite());
+  waypoints_.assign(waypoints.begin(), waypoints.end());
+  segments_.clear();
+  status_ = {};
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < waypoints_.size(); ++i) {
+    DIVE_DEMAND(waypoints_[i - 1].is_finite() && waypoints_[i].is_finite());
+    const Segment& s = segments_.emplace_back(make_segment(waypoints_[i - 1], waypoints_[i]));
+    const double along = std::clamp(s.direction.dot(position_W - s.start), 0.0, s.length);
+    const double distance = (s.start + along * s.direction - position_W).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    status_.segment = static_cast<int>(i);
+  }
+  for (std::size_t i = segments_.size() - 1; i > 0; --i) {
+    segments_[i - 1].remaining = segments_[i].remaining + segments_[i].length;
+    segments_[i - 1].corner = std::abs(wrap_angle(segments_[i].bearing - segments_[i - 1].bearing));
+  }
+  nearest_m_ = std::numeric_limits<double>::infinity();
+  observe(position_W);
+}
+
+const Follower::Segment& Follower::segment() const {
+  return segments_[static_cast<std::size_t>(status_.segment - 1)];
+}
+
+double Follower::capture_radius() const {
+  const bool last = static_cast<std::size_t>(status_.segment) == segments_.size();
+  return last ? options_.last_capture_radius.value_or(options_.capture_radius)
+              : options_.capture_radius;
+}
+
+void Follower::observe(const Vector3d& p_W) {
+  const Segment& s = segment();
+  const Vector3d from_start = p_W - s.start;
+  status_.along_track_m = s.direction.dot(from_start);
+  status_.cross_track_m = (from_start - status_.along_track_m * s.direction).norm();
+  status_.distance_to_go_m =
+      s.remaining + std::clamp(s.length - status_.along_track_m, 0.0, s.length);
+}
+
+bool Follower::passed(const Vector3d& p_W) {
+  const double distance = (waypoints_[static_cast<std::size_t>(status_.segment)].p - p_W).norm();
+  nearest_m_ = std::min(nearest_m_, distance);
+  const bool reached = nearest_m_ < capture_radius() && distance > nearest_m_ + kPastMinimum;
+  return reached || status_.along_track_m > segment().length;
+}
+
+void Follower::advance(const Vector3d& p_W) {
+  observe(p_W);
+  while (!status_.finished && passed(p_W)) {
+    if (static_cast<std::size_t>(status_.segment) == segments_.size()) {
+      status_.finished = true;
+      status_.missed = nearest_m_ >= capture_radius();
+      break;
+    }
+    ++status_.segment;
+    nearest_m_ = std::numeric_limits<double>::infinity();
+    observe(p_W);
+  }
+}
+
+// Bearing from the vehicle to the point of the path that lies lookahead_m beyond its projection.
+double Follower::course(const Vector3d& p_W) const {
+  double left = options_.lookahead_m + std::max(status_.along_track_m, 0.0);
+  auto index = static_cast<std::size_t>(status_.segment - 1);
+  while (index + 1 < segments_.size() && left > segments_[index].length) {
+    left -= segments_[index].length;
+    ++index;
+  }
+  const Segment& s = segments_[index];
+  const Vector3d carrot = s.start + left * s.direction;  // beyond the end: straight on
+  const Vector2d way = (carrot - p_W).head<2>();
+  return way.norm() > kOverhead ? std::atan2(way.y(), way.x()) : s.bearing;
+}
+
+double Follower::speed_towards(double heading_error, double depth_error,
+                               double planned_pitch) const {
+  const Segment& s = segment();
+  const double to_end = std::max(s.length - status_.along_track_m, 0.0);
+  const double sharpness = std::min(s.corner / (0.5 * M_PI), 1.0);
+  const double corner = options_.speed * (1.0 - options_.corner_slowdown * sharpness);
+  double speed =
+      std::min({options_.speed, corner + to_end / options_.braking_s,
+                options_.arrival_speed + status_.distance_to_go_m / (2.0 * options_.braking_s)});
+  const double off = (std::abs(heading_error) - kSmallError) / (kLargeError - kSmallError);
+  speed *= 1.0 - options_.turn_slowdown * std::clamp(off, 0.0, 1.0);
+  speed *= std::clamp(2.0 - std::abs(depth_error) / kDepthError, 0.0, 1.0);
+  speed = std::max(speed, kCreep);
+
+  // What swimming along x does not climb is left to heave; pitch is positive nose down.
+  const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_pitch);
+  return left < 0.5 * M_PI ? std::min(speed, options_.heave_speed / std::tan(std::max(left, 1e-3)))
+                           : 0.0;
+}
+
+Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
+  DIVE_DEMAND(has_path() && X_WB.is_finite() && v_WB_B.allFinite());
+  advance(X_WB.p);
+  const Segment& s = segment();
+  const auto index = static_cast<std::size_t>(status_.segment);
+
+  const double slope = std::abs(s.direction.z());
+  const double ahead = status_.along_track_m + options_.depth_lead_m * slope * slope;
+  const auto along = [&s](double distance) {
+    return s.length > 0.0 ? std::clamp(distance / s.length, 0.0, 1.0) : 1.0;
+  };
+  const double z = interpolate(waypoints_[index - 1], waypoints_[index], along(ahead)).p.z();
+  const Pose planned =
+      interpolate(waypoints_[index - 1], waypoints_[index], along(status_.along_track_m));
+  const Vector3d planned_rpy = to_rpy(planned.q);
+
+  const double yaw = yaw_of(X_WB);
+  const Vector3d v_W = X_WB.q * v_WB_B;
+  const double speed = v_W.head<2>().norm();
+  const double sideslip = std::min(speed / kCrabSpeed, 1.0) * wrap_angle(bearing_of(v_W) - yaw);
+  const double heading = course(X_WB.p) - std::clamp(sideslip, -kMaxCrab, kMaxCrab);
+
+  Command command;
+  command.v = speed_towards(wrap_angle(heading - yaw), planned.p.z() - X_WB.p.z(), planned_rpy.y());
+  command.d = -z;
+  command.o = from_rpy(planned_rpy.x(), planned_rpy.y(), heading);
+  return command;
+}
+
+}  // namespace dive::vehicle

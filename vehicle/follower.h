@@ -1,6 +1,17 @@
 #pragma once
 // Follows a path of waypoints with the command tuple <v, h, d, o>.
+//
+//   yaw    line of sight (Fossen 2011, ch. 12.3): the course leads to the point of the path
+//          `lookahead_m` ahead of the vehicle's projection, round the corner where one is near; the
+//          sideslip is taken off, so that it is the motion and not the nose that points there
+//   roll, pitch  of the planned attitudes, interpolated along the track
+//   depth  linear in along-track progress between p_{i-1} and p_i, clamped to it, on steep segments
+//          a little ahead; the paper's printed law has the start as a fixed point and is singular
+//          at z = 0: doc/decisions/follower-depth-law.md
+//   speed  less before corners, while the heading is off, where depth cannot keep up, and at the
+//   end
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,10 +24,16 @@
 namespace dive::vehicle {
 
 struct FollowerOptions {
-  double speed = 0.4;             ///< m/s on straights; less while turning.
-  double capture_radius = 0.5;    ///< D_reached, m.
-  double lookahead_m = 0.8;       ///< Of the line-of-sight law.
-  double turn_slowdown = 0.9;     ///< How much of the speed a large heading error takes, [0, 1].
+  double speed = 0.4;                         ///< m/s on straights; less while turning.
+  double capture_radius = 0.5;                ///< D_reached, m.
+  std::optional<double> last_capture_radius;  ///< Of the last waypoint, m; capture_radius if none.
+  double lookahead_m = 0.65;                  ///< Of the line-of-sight law.
+  double turn_slowdown = 0.9;    ///< How much of the speed a large heading error takes, [0, 1].
+  double corner_slowdown = 0.7;  ///< How much of the speed a corner of 90 degrees takes, [0, 1].
+  double arrival_speed = 0.15;   ///< m/s at the last waypoint.
+  double braking_s = 1.0;        ///< Time constant with which the speed follows the command.
+  double heave_speed = 0.13;     ///< m/s of depth that the vehicle can change beside its pitch.
+  double depth_lead_m = 0.4;     ///< Along a vertical segment; shrinks with the slope.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -30,8 +47,6 @@ struct FollowerStatus {
   bool missed = false;            ///< Finished by passing the plane outside capture_radius.
 };
 
-/// Depth is interpolated linearly in along-track progress between p_{i-1} and p_i, clamped to it:
-/// the paper's printed law has the start as a fixed point and is singular at z = 0 (doc/).
 /// A waypoint is reached when the distance is below D_reached *and* has passed its minimum, or
 /// when the plane through it across the segment has been passed.
 class Follower {
@@ -43,15 +58,37 @@ class Follower {
   void set_path(std::span<const Pose> waypoints, const Eigen::Vector3d& position_W);
   [[nodiscard]] bool has_path() const { return waypoints_.size() >= 2; }
 
-  /// One control tick. Demands a path.
+  /// One control tick. Demands a path. Allocates nothing.
   [[nodiscard]] Command step(const Pose& X_WB, const Eigen::Vector3d& v_WB_B);
   [[nodiscard]] const FollowerStatus& status() const { return status_; }
   [[nodiscard]] std::span<const Pose> path() const { return waypoints_; }
 
  private:
+  /// The line from one waypoint to the next.
+  struct Segment {
+    Eigen::Vector3d start;
+    Eigen::Vector3d direction;  ///< Unit; of a segment of no length, x of the planned attitude.
+    double length = 0.0;        ///< m
+    double bearing = 0.0;       ///< rad; of a vertical one, the planned yaw.
+    double remaining = 0.0;     ///< m of path from its end on.
+    double corner = 0.0;        ///< rad between its bearing and the next one's, >= 0.
+  };
+
+  [[nodiscard]] static Segment make_segment(const Pose& from, const Pose& to);
+  [[nodiscard]] const Segment& segment() const;
+  [[nodiscard]] double capture_radius() const;
+  void observe(const Eigen::Vector3d& p_W);
+  [[nodiscard]] bool passed(const Eigen::Vector3d& p_W);
+  void advance(const Eigen::Vector3d& p_W);
+  [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] double speed_towards(double heading_error, double depth_error,
+                                     double planned_pitch) const;
+
   FollowerOptions options_;
   std::vector<Pose> waypoints_;
+  std::vector<Segment> segments_;
   FollowerStatus status_;
+  double nearest_m_ = 0.0;  ///< Smallest distance to the waypoint ahead so far.
 };
 
 }  // namespace dive::vehicle
