@@ -1,0 +1,94 @@
+#include "mission/document/guard.h"
+
+#include <array>
+
+#include "common/assert.h"
+#include "mission/document/guard_parser.h"
+#include "mission/document/guard_table.h"
+
+namespace dive::mission {
+namespace {
+
+double value_of(GuardVariableIndex variable, const GuardVariables& variables) {
+  switch (variable) {
+    case GuardVariableIndex::kDepth:
+      return variables.depth;
+    case GuardVariableIndex::kAltitude:
+      return variables.altitude;
+    case GuardVariableIndex::kBatteryFraction:
+      return variables.battery_fraction;
+    case GuardVariableIndex::kElapsed:
+      return variables.elapsed;
+    case GuardVariableIndex::kStateElapsed:
+      return variables.state_elapsed;
+    case GuardVariableIndex::kDistanceToGoal:
+      return variables.distance_to_goal;
+    case GuardVariableIndex::kClearance:
+      return variables.clearance;
+    case GuardVariableIndex::kOverhead:
+      return variables.overhead ? 1.0 : 0.0;
+  }
+  DIVE_DEMAND(false);
+}
+
+bool compare(GuardComparison comparison, double left, double right) {
+  switch (comparison) {
+    case GuardComparison::kLess:
+      return left < right;
+    case GuardComparison::kLessEqual:
+      return left <= right;
+    case GuardComparison::kGreater:
+      return left > right;
+    case GuardComparison::kGreaterEqual:
+      return left >= right;
+    case GuardComparison::kEqual:
+      return left == right;
+    case GuardComparison::kNotEqual:
+      return left != right;
+  }
+  DIVE_DEMAND(false);
+}
+
+}  // namespace
+
+std::optional<Guard> Guard::parse(std::string_view text, Error& error) {
+  return GuardParser(text, error).parse();
+}
+
+// Children stand before their parents, so one pass from front to back is an evaluation; truth is
+// 0 or 1. Nothing is skipped: there are no side effects that skipping could avoid.
+bool Guard::evaluate(const GuardVariables& variables) const {
+  std::array<double, kMaxLength> values;
+  DIVE_DEMAND(!nodes_.empty() && nodes_.size() <= values.size());
+  const auto truth = [&values](int node) { return values[static_cast<std::size_t>(node)] != 0.0; };
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const Node& node = nodes_[i];
+    switch (node.kind) {
+      case Node::Kind::kNumber:
+        values[i] = node.number;
+        break;
+      case Node::Kind::kVariable:
+        values[i] = value_of(static_cast<GuardVariableIndex>(node.index), variables);
+        break;
+      case Node::Kind::kCompare:
+        values[i] = compare(static_cast<GuardComparison>(node.index),
+                            values[static_cast<std::size_t>(node.left)],
+                            values[static_cast<std::size_t>(node.right)])
+                        ? 1.0
+                        : 0.0;
+        break;
+      case Node::Kind::kAnd:
+        values[i] = truth(node.left) && truth(node.right) ? 1.0 : 0.0;
+        break;
+      case Node::Kind::kOr:
+        values[i] = truth(node.left) || truth(node.right) ? 1.0 : 0.0;
+        break;
+      case Node::Kind::kNot:
+        values[i] = truth(node.left) ? 0.0 : 1.0;
+        break;
+    }
+  }
+  return values[nodes_.size() - 1] != 0.0;
+}
+
+}  // namespace dive::mission

@@ -3,8 +3,17 @@
 //
 //   cond="depth > 3 and not (battery_fraction < 0.4 or elapsed >= 120)"
 //
-// Numbers, variables (SI, names below), < <= > >= == !=, and or not, parentheses. `overhead` is
-// boolean. Type-checked when parsed; bounded in length and depth.
+// Grammar, with blanks between any two tokens:
+//
+//   or         := and ("or" and)*
+//   and        := not ("and" not)*
+//   not        := "not" not | comparison
+//   comparison := operand (("<" | "<=" | ">" | ">=" | "==" | "!=") operand)?
+//   operand    := number | "-" number | variable | "(" or ")"
+//
+// Numbers are decimal, variables SI, both sides of a comparison are numbers, and the whole is true
+// or false. Type-checked when parsed, which takes time linear in the length; bounded in length and
+// depth. In XML, < is written &lt;.
 
 #include <memory>
 #include <optional>
@@ -16,8 +25,8 @@ namespace dive::mission {
 
 /// The values a guard may ask for.
 struct GuardVariables {
-  double depth = 0.0;             ///< m
-  double altitude = 0.0;          ///< m above the lowest obstacle below; infinite when none
+  double depth = 0.0;     ///< m
+  double altitude = 0.0;  ///< m above the lowest obstacle below; infinite when none
   double battery_fraction = 1.0;
   double elapsed = 0.0;           ///< s since the mission started
   double state_elapsed = 0.0;     ///< s since the innermost state was entered
@@ -37,14 +46,19 @@ class Guard {
   /// Parses and type-checks; on failure fills `error`.
   [[nodiscard]] static std::optional<Guard> parse(std::string_view text, Error& error);
 
+  static constexpr std::size_t kMaxLength = 512;  ///< Bytes.
+  static constexpr int kMaxDepth = 32;            ///< Of parentheses and "not" within each other.
+
+  /// Total: comparisons are IEEE's, so one with NaN is false (and != true). Allocates nothing.
   [[nodiscard]] bool evaluate(const GuardVariables& variables) const;
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
+  friend class GuardParser;
   struct Node {
     enum class Kind { kNumber, kVariable, kCompare, kAnd, kOr, kNot } kind = Kind::kNumber;
     double number = 0.0;
-    int index = 0;  ///< Variable or comparison.
+    int index = 0;  ///< Of the variable or the comparison.
     int left = -1;
     int right = -1;
   };

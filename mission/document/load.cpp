@@ -1,0 +1,40 @@
+#include <utility>
+
+#include "mission/document/language.h"
+#include "mission/document/map_file.h"
+#include "mission/document/mission.h"
+#include "mission/document/reader.h"
+#include "mission/document/rules.h"
+#include "mission/document/schema.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr XmlLimits kLimits{};
+
+std::optional<Mission> from_document(XmlDocument document, Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
+  const Language language;
+  if (!check_schema(document, language, diagnostics)) return std::nullopt;
+  Mission mission = read_mission(std::move(document), language, diagnostics);
+  resolve_map(mission, diagnostics);
+  check_rules(mission, diagnostics);
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
+  return mission;
+}
+
+}  // namespace
+
+std::optional<Mission> load_mission(const std::string& path, Diagnostics& diagnostics) {
+  std::optional<XmlDocument> document = read_xml(path, kLimits, diagnostics);
+  if (!document) return std::nullopt;
+  return from_document(std::move(*document), diagnostics);
+}
+
+std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics) {
+  std::optional<XmlDocument> document = parse_xml(std::move(source), kLimits, diagnostics);
+  if (!document) return std::nullopt;
+  return from_document(std::move(*document), diagnostics);
+}
+
+}  // namespace dive::mission

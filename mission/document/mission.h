@@ -64,10 +64,13 @@ struct SurfaceState {
   std::optional<Timeout> timeout;
 };
 
+/// monostate: a `state` with nothing inside. It steers nothing and only watches; there is one only
+/// in those regions of a parallel that do not steer.
 using Leaf = std::variant<std::monostate, GotoState, GoalSequenceState, HoldState, SurfaceState>;
 
 struct TransitionSpec {
   std::vector<std::string> events;
+  std::vector<Span> event_spans;  ///< Of `events`, index by index.
   std::optional<Guard> guard;
   std::vector<Located<std::string>> targets;
   bool internal = false;
@@ -79,9 +82,10 @@ enum class StateType { kCompound, kParallel, kFinal, kShallowHistory, kDeepHisto
 struct StateSpec {
   Located<std::string> id;
   StateType type = StateType::kLeaf;
-  Leaf leaf;                                    ///< Only for kLeaf.
-  std::optional<Located<std::string>> initial;  ///< Compound: first child when absent. History: default.
-  bool overhead = false;                        ///< Declared here or on an ancestor.
+  Leaf leaf;  ///< Only for kLeaf.
+  std::optional<Located<std::string>>
+      initial;            ///< Compound: first child when absent. History: default.
+  bool overhead = false;  ///< Declared here or on an ancestor.
   std::vector<TransitionSpec> transitions;
   std::vector<StateSpec> children;
 };
@@ -121,16 +125,16 @@ struct Mission {
   SourceText source;
   std::string id;
   std::string description;
-  Located<double> speed;                          ///< m/s
+  Located<double> speed;  ///< m/s
   planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
-  Located<std::string> map_file;                  ///< As written.
-  std::string map_path;                           ///< Resolved beneath the mission's folder.
+  Located<std::string> map_file;  ///< As written.
+  std::string map_path;           ///< Resolved beneath the mission's folder.
   Position start;
-  double start_heading_deg = 90.0;                ///< Compass.
+  double start_heading_deg = 90.0;  ///< Compass.
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;
-  Located<std::string> initial;                   ///< First state.
+  Located<std::string> initial;  ///< First state.
   std::vector<StateSpec> states;
 };
 

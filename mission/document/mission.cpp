@@ -1,0 +1,36 @@
+#include "mission/document/mission.h"
+
+#include "common/assert.h"
+#include "common/se3.h"
+
+namespace dive::mission {
+
+Eigen::Vector3d Position::in_world(double floor_z) const {
+  switch (z_units) {
+    case ZUnits::kDepth:
+      return {x.value, y.value, -z.value};
+    case ZUnits::kAltitude:
+      return {x.value, y.value, floor_z + z.value};
+    case ZUnits::kZ:
+      return {x.value, y.value, z.value};
+  }
+  DIVE_DEMAND(false);
+}
+
+const char* to_string(Rung rung) {
+  switch (rung) {
+    case Rung::kNone:
+      return "none";
+    case Rung::kWarn:
+      return "warn";
+    case Rung::kAbortAndSurface:
+      return "abort_and_surface";
+    case Rung::kEmergencySurface:
+      return "emergency_surface";
+  }
+  DIVE_DEMAND(false);
+}
+
+double heading_to_yaw(double heading_deg) { return wrap_angle(deg_to_rad(90.0 - heading_deg)); }
+
+}  // namespace dive::mission

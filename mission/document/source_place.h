@@ -1,0 +1,23 @@
+#pragma once
+// Finer places than the XML tree knows: inside an attribute's value, and of stray text.
+
+#include <cstddef>
+
+#include "common/source_text.h"
+#include "common/xml.h"
+
+namespace dive::mission {
+
+/// Byte offset of the beginning of `span`, which must point into `source`.
+[[nodiscard]] std::size_t offset_of(const SourceText& source, const Span& span);
+
+/// Where byte `offset` of an attribute's value was written: in the file a value may be longer than
+/// it is ("&lt;" is one byte of it). `length` bytes are underlined.
+[[nodiscard]] Span span_in_value(const SourceText& source, const XmlAttribute& attribute,
+                                 std::size_t offset, std::size_t length);
+
+/// The first word of the text that stands directly in `element`; the element's name if there is
+/// none.
+[[nodiscard]] Span place_of_text(const SourceText& source, const XmlElement& element);
+
+}  // namespace dive::mission
