@@ -12,12 +12,13 @@ namespace {
 
 constexpr XmlLimits kLimits{};
 
-std::optional<Mission> from_document(XmlDocument document, Diagnostics& diagnostics) {
+std::optional<Mission> from_document(XmlDocument document, MapFile map_file,
+                                     Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   const Language language;
   if (!check_schema(document, language, diagnostics)) return std::nullopt;
   Mission mission = read_mission(std::move(document), language, diagnostics);
-  resolve_map(mission, diagnostics);
+  if (map_file == MapFile::kMustExist) resolve_map(mission, diagnostics);
   check_rules(mission, diagnostics);
   if (diagnostics.error_count() != errors_before) return std::nullopt;
   return mission;
@@ -28,13 +29,14 @@ std::optional<Mission> from_document(XmlDocument document, Diagnostics& diagnost
 std::optional<Mission> load_mission(const std::string& path, Diagnostics& diagnostics) {
   std::optional<XmlDocument> document = read_xml(path, kLimits, diagnostics);
   if (!document) return std::nullopt;
-  return from_document(std::move(*document), diagnostics);
+  return from_document(std::move(*document), MapFile::kMustExist, diagnostics);
 }
 
-std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics) {
+std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
+                                     MapFile map_file) {
   std::optional<XmlDocument> document = parse_xml(std::move(source), kLimits, diagnostics);
   if (!document) return std::nullopt;
-  return from_document(std::move(*document), diagnostics);
+  return from_document(std::move(*document), map_file, diagnostics);
 }
 
 }  // namespace dive::mission

@@ -143,8 +143,13 @@ struct Mission {
 /// Codes: FILE-*, XML-*, XSD-*, MIS-*.
 [[nodiscard]] std::optional<Mission> load_mission(const std::string& path,
                                                   Diagnostics& diagnostics);
+
+/// Whether the map's file is looked for: a log brings its map with it.
+enum class MapFile { kMustExist, kNotNeeded };
+
 /// The same from memory; `source.path()` says where the map is looked for.
-[[nodiscard]] std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics);
+[[nodiscard]] std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
+                                                   MapFile map_file = MapFile::kMustExist);
 
 /// Compass heading (deg, clockwise from north) to yaw (rad, counter-clockwise from east).
 [[nodiscard]] double heading_to_yaw(double heading_deg);
