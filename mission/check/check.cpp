@@ -1,6 +1,7 @@
 #include "mission/check/check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -17,6 +18,18 @@ namespace dive::mission {
 namespace {
 
 using Progress = std::function<void(const std::string&)>;
+
+constexpr std::array kDeckRules = {
+    Rule{"CHK-PLAN", Severity::kError, "every leg of the nominal route has a certified path"},
+    Rule{"CHK-NO-WAY-OUT", Severity::kError,
+         "from every point of the route the trail leads back to open water"},
+    Rule{"CHK-RETRACE", Severity::kError, "the route can be swum backwards without touching"},
+    Rule{"CHK-TIME", Severity::kError, "the route takes no longer than mission_timeout"},
+    Rule{"CHK-TIME-MARGIN", Severity::kWarning,
+         "the route and the longest way out together take no longer than mission_timeout"},
+    Rule{"CHK-ENERGY", Severity::kError, "the route leaves battery_reserve in the battery"},
+    Rule{"CHK-DIVE", Severity::kError, "the simulated dive ends as planned"},
+};
 
 Span map_span(const Mission& mission) { return mission.map_file.span; }
 
@@ -167,6 +180,8 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::Worl
   }
   return legs;
 }
+
+std::span<const Rule> deck_rules() { return kDeckRules; }
 
 CheckReport check_mission(const Mission& mission, const planning::World& world,
                           const vehicle::Model& model, const CheckOptions& options,

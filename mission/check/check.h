@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "mission/check/route.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/document/mission.h"
+#include "mission/document/rules.h"
 #include "planning/planner.h"
 
 namespace dive::mission {
@@ -54,6 +56,9 @@ struct CheckOptions {
                                                       const planning::RobotHull& hull,
                                                       const planning::PlannerOptions& options,
                                                       std::uint64_t seed);
+
+/// The rules of this page, as `dive check --rules` lists them after those of the document.
+[[nodiscard]] std::span<const Rule> deck_rules();
 
 /// Checks a mission that load_mission() accepted. Findings go to `diagnostics` (codes CHK-*);
 /// `progress` is told what is being done.

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mission/check/check.h"
+#include "mission/check/rules.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
@@ -31,11 +32,15 @@ void print_report(const CheckReport& report) {
 
 int list_rules(bool json) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const RuleDescription& rule : all_rules()) {
-    if (json) {
-      list.push_back({{"code", rule.code}, {"sentence", rule.sentence}});
-    } else {
-      print(fmt::format("{:<24} {}", rule.code, rule.sentence));
+  for (const std::span<const Rule> rules : {document_rules(), world_rules(), deck_rules()}) {
+    for (const Rule& rule : rules) {
+      if (json) {
+        list.push_back({{"code", rule.code},
+                        {"severity", to_string(rule.severity)},
+                        {"sentence", rule.sentence}});
+      } else {
+        print(fmt::format("{:<24} {:<8} {}", rule.code, to_string(rule.severity), rule.sentence));
+      }
     }
   }
   if (json) print_json({{"rules", list}});

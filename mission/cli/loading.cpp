@@ -29,7 +29,7 @@ std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnost
   if (!mission) return std::nullopt;
   tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
   if (!map) {
-    diagnostics.error("MIS-MAP", mission->source, mission->map_file.span,
+    diagnostics.error("MIS-MAP-NOT-FOUND", mission->source, mission->map_file.span,
                       fmt::format("the map cannot be read: {}", map.error()));
     return std::nullopt;
   }

@@ -61,7 +61,11 @@ class ExecutiveTest : public ::testing::Test {
     now_ += 20'000;
     StepInputs inputs;
     inputs.now = now_;
-    inputs.imu = ImuSample{now_, from_rpy(0, 0, yaw_), {}, {0, 0, 9.81}};
+    ImuSample imu;
+    imu.utime = now_;
+    imu.q_WB = from_rpy(0, 0, yaw_);
+    imu.accel_B.z() = 9.81;
+    inputs.imu = imu;
     inputs.depth = DepthSample{now_, depth_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
@@ -118,7 +122,9 @@ class ExecutiveTest : public ::testing::Test {
 };
 
 TEST_F(ExecutiveTest, WaitsForSensorsBeforeItStarts) {
-  const StepOutputs outputs = executive_->step(StepInputs{.now = 20'000});
+  StepInputs blind;
+  blind.now = 20'000;
+  const StepOutputs outputs = executive_->step(blind);
   EXPECT_TRUE(outputs.transitions.empty());
   EXPECT_EQ(outputs.command.v, 0.0);
   EXPECT_FALSE(outputs.status.finished);
