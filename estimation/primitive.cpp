@@ -1,0 +1,127 @@
+#include "estimation/primitive.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "common/assert.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kMaxStep = 0.05;          // s: longer intervals are cut into such steps
+constexpr double kMaxExtrapolation = 0.5;  // s that a turn rate is believed beyond its sample
+constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth says nothing of heave
+constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts better than that
+
+}  // namespace
+
+std::string PrimitiveOptions::validate() const {
+  std::string problem;
+  const auto check = [&problem](const char* name, double value, double low, double high) {
+    if (!problem.empty() || (value >= low && value <= high)) return;  // false for NaN
+    problem = fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
+  };
+  check("speed_scale_sigma", speed_scale_sigma, 0.0, 1.0);
+  check("heading_bias_sigma_deg", heading_bias_sigma_deg, 0.0, 90.0);
+  check("attitude_sigma_deg", attitude_sigma_deg, 0.001, 90.0);
+  check("depth_sigma_m", depth_sigma_m, 1e-4, 10.0);
+  check("vertical_acceleration", vertical_acceleration, 1e-4, 10.0);
+  check("drift_m_per_sqrt_s", drift_m_per_sqrt_s, 0.0, 1.0);
+  return problem.empty() ? motion.validate() : problem;
+}
+
+PrimitiveEstimator::PrimitiveEstimator(PrimitiveOptions options, const Vector3d& position_W,
+                                       double position_sigma_m)
+    : options_(options),
+      motion_(options.motion),
+      depth_(options.depth_sigma_m, options.vertical_acceleration, position_W.z()),
+      start_variance_(std::pow(std::max(position_sigma_m, kLeastSigma), 2)) {
+  DIVE_DEMAND(options_.validate().empty());
+  DIVE_DEMAND(position_W.allFinite() && position_sigma_m >= 0.0);
+  estimate_.X_WB.p = position_W;
+}
+
+void PrimitiveEstimator::set_commanded_speed(double speed) {
+  DIVE_DEMAND(std::isfinite(speed));
+  commanded_speed_ = speed;
+}
+
+void PrimitiveEstimator::add(const ImuSample& sample) {
+  const double norm = sample.q_WB.norm();
+  if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;
+  if (imu_ && sample.utime <= imu_->utime) return;
+  imu_ = sample;
+  imu_->q_WB.normalize();
+}
+
+void PrimitiveEstimator::add(const DepthSample& sample) {
+  if (std::isfinite(sample.depth_m)) depth_.add(sample.utime, -sample.depth_m);
+}
+
+const StateEstimate& PrimitiveEstimator::update(Utime now) {
+  DIVE_DEMAND(now >= estimate_.utime);
+  if (!imu_ || !depth_.started()) {
+    estimate_.utime = now;
+    return estimate_;
+  }
+  const double dt = estimate_.valid ? to_seconds(now - estimate_.utime) : 0.0;
+  estimate_.utime = now;
+  estimate_.valid = true;
+  estimate_.X_WB.q = attitude(now);
+  estimate_.omega_WB_B = imu_->gyro_B;
+  estimate_.X_WB.p.z() = depth_.at(now).z;
+  for (double left = dt; left > 0.0; left -= kMaxStep) reckon(std::min(left, kMaxStep));
+  estimate_.v_WB_B = velocity_B();
+  fill_covariance();
+  return estimate_;
+}
+
+// The last attitude, turned on at its own rate over the sensor's latency.
+Eigen::Quaterniond PrimitiveEstimator::attitude(Utime now) const {
+  const double age = std::clamp(to_seconds(now - imu_->utime), 0.0, kMaxExtrapolation);
+  return (imu_->q_WB * so3_exp(age * imu_->gyro_B)).normalized();
+}
+
+void PrimitiveEstimator::reckon(double dt) {
+  motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
+  const Vector2d step = (estimate_.X_WB.q * velocity_B()).head<2>() * dt;
+  displacement_W_ += step;
+  estimate_.X_WB.p.head<2>() += step;
+  elapsed_s_ += dt;
+}
+
+// Surge and sway are expected; heave is what is missing of the depth rate measured.
+Vector3d PrimitiveEstimator::velocity_B() const {
+  const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
+  Vector3d v_B(motion_.surge(), motion_.sway(), 0.0);
+  if (std::abs(up_B.z()) > kUpright) {
+    v_B.z() = (depth_.at(estimate_.utime).rate - up_B.dot(v_B)) / up_B.z();
+  }
+  return v_B;
+}
+
+void PrimitiveEstimator::fill_covariance() {
+  const double attitude_variance = std::pow(deg_to_rad(options_.attitude_sigma_deg), 2);
+  const double drift_variance = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s;
+  Matrix6d& P = estimate_.covariance;
+  P.setZero();
+  P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_);
+  P(2, 2) = depth_.at(estimate_.utime).variance;
+  P.diagonal().tail<3>().setConstant(attitude_variance);
+
+  // One column per constant error: what one sigma of it does to [position; attitude].
+  Vector6d speed_scale = Vector6d::Zero();
+  speed_scale.head<2>() = options_.speed_scale_sigma * displacement_W_;
+  Vector6d heading_bias = Vector6d::Zero();
+  heading_bias.head<2>() = Vector2d(-displacement_W_.y(), displacement_W_.x());
+  heading_bias.tail<3>() = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
+  heading_bias *= deg_to_rad(options_.heading_bias_sigma_deg);
+  P += speed_scale * speed_scale.transpose() + heading_bias * heading_bias.transpose();
+}
+
+}  // namespace dive::estimation

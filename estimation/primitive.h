@@ -2,21 +2,35 @@
 // The primitive estimator: depth from pressure, attitude from the IMU, horizontal position by dead
 // reckoning on the speed one expects of the gait commanded. Uses no camera, so it works in the
 // dark; its covariance grows with the distance swum.
+//
+// Two errors are constant over a dive and never observed: the heading is off by b, the gait's speed
+// by a share s. With D the horizontal displacement reckoned since the start and D' that turned by
+// +90 degrees, the true position is p + s D - b D' to first order, so that
+//
+//   P_xy = sigma_0^2 I + sigma_s^2 D D^T + sigma_b^2 D' D'^T + q t I
+//
+// which is what a Kalman filter with the states [p_xy, b, s] propagates, in closed form. It grows
+// with the distance from the start, not with the distance swum: whoever swims back, undoes his
+// errors.
 
+#include <optional>
 #include <string>
 
 #include "common/measurements.h"
+#include "estimation/depth_filter.h"
+#include "estimation/motion_model.h"
 #include "estimation/state_estimate.h"
 
 namespace dive::estimation {
 
 struct PrimitiveOptions {
-  double speed_scale_sigma = 0.01;       ///< One-sigma relative error of the expected speed.
-  double heading_bias_sigma_deg = 0.5;   ///< One-sigma constant heading error.
-  double attitude_sigma_deg = 0.3;       ///< Roll and pitch, one sigma.
-  double depth_sigma_m = 0.01;           ///< Of one depth sample.
-  double drift_m_per_sqrt_s = 0.01;      ///< Random walk of horizontal position, per axis.
-  double speed_time_constant_s = 1.0;    ///< How fast the speed follows the commanded one.
+  double speed_scale_sigma = 0.01;      ///< One-sigma relative error of the expected speed.
+  double heading_bias_sigma_deg = 0.5;  ///< One-sigma constant heading error.
+  double attitude_sigma_deg = 0.3;      ///< Of one attitude sample, per axis, one sigma.
+  double depth_sigma_m = 0.01;          ///< Of one depth sample.
+  double vertical_acceleration = 0.05;  ///< m/s^2, one sigma: what the depth filter must follow.
+  double drift_m_per_sqrt_s = 0.005;    ///< Random walk of horizontal position, per axis.
+  MotionModel motion;
 
   /// Empty when usable, else a sentence naming the option and its range.
   [[nodiscard]] std::string validate() const;
@@ -25,20 +39,33 @@ struct PrimitiveOptions {
 /// Pure: the same calls give the same estimates. Allocates nothing.
 class PrimitiveEstimator {
  public:
-  /// `position_W` is where the vehicle is put into the water, with standard deviation
+  /// `position_W` is where the vehicle is put into the water, at rest, with standard deviation
   /// `position_sigma_m` per horizontal axis.
   PrimitiveEstimator(PrimitiveOptions options, const Eigen::Vector3d& position_W,
                      double position_sigma_m);
 
   /// The forward speed commanded from now on, m/s.
   void set_commanded_speed(double speed);
+  /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);
-  /// Advances to `now` and returns the estimate.
+  /// Advances to `now` and returns the estimate. Time must not run backwards.
   [[nodiscard]] const StateEstimate& update(Utime now);
 
  private:
+  void reckon(double dt);
+  [[nodiscard]] Eigen::Quaterniond attitude(Utime now) const;
+  [[nodiscard]] Eigen::Vector3d velocity_B() const;
+  void fill_covariance();
+
   PrimitiveOptions options_;
+  ExpectedMotion motion_;
+  DepthFilter depth_;
+  double commanded_speed_ = 0.0;
+  double start_variance_;                                     ///< m^2
+  Eigen::Vector2d displacement_W_ = Eigen::Vector2d::Zero();  ///< D, m
+  double elapsed_s_ = 0.0;
+  std::optional<ImuSample> imu_;
   StateEstimate estimate_;
 };
 

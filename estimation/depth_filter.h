@@ -1,0 +1,44 @@
+#pragma once
+// Height and its rate from pressure: a Kalman filter of two states under white acceleration
+// (Bar-Shalom, Li, Kirubarajan 2001, "Estimation with Applications to Tracking and
+// Navigation", 6.2.2).
+
+#include <Eigen/Core>
+
+#include "common/clock.h"
+
+namespace dive::estimation {
+
+class DepthFilter {
+ public:
+  /// One-sigma noise of a sample (m) and of the acceleration it must follow (m/s^2, held for a
+  /// second); `z` (m, up) is believed until the first sample.
+  DepthFilter(double sample_sigma, double acceleration_sigma, double z);
+
+  /// Height `z` (m) measured at `utime`; ignored when older than the last one.
+  void add(Utime utime, double z);
+  [[nodiscard]] bool started() const { return started_; }
+
+  struct Height {
+    double z = 0.0;         ///< m
+    double rate = 0.0;      ///< m/s
+    double variance = 0.0;  ///< Of z, m^2.
+  };
+  /// At `utime`, not before the last sample.
+  [[nodiscard]] Height at(Utime utime) const;
+
+ private:
+  struct State {
+    Eigen::Vector2d mean;  ///< z, rate
+    Eigen::Matrix2d covariance;
+  };
+  [[nodiscard]] State predicted(double dt) const;
+
+  double sample_variance_;
+  double acceleration_density_;
+  State state_;
+  Utime utime_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace dive::estimation
