@@ -1,0 +1,25 @@
+#include "test/mission/allocations.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <new>
+
+namespace {
+dive::testing::Allocations so_far;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++so_far.count;
+  so_far.largest = std::max(so_far.largest, size);
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace dive::testing {
+
+Allocations allocations() { return so_far; }
+void reset_allocations() { so_far = {}; }
+
+}  // namespace dive::testing

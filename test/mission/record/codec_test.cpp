@@ -1,0 +1,184 @@
+// The codec against forged packets. What the log tests show to survive is not shown again here.
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "mission/record/log_codec.h"
+#include "mission/record/log_digest.h"
+#include "mission/record/log_layout.h"
+#include "test/mission/allocations.h"
+#include "test/mission/record/sample.h"
+
+namespace dive::mission::testing {
+namespace {
+
+/// A packet of each type, and its decoder.
+struct Kind {
+  std::string name;
+  Packet packet;
+  std::function<bool(PacketView)> decodes;
+};
+
+template <typename Value, typename... Before>
+Kind kind(const char* name, const Value& value, Before... before) {
+  Packet packet;
+  EXPECT_TRUE(encode(before..., value, packet)) << name;
+  return {name, packet, [](PacketView view) {
+            Value decoded;
+            return decode(view, decoded);
+          }};
+}
+
+std::vector<Kind> kinds() {
+  PlanReply reply;
+  reply.reason = "wall";
+  reply.waypoints.resize(3);
+  PlanQuery query;
+  query.state = "swim";
+  query.request.previous.resize(2);
+  const Utime now = 5;
+  return {kind("header", sample_header()),
+          kind("imu", ImuSample{}),
+          kind("depth", DepthSample{}),
+          kind("health", HealthSample{}),
+          kind("estimate", estimation::StateEstimate{}),
+          kind("truth", TruthRecord{}),
+          kind("tick", TickMark{}),
+          kind("plan reply", reply, now),
+          kind("command", vehicle::Command{}, now),
+          kind("rates", vehicle::PseudoRates{}, now),
+          kind("status", Status{}, now),
+          kind("plan query", query, now),
+          kind("transition", TransitionRecord{"a", "b", "c", "d"}, now),
+          kind("failsafe", FailsafeRecord{"a", "b", "c"}, now)};
+}
+
+TEST(Codec, AcceptsWholePacketsOnly) {
+  for (const Kind& k : kinds()) {
+    EXPECT_TRUE(k.decodes(k.packet)) << k.name;
+    for (std::size_t cut = 0; cut < k.packet.size(); ++cut) {
+      EXPECT_FALSE(k.decodes(PacketView(k.packet).first(cut))) << k.name << " cut at " << cut;
+    }
+    Packet longer = k.packet;
+    longer.push_back(0);
+    EXPECT_FALSE(k.decodes(longer)) << k.name;
+    Packet stranger = k.packet;
+    stranger[3] ^= 1U;  // In the fingerprint.
+    EXPECT_FALSE(k.decodes(stranger)) << k.name;
+  }
+}
+
+TEST(Codec, NoForgedLengthIsBelieved) {
+  for (const Kind& k : kinds()) {
+    for (const std::uint32_t forged : {0x7fffffffU, 0x80000000U, 0xffffffffU, 0x00ffffffU, 0U}) {
+      for (std::size_t at = 8; at + 4 <= k.packet.size(); ++at) {
+        Packet packet = k.packet;
+        for (std::size_t i = 0; i < 4; ++i) {
+          packet[at + i] = static_cast<std::uint8_t>(forged >> (24U - 8U * i));
+        }
+        dive::testing::reset_allocations();
+        EXPECT_NO_THROW((void)k.decodes(packet)) << k.name;
+        EXPECT_LE(dive::testing::allocations().largest, 2 * packet.size() + 64)
+            << k.name << " at " << at;
+      }
+    }
+  }
+}
+
+TEST(Codec, ConstantsOutOfRangeAreRefused) {
+  const auto refused_values = [](const Kind& k, std::size_t at) {
+    std::string refused;
+    for (const int value : {-128, -1, 0, 1, 2, 3, 127}) {
+      Packet packet = k.packet;
+      packet.at(at) = static_cast<std::uint8_t>(value);
+      if (!k.decodes(packet)) refused += fmt::format("{} ", value);
+    }
+    return refused;
+  };
+  const std::vector<Kind> all = kinds();
+  const auto named = [&](const char* name) { return *std::ranges::find(all, name, &Kind::name); };
+  constexpr std::size_t kTime = 8 + 8;  // After the fingerprint and utime.
+  EXPECT_EQ(refused_values(named("health"), kTime + 16), "-128 -1 2 3 127 ");       // leak
+  EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 127 ");          // valid
+  EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 127 ");      // source
+  EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 127 ");      // status
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 127 ");  // fixed
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 2 3 127 ");  // attitude
+  const Kind status = named("status");
+  EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 127 ");  // finished
+}
+
+TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
+  Packet packet;
+  PlanReply reply;
+  reply.reason.assign(kMaxText - 1, 'x');
+  reply.waypoints.resize(kMaxWaypoints);
+  EXPECT_TRUE(encode(0, reply, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kPlan));
+  reply.waypoints.resize(kMaxWaypoints + 1);
+  EXPECT_FALSE(encode(0, reply, packet));
+  reply.waypoints.clear();
+  reply.reason += 'x';
+  EXPECT_FALSE(encode(0, reply, packet));
+
+  PlanQuery query;
+  query.request.previous.resize(kMaxWaypoints + 1);
+  EXPECT_FALSE(encode(0, query, packet));
+
+  EXPECT_FALSE(encode(0, FailsafeRecord{std::string("a\0b", 3), "", ""}, packet));
+  LogHeader header = sample_header();
+  header.map_xml.assign(kMaxFileText, ' ');
+  EXPECT_FALSE(encode(header, packet));
+}
+
+TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
+  Packet packet;
+  const std::string text(kMaxText - 1, 'x');
+  const std::string file(kMaxFileText - 1, 'x');
+  ASSERT_TRUE(encode(LogHeader{text, 0, text, file, text, file, file, text}, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
+  ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text}, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));
+  ASSERT_TRUE(encode(0, FailsafeRecord{text, text, text}, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kFailsafe));
+  Status status;
+  status.state = status.leg = status.rung = text;
+  ASSERT_TRUE(encode(0, status, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kStatus));
+  PlanQuery query;
+  query.state = text;
+  query.request.previous.resize(kMaxWaypoints);
+  ASSERT_TRUE(encode(0, query, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
+  ASSERT_TRUE(encode(estimation::StateEstimate{}, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kEstimate));
+}
+
+TEST(Digest, IsFnv1a64) {
+  const auto digest = [](std::string_view text) {
+    Fnv1a64 fnv;
+    fnv.add(text);
+    return fnv.value();
+  };
+  // Test vectors of the algorithm's authors.
+  EXPECT_EQ(digest(""), 0xcbf29ce484222325ULL);
+  EXPECT_EQ(digest("a"), 0xaf63dc4c8601ec8cULL);
+  EXPECT_EQ(digest("foobar"), 0x85944171f73967e8ULL);
+}
+
+TEST(Digest, OfAHeaderKnowsWhichFileSaysWhat) {
+  LogHeader header = sample_header();
+  header.mission_xml = std::string(2, 'a');
+  header.map_xml = std::string(1, 'a');
+  const std::string before = log_digest(header);
+  EXPECT_EQ(before.size(), 16U);
+  header.mission_xml.swap(header.map_xml);
+  EXPECT_NE(log_digest(header), before);
+}
+
+}  // namespace
+}  // namespace dive::mission::testing

@@ -1,0 +1,234 @@
+#pragma once
+// Random ticks, and a list of every field of a tick under the name it must have in a report.
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/random.h"
+#include "mission/record/log.h"
+
+namespace dive::mission::testing {
+
+inline LogHeader sample_header() {
+  return {.version = "0.1.0",
+          .seed = 0xfedcba9876543210ULL,
+          .mission_name = "window.xml",
+          .mission_xml = "<mission>\n\tä & ü\n</mission>\n",
+          .map_name = "window.sdf",
+          .map_xml = "<sdf/>",
+          .vehicle_urdf = "<robot/>",
+          .digest = ""};
+}
+
+// ---------------------------------------------------------------------------- every field
+
+template <typename F>
+void each(const std::string& name, Eigen::Vector3d& v, F f) {
+  f(name + ".x", v.x());
+  f(name + ".y", v.y());
+  f(name + ".z", v.z());
+}
+template <typename F>
+void each(const std::string& name, Eigen::Quaterniond& q, F f) {
+  f(name + ".x", q.x());
+  f(name + ".y", q.y());
+  f(name + ".z", q.z());
+  f(name + ".w", q.w());
+}
+template <typename F>
+void each(const std::string& name, Pose& pose, F f) {
+  each(name + ".p", pose.p, f);
+  each(name + ".q", pose.q, f);
+}
+
+template <typename F>
+void each_input(StepInputs& in, F f) {
+  f("now", in.now);
+  if (in.imu) {
+    f("DIVE_IN_IMU.utime", in.imu->utime);
+    each("DIVE_IN_IMU.q_WB", in.imu->q_WB, f);
+    each("DIVE_IN_IMU.gyro_B", in.imu->gyro_B, f);
+    each("DIVE_IN_IMU.accel_B", in.imu->accel_B, f);
+  }
+  if (in.depth) {
+    f("DIVE_IN_DEPTH.utime", in.depth->utime);
+    f("DIVE_IN_DEPTH.depth_m", in.depth->depth_m);
+  }
+  if (in.health) {
+    f("DIVE_IN_HEALTH.utime", in.health->utime);
+    f("DIVE_IN_HEALTH.battery_fraction", in.health->battery_fraction);
+    f("DIVE_IN_HEALTH.temperature_c", in.health->temperature_c);
+    f("DIVE_IN_HEALTH.leak", in.health->leak);
+  }
+  if (in.plan) {
+    f("DIVE_IN_PLAN.id", in.plan->id);
+    f("DIVE_IN_PLAN.status", in.plan->status);
+    f("DIVE_IN_PLAN.reason", in.plan->reason);
+    for (Pose& waypoint : in.plan->waypoints) each("DIVE_IN_PLAN.waypoints", waypoint, f);
+    f("DIVE_IN_PLAN.clearance_m", in.plan->clearance_m);
+    f("DIVE_IN_PLAN.length_m", in.plan->length_m);
+    f("DIVE_IN_PLAN.warm_starts", in.plan->warm_starts);
+  }
+}
+
+template <typename F>
+void each_output(StepOutputs& out, F f) {
+  f("DIVE_OUT_COMMAND.v", out.command.v);
+  f("DIVE_OUT_COMMAND.h", out.command.h);
+  f("DIVE_OUT_COMMAND.d", out.command.d);
+  each("DIVE_OUT_COMMAND.o", out.command.o, f);
+  f("DIVE_OUT_RATES.surge", out.rates.surge);
+  f("DIVE_OUT_RATES.heave", out.rates.heave);
+  f("DIVE_OUT_RATES.roll", out.rates.roll);
+  f("DIVE_OUT_RATES.pitch", out.rates.pitch);
+  f("DIVE_OUT_RATES.yaw", out.rates.yaw);
+  f("DIVE_OUT_ESTIMATE.utime", out.estimate.utime);
+  f("DIVE_OUT_ESTIMATE.valid", out.estimate.valid);
+  f("DIVE_OUT_ESTIMATE.source", out.estimate.source);
+  each("DIVE_OUT_ESTIMATE.X_WB", out.estimate.X_WB, f);
+  each("DIVE_OUT_ESTIMATE.v_WB_B", out.estimate.v_WB_B, f);
+  each("DIVE_OUT_ESTIMATE.omega_WB_B", out.estimate.omega_WB_B, f);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      f(fmt::format("DIVE_OUT_ESTIMATE.covariance({},{})", row, column),
+        out.estimate.covariance(row, column));
+    }
+  }
+  f("DIVE_OUT_STATUS.state", out.status.state);
+  f("DIVE_OUT_STATUS.leg", out.status.leg);
+  f("DIVE_OUT_STATUS.distance_to_go_m", out.status.distance_to_go_m);
+  f("DIVE_OUT_STATUS.time_to_go_s", out.status.time_to_go_s);
+  f("DIVE_OUT_STATUS.depth_m", out.status.depth_m);
+  f("DIVE_OUT_STATUS.clearance_m", out.status.clearance_m);
+  f("DIVE_OUT_STATUS.cross_track_m", out.status.cross_track_m);
+  f("DIVE_OUT_STATUS.segment", out.status.segment);
+  f("DIVE_OUT_STATUS.rung", out.status.rung);
+  f("DIVE_OUT_STATUS.finished", out.status.finished);
+  if (out.plan_query) {
+    planning::PlanRequest& request = out.plan_query->request;
+    f("DIVE_OUT_PLAN_QUERY.id", out.plan_query->id);
+    f("DIVE_OUT_PLAN_QUERY.state", out.plan_query->state);
+    each("DIVE_OUT_PLAN_QUERY.start", request.start, f);
+    each("DIVE_OUT_PLAN_QUERY.goal", request.goal, f);
+    f("DIVE_OUT_PLAN_QUERY.goal_attitude_fixed", request.goal_attitude_fixed);
+    f("DIVE_OUT_PLAN_QUERY.attitude", request.attitude);
+    f("DIVE_OUT_PLAN_QUERY.clearance", request.clearance);
+    f("DIVE_OUT_PLAN_QUERY.min_z", request.min_z);
+    f("DIVE_OUT_PLAN_QUERY.max_z", request.max_z);
+    f("DIVE_OUT_PLAN_QUERY.seed", request.seed);
+    for (std::size_t i = 0; i < request.previous.size(); ++i) {
+      each(fmt::format("DIVE_OUT_PLAN_QUERY.previous[{}]", i), request.previous[i], f);
+    }
+  }
+  for (std::size_t i = 0; i < out.transitions.size(); ++i) {
+    TransitionRecord& t = out.transitions[i];
+    const std::string name = fmt::format("DIVE_OUT_TRANSITION[{}]", i);
+    f(name + ".from", t.from);
+    f(name + ".to", t.to);
+    f(name + ".event", t.event);
+    f(name + ".cause", t.cause);
+  }
+  for (std::size_t i = 0; i < out.failsafes.size(); ++i) {
+    FailsafeRecord& r = out.failsafes[i];
+    const std::string name = fmt::format("DIVE_OUT_FAILSAFE[{}]", i);
+    f(name + ".rung", r.rung);
+    f(name + ".cause", r.cause);
+    f(name + ".competing", r.competing);
+  }
+}
+
+template <typename F>
+void each_field(LoggedTick& tick, F f) {
+  each_input(tick.inputs, f);
+  each_output(tick.outputs, f);
+  if (tick.truth) {
+    f("DIVE_TRUTH.utime", tick.truth->utime);
+    each("DIVE_TRUTH.X_WB", tick.truth->X_WB, f);
+  }
+}
+
+/// All that a tick says, to the last bit.
+inline std::string bits(LoggedTick tick) {
+  std::string text;
+  each_field(tick, [&](const std::string& name, const auto& value) {
+    using T = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<T, double>) {
+      text += fmt::format("{}={:x}\n", name, std::bit_cast<std::uint64_t>(value));
+    } else if constexpr (std::is_enum_v<T>) {
+      text += fmt::format("{}={}\n", name, static_cast<int>(value));
+    } else {
+      text += fmt::format("{}={}\n", name, value);
+    }
+  });
+  return text;
+}
+
+// ---------------------------------------------------------------------------- random values
+
+class SampleMaker {
+ public:
+  explicit SampleMaker(std::uint64_t seed) : random_(seed) {}
+
+  LoggedTick tick(Utime now) {
+    LoggedTick tick;
+    if (chance()) tick.inputs.imu.emplace();
+    if (chance()) tick.inputs.depth.emplace();
+    if (chance()) tick.inputs.health.emplace();
+    if (chance()) tick.inputs.plan.emplace().waypoints.resize(below(4));
+    if (chance()) tick.outputs.plan_query.emplace().request.previous.resize(below(4));
+    tick.outputs.transitions.resize(below(3));
+    tick.outputs.failsafes.resize(below(3));
+    if (chance()) tick.truth.emplace();
+    each_field(tick, [this](const std::string&, auto& value) { fill(value); });
+    tick.inputs.now = now;
+    return tick;
+  }
+  std::uint64_t bits() { return random_.bits(); }
+  std::size_t below(std::size_t limit) { return random_.bits() % limit; }
+  bool chance() { return below(2) == 0; }
+
+ private:
+  void fill(double& value) {
+    static constexpr double kOdd[] = {0.0,
+                                      -0.0,
+                                      std::numeric_limits<double>::infinity(),
+                                      std::numeric_limits<double>::quiet_NaN(),
+                                      std::numeric_limits<double>::denorm_min(),
+                                      -1e308};
+    value = below(4) == 0 ? kOdd[below(std::size(kOdd))] : random_.normal();
+  }
+  void fill(std::int64_t& value) { value = static_cast<std::int64_t>(random_.bits()); }
+  void fill(std::uint64_t& value) { value = random_.bits(); }
+  void fill(int& value) { value = static_cast<int>(random_.bits()); }
+  void fill(bool& value) { value = chance(); }
+  void fill(std::string& value) {
+    value.resize(below(3) == 0 ? 0 : below(40));
+    for (char& c : value) c = static_cast<char>(1 + below(255));
+  }
+  void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(3)); }
+  void fill(planning::AttitudeMode& value) {
+    value = static_cast<planning::AttitudeMode>(below(2));
+  }
+  void fill(estimation::EstimatorKind& value) {
+    value = static_cast<estimation::EstimatorKind>(below(2));
+  }
+
+  Random random_;
+};
+
+inline std::vector<LoggedTick> sample_ticks(std::uint64_t seed, int count) {
+  SampleMaker maker(seed);
+  std::vector<LoggedTick> ticks;
+  for (int i = 0; i < count; ++i) ticks.push_back(maker.tick(20'000 * i));
+  return ticks;
+}
+
+}  // namespace dive::mission::testing

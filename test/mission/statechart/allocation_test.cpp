@@ -1,0 +1,50 @@
+// The control loop asks the chart fifty times a second; nearly always nothing is enabled.
+
+#include <gtest/gtest.h>
+
+#include "test/mission/allocations.h"
+#include "test/mission/statechart/draft.h"
+
+namespace dive::statechart::testing {
+namespace {
+
+/// An environment that does nothing, so that only the interpreter can allocate.
+class Silent : public Environment {
+ public:
+  bool evaluate(GuardId) override { return false; }
+  void execute(ActionId) override {}
+  void entered(StateId) override {}
+  void exited(StateId) override {}
+  void taken(int, const std::string&) override {}
+};
+
+TEST(Allocation, NoneWhenNothingIsEnabledNorForATransition) {
+  const Chart chart = Draft("m(p[h~~ r1(a b) r2(c d)] x)")
+                          .initial("h", "r1 r2")
+                          .on("a", "e", "b")
+                          .on("b", "e", "a")
+                          .on("p", "g", "x")
+                          .when(0)
+                          .on("c", "", "d")
+                          .when(0)
+                          .chart;
+  Silent silent;
+  Interpreter interpreter(chart, silent);
+  interpreter.start();
+  const std::string nobody = "an.event.of.some.length.that.nobody.handles";
+  const std::string guarded = "g";
+  const std::string handled = "e";
+  dive::testing::reset_allocations();
+  for (int i = 0; i < 10; ++i) {
+    interpreter.settle();
+    interpreter.dispatch(nobody);
+    interpreter.dispatch(guarded);
+    interpreter.dispatch(handled);
+  }
+  const std::size_t count = dive::testing::allocations().count;
+  EXPECT_EQ(count, 0U);
+  EXPECT_TRUE(interpreter.is_active(chart.find("a")));
+}
+
+}  // namespace
+}  // namespace dive::statechart::testing
