@@ -18,7 +18,7 @@ struct PlannedLeg {
 
 struct ErrorSample {
   double t_s = 0.0;
-  double error_m = 0.0;   ///< Distance to the line p_{i-1} p_i.
+  double error_m = 0.0;  ///< Distance to the line p_{i-1} p_i.
   bool new_waypoint = false;
 };
 
@@ -26,12 +26,12 @@ struct DivePicture {
   std::string title;
   const planning::World* world = nullptr;
   const planning::RobotHull* hull = nullptr;
-  double clearance_required_m = 0.0;           ///< D_min
+  double clearance_required_m = 0.0;  ///< D_min
   std::vector<PlannedLeg> legs;
   std::vector<std::pair<std::string, Eigen::Vector3d>> goals;
-  std::vector<Eigen::Vector3d> swum;           ///< Ground truth; empty for a plan.
-  std::vector<Eigen::Vector3d> estimated;      ///< What the vehicle believed.
-  std::vector<ErrorSample> errors;             ///< Empty for a plan.
+  std::vector<Eigen::Vector3d> swum;       ///< Ground truth; empty for a plan.
+  std::vector<Eigen::Vector3d> estimated;  ///< What the vehicle believed.
+  std::vector<ErrorSample> errors;         ///< Empty for a plan.
 };
 
 /// Top view (x, y), side view (x, z) with the surface, and, for a dive, the error diagram of the
