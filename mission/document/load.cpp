@@ -16,10 +16,14 @@ std::optional<Mission> from_document(XmlDocument document, MapFile map_file,
                                      Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   const Language language;
-  if (!check_schema(document, language, diagnostics)) return std::nullopt;
+  if (!check_schema(document, language, diagnostics)) {
+    diagnostics.sort();
+    return std::nullopt;
+  }
   Mission mission = read_mission(std::move(document), language, diagnostics);
   if (map_file == MapFile::kMustExist) resolve_map(mission, diagnostics);
   check_rules(mission, diagnostics);
+  diagnostics.sort();
   if (diagnostics.error_count() != errors_before) return std::nullopt;
   return mission;
 }

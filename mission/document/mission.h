@@ -84,7 +84,7 @@ struct StateSpec {
   StateType type = StateType::kLeaf;
   Leaf leaf;  ///< Only for kLeaf.
   std::optional<Located<std::string>>
-      initial;            ///< Compound: first child when absent. History: default.
+      initial;            ///< Compound: the first child where not written. History: its default.
   bool overhead = false;  ///< Declared here or on an ancestor.
   std::vector<TransitionSpec> transitions;
   std::vector<StateSpec> children;

@@ -6,6 +6,7 @@
 
 #include "common/assert.h"
 #include "mission/document/source_place.h"
+#include "mission/document/state_index.h"
 
 namespace dive::mission {
 namespace {
@@ -189,8 +190,19 @@ class Reader {
     }
     // A state with nothing inside is a leaf that watches and steers nothing.
     if (spec.type == StateType::kCompound && spec.children.empty()) spec.type = StateType::kLeaf;
-    if (element.attribute("initial") != nullptr) spec.initial = name(element, "initial");
+    if (element.attribute("initial") != nullptr) {
+      spec.initial = name(element, "initial");
+    } else if (spec.type == StateType::kCompound) {
+      spec.initial = first_inside(spec);
+    }
     return spec;
+  }
+
+  static std::optional<Located<std::string>> first_inside(const StateSpec& spec) {
+    for (const StateSpec& child : spec.children) {
+      if (!is_history(child)) return Located<std::string>{child.id.value, spec.id.span};
+    }
+    return std::nullopt;
   }
 
   void set_type_and_leaf(const XmlElement& element, StateSpec& spec) {
@@ -229,7 +241,13 @@ class Reader {
 
   std::optional<Timeout> timeout(const XmlElement& element) {
     const auto seconds = optional_number(element, "timeout");
-    if (!seconds) return std::nullopt;
+    if (!seconds) {
+      if (const XmlAttribute* alone = element.attribute("on_timeout")) {
+        diagnostics_.error("MIS-TIMEOUT", source_, alone->name_span,
+                           fmt::format("'{}' has an on_timeout but no timeout", element.name));
+      }
+      return std::nullopt;
+    }
     Timeout timeout{*seconds, {{}, seconds->span}};  // rules.h reports an on_timeout left out
     if (element.attribute("on_timeout") != nullptr)
       timeout.on_timeout = name(element, "on_timeout");

@@ -1,9 +1,89 @@
 #include "mission/document/rules.h"
 
+#include "mission/document/rule_set.h"
+
 namespace dive::mission {
+namespace {
 
-std::span<const Rule> document_rules() { return {}; }
+constexpr Rule kRules[] = {
+    {"FILE-UNREADABLE", Severity::kError, "The file is there, can be read and is of a sane size."},
+    {"XML-ENCODING", Severity::kError, "The file is UTF-8 text."},
+    {"XML-DOCTYPE", Severity::kError, "The file has no DOCTYPE, hence no entities of its own."},
+    {"XML-SYNTAX", Severity::kError, "The file is well-formed XML."},
+    {"XML-SIZE", Severity::kError, "The file is not larger than 1 MiB."},
+    {"XML-DEPTH", Severity::kError, "Elements are not nested more than 48 deep."},
+    {"XML-COUNT", Severity::kError, "There are at most 20000 elements."},
+    {"XSD-ROOT", Severity::kError, "The root is 'mission' in the namespace urn:dive:mission:1."},
+    {"XSD-ELEMENT", Severity::kError, "Every element is known and may stand where it stands."},
+    {"XSD-MISSING-ELEMENT", Severity::kError, "Every element that is needed is there."},
+    {"XSD-ATTRIBUTE", Severity::kError, "Every attribute is known to its element."},
+    {"XSD-MISSING-ATTRIBUTE", Severity::kError, "Every attribute that is needed is there."},
+    {"XSD-VALUE", Severity::kError, "Every value is of its type and within its range."},
+    {"XSD-TEXT", Severity::kError, "No text stands where only elements may."},
+    {"MIS-COND", Severity::kError, "Every condition can be parsed, and is true or false."},
+    {"MIS-MAP-OUTSIDE", Severity::kError,
+     "The map lies beneath the mission's folder, symbolic links followed."},
+    {"MIS-MAP-NOT-FOUND", Severity::kError, "The map is there."},
+    {"MIS-TOO-MANY", Severity::kError, "There are at most 1000 states and 2000 transitions."},
+    {"MIS-ID-DUPLICATE", Severity::kError, "No two states or goals have the same id."},
+    {"MIS-ID-RESERVED", Severity::kError, "No state takes an id of the executive's own."},
+    {"MIS-INITIAL", Severity::kError, "Every initial state is there, inside the state it is of."},
+    {"MIS-TARGET", Severity::kError, "Every target is a state of the mission."},
+    {"MIS-TIMEOUT", Severity::kError, "A timeout has an on_timeout, and that is a state."},
+    {"MIS-EVENT", Severity::kError, "Every event that a transition waits for can be raised."},
+    {"MIS-TRANSITION", Severity::kError, "A transition without an event has a target."},
+    {"MIS-TARGETS", Severity::kError, "Several targets are in different regions of a parallel."},
+    {"MIS-HISTORY", Severity::kError, "A history's default is a state that it could remember."},
+    {"MIS-IDLE", Severity::kError, "Wherever the vehicle is steered by states, some state steers."},
+    {"MIS-PARALLEL", Severity::kError, "Exactly one region of a parallel steers the vehicle."},
+    {"MIS-SPEED", Severity::kError, "The speed is one that the vehicle can swim."},
+    {"MIS-ABOVE-SURFACE", Severity::kError, "Start and goals are not above the surface."},
+    {"MIS-TOO-DEEP", Severity::kError, "Start and goals are not deeper than limits/@max_depth."},
+    {"MIS-ALTITUDE-OVERHEAD", Severity::kError,
+     "Under an overhead no goal is given by altitude, for that is above what a lead line meets."},
+    {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
+    {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
+    {"MIS-UNREACHABLE", Severity::kError, "Every state can be reached."},
+    {"MIS-TRAP", Severity::kError, "Every state can be left in the course of the mission."},
+    {"MIS-DONE", Severity::kWarning, "Something follows when a state is done."},
+    {"MIS-LIVELOCK", Severity::kError, "No transitions without an event chase each other."},
+    {"MIS-NO-FINAL", Severity::kError, "A final state of the mission can be reached."},
+    {"MIS-NO-END", Severity::kError, "From every state a final state can be reached."},
+    {"MIS-NEVER-SURFACES", Severity::kError, "The mission can end at the surface."},
+    {"MIS-ENDS-SUBMERGED", Severity::kWarning, "The mission cannot end under water."},
+};
 
-void check_rules(const Mission&, Diagnostics&) {}
+constexpr void (*kNameRules[])(const Subject&) = {
+    not_too_many,  ids_are_unique,          ids_are_not_reserved, initial_states_exist,
+    targets_exist, timeouts_lead_somewhere, events_are_raised,
+};
+constexpr void (*kStructureRules[])(const Subject&) = {
+    transitions_say_something,    targets_fit_together,
+    histories_remember_their_own, someone_steers,
+    speed_suits_the_vehicle,      positions_are_under_water,
+    positions_respect_max_depth,  altitudes_are_in_open_water,
+    surfacing_is_in_open_water,   times_fit_into_the_mission,
+};
+constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
+    states_are_reachable,  states_have_a_way_out, done_is_noticed,
+    machine_comes_to_rest, mission_ends,          mission_surfaces,
+};
+
+}  // namespace
+
+std::span<const Rule> document_rules() { return kRules; }
+
+void check_rules(const Mission& mission, Diagnostics& diagnostics) {
+  const Subject subject(mission, diagnostics);
+  const std::size_t errors_before = diagnostics.error_count();
+  for (const auto rule : kNameRules) rule(subject);
+  const bool names_are_right = diagnostics.error_count() == errors_before;
+  const std::size_t errors_of_names = diagnostics.error_count();
+  for (const auto rule : kStructureRules) rule(subject);
+  // Where the machine can go is a question only of one that holds together.
+  if (!names_are_right || diagnostics.error_count() != errors_of_names) return;
+  const Flow flow(mission, subject.index);
+  for (const auto rule : kFlowRules) rule(subject, flow);
+}
 
 }  // namespace dive::mission

@@ -1,0 +1,237 @@
+#include "mission/document/flow.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace dive::mission {
+namespace {
+
+void sort_out(std::vector<int>& states) {
+  std::sort(states.begin(), states.end());
+  states.erase(std::unique(states.begin(), states.end()), states.end());
+}
+
+}  // namespace
+
+Flow::Flow(const Mission& mission, const StateIndex& index)
+    : index_(index),
+      arcs_of_(cast(index.size())),
+      arcs_from_(cast(index.size())),
+      entered_(cast(index.size()), false) {
+  land(index.find(mission.initial.value), first_);
+  for (int state = 0; state < index.size(); ++state) add_arcs(state);
+  for (int state = 0; state < index.size(); ++state) {
+    const StateType type = index.spec(state).type;
+    if (type == StateType::kLeaf || type == StateType::kFinal) find_arcs_from(state);
+  }
+  enter_from_the_beginning();
+}
+
+void Flow::add_arcs(int state) {
+  const StateSpec& spec = index_.spec(state);
+  const auto add = [&](Arc arc) {
+    arc.owner = state;
+    sort_out(arc.lands);
+    sort_out(arc.returns);
+    arcs_of_[cast(state)].push_back(static_cast<int>(arcs_.size()));
+    arcs_.push_back(std::move(arc));
+  };
+  if (const Timeout* timeout = state_timeout(spec)) {
+    Arc arc;
+    arc.triggers = {{Trigger::Kind::kTimeout, state}};
+    land(index_.find(timeout->on_timeout.value), arc);
+    add(std::move(arc));
+  }
+  for (const TransitionSpec& transition : spec.transitions) {
+    Arc arc;
+    arc.spec = &transition;
+    for (const std::string& event : transition.events) arc.triggers.push_back(trigger(event));
+    if (arc.triggers.empty()) arc.triggers.push_back({Trigger::Kind::kAlways, -1});
+    for (const auto& target : transition.targets) land(index_.find(target.value), arc);
+    arc.only_emergency = std::all_of(
+        arc.triggers.begin(), arc.triggers.end(),
+        [](const Trigger& trigger) { return trigger.kind == Trigger::Kind::kEmergency; });
+    add(std::move(arc));
+  }
+}
+
+Flow::Trigger Flow::trigger(std::string_view descriptor) const {
+  if (descriptor == "*") return {Trigger::Kind::kAlways, -1};
+  if (descriptor.ends_with(".*")) descriptor.remove_suffix(2);
+  constexpr std::pair<std::string_view, Trigger::Kind> kFamilies[] = {
+      {"done.state.", Trigger::Kind::kDone},
+      {"plan.failed.", Trigger::Kind::kPlanFailed},
+      {"timeout.", Trigger::Kind::kTimeout},
+  };
+  for (const auto& [family, kind] : kFamilies) {
+    if (descriptor.starts_with(family)) {
+      return {kind, index_.find(std::string(descriptor.substr(family.size())))};
+    }
+    // A leading part of the family stands for all of it.
+    if (family.starts_with(descriptor)) return {kind, -1};
+  }
+  return {Trigger::Kind::kEmergency, -1};  // every event is of one family or the other
+}
+
+// A target brings with it the default of every region beside it.
+void Flow::land(int target, Arc& arc) const {
+  land_inside(target, arc);
+  for (int inner = target, s = index_.parent(target); s >= 0; inner = s, s = index_.parent(s)) {
+    if (index_.spec(s).type != StateType::kParallel) continue;
+    for (const int region : index_.children(s)) {
+      if (region != inner && !is_history(index_.spec(region))) land_inside(region, arc);
+    }
+  }
+}
+
+void Flow::land_inside(int state, Arc& arc) const {
+  const StateSpec& spec = index_.spec(state);
+  switch (spec.type) {
+    case StateType::kLeaf:
+    case StateType::kFinal:
+      arc.lands.push_back(state);
+      return;
+    case StateType::kCompound:
+      land_inside(index_.find(spec.initial->value), arc);
+      return;
+    case StateType::kParallel:
+      for (const int region : index_.children(state)) {
+        if (!is_history(index_.spec(region))) land_inside(region, arc);
+      }
+      return;
+    case StateType::kShallowHistory:
+    case StateType::kDeepHistory:
+      land_in_history(state, arc);
+      return;
+  }
+}
+
+void Flow::land_in_history(int state, Arc& arc) const {
+  arc.histories.push_back(state);
+  const int parent = index_.parent(state);
+  for (int inside = parent; inside < index_.size() && index_.is_within(inside, parent); ++inside) {
+    if (index_.spec(inside).type == StateType::kLeaf) arc.returns.push_back(inside);
+  }
+  land_inside(index_.find(index_.spec(state).initial->value), arc);
+}
+
+// While a state within a parallel is active, so may be all others within it.
+void Flow::find_arcs_from(int state) {
+  const int parallel = index_.outermost_parallel(state);
+  std::vector<int>& from = arcs_from_[cast(state)];
+  const auto consider = [&](int owner) {
+    for (const int arc : arcs_of_[cast(owner)]) {
+      const std::vector<Trigger>& triggers = arcs_[cast(arc)].triggers;
+      if (std::any_of(triggers.begin(), triggers.end(), [&](const Trigger& trigger) {
+            return may_happen(trigger, state, parallel);
+          })) {
+        from.push_back(arc);
+      }
+    }
+  };
+  int outside = state;
+  if (parallel >= 0) {
+    for (int s = parallel; s < index_.size() && index_.is_within(s, parallel); ++s) consider(s);
+    outside = index_.parent(parallel);
+  }
+  for (int s = outside; s >= 0; s = index_.parent(s)) consider(s);
+}
+
+// While the leaf or final `state` is active, in the outermost `parallel` or in none.
+bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
+  using Kind = Trigger::Kind;
+  if (trigger.kind == Kind::kAlways || trigger.kind == Kind::kEmergency) return true;
+  if (parallel >= 0) return trigger.state < 0 || index_.is_within(trigger.state, parallel);
+  // Outside of parallels only the leaf itself is done, or the state that its final completes.
+  const StateSpec& spec = index_.spec(state);
+  const int source = spec.type == StateType::kFinal ? index_.parent(state) : state;
+  if (source < 0 || (trigger.state >= 0 && trigger.state != source)) return false;
+  if (spec.type == StateType::kFinal) return trigger.kind == Kind::kDone;
+  return trigger.kind == Kind::kDone         ? is_behavior(spec)
+         : trigger.kind == Kind::kPlanFailed ? is_planning(spec)
+                                             : state_timeout(spec) != nullptr;
+}
+
+void Flow::enter_from_the_beginning() {
+  std::vector<int> pending;
+  std::vector<bool> followed(arcs_.size(), false);
+  enter(first_, pending);
+  while (!pending.empty()) {
+    const int state = pending.back();
+    pending.pop_back();
+    for (const int arc : arcs_from(state)) {
+      if (followed[cast(arc)]) continue;
+      followed[cast(arc)] = true;
+      enter(arcs_[cast(arc)], pending);
+    }
+  }
+}
+
+void Flow::enter(const Arc& arc, std::vector<int>& pending) {
+  for (const int history : arc.histories) entered_[cast(history)] = true;
+  for (const int leaf : arc.lands) {
+    if (entered_[cast(leaf)]) continue;
+    pending.push_back(leaf);
+    for (int s = leaf; s >= 0; s = index_.parent(s)) entered_[cast(s)] = true;
+  }
+}
+
+std::vector<bool> Flow::can_end() const {
+  std::vector<std::vector<int>> landing(cast(index_.size()));  // arcs by where they lead
+  std::vector<std::vector<int>> sources(arcs_.size());         // leaves by the arcs they may follow
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    for (const int to : arcs_[a].lands) landing[cast(to)].push_back(static_cast<int>(a));
+    for (const int to : arcs_[a].returns) landing[cast(to)].push_back(static_cast<int>(a));
+  }
+  std::vector<bool> can(cast(index_.size()), false);
+  std::vector<int> pending;
+  for (int state = 0; state < index_.size(); ++state) {
+    for (const int arc : arcs_from(state)) sources[cast(arc)].push_back(state);
+    if (!is_end(state)) continue;
+    can[cast(state)] = true;
+    pending.push_back(state);
+  }
+  std::vector<bool> seen(arcs_.size(), false);
+  while (!pending.empty()) {
+    const int state = pending.back();
+    pending.pop_back();
+    for (const int arc : landing[cast(state)]) {
+      if (seen[cast(arc)] || arcs_[cast(arc)].only_emergency) continue;
+      seen[cast(arc)] = true;
+      for (const int source : sources[cast(arc)]) {
+        if (can[cast(source)]) continue;
+        can[cast(source)] = true;
+        pending.push_back(source);
+      }
+    }
+  }
+  return can;
+}
+
+std::vector<bool> Flow::reached_without(const std::vector<bool>& avoid) const {
+  std::vector<bool> reached(cast(index_.size()), false);
+  std::vector<int> pending;
+  const auto reach = [&](const std::vector<int>& leaves) {
+    for (const int leaf : leaves) {
+      if (reached[cast(leaf)] || avoid[cast(leaf)]) continue;
+      reached[cast(leaf)] = true;
+      pending.push_back(leaf);
+    }
+  };
+  std::vector<bool> followed(arcs_.size(), false);
+  reach(first_.lands);
+  while (!pending.empty()) {
+    const int state = pending.back();
+    pending.pop_back();
+    for (const int arc : arcs_from(state)) {
+      if (followed[cast(arc)] || arcs_[cast(arc)].only_emergency) continue;
+      followed[cast(arc)] = true;
+      reach(arcs_[cast(arc)].lands);
+      reach(arcs_[cast(arc)].returns);
+    }
+  }
+  return reached;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,188 @@
+// Everything that a mission names is there, and named once.
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/suggest.h"
+#include "mission/document/rule_set.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr int kMaxStates = 1000;
+constexpr std::size_t kMaxTransitions = 2000;
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
+  const std::optional<std::string> meant = closest_match(word, candidates);
+  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
+}
+
+bool is_goal(const StateIndex& index, const std::string& id) {
+  for (int state = 0; state < index.size(); ++state) {
+    for (const Goal* goal : goals_of(index.spec(state))) {
+      if (goal->id.value == id) return true;
+    }
+  }
+  return false;
+}
+
+// Hint for an id that is no state.
+std::string hint_for_state(const Subject& subject, const std::string& id) {
+  if (is_goal(subject.index, id)) return fmt::format("'{}' is a goal, not a state", id);
+  return did_you_mean(id, subject.index.ids());
+}
+
+// Every event that something may raise, spelt out.
+std::set<std::string> possible_events(const StateIndex& index) {
+  std::set<std::string> events = {"abort", "failsafe.leak", "failsafe.overtime",
+                                  "failsafe.overdepth", "failsafe.planner_failure"};
+  for (int state = 0; state < index.size(); ++state) {
+    const StateSpec& spec = index.spec(state);
+    if (is_behavior(spec) || spec.type == StateType::kParallel) {
+      events.insert("done.state." + spec.id.value);
+    }
+    if (spec.type == StateType::kFinal && index.parent(state) >= 0) {
+      events.insert("done.state." + index.spec(index.parent(state)).id.value);
+    }
+    if (is_planning(spec)) events.insert("plan.failed." + spec.id.value);
+    if (state_timeout(spec) != nullptr) events.insert("timeout." + spec.id.value);
+  }
+  return events;
+}
+
+// "a.b" stands for a.b and all that begins with "a.b."; a trailing ".*" adds nothing.
+bool matches_any(std::string descriptor, const std::set<std::string>& events) {
+  if (descriptor == "*") return true;
+  if (descriptor.size() > 2 && descriptor.ends_with(".*")) {
+    descriptor.resize(descriptor.size() - 2);
+  }
+  if (events.contains(descriptor)) return true;
+  const auto next = events.lower_bound(descriptor + ".");
+  return next != events.end() && next->starts_with(descriptor + ".");
+}
+
+}  // namespace
+
+void not_too_many(const Subject& subject) {
+  const StateIndex& index = subject.index;
+  std::size_t transitions = 0;
+  for (int state = 0; state < index.size(); ++state) {
+    if (state == kMaxStates) {
+      subject.error("MIS-TOO-MANY", index.spec(state).id.span,
+                    fmt::format("there are more than {} states", kMaxStates));
+    }
+    for (const TransitionSpec& transition : index.spec(state).transitions) {
+      if (transitions++ == kMaxTransitions) {
+        subject.error("MIS-TOO-MANY", transition.span,
+                      fmt::format("there are more than {} transitions", kMaxTransitions));
+      }
+    }
+  }
+}
+
+void ids_are_unique(const Subject& subject) {
+  std::map<std::string, Span> seen;
+  const auto note = [&](const Located<std::string>& id) {
+    const auto [first, is_new] = seen.emplace(id.value, id.span);
+    if (is_new) return;
+    subject.error("MIS-ID-DUPLICATE", id.span,
+                  fmt::format("the id '{}' is taken already, in line {}, column {}", id.value,
+                              first->second.line, first->second.column),
+                  "states and goals need different ids");
+  };
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    note(spec.id);
+    if (std::holds_alternative<GotoState>(spec.leaf)) continue;  // its goal is the state itself
+    for (const Goal* goal : goals_of(spec)) note(goal->id);
+  }
+}
+
+// Dots are not allowed in an id, so the executive's "dive.abort" and the like cannot be named.
+void ids_are_not_reserved(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const Located<std::string>& id = subject.index.spec(state).id;
+    if (id.value == "dive") {
+      subject.error("MIS-ID-RESERVED", id.span, "the id 'dive' is the executive's own");
+    }
+  }
+}
+
+void initial_states_exist(const Subject& subject) {
+  const StateIndex& index = subject.index;
+  const auto check = [&](const Located<std::string>& initial, int owner) {
+    const int target = index.find(initial.value);
+    if (target < 0) {
+      subject.error("MIS-INITIAL", initial.span,
+                    fmt::format("there is no state '{}' to begin with", initial.value),
+                    hint_for_state(subject, initial.value));
+    } else if (owner >= 0 && (target == owner || !index.is_within(target, owner))) {
+      subject.error(
+          "MIS-INITIAL", initial.span,
+          fmt::format("'{}' is not inside '{}'", initial.value, index.spec(owner).id.value));
+    }
+  };
+  check(subject.mission.initial, -1);
+  for (int state = 0; state < index.size(); ++state) {
+    const StateSpec& spec = index.spec(state);
+    // A history remembers for the state that it stands in.
+    if (spec.initial) check(*spec.initial, is_history(spec) ? index.parent(state) : state);
+  }
+}
+
+void targets_exist(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const TransitionSpec& transition : subject.index.spec(state).transitions) {
+      for (const Located<std::string>& target : transition.targets) {
+        if (subject.index.find(target.value) >= 0) continue;
+        subject.error("MIS-TARGET", target.span,
+                      fmt::format("there is no state '{}' to go to", target.value),
+                      hint_for_state(subject, target.value));
+      }
+    }
+  }
+}
+
+void timeouts_lead_somewhere(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    const Timeout* timeout = state_timeout(spec);
+    if (timeout == nullptr) continue;
+    const Located<std::string>& next = timeout->on_timeout;
+    if (next.value.empty()) {
+      subject.error("MIS-TIMEOUT", timeout->seconds.span,
+                    fmt::format("'{}' has a timeout but no on_timeout", spec.id.value),
+                    "say which state is entered then: a timeout is never a success");
+    } else if (subject.index.find(next.value) < 0) {
+      subject.error("MIS-TIMEOUT", next.span,
+                    fmt::format("there is no state '{}' to go to on timeout", next.value),
+                    hint_for_state(subject, next.value));
+    }
+  }
+}
+
+void events_are_raised(const Subject& subject) {
+  const std::set<std::string> events = possible_events(subject.index);
+  const std::vector<std::string> candidates(events.begin(), events.end());
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const TransitionSpec& transition : subject.index.spec(state).transitions) {
+      for (std::size_t i = 0; i < transition.events.size(); ++i) {
+        const std::string& event = transition.events[i];
+        if (matches_any(event, events)) continue;
+        std::string hint = did_you_mean(event, candidates);
+        if (hint.empty()) {
+          hint = "there are done.state.ID, timeout.ID, plan.failed.ID, failsafe.NAME and abort";
+        }
+        subject.error("MIS-EVENT", transition.event_spans[i],
+                      fmt::format("nothing in this mission raises '{}'", event), std::move(hint));
+      }
+    }
+  }
+}
+
+}  // namespace dive::mission

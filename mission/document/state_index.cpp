@@ -1,0 +1,72 @@
+#include "mission/document/state_index.h"
+
+namespace dive::mission {
+
+StateIndex::StateIndex(const Mission& mission) {
+  for (const StateSpec& spec : mission.states) add(spec, -1);
+}
+
+void StateIndex::add(const StateSpec& spec, int parent) {
+  const int state = size();
+  entries_.push_back({&spec, parent, state});
+  by_id_.emplace(spec.id.value, state);
+  for (const StateSpec& child : spec.children) add(child, state);
+  entries_[static_cast<std::size_t>(state)].last = size() - 1;
+}
+
+int StateIndex::find(const std::string& id) const {
+  const auto found = by_id_.find(id);
+  return found == by_id_.end() ? -1 : found->second;
+}
+
+std::vector<int> StateIndex::children(int state) const {
+  std::vector<int> children;
+  const int last = state < 0 ? size() - 1 : at(state).last;
+  for (int child = state + 1; child <= last; child = at(child).last + 1) children.push_back(child);
+  return children;
+}
+
+int StateIndex::outermost_parallel(int state) const {
+  int outermost = -1;
+  for (int s = state; s >= 0; s = parent(s)) {
+    if (spec(s).type == StateType::kParallel) outermost = s;
+  }
+  return outermost;
+}
+
+std::vector<std::string> StateIndex::ids() const {
+  std::vector<std::string> ids;
+  for (const auto& [id, state] : by_id_) ids.push_back(id);
+  return ids;
+}
+
+bool is_history(const StateSpec& spec) {
+  return spec.type == StateType::kShallowHistory || spec.type == StateType::kDeepHistory;
+}
+
+bool is_behavior(const StateSpec& spec) {
+  return spec.type == StateType::kLeaf && !std::holds_alternative<std::monostate>(spec.leaf);
+}
+
+bool is_planning(const StateSpec& spec) {
+  return std::holds_alternative<GotoState>(spec.leaf) ||
+         std::holds_alternative<GoalSequenceState>(spec.leaf);
+}
+
+const Timeout* state_timeout(const StateSpec& spec) {
+  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) return &leaf->timeout;
+  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) return &leaf->timeout;
+  const auto* surface = std::get_if<SurfaceState>(&spec.leaf);
+  return surface != nullptr && surface->timeout ? &*surface->timeout : nullptr;
+}
+
+std::vector<const Goal*> goals_of(const StateSpec& spec) {
+  std::vector<const Goal*> goals;
+  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) goals.push_back(&leaf->goal);
+  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
+    for (const Goal& goal : leaf->goals) goals.push_back(&goal);
+  }
+  return goals;
+}
+
+}  // namespace dive::mission

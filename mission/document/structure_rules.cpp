@@ -1,0 +1,133 @@
+// The states of a mission make up a machine that can be run, and that steers one vehicle.
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "mission/document/rule_set.h"
+
+namespace dive::mission {
+namespace {
+
+// What entering a target fills: a history stands for the state it is in.
+int filled_by(const StateIndex& index, int target) {
+  return is_history(index.spec(target)) ? index.parent(target) : target;
+}
+
+bool in_different_regions(const StateIndex& index, int a, int b) {
+  if (index.is_within(a, b) || index.is_within(b, a)) return false;
+  int common = index.parent(a);
+  while (common >= 0 && !index.is_within(b, common)) common = index.parent(common);
+  return common >= 0 && index.spec(common).type == StateType::kParallel;
+}
+
+bool has_behavior_inside(const StateSpec& spec) {
+  return is_behavior(spec) ||
+         std::any_of(spec.children.begin(), spec.children.end(), has_behavior_inside);
+}
+
+// Reports everything inside that leaves the vehicle to itself, or to two masters.
+void demand_steering(const Subject& subject, const StateSpec& spec) {
+  if (spec.type == StateType::kLeaf && !is_behavior(spec)) {
+    subject.error(
+        "MIS-IDLE", spec.id.span,
+        fmt::format("'{}' has nothing inside, so nobody steers the vehicle in it", spec.id.value),
+        "use 'hold' to wait in place");
+  }
+  if (spec.type == StateType::kCompound) {
+    for (const StateSpec& child : spec.children) demand_steering(subject, child);
+  }
+  if (spec.type != StateType::kParallel) return;
+  const StateSpec* steering = nullptr;
+  for (const StateSpec& region : spec.children) {
+    if (!has_behavior_inside(region)) continue;
+    if (steering == nullptr) {
+      steering = &region;
+      demand_steering(subject, region);
+    } else {
+      subject.error("MIS-PARALLEL", region.id.span,
+                    fmt::format("'{}' steers the vehicle while '{}' does (line {})",
+                                region.id.value, steering->id.value, steering->id.span.line),
+                    "only one region of a parallel may hold goto, goal_sequence, hold or surface");
+    }
+  }
+  if (steering == nullptr) {
+    subject.error("MIS-PARALLEL", spec.id.span,
+                  fmt::format("no region of '{}' steers the vehicle", spec.id.value),
+                  "one region must hold goto, goal_sequence, hold or surface");
+  }
+}
+
+}  // namespace
+
+void transitions_say_something(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const TransitionSpec& transition : subject.index.spec(state).transitions) {
+      if (transition.events.empty() && transition.targets.empty()) {
+        subject.error("MIS-TRANSITION", transition.span,
+                      "this transition has neither an event nor a target, so it does nothing, over "
+                      "and over",
+                      "give it a target");
+      }
+    }
+  }
+}
+
+void targets_fit_together(const Subject& subject) {
+  const StateIndex& index = subject.index;
+  for (int state = 0; state < index.size(); ++state) {
+    for (const TransitionSpec& transition : index.spec(state).transitions) {
+      const auto& targets = transition.targets;
+      for (std::size_t i = 1; i < targets.size(); ++i) {
+        const int later = index.find(targets[i].value);
+        const auto excludes = [&](const Located<std::string>& other) {
+          const int earlier = index.find(other.value);
+          return earlier >= 0 && later >= 0 &&
+                 !in_different_regions(index, filled_by(index, earlier), filled_by(index, later));
+        };
+        const auto end = targets.begin() + static_cast<std::ptrdiff_t>(i);
+        const auto earlier = std::find_if(targets.begin(), end, excludes);
+        if (earlier == end) continue;
+        subject.error("MIS-TARGETS", targets[i].span,
+                      fmt::format("'{}' and '{}' cannot be active together", earlier->value,
+                                  targets[i].value),
+                      "several targets must be in different regions of one parallel");
+      }
+    }
+  }
+}
+
+void histories_remember_their_own(const Subject& subject) {
+  const StateIndex& index = subject.index;
+  for (int state = 0; state < index.size(); ++state) {
+    const StateSpec& spec = index.spec(state);
+    if (!is_history(spec)) continue;
+    const int target = index.find(spec.initial->value);
+    if (target < 0) continue;  // MIS-INITIAL has been reported
+    if (is_history(index.spec(target))) {
+      subject.error("MIS-HISTORY", spec.initial->span,
+                    fmt::format("'{}' is a history itself", spec.initial->value));
+    } else if (spec.type == StateType::kShallowHistory &&
+               index.parent(target) != index.parent(state)) {
+      subject.error("MIS-HISTORY", spec.initial->span,
+                    fmt::format("'{}' does not stand beside the shallow history '{}'",
+                                spec.initial->value, spec.id.value),
+                    "name a state directly beside it, or use type=\"deep\"");
+    }
+  }
+}
+
+void someone_steers(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    if (spec.type == StateType::kCompound &&
+        std::all_of(spec.children.begin(), spec.children.end(), is_history)) {
+      subject.error("MIS-IDLE", spec.id.span,
+                    fmt::format("'{}' has no state inside, only history", spec.id.value));
+    }
+  }
+  for (const StateSpec& spec : subject.mission.states) demand_steering(subject, spec);
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,106 @@
+// Positions, limits and times that no mission of this vehicle can have. What depends on the map is
+// for mission/check.
+
+#include <functional>
+
+#include <fmt/format.h>
+
+#include "mission/document/rule_set.h"
+
+namespace dive::mission {
+namespace {
+
+// The Aqua2 holds its depth from about 0.1 m/s and swims 0.8 m/s at full effort.
+constexpr double kMinSpeed = 0.1;
+constexpr double kMaxSpeed = 0.8;
+
+// Calls `visit` with start and every goal whose depth the document alone tells.
+void for_each_depth(const Subject& subject,
+                    const std::function<void(const std::string& name, const Position& position,
+                                             double depth)>& visit) {
+  const auto note = [&visit](const std::string& name, const Position& position) {
+    if (position.z_units == ZUnits::kAltitude) return;
+    visit(name, position,
+          position.z_units == ZUnits::kDepth ? position.z.value : -position.z.value);
+  };
+  note("the start", subject.mission.start);
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const Goal* goal : goals_of(subject.index.spec(state))) {
+      note(fmt::format("the goal '{}'", goal->id.value), goal->position);
+    }
+  }
+}
+
+}  // namespace
+
+void speed_suits_the_vehicle(const Subject& subject) {
+  const Located<double>& speed = subject.mission.speed;
+  if (speed.value >= kMinSpeed && speed.value <= kMaxSpeed) return;
+  subject.error("MIS-SPEED", speed.span,
+                fmt::format("the aqua2 cannot swim {} m/s: it swims {} to {} m/s", speed.value,
+                            kMinSpeed, kMaxSpeed));
+}
+
+void positions_are_under_water(const Subject& subject) {
+  for_each_depth(subject, [&](const std::string& name, const Position& position, double depth) {
+    if (depth >= 0.0) return;
+    subject.error("MIS-ABOVE-SURFACE", position.z.span,
+                  fmt::format("{} is {:g} m above the surface", name, -depth),
+                  position.z_units == ZUnits::kDepth ? "a depth is positive down"
+                                                     : "z is negative under water");
+  });
+}
+
+void positions_respect_max_depth(const Subject& subject) {
+  const Located<double>& limit = subject.mission.limits.max_depth;
+  for_each_depth(subject, [&](const std::string& name, const Position& position, double depth) {
+    if (depth <= limit.value) return;
+    subject.error("MIS-TOO-DEEP", position.z.span,
+                  fmt::format("{} is {:g} m deep, deeper than max_depth {:g} m (line {})", name,
+                              depth, limit.value, limit.span.line));
+  });
+}
+
+void altitudes_are_in_open_water(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    if (!spec.overhead) continue;
+    for (const Goal* goal : goals_of(spec)) {
+      if (goal->position.z_units != ZUnits::kAltitude) continue;
+      subject.error(
+          "MIS-ALTITUDE-OVERHEAD", goal->position.z.span,
+          fmt::format("the goal '{}' is under an overhead, but given by altitude", goal->id.value),
+          "an altitude is above what lies below the open surface: give its DEPTH");
+    }
+  }
+}
+
+void surfacing_is_in_open_water(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    if (!spec.overhead || !std::holds_alternative<SurfaceState>(spec.leaf)) continue;
+    subject.error(
+        "MIS-SURFACE-OVERHEAD", spec.id.span,
+        fmt::format("'{}' surfaces, but is declared to be under an overhead", spec.id.value),
+        "leave the overhead first, and surface outside of that state");
+  }
+}
+
+void times_fit_into_the_mission(const Subject& subject) {
+  const Located<double>& limit = subject.mission.limits.mission_timeout;
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    const Timeout* timeout = state_timeout(spec);
+    const auto* hold = std::get_if<HoldState>(&spec.leaf);
+    const Located<double>* time = timeout != nullptr ? &timeout->seconds
+                                  : hold != nullptr  ? &hold->duration_s
+                                                     : nullptr;
+    if (time == nullptr || time->value <= limit.value) continue;
+    subject.warning(
+        "MIS-TIME", time->span,
+        fmt::format("'{}' is given {:g} s, more than the whole mission ({:g} s, line {})",
+                    spec.id.value, time->value, limit.value, limit.span.line));
+  }
+}
+
+}  // namespace dive::mission
