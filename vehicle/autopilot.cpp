@@ -45,6 +45,8 @@ std::string AutopilotOptions::validate() const {
   check("heave_brake", heave_brake, 0.001, 10.0);
   check("heave_lift", heave_lift, 0.0, 100.0);
   check("heave_trim", heave_trim, 0.0, 100.0);
+  check("nose_lift", nose_lift, 0.0, 1.5);
+  check("hover_speed", hover_speed, 0.01, 5.0);
   check("full_speed", full_speed, 0.05, 5.0);
   check("coast_length_m", coast_length_m, 0.0, 100.0);
   check("speed_time_constant_s", speed_time_constant_s, 0.05, 60.0);
@@ -59,7 +61,6 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
                             const Eigen::Vector3d& omega_B, double depth_m, double dt) {
   DIVE_DEMAND(dt > 0.0 && std::isfinite(depth_m) && q_WB.coeffs().allFinite());
   DIVE_DEMAND(std::isfinite(command.v) && std::isfinite(command.d));
-  const Eigen::Vector3d turn = turn_effort(so3_log(q_WB.conjugate() * command.o), omega_B);
   const Eigen::Vector3d up_B = q_WB.conjugate() * Eigen::Vector3d::UnitZ();
   const double surge = speed_effort(command.v, dt);
   const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
@@ -67,9 +68,14 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   track_depth(command.d, climb, dt);
   const double heave = -depth_reference_rate_ - climb;  // m/s, what is left for the flippers to do
   const double lift = lift_effort(heave, dt);
+
+  Eigen::Vector3d error = so3_log(q_WB.conjugate() * command.o);
+  error.z() += options_.nose_lift * lift * up_B.y();
+  const Eigen::Vector3d turn = turn_effort(error, omega_B);
   // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
   const double trim = -options_.heave_trim * speed_reference_ * heave;
-  return {effort(surge + lift * up_B.x()), effort(lift * up_B.z()), effort(turn.x()),
+  const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
+  return {effort(surge + hovering * lift * up_B.x()), effort(lift * up_B.z()), effort(turn.x()),
           effort(turn.y() + trim), effort(turn.z())};
 }
 

@@ -9,7 +9,9 @@
 //             the error counts up to the turn rate that the flippers can stop again
 //   depth     PD on a reference that follows the command as fast as the vehicle can, with what
 //             moving at that rate costs fed forward, and an integral bounded to the size of a trim
-//             error; the vertical effort goes to surge and heave as B's axes point
+//             error. The vertical effort goes to heave as far as z of B points up, to surge
+//             likewise while the vehicle hovers (under way the speed is the command's), and what
+//             points along y, where the flippers cannot push, turns the nose up or down instead
 
 #include <string>
 
@@ -35,6 +37,8 @@ struct AutopilotOptions {
   double heave_brake = 0.06;                  ///< m/s^2, with which the reference comes to rest.
   double heave_lift = 0.447;                  ///< Lift at speed u: u w heave_lift beside w |w|.
   double heave_trim = 6.0;                    ///< Pitch effort that holds the nose, per u w.
+  double nose_lift = 0.3;                     ///< rad of nose per vertical effort along y.
+  double hover_speed = 0.2;                   ///< m/s below which surge may help with depth.
   double full_speed = 0.8;                    ///< m/s at full surge effort (steady, level).
   double coast_length_m = 2.06;               ///< Mass with entrained water over drag, m / (m/s)^2.
   double speed_time_constant_s = 1.0;         ///< Of the speed's reference.

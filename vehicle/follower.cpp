@@ -141,8 +141,7 @@ double Follower::course(const Vector3d& p_W) const {
   return way.norm() > kOverhead ? std::atan2(way.y(), way.x()) : s.bearing;
 }
 
-double Follower::speed_towards(double heading_error, double depth_error,
-                               double planned_pitch) const {
+double Follower::speed_towards(double heading_error, double depth_error, double left) const {
   const Segment& s = segment();
   const double to_end = std::max(s.length - status_.along_track_m, 0.0);
   const double sharpness = std::min(s.corner / (0.5 * M_PI), 1.0);
@@ -155,8 +154,6 @@ double Follower::speed_towards(double heading_error, double depth_error,
   speed *= std::clamp(2.0 - std::abs(depth_error) / kDepthError, 0.0, 1.0);
   speed = std::max(speed, kCreep);
 
-  // What swimming along x does not climb is left to heave; pitch is positive nose down.
-  const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_pitch);
   return left < 0.5 * M_PI ? std::min(speed, options_.heave_speed / std::tan(std::max(left, 1e-3)))
                            : 0.0;
 }
@@ -166,26 +163,26 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   advance(X_WB.p);
   const Segment& s = segment();
   const auto index = static_cast<std::size_t>(status_.segment);
-
-  const double slope = std::abs(s.direction.z());
-  const double ahead = status_.along_track_m + options_.depth_lead_m * slope * slope;
-  const auto along = [&s](double distance) {
-    return s.length > 0.0 ? std::clamp(distance / s.length, 0.0, 1.0) : 1.0;
+  const auto planned_at = [&](double along) {
+    const double share = s.length > 0.0 ? std::clamp(along / s.length, 0.0, 1.0) : 1.0;
+    return interpolate(waypoints_[index - 1], waypoints_[index], share);
   };
-  const double z = interpolate(waypoints_[index - 1], waypoints_[index], along(ahead)).p.z();
-  const Pose planned =
-      interpolate(waypoints_[index - 1], waypoints_[index], along(status_.along_track_m));
+  const Pose planned = planned_at(status_.along_track_m);
   const Vector3d planned_rpy = to_rpy(planned.q);
+
+  // What swimming along x does not climb is left to heave; pitch is positive nose down.
+  const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_rpy.y());
+  const double lead = options_.depth_lead_m * std::pow(std::sin(std::min(left, 0.5 * M_PI)), 2);
 
   const double yaw = yaw_of(X_WB);
   const Vector3d v_W = X_WB.q * v_WB_B;
-  const double speed = v_W.head<2>().norm();
-  const double sideslip = std::min(speed / kCrabSpeed, 1.0) * wrap_angle(bearing_of(v_W) - yaw);
+  const double trust = std::min(v_W.head<2>().norm() / kCrabSpeed, 1.0);
+  const double sideslip = trust * wrap_angle(bearing_of(v_W) - yaw);
   const double heading = course(X_WB.p) - std::clamp(sideslip, -kMaxCrab, kMaxCrab);
 
   Command command;
-  command.v = speed_towards(wrap_angle(heading - yaw), planned.p.z() - X_WB.p.z(), planned_rpy.y());
-  command.d = -z;
+  command.v = speed_towards(wrap_angle(heading - yaw), planned.p.z() - X_WB.p.z(), left);
+  command.d = -planned_at(status_.along_track_m + lead).p.z();
   command.o = from_rpy(planned_rpy.x(), planned_rpy.y(), heading);
   return command;
 }
