@@ -64,6 +64,9 @@ class MovingBody {
 
  private:
   struct Geometry;
+  // FCL's answer for one pose, judged at another.
+  [[nodiscard]] Separator ask(const Pose& X_WB_asked, const Pose& X_WB,
+                              const FixedBody& other) const;
   [[nodiscard]] double least(const Pose& X_WB, const Eigen::Vector3d& n_W) const;
 
   std::vector<Eigen::Vector3d> vertices_B_;

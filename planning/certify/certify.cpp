@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "common/assert.h"
@@ -52,6 +53,11 @@ double least_of_larger(const Chord& first, const Chord& second) {
   return least;
 }
 
+// How far a point of the body leaves the chord of its path, in any direction.
+double bulge(const MovingBody& body, const Piece& piece) {
+  return body.radius() * piece.angle * piece.angle / 8.0;
+}
+
 }  // namespace
 
 struct Certifier::Impl {
@@ -74,6 +80,7 @@ struct Certifier::Impl {
 
   [[nodiscard]] double bound(const Piece& piece, const MovingBody& body, int obstacle,
                              const Separator& at_a, const Separator& at_b) const;
+  [[nodiscard]] double highest(const Piece& piece) const;
   // A bound that need not be refined is part of the result.
   [[nodiscard]] bool settled(double bound, int halvings);
   [[nodiscard]] bool is_exact(const MovingBody& body) const {
@@ -112,8 +119,13 @@ double Certifier::Impl::bound(const Piece& piece, const MovingBody& body, int ob
                       body.separation(piece.b.X_WB, other, at_a.n_W)};
   const Chord along_b{body.separation(piece.a.X_WB, other, at_b.n_W),
                       body.separation(piece.b.X_WB, other, at_b.n_W)};
-  const double bulge = body.radius() * piece.angle * piece.angle / 8.0;
-  return least_of_larger(along_a, along_b) - bulge;
+  return least_of_larger(along_a, along_b) - bulge(body, piece);
+}
+
+double Certifier::Impl::highest(const Piece& piece) const {
+  const Vector3d up = Vector3d::UnitZ();
+  return std::max(whole.reach(piece.a.X_WB, up), whole.reach(piece.b.X_WB, up)) +
+         bulge(whole, piece);
 }
 
 bool Certifier::Impl::settled(double bound, int halvings) {
@@ -221,7 +233,7 @@ Certificate Certifier::certify(std::span<const Pose> waypoints) {
   Certificate& result = impl.result;
   result = {};
   result.clearance_m = result.nearest_m = impl.options.cutoff;
-  result.highest_z_m = impl.whole.reach(waypoints[0], Vector3d::UnitZ());
+  result.highest_z_m = -std::numeric_limits<double>::infinity();
   impl.certify_waypoints(waypoints);
   // One pose is a motion that stays where it is.
   const std::size_t segments = std::max<std::size_t>(waypoints.size() - 1, 1);
@@ -230,9 +242,7 @@ Certificate Certifier::certify(std::span<const Pose> waypoints) {
     const Pose& b = waypoints[std::min(i + 1, waypoints.size() - 1)];
     const Piece piece{static_cast<int>(i), {a, 0.0}, {b, 1.0}, angle_between(a.q, b.q), 0};
     impl.certify_segment(piece);
-    const double bulge = impl.whole.radius() * piece.angle * piece.angle / 8.0;
-    result.highest_z_m =
-        std::max(result.highest_z_m, impl.whole.reach(b, Vector3d::UnitZ()) + bulge);
+    result.highest_z_m = std::max(result.highest_z_m, impl.highest(piece));
   }
   result.clearance_m = std::min(result.clearance_m, result.nearest_m);
   return result;

@@ -77,7 +77,7 @@ class Reader {
                       "copy the included model's collisions into this file");
       } else if (element.name == "population" || element.name == "actor") {
         values_.error("MAP-UNSUPPORTED", element.span,
-                      fmt::format("an <{}> is not something a map can hold", element.name));
+                      fmt::format("<{}> is not something a map can hold", element.name));
       } else if (element.name == "state" && element.child("model") != nullptr) {
         values_.error("MAP-UNSUPPORTED", element.span,
                       "a saved <state> may have moved the models of this world",

@@ -65,6 +65,15 @@ std::optional<Eigen::VectorXd> SdfValues::sizes(const XmlElement& parent, const 
   return values;
 }
 
+std::optional<bool> SdfValues::flag(const XmlElement& element, const char* name) const {
+  const XmlAttribute* attribute = element.attribute(name);
+  if (attribute == nullptr || attribute->value == "false" || attribute->value == "0") return false;
+  if (attribute->value == "true" || attribute->value == "1") return true;
+  error("MAP-FRAME", attribute->value_span,
+        fmt::format("{} must be true or false, not \"{}\"", name, attribute->value));
+  return std::nullopt;
+}
+
 Pose SdfValues::pose_of(const XmlElement& parent) const {
   const XmlElement* element = parent.child("pose");
   if (element == nullptr) return {};
@@ -87,9 +96,9 @@ Pose SdfValues::pose_of(const XmlElement& parent) const {
   if (element->text.empty()) return {};
   const auto values = numbers(parent, "pose", 6);
   if (!values) return {};
-  const XmlAttribute* degrees = element->attribute("degrees");
-  const bool in_degrees = degrees != nullptr && (degrees->value == "true" || degrees->value == "1");
-  const Eigen::Vector3d rpy = values->tail<3>() * (in_degrees ? deg_to_rad(1.0) : 1.0);
+  const auto degrees = flag(*element, "degrees");
+  if (!degrees) return {};
+  const Eigen::Vector3d rpy = values->tail<3>() * (*degrees ? deg_to_rad(1.0) : 1.0);
   return {values->head<3>(), from_rpy(rpy.x(), rpy.y(), rpy.z())};
 }
 

@@ -30,6 +30,7 @@ class SdfValues {
                                                        std::size_t count) const;
   [[nodiscard]] std::optional<Eigen::VectorXd> sizes(const XmlElement& parent, const char* name,
                                                      std::size_t count) const;
+  [[nodiscard]] std::optional<bool> flag(const XmlElement& element, const char* name) const;
   [[nodiscard]] std::optional<Shape> round_shape(const XmlElement& element) const;
   [[nodiscard]] std::optional<Shape> plane(const XmlElement& element) const;
   void unknown_shape(const XmlElement& element) const;

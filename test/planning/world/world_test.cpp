@@ -1,0 +1,143 @@
+#include "planning/world/world.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include "common/assert.h"
+#include "planning/world/scene.h"
+#include "test/planning/reference.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+using testing::arbitrary_double;
+using testing::arbitrary_lengths;
+using testing::arbitrary_rotation_vector;
+using testing::arbitrary_vector;
+using testing::box_corners;
+using testing::directions;
+using testing::draw;
+using testing::membership;
+using testing::still;
+
+TEST(RobotHull, KeepsTheCornersAndOnlyThem) {
+  RobotHull hull{{{"body", box_corners({1.0, 0.5, 0.2})}, {"inner", box_corners({0.5, 0.2, 0.1})}}};
+  EXPECT_EQ(hull.hull_vertices().size(), 8U);
+  hull.parts[1].vertices.emplace_back(0.0, 0.0, 2.0);
+  EXPECT_EQ(hull.hull_vertices().size(), 9U);
+  EXPECT_DOUBLE_EQ(hull.radius(), 2.0);
+}
+
+TEST(RobotHull, ReachesAsFarAsItsPartsInEveryDirection) {
+  const auto compass = directions(200);
+  EXPECT_TRUE(rc::check([&] {
+    RobotHull hull;
+    for (int part = 0; part < 3; ++part) {
+      ConvexSolid solid;
+      for (int i = 0; i < 12; ++i) solid.vertices.push_back(draw(arbitrary_vector(1.0)));
+      hull.parts.push_back(solid);
+    }
+    const auto reach = [](const std::vector<Vector3d>& points, const Vector3d& n) {
+      double most = -1e300;
+      for (const Vector3d& p : points) most = std::max(most, n.dot(p));
+      return most;
+    };
+    const auto vertices = hull.hull_vertices();
+    for (const Vector3d& n : compass) {
+      double most = -1e300;
+      for (const ConvexSolid& part : hull.parts) most = std::max(most, reach(part.vertices, n));
+      RC_ASSERT(std::abs(reach(vertices, n) - most) < 1e-12);
+    }
+  }));
+}
+
+TEST(RobotHull, WithoutVolumeIsOurMistake) {
+  const RobotHull sheet{{{"sheet", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}}};
+  EXPECT_THROW((void)sheet.hull_vertices(), AssertionFailure);
+}
+
+TEST(Bounds, HoldEveryBoundedObstacleAndNoHalfSpace) {
+  World world;
+  EXPECT_TRUE(world.bounds().isEmpty());
+  world.obstacles.push_back({"ground", HalfSpace{Vector3d::UnitZ()}, still({0, 0, -9})});
+  EXPECT_TRUE(world.bounds().isEmpty());
+  world.obstacles.push_back({"ball", Sphere{1.0}, still({5, 0, -4})});
+  world.obstacles.push_back({"box", Box{{2, 4, 6}}, {{-3, 0, -4}, from_rpy(0, 0, M_PI / 2)}});
+  EXPECT_LT((world.bounds().min() - Vector3d(-5, -1, -7)).norm(), 1e-12);
+  EXPECT_LT((world.bounds().max() - Vector3d(6, 1, -1)).norm(), 1e-12);
+}
+
+// How deep a box reaches into the tube above p, by looking at points of the tube on a grid: the
+// smallest membership, below 1 inside.
+double least_membership_in_tube(const Obstacle& box, const Vector3d& p, double radius) {
+  double least = 1e300;
+  const Pose X_OW = box.X_WO.inverse();
+  for (int ring = 0; ring <= 6; ++ring) {
+    for (int spoke = 0; spoke < 24; ++spoke) {
+      const double angle = 2.0 * M_PI * spoke / 24.0;
+      const Vector3d aside(std::cos(angle), std::sin(angle), 0.0);
+      for (int level = 0; level <= 60; ++level) {
+        Vector3d at = p + aside * (radius * ring / 6.0);
+        at.z() = p.z() * (1.0 - level / 60.0);
+        least = std::min(least, membership(box.shape, X_OW * at));
+      }
+    }
+  }
+  return least;
+}
+
+TEST(Overhead, IsExactForBoxesHoweverTheyAreTurned) {
+  int yes = 0;
+  int no = 0;
+  EXPECT_TRUE(rc::check([&] {
+    const Vector3d at = draw(arbitrary_vector(2.5));
+    const Vector3d size = draw(arbitrary_lengths());
+    const Obstacle box{"box", Box{size}, {at, so3_exp(draw(arbitrary_rotation_vector()))}};
+    const Vector3d p(0.0, 0.0, draw(arbitrary_double(-3.0, -0.2)));
+    const double radius = draw(arbitrary_double(0.01, 1.0));
+    const bool answer = World{{box}}.overhead(p, radius);
+    const double least = least_membership_in_tube(box, p, radius);
+    if (least < 1.0) RC_ASSERT(answer);
+    // A tube that misses a box a little larger misses the box; the grid has gaps of 0.3 m at most.
+    const Obstacle larger{"", Box{size + Vector3d::Constant(0.7)}, box.X_WO};
+    if (least_membership_in_tube(larger, p, radius) > 1.0) RC_ASSERT(!answer);
+    ++(answer ? yes : no);
+  }));
+  EXPECT_GT(yes, 10);
+  EXPECT_GT(no, 10);
+}
+
+TEST(Overhead, CountsOnlyWhatIsBetweenThePointAndTheSurface) {
+  const auto box_at = [](double z) {
+    return World{{{"box", Box{{2.0, 2.0, 1.0}}, still({0.0, 0.0, z})}}};
+  };
+  const Vector3d p(0.0, 0.0, -5.0);
+  EXPECT_FALSE(box_at(-5.5).overhead(p, 0.5));  // Its top is at the point.
+  EXPECT_TRUE(box_at(-5.4).overhead(p, 0.5));   // The point is inside.
+  EXPECT_TRUE(box_at(-2.0).overhead(p, 0.5));
+  EXPECT_TRUE(box_at(0.3).overhead(p, 0.5));   // Awash.
+  EXPECT_FALSE(box_at(0.5).overhead(p, 0.5));  // On a pier.
+  EXPECT_FALSE(box_at(-2.0).overhead({1.51, 0.0, -5.0}, 0.5));
+  EXPECT_TRUE(box_at(-2.0).overhead({1.49, 0.0, -5.0}, 0.5));
+  EXPECT_FALSE(box_at(-2.0).overhead({1.36, 1.36, -5.0}, 0.5));  // The corner is 0.509 m away.
+  EXPECT_TRUE(box_at(-2.0).overhead({1.35, 1.35, -5.0}, 0.5));   // And here 0.495 m.
+  EXPECT_TRUE(box_at(-2.0).overhead(p, 0.0));
+  EXPECT_FALSE(box_at(-2.0).overhead({0.0, 0.0, 0.1}, 0.5));
+}
+
+TEST(Overhead, KnowsSlopesAndNeverMissesACurvedShape) {
+  const Vector3d slope = Vector3d(1.0, 0.0, 2.0).normalized();
+  const World ground{{{"ground", HalfSpace{slope}, still({0, 0, -5})}}};
+  EXPECT_FALSE(ground.overhead({0.0, 0.0, -4.0}, 0.5));
+  EXPECT_TRUE(ground.overhead({0.0, 0.0, -4.9}, 0.5));  // Uphill the tube cuts into it.
+  EXPECT_TRUE(ground.overhead({0.0, 0.0, -5.1}, 0.0));
+  const World cliff{{{"cliff", HalfSpace{-slope}, still({0, 0, -1})}}};
+  EXPECT_TRUE(cliff.overhead({0.0, 0.0, -4.0}, 0.0));
+  const World ball{{{"ball", Sphere{1.0}, still({0, 0, -2})}}};
+  EXPECT_TRUE(ball.overhead({1.1, 0.0, -5.0}, 0.2));
+  EXPECT_FALSE(ball.overhead({2.0, 0.0, -5.0}, 0.2));
+}
+
+}  // namespace
+}  // namespace dive::planning
