@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -79,7 +80,9 @@ inline ReadLog read_log(const std::string& path) {
 /// Writes any events, with numbers and digests that are right unless asked otherwise.
 class Forger {
  public:
-  explicit Forger(const std::string& path) : log_(lcm_eventlog_create(path.c_str(), "w")) {}
+  explicit Forger(const std::string& path) : log_(lcm_eventlog_create(path.c_str(), "w")) {
+    if (log_ == nullptr) throw std::runtime_error("cannot create " + path);
+  }
   Forger(const Forger&) = delete;
   Forger& operator=(const Forger&) = delete;
   ~Forger() { lcm_eventlog_destroy(log_); }

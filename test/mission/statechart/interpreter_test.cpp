@@ -269,6 +269,15 @@ TEST(Order, RaisedBetweenMacrostepsComesBeforeTheExternalEvent) {
   EXPECT_EQ(m.active(), "c");
 }
 
+TEST(Order, RaisedBeforeTheEndIsForgottenOnRestart) {
+  Machine m(Draft("m(a b f!)").on("a", "go", "f", {1}).on("a", "raised", "b"));
+  m.recorder.on_action[1] = [&] { m.interpreter.raise("raised"); };
+  m.start();
+  m.dispatch("go");
+  EXPECT_EQ(m.active(), "f");
+  EXPECT_EQ(m.start(), "+a");
+}
+
 TEST(Order, TakenIsToldBeforeAnyExitWithItsEvent) {
   Machine m(Draft("m(a b c)").on("a", "x.*", "b").on("b", "", "c"));
   m.recorder.note_taken = true;
