@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/narrowphase/distance.h>
@@ -11,6 +12,8 @@
 #include "common/random.h"
 #include "planning/certify/certify.h"
 #include "planning/warm_start/warm_start.h"
+#include "planning/world/box_tree.h"
+#include "planning/world/primitives.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
 
@@ -124,6 +127,57 @@ void contacts_among_boulders(benchmark::State& state) {
   for (auto _ : state) scene.contacts(solids[next++ % solids.size()], 1.5, contacts);
 }
 BENCHMARK(contacts_among_boulders)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
+
+// The same broadphase question to FCL's tree.
+void fcl_manager_among_boulders(benchmark::State& state) {
+  const World world = boulders(static_cast<int>(state.range(0)));
+  std::vector<fcl::CollisionObjectd> objects;
+  for (const Obstacle& obstacle : world.obstacles) {
+    objects.emplace_back(std::make_shared<fcl::Boxd>(std::get<Box>(obstacle.shape).size),
+                         obstacle.X_WO.q.toRotationMatrix(), obstacle.X_WO.p);
+  }
+  fcl::DynamicAABBTreeCollisionManagerd manager;
+  for (fcl::CollisionObjectd& object : objects) manager.registerObject(&object);
+  manager.setup();
+  const auto solids = sweeps(kField);
+  std::size_t next = 0;
+  int found = 0;
+  for (auto _ : state) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& p : solids[next++ % solids.size()]) box.extend(p);
+    const Vector3d grown = box.sizes() + Vector3d::Constant(3.0);
+    fcl::CollisionObjectd query(std::make_shared<fcl::Boxd>(grown), Eigen::Matrix3d::Identity(),
+                                box.center());
+    manager.collide(&query, &found,
+                    [](fcl::CollisionObjectd*, fcl::CollisionObjectd*, void* count) {
+                      ++*static_cast<int*>(count);
+                      return false;
+                    });
+  }
+  benchmark::DoNotOptimize(found);
+}
+BENCHMARK(fcl_manager_among_boulders)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
+
+void broadphase_among_boulders(benchmark::State& state) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Obstacle& obstacle : boulders(static_cast<int>(state.range(0))).obstacles) {
+    boxes.push_back(bounding_box(obstacle));
+  }
+  const BoxTree tree(boxes);
+  const auto solids = sweeps(kField);
+  std::size_t next = 0;
+  int found = 0;
+  for (auto _ : state) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& p : solids[next++ % solids.size()]) box.extend(p);
+    tree.visit(box, 1.5, [&](std::size_t) {
+      ++found;
+      return 1.5;
+    });
+  }
+  benchmark::DoNotOptimize(found);
+}
+BENCHMARK(broadphase_among_boulders)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
 
 void point_distance_among_boulders(benchmark::State& state) {
   const Scene scene(boulders(static_cast<int>(state.range(0))));

@@ -86,14 +86,12 @@ Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle) {
   using Eigen::Vector3d;
   const Eigen::Matrix3d R_WO = obstacle.X_WO.q.toRotationMatrix();
   const Vector3d axis = R_WO.col(2);
-  const auto disc = [&](double radius) -> Vector3d {
-    return radius * (Vector3d::Ones() - axis.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
-  };
+  const Vector3d disc = R_WO.leftCols<2>().rowwise().norm();  // Of radius 1, across the axis.
   const Vector3d half =
       std::visit(Overloaded{
                      [&](const Box& s) -> Vector3d { return R_WO.cwiseAbs() * s.size / 2.0; },
                      [&](const Cylinder& s) -> Vector3d {
-                       return axis.cwiseAbs() * s.length / 2.0 + disc(s.radius);
+                       return axis.cwiseAbs() * s.length / 2.0 + disc * s.radius;
                      },
                      [&](const Sphere& s) -> Vector3d { return Vector3d::Constant(s.radius); },
                      [&](const Capsule& s) -> Vector3d {

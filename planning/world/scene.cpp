@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
+#include "planning/world/box_tree.h"
 #include "planning/world/narrowphase.h"
 #include "planning/world/primitives.h"
 
@@ -18,12 +20,19 @@ struct Body {
   NarrowPhase narrow_phase;
 };
 
+Eigen::AlignedBox3d box_around(std::span<const Vector3d> points_W) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points_W) box.extend(p);
+  return box;
+}
+
 }  // namespace
 
 struct Scene::Impl {
   std::vector<Body> bodies;
-  std::vector<Eigen::AlignedBox3d> boxes;  // Of the bodies, in W.
-  std::vector<Vector3d> points_O;          // Scratch: the solid in an obstacle's frame.
+  BoxTree tree;                     // Over the bodies' boxes in W.
+  std::vector<std::size_t> nearby;  // Scratch: what the broadphase found.
+  std::vector<Vector3d> points_O;   // Scratch: the solid in an obstacle's frame.
 
   bool separation(std::size_t index, std::span<const Vector3d> points_W, double cutoff,
                   Contact& contact);
@@ -46,12 +55,15 @@ bool Scene::Impl::separation(std::size_t index, std::span<const Vector3d> points
   return true;
 }
 
-Scene::Scene(const World& world) : impl_(std::make_unique<Impl>()) {
+Scene::Scene(const World& world) {
+  std::vector<Body> bodies;
+  std::vector<Eigen::AlignedBox3d> boxes;
   for (const Obstacle& obstacle : world.obstacles) {
-    impl_->bodies.push_back({obstacle.X_WO.q.toRotationMatrix(), obstacle.X_WO.p, obstacle.shape,
-                             NarrowPhase(obstacle.shape)});
-    impl_->boxes.push_back(bounding_box(obstacle));
+    bodies.push_back({obstacle.X_WO.q.toRotationMatrix(), obstacle.X_WO.p, obstacle.shape,
+                      NarrowPhase(obstacle.shape)});
+    boxes.push_back(bounding_box(obstacle));
   }
+  impl_.reset(new Impl{std::move(bodies), BoxTree(boxes), {}, {}});
 }
 
 Scene::Scene(Scene&&) noexcept = default;
@@ -61,38 +73,38 @@ Scene::~Scene() = default;
 void Scene::contacts(std::span<const Vector3d> points_W, double cutoff, std::vector<Contact>& out) {
   out.clear();
   if (points_W.empty()) return;
-  Eigen::AlignedBox3d solid;
-  for (const Vector3d& p : points_W) solid.extend(p);
   const double reach = std::max(cutoff, 0.0);
-  for (std::size_t i = 0; i < impl_->boxes.size(); ++i) {
-    if (impl_->boxes[i].squaredExteriorDistance(solid) > reach * reach) continue;
+  impl_->nearby.clear();
+  impl_->tree.visit(box_around(points_W), reach, [&](std::size_t index) {
+    impl_->nearby.push_back(index);
+    return reach;
+  });
+  std::sort(impl_->nearby.begin(), impl_->nearby.end());
+  for (const std::size_t index : impl_->nearby) {
     Contact contact;
-    if (impl_->separation(i, points_W, cutoff, contact)) out.push_back(contact);
+    if (impl_->separation(index, points_W, cutoff, contact)) out.push_back(contact);
   }
 }
 
 double Scene::clearance(std::span<const Vector3d> points_W, double cutoff) {
   if (points_W.empty()) return cutoff;
-  Eigen::AlignedBox3d solid;
-  for (const Vector3d& p : points_W) solid.extend(p);
   double least = cutoff;
-  for (std::size_t i = 0; i < impl_->boxes.size(); ++i) {
-    const double gap = std::max(least, 0.0);
-    if (impl_->boxes[i].squaredExteriorDistance(solid) > gap * gap) continue;
+  impl_->tree.visit(box_around(points_W), std::max(cutoff, 0.0), [&](std::size_t index) {
     Contact contact;
-    if (impl_->separation(i, points_W, least, contact)) least = contact.distance;
-  }
+    if (impl_->separation(index, points_W, least, contact)) least = contact.distance;
+    return std::max(least, 0.0);
+  });
   return least;
 }
 
 double Scene::point_distance(const Vector3d& p_W) const {
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < impl_->boxes.size(); ++i) {
-    const double gap = std::max(least, 0.0);
-    if (impl_->boxes[i].squaredExteriorDistance(p_W) > gap * gap) continue;
-    const Body& body = impl_->bodies[i];
-    least = std::min(least, signed_distance(body.shape, body.R_WO.transpose() * (p_W - body.p_WO)));
-  }
+  impl_->tree.visit(p_W, least, [&](std::size_t index) {
+    const Body& body = impl_->bodies[index];
+    const Vector3d p_O = body.R_WO.transpose() * (p_W - body.p_WO);
+    least = std::min(least, signed_distance(body.shape, p_O));
+    return std::max(least, 0.0);
+  });
   return least;
 }
 
