@@ -1,8 +1,10 @@
 #include "vehicle/urdf_elements.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,6 +20,13 @@ namespace {
 constexpr double kMinLength = 1e-5;  // m: nothing of a vehicle is smaller
 constexpr double kMaxLength = 1e3;
 constexpr double kThinPlate = 1e-3;  // room for rounded figures in the triangle inequality
+
+bool may_repeat(const std::string& name) {
+  static const std::set<std::string> kOnlyOnce{"inertial", "origin", "mass", "inertia", "geometry",
+                                               "box",      "mesh",   "axis", "limit",   "parent",
+                                               "cylinder", "sphere", "child"};
+  return kOnlyOnce.count(name) == 0;
+}
 
 const char* hint_for_number(const std::string& value) {
   return value.find("${") == std::string::npos
@@ -41,11 +50,16 @@ std::string UrdfElements::text(const XmlElement& element, const std::string& nam
 }
 
 void UrdfElements::check_children(const XmlElement& element, std::span<const std::string> known) {
+  std::set<std::string> seen;
   for (const XmlElement& child : element.children) {
     if (!child.namespace_uri.empty()) continue;
-    bool is_known = false;
-    for (const std::string& name : known) is_known = is_known || name == child.name;
-    if (is_known) continue;
+    if (std::find(known.begin(), known.end(), child.name) != known.end()) {
+      if (!seen.insert(child.name).second && !may_repeat(child.name)) {
+        error("URDF-DUPLICATE", child.span,
+              fmt::format("<{}> already has a <{}>", element.name, child.name));
+      }
+      continue;
+    }
     const std::string message = fmt::format("<{}> has no element <{}>", element.name, child.name);
     if (const std::optional<std::string> meant = closest_match(child.name, known)) {
       error("URDF-ELEMENT", child.span, message, fmt::format("did you mean <{}>?", *meant));
@@ -198,6 +212,12 @@ urdf::CollisionSharedPtr UrdfElements::collision(const XmlElement& element) {
 urdf::GeometrySharedPtr UrdfElements::geometry(const XmlElement& element) {
   static const std::array<std::string, 4> kKnown{"box", "cylinder", "sphere", "mesh"};
   check_children(element, kKnown);
+  if (std::count_if(element.children.begin(), element.children.end(),
+                    [](const XmlElement& child) { return child.namespace_uri.empty(); }) > 1) {
+    error("URDF-GEOMETRY", element.span, "<geometry> holds more than one shape",
+          "write one <collision> for each");
+    return nullptr;
+  }
   if (const XmlElement* mesh = element.child("mesh")) {
     error("URDF-MESH", mesh->span, "a mesh as collision geometry is not read",
           "use boxes, cylinders or spheres that contain it");
