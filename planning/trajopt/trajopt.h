@@ -25,14 +25,14 @@ enum class AttitudeMode {
 };
 
 struct TrajoptOptions {
-  double length_weight = 100.0;      ///< Per metre (paper).
-  double obstacle_weight = 200.0;    ///< Per metre of violation and obstacle (paper).
-  double surface_weight = 200.0;     ///< Per metre above -D_min: the hinge max(0, z + D_min).
-  double attitude_weight = 20.0;     ///< Per rad^2 between the x axis and the motion.
-  double turn_weight = 5.0;          ///< Per rad^2 turned between waypoints.
-  double clearance_buffer = 0.02;    ///< m asked beyond D_min, so that the certificate holds.
-  double trust_region_m = 0.5;       ///< Initial, on positions.
-  double trust_region_rad = 0.5;     ///< Initial, on attitudes.
+  double length_weight = 100.0;    ///< Per metre (paper).
+  double obstacle_weight = 200.0;  ///< Per metre of violation and obstacle (paper).
+  double surface_weight = 200.0;   ///< Per metre above -D_min: the hinge max(0, z + D_min).
+  double attitude_weight = 20.0;   ///< Per rad^2 between the x axis and the motion.
+  double turn_weight = 5.0;        ///< Per rad^2 turned between waypoints.
+  double clearance_buffer = 0.02;  ///< m asked beyond D_min, so that the certificate holds.
+  double trust_region_m = 0.5;     ///< Initial, on positions.
+  double trust_region_rad = 0.5;   ///< Initial, on attitudes.
   double min_trust_region = 1e-4;
   double improvement_tolerance = 1e-3;  ///< Relative merit change that ends the loop.
   int max_iterations = 60;
@@ -40,12 +40,12 @@ struct TrajoptOptions {
 
 struct TrajoptProblem {
   Pose start;
-  Pose goal;                   ///< Position fixed; attitude fixed when `goal_attitude_fixed`.
+  Pose goal;  ///< Position fixed; attitude fixed when `goal_attitude_fixed`.
   bool goal_attitude_fixed = false;
   AttitudeMode attitude = AttitudeMode::kFree;
-  double clearance = 0.6;      ///< D_min, m.
-  double min_z = -50.0;        ///< Depth limit, m (hard bound on positions).
-  double max_z = 0.0;          ///< Upper limit, m (hard bound on positions).
+  double clearance = 0.6;  ///< D_min, m.
+  double min_z = -50.0;    ///< Depth limit, m (hard bound on positions).
+  double max_z = 0.0;      ///< Upper limit, m (hard bound on positions).
 };
 
 enum class TrajoptStatus { kConverged, kIterationLimit, kQpFailed };
@@ -75,7 +75,6 @@ class Trajopt {
  private:
   Scene& scene_;
   std::vector<Eigen::Vector3d> hull_vertices_;
-  double hull_radius_ = 0.0;
   TrajoptOptions options_;
 };
 
@@ -86,7 +85,6 @@ class Trajopt {
 
 /// Poses along a polyline of positions: attitudes follow the motion, ends as given.
 [[nodiscard]] std::vector<Pose> poses_along(std::span<const Eigen::Vector3d> positions,
-                                            const Pose& start, const Pose& goal,
-                                            AttitudeMode mode);
+                                            const Pose& start, const Pose& goal, AttitudeMode mode);
 
 }  // namespace dive::planning

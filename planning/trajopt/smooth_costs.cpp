@@ -1,0 +1,128 @@
+#include "planning/trajopt/smooth_costs.h"
+
+#include <cmath>
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
+using Matrix212 = Eigen::Matrix<double, 2, 12>;
+
+constexpr double kStill = 1e-6;  // m: a shorter way has no direction
+
+Matrix3d relevant(AttitudeMode attitude) {
+  return attitude == AttitudeMode::kHorizontal ? Matrix3d(Vector3d(1, 1, 0).asDiagonal())
+                                               : Matrix3d(Matrix3d::Identity());
+}
+
+// The angle vector of a unit vector b off the x axis, and its derivative by b.
+Vector2d off_axis(const Vector3d& b, Matrix23& derivative) {
+  const Vector2d across = b.tail<2>();
+  const double sine = across.norm();
+  derivative.setZero();
+  if (sine < 1e-9) {
+    derivative.rightCols<2>().setIdentity();
+    // Straight backwards every way round is as short: turn by yaw.
+    return b.x() > 0.0 ? across : Vector2d(M_PI, 0.0);
+  }
+  const double angle = std::atan2(sine, b.x());
+  const Vector2d e = across / sine;
+  derivative.col(0) = -sine * e;
+  derivative.rightCols<2>() =
+      b.x() * e * e.transpose() + angle / sine * (Eigen::Matrix2d::Identity() - e * e.transpose());
+  return angle * e;
+}
+
+// Adds w |r + J x|^2 over waypoints i and i + 1 to the programme.
+template <int Rows>
+void add_square(double weight, const Eigen::Matrix<double, Rows, 1>& r,
+                const Eigen::Matrix<double, Rows, 12>& J, int i, BandedQp& qp) {
+  const auto head = J.template leftCols<6>();
+  const auto tail = J.template rightCols<6>();
+  qp.hessian().diagonal(i).noalias() += 2.0 * weight * head.transpose() * head;
+  qp.hessian().lower(i).noalias() += 2.0 * weight * tail.transpose() * head;
+  qp.hessian().diagonal(i + 1).noalias() += 2.0 * weight * tail.transpose() * tail;
+  qp.gradient(i).noalias() += 2.0 * weight * head.transpose() * r;
+  qp.gradient(i + 1).noalias() += 2.0 * weight * tail.transpose() * r;
+}
+
+// The heading error of waypoint `which` (0: i, 1: i + 1) against the way between them, with its
+// derivative by both steps. A body turned by theta sees b' = b + b x theta.
+Vector2d heading_model(const Pose& a, const Pose& b, int which, AttitudeMode attitude,
+                       Matrix212& J) {
+  J.setZero();
+  const Matrix3d P = relevant(attitude);
+  const Vector3d way = P * (b.p - a.p);
+  const double distance = way.norm();
+  if (distance < kStill) return Vector2d::Zero();
+  const Vector3d u = way / distance;
+  const Matrix3d R_BW = (which == 0 ? a.q : b.q).conjugate().toRotationMatrix();
+  const Vector3d seen = R_BW * u;
+  Matrix23 by_seen;
+  const Vector2d error = off_axis(seen, by_seen);
+  const Matrix23 by_way =
+      by_seen * R_BW * (Matrix3d::Identity() - u * u.transpose()) * P / distance;
+  J.leftCols<3>() = -by_way;
+  J.middleCols<3>(6) = by_way;
+  J.middleCols<3>(which == 0 ? 3 : 9) = by_seen * skew(seen);
+  return error;
+}
+
+}  // namespace
+
+Vector2d heading_error(const Eigen::Quaterniond& q_WB, const Vector3d& way_W,
+                       AttitudeMode attitude) {
+  const Vector3d way = relevant(attitude) * way_W;
+  if (way.norm() < kStill) return Vector2d::Zero();
+  Matrix23 unused;
+  return off_axis(q_WB.conjugate() * way.normalized(), unused);
+}
+
+double SmoothCosts::value(std::span<const Pose> path) const {
+  double squares = 0.0;
+  double headings = 0.0;
+  double turns = 0.0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Pose& a = path[i];
+    const Pose& b = path[i + 1];
+    const Vector3d way = b.p - a.p;
+    squares += way.squaredNorm();
+    headings += heading_error(a.q, way, attitude).squaredNorm() +
+                heading_error(b.q, way, attitude).squaredNorm();
+    turns += so3_log(a.q.conjugate() * b.q).squaredNorm();
+  }
+  const auto segments = static_cast<double>(path.size() - 1);
+  return 0.5 * length_weight * (segments * squares / reference_length + reference_length) +
+         0.5 * attitude_weight * headings + turn_weight * turns;
+}
+
+void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
+  const auto segments = static_cast<double>(path.size() - 1);
+  const double stretch = 0.5 * length_weight * segments / reference_length;
+  for (int i = 0; i + 1 < static_cast<int>(path.size()); ++i) {
+    const Pose& a = path[static_cast<std::size_t>(i)];
+    const Pose& b = path[static_cast<std::size_t>(i) + 1];
+
+    Eigen::Matrix<double, 3, 12> J_way = Eigen::Matrix<double, 3, 12>::Zero();
+    J_way.leftCols<3>() = -Matrix3d::Identity();
+    J_way.middleCols<3>(6).setIdentity();
+    add_square<3>(stretch, b.p - a.p, J_way, i, qp);
+
+    for (const int which : {0, 1}) {
+      Matrix212 J;
+      const Vector2d error = heading_model(a, b, which, attitude, J);
+      add_square<2>(0.5 * attitude_weight, error, J, i, qp);
+    }
+
+    const Eigen::Quaterniond turn = a.q.conjugate() * b.q;
+    Eigen::Matrix<double, 3, 12> J_turn = Eigen::Matrix<double, 3, 12>::Zero();
+    J_turn.middleCols<3>(3) = -turn.conjugate().toRotationMatrix();
+    J_turn.rightCols<3>().setIdentity();
+    add_square<3>(turn_weight, so3_log(turn), J_turn, i, qp);
+  }
+}
+
+}  // namespace dive::planning

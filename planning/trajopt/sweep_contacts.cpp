@@ -1,0 +1,92 @@
+#include "planning/trajopt/sweep_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/assert.h"
+
+namespace dive::planning {
+namespace {
+
+constexpr double kLevel = 1e-3;  // m: vertices this level share the contact
+
+/// The part of one pose that faces an obstacle.
+struct Support {
+  double height = 0.0;                                ///< Least n . x over the vertices.
+  Eigen::Vector3d point_B = Eigen::Vector3d::Zero();  ///< Middle of the vertices at that height.
+};
+
+Support support(std::span<const Eigen::Vector3d> vertices_B, const Pose& pose,
+                const Eigen::Vector3d& n_W) {
+  const Eigen::Vector3d n_B = pose.q.conjugate() * n_W;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& vertex : vertices_B) least = std::min(least, n_B.dot(vertex));
+  Support result;
+  int count = 0;
+  for (const Eigen::Vector3d& vertex : vertices_B) {
+    if (n_B.dot(vertex) > least + kLevel) continue;
+    result.point_B += vertex;
+    ++count;
+  }
+  result.point_B /= count;
+  result.height = least + n_W.dot(pose.p);
+  return result;
+}
+
+// How much of the contact is the first pose's: all of it when that is the nearer one, else as the
+// nearest point divides the way between the two supports.
+double share_of_first(const Support& a, const Support& b, const Eigen::Vector3d& a_W,
+                      const Eigen::Vector3d& b_W, const Eigen::Vector3d& point_W) {
+  if (a.height < b.height - kLevel) return 1.0;
+  if (b.height < a.height - kLevel) return 0.0;
+  const double to_a = (point_W - a_W).norm();
+  const double to_b = (point_W - b_W).norm();
+  return to_a + to_b < 1e-9 ? 0.5 : to_b / (to_a + to_b);
+}
+
+}  // namespace
+
+SweepContacts::SweepContacts(Scene& scene, std::vector<Eigen::Vector3d> hull_vertices_B)
+    : scene_(scene), vertices_B_(std::move(hull_vertices_B)) {
+  DIVE_DEMAND(!vertices_B_.empty());
+  for (const Eigen::Vector3d& vertex : vertices_B_) radius_ = std::max(radius_, vertex.norm());
+  sweep_W_.resize(2 * vertices_B_.size());
+}
+
+double SweepContacts::pad(double angle) const { return radius_ * (1.0 - std::cos(0.5 * angle)); }
+
+Vector12d SweepContacts::gradient_of(const Contact& contact, const Pose& a, const Pose& b) const {
+  const Eigen::Vector3d& n_W = contact.normal_W;
+  const Support at_a = support(vertices_B_, a, n_W);
+  const Support at_b = support(vertices_B_, b, n_W);
+  const double share =
+      share_of_first(at_a, at_b, a * at_a.point_B, b * at_b.point_B, contact.point_on_solid_W);
+  // A point v of the body moves by dp + R (theta x v), so n . that = n . dp + (v x R'n) . theta.
+  Vector12d gradient;
+  gradient << share * n_W, share * at_a.point_B.cross(a.q.conjugate() * n_W), (1.0 - share) * n_W,
+      (1.0 - share) * at_b.point_B.cross(b.q.conjugate() * n_W);
+  return gradient;
+}
+
+void SweepContacts::find(std::span<const Pose> path, double cutoff,
+                         std::vector<SweepContact>& out) {
+  out.clear();
+  const std::size_t count = vertices_B_.size();
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Pose& a = path[i];
+    const Pose& b = path[i + 1];
+    for (std::size_t k = 0; k < count; ++k) {
+      sweep_W_[k] = a * vertices_B_[k];
+      sweep_W_[count + k] = b * vertices_B_[k];
+    }
+    const double missed = pad(angle_between(a.q, b.q));
+    scene_.contacts(sweep_W_, cutoff + missed, found_);
+    for (const Contact& contact : found_) {
+      out.push_back({static_cast<int>(i), contact.obstacle, contact.distance, missed,
+                     gradient_of(contact, a, b)});
+    }
+  }
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,49 @@
+#pragma once
+// The obstacle terms: signed distances between obstacles and the convex hull of the vehicle at two
+// consecutive waypoints, and how they change when the waypoints move.
+
+#include <span>
+#include <vector>
+
+#include "common/se3.h"
+#include "planning/trajopt/banded_qp.h"
+#include "planning/world/scene.h"
+
+namespace dive::planning {
+
+/// One obstacle near one segment.
+struct SweepContact {
+  int segment = 0;  ///< Between waypoints `segment` and `segment + 1`.
+  int obstacle = -1;
+  double distance = 0.0;  ///< Signed, of the hull of both poses, m.
+  double pad = 0.0;       ///< What that hull misses of the true sweep at most, m.
+  /// d distance / d step of the two waypoints (dp in W, rotation vector in B; 6 each). The nearest
+  /// point of the hull is a mixture of points of both poses, and so is its motion (Schulman et al.
+  /// 2014, eq. 20-22).
+  Vector12d gradient;
+};
+
+/// Finds the contacts of a path. Keeps a reference to the scene.
+class SweepContacts {
+ public:
+  SweepContacts(Scene& scene, std::vector<Eigen::Vector3d> hull_vertices_B);
+
+  /// All contacts with distance - pad below `cutoff`, by segment, then obstacle. `out` is cleared
+  /// first.
+  void find(std::span<const Pose> path, double cutoff, std::vector<SweepContact>& out);
+
+  /// What the hull of two poses misses of the sweep between them when the vehicle turns by `angle`
+  /// (rad): a point at radius r leaves its chord by at most r (1 - cos(angle / 2)).
+  [[nodiscard]] double pad(double angle) const;
+
+ private:
+  [[nodiscard]] Vector12d gradient_of(const Contact& contact, const Pose& a, const Pose& b) const;
+
+  Scene& scene_;
+  std::vector<Eigen::Vector3d> vertices_B_;
+  double radius_ = 0.0;
+  std::vector<Eigen::Vector3d> sweep_W_;
+  std::vector<Contact> found_;
+};
+
+}  // namespace dive::planning
