@@ -12,7 +12,7 @@
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/sphere.h>
-#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+#include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
 #include "common/assert.h"
 
@@ -58,11 +58,59 @@ fcl::Transform3d to_fcl(const Pose& pose) {
   return transform;
 }
 
+// A shape in the form FCL's GJK takes.
+template <class S>
+class GjkObject {
+ public:
+  using Initializer = fcl::detail::GJKInitializer<double, S>;
+  GjkObject(const S& shape, const fcl::Transform3d& pose)
+      : object_(Initializer::createGJKObject(shape, pose)) {}
+  ~GjkObject() { Initializer::deleteGJKObject(object_); }
+  GjkObject(const GjkObject&) = delete;
+  GjkObject& operator=(const GjkObject&) = delete;
+  [[nodiscard]] const void* get() const { return object_; }
+
+ private:
+  void* object_;
+};
+
+struct Nearest {
+  Vector3d on_body = Vector3d::Zero();
+  Vector3d on_other = Vector3d::Zero();
+};
+
+// The two points are one when the bodies overlap. FCL's own solver class would do, but Debian's
+// library is built with assertions that end the process; its headers are built as we are.
+template <class S>
+Nearest gjk(const fcl::Convexd& body, const fcl::Transform3d& X_WB, const S& other,
+            const fcl::Transform3d& X_WO) {
+  if constexpr (std::is_same_v<S, std::monostate>) {
+    return {};
+  } else {
+    const GjkObject<fcl::Convexd> first(body, X_WB);
+    const GjkObject<S> second(other, X_WO);
+    ccd_t ccd;
+    CCD_INIT(&ccd);
+    ccd.support1 = fcl::detail::GJKInitializer<double, fcl::Convexd>::getSupportFunction();
+    ccd.support2 = fcl::detail::GJKInitializer<double, S>::getSupportFunction();
+    ccd.max_iterations = 200;
+    ccd.dist_tolerance = 1e-8;
+    ccd_vec3_t p{};
+    ccd_vec3_t q{};
+    fcl::detail::libccd_extension::ccdGJKDist2(first.get(), second.get(), &ccd, &p, &q);
+    return {{p.v[0], p.v[1], p.v[2]}, {q.v[0], q.v[1], q.v[2]}};
+  }
+}
+
 }  // namespace
 
 struct FixedBody::Geometry {
   FclShape shape;
   fcl::Transform3d X_WO;
+};
+
+struct MovingBody::Geometry {
+  fcl::Convexd convex;
 };
 
 FixedBody::FixedBody(const Obstacle& obstacle)
@@ -99,19 +147,12 @@ double FixedBody::box_distance(const Eigen::AlignedBox3d& box_W) const {
   return box_W_.exteriorDistance(box_W);
 }
 
-struct MovingBody::Geometry {
-  fcl::Convexd convex;
-  fcl::detail::GJKSolver_libccd<double> solver;
-};
-
 MovingBody::MovingBody(std::vector<Vector3d> vertices_B) : vertices_B_(std::move(vertices_B)) {
   DIVE_DEMAND(!vertices_B_.empty());
   for (const Vector3d& v : vertices_B_) radius_ = std::max(radius_, v.norm());
   // Without faces FCL looks for support points among all vertices: right for any order of them.
   geometry_.reset(new Geometry{fcl::Convexd(std::make_shared<std::vector<Vector3d>>(vertices_B_), 0,
-                                            std::make_shared<std::vector<int>>()),
-                               {}});
-  geometry_->solver.distance_tolerance = 1e-8;
+                                            std::make_shared<std::vector<int>>())});
 }
 
 MovingBody::MovingBody(MovingBody&&) noexcept = default;
@@ -154,20 +195,13 @@ Separator MovingBody::nearest(const Pose& X_WB, const FixedBody& other) const {
 }
 
 Separator MovingBody::ask(const Pose& X_WB_asked, const Pose& X_WB, const FixedBody& other) const {
-  double distance = -1.0;
-  Vector3d on_body = Vector3d::Zero();
-  Vector3d on_other = Vector3d::Zero();
-  std::visit(
-      [&]<class S>(const S& shape) {
-        if constexpr (!std::is_same_v<S, std::monostate>) {
-          geometry_->solver.shapeDistance(geometry_->convex, to_fcl(X_WB_asked), shape,
-                                          other.geometry_->X_WO, &distance, &on_body, &on_other);
-        }
-      },
+  const fcl::Transform3d pose = to_fcl(X_WB_asked);
+  const Nearest nearest = std::visit(
+      [&](const auto& shape) { return gjk(geometry_->convex, pose, shape, other.geometry_->X_WO); },
       other.geometry_->shape);
-  const double apart = (on_body - on_other).norm();
-  if (distance <= 0.0 || apart < kTouching) return along_axes(X_WB, other);
-  const Vector3d n_W = (on_body - on_other) / apart;
+  const double apart = (nearest.on_body - nearest.on_other).norm();
+  if (apart < kTouching) return along_axes(X_WB, other);
+  const Vector3d n_W = (nearest.on_body - nearest.on_other) / apart;
   return {n_W, separation(X_WB, other, n_W), apart};
 }
 

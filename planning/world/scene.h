@@ -1,6 +1,7 @@
 #pragma once
-// Distances between a moving convex solid and the obstacles of a world, by FCL (libccd's GJK/EPA)
-// behind a broadphase.
+// Distances between a moving convex solid and the obstacles of a world: a tree of boxes finds who is
+// near, FCL's GJK how near (narrowphase.h). Distances never exceed the truth; of overlaps the depth
+// may be a little too large, for which see doc/decisions/overlap-without-epa.md.
 
 #include <memory>
 #include <span>
