@@ -212,6 +212,36 @@ void certificate_of_window(benchmark::State& state) {
 }
 BENCHMARK(certificate_of_window)->Unit(benchmark::kMicrosecond);
 
+// A path of 15 waypoints, turning all the way, between boulders that it touches here and there.
+void certificate_among_boulders(benchmark::State& state) {
+  RobotHull hull = vehicle();
+  for (const double x : {-0.3, 0.0, 0.3}) {
+    for (const double y : {-0.3, 0.3}) {
+      ConvexSolid fin{"fin", box_vertices({0.20, 0.14, 0.10})};
+      for (Vector3d& v : fin.vertices) v += Vector3d(x, y, 0.0);
+      hull.parts.push_back(fin);
+    }
+  }
+  Certifier certifier(boulders(static_cast<int>(state.range(0))), hull);
+  std::vector<std::vector<Pose>> paths;
+  Random random(11);
+  for (int i = 0; i < 64; ++i) {
+    std::vector<Pose> path{
+        {{random.uniform(0, 80), random.uniform(0, 80), -10.0}, from_rpy(0, 0, 0)}};
+    for (int k = 0; k < 14; ++k) {
+      const Eigen::Quaterniond q = path.back().q * from_rpy(0.1, 0.0, random.uniform(-0.4, 0.4));
+      path.push_back({path.back().p + q * Vector3d(1.5, 0.0, 0.0), q});
+    }
+    paths.push_back(path);
+  }
+  std::size_t next = 0;
+  int evaluations = 0;
+  for (auto _ : state) evaluations += certifier.certify(paths[next++ % paths.size()]).evaluations;
+  state.counters["evaluations"] =
+      benchmark::Counter(evaluations, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK(certificate_among_boulders)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
+
 void warm_start_in_window(benchmark::State& state) {
   WarmStart warm_start(window(), {.max_z = -0.5});
   const std::vector<VirtualObstacle> virtual_obstacles{{{5.9, -2.0, -4.4}, 1.0}};

@@ -65,8 +65,10 @@ struct Certifier::Impl {
   MovingBody whole;               // Hull of all parts: cheap, and enough for what is far.
   std::vector<MovingBody> parts;  // Empty when the hull is one part: then `whole` is exact.
   std::vector<FixedBody> obstacles;
+  std::vector<int> nearby;  // Obstacles within the cutoff of the path as a whole.
   Certificate result;
 
+  void find_nearby(std::span<const Pose> waypoints);
   void certify_waypoints(std::span<const Pose> waypoints);
   void certify_segment(const Piece& segment);
   void certify_pair(const Piece& piece, const MovingBody& body, int obstacle, Separator at_a,
@@ -136,6 +138,16 @@ bool Certifier::Impl::settled(double bound, int halvings) {
   return true;
 }
 
+void Certifier::Impl::find_nearby(std::span<const Pose> waypoints) {
+  const Vector3d margin = Vector3d::Constant(whole.radius());
+  Eigen::AlignedBox3d swept;
+  for (const Pose& pose : waypoints) swept.extend(pose.p - margin).extend(pose.p + margin);
+  nearby.clear();
+  for (std::size_t k = 0; k < obstacles.size(); ++k) {
+    if (obstacles[k].box_distance(swept) < options.cutoff) nearby.push_back(static_cast<int>(k));
+  }
+}
+
 // Distances at the waypoints, nearest candidates first: they set what the rest is measured against.
 void Certifier::Impl::certify_waypoints(std::span<const Pose> waypoints) {
   struct Candidate {
@@ -147,10 +159,10 @@ void Certifier::Impl::certify_waypoints(std::span<const Pose> waypoints) {
   const Vector3d margin = Vector3d::Constant(whole.radius());
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const Eigen::AlignedBox3d box(waypoints[i].p - margin, waypoints[i].p + margin);
-    for (std::size_t k = 0; k < obstacles.size(); ++k) {
-      const double at_least = obstacles[k].box_distance(box);
+    for (const int obstacle : nearby) {
+      const double at_least = at(obstacle).box_distance(box);
       if (at_least < options.cutoff) {
-        candidates.push_back({at_least, static_cast<int>(i), static_cast<int>(k)});
+        candidates.push_back({at_least, static_cast<int>(i), obstacle});
       }
     }
   }
@@ -170,13 +182,12 @@ void Certifier::Impl::certify_segment(const Piece& segment) {
   const Vector3d margin = Vector3d::Constant(whole.radius());
   Eigen::AlignedBox3d swept(segment.a.X_WB.p - margin, segment.a.X_WB.p + margin);
   swept.extend(Eigen::AlignedBox3d(segment.b.X_WB.p - margin, segment.b.X_WB.p + margin));
-  for (std::size_t k = 0; k < obstacles.size(); ++k) {
-    const double at_least = obstacles[k].box_distance(swept);
+  for (const int obstacle : nearby) {
+    const double at_least = at(obstacle).box_distance(swept);
     // Touching boxes say nothing: go on to the bodies, however deep the plan is in trouble.
     if (at_least > 0.0 && settled(at_least, 0)) continue;
-    const int obstacle = static_cast<int>(k);
-    const Separator axis_a = whole.along_axes(segment.a.X_WB, obstacles[k]);
-    const Separator axis_b = whole.along_axes(segment.b.X_WB, obstacles[k]);
+    const Separator axis_a = whole.along_axes(segment.a.X_WB, at(obstacle));
+    const Separator axis_b = whole.along_axes(segment.b.X_WB, at(obstacle));
     if (settled(bound(segment, whole, obstacle, axis_a, axis_b), 0)) continue;
     const Separator at_a = ask(segment.a, segment.segment, whole, obstacle);
     const Separator at_b = ask(segment.b, segment.segment, whole, obstacle);
@@ -215,7 +226,7 @@ void Certifier::Impl::certify_parts(const Piece& piece, int obstacle, const Sepa
 }
 
 Certifier::Certifier(const World& world, const RobotHull& hull, CertifyOptions options)
-    : impl_(new Impl{options, MovingBody(hull.hull_vertices()), {}, {}, {}}) {
+    : impl_(new Impl{options, MovingBody(hull.hull_vertices()), {}, {}, {}, {}}) {
   if (hull.parts.size() > 1) {
     for (const ConvexSolid& part : hull.parts) impl_->parts.emplace_back(part.vertices);
   }
@@ -234,6 +245,7 @@ Certificate Certifier::certify(std::span<const Pose> waypoints) {
   result = {};
   result.clearance_m = result.nearest_m = impl.options.cutoff;
   result.highest_z_m = -std::numeric_limits<double>::infinity();
+  impl.find_nearby(waypoints);
   impl.certify_waypoints(waypoints);
   // One pose is a motion that stays where it is.
   const std::size_t segments = std::max<std::size_t>(waypoints.size() - 1, 1);
