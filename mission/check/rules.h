@@ -1,17 +1,26 @@
 #pragma once
 // Static checks of a mission against its map: what can be known without planning.
 
+#include <vector>
+
 #include "common/diagnostic.h"
 #include "mission/document/mission.h"
+#include "mission/document/rules.h"
 #include "planning/world/world.h"
 
 namespace dive::mission {
 
 /// Start and goals against map and limits, each finding at the value's own place in the mission
-/// file. Codes CHK-*: goal (or start) inside an obstacle, or nearer to one than the hull allows;
-/// goal above the surface; goal deeper than max_depth; goal below min_altitude; a `surface` state
-/// reached under an overhead; a leg too long for its timeout even in a straight line.
+/// file. `mission` has passed load_mission(). Codes CHK-*: see world_rules(). A goal without a
+/// heading is judged by the best heading it could take, and, where the vehicle may roll, by its
+/// centre alone: what is reported cannot be flown around.
 void check_against_world(const Mission& mission, const planning::World& world,
                          const planning::RobotHull& hull, Diagnostics& diagnostics);
+
+/// The codes of check_against_world().
+[[nodiscard]] std::span<const Rule> world_rules();
+
+/// Every code that a mission file can be answered with, in the order in which it meets them.
+[[nodiscard]] std::vector<Rule> all_rules();
 
 }  // namespace dive::mission

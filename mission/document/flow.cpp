@@ -177,20 +177,26 @@ void Flow::enter(const Arc& arc, std::vector<int>& pending) {
   }
 }
 
-std::vector<bool> Flow::can_end() const {
+std::vector<bool> Flow::ends() const {
+  std::vector<bool> ends;
+  for (int state = 0; state < index_.size(); ++state) {
+    ends.push_back(index_.spec(state).type == StateType::kFinal && index_.parent(state) < 0);
+  }
+  return ends;
+}
+
+std::vector<bool> Flow::can_reach(const std::vector<bool>& goals) const {
   std::vector<std::vector<int>> landing(cast(index_.size()));  // arcs by where they lead
   std::vector<std::vector<int>> sources(arcs_.size());         // leaves by the arcs they may follow
   for (std::size_t a = 0; a < arcs_.size(); ++a) {
     for (const int to : arcs_[a].lands) landing[cast(to)].push_back(static_cast<int>(a));
     for (const int to : arcs_[a].returns) landing[cast(to)].push_back(static_cast<int>(a));
   }
-  std::vector<bool> can(cast(index_.size()), false);
+  std::vector<bool> can(goals);
   std::vector<int> pending;
   for (int state = 0; state < index_.size(); ++state) {
     for (const int arc : arcs_from(state)) sources[cast(arc)].push_back(state);
-    if (!is_end(state)) continue;
-    can[cast(state)] = true;
-    pending.push_back(state);
+    if (goals[cast(state)]) pending.push_back(state);
   }
   std::vector<bool> seen(arcs_.size(), false);
   while (!pending.empty()) {

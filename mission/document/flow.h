@@ -48,15 +48,13 @@ class Flow {
   /// Leaves and finals entered first.
   [[nodiscard]] const std::vector<int>& first() const { return first_.lands; }
 
-  /// Those of the leaves and finals from which a final state of the mission can be reached in the
-  /// course of the mission: without failsafes and the operator.
-  [[nodiscard]] std::vector<bool> can_end() const;
+  /// Those of the leaves and finals from which one in `goals` can be reached in the course of the
+  /// mission: without failsafes and the operator.
+  [[nodiscard]] std::vector<bool> can_reach(const std::vector<bool>& goals) const;
   /// Those that can be reached so from the beginning without entering one that `avoid` names.
   [[nodiscard]] std::vector<bool> reached_without(const std::vector<bool>& avoid) const;
-  /// Does entering it end the mission?
-  [[nodiscard]] bool is_end(int state) const {
-    return index_.spec(state).type == StateType::kFinal && index_.parent(state) < 0;
-  }
+  /// Those that end the mission.
+  [[nodiscard]] std::vector<bool> ends() const;
 
  private:
   static std::size_t cast(int i) { return static_cast<std::size_t>(i); }

@@ -23,10 +23,12 @@ bool is_active_alone(const StateIndex& index, int state) {
   return type == StateType::kLeaf || type == StateType::kFinal;
 }
 
-bool has_way_out(const Flow& flow, int state) {
+bool is_trap(const Flow& flow, const StateIndex& index, int state) {
+  const bool is_end = index.spec(state).type == StateType::kFinal && index.parent(state) < 0;
+  if (!flow.entered(state) || !is_active_alone(index, state) || is_end) return false;
   const std::vector<int>& arcs = flow.arcs_from(state);
-  return flow.is_end(state) || std::any_of(arcs.begin(), arcs.end(),
-                                           [&](int arc) { return leads_on(arc_of(flow, arc)); });
+  return std::none_of(arcs.begin(), arcs.end(),
+                      [&](int arc) { return leads_on(arc_of(flow, arc)); });
 }
 
 // Does anything but its timeout or a failed plan lead out of the leaf?
@@ -90,8 +92,7 @@ void states_are_reachable(const Subject& subject, const Flow& flow) {
 
 void states_have_a_way_out(const Subject& subject, const Flow& flow) {
   for (int state = 0; state < subject.index.size(); ++state) {
-    if (!flow.entered(state) || !is_active_alone(subject.index, state)) continue;
-    if (has_way_out(flow, state)) continue;
+    if (!is_trap(flow, subject.index, state)) continue;
     const StateSpec& spec = subject.index.spec(state);
     const int parent = subject.index.parent(state);
     const bool completes = spec.type == StateType::kFinal && parent >= 0;
@@ -107,7 +108,7 @@ void states_have_a_way_out(const Subject& subject, const Flow& flow) {
 void done_is_noticed(const Subject& subject, const Flow& flow) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
-    if (!flow.entered(state) || !is_behavior(spec) || !has_way_out(flow, state) ||
+    if (!flow.entered(state) || !is_behavior(spec) || is_trap(flow, subject.index, state) ||
         is_done_noticed(flow, state)) {
       continue;
     }
@@ -131,19 +132,24 @@ void machine_comes_to_rest(const Subject& subject, const Flow& flow) {
 
 void mission_ends(const Subject& subject, const Flow& flow) {
   const StateIndex& index = subject.index;
-  const std::vector<bool> can_end = flow.can_end();
-  bool some_can = false;
-  for (const int state : flow.first()) some_can |= can_end[static_cast<std::size_t>(state)];
-  if (!some_can) {
+  std::vector<bool> ends = flow.ends();
+  const std::vector<bool> can_end = flow.can_reach(ends);
+  if (std::none_of(flow.first().begin(), flow.first().end(),
+                   [&](int state) { return can_end[static_cast<std::size_t>(state)]; })) {
     subject.error("MIS-NO-FINAL", subject.mission.initial.span,
                   fmt::format("from '{}' no final state of the mission can be reached",
                               subject.mission.initial.value),
                   "a <final> directly in <states> ends the mission");
     return;
   }
+  // What only leads into a trap is not reported beside it.
   for (int state = 0; state < index.size(); ++state) {
-    if (!is_active_alone(index, state) || !flow.entered(state)) continue;
-    if (can_end[static_cast<std::size_t>(state)] || !has_way_out(flow, state)) continue;
+    if (is_trap(flow, index, state)) ends[static_cast<std::size_t>(state)] = true;
+  }
+  const std::vector<bool> goes_on = flow.can_reach(ends);
+  for (int state = 0; state < index.size(); ++state) {
+    if (!flow.entered(state) || !is_active_alone(index, state)) continue;
+    if (goes_on[static_cast<std::size_t>(state)]) continue;
     const Located<std::string>& id = index.spec(state).id;
     subject.error("MIS-NO-END", id.span,
                   fmt::format("from '{}' no final state of the mission can be reached", id.value));
@@ -157,6 +163,7 @@ void mission_surfaces(const Subject& subject, const Flow& flow) {
     surfacing[static_cast<std::size_t>(state)] =
         std::holds_alternative<SurfaceState>(index.spec(state).leaf);
   }
+  const std::vector<bool> ends = flow.ends();
   const std::vector<bool> anyhow = flow.reached_without(std::vector<bool>(surfacing.size(), false));
   const std::vector<bool> submerged = flow.reached_without(surfacing);
   bool surfaces = false;
@@ -164,7 +171,8 @@ void mission_surfaces(const Subject& subject, const Flow& flow) {
     surfaces |= surfacing[state] && anyhow[state];
   }
   for (int state = 0; state < index.size(); ++state) {
-    if (!flow.is_end(state) || !submerged[static_cast<std::size_t>(state)]) continue;
+    if (!ends[static_cast<std::size_t>(state)] || !submerged[static_cast<std::size_t>(state)])
+      continue;
     const Located<std::string>& id = index.spec(state).id;
     if (surfaces) {
       subject.warning("MIS-ENDS-SUBMERGED", id.span,

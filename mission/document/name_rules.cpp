@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kMaxStates = 1000;
 constexpr std::size_t kMaxTransitions = 2000;
+constexpr std::size_t kMaxGoals = 1000;
 
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   const std::optional<std::string> meant = closest_match(word, candidates);
@@ -71,10 +72,17 @@ bool matches_any(std::string descriptor, const std::set<std::string>& events) {
 void not_too_many(const Subject& subject) {
   const StateIndex& index = subject.index;
   std::size_t transitions = 0;
+  std::size_t goals = 0;
   for (int state = 0; state < index.size(); ++state) {
     if (state == kMaxStates) {
       subject.error("MIS-TOO-MANY", index.spec(state).id.span,
                     fmt::format("there are more than {} states", kMaxStates));
+    }
+    for (const Goal* goal : goals_of(index.spec(state))) {
+      if (goals++ == kMaxGoals) {
+        subject.error("MIS-TOO-MANY", goal->span,
+                      fmt::format("there are more than {} goals", kMaxGoals));
+      }
     }
     for (const TransitionSpec& transition : index.spec(state).transitions) {
       if (transitions++ == kMaxTransitions) {

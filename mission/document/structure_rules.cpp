@@ -104,7 +104,7 @@ void histories_remember_their_own(const Subject& subject) {
     const StateSpec& spec = index.spec(state);
     if (!is_history(spec)) continue;
     const int target = index.find(spec.initial->value);
-    if (target < 0) continue;  // MIS-INITIAL has been reported
+    if (target < 0 || !index.is_within(target, index.parent(state))) continue;  // MIS-INITIAL
     if (is_history(index.spec(target))) {
       subject.error("MIS-HISTORY", spec.initial->span,
                     fmt::format("'{}' is a history itself", spec.initial->value));

@@ -1,0 +1,117 @@
+// What lies between the goals: time, and the way up.
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "mission/check/site.h"
+
+namespace dive::mission {
+namespace {
+
+// Shortest time (s) in which the goals can be swum from `p_W` on, in straight lines at the
+// mission's speed, cutting every corner by the capture radius. Nothing without positions in W.
+std::optional<double> shortest_time(const Site& site, std::optional<Eigen::Vector3d> p_W,
+                                    const std::vector<const Goal*>& goals) {
+  double distance = 0.0;
+  double dwell = 0.0;
+  double cut = 0.0;  // by which the last goal may have been missed
+  for (const Goal* goal : goals) {
+    const std::optional<Eigen::Vector3d> goal_W = site.in_world(goal->position);
+    if (!goal_W) return std::nullopt;
+    const double radius = goal->capture_radius.value;
+    if (p_W) distance += std::max(0.0, (*goal_W - *p_W).norm() - radius - cut);
+    dwell += goal->dwell_s.value;
+    cut = radius;
+    p_W = goal_W;
+  }
+  return distance / site.mission.speed.value + dwell;
+}
+
+std::optional<Eigen::Vector3d> place_in_world(const Site& site, const Place& place) {
+  std::optional<Eigen::Vector3d> p_W = site.in_world(site.whereabouts.position(place));
+  if (p_W && place.surfaced) p_W->z() = 0.0;
+  return p_W;
+}
+
+// Where the vehicle may be when `arc` is followed from `state`: where the state began or ended, or
+// at any goal between.
+std::vector<std::pair<std::string, Eigen::Vector3d>> places_on_leaving(const Site& site, int state,
+                                                                       const Flow::Arc& arc) {
+  std::vector<std::pair<std::string, Eigen::Vector3d>> places;
+  const auto add = [&](const Place& place) {
+    const auto p_W = place_in_world(site, place);
+    if (p_W) places.emplace_back(site.whereabouts.name(place), *p_W);
+  };
+  for (const Place& place : site.whereabouts.at_done(state)) add(place);
+  if (site.whereabouts.is_nominal(arc, state)) return places;
+  for (const Place& place : site.whereabouts.at_begin(state)) add(place);
+  for (const Goal* goal : goals_of(site.index.spec(state))) {
+    const auto p_W = site.in_world(goal->position);
+    if (p_W) places.emplace_back("'" + goal->id.value + "'", *p_W);
+  }
+  return places;
+}
+
+Span span_of(const Site& site, const Flow::Arc& arc, int surface) {
+  if (arc.spec == nullptr) return state_timeout(site.index.spec(arc.owner))->on_timeout.span;
+  for (const Located<std::string>& target : arc.spec->targets) {
+    if (target.value == site.index.spec(surface).id.value) return target.span;
+  }
+  return arc.spec->span;
+}
+
+bool contains(const std::vector<int>& states, int state) {
+  return std::find(states.begin(), states.end(), state) != states.end();
+}
+
+// Reports the first place under an overhead from which `arc` leads to `surface`.
+void check_way_up(Site& site, const Flow::Arc& arc, int state, int surface) {
+  for (const auto& [name, p_W] : places_on_leaving(site, state, arc)) {
+    const int obstacle = site.overhead(p_W);
+    if (obstacle < 0) continue;
+    site.error("CHK-SURFACE-OVERHEAD", span_of(site, arc, surface),
+               fmt::format("'{}' may begin at {}, but '{}' is above that",
+                           site.index.spec(surface).id.value, name, site.obstacle_name(obstacle)),
+               "lead out from under the overhead first");
+    return;
+  }
+}
+
+}  // namespace
+
+void legs_fit_their_timeouts(Site& site) {
+  for (int state = 0; state < site.index.size(); ++state) {
+    const StateSpec& spec = site.index.spec(state);
+    const Timeout* timeout = state_timeout(spec);
+    if (timeout == nullptr || !is_planning(spec)) continue;
+    // From the nearest place where it may begin; from the first goal when that is not known.
+    std::optional<double> time;
+    for (const Place& place : site.whereabouts.at_begin(state)) {
+      const auto from_here = shortest_time(site, place_in_world(site, place), goals_of(spec));
+      if (from_here) time = std::min(time.value_or(*from_here), *from_here);
+    }
+    if (!time) time = shortest_time(site, std::nullopt, goals_of(spec));
+    if (!time || *time <= timeout->seconds.value) continue;
+    site.error("CHK-TIMEOUT", timeout->seconds.span,
+               fmt::format("'{}' needs at least {:.0f} s in a straight line at {:g} m/s, more than "
+                           "its timeout of {:g} s",
+                           spec.id.value, *time, site.mission.speed.value, timeout->seconds.value));
+  }
+}
+
+void surfacing_is_unobstructed(Site& site) {
+  for (int surface = 0; surface < site.index.size(); ++surface) {
+    if (!std::holds_alternative<SurfaceState>(site.index.spec(surface).leaf)) continue;
+    for (int state = 0; state < site.index.size(); ++state) {
+      if (!site.flow.entered(state)) continue;
+      for (const int a : site.flow.arcs_from(state)) {
+        const Flow::Arc& arc = site.flow.arcs()[static_cast<std::size_t>(a)];
+        if (contains(arc.lands, surface)) check_way_up(site, arc, state, surface);
+      }
+    }
+  }
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,81 @@
+#pragma once
+// What the rules of mission/check look at: a mission in its world. Private to mission/check.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/diagnostic.h"
+#include "mission/check/whereabouts.h"
+#include "mission/document/flow.h"
+#include "mission/document/mission.h"
+#include "mission/document/state_index.h"
+#include "planning/world/scene.h"
+#include "planning/world/world.h"
+
+namespace dive::mission {
+
+/// A start or goal that the mission names.
+struct Spot {
+  std::string name;  ///< For people: "the goal 'gate'".
+  const Position* position = nullptr;
+  std::optional<double> heading_deg;
+  bool overhead_declared = false;
+};
+
+class Site {
+ public:
+  /// All three must outlive it.
+  Site(const Mission& whole, const planning::World& solid, const planning::RobotHull& hull,
+       Diagnostics& diagnostics);
+
+  const Mission& mission;
+  const planning::World& world;
+  const StateIndex index;
+  const Flow flow;
+  const Whereabouts whereabouts;
+
+  /// Start and goals in document order.
+  [[nodiscard]] std::vector<Spot> spots() const;
+  /// In W; nothing where an altitude has no ground below.
+  [[nodiscard]] std::optional<Eigen::Vector3d> in_world(const Position& position) const;
+  /// Height of the first solid straight below, if there is any.
+  [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
+  /// Nearest obstacle to the hull at the best attitude that the mission leaves it there, unless it
+  /// is farther than `cutoff`. The distance is exact where the attitude is given, and else at least
+  /// the true one: what is too near by it is too near.
+  [[nodiscard]] std::optional<planning::Contact> nearest(const Eigen::Vector3d& p_W,
+                                                         const std::optional<double>& heading_deg,
+                                                         double cutoff);
+  /// An obstacle between p_W and the surface, -1 when there is none.
+  [[nodiscard]] int overhead(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] const std::string& obstacle_name(int obstacle) const;
+
+  void error(const char* code, Span span, std::string message, std::string hint = {});
+  void warning(const char* code, Span span, std::string message, std::string hint = {});
+
+ private:
+  [[nodiscard]] std::optional<planning::Contact> nearest_at(const Eigen::Vector3d& p_W, double yaw,
+                                                            double cutoff);
+  [[nodiscard]] planning::Contact nearest_to_centre(const Eigen::Vector3d& p_W) const;
+
+  planning::Scene scene_;
+  std::vector<Eigen::Vector3d> hull_;
+  double radius_ = 0.0;
+  std::vector<Eigen::Vector3d> placed_;
+  std::vector<planning::Contact> contacts_;
+  Diagnostics& diagnostics_;
+};
+
+// The rules. (position_rules.cpp)
+void positions_have_ground(Site& site);
+void positions_are_in_the_water(Site& site);
+void positions_are_clear(Site& site);
+void positions_keep_altitude(Site& site);
+void overheads_are_declared(Site& site);
+
+// (leg_rules.cpp)
+void legs_fit_their_timeouts(Site& site);
+void surfacing_is_unobstructed(Site& site);
+
+}  // namespace dive::mission

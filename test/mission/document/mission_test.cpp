@@ -1,0 +1,240 @@
+// What is read is what was written, with its place.
+
+#include "mission/document/mission.h"
+
+#include <filesystem>
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+namespace dive::mission {
+namespace {
+
+const std::string kWindow = DIVE_SOURCE_DIR "/missions/window.xml";
+
+std::string rendered(const Diagnostics& diagnostics) {
+  std::string text;
+  for (const Diagnostic& diagnostic : diagnostics.list()) text += render(diagnostic, false);
+  return text;
+}
+
+// The text that a span underlines.
+std::string at(const SourceText& source, const Span& span) {
+  return std::string(source.line(span.line))
+      .substr(static_cast<std::size_t>(span.column - 1), static_cast<std::size_t>(span.length));
+}
+
+// A mission of a single goto; `attributes` are the goto's, `parts` stand before the states.
+std::string mission_text(const std::string& attributes, const std::string& parts = {},
+                         const std::string& transition = "event=\"done.state.a\"") {
+  return "<mission xmlns=\"urn:dive:mission:1\" id=\"m\">\n"
+         "<vehicle model=\"aqua2\" speed=\"0.4\"/><map file=\"maps/window.sdf\"/>\n"
+         "<start x=\"0\" y=\"0\" z=\"1\" z_units=\"DEPTH\" heading_deg=\"0\"/>\n"
+         "<limits max_depth=\"100\" min_altitude=\"0\" clearance=\"0.6\" mission_timeout=\"900\" "
+         "battery_reserve=\"0.2\"/>\n" +
+         parts + "<states initial=\"a\">\n<goto id=\"a\" " + attributes +
+         " timeout=\"60\" on_timeout=\"up\"><transition " + transition +
+         " target=\"up\"/></goto>\n"
+         "<surface id=\"up\"><transition event=\"done.state.up\" target=\"end\"/></surface>\n"
+         "<final id=\"end\"/></states></mission>\n";
+}
+
+std::optional<Mission> parse(const std::string& text, Diagnostics& diagnostics) {
+  return parse_mission(SourceText(kWindow, text), diagnostics);
+}
+
+TEST(LoadMission, ReadsTheWindowMission) {
+  Diagnostics diagnostics;
+  const std::optional<Mission> mission = load_mission(kWindow, diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  EXPECT_EQ(mission->id, "window");
+  EXPECT_EQ(mission->speed.value, 0.4);
+  EXPECT_EQ(mission->attitude, planning::AttitudeMode::kHorizontal);
+  EXPECT_EQ(mission->map_path,
+            std::filesystem::canonical(DIVE_SOURCE_DIR "/missions/maps/window.sdf").string());
+  EXPECT_EQ(mission->start.in_world(0.0), Eigen::Vector3d(-4.0, -2.0, -3.0));
+  EXPECT_EQ(mission->limits.clearance.value, 1.0);
+  EXPECT_EQ(at(mission->source, mission->limits.clearance.span), "1.0");
+  EXPECT_EQ(mission->replan.period_s->value, 10.0);
+  EXPECT_EQ(mission->replan.deviation_m->value, 0.5);
+  EXPECT_EQ(mission->failsafes.leak.persistence_s.value, 1.0);
+  EXPECT_EQ(mission->failsafes.planner_failures.value, 3.0);
+  EXPECT_EQ(mission->initial.value, "gate");
+
+  ASSERT_EQ(mission->states.size(), 4U);
+  const StateSpec& rooms = mission->states[1];
+  EXPECT_EQ(rooms.type, StateType::kCompound);
+  EXPECT_TRUE(rooms.overhead);
+  ASSERT_EQ(rooms.children.size(), 3U);
+  EXPECT_TRUE(rooms.children[0].overhead) << "an overhead holds for what is inside";
+  EXPECT_FALSE(mission->states[0].overhead);
+  const auto& in = std::get<GoalSequenceState>(rooms.children[0].leaf);
+  ASSERT_EQ(in.goals.size(), 1U);
+  EXPECT_EQ(in.goals[0].position.in_world(0.0), Eigen::Vector3d(9.8, -2.0, -4.6));
+  EXPECT_EQ(in.goals[0].dwell_s.value, 2.0);
+  EXPECT_FALSE(in.goals[0].heading_deg);
+  EXPECT_EQ(at(mission->source, in.goals[0].position.z.span), "4.6");
+  EXPECT_EQ(in.timeout.on_timeout.value, "out");
+  const TransitionSpec& first = rooms.children[0].transitions.at(0);
+  EXPECT_EQ(first.events, (std::vector<std::string>{"done.state.in", "plan.failed.in"}));
+  EXPECT_EQ(at(mission->source, first.event_spans.at(1)), "plan.failed.in");
+  EXPECT_EQ(at(mission->source, first.targets.at(0).span), "out");
+  EXPECT_EQ(mission->states[3].type, StateType::kFinal);
+}
+
+TEST(LoadMission, FillsInDefaults) {
+  Diagnostics diagnostics;
+  const auto mission = parse(mission_text("x=\"1\" y=\"2\" z=\"-3\" z_units=\"Z\""), diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  EXPECT_EQ(mission->attitude, planning::AttitudeMode::kFree);
+  EXPECT_FALSE(mission->replan.period_s || mission->replan.deviation_m);
+  EXPECT_EQ(mission->replan.max_replans.value, 50.0);
+  for (const FailsafeSpec* failsafe :
+       {&mission->failsafes.leak, &mission->failsafes.overtime, &mission->failsafes.overdepth,
+        &mission->failsafes.planner_failure}) {
+    EXPECT_EQ(failsafe->rung.value, Rung::kAbortAndSurface);
+    EXPECT_EQ(at(mission->source, failsafe->rung.span), "mission");
+  }
+  EXPECT_EQ(mission->failsafes.leak.persistence_s.value, 1.0);
+  EXPECT_EQ(mission->failsafes.overdepth.persistence_s.value, 2.0);
+  EXPECT_EQ(mission->failsafes.overtime.persistence_s.value, 0.0);
+  const auto& go = std::get<GotoState>(mission->states[0].leaf);
+  EXPECT_EQ(go.goal.capture_radius.value, 0.5);
+  EXPECT_EQ(at(mission->source, go.goal.capture_radius.span), "goto");
+  EXPECT_EQ(go.goal.id.value, "a");
+  EXPECT_EQ(go.goal.position.in_world(0.0), Eigen::Vector3d(1.0, 2.0, -3.0));
+  EXPECT_FALSE(mission->states[0].transitions[0].guard);
+  EXPECT_FALSE(mission->states[0].transitions[0].internal);
+}
+
+TEST(LoadMission, ReadsFailsafesAsWritten) {
+  Diagnostics diagnostics;
+  const auto mission =
+      parse(mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"ALTITUDE\"",
+                         "<failsafes><overtime rung=\"warn\" persistence=\"7\"/>"
+                         "<leak rung=\"emergency_surface\"/><planner_failure rung=\"warn\" "
+                         "failures=\"9\"/></failsafes>"),
+            diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  EXPECT_EQ(mission->failsafes.overtime.rung.value, Rung::kWarn);
+  EXPECT_EQ(mission->failsafes.overtime.persistence_s.value, 7.0);
+  EXPECT_EQ(mission->failsafes.leak.rung.value, Rung::kEmergencySurface);
+  EXPECT_EQ(mission->failsafes.overdepth.rung.value, Rung::kAbortAndSurface);
+  EXPECT_EQ(mission->failsafes.planner_failures.value, 9.0);
+  EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.in_world(-20.0).z(), -17.0);
+}
+
+TEST(LoadMission, ReadsGuards) {
+  Diagnostics diagnostics;
+  const auto mission =
+      parse(mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"", {},
+                         "event=\"done.state.a\" cond=\"depth &gt; 2 and depth &lt;&#61; 4\""),
+            diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  const Guard& guard = mission->states[0].transitions[0].guard.value();
+  GuardVariables variables;
+  variables.depth = 4.0;
+  EXPECT_TRUE(guard.evaluate(variables));
+  variables.depth = 4.5;
+  EXPECT_FALSE(guard.evaluate(variables));
+}
+
+// The caret stands under the mistake itself, however the value was written.
+TEST(LoadMission, FindsThePlaceInsideACondition) {
+  for (const std::string before :
+       {"depth &gt; 2 and ", "depth &#x3E;&#61; 2 or ", "depth > 2\n or ", "(depth &lt; 2) and\t",
+        "clearance > 1 and not "}) {
+    Diagnostics diagnostics;
+    const std::string text = mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"", {},
+                                          "event=\"done.state.a\" cond=\"" + before + "wrong\"");
+    EXPECT_FALSE(parse(text, diagnostics));
+    ASSERT_EQ(diagnostics.list().size(), 1U);
+    const Diagnostic& found = diagnostics.list()[0];
+    EXPECT_EQ(found.code, "MIS-COND");
+    EXPECT_EQ(found.source_line.substr(static_cast<std::size_t>(found.span.column - 1), 5), "wrong")
+        << before;
+  }
+}
+
+// Every number that the schema lets pass is read as what strtod makes of it, and every number
+// outside of its range is refused under its own caret.
+RC_GTEST_PROP(LoadMission, ReadsEveryNumber, ()) {
+  const int sign = *rc::gen::element(-1, 1);
+  const int whole = *rc::gen::inRange(0, 120'000);
+  const int fraction = *rc::gen::inRange(0, 1000);
+  const std::string form =
+      *rc::gen::element<std::string>("{}{}.{:03}", "{}0{}.{:03}000", " {}{}.{:03} ");
+  const std::string plus = *rc::gen::element<std::string>("", "+");
+  const std::string written =
+      fmt::format(fmt::runtime(form), sign < 0 ? "-" : plus, whole, fraction);
+  const double value = std::strtod(written.c_str(), nullptr);
+  Diagnostics diagnostics;
+  const auto mission =
+      parse(mission_text(fmt::format("x=\"{}\" y=\"2\" z=\"3\" z_units=\"DEPTH\"", written)),
+            diagnostics);
+  if (std::abs(value) <= 100'000.0) {
+    RC_ASSERT(mission.has_value());
+    RC_ASSERT(std::get<GotoState>(mission->states[0].leaf).goal.position.x.value == value);
+  } else {
+    RC_ASSERT(!mission);
+    RC_ASSERT(diagnostics.list().size() == 1U);
+    RC_ASSERT(diagnostics.list()[0].code == "XSD-VALUE");
+    RC_ASSERT(diagnostics.list()[0].span.length == static_cast<int>(written.size()));
+  }
+}
+
+TEST(LoadMission, ReadsEveryFormOfADecimal) {
+  for (const auto& [written, value] : {std::pair<std::string, double>{"5.", 5.0},
+                                       {".5", 0.5},
+                                       {"-.5", -0.5},
+                                       {"-0", 0.0},
+                                       {"000012.250", 12.25},
+                                       {"0.123456789012345678", 0.123456789012345678}}) {
+    Diagnostics diagnostics;
+    const auto mission =
+        parse(mission_text(fmt::format("x=\"{}\" y=\"2\" z=\"3\" z_units=\"DEPTH\"", written)),
+              diagnostics);
+    ASSERT_TRUE(mission) << written << "\n" << rendered(diagnostics);
+    EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.x.value, value) << written;
+  }
+}
+
+// Two mistakes of each stage, far from each other, are both reported.
+TEST(LoadMission, ReportsEveryMistakeOfAStage) {
+  Diagnostics schema;
+  EXPECT_FALSE(parse(mission_text("x=\"NaN\" y=\"2\" z=\"3\"", "<replan perid=\"3\"/>"), schema));
+  ASSERT_EQ(schema.list().size(), 3U) << rendered(schema);
+  EXPECT_EQ(schema.list()[0].code, "XSD-ATTRIBUTE");
+  EXPECT_EQ(schema.list()[1].code, "XSD-MISSING-ATTRIBUTE");
+  EXPECT_EQ(schema.list()[2].code, "XSD-VALUE");
+
+  Diagnostics semantic;
+  EXPECT_FALSE(parse(mission_text("x=\"1\" y=\"2\" z=\"300\" z_units=\"DEPTH\"", {},
+                                  "event=\"done.state.b\" cond=\"dept > 3\""),
+                     semantic));
+  ASSERT_EQ(semantic.list().size(), 3U) << rendered(semantic);
+  EXPECT_EQ(semantic.list()[0].code, "MIS-TOO-DEEP");
+  EXPECT_EQ(semantic.list()[1].code, "MIS-EVENT");
+  EXPECT_EQ(semantic.list()[2].code, "MIS-COND");
+}
+
+TEST(ParseMission, LooksForTheMapBesideTheSource) {
+  Diagnostics diagnostics;
+  const std::string text = mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"");
+  EXPECT_FALSE(parse_mission(SourceText("/no/such/folder/m.xml", text), diagnostics));
+  ASSERT_EQ(diagnostics.list().size(), 1U);
+  EXPECT_EQ(diagnostics.list()[0].code, "MIS-MAP-NOT-FOUND");
+}
+
+TEST(HeadingToYaw, IsEastAtNinetyAndCounterClockwise) {
+  EXPECT_NEAR(heading_to_yaw(90.0), 0.0, 1e-12);
+  EXPECT_NEAR(heading_to_yaw(0.0), 1.5707963267948966, 1e-12);
+  EXPECT_NEAR(heading_to_yaw(180.0), -1.5707963267948966, 1e-12);
+  EXPECT_NEAR(heading_to_yaw(45.0), 0.7853981633974483, 1e-12);
+}
+
+}  // namespace
+}  // namespace dive::mission
