@@ -1,5 +1,6 @@
 // The one file that sees CGAL, whose templates are slow to compile.
 
+#include <algorithm>
 #include <iterator>
 #include <vector>
 
@@ -29,6 +30,11 @@ std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
     const Kernel::Point_3& p = mesh.point(vertex);
     vertices.emplace_back(p.x(), p.y(), p.z());
   }
+  // CGAL walks its border in the order of addresses, so the order of its vertices is not the same
+  // in two runs; a sum over them must be.
+  std::sort(vertices.begin(), vertices.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
   return vertices;
 }
 

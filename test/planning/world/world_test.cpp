@@ -52,6 +52,14 @@ TEST(RobotHull, ReachesAsFarAsItsPartsInEveryDirection) {
   }));
 }
 
+// Sums over the vertices must come out the same in every run, so their order must.
+TEST(RobotHull, GivesItsVerticesInAnOrderThatDependsOnThemAlone) {
+  const auto corners = box_corners({1.0, 0.5, 0.2});
+  const std::vector<Vector3d> reversed(corners.rbegin(), corners.rend());
+  EXPECT_EQ((RobotHull{{{"body", corners}}}.hull_vertices()),
+            (RobotHull{{{"body", reversed}}}.hull_vertices()));
+}
+
 TEST(RobotHull, WithoutVolumeIsOurMistake) {
   const RobotHull sheet{{{"sheet", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}}};
   EXPECT_THROW((void)sheet.hull_vertices(), AssertionFailure);
