@@ -193,7 +193,10 @@ class Picture {
     if (start == nullptr || !drawable(*start)) return;
     const Eigen::Vector2d p = panel.to_pixels(view(*start));
     canvas_.circle(p, 5.5, R"(fill="#1a1a1a" stroke="#ffffff" stroke-width="1.5")");
-    draw_place_name(placer, p, "start");
+    const bool has_name =
+        std::any_of(picture_.goals.begin(), picture_.goals.end(),
+                    [start](const auto& goal) { return (goal.second - *start).norm() < 0.1; });
+    if (!has_name) draw_place_name(placer, p, "start");
   }
 
   void draw_place_name(LabelPlacer& placer, const Eigen::Vector2d& p, std::string_view name) {

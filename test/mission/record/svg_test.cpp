@@ -263,6 +263,9 @@ TEST(Svg, NamesLegsGoalsAndClearances) {
                                "required: 1.00 m", "far <end>", "start", "surface", "1", "2"}) {
     EXPECT_THAT(words, Contains(expected));
   }
+  // A goal where the dive begins is the start's name.
+  scene.picture.goals.emplace_back("dock", Eigen::Vector3d(0, 0, -4));
+  EXPECT_THAT(texts(parsed(render_svg(scene.picture))), Not(Contains("start")));
   EXPECT_THAT(svg, Not(HasSubstr("<script")));
   EXPECT_THAT(svg, Not(HasSubstr("href")));
 }
