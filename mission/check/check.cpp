@@ -20,15 +20,15 @@ namespace {
 using Progress = std::function<void(const std::string&)>;
 
 constexpr std::array kDeckRules = {
-    Rule{"CHK-PLAN", Severity::kError, "every leg of the nominal route has a certified path"},
+    Rule{"CHK-PLAN", Severity::kError, "Every leg of the nominal route has a certified path."},
     Rule{"CHK-NO-WAY-OUT", Severity::kError,
-         "from every point of the route the trail leads back to open water"},
-    Rule{"CHK-RETRACE", Severity::kError, "the route can be swum backwards without touching"},
-    Rule{"CHK-TIME", Severity::kError, "the route takes no longer than mission_timeout"},
+         "From every point of the route the trail leads back to open water."},
+    Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without touching."},
+    Rule{"CHK-TIME", Severity::kError, "The route takes no longer than mission_timeout."},
     Rule{"CHK-TIME-MARGIN", Severity::kWarning,
-         "the route and the longest way out together take no longer than mission_timeout"},
-    Rule{"CHK-ENERGY", Severity::kError, "the route leaves battery_reserve in the battery"},
-    Rule{"CHK-DIVE", Severity::kError, "the simulated dive ends as planned"},
+         "The route and the longest way out together take no longer than mission_timeout."},
+    Rule{"CHK-ENERGY", Severity::kError, "The route leaves battery_reserve in the battery."},
+    Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned."},
 };
 
 Span map_span(const Mission& mission) { return mission.map_file.span; }

@@ -1,4 +1,5 @@
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +14,23 @@
 namespace dive::mission {
 namespace {
 
+// A command's description is its examples, then, after a blank line, a sentence that says what it
+// does: all of it in the command's own help, the sentence alone in the list of commands.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string description = command->get_description();
+    const std::size_t begin = description.rfind("\n\n") + 2;
+    std::string sentence = description.substr(begin, description.find('.', begin) - begin);
+    for (char& c : sentence) {
+      if (c == '\n') c = ' ';
+    }
+    return fmt::format("  {:<8} {}\n", command->get_name(), sentence);
+  }
+};
+
 constexpr const char* kConditionsHelp =
-    "Set a condition of the simulated water, e.g. current_x=0.1; a wrong name lists them all";
+    "Set a condition of the simulated dive, e.g. current_x=0.01; a wrong name lists them all";
 
 void add_check(CLI::App& app, CheckArguments& arguments) {
   CLI::App* command = app.add_subcommand(
@@ -25,11 +41,13 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the way out from every\n"
       "leg, time and energy, and a simulated dive. Exit status 0 when it is ready to dive.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
-  command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive");
-  command->add_option("--set", arguments.conditions, kConditionsHelp)->type_name("NAME=VALUE");
+  command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive")->type_name("N");
+  command->add_option("--set", arguments.conditions, kConditionsHelp)
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -42,17 +60,20 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "--clearance 1 --horizontal\n\n"
       "Plans every leg of a mission, or one path on a map, and prints its certified clearance.\n"
       "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)");
-  command->add_option("--map", arguments.map, "Map file (SDF) instead of a mission");
-  command->add_option("--start", arguments.start, "Start pose on the map");
-  command->add_option("--goal", arguments.goal, "Goal pose on the map");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
+  command->add_option("--map", arguments.map, "Map file (SDF) instead of a mission")
+      ->type_name("FILE");
+  command->add_option("--start", arguments.start, "Start pose on the map")->type_name("POSE");
+  command->add_option("--goal", arguments.goal, "Goal pose on the map")->type_name("POSE");
   command->add_option("--clearance", arguments.clearance_m, "Clearance to keep, m")
-      ->check(CLI::Range(0.0, 20.0));
+      ->type_name("METRES")
+      ->check(CLI::Range(0.0, 20.0).description(""));
   command->add_option("--max-depth", arguments.max_depth_m, "Depth limit, m")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->type_name("METRES")
+      ->check(CLI::Range(0.0, 1000.0).description(""));
   command->add_flag("--horizontal", arguments.horizontal, "Keep roll and pitch at zero");
-  command->add_option("--seed", arguments.seed, "Seed of the warm starts");
-  command->add_option("--svg", arguments.svg, "Write a picture of map and path");
+  command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
+  command->add_option("--svg", arguments.svg, "Write a picture of map and path")->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -62,16 +83,23 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "Examples:\n"
       "  dive run missions/window.xml\n"
       "  dive run missions/window.xml --seed 7 --log dive.lcmlog --svg dive.svg\n"
-      "  dive run missions/window.xml --set current_x=0.05 --leak-at 40\n\n"
+      "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n\n"
       "Dives a mission in the built-in simulator. Exit status 0 when it ended as planned, 1 when\n"
       "it failed or was aborted.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)")->required();
-  command->add_option("--seed", arguments.seed, "Seed of everything random");
-  command->add_option("--log", arguments.log, "Log file (default: dive-runs/ID-seedN.lcmlog)");
-  command->add_option("--svg", arguments.svg, "Write a picture of plan and dive");
-  command->add_option("--set", arguments.conditions, kConditionsHelp)->type_name("NAME=VALUE");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
+  command->add_option("--log", arguments.log, "Log file (default: dive-runs/ID-seedN.lcmlog)")
+      ->type_name("FILE");
+  command->add_option("--svg", arguments.svg, "Write a picture of plan and dive")
+      ->type_name("FILE");
+  command->add_option("--set", arguments.conditions, kConditionsHelp)
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
   command->add_option("--leak-at", arguments.leak_at_s, "Let water in after so many seconds")
-      ->check(CLI::Range(0.0, 1e6));
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e6).description(""));
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -82,7 +110,9 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       "  dive replay dive-runs/window-seed1.lcmlog\n\n"
       "Feeds a log's inputs to a new executive and compares every output bit for bit. Exit status\n"
       "0 when they are identical, 1 when not: then it says where they first differ.");
-  command->add_option("LOG", arguments.log, "Log file (LCM event log)")->required();
+  command->add_option("LOG", arguments.log, "Log file (LCM event log)")
+      ->type_name("FILE")
+      ->required();
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -125,6 +155,7 @@ int dispatch(int argc, char** argv) {
       "  dive replay LOG                    re-run a log, bit for bit\n\n"
       "Mission executive for the Aqua2 autonomous underwater vehicle.",
       "dive");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", std::string("dive ") + DIVE_VERSION);
   app.require_subcommand(1);
   CheckArguments check;
