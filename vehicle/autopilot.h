@@ -23,8 +23,8 @@
 namespace dive::vehicle {
 
 struct AutopilotOptions {
-  Eigen::Vector3d attitude_p{3.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
-  Eigen::Vector3d attitude_d{2.0, 3.5, 3.3};  ///< Effort per rad/s.
+  Eigen::Vector3d attitude_p{6.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
+  Eigen::Vector3d attitude_d{3.0, 3.5, 3.3};  ///< Effort per rad/s.
   double max_turn_rate = 1.0;                 ///< rad/s, that an attitude error may ask for.
   double depth_p = 5.0;                       ///< Effort per m.
   double depth_d = 11.0;                      ///< Effort per m/s.

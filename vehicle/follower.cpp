@@ -15,6 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kVertical = 0.05;     // m: horizontally shorter is a vertical segment
+constexpr double kSteep = 0.3;         // cosine of the slope that counts as vertical: 73 degrees
 constexpr double kOverhead = 0.3;      // m beside a vertical segment that steering leaves alone
 constexpr double kPastMinimum = 0.01;  // m the distance must have grown again
 constexpr double kCrabSpeed = 0.1;     // m/s: slower, and the sideslip's angle is mostly noise
@@ -158,21 +159,33 @@ double Follower::speed_towards(double heading_error, double depth_error, double 
                            : 0.0;
 }
 
+// Share of the segment whose depth is due now. Measured over ground: what is measured along the
+// vertical grows only with the depth that it is to command, which on a vertical segment is the
+// fixed point of the printed law again. There, and near it, the depth due lies a little ahead
+// instead.
+double Follower::depth_progress(const Vector3d& p_W) const {
+  const Segment& s = segment();
+  if (s.length <= 0.0) return 1.0;
+  const Vector2d over_ground = s.direction.head<2>();
+  if (over_ground.norm() < kSteep) {
+    return (status_.along_track_m + options_.depth_lead_m) / s.length;
+  }
+  return over_ground.dot((p_W - s.start).head<2>()) / (over_ground.squaredNorm() * s.length);
+}
+
 Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   DIVE_DEMAND(has_path() && X_WB.is_finite() && v_WB_B.allFinite());
   advance(X_WB.p);
   const Segment& s = segment();
   const auto index = static_cast<std::size_t>(status_.segment);
-  const auto planned_at = [&](double along) {
-    const double share = s.length > 0.0 ? std::clamp(along / s.length, 0.0, 1.0) : 1.0;
-    return interpolate(waypoints_[index - 1], waypoints_[index], share);
+  const auto planned_at = [&](double share) {
+    return interpolate(waypoints_[index - 1], waypoints_[index], std::clamp(share, 0.0, 1.0));
   };
-  const Pose planned = planned_at(status_.along_track_m);
+  const Pose planned = planned_at(s.length > 0.0 ? status_.along_track_m / s.length : 1.0);
+  const double z = planned_at(depth_progress(X_WB.p)).p.z();
   const Vector3d planned_rpy = to_rpy(planned.q);
-
   // What swimming along x does not climb is left to heave; pitch is positive nose down.
   const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_rpy.y());
-  const double lead = options_.depth_lead_m * std::pow(std::sin(std::min(left, 0.5 * M_PI)), 2);
 
   const double yaw = yaw_of(X_WB);
   const Vector3d v_W = X_WB.q * v_WB_B;
@@ -181,8 +194,8 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   const double heading = course(X_WB.p) - std::clamp(sideslip, -kMaxCrab, kMaxCrab);
 
   Command command;
-  command.v = speed_towards(wrap_angle(heading - yaw), planned.p.z() - X_WB.p.z(), left);
-  command.d = -planned_at(status_.along_track_m + lead).p.z();
+  command.v = speed_towards(wrap_angle(heading - yaw), z - X_WB.p.z(), left);
+  command.d = -z;
   command.o = from_rpy(planned_rpy.x(), planned_rpy.y(), heading);
   return command;
 }

@@ -5,11 +5,9 @@
 //          `lookahead_m` ahead of the vehicle's projection, round the corner where one is near; the
 //          sideslip is taken off, so that it is the motion and not the nose that points there
 //   roll, pitch  of the planned attitudes, interpolated along the track
-//   depth  linear in along-track progress between p_{i-1} and p_i, clamped to it; a little ahead
-//   where
-//          the segment is steeper than the planned pitch, for heave is slow; the paper's printed
-//          law has the start as a fixed point and is singular at z = 0:
-//          doc/decisions/follower-depth-law.md
+//   depth  linear in along-track progress over ground between p_{i-1} and p_i, clamped to it; on
+//          segments that are all but vertical a little ahead; the paper's printed law has the start
+//          as a fixed point and is singular at z = 0: doc/decisions/follower-depth-law.md
 //   speed  less before corners, while the heading is off, where depth cannot keep up, and at the
 //   end
 
@@ -35,7 +33,7 @@ struct FollowerOptions {
   double arrival_speed = 0.15;   ///< m/s at the last waypoint.
   double braking_s = 1.0;        ///< Time constant with which the speed follows the command.
   double heave_speed = 0.13;     ///< m/s of depth that the vehicle can change beside its pitch.
-  double depth_lead_m = 0.4;     ///< Where a level vehicle goes straight down; less where not.
+  double depth_lead_m = 0.4;     ///< On a segment that is all but vertical.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -83,6 +81,7 @@ class Follower {
   [[nodiscard]] bool passed(const Eigen::Vector3d& p_W);
   void advance(const Eigen::Vector3d& p_W);
   [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] double depth_progress(const Eigen::Vector3d& p_W) const;
   /// `left` (rad, >= 0) is the angle between the segment and where swimming along x leads.
   [[nodiscard]] double speed_towards(double heading_error, double depth_error, double left) const;
 
