@@ -1,0 +1,211 @@
+// The estimator alone, fed by hand.
+
+#include "estimation/primitive.h"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include "common/assert.h"
+#include "test/common/arbitrary.h"
+#include "test/mission/allocations.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr Utime kTick = 20'000;
+
+ImuSample imu(Utime utime, const Eigen::Quaterniond& q_WB,
+              const Vector3d& gyro_B = Vector3d::Zero()) {
+  ImuSample sample;
+  sample.utime = utime;
+  sample.q_WB = q_WB;
+  sample.gyro_B = gyro_B;
+  return sample;
+}
+
+PrimitiveEstimator estimator(const PrimitiveOptions& options = {}) {
+  return PrimitiveEstimator(options, {1.0, 2.0, -3.0}, 0.05);
+}
+
+// Swims on one heading, level, at constant depth; returns the time at the end.
+Utime swim(PrimitiveEstimator& estimator, Utime from, double heading, double speed,
+           double seconds) {
+  const Utime end = from + from_seconds(seconds);
+  estimator.set_commanded_speed(speed);
+  for (Utime now = from + kTick; now <= end; now += kTick) {
+    estimator.add(imu(now, from_rpy(0.0, 0.0, heading)));
+    estimator.add(DepthSample{now, 3.0});
+    static_cast<void>(estimator.update(now));
+  }
+  return end;
+}
+
+TEST(PrimitiveEstimator, IsInvalidUntilAttitudeAndDepthHaveCome) {
+  PrimitiveEstimator e = estimator();
+  EXPECT_FALSE(e.update(0).valid);
+  e.add(imu(kTick, Eigen::Quaterniond::Identity()));
+  EXPECT_FALSE(e.update(kTick).valid);
+  e.add(DepthSample{2 * kTick, 3.5});
+  const StateEstimate& estimate = e.update(2 * kTick);
+  EXPECT_TRUE(estimate.valid);
+  EXPECT_EQ(estimate.source, EstimatorKind::kPrimitive);
+  EXPECT_EQ(estimate.utime, 2 * kTick);
+  EXPECT_NEAR((estimate.X_WB.p - Vector3d(1.0, 2.0, -3.5)).norm(), 0.0, 1e-12);
+}
+
+TEST(PrimitiveEstimator, ReckonsAlongItsHeading) {
+  PrimitiveEstimator e = estimator();
+  const double heading = deg_to_rad(30.0);
+  Utime now = swim(e, 0, heading, 0.4, 20.0);
+  const Vector3d before = e.update(now).X_WB.p;
+  now = swim(e, now, heading, 0.4, 10.0);
+  const Vector3d way = e.update(now).X_WB.p - before;
+  EXPECT_NEAR((way - 4.0 * Vector3d(std::cos(heading), std::sin(heading), 0.0)).norm(), 0.0, 0.02);
+  EXPECT_NEAR(e.update(now).v_WB_B.x(), 0.4, 1e-3);
+}
+
+TEST(PrimitiveEstimator, TurnsTheLastAttitudeOnOverTheLatency) {
+  PrimitiveEstimator e = estimator();
+  e.add(imu(0, Eigen::Quaterniond::Identity(), {0.0, 0.0, 0.5}));
+  e.add(DepthSample{0, 3.0});
+  EXPECT_NEAR(to_rpy(e.update(100'000).X_WB.q).z(), 0.05, 1e-12);
+  EXPECT_NEAR(to_rpy(e.update(100'000'000).X_WB.q).z(), 0.25, 1e-9) << "not for ever";
+}
+
+TEST(PrimitiveEstimator, TakesHeaveFromTheDepthWhenPitched) {
+  PrimitiveEstimator e = estimator();
+  const Eigen::Quaterniond q = from_rpy(0.0, deg_to_rad(40.0), 0.0);
+  for (Utime now = kTick; now <= 5'000'000; now += kTick) {
+    e.add(imu(now, q));
+    e.add(DepthSample{now, 3.0 + 0.2 * to_seconds(now)});
+    static_cast<void>(e.update(now));
+  }
+  // Not swimming, sinking at 0.2 m/s: the velocity in W is what depth says, the rest unknown.
+  EXPECT_NEAR((q * e.update(5'000'000).v_WB_B).z(), -0.2, 0.005);
+  EXPECT_NEAR(e.update(5'000'000).v_WB_B.x(), 0.0, 1e-9);
+}
+
+TEST(PrimitiveEstimator, IgnoresWhatIsNoMeasurement) {
+  PrimitiveEstimator e = estimator();
+  const Utime now = swim(e, 0, 0.3, 0.4, 5.0);
+  const Pose before = e.update(now).X_WB;
+  e.add(DepthSample{now + 1, std::nan("")});
+  e.add(DepthSample{now - kTick, 900.0});
+  e.add(imu(now + 1, Eigen::Quaterniond(0.0, 0.0, 0.0, 0.0)));
+  e.add(imu(now + 1, Eigen::Quaterniond::Identity(), {0.0, std::nan(""), 0.0}));
+  e.add(imu(now - kTick, from_rpy(0.0, 0.0, 3.0)));
+  EXPECT_EQ(e.update(now).X_WB.p, before.p);
+  EXPECT_EQ(e.update(now).X_WB.q.coeffs(), before.q.coeffs());
+}
+
+TEST(PrimitiveEstimator, DemandsTimeThatRunsAndOptionsThatHold) {
+  PrimitiveEstimator e = estimator();
+  static_cast<void>(e.update(100));
+  EXPECT_THROW(static_cast<void>(e.update(99)), AssertionFailure);
+  EXPECT_THROW(e.set_commanded_speed(std::nan("")), AssertionFailure);
+  PrimitiveOptions options;
+  options.depth_sigma_m = 0.0;
+  EXPECT_THAT(options.validate(), ::testing::StartsWith("depth_sigma_m"));
+  EXPECT_THROW(estimator(options), AssertionFailure);
+  options = {};
+  options.motion.mass_ratio = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(options.validate(), ::testing::StartsWith("mass_ratio"));
+}
+
+TEST(PrimitiveEstimator, AllocatesNothing) {
+  PrimitiveEstimator e = estimator();
+  testing::reset_allocations();
+  swim(e, 0, 0.3, 0.4, 2.0);
+  EXPECT_EQ(testing::allocations().count, 0U);
+}
+
+// The covariance that a Kalman filter with the states [p_xy, heading bias, speed scale] propagates,
+// one step at a time.
+struct Reference {
+  Eigen::Matrix4d P;
+  Vector2d last;
+
+  Reference(const PrimitiveOptions& options, double sigma, const Vector2d& start)
+      : P(Eigen::Vector4d(sigma * sigma, sigma * sigma,
+                          std::pow(deg_to_rad(options.heading_bias_sigma_deg), 2),
+                          options.speed_scale_sigma * options.speed_scale_sigma)
+              .asDiagonal()),
+        last(start) {}
+
+  void propagate(const Vector2d& p, double drift, double dt) {
+    const Vector2d step = p - last;
+    last = p;
+    Eigen::Matrix4d F = Eigen::Matrix4d::Identity();
+    F.block<2, 1>(0, 2) << step.y(), -step.x();
+    F.block<2, 1>(0, 3) = step;
+    P = F * P * F.transpose();
+    P.topLeftCorner<2, 2>() += drift * drift * dt * Eigen::Matrix2d::Identity();
+  }
+};
+
+RC_GTEST_PROP(Covariance, IsThatOfAKalmanFilterSymmetricAndPositive, ()) {
+  const PrimitiveOptions options;
+  PrimitiveEstimator e = estimator(options);
+  Reference reference(options, 0.05, {1.0, 2.0});
+  Utime now = kTick;
+  e.add(imu(now, Eigen::Quaterniond::Identity()));
+  e.add(DepthSample{now, 3.0});
+  static_cast<void>(e.update(now));
+  for (int leg = 0; leg < 4; ++leg) {
+    const Vector3d rpy = *testing::arbitrary_vector(1.2);
+    e.set_commanded_speed(*testing::arbitrary_double(-0.2, 0.8));
+    for (int i = 0; i < 200; ++i) {
+      now += kTick;
+      e.add(imu(now, from_rpy(rpy.x(), rpy.y(), 2.5 * rpy.z())));
+      e.add(DepthSample{now, 3.0});
+      reference.propagate(e.update(now).X_WB.p.head<2>(), options.drift_m_per_sqrt_s, 0.02);
+    }
+    const Matrix6d& P = e.update(now).covariance;
+    RC_ASSERT((P - P.transpose()).norm() == 0.0);
+    RC_ASSERT(Eigen::SelfAdjointEigenSolver<Matrix6d>(P).eigenvalues().minCoeff() > 0.0);
+    RC_ASSERT((P.topLeftCorner<2, 2>() - reference.P.topLeftCorner<2, 2>()).norm() <
+              1e-6 * reference.P.norm());
+    // A heading that is off by +b turns the true one by -b about W's z axis, seen in B.
+    const Vector3d z_B = e.update(now).X_WB.q.conjugate() * Vector3d::UnitZ();
+    const Eigen::Matrix<double, 2, 3> cross = -reference.P.block<2, 1>(0, 2) * z_B.transpose();
+    RC_ASSERT((P.block<2, 3>(0, 3) - cross).norm() < 1e-6 * reference.P.norm());
+  }
+}
+
+TEST(Covariance, GrowsOnTheWayOutAndShrinksOnTheWayBack) {
+  PrimitiveOptions options;
+  options.drift_m_per_sqrt_s = 0.0;
+  PrimitiveEstimator e = estimator(options);
+  const auto area = [&e](Utime now) {
+    return e.update(now).covariance.topLeftCorner<2, 2>().determinant();
+  };
+  Utime now = swim(e, 0, 0.4, 0.4, 5.0);
+  const double near = area(now);
+  now = swim(e, now, 0.4, 0.4, 40.0);
+  const double far = area(now);
+  now = swim(e, now, 0.4 + M_PI, 0.4, 40.0);
+  EXPECT_GT(far, 5.0 * near);
+  EXPECT_LT(area(now), 1.2 * near);
+}
+
+TEST(DepthFilter, SettlesOnASteadyRateWithTheVarianceItClaims) {
+  DepthFilter filter(0.02, 0.05, 0.0);
+  for (int i = 0; i <= 500; ++i) filter.add(i * kTick, -3.0 - 0.1 * 0.02 * i);
+  const DepthFilter::Height height = filter.at(500 * kTick + 100'000);
+  EXPECT_NEAR(height.z, -3.0 - 0.1 * 10.1, 1e-3) << "extrapolated";
+  EXPECT_NEAR(height.rate, -0.1, 1e-3);
+  EXPECT_LT(height.variance, 0.02 * 0.02);
+  EXPECT_GT(filter.at(502 * kTick).variance, filter.at(500 * kTick).variance);
+}
+
+}  // namespace
+}  // namespace dive::estimation
