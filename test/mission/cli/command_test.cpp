@@ -10,34 +10,20 @@
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
+#include "test/mission/cli/run_command.h"
+
 namespace dive::mission {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-struct Ran {
-  int status = -1;
-  std::string out;
-  std::string err;
-};
-
-std::string content(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+using testing::Ran;
 
 // Runs `dive ARGUMENTS` in a folder of the test's own.
 Ran dive(const std::string& arguments, const std::string& setup = {}) {
-  const ::testing::TestInfo& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / test.name();
-  fs::create_directories(folder);
-  const std::string command = "cd '" + folder.string() + "' && " + setup + "'" DIVE_COMMAND "' " +
-                              arguments + " >out.txt 2>err.txt </dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          content(folder / "out.txt"), content(folder / "err.txt")};
+  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
+  return testing::run_dive(arguments, test.name(), setup);
 }
 
 const std::string kWindow = std::string("'") + DIVE_SOURCE_DIR + "/missions/window.xml'";

@@ -1,0 +1,18 @@
+#pragma once
+// Runs the command as a user or a script does.
+
+#include <string>
+
+namespace dive::mission::testing {
+
+struct Ran {
+  int status = -1;  ///< Exit status; 128 + signal when it was killed.
+  std::string out;
+  std::string err;
+};
+
+/// `dive ARGUMENTS`, in a folder of its own named `place`, after the shell words `setup`.
+[[nodiscard]] Ran run_dive(const std::string& arguments, const std::string& place,
+                           const std::string& setup = {});
+
+}  // namespace dive::mission::testing
