@@ -376,6 +376,7 @@ Executive::Executive(const Mission& mission, const planning::World& world,
                      const vehicle::Model& model, ExecutiveOptions options)
     : impl_(std::make_unique<Impl>(mission, world, model, std::move(options))) {}
 Executive::Executive(Executive&&) noexcept = default;
+Executive& Executive::operator=(Executive&&) noexcept = default;
 Executive::~Executive() = default;
 
 StepOutputs Executive::step(const StepInputs& inputs) {

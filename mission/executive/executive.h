@@ -43,6 +43,7 @@ class Executive {
   Executive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
             ExecutiveOptions options);
   Executive(Executive&&) noexcept;
+  Executive& operator=(Executive&&) noexcept;
   ~Executive();
 
   /// Control tick at `inputs.now`, which never decreases. Never throws: a failed assertion of our
