@@ -35,11 +35,10 @@ struct Aqua2Figures {
 
   // --- Ours ---
 
-  double gait_frequency = 2.0;   ///< Hz, constant; thrust is set by the amplitude.
-  double max_amplitude = 0.785;  ///< rad; 45 degrees to either side.
-  double surge_amplitude =
-      0.466;  ///< rad at full surge: 0.8 m/s, see full_speed in AutopilotOptions.
-  double heave_amplitude = 0.466;     ///< rad, all flippers, at full heave.
+  double gait_frequency = 2.0;        ///< Hz, constant; thrust is set by the amplitude.
+  double max_amplitude = 0.785;       ///< rad; 45 degrees to either side.
+  double surge_amplitude = 0.466;     ///< rad, all flippers: full surge swims at 0.8 m/s.
+  double heave_amplitude = 0.466;     ///< rad, all flippers.
   double roll_amplitude = 0.3;        ///< rad, all flippers.
   double pitch_amplitude = 0.55;      ///< rad, front and rear flippers.
   double yaw_amplitude = 0.5;         ///< rad, all flippers.
