@@ -20,7 +20,13 @@ Flow::Flow(const Mission& mission, const StateIndex& index)
       arcs_from_(cast(index.size())),
       entered_(cast(index.size()), false) {
   land(index.find(mission.initial.value), first_);
-  for (int state = 0; state < index.size(); ++state) add_arcs(state);
+  for (int state = 0; state < index.size(); ++state) {
+    add_arcs(state);
+    done_may_be_late_ |= index.spec(state).type == StateType::kParallel;
+  }
+  done_may_be_late_ |= std::any_of(arcs_.begin(), arcs_.end(), [](const Arc& arc) {
+    return arc.spec != nullptr && arc.spec->events.empty();
+  });
   for (int state = 0; state < index.size(); ++state) {
     const StateType type = index.spec(state).type;
     if (type == StateType::kLeaf || type == StateType::kFinal) find_arcs_from(state);
@@ -111,7 +117,8 @@ void Flow::land_in_history(int state, Arc& arc) const {
   arc.histories.push_back(state);
   const int parent = index_.parent(state);
   for (int inside = parent; inside < index_.size() && index_.is_within(inside, parent); ++inside) {
-    if (index_.spec(inside).type == StateType::kLeaf) arc.returns.push_back(inside);
+    const StateType type = index_.spec(inside).type;
+    if (type == StateType::kLeaf || type == StateType::kFinal) arc.returns.push_back(inside);
   }
   land_inside(index_.find(index_.spec(state).initial->value), arc);
 }
@@ -142,6 +149,10 @@ void Flow::find_arcs_from(int state) {
 bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
   using Kind = Trigger::Kind;
   if (trigger.kind == Kind::kAlways || trigger.kind == Kind::kEmergency) return true;
+  const bool of_whole = trigger.state >= 0 && index_.spec(trigger.state).type != StateType::kLeaf;
+  if (done_may_be_late_ && trigger.kind == Kind::kDone && (trigger.state < 0 || of_whole)) {
+    return true;
+  }
   if (parallel >= 0) return trigger.state < 0 || index_.is_within(trigger.state, parallel);
   // Outside of parallels only the leaf itself is done, or the state that its final completes.
   const StateSpec& spec = index_.spec(state);
@@ -157,13 +168,30 @@ void Flow::enter_from_the_beginning() {
   std::vector<int> pending;
   std::vector<bool> followed(arcs_.size(), false);
   enter(first_, pending);
-  while (!pending.empty()) {
-    const int state = pending.back();
-    pending.pop_back();
-    for (const int arc : arcs_from(state)) {
-      if (followed[cast(arc)]) continue;
-      followed[cast(arc)] = true;
-      enter(arcs_[cast(arc)], pending);
+  do {
+    while (!pending.empty()) {
+      const int state = pending.back();
+      pending.pop_back();
+      for (const int arc : arcs_from(state)) {
+        if (followed[cast(arc)]) continue;
+        followed[cast(arc)] = true;
+        enter(arcs_[cast(arc)], pending);
+      }
+    }
+    bring_back(pending);
+  } while (!pending.empty());
+}
+
+// A shallow history brings back a state that was entered before, perhaps by a target inside it; now
+// it is entered by its defaults. What a deep history brings back was all entered before.
+void Flow::bring_back(std::vector<int>& pending) {
+  for (int state = 0; state < index_.size(); ++state) {
+    if (!entered(state) || index_.spec(state).type != StateType::kShallowHistory) continue;
+    for (const int beside : index_.children(index_.parent(state))) {
+      if (!entered(beside) || is_history(index_.spec(beside))) continue;
+      Arc back;
+      land_inside(beside, back);
+      enter(back, pending);
     }
   }
 }

@@ -66,6 +66,7 @@ class Flow {
   void land_in_history(int state, Arc& arc) const;
   void enter_from_the_beginning();
   void enter(const Arc& arc, std::vector<int>& pending);
+  void bring_back(std::vector<int>& pending);
   void find_arcs_from(int state);
   [[nodiscard]] bool may_happen(const Trigger& trigger, int state, int parallel) const;
 
@@ -75,6 +76,9 @@ class Flow {
   std::vector<std::vector<int>> arcs_of_;    ///< By owner.
   std::vector<std::vector<int>> arcs_from_;  ///< By leaf or final.
   std::vector<bool> entered_;
+  /// May a done.state.ID be handled only after the state was left? An eventless transition comes
+  /// before it, and regions of a parallel may raise several at once.
+  bool done_may_be_late_ = false;
 };
 
 }  // namespace dive::mission

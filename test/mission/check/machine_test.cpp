@@ -37,7 +37,10 @@ class MissionWriter {
         "battery_reserve=\"0\"/><states initial=\"s0\">" +
         states + "</states></mission>";
     for (std::size_t at = text.find('@'); at != std::string::npos; at = text.find('@', at)) {
-      text.replace(at, 1, all_.at(static_cast<std::size_t>(pick(static_cast<int>(all_.size())))));
+      // Every fourth way leads to the end, so that many missions do end.
+      const int target =
+          pick(4) == 0 ? static_cast<int>(all_.size()) - 1 : pick(static_cast<int>(all_.size()));
+      text.replace(at, 1, all_.at(static_cast<std::size_t>(target)));
     }
     return text;
   }
@@ -117,7 +120,7 @@ class Recorder final : public statechart::Environment {
   std::set<statechart::StateId> entered_;
 };
 
-// Some event that one of the active leaves may raise now; of the whole mission now and then.
+// Some event that one of the active leaves may raise now.
 std::string some_event(const Machine& machine, const statechart::Interpreter& interpreter,
                        bool with_emergencies) {
   std::vector<std::string> events;
@@ -129,11 +132,11 @@ std::string some_event(const Machine& machine, const statechart::Interpreter& in
     if (is_planning(*spec)) events.push_back("plan.failed." + spec->id.value);
     if (state_timeout(*spec) != nullptr) events.push_back("timeout." + spec->id.value);
   }
-  if (events.empty()) return "abort";
+  if (events.empty()) return "nothing";
   return events[static_cast<std::size_t>(pick(static_cast<int>(events.size())))];
 }
 
-RC_GTEST_PROP(Flow, KnowsEveryStateThatIsEverEntered, ()) {
+void knows_every_state_that_is_ever_entered() {
   const std::string text = MissionWriter().write();
   const Mission mission = read(text);
   const StateIndex index(mission);
@@ -154,7 +157,7 @@ RC_GTEST_PROP(Flow, KnowsEveryStateThatIsEverEntered, ()) {
   }
 }
 
-RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
+void knows_how_a_mission_may_end() {
   const std::string text = MissionWriter().write();
   const Mission mission = read(text);
   const StateIndex index(mission);
@@ -177,7 +180,7 @@ RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
     ended |= ends[static_cast<std::size_t>(index.find(spec->id.value))];
     surfaced |= std::holds_alternative<SurfaceState>(spec->leaf);
   }
-  RC_PRE(ended);
+  if (!ended) return;
   for (int state = 0; state < index.size(); ++state) {
     surfacing[static_cast<std::size_t>(state)] =
         std::holds_alternative<SurfaceState>(index.spec(state).leaf);
@@ -194,6 +197,17 @@ RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
   RC_ASSERT(first_can);
   RC_ASSERT(any_end_in(flow.reached_without(std::vector<bool>(ends.size(), false))));
   if (!surfaced) RC_ASSERT(any_end_in(flow.reached_without(surfacing)));
+}
+
+// What is wrong only with a history inside a parallel takes many missions to show.
+constexpr int kMissionsPerCase = 20;
+
+RC_GTEST_PROP(Flow, KnowsEveryStateThatIsEverEntered, ()) {
+  for (int i = 0; i < kMissionsPerCase; ++i) knows_every_state_that_is_ever_entered();
+}
+
+RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
+  for (int i = 0; i < kMissionsPerCase; ++i) knows_how_a_mission_may_end();
 }
 
 // The executive demands a chart that can be interpreted: whatever names and structure let pass is.
