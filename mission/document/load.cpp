@@ -1,3 +1,4 @@
+#include <string_view>
 #include <utility>
 
 #include "mission/document/language.h"
@@ -11,6 +12,19 @@ namespace dive::mission {
 namespace {
 
 constexpr XmlLimits kLimits{};
+
+// What a condition with a bare '<' looks like to an XML parser.
+constexpr std::string_view kBareLessThan = "Unescaped '<' not allowed in attributes";
+
+// Hands on what the XML reader found, with a hint where missions are often mistaken.
+void hand_on(const Diagnostics& found, Diagnostics& diagnostics) {
+  for (Diagnostic diagnostic : found.list()) {
+    if (diagnostic.message.find(kBareLessThan) != std::string::npos) {
+      diagnostic.hint = "inside a value write &lt; for <";
+    }
+    diagnostics.add(std::move(diagnostic));
+  }
+}
 
 std::optional<Mission> from_document(XmlDocument document, MapFile map_file,
                                      Diagnostics& diagnostics) {
@@ -31,14 +45,18 @@ std::optional<Mission> from_document(XmlDocument document, MapFile map_file,
 }  // namespace
 
 std::optional<Mission> load_mission(const std::string& path, Diagnostics& diagnostics) {
-  std::optional<XmlDocument> document = read_xml(path, kLimits, diagnostics);
+  Diagnostics found;
+  std::optional<XmlDocument> document = read_xml(path, kLimits, found);
+  hand_on(found, diagnostics);
   if (!document) return std::nullopt;
   return from_document(std::move(*document), MapFile::kMustExist, diagnostics);
 }
 
 std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
                                      MapFile map_file) {
-  std::optional<XmlDocument> document = parse_xml(std::move(source), kLimits, diagnostics);
+  Diagnostics found;
+  std::optional<XmlDocument> document = parse_xml(std::move(source), kLimits, found);
+  hand_on(found, diagnostics);
   if (!document) return std::nullopt;
   return from_document(std::move(*document), map_file, diagnostics);
 }
