@@ -55,16 +55,21 @@ constexpr Rule kRules[] = {
     {"MIS-ENDS-SUBMERGED", Severity::kWarning, "The mission cannot end under water."},
 };
 
-constexpr void (*kNameRules[])(const Subject&) = {
+using DocumentRule = void (*)(const Subject&);
+
+constexpr DocumentRule kNameRules[] = {
     not_too_many,  ids_are_unique,          ids_are_not_reserved, initial_states_exist,
     targets_exist, timeouts_lead_somewhere, events_are_raised,
 };
-constexpr void (*kStructureRules[])(const Subject&) = {
-    transitions_say_something,    targets_fit_together,
-    histories_remember_their_own, someone_steers,
-    speed_suits_the_vehicle,      positions_are_under_water,
-    positions_respect_max_depth,  altitudes_are_in_open_water,
-    surfacing_is_in_open_water,   times_fit_into_the_mission,
+constexpr DocumentRule kStructureRules[] = {
+    transitions_say_something,
+    targets_fit_together,
+    histories_remember_their_own,
+    someone_steers,
+};
+constexpr DocumentRule kValueRules[] = {
+    speed_suits_the_vehicle,     positions_are_under_water,  positions_respect_max_depth,
+    altitudes_are_in_open_water, surfacing_is_in_open_water, times_fit_into_the_mission,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,
@@ -78,12 +83,12 @@ std::span<const Rule> document_rules() { return kRules; }
 void check_rules(const Mission& mission, Diagnostics& diagnostics) {
   const Subject subject(mission, diagnostics);
   const std::size_t errors_before = diagnostics.error_count();
-  for (const auto rule : kNameRules) rule(subject);
-  const bool names_are_right = diagnostics.error_count() == errors_before;
-  const std::size_t errors_of_names = diagnostics.error_count();
-  for (const auto rule : kStructureRules) rule(subject);
-  // Where the machine can go is a question only of one that holds together.
-  if (!names_are_right || diagnostics.error_count() != errors_of_names) return;
+  for (const DocumentRule rule : kNameRules) rule(subject);
+  for (const DocumentRule rule : kStructureRules) rule(subject);
+  const bool is_machine = diagnostics.error_count() == errors_before;
+  for (const DocumentRule rule : kValueRules) rule(subject);
+  // Where it can go is a question only of a machine that holds together.
+  if (!is_machine) return;
   const Flow flow(mission, subject.index);
   for (const auto rule : kFlowRules) rule(subject, flow);
 }

@@ -186,56 +186,57 @@ class Judge {
     return false;
   }
 
+  // An element that may not stand where it stands, or one that lacks something inside.
   bool explain_content(const Finding& finding) {
     xmlNode* node = finding.node;
-    const bool children_missing = finding.message.find("Missing child") != std::string::npos;
-    if (children_missing) {
-      if (reported_.insert({node, finding.code, {}}).second) {
-        words_.missing_children(element_of(node), type_of(node), expected_in(finding.message));
-      }
+    const std::vector<std::string> expected = expected_in(finding.message);
+    const bool is_first = reported_.insert({node, finding.code, {}}).second;
+    if (finding.message.find("Missing child") != std::string::npos) {
+      if (is_first) words_.missing_children(element_of(node), type_of(node), expected);
       return false;
     }
+    if (is_first && rename(node)) return true;
     xmlNode* parent = node->parent;
-    const std::string parent_type = type_of(parent);
-    const bool known =
-        language_.rule(parent_type, chars(node->name)) != nullptr && in_language(node);
-    const bool renamed = !reported_.insert({node, finding.code, {}}).second;
-    if (!renamed && !known) {
-      const auto meant = words_.unknown_element(element_of(node), element_of(parent), parent_type);
-      if (meant) {
-        xmlNodeSetName(node, reinterpret_cast<const xmlChar*>(meant->c_str()));
-        xmlSetNs(node, parent->ns);
-        return true;
+    if (is_first && is_known(node)) {
+      if (!is_early(expected, parent, node)) {
+        words_.misplaced_element(element_of(node), element_of(parent), expected);
+      } else if (reported_.insert({parent, finding.code, {}}).second) {
+        words_.missing_children(element_of(parent), type_of(parent), expected);
       }
-    } else if (!renamed && is_early(finding.message, parent, node)) {
-      reported_.insert({parent, finding.code, {}});
-      words_.missing_children(element_of(parent), parent_type, expected_in(finding.message));
-    } else if (!renamed) {
-      words_.misplaced_element(element_of(node), element_of(parent), expected_in(finding.message));
     }
-    take_out(node);
+    xmlUnlinkNode(node);
+    taken_out_.insert(node);
     return true;
+  }
+
+  // Reports an element that is not known there; true when it was given the name that it may have
+  // been meant to have.
+  bool rename(xmlNode* node) {
+    if (is_known(node)) return false;
+    const auto meant =
+        words_.unknown_element(element_of(node), element_of(node->parent), type_of(node->parent));
+    if (!meant) return false;
+    xmlNodeSetName(node, reinterpret_cast<const xmlChar*>(meant->c_str()));
+    xmlSetNs(node, node->parent->ns);
+    return true;
+  }
+
+  [[nodiscard]] bool is_known(const xmlNode* node) const {
+    return in_language(node) && language_.rule(type_of(node->parent), chars(node->name)) != nullptr;
   }
 
   static bool in_language(const xmlNode* node) {
     return node->ns != nullptr && std::strcmp(chars(node->ns->href), kMissionNamespace) == 0;
   }
 
-  // Does this element only come before another that must be there but is nowhere?
-  static bool is_early(const std::string& message, const xmlNode* parent, const xmlNode* node) {
-    const std::vector<std::string> expected = expected_in(message);
+  // Does this element only come before the one that must be there but is nowhere?
+  static bool is_early(const std::vector<std::string>& expected, const xmlNode* parent,
+                       const xmlNode* node) {
+    if (expected.size() != 1 || expected.front() == "transition") return false;
     for (const xmlNode* child = parent->children; child != nullptr; child = child->next) {
-      if (child->type != XML_ELEMENT_NODE || child == node) continue;
-      for (const std::string& name : expected) {
-        if (name == chars(child->name)) return false;
-      }
+      if (child != node && expected.front() == chars(child->name)) return false;
     }
-    return expected.size() == 1 && expected.front() != "transition";
-  }
-
-  void take_out(xmlNode* node) {
-    xmlUnlinkNode(node);
-    taken_out_.insert(node);
+    return true;
   }
 
   // The names in libxml2's "Expected is one of ( {uri}a, {uri}b )."
