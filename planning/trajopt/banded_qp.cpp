@@ -86,6 +86,7 @@ void BandedQp::initialise() {
   for (const Row& row : rows_) {
     if (row.soft) scale_ = std::max(scale_, row.given.weight * row_reach(row));
   }
+  products_ = 0.0;
   initialise_blocks();
   for (Row& row : rows_) initialise_row(row);
 }
@@ -100,7 +101,6 @@ double BandedQp::row_reach(const Row& row) const {
 }
 
 void BandedQp::initialise_blocks() {
-  products_ = 0.0;
   for (int i = 0; i < block_count_; ++i) {
     Block& block = at(i);
     const Vector6d reach = 0.5 * (block.upper - block.lower);
@@ -115,18 +115,26 @@ void BandedQp::initialise_blocks() {
       products_ += 2.0 * block.mask(k);
     }
   }
-  for (const Row& row : rows_) products_ += row.soft ? 2.0 : 1.0;
 }
 
-void BandedQp::initialise_row(Row& row) const {
+void BandedQp::initialise_row(Row& row) {
   const double gap = row.given.b - times_row(row, &Block::x);
+  const double reach = row_reach(row);
+  row.s = row.t = row.lambda = 0.0;
+  row.ds = row.dt = row.dlambda = 0.0;
+  // Met, or missed, wherever x is within its bounds: a constant slope and nothing to decide.
+  row.decided = std::isfinite(gap) && (gap <= -reach || (row.soft && gap >= reach));
+  if (row.decided) {
+    row.lambda = gap <= -reach ? 0.0 : row.given.weight;
+    return;
+  }
+  products_ += row.soft ? 2.0 : 1.0;
   if (row.soft) {
     row.s = central_slack(gap, row.given.weight, scale_);
     row.t = std::max(row.s + gap, 0x1p-60 * row.s);
     row.lambda = std::min(scale_ / row.s, (1.0 - 0x1p-50) * row.given.weight);
   } else {
     row.s = std::max(std::abs(gap), 0x1p-20);
-    row.t = 0.0;
     row.lambda = scale_ / row.s;
   }
 }
@@ -141,7 +149,8 @@ void BandedQp::update_residuals() {
     const int i = row.given.block;
     at(i).residual -= row.lambda * row.given.a.head<6>();
     if (i + 1 < block_count_) at(i + 1).residual -= row.lambda * row.given.a.tail<6>();
-    row.infeasibility = times_row(row, &Block::x) + row.t - row.s - row.given.b;
+    row.infeasibility =
+        row.decided ? 0.0 : times_row(row, &Block::x) + row.t - row.s - row.given.b;
   }
 }
 
@@ -155,6 +164,7 @@ double BandedQp::complementarity_after(double step) const {
     sum += (block.slack_upper - step * block.dx).dot(block.dual_upper + step * block.ddual_upper);
   }
   for (const Row& row : rows_) {
+    if (row.decided) continue;
     const double lambda = row.lambda + step * row.dlambda;
     sum += (row.s + step * row.ds) * lambda;
     if (row.soft) sum += (row.t + step * row.dt) * (row.given.weight - lambda);
@@ -185,6 +195,7 @@ bool BandedQp::factorise() {
                                       1e100 * (Vector6d::Ones() - block.mask);
   }
   for (Row& row : rows_) {
+    if (row.decided) continue;
     const double softness =
         row.s / row.lambda + (row.soft ? row.t / (row.given.weight - row.lambda) : 0.0);
     row.curvature = 1.0 / softness;
@@ -216,6 +227,7 @@ void BandedQp::find_direction(const Direction& direction) {
     rhs_[static_cast<std::size_t>(i)] = block.ddual_lower - block.ddual_upper - block.residual;
   }
   for (Row& row : rows_) {
+    if (row.decided) continue;
     const double cross_s = order * row.ds * row.dlambda;
     const double cross_t = order * row.dt * row.dlambda;
     row.ds = (direction.centring - cross_s) / row.lambda - row.s;
@@ -247,6 +259,7 @@ void BandedQp::direction_of_blocks() {
 
 void BandedQp::direction_of_rows() {
   for (Row& row : rows_) {
+    if (row.decided) continue;
     row.dlambda -= row.curvature * times_row(row, &Block::dx);
     row.ds -= row.s / row.lambda * row.dlambda;
     if (row.soft) row.dt += row.t / (row.given.weight - row.lambda) * row.dlambda;
@@ -263,6 +276,7 @@ double BandedQp::longest_step() const {
     step = limit_step(step, block.dual_upper, block.ddual_upper);
   }
   for (const Row& row : rows_) {
+    if (row.decided) continue;
     step = limit_step(step, row.s, row.ds);
     step = limit_step(step, row.lambda, row.dlambda);
     if (!row.soft) continue;

@@ -94,6 +94,7 @@ class BandedQp {
     double infeasibility;  ///< a'x + t - s - b.
     double curvature;      ///< 1 / (s / lambda + t / (w - lambda)).
     bool soft;
+    bool decided;  ///< Met or missed by every x within the bounds: lambda is 0 or w, the rest 0.
   };
   struct Direction {
     double centring = 0.0;      ///< Target of every product multiplier * slack.
@@ -111,7 +112,7 @@ class BandedQp {
 
   void initialise();
   void initialise_blocks();
-  void initialise_row(Row& row) const;
+  void initialise_row(Row& row);
   void update_residuals();
   [[nodiscard]] double complementarity() const;
   [[nodiscard]] bool converged(double tolerance) const;

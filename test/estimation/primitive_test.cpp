@@ -13,7 +13,7 @@
 
 #include "common/assert.h"
 #include "test/common/arbitrary.h"
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 
 namespace dive::estimation {
 namespace {

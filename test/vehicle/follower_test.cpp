@@ -12,7 +12,7 @@
 
 #include "common/assert.h"
 #include "test/common/arbitrary.h"
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 #include "test/vehicle/aqua2.h"
 #include "vehicle/autopilot.h"
 

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/assert.h"
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 #include "test/vehicle/aqua2.h"
 
 namespace dive::vehicle {

@@ -10,7 +10,7 @@
 #include "mission/record/log_codec.h"
 #include "mission/record/log_digest.h"
 #include "mission/record/log_layout.h"
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 #include "test/mission/record/sample.h"
 
 namespace dive::mission::testing {

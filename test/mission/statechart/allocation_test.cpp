@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 #include "test/mission/statechart/draft.h"
 
 namespace dive::statechart::testing {

@@ -1,4 +1,4 @@
-#include "test/mission/allocations.h"
+#include "test/common/allocations.h"
 
 #include <algorithm>
 #include <cstdlib>
