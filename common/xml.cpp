@@ -148,7 +148,8 @@ class TreeBuilder {
 
   std::optional<XmlElement> build(const xmlNode* node, int depth) {
     if (next_ >= places_.size()) {
-      diagnostics_.error("XML-SCAN", source_, Span{}, "the tags of this file cannot be located");
+      diagnostics_.error("XML-SCAN", source_, Span{1, 1, 1},
+                         "the tags of this file cannot be located");
       return std::nullopt;
     }
     const TagPlace& place = places_[next_++];
@@ -277,6 +278,13 @@ std::optional<XmlDocument> parse_xml(SourceText source, const XmlLimits& limits,
                       "a DOCTYPE is not accepted: it can define entities that grow without bound "
                       "or read other files",
                       "remove the DOCTYPE and write the text of its entities where they are used");
+    return std::nullopt;
+  }
+
+  for (const TagPlace& place : places) {
+    if (place.attributes.size() <= limits.max_attributes) continue;
+    diagnostics.error("XML-COUNT", source, source.span_at(place.name_offset, place.name_length),
+                      fmt::format("more than {} attributes", limits.max_attributes));
     return std::nullopt;
   }
 

@@ -45,6 +45,7 @@ struct XmlLimits {
   std::size_t max_bytes = 1U << 20U;
   int max_depth = 48;
   std::size_t max_elements = 20'000;
+  std::size_t max_attributes = 256;  ///< Of one element: libxml2 compares each with each.
 };
 
 /// Parses `source`; on any error adds diagnostics (codes XML-*) and returns nothing.

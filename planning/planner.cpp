@@ -96,7 +96,7 @@ struct Planner::Impl {
   Impl(const World& world_in, const RobotHull& hull_in, PlannerOptions options_in, Clock& clock_in)
       : world(world_in),
         hull(hull_in),
-        options(std::move(options_in)),
+        options(options_in),
         clock(clock_in),
         scene(world_in),
         trajopt(scene, hull_in, options.trajopt),
@@ -301,7 +301,7 @@ PlanResult Planner::Impl::search(const PlanRequest& request, double start_cleara
             ? fmt::format("no path found that keeps {:.2f} m: the best keeps {:.2f} m, nearest {}",
                           request.clearance, std::max(result.clearance_m, 0.0),
                           name_of(nearest_obstacle))
-            : fmt::format("blocked: no way from start to goal was found; straight on is {}",
+            : fmt::format("blocked: there is no way to the goal, and {} is in the straight one",
                           name_of(nearest_obstacle));
   }
   return result;
@@ -326,7 +326,7 @@ PlanResult Planner::Impl::plan(const PlanRequest& request) {
 }
 
 Planner::Planner(const World& world, const RobotHull& hull, PlannerOptions options, Clock& clock)
-    : impl_(std::make_unique<Impl>(world, hull, std::move(options), clock)) {}
+    : impl_(std::make_unique<Impl>(world, hull, options, clock)) {}
 Planner::Planner(Planner&&) noexcept = default;
 Planner::~Planner() = default;
 

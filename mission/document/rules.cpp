@@ -13,7 +13,7 @@ constexpr Rule kRules[] = {
     {"XML-SCAN", Severity::kError, "The tags of the file can be located."},
     {"XML-SIZE", Severity::kError, "The file is not larger than 1 MiB."},
     {"XML-DEPTH", Severity::kError, "Elements are not nested more than 48 deep."},
-    {"XML-COUNT", Severity::kError, "There are at most 20000 elements."},
+    {"XML-COUNT", Severity::kError, "There are at most 20000 elements, and 256 attributes of one."},
     {"XSD-ROOT", Severity::kError, "The root is 'mission' in the namespace urn:dive:mission:1."},
     {"XSD-ELEMENT", Severity::kError, "Every element is known and may stand where it stands."},
     {"XSD-MISSING-ELEMENT", Severity::kError, "Every element that is needed is there."},

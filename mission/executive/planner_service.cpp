@@ -7,7 +7,7 @@ namespace dive::mission {
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
                                planning::PlannerOptions options, Utime latency)
-    : planner_(world, hull, std::move(options), clock_), latency_(latency) {}
+    : planner_(world, hull, options, clock_), latency_(latency) {}
 
 void PlannerService::submit(PlanQuery query, Utime now) {
   if (result_.valid()) result_.wait();  // one planner, one plan at a time

@@ -237,7 +237,7 @@ void BandedQp::find_direction(const Direction& direction) {
     const int i = row.given.block;
     rhs_[static_cast<std::size_t>(i)] += row.dlambda * row.given.a.head<6>();
     if (i + 1 < block_count_) {
-      rhs_[static_cast<std::size_t>(i + 1)] += row.dlambda * row.given.a.tail<6>();
+      rhs_[static_cast<std::size_t>(i) + 1] += row.dlambda * row.given.a.tail<6>();
     }
   }
   for (int i = 0; i < block_count_; ++i) {

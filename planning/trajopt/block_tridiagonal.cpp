@@ -87,13 +87,13 @@ void BlockTridiagonal::solve(std::span<Vector6d> b) const {
   DIVE_DEMAND(b.size() >= static_cast<std::size_t>(blocks_));
   for (int i = 0; i < blocks_; ++i) {
     Vector6d& block = b[static_cast<std::size_t>(i)];
-    if (i > 0) block.noalias() -= lower(i - 1) * b[static_cast<std::size_t>(i - 1)];
+    if (i > 0) block.noalias() -= lower(i - 1) * b[static_cast<std::size_t>(i) - 1];
     forward(diagonal(i), block);
   }
   for (int i = blocks_ - 1; i >= 0; --i) {
     Vector6d& block = b[static_cast<std::size_t>(i)];
     if (i + 1 < blocks_) {
-      block.noalias() -= lower(i).transpose() * b[static_cast<std::size_t>(i + 1)];
+      block.noalias() -= lower(i).transpose() * b[static_cast<std::size_t>(i) + 1];
     }
     backward(diagonal(i), block);
   }

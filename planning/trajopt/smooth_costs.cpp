@@ -62,7 +62,7 @@ Vector2d heading_model(const Pose& a, const Pose& b, int which, AttitudeMode att
   const Matrix3d R_BW = (which == 0 ? a.q : b.q).conjugate().toRotationMatrix();
   const Vector3d seen = R_BW * u;
   Matrix23 by_seen;
-  const Vector2d error = off_axis(seen, by_seen);
+  Vector2d error = off_axis(seen, by_seen);
   const Matrix23 by_way =
       by_seen * R_BW * (Matrix3d::Identity() - u * u.transpose()) * P / distance;
   J.leftCols<3>() = -by_way;

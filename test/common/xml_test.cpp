@@ -68,6 +68,10 @@ TEST(ParseXml, IsBounded) {
   XmlLimits few;
   few.max_elements = 3;
   EXPECT_EQ(only_error("<a>\n<b/>\n<b/>\n<b/></a>", few), CodeAtLine("XML-COUNT", 4));
+
+  std::string wide = "<a>\n<b";
+  for (int i = 0; i < 50'000; ++i) wide += " a" + std::to_string(i) + "=''";
+  EXPECT_EQ(only_error(wide + "/></a>"), CodeAtLine("XML-COUNT", 2));
   XmlLimits small;
   small.max_bytes = 100;
   EXPECT_EQ(only_error(std::string(101, ' '), small), CodeAtLine("XML-SIZE", 1));
