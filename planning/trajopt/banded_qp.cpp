@@ -149,8 +149,7 @@ void BandedQp::update_residuals() {
     const int i = row.given.block;
     at(i).residual -= row.lambda * row.given.a.head<6>();
     if (i + 1 < block_count_) at(i + 1).residual -= row.lambda * row.given.a.tail<6>();
-    row.infeasibility =
-        row.decided ? 0.0 : times_row(row, &Block::x) + row.t - row.s - row.given.b;
+    row.infeasibility = row.decided ? 0.0 : times_row(row, &Block::x) + row.t - row.s - row.given.b;
   }
 }
 
