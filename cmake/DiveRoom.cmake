@@ -24,7 +24,8 @@ function(dive_test name)
   cmake_parse_arguments(TEST "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
-  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                                             DIVE_SHARED_DATA="${DIVE_SHARED_DATA}")
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
                                         GTest::gtest_main rapidcheck)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)

@@ -108,7 +108,7 @@ TEST(ParseNumber, AcceptsDecimalsOnly) {
 // Regression files of other XML parsers: none may crash, and each is read or refused with a reason.
 TEST(ParseXml, SurvivesTheTortureFiles) {
   namespace fs = std::filesystem;
-  const fs::path folder = fs::path(DIVE_SOURCE_DIR) / "../shared/data/xml";
+  const fs::path folder = fs::path(DIVE_SHARED_DATA) / "xml";
   if (!fs::exists(folder)) GTEST_SKIP() << "the shared data is not here: " << folder;
   int read = 0;
   int refused = 0;

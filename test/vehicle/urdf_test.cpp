@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using Points = std::vector<Eigen::Vector3d>;
 
-const fs::path kData = fs::path(DIVE_SOURCE_DIR) / "../shared/data/vehicles";
+const fs::path kData = fs::path(DIVE_SHARED_DATA) / "vehicles";
 
 Model read(const std::string& xml) {
   Diagnostics diagnostics;

@@ -96,7 +96,7 @@ TEST(MissionLimits, FilesThatAreNone) {
 
 // Missions of another vehicle, and regression files of XML parsers.
 TEST(ForeignFiles, AreRefusedWithALocatedReason) {
-  const fs::path data = fs::path(DIVE_SOURCE_DIR) / "../shared/data";
+  const fs::path data = fs::path(DIVE_SHARED_DATA);
   if (!fs::exists(data)) GTEST_SKIP() << "the shared data is not here: " << data;
   int refused = 0;
   for (const fs::path& folder : {data / "missions/acfr", data / "xml"}) {

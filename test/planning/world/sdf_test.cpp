@@ -208,7 +208,7 @@ TEST(LoadSdf, SaysThatAFileIsNotThere) {
 
 // Worlds and models that other people made: each is read, or refused with a place and a reason.
 TEST(LoadSdf, ReadsOrRefusesRealFiles) {
-  const std::string data = DIVE_SOURCE_DIR "/../shared/data";
+  const std::string data = DIVE_SHARED_DATA;
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "the shared data is not here";
   int read = 0;
   int refused = 0;
