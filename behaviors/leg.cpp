@@ -41,6 +41,7 @@ planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& go
   request.attitude = settings.attitude;
   request.clearance = settings.clearance;
   request.min_z = settings.min_z;
+  request.min_altitude = settings.min_altitude;
   request.max_z = settings.max_z;
   request.seed = settings.seed;
   return request;

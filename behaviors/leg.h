@@ -17,8 +17,9 @@ struct LegSettings {
   double speed = 0.4;      ///< m/s
   double clearance = 0.6;  ///< D_min, m
   planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
-  double min_z = -50.0;  ///< Depth limit, m
-  double max_z = 0.0;    ///< m
+  double min_z = -50.0;       ///< Depth limit, m
+  double min_altitude = 0.0;  ///< m above what is straight below
+  double max_z = 0.0;         ///< m
   ReplanPolicy replan;
   double retry_s = 1.0;  ///< Pause after a failed plan.
   std::uint64_t seed = 1;

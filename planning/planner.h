@@ -32,16 +32,21 @@ struct PlanRequest {
   Pose goal;
   bool goal_attitude_fixed = false;
   AttitudeMode attitude = AttitudeMode::kFree;
-  double clearance = 0.6;   ///< D_min, m.
-  double min_z = -50.0;     ///< Depth limit, m.
-  double max_z = 0.0;       ///< m; the surface.
+  double clearance = 0.6;  ///< D_min, m.
+  double min_z = -50.0;    ///< Depth limit, m.
+  double max_z = 0.0;      ///< m; the surface.
   std::uint64_t seed = 1;
-  std::vector<Pose> previous;  ///< A path to start from (replanning); may be empty.
+  double min_altitude = 0.0;    ///< m above what is straight below; beyond D_min a soft demand.
+  double goal_tolerance = 0.0;  ///< m that a goal which lacks clearance may be moved by.
+  std::vector<Pose> previous;   ///< A path to start from (replanning); may be empty.
 };
+
+inline constexpr double kMaxGoalTolerance = 5.0;  ///< m
+inline constexpr double kMaxAltitude = 100.0;     ///< m
 
 enum class PlanStatus {
   kSuccess,  ///< The path is certified at `clearance` or better.
-  kNoPath,   ///< None found within the bound; `reason` says what was in the way.
+  kNoPath,   ///< None: blocked, too tight, or none found within the bound; see `reason`.
   kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
 };
 
@@ -57,12 +62,12 @@ struct StageTimes {
 struct PlanResult {
   PlanStatus status = PlanStatus::kInvalid;
   std::string reason;           ///< Empty on success.
-  std::vector<Pose> waypoints;  ///< On kNoPath the best that was found, for pictures only.
-  double clearance_m = 0.0;     ///< Certified.
+  std::vector<Pose> waypoints;  ///< On kNoPath the best that was found, to be looked at only.
+  double clearance_m = 0.0;     ///< Certified, of `waypoints`: on kNoPath what would have worked.
   double length_m = 0.0;
   int warm_starts = 0;
-  int iterations = 0;           ///< Of the optimiser, all attempts.
-  StageTimes times;             ///< Depends on the machine: never logged.
+  int iterations = 0;  ///< Of the optimiser, all attempts.
+  StageTimes times;    ///< Depends on the machine: never logged.
 };
 
 /// One per thread.

@@ -65,7 +65,7 @@ std::optional<Contact> Site::nearest(const Eigen::Vector3d& p_W,
                                      const std::optional<double>& heading_deg, double cutoff) {
   if (scene_.point_distance(p_W) > cutoff + radius_) return std::nullopt;
   if (heading_deg) return nearest_at(p_W, heading_to_yaw(*heading_deg), cutoff);
-  if (mission.attitude == planning::AttitudeMode::kFree) return nearest_to_centre(p_W);
+  if (mission.attitude != planning::AttitudeMode::kHorizontal) return nearest_to_centre(p_W);
   std::optional<Contact> best;
   for (int i = 0; i < kHeadings; ++i) {
     const std::optional<Contact> contact =

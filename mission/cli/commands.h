@@ -26,7 +26,7 @@ struct PlanArguments {
   std::string goal;
   double clearance_m = 0.6;
   double max_depth_m = 50.0;
-  bool horizontal = false;
+  std::string attitude = "free";
   bool json = false;
   std::string svg;
   std::uint64_t seed = 1;

@@ -57,7 +57,7 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "Examples:\n"
       "  dive plan missions/window.xml --svg plan.svg\n"
       "  dive plan --map missions/maps/window.sdf --start -1,-2,-4 --goal 9.8,-2,-4.6 "
-      "--clearance 1 --horizontal\n\n"
+      "--clearance 1 --attitude horizontal\n\n"
       "Plans every leg of a mission, or one path on a map, and prints its certified clearance.\n"
       "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
@@ -71,7 +71,11 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
   command->add_option("--max-depth", arguments.max_depth_m, "Depth limit, m")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 1000.0).description(""));
-  command->add_flag("--horizontal", arguments.horizontal, "Keep roll and pitch at zero");
+  command
+      ->add_option("--attitude", arguments.attitude,
+                   "free, flat (no roll) or horizontal (neither roll nor pitch)")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"free", "flat", "horizontal"}).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
   command->add_option("--svg", arguments.svg, "Write a picture of map and path")->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");

@@ -113,7 +113,7 @@ int plan_on_map(const PlanArguments& arguments) {
   if (!start->has_attitude) request.start.q = along;
   if (!goal->has_attitude) request.goal.q = along;
   request.goal_attitude_fixed = goal->has_attitude;
-  if (arguments.horizontal) request.attitude = planning::AttitudeMode::kHorizontal;
+  request.attitude = attitude_mode(arguments.attitude);
   request.clearance = arguments.clearance_m;
   request.min_z = -arguments.max_depth_m;
   request.seed = arguments.seed;

@@ -33,4 +33,10 @@ const char* to_string(Rung rung) {
 
 double heading_to_yaw(double heading_deg) { return wrap_angle(deg_to_rad(90.0 - heading_deg)); }
 
+planning::AttitudeMode attitude_mode(std::string_view word) {
+  if (word == "horizontal") return planning::AttitudeMode::kHorizontal;
+  if (word == "flat") return planning::AttitudeMode::kFlat;
+  return planning::AttitudeMode::kFree;
+}
+
 }  // namespace dive::mission

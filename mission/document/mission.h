@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -153,5 +154,8 @@ enum class MapFile { kMustExist, kNotNeeded };
 
 /// Compass heading (deg, clockwise from north) to yaw (rad, counter-clockwise from east).
 [[nodiscard]] double heading_to_yaw(double heading_deg);
+
+/// The attitude mode that the schema's word names: free, flat or horizontal.
+[[nodiscard]] planning::AttitudeMode attitude_mode(std::string_view word);
 
 }  // namespace dive::mission

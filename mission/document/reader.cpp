@@ -45,9 +45,7 @@ class Reader {
     }
     const XmlElement& vehicle = *root.child("vehicle");
     mission.speed = number(vehicle, "speed");
-    mission.attitude = name(vehicle, "attitude").value == "horizontal"
-                           ? planning::AttitudeMode::kHorizontal
-                           : planning::AttitudeMode::kFree;
+    mission.attitude = attitude_mode(name(vehicle, "attitude").value);
     mission.map_file = path(*root.child("map"), "file");
     const XmlElement& start = *root.child("start");
     mission.start = position(start);

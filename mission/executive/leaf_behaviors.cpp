@@ -36,6 +36,7 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.leg.clearance = mission.limits.clearance.value;
   context.leg.attitude = mission.attitude;
   context.leg.min_z = -mission.limits.max_depth.value;
+  context.leg.min_altitude = mission.limits.min_altitude.value;
   context.leg.seed = seed;
   const ReplanPolicy& replan = mission.replan;
   if (replan.period_s) context.leg.replan.period_s = replan.period_s->value;

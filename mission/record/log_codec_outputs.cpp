@@ -123,7 +123,7 @@ bool decode(PacketView packet, Status& status) {
 bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   const auto& [id, state, request] = query;
   const auto& [start, goal, goal_attitude_fixed, attitude, clearance, min_z, max_z, seed,
-               previous] = request;
+               min_altitude, goal_tolerance, previous] = request;
   if (previous.size() > kMaxWaypoints) return false;
   plan_query_t m;
   m.utime = now;
@@ -136,6 +136,8 @@ bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   m.clearance = clearance;
   m.min_z = min_z;
   m.max_z = max_z;
+  m.min_altitude = min_altitude;
+  m.goal_tolerance = goal_tolerance;
   m.state = state;
   write_poses(previous, m.n, m.previous);
   return pack(m, kPlanQuery, packet);
@@ -152,6 +154,8 @@ bool decode(PacketView packet, PlanQuery& query) {
   request.clearance = m->clearance;
   request.min_z = m->min_z;
   request.max_z = m->max_z;
+  request.min_altitude = m->min_altitude;
+  request.goal_tolerance = m->goal_tolerance;
   request.seed = static_cast<std::uint64_t>(m->seed);
   read_poses(m->previous, request.previous);
   return read_flag(m->goal_attitude_fixed, request.goal_attitude_fixed) &&

@@ -13,7 +13,7 @@ double yaw_of(const Eigen::Quaterniond& q) { return to_rpy(q).z(); }
 
 Eigen::Quaterniond along(const Eigen::Vector3d& way, AttitudeMode mode,
                          const Eigen::Quaterniond& fallback) {
-  if (mode == AttitudeMode::kFree) {
+  if (mode != AttitudeMode::kHorizontal) {
     return way.norm() > 1e-9 ? heading_along(way, yaw_of(fallback)) : fallback;
   }
   const bool moves = way.head<2>().norm() > 1e-6;

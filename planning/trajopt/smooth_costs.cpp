@@ -49,10 +49,11 @@ void add_square(double weight, const Eigen::Matrix<double, Rows, 1>& r,
   qp.gradient(i + 1).noalias() += 2.0 * weight * tail.transpose() * r;
 }
 
-// The heading error of waypoint `which` (0: i, 1: i + 1) against the way between them, with its
-// derivative by both steps. A body turned by theta sees b' = b + b x theta.
-Vector2d heading_model(const Pose& a, const Pose& b, int which, AttitudeMode attitude,
-                       Matrix212& J) {
+}  // namespace
+
+// A body turned by theta sees b' = b + b x theta.
+Vector2d heading_error_model(const Pose& a, const Pose& b, int which, AttitudeMode attitude,
+                             Matrix212& J) {
   J.setZero();
   const Matrix3d P = relevant(attitude);
   const Vector3d way = P * (b.p - a.p);
@@ -70,8 +71,6 @@ Vector2d heading_model(const Pose& a, const Pose& b, int which, AttitudeMode att
   J.middleCols<3>(which == 0 ? 3 : 9) = by_seen * skew(seen);
   return error;
 }
-
-}  // namespace
 
 Vector2d heading_error(const Eigen::Quaterniond& q_WB, const Vector3d& way_W,
                        AttitudeMode attitude) {
@@ -113,7 +112,7 @@ void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
 
     for (const int which : {0, 1}) {
       Matrix212 J;
-      const Vector2d error = heading_model(a, b, which, attitude, J);
+      const Vector2d error = heading_error_model(a, b, which, attitude, J);
       add_square<2>(0.5 * attitude_weight, error, J, i, qp);
     }
 

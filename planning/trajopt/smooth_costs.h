@@ -36,4 +36,10 @@ struct SmoothCosts {
 [[nodiscard]] Eigen::Vector2d heading_error(const Eigen::Quaterniond& q_WB,
                                             const Eigen::Vector3d& way_W, AttitudeMode attitude);
 
+/// The same for pose `a` (which = 0) or `b` (1) and the way from a to b, with its derivative by the
+/// steps (dp in W, rotation vector in B) of both.
+[[nodiscard]] Eigen::Vector2d heading_error_model(const Pose& a, const Pose& b, int which,
+                                                  AttitudeMode attitude,
+                                                  Eigen::Matrix<double, 2, 12>& J);
+
 }  // namespace dive::planning

@@ -6,8 +6,11 @@
 
 #include "common/assert.h"
 #include "planning/trajopt/banded_qp.h"
+#include "planning/trajopt/motion_limits.h"
+#include "planning/trajopt/roll_search.h"
 #include "planning/trajopt/smooth_costs.h"
 #include "planning/trajopt/sweep_contacts.h"
+#include "planning/world/sounding.h"
 
 namespace dive::planning {
 namespace {
@@ -19,6 +22,7 @@ constexpr double kGrow = 1.8;
 constexpr double kLargestStep = 1.0;  // m: half a segment or so
 constexpr int kEscalations = 2;       // of the obstacle weight, when a violation stays
 constexpr double kEscalation = 5.0;
+constexpr double kWorthwhile = 0.05;  // of the cost, for other rolls to be tried
 constexpr double kQpTolerance = 1e-6;
 
 double length_of(std::span<const Pose> path) {
@@ -27,21 +31,50 @@ double length_of(std::span<const Pose> path) {
   return length;
 }
 
+// The attitude without what its mode forbids.
+Eigen::Quaterniond levelled(const Eigen::Quaterniond& q, AttitudeMode attitude) {
+  if (attitude == AttitudeMode::kFree) return q;
+  const Eigen::Vector3d rpy = to_rpy(q);
+  return from_rpy(0.0, attitude == AttitudeMode::kHorizontal ? 0.0 : rpy.y(), rpy.z());
+}
+
+// Of a waypoint's step (dp, rotation vector in B): the first axis it may turn about.
+int first_free_axis(AttitudeMode attitude) {
+  switch (attitude) {
+    case AttitudeMode::kFree:
+      return 3;
+    case AttitudeMode::kFlat:
+      return 4;
+    case AttitudeMode::kHorizontal:
+      return 5;
+  }
+  return 5;
+}
+
+/// A path and all that its cost is made of besides the smooth terms.
+struct Candidate {
+  std::vector<Pose> path;
+  std::vector<SweepContact> contacts;
+  std::vector<Hinge> hinges;  ///< Of the contacts first, one each, then all others.
+  double hinge_cost = 0.0;
+};
+
 /// One run: the path, what is near it, and the programme that improves it.
 class SequentialProgramme {
  public:
-  SequentialProgramme(const TrajoptProblem& problem, const TrajoptOptions& options,
+  SequentialProgramme(const TrajoptProblem& problem, const TrajoptOptions& options, Scene& scene,
                       SweepContacts& sweep, std::span<const Pose> initial)
       : problem_(problem),
         options_(options),
+        scene_(scene),
         sweep_(sweep),
-        path_(initial.begin(), initial.end()),
         obstacle_weight_(options.obstacle_weight),
         qp_(static_cast<int>(initial.size()), kFirstRows) {
     costs_.length_weight = options.length_weight;
     costs_.attitude_weight = options.attitude_weight;
     costs_.turn_weight = options.turn_weight;
     costs_.attitude = problem.attitude;
+    now_.path.assign(initial.begin(), initial.end());
     fix_ends();
   }
 
@@ -54,26 +87,25 @@ class SequentialProgramme {
   [[nodiscard]] bool improve();
   void build_programme();
   void bound_waypoint(int i);
-  void add_rows();
-  [[nodiscard]] std::vector<Pose> stepped() const;
-  void find_contacts(std::span<const Pose> path, std::vector<SweepContact>& out) const;
+  void step_to(std::vector<Pose>& path) const;
+  void evaluate(Candidate& candidate);
+  void add_contact_hinges(Candidate& candidate) const;
+  void add_vertical_hinges(Candidate& candidate) const;
+  [[nodiscard]] double trust_rad() const {
+    return trust_m_ * options_.trust_region_rad / options_.trust_region_m;
+  }
   [[nodiscard]] double required(const SweepContact& contact) const {
     return problem_.clearance + options_.clearance_buffer + contact.pad;
   }
-  [[nodiscard]] double surface_excess(const Pose& pose) const {
-    return std::max(0.0, pose.p.z() + problem_.clearance);
-  }
-  [[nodiscard]] double merit(std::span<const Pose> path,
-                             const std::vector<SweepContact>& contacts) const;
   [[nodiscard]] double violation() const;
   [[nodiscard]] TrajoptResult result() const;
 
   const TrajoptProblem& problem_;
   const TrajoptOptions& options_;
+  Scene& scene_;
   SweepContacts& sweep_;
-  std::vector<Pose> path_;
-  std::vector<SweepContact> contacts_;
-  std::vector<SweepContact> candidate_contacts_;
+  Candidate now_;
+  Candidate next_;
   SmoothCosts costs_;
   double obstacle_weight_;
   double trust_m_ = 0.0;
@@ -86,43 +118,61 @@ class SequentialProgramme {
 };
 
 void SequentialProgramme::fix_ends() {
-  path_.front() = problem_.start;
-  path_.back().p = problem_.goal.p;
-  if (problem_.goal_attitude_fixed) path_.back().q = problem_.goal.q;
-  if (problem_.attitude != AttitudeMode::kHorizontal) return;
-  const std::size_t end = path_.size() - (problem_.goal_attitude_fixed ? 1 : 0);
-  for (std::size_t i = 1; i < end; ++i) {
-    path_[i].q = from_rpy(0.0, 0.0, to_rpy(path_[i].q).z());
+  std::vector<Pose>& path = now_.path;
+  path.front() = problem_.start;
+  path.back().p = problem_.goal.p;
+  if (problem_.goal_attitude_fixed) path.back().q = problem_.goal.q;
+  const std::size_t end = path.size() - (problem_.goal_attitude_fixed ? 1 : 0);
+  for (std::size_t i = 1; i < end; ++i) path[i].q = levelled(path[i].q, problem_.attitude);
+}
+
+// All that the path costs besides the smooth terms. Hinges as far off as a step can reach are
+// modelled, so that a step does not end in an obstacle that the programme did not know of.
+void SequentialProgramme::evaluate(Candidate& candidate) {
+  sweep_.find(candidate.path, problem_.clearance + options_.clearance_buffer + trust_m_,
+              candidate.contacts);
+  candidate.hinges.clear();
+  add_contact_hinges(candidate);
+  add_vertical_hinges(candidate);
+  add_motion_limits(candidate.path, options_.motion, problem_.attitude,
+                    problem_.goal_attitude_fixed, trust_m_, trust_rad(), candidate.hinges);
+  candidate.hinge_cost = 0.0;
+  for (const Hinge& hinge : candidate.hinges) candidate.hinge_cost += hinge.cost();
+}
+
+void SequentialProgramme::add_contact_hinges(Candidate& candidate) const {
+  for (const SweepContact& contact : candidate.contacts) {
+    candidate.hinges.push_back({.block = contact.segment,
+                                .a = contact.gradient,
+                                .missing = required(contact) - contact.distance,
+                                .weight = obstacle_weight_});
   }
 }
 
-// Contacts as far off as a step can reach are modelled, so that a step does not end in an obstacle
-// that the programme did not know of.
-void SequentialProgramme::find_contacts(std::span<const Pose> path,
-                                        std::vector<SweepContact>& out) const {
-  sweep_.find(path, problem_.clearance + options_.clearance_buffer + trust_m_, out);
-}
-
-double SequentialProgramme::merit(std::span<const Pose> path,
-                                  const std::vector<SweepContact>& contacts) const {
-  double cost = costs_.value(path);
-  for (const SweepContact& contact : contacts) {
-    cost += obstacle_weight_ * std::max(0.0, required(contact) - contact.distance);
+// Surface and altitude. Both ends are given and not held against the path.
+void SequentialProgramme::add_vertical_hinges(Candidate& candidate) const {
+  for (int i = 1; i + 1 < static_cast<int>(candidate.path.size()); ++i) {
+    const Eigen::Vector3d& p = candidate.path[static_cast<std::size_t>(i)].p;
+    Hinge surface{.block = i, .missing = p.z() + problem_.clearance};
+    surface.a(2) = -1.0;
+    surface.weight = options_.surface_weight;
+    if (surface.missing > -trust_m_) candidate.hinges.push_back(surface);
+    if (problem_.min_altitude <= problem_.clearance) continue;  // the clearance keeps it
+    const auto ground = ground_below(scene_, p, problem_.min_altitude + 2.0 * trust_m_);
+    if (!ground) continue;
+    Hinge altitude{.block = i, .missing = *ground + problem_.min_altitude - p.z()};
+    altitude.a(2) = 1.0;
+    altitude.weight = options_.altitude_weight;
+    candidate.hinges.push_back(altitude);
   }
-  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
-    cost += options_.surface_weight * surface_excess(path[i]);
-  }
-  return cost;
 }
 
 void SequentialProgramme::bound_waypoint(int i) {
-  const Pose& pose = path_[static_cast<std::size_t>(i)];
-  const bool first = i == 0;
-  const bool last = i + 1 == static_cast<int>(path_.size());
+  const Pose& pose = now_.path[static_cast<std::size_t>(i)];
+  const bool last = i + 1 == static_cast<int>(now_.path.size());
+  if (i == 0) return;  // fixed: reset() left it so
   Vector6d& lower = qp_.lower(i);
   Vector6d& upper = qp_.upper(i);
-  if (first) return;  // fixed: reset() left it so
-  const double trust_rad = trust_m_ * options_.trust_region_rad / options_.trust_region_m;
   if (!last) {
     lower.head<3>().setConstant(-trust_m_);
     upper.head<3>().setConstant(trust_m_);
@@ -130,84 +180,64 @@ void SequentialProgramme::bound_waypoint(int i) {
     upper.z() = std::clamp(problem_.max_z - pose.p.z(), lower.z(), trust_m_);
   }
   if (last && problem_.goal_attitude_fixed) return;
-  const int first_axis = problem_.attitude == AttitudeMode::kHorizontal ? 5 : 3;
-  for (int k = first_axis; k < 6; ++k) {
-    lower(k) = -trust_rad;
-    upper(k) = trust_rad;
-  }
-}
-
-void SequentialProgramme::add_rows() {
-  for (const SweepContact& contact : contacts_) {
-    qp_.add_row({.block = contact.segment,
-                 .a = contact.gradient,
-                 .b = required(contact) - contact.distance,
-                 .weight = obstacle_weight_});
-  }
-  for (int i = 1; i + 1 < static_cast<int>(path_.size()); ++i) {
-    QpRow row{.block = i, .a = Vector12d::Zero(), .b = 0.0, .weight = options_.surface_weight};
-    row.b = path_[static_cast<std::size_t>(i)].p.z() + problem_.clearance;
-    if (row.b < -trust_m_) continue;  // out of reach of this step
-    row.a(2) = -1.0;
-    qp_.add_row(row);
+  for (int k = first_free_axis(problem_.attitude); k < 6; ++k) {
+    lower(k) = -trust_rad();
+    upper(k) = trust_rad();
   }
 }
 
 void SequentialProgramme::build_programme() {
-  const auto blocks = static_cast<int>(path_.size());
-  const auto rows = static_cast<int>(contacts_.size() + path_.size());
+  const auto blocks = static_cast<int>(now_.path.size());
+  const auto rows = static_cast<int>(now_.hinges.size());
   if (rows > rows_capacity_) {
     rows_capacity_ = 2 * rows;
     qp_ = BandedQp(blocks, rows_capacity_);
   }
   qp_.reset(blocks);
-  costs_.add_to(path_, qp_);
+  costs_.add_to(now_.path, qp_);
   for (int i = 0; i < blocks; ++i) bound_waypoint(i);
-  add_rows();
+  for (const Hinge& hinge : now_.hinges) {
+    qp_.add_row({.block = hinge.block, .a = hinge.a, .b = hinge.missing, .weight = hinge.weight});
+  }
 }
 
-std::vector<Pose> SequentialProgramme::stepped() const {
-  std::vector<Pose> path = path_;
+void SequentialProgramme::step_to(std::vector<Pose>& path) const {
+  path = now_.path;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const Vector6d& step = qp_.x(static_cast<int>(i));
     path[i].p += step.head<3>();
     path[i].q = (path[i].q * so3_exp(step.tail<3>())).normalized();
+    if (problem_.attitude == AttitudeMode::kFlat) {
+      path[i].q = levelled(path[i].q, problem_.attitude);
+    }
   }
   path.back().p = problem_.goal.p;
-  return path;
+  if (problem_.goal_attitude_fixed) path.back().q = problem_.goal.q;
 }
 
 // One convexification, with as many shorter steps as it takes. False when the path has converged
 // or nothing helps.
 bool SequentialProgramme::improve() {
-  costs_.reference_length = std::max(length_of(path_), 1e-3);
-  merit_ = merit(path_, contacts_);
+  costs_.reference_length = std::max(length_of(now_.path), 1e-3);
+  merit_ = costs_.value(now_.path) + now_.hinge_cost;
   for (; trust_m_ >= options_.min_trust_region; trust_m_ *= kShrink) {
     build_programme();
-    double promised = 0.0;  // the model at a step of zero
-    for (const SweepContact& contact : contacts_) {
-      promised += obstacle_weight_ * std::max(0.0, required(contact) - contact.distance);
-    }
-    for (std::size_t i = 1; i + 1 < path_.size(); ++i) {
-      promised += options_.surface_weight * surface_excess(path_[i]);
-    }
     const QpSummary summary = qp_.solve({.tolerance = kQpTolerance});
     ++qp_solves_;
     if (summary.status == QpStatus::kNumericalError) {
       status_ = TrajoptStatus::kQpFailed;
       return false;
     }
-    promised -= summary.objective;
+    const double promised = now_.hinge_cost - summary.objective;
     if (promised < options_.improvement_tolerance * merit_) {
       status_ = TrajoptStatus::kConverged;
       return false;
     }
-    std::vector<Pose> candidate = stepped();
-    find_contacts(candidate, candidate_contacts_);
-    const double decrease = merit_ - merit(candidate, candidate_contacts_);
+    step_to(next_.path);
+    evaluate(next_);
+    const double decrease = merit_ - costs_.value(next_.path) - next_.hinge_cost;
     if (decrease < kAcceptRatio * promised) continue;
-    path_ = std::move(candidate);
-    std::swap(contacts_, candidate_contacts_);
+    std::swap(now_, next_);
     if (decrease > kGoodRatio * promised) trust_m_ = std::min(kGrow * trust_m_, kLargestStep);
     return true;
   }
@@ -217,7 +247,7 @@ bool SequentialProgramme::improve() {
 
 double SequentialProgramme::violation() const {
   double worst = 0.0;
-  for (const SweepContact& contact : contacts_) {
+  for (const SweepContact& contact : now_.contacts) {
     worst = std::max(worst, problem_.clearance + contact.pad - contact.distance);
   }
   return worst;
@@ -226,14 +256,20 @@ double SequentialProgramme::violation() const {
 TrajoptResult SequentialProgramme::result() const {
   TrajoptResult result;
   result.status = status_;
-  result.waypoints = path_;
+  result.waypoints = now_.path;
   result.merit = merit_;
-  result.length_m = length_of(path_);
+  result.length_m = length_of(now_.path);
   result.violation_m = violation();
+  for (const SweepContact& contact : now_.contacts) {
+    const bool violates = contact.distance < problem_.clearance + contact.pad;
+    const bool listed =
+        !result.tight_segments.empty() && result.tight_segments.back() == contact.segment;
+    if (violates && !listed) result.tight_segments.push_back(contact.segment);
+  }
   result.iterations = iterations_;
   result.qp_solves = qp_solves_;
-  result.waypoint_cost.assign(path_.size(), 0.0);
-  for (const SweepContact& contact : contacts_) {
+  result.waypoint_cost.assign(now_.path.size(), 0.0);
+  for (const SweepContact& contact : now_.contacts) {
     const double cost =
         options_.obstacle_weight * std::max(0.0, required(contact) - contact.distance);
     const auto i = static_cast<std::size_t>(contact.segment);
@@ -246,7 +282,7 @@ TrajoptResult SequentialProgramme::result() const {
 TrajoptResult SequentialProgramme::run() {
   for (int escalation = 0; escalation <= kEscalations; ++escalation) {
     trust_m_ = options_.trust_region_m;
-    find_contacts(path_, contacts_);
+    evaluate(now_);
     while (iterations_ < options_.max_iterations) {
       ++iterations_;
       status_ = TrajoptStatus::kIterationLimit;
@@ -268,7 +304,16 @@ Trajopt::Trajopt(Scene& scene, const RobotHull& hull, TrajoptOptions options)
 TrajoptResult Trajopt::optimise(const TrajoptProblem& problem, std::span<const Pose> initial) {
   DIVE_DEMAND(initial.size() >= 2);
   SweepContacts sweep(scene_, hull_vertices_);
-  return SequentialProgramme(problem, options_, sweep, initial).run();
+  return SequentialProgramme(problem, options_, scene_, sweep, initial).run();
+}
+
+std::optional<std::vector<Pose>> Trajopt::other_rolls(const TrajoptProblem& problem,
+                                                      std::span<const Pose> path) {
+  if (problem.attitude != AttitudeMode::kFree) return std::nullopt;
+  SweepContacts sweep(scene_, hull_vertices_);
+  RollSearch found = search_rolls(problem, options_, sweep, path);
+  if (found.cost > (1.0 - kWorthwhile) * found.cost_before) return std::nullopt;
+  return std::move(found.path);
 }
 
 }  // namespace dive::planning

@@ -43,6 +43,8 @@ Eigen::AlignedBox3d WarmStart::Impl::region(Eigen::AlignedBox3d around, const Ve
 WarmStart::WarmStart(const World& world, WarmStartOptions options)
     : impl_(new Impl{Scene(world), world.bounds(), options}) {}
 
+void WarmStart::set_options(const WarmStartOptions& options) { impl_->options = options; }
+
 WarmStart::WarmStart(WarmStart&&) noexcept = default;
 WarmStart::~WarmStart() = default;
 
@@ -76,6 +78,22 @@ std::optional<std::vector<Vector3d>> WarmStart::plan(
   }
   if (!path) return std::nullopt;
   return resample(shorten(space, *path, kShortenSpacing), spacing);
+}
+
+std::optional<WidestPath> WarmStart::widest(const Vector3d& start_W, const Vector3d& goal_W,
+                                            double enough, double spacing) const {
+  WidestPathQuery query;
+  query.start_W = start_W;
+  query.goal_W = goal_W;
+  query.region = impl_->region(impl_->map, start_W, goal_W);
+  query.enough = enough;
+  auto path = widest_path(impl_->scene, query);
+  if (!path) return std::nullopt;
+  const double room = std::min(
+      {path->radius, impl_->scene.point_distance(start_W), impl_->scene.point_distance(goal_W)});
+  const FreeSpace space(impl_->scene, kShare * room, {});
+  path->positions = resample(shorten(space, path->positions, kShortenSpacing), spacing);
+  return path;
 }
 
 }  // namespace dive::planning

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "planning/warm_start/widest_path.h"
 #include "planning/world/scene.h"
 
 namespace dive::planning {
@@ -33,9 +34,11 @@ struct VirtualObstacle {
 
 class WarmStart {
  public:
-  WarmStart(const World& world, WarmStartOptions options);
+  explicit WarmStart(const World& world, WarmStartOptions options = {});
   WarmStart(WarmStart&&) noexcept;
   ~WarmStart();
+
+  void set_options(const WarmStartOptions& options);
 
   /// A collision-free polyline of positions from start to goal, shortened and resampled to
   /// `spacing` (m) at most; nothing when none was found within the bound. Same seed, same path.
@@ -43,6 +46,12 @@ class WarmStart {
   [[nodiscard]] std::optional<std::vector<Eigen::Vector3d>> plan(
       const Eigen::Vector3d& start_W, const Eigen::Vector3d& goal_W,
       const std::vector<VirtualObstacle>& virtual_obstacles, double spacing, std::uint64_t seed);
+
+  /// The way with the most room, of what is worth having (`enough`, m); nothing when start and goal
+  /// are not connected. Searches the region around the whole map at once, and takes up to a second.
+  [[nodiscard]] std::optional<WidestPath> widest(const Eigen::Vector3d& start_W,
+                                                 const Eigen::Vector3d& goal_W, double enough,
+                                                 double spacing) const;
 
  private:
   struct Impl;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <vector>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -12,14 +13,47 @@
 #include "planning/world/world.h"
 
 namespace dive::planning {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+
+void append(const ConvexSolid& part, std::vector<Kernel::Point_3>& points) {
+  for (const Eigen::Vector3d& v : part.vertices) points.emplace_back(v.x(), v.y(), v.z());
+}
+
+// Distance of the origin to the nearest facet of the part; negative when it is outside.
+double origin_depth(const ConvexSolid& part) {
+  std::vector<Kernel::Point_3> points;
+  append(part, points);
+  Mesh mesh;
+  CGAL::convex_hull_3(points.begin(), points.end(), mesh);
+  double depth = std::numeric_limits<double>::infinity();
+  for (const auto facet : mesh.faces()) {
+    std::vector<Eigen::Vector3d> corners;
+    for (const auto vertex : CGAL::vertices_around_face(mesh.halfedge(facet), mesh)) {
+      const Kernel::Point_3& p = mesh.point(vertex);
+      corners.emplace_back(p.x(), p.y(), p.z());
+    }
+    const Eigen::Vector3d outward =
+        (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    depth = std::min(depth, outward.dot(corners[0]));
+  }
+  return depth;
+}
+
+}  // namespace
+
+double RobotHull::inner_radius() const {
+  double radius = 0.0;
+  for (const ConvexSolid& part : parts) radius = std::max(radius, origin_depth(part));
+  return radius;
+}
 
 std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   std::vector<Kernel::Point_3> points;
-  for (const ConvexSolid& part : parts) {
-    for (const Eigen::Vector3d& v : part.vertices) points.emplace_back(v.x(), v.y(), v.z());
-  }
-  CGAL::Surface_mesh<Kernel::Point_3> mesh;
+  for (const ConvexSolid& part : parts) append(part, points);
+  Mesh mesh;
   CGAL::convex_hull_3(points.begin(), points.end(), mesh);
   // Fewer than four would be a hull without volume: a vehicle drawn as a sheet of paper.
   DIVE_DEMAND(mesh.number_of_vertices() >= 4);

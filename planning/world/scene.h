@@ -1,7 +1,7 @@
 #pragma once
-// Distances between a moving convex solid and the obstacles of a world: a tree of boxes finds who is
-// near, FCL's GJK how near (narrowphase.h). Distances never exceed the truth; of overlaps the depth
-// may be a little too large, for which see doc/decisions/overlap-without-epa.md.
+// Distances between a moving convex solid and the obstacles of a world: a tree of boxes finds who
+// is near, FCL's GJK how near (narrowphase.h). Distances never exceed the truth; of overlaps the
+// depth may be a little too large, for which see doc/decisions/overlap-without-epa.md.
 
 #include <memory>
 #include <span>
@@ -19,7 +19,8 @@ struct Contact {
   double distance = 0.0;             ///< Signed, m; negative is penetration depth.
   Eigen::Vector3d point_on_solid_W;  ///< On the solid.
   Eigen::Vector3d point_on_obstacle_W;
-  Eigen::Vector3d normal_W;  ///< Unit, from the obstacle to the solid: moving along it adds distance.
+  Eigen::Vector3d
+      normal_W;  ///< Unit, from the obstacle to the solid: moving along it adds distance.
 };
 
 /// Not thread-safe: one per thread (it keeps scratch memory). Cheap to construct from a World.

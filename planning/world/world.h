@@ -55,6 +55,8 @@ struct RobotHull {
 
   /// Radius of the smallest ball around B's origin that holds every part.
   [[nodiscard]] double radius() const;
+  /// Radius of a ball around B's origin that one of the parts contains; 0 when none holds it.
+  [[nodiscard]] double inner_radius() const;
   /// Vertices of the convex hull of all parts (no interior points), in B.
   [[nodiscard]] std::vector<Eigen::Vector3d> hull_vertices() const;
 };

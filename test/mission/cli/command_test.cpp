@@ -84,7 +84,7 @@ TEST(Command, CheckSaysOkWithTheKeysScriptsRelyOn) {
 
 TEST(Command, PlanIsTheSameForTheSameSeed) {
   const std::string arguments =
-      "plan --json --horizontal --clearance 1 --start -1,-2,-4 "
+      "plan --json --attitude horizontal --clearance 1 --start -1,-2,-4 "
       "--goal 9.8,-2,-4.6 --svg plan.svg --map " +
       kMap;
   const Ran ran = dive(arguments);

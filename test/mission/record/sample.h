@@ -124,6 +124,8 @@ void each_output(StepOutputs& out, F f) {
     f("DIVE_OUT_PLAN_QUERY.min_z", request.min_z);
     f("DIVE_OUT_PLAN_QUERY.max_z", request.max_z);
     f("DIVE_OUT_PLAN_QUERY.seed", request.seed);
+    f("DIVE_OUT_PLAN_QUERY.min_altitude", request.min_altitude);
+    f("DIVE_OUT_PLAN_QUERY.goal_tolerance", request.goal_tolerance);
     for (std::size_t i = 0; i < request.previous.size(); ++i) {
       each(fmt::format("DIVE_OUT_PLAN_QUERY.previous[{}]", i), request.previous[i], f);
     }

@@ -1,0 +1,159 @@
+#include "planning/warm_start/widest_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFinestLook = 0.02;  // m: walls thinner than that are not looked for
+
+class Grid {
+ public:
+  Grid(const Scene& scene, const WidestPathQuery& query) : scene_(scene), query_(query) {
+    const Vector3d size = query.region.sizes().cwiseMax(query.finest_cell);
+    cell_ = std::max(query.finest_cell, std::cbrt(size.prod() / query.max_cells));
+    // A flat region has few layers, so that the cube root may ask for more cells than allowed.
+    while (shape_for(size).cast<double>().prod() > query.max_cells) cell_ *= 1.1;
+    shape_ = shape_for(size);
+    const auto cells = static_cast<std::size_t>(shape_.prod());
+    distance_.assign(cells, kUnknown);
+    room_.assign(cells, -1.0);
+    length_.assign(cells, 0.0);
+    parent_.assign(cells, -1);
+    settled_.assign(cells, false);
+  }
+
+  std::optional<WidestPath> search() {
+    const int start = nearest_cell(query_.start_W);
+    const int goal = nearest_cell(query_.goal_W);
+    // Start and goal are as they are: their cells have all the room that is asked for.
+    distance_[at(start)] = distance_[at(goal)] = query_.enough;
+    room_[at(start)] = query_.enough;
+    queue_.push({query_.enough, 0.0, start});
+    while (!queue_.empty()) {
+      const Entry entry = queue_.top();
+      queue_.pop();
+      if (settled_[at(entry.cell)]) continue;
+      settled_[at(entry.cell)] = true;
+      if (entry.cell == goal) return path_to(goal);
+      relax_neighbours(entry.cell);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Entry {
+    double room;
+    double length;
+    int cell;
+    // The roomiest first, then the shortest; then by number, so that the order is always the same.
+    bool operator<(const Entry& other) const {
+      if (room != other.room) return room < other.room;
+      if (length != other.length) return length > other.length;
+      return cell > other.cell;
+    }
+  };
+
+  [[nodiscard]] static std::size_t at(int cell) { return static_cast<std::size_t>(cell); }
+  [[nodiscard]] Vector3i shape_for(const Vector3d& size) const {
+    return (size / cell_).array().ceil().cast<int>().max(1);
+  }
+  [[nodiscard]] int index(const Vector3i& c) const {
+    return (c.z() * shape_.y() + c.y()) * shape_.x() + c.x();
+  }
+  [[nodiscard]] Vector3i coordinates(int cell) const {
+    return {cell % shape_.x(), cell / shape_.x() % shape_.y(), cell / (shape_.x() * shape_.y())};
+  }
+  [[nodiscard]] Vector3d centre(int cell) const {
+    return query_.region.min() + cell_ * (coordinates(cell).cast<double>().array() + 0.5).matrix();
+  }
+  [[nodiscard]] int nearest_cell(const Vector3d& p) const {
+    const Vector3i c = ((p - query_.region.min()) / cell_).array().floor().cast<int>();
+    return index(c.cwiseMax(0).cwiseMin(shape_ - Vector3i::Ones()));
+  }
+
+  [[nodiscard]] double distance(int cell) {
+    double& known = distance_[at(cell)];
+    if (std::isnan(known)) known = std::min(scene_.point_distance(centre(cell)), query_.enough);
+    return known;
+  }
+
+  // Room between two points whose own is known. Where their balls overlap nothing is in between.
+  [[nodiscard]] double room_between(const Vector3d& a, double room_a, const Vector3d& b,
+                                    double room_b) const {
+    const double length = (b - a).norm();
+    if (room_a <= 0.0 || room_b <= 0.0 || room_a + room_b >= length || length < kFinestLook) {
+      return std::min(room_a, room_b);
+    }
+    const Vector3d middle = 0.5 * (a + b);
+    const double room = scene_.point_distance(middle);
+    if (room <= 0.0) return room;
+    return std::min(room_between(a, room_a, middle, room), room_between(middle, room, b, room_b));
+  }
+
+  void relax_neighbours(int cell) {
+    const Vector3i c = coordinates(cell);
+    for (int neighbour = 0; neighbour < 27; ++neighbour) {
+      const Vector3i step(neighbour % 3 - 1, neighbour / 3 % 3 - 1, neighbour / 9 - 1);
+      const Vector3i n = c + step;
+      if ((n.array() < 0).any() || (n.array() >= shape_.array()).any()) continue;
+      if (const int to = index(n); !settled_[at(to)]) relax(cell, to);
+    }
+  }
+
+  void relax(int from, int to) {
+    const double own = std::min(room_[at(from)], distance(to));
+    if (own <= 0.0 || own < room_[at(to)]) return;
+    const double room =
+        std::min(own, room_between(centre(from), distance(from), centre(to), distance(to)));
+    if (room <= 0.0) return;
+    const double length = length_[at(from)] + (centre(to) - centre(from)).norm();
+    if (room < room_[at(to)] || (room == room_[at(to)] && length >= length_[at(to)])) return;
+    room_[at(to)] = room;
+    length_[at(to)] = length;
+    parent_[at(to)] = from;
+    queue_.push({room, length, to});
+  }
+
+  [[nodiscard]] WidestPath path_to(int goal) const {
+    WidestPath result;
+    result.radius = room_[at(goal)];
+    // Any way runs within half a cell's diagonal of a chain of centres, where the room differs by
+    // no more than that.
+    result.bound = result.radius + 0.5 * std::sqrt(3.0) * cell_;
+    for (int cell = goal; cell >= 0; cell = parent_[at(cell)]) {
+      result.positions.push_back(centre(cell));
+    }
+    result.positions.front() = query_.goal_W;
+    if (result.positions.size() == 1) result.positions.push_back(query_.start_W);
+    result.positions.back() = query_.start_W;
+    std::reverse(result.positions.begin(), result.positions.end());
+    return result;
+  }
+
+  const Scene& scene_;
+  const WidestPathQuery& query_;
+  double cell_ = 0.0;
+  Vector3i shape_ = Vector3i::Zero();
+  std::vector<double> distance_;
+  std::vector<double> room_;
+  std::vector<double> length_;
+  std::vector<int> parent_;
+  std::vector<bool> settled_;
+  std::priority_queue<Entry> queue_;
+};
+
+}  // namespace
+
+std::optional<WidestPath> widest_path(const Scene& scene, const WidestPathQuery& query) {
+  return Grid(scene, query).search();
+}
+
+}  // namespace dive::planning
