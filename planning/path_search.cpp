@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -15,11 +17,16 @@ namespace {
 constexpr double kRounding = 1e-9;        // m: what a bound may lose by arithmetic
 constexpr double kStartGrace = 0.02;      // m: what a start in a tight place may lose at first
 constexpr int kMaxRefinements = 3;        // of one attempt
+constexpr double kSmallViolation = 0.05;  // m: likely of a chord, not of a roll
 constexpr double kShortestSegment = 0.3;  // m: shorter ones are not split
 constexpr double kRollGain = 0.15;        // m: what lying on its side can gain a vehicle
 constexpr double kPreferred = 0.25;       // m beyond the ball, that warm starts like to have
 constexpr double kBestTolerance = 0.02;   // of the best clearance that is looked for
 constexpr int kBestTries = 8;
+
+void keep_better(PathSearch::Attempt&& other, PathSearch::Attempt& best) {
+  if (other.certificate.clearance_m > best.certificate.clearance_m) best = std::move(other);
+}
 
 double length_of(std::span<const Pose> waypoints) {
   double length = 0.0;
@@ -96,37 +103,50 @@ bool PathSearch::split(const Attempt& attempt, std::vector<Pose>& waypoints) con
   return any;
 }
 
-PathSearch::Attempt PathSearch::refine(std::vector<Pose> initial) {
+PathSearch::Attempt PathSearch::optimise(std::span<const Pose> initial) {
   Attempt result;
-  for (int refinement = 0;; ++refinement) {
-    {
-      const Stopwatch stopwatch(clock_, times_->optimise_ms);
-      result.path = trajopt_.optimise(problem_, initial);
-    }
-    result_.iterations += result.path.iterations;
-    {
-      const Stopwatch stopwatch(clock_, times_->certify_ms);
-      result.certificate = certifier_.certify(result.path.waypoints);
-      result.good = keeps_clearance(result);
-    }
-    if (result.good || refinement == kMaxRefinements || !within_reach(result)) return result;
-    if (!split(result, initial)) return result;
+  {
+    const Stopwatch stopwatch(clock_, times_->optimise_ms);
+    result.path = trajopt_.optimise(problem_, initial);
+  }
+  result_.iterations += result.path.iterations;
+  const Stopwatch stopwatch(clock_, times_->certify_ms);
+  result.certificate = certifier_.certify(result.path.waypoints);
+  result.good = keeps_clearance(result);
+  if (getenv("TRACE")) fprintf(stderr,"opt n=%zu it=%d qp=%d status=%d viol=%.3f cert=%.3f good=%d tight=%zu merit=%.1f len=%.2f\n",initial.size(),result.path.iterations,result.path.qp_solves,(int)result.path.status,result.path.violation_m,result.certificate.clearance_m,result.good,result.path.tight_segments.size(),result.path.merit,result.path.length_m);
+  return result;
+}
+
+// Lies differently in narrow places, if that looks better for `path`.
+void PathSearch::reroll(std::span<const Pose> path, Attempt& best) {
+  if (best.good || !within_reach(best)) return;
+  std::optional<std::vector<Pose>> rolled;
+  {
+    const Stopwatch stopwatch(clock_, times_->optimise_ms);
+    rolled = trajopt_.other_rolls(problem_, path);
+  }
+  if (rolled) keep_better(optimise(*rolled), best);
+}
+
+void PathSearch::refine(int times, Attempt& best) {
+  std::vector<Pose> finer;
+  for (int time = 0; time < times; ++time) {
+    if (best.good || !within_reach(best) || !split(best, finer)) return;
+    keep_better(optimise(finer), best);
   }
 }
 
+// The optimiser from `initial`, and what helps it where it is not far from good, the likeliest
+// first: more waypoints where it is tight, other rolls, more weight.
 PathSearch::Attempt PathSearch::attempt(const std::vector<Pose>& initial) {
-  Attempt best = refine(initial);
-  for (const bool from_result : {true, false}) {
-    if (best.good || !within_reach(best)) break;
-    std::optional<std::vector<Pose>> rolled;
-    {
-      const Stopwatch stopwatch(clock_, times_->optimise_ms);
-      rolled = trajopt_.other_rolls(problem_, from_result ? best.path.waypoints : initial);
-    }
-    if (!rolled) continue;
-    Attempt other = refine(std::move(*rolled));
-    if (other.certificate.clearance_m > best.certificate.clearance_m) best = std::move(other);
-  }
+  problem_.escalate_below = 0.0;
+  Attempt best = optimise(initial);
+  if (best.path.violation_m < kSmallViolation) refine(1, best);
+  reroll(best.path.waypoints, best);
+  reroll(initial, best);
+  problem_.escalate_below = problem_.clearance + kRollGain;
+  if (!best.good && within_reach(best)) keep_better(optimise(best.path.waypoints), best);
+  refine(kMaxRefinements, best);
   return best;
 }
 

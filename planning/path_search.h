@@ -26,18 +26,20 @@ class PathSearch {
   [[nodiscard]] PlanResult run(const PlanRequest& request, double start_clearance,
                                StageTimes& times);
 
-  [[nodiscard]] Certifier& certifier() { return certifier_; }
-  [[nodiscard]] std::string name_of(int obstacle) const;
-
- private:
   struct Attempt {
     TrajoptResult path;
     Certificate certificate;
     bool good = false;  ///< Certified for the clearance that was tried.
   };
 
+  [[nodiscard]] Certifier& certifier() { return certifier_; }
+  [[nodiscard]] std::string name_of(int obstacle) const;
+
+ private:
   [[nodiscard]] Attempt attempt(const std::vector<Pose>& initial);
-  [[nodiscard]] Attempt refine(std::vector<Pose> initial);
+  [[nodiscard]] Attempt optimise(std::span<const Pose> initial);
+  void reroll(std::span<const Pose> path, Attempt& best);
+  void refine(int times, Attempt& best);
   [[nodiscard]] bool split(const Attempt& attempt, std::vector<Pose>& waypoints) const;
   [[nodiscard]] bool keeps_clearance(const Attempt& attempt);
   [[nodiscard]] bool within_reach(const Attempt& attempt) const;

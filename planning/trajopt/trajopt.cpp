@@ -23,6 +23,7 @@ constexpr double kLargestStep = 1.0;  // m: half a segment or so
 constexpr int kEscalations = 2;       // of the obstacle weight, when a violation stays
 constexpr double kEscalation = 5.0;
 constexpr double kWorthwhile = 0.05;  // of the cost, for other rolls to be tried
+constexpr double kOutline = 0.007;     // m of the hull left out: the clearance buffer covers it
 constexpr double kQpTolerance = 1e-6;
 
 double length_of(std::span<const Pose> path) {
@@ -288,9 +289,8 @@ TrajoptResult SequentialProgramme::run() {
       status_ = TrajoptStatus::kIterationLimit;
       if (!improve()) break;
     }
-    // A path that is inside something is in a local minimum that no weight gets it out of.
     const double missing = violation();
-    if (missing <= 0.0 || missing >= problem_.clearance) break;
+    if (missing <= 0.0 || missing > problem_.escalate_below) break;
     obstacle_weight_ *= kEscalation;
   }
   return result();
@@ -299,7 +299,7 @@ TrajoptResult SequentialProgramme::run() {
 }  // namespace
 
 Trajopt::Trajopt(Scene& scene, const RobotHull& hull, TrajoptOptions options)
-    : scene_(scene), hull_vertices_(hull.hull_vertices()), options_(options) {}
+    : scene_(scene), hull_vertices_(hull.outline(kOutline)), options_(options) {}
 
 TrajoptResult Trajopt::optimise(const TrajoptProblem& problem, std::span<const Pose> initial) {
   DIVE_DEMAND(initial.size() >= 2);

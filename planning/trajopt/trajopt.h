@@ -46,7 +46,7 @@ struct TrajoptOptions {
   double clearance_buffer = 0.02;  ///< m asked beyond D_min, so that the certificate holds.
   double trust_region_m = 0.5;     ///< Initial, on positions.
   double trust_region_rad = 0.5;   ///< Initial, on attitudes.
-  double min_trust_region = 1e-4;
+  double min_trust_region = 0.01;       ///< m; half the buffer: finer steps change nothing.
   double improvement_tolerance = 1e-3;  ///< Relative merit change that ends the loop.
   int max_iterations = 60;
 };
@@ -57,6 +57,8 @@ struct TrajoptProblem {
   bool goal_attitude_fixed = false;
   AttitudeMode attitude = AttitudeMode::kFree;
   double clearance = 0.6;     ///< D_min, m.
+  /// m: when a violation up to this stays, the obstacles are made to weigh more, and more again.
+  double escalate_below = 0.6;
   double min_z = -50.0;       ///< Depth limit, m (hard bound on positions).
   double max_z = 0.0;         ///< Upper limit, m (hard bound on positions).
   double min_altitude = 0.0;  ///< m above what is straight below; only a demand beyond D_min costs.

@@ -1,6 +1,7 @@
 // The one file that sees CGAL, whose templates are slow to compile.
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -70,6 +71,34 @@ std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
     return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
   });
   return vertices;
+}
+
+// Takes, again and again, the vertex that is farthest beyond those taken so far.
+std::vector<Eigen::Vector3d> RobotHull::outline(double tolerance) const {
+  constexpr int kDirections = 2000;
+  const std::vector<Eigen::Vector3d> all = hull_vertices();
+  Eigen::Matrix3Xd directions(3, kDirections);
+  for (int i = 0; i < kDirections; ++i) {  // Fibonacci's spiral: evenly over the sphere
+    const double z = 1.0 - (2.0 * i + 1.0) / kDirections;
+    const double turn = i * M_PI * (3.0 - std::sqrt(5.0));
+    directions.col(i) << std::sqrt(1.0 - z * z) * Eigen::Vector2d(std::cos(turn), std::sin(turn)),
+        z;
+  }
+  Eigen::MatrixXd reach(all.size(), kDirections);
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    reach.row(static_cast<Eigen::Index>(v)) = all[v].transpose() * directions;
+  }
+  const Eigen::RowVectorXd full = reach.colwise().maxCoeff();
+  Eigen::RowVectorXd taken = reach.row(0);
+  std::vector<Eigen::Vector3d> result{all[0]};
+  for (;;) {
+    Eigen::Index direction = 0;
+    if ((full - taken).maxCoeff(&direction) <= tolerance) return result;
+    Eigen::Index farthest = 0;
+    reach.col(direction).maxCoeff(&farthest);
+    taken = taken.cwiseMax(reach.row(farthest));
+    result.push_back(all[static_cast<std::size_t>(farthest)]);
+  }
 }
 
 }  // namespace dive::planning

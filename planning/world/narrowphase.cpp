@@ -13,7 +13,7 @@ namespace dive::planning {
 namespace {
 
 using Eigen::Vector3d;
-using Points = std::span<const Vector3d>;
+using Points = const SolidPoints&;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -64,23 +64,10 @@ constexpr double kTolerance<Cylinder> = 1e-7;
 template <>
 constexpr double kTolerance<Ellipsoid> = 1e-7;
 
-std::size_t lowest(Points points, const Vector3d& n) {
-  std::size_t best = 0;
-  double least = kInfinity;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double along = n.dot(points[i]);
-    if (along < least) {
-      least = along;
-      best = i;
-    }
-  }
-  return best;
-}
-
 // s(n) of the header, for the whole shape.
 template <class S>
 double separation_along(Points points, const S& shape, const Vector3d& n) {
-  return n.dot(points[lowest(points, n)]) - n.dot(core_support(shape, n)) - radius_of(shape);
+  return n.dot(points[points.lowest(n)]) - n.dot(core_support(shape, n)) - radius_of(shape);
 }
 
 // --- FCL ---
@@ -95,7 +82,7 @@ void to_ccd(const Vector3d& v, ccd_vec3_t* out) { ccdVec3Set(out, v.x(), v.y(), 
 
 void points_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const auto& solid = *static_cast<const ShiftedPoints*>(object);
-  to_ccd(solid.points[lowest(solid.points, -from_ccd(*direction))] + solid.shift, out);
+  to_ccd(solid.points[solid.points.lowest(-from_ccd(*direction))] + solid.shift, out);
 }
 
 template <class S>
@@ -199,7 +186,7 @@ Direction settle(Points points, const S& shape, Direction best, Nearest& nearest
   }
   const Direction climbed = climb(points, shape, best);
   if (climbed.separation > best.separation) {
-    nearest.on_solid = points[lowest(points, climbed.n)];
+    nearest.on_solid = points[points.lowest(climbed.n)];
     best = climbed;
   }
   return best;
@@ -217,7 +204,7 @@ void solve(Points points, const S& shape, Separation& result) {
     }
   } else {
     direction = part(points, shape);
-    nearest.on_solid = points[lowest(points, direction.n)];
+    nearest.on_solid = points[points.lowest(direction.n)];
   }
   result.distance = direction.separation;
   result.normal = direction.n;
@@ -225,9 +212,27 @@ void solve(Points points, const S& shape, Separation& result) {
   result.on_obstacle = result.on_solid - result.distance * result.normal;
 }
 
+// Far below what a cylinder's own GJK would leave.
+constexpr double kPipeDoubt = 1e-8;
+
+// Most pipes are passed beside and not over an end: then the nearest points are those of the axis
+// but for the radius, and GJK on a segment ends in a few exact steps.
+void solve_pipe(Points points, const Cylinder& cylinder, Separation& result) {
+  const Capsule core{cylinder.radius, cylinder.length};
+  const Nearest nearest = gjk(points, Vector3d::Zero(), core);
+  if (nearest.distance > kTouching) {
+    result.normal = (nearest.on_solid - nearest.on_core) / nearest.distance;
+    result.distance = separation_along(points, cylinder, result.normal);
+    result.on_solid = nearest.on_solid;
+    result.on_obstacle = result.on_solid - result.distance * result.normal;
+    if (std::abs(nearest.distance - cylinder.radius - result.distance) < kPipeDoubt) return;
+  }
+  solve(points, cylinder, result);
+}
+
 void solve(Points points, const HalfSpace& half_space, Separation& result) {
   result.normal = half_space.normal;
-  result.on_solid = points[lowest(points, half_space.normal)];
+  result.on_solid = points[points.lowest(half_space.normal)];
   result.distance = half_space.normal.dot(result.on_solid);
   result.on_obstacle = result.on_solid - result.distance * result.normal;
 }
@@ -239,7 +244,7 @@ void solve(Points points, const HalfSpace& half_space, Separation& result) {
 bool over_face(Points points, const Vector3d& half, const Vector3d& beyond, bool above,
                Eigen::Index axis, Separation& result) {
   const Vector3d normal = (above ? 1.0 : -1.0) * Vector3d::Unit(axis);
-  const Vector3d& vertex = points[lowest(points, normal)];
+  const Vector3d vertex = points[points.lowest(normal)];
   Vector3d outside = vertex.cwiseAbs() - half;
   outside[axis] = 0.0;
   if ((outside.array() > 0.0).any()) return false;
@@ -254,18 +259,14 @@ bool over_face(Points points, const Vector3d& half, const Vector3d& beyond, bool
 
 NarrowPhase::NarrowPhase(const Shape& shape) : shape_(shape), half_(half_extents(shape)) {}
 
-bool NarrowPhase::separation(std::span<const Eigen::Vector3d> points_O, double cutoff,
+bool NarrowPhase::separation(const SolidPoints& points_O, double cutoff,
                              Separation& result) const {
   if (const auto* half_space = std::get_if<HalfSpace>(&shape_)) {
     solve(points_O, *half_space, result);
     return result.distance < cutoff;
   }
-  Vector3d low = points_O[0];
-  Vector3d high = points_O[0];
-  for (const Vector3d& p : points_O.subspan(1)) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
+  const Vector3d low = points_O.low();
+  const Vector3d high = points_O.high();
   const Vector3d above = low - half_;
   const Vector3d below = -high - half_;
   const Vector3d beyond = above.cwiseMax(below);
@@ -278,7 +279,11 @@ bool NarrowPhase::separation(std::span<const Eigen::Vector3d> points_O, double c
       over_face(points_O, half_, beyond, above[axis] > below[axis], axis, result)) {
     return result.distance < cutoff;
   }
-  std::visit([&](const auto& shape) { solve(points_O, shape, result); }, shape_);
+  if (const auto* cylinder = std::get_if<Cylinder>(&shape_)) {
+    solve_pipe(points_O, *cylinder, result);
+  } else {
+    std::visit([&](const auto& shape) { solve(points_O, shape, result); }, shape_);
+  }
   return result.distance < cutoff;
 }
 

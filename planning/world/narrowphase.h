@@ -1,10 +1,9 @@
 #pragma once
 // Signed distance between the hull of a point set and one primitive.
 
-#include <span>
-
 #include <Eigen/Core>
 
+#include "planning/world/solid_points.h"
 #include "planning/world/world.h"
 
 namespace dive::planning {
@@ -30,8 +29,7 @@ class NarrowPhase {
 
   /// The obstacle against the hull of `points_O` (at least one). False when the distance is
   /// certainly not below `cutoff`; `result` is then unspecified.
-  [[nodiscard]] bool separation(std::span<const Eigen::Vector3d> points_O, double cutoff,
-                                Separation& result) const;
+  [[nodiscard]] bool separation(const SolidPoints& points_O, double cutoff, Separation& result) const;
 
  private:
   Shape shape_;

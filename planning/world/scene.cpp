@@ -20,31 +20,22 @@ struct Body {
   NarrowPhase narrow_phase;
 };
 
-Eigen::AlignedBox3d box_around(std::span<const Vector3d> points_W) {
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& p : points_W) box.extend(p);
-  return box;
-}
-
 }  // namespace
 
 struct Scene::Impl {
   std::vector<Body> bodies;
   BoxTree tree;                     // Over the bodies' boxes in W.
   std::vector<std::size_t> nearby;  // Scratch: what the broadphase found.
-  std::vector<Vector3d> points_O;   // Scratch: the solid in an obstacle's frame.
+  SolidPoints points_W;             // Scratch: the solid ...
+  SolidPoints points_O;             // ... and as an obstacle sees it.
 
-  bool separation(std::size_t index, std::span<const Vector3d> points_W, double cutoff,
-                  Contact& contact);
+  [[nodiscard]] Eigen::AlignedBox3d around() const { return {points_W.low(), points_W.high()}; }
+  bool separation(std::size_t index, double cutoff, Contact& contact);
 };
 
-bool Scene::Impl::separation(std::size_t index, std::span<const Vector3d> points_W, double cutoff,
-                             Contact& contact) {
+bool Scene::Impl::separation(std::size_t index, double cutoff, Contact& contact) {
   const Body& body = bodies[index];
-  points_O.resize(points_W.size());
-  for (std::size_t i = 0; i < points_W.size(); ++i) {
-    points_O[i].noalias() = body.R_WO.transpose() * (points_W[i] - body.p_WO);
-  }
+  points_O.assign_seen_from(body.R_WO, body.p_WO, points_W);
   Separation separation;
   if (!body.narrow_phase.separation(points_O, cutoff, separation)) return false;
   contact.obstacle = static_cast<int>(index);
@@ -63,7 +54,7 @@ Scene::Scene(const World& world) {
                       NarrowPhase(obstacle.shape)});
     boxes.push_back(bounding_box(obstacle));
   }
-  impl_.reset(new Impl{std::move(bodies), BoxTree(boxes), {}, {}});
+  impl_.reset(new Impl{std::move(bodies), BoxTree(boxes), {}, {}, {}});
 }
 
 Scene::Scene(Scene&&) noexcept = default;
@@ -75,23 +66,25 @@ void Scene::contacts(std::span<const Vector3d> points_W, double cutoff, std::vec
   if (points_W.empty()) return;
   const double reach = std::max(cutoff, 0.0);
   impl_->nearby.clear();
-  impl_->tree.visit(box_around(points_W), reach, [&](std::size_t index) {
+  impl_->points_W.assign(points_W);
+  impl_->tree.visit(impl_->around(), reach, [&](std::size_t index) {
     impl_->nearby.push_back(index);
     return reach;
   });
   std::sort(impl_->nearby.begin(), impl_->nearby.end());
   for (const std::size_t index : impl_->nearby) {
     Contact contact;
-    if (impl_->separation(index, points_W, cutoff, contact)) out.push_back(contact);
+    if (impl_->separation(index, cutoff, contact)) out.push_back(contact);
   }
 }
 
 double Scene::clearance(std::span<const Vector3d> points_W, double cutoff) {
   if (points_W.empty()) return cutoff;
   double least = cutoff;
-  impl_->tree.visit(box_around(points_W), std::max(cutoff, 0.0), [&](std::size_t index) {
+  impl_->points_W.assign(points_W);
+  impl_->tree.visit(impl_->around(), std::max(cutoff, 0.0), [&](std::size_t index) {
     Contact contact;
-    if (impl_->separation(index, points_W, least, contact)) least = contact.distance;
+    if (impl_->separation(index, least, contact)) least = contact.distance;
     return std::max(least, 0.0);
   });
   return least;

@@ -59,6 +59,8 @@ struct RobotHull {
   [[nodiscard]] double inner_radius() const;
   /// Vertices of the convex hull of all parts (no interior points), in B.
   [[nodiscard]] std::vector<Eigen::Vector3d> hull_vertices() const;
+  /// Some of these, few, whose hull reaches within about `tolerance` (m) of the full one everywhere.
+  [[nodiscard]] std::vector<Eigen::Vector3d> outline(double tolerance) const;
 };
 
 struct World {
