@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -113,7 +111,6 @@ PathSearch::Attempt PathSearch::optimise(std::span<const Pose> initial) {
   const Stopwatch stopwatch(clock_, times_->certify_ms);
   result.certificate = certifier_.certify(result.path.waypoints);
   result.good = keeps_clearance(result);
-  if (getenv("TRACE")) fprintf(stderr,"opt n=%zu it=%d qp=%d status=%d viol=%.3f cert=%.3f good=%d tight=%zu merit=%.1f len=%.2f\n",initial.size(),result.path.iterations,result.path.qp_solves,(int)result.path.status,result.path.violation_m,result.certificate.clearance_m,result.good,result.path.tight_segments.size(),result.path.merit,result.path.length_m);
   return result;
 }
 
@@ -251,10 +248,8 @@ std::string PathSearch::why_not(bool connected, double bound) const {
                                              result_.clearance_m, name_of(nearest_))
                                : fmt::format("all that were found touch {}", name_of(nearest_));
   if (bound < request_->clearance) {
-    return fmt::format(
-        "too tight: no way leaves the vehicle more than {:.2f} m on every side, and "
-        "{:.2f} m is demanded; {}",
-        std::max(bound, 0.0), request_->clearance, best);
+    return fmt::format("too tight for {:.2f} m (more than {:.2f} m cannot be had); {}",
+                       request_->clearance, std::max(bound, 0.0), best);
   }
   return fmt::format("no path found that keeps {:.2f} m; {}", request_->clearance, best);
 }

@@ -23,7 +23,7 @@ constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kEstimate[] = {bytes(8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double))};
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(5 * sizeof(double) + 4 + 1)};
-constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 3 * sizeof(double)), text(kMaxText),
+constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 5 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
 constexpr Run kTransition[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                                text(kMaxText)};

@@ -124,7 +124,8 @@ tl::expected<LogReader, std::string> LogReader::open(const std::string& path) {
   if (impl->event.channel != Channel::kHeader) {
     return tl::unexpected(fmt::format("'{}' does not begin with a dive's header", path));
   }
-  if (!decode(impl->event.data, impl->header) || impl->header.digest != log_digest(impl->header)) {
+  if (impl->event.timestamp != 0 || !decode(impl->event.data, impl->header) ||
+      impl->header.digest != log_digest(impl->header)) {
     return tl::unexpected(
         fmt::format("the header of '{}' is damaged or of another version of dive", path));
   }

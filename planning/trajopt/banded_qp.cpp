@@ -8,6 +8,7 @@
 namespace dive::planning {
 namespace {
 
+constexpr double kStart = 0.1;         // of scale_: what the first products are
 constexpr double kToBoundary = 0.995;  // share of the way to the nearest boundary that is taken
 
 /// Longest step in [0, longest] that keeps value + step * change >= 0.
@@ -71,9 +72,9 @@ double BandedQp::times_row(const Row& row, Vector6d Block::*vector) const {
   return product;
 }
 
-// The start lies on the central path but for stationarity: every product is scale_. The scale is
-// what one variable within its bounds, or one hinge, can change the objective by, so that neither
-// the units of x nor those of the weights matter.
+// The start lies on the central path but for stationarity: every product is kStart * scale_. The
+// scale is what one variable within its bounds, or one hinge, can change the objective by, so that
+// neither the units of x nor those of the weights matter.
 void BandedQp::initialise() {
   for (int i = 0; i < block_count_; ++i) at(i).x = 0.5 * (at(i).lower + at(i).upper);
   scale_ = 1e-12;
@@ -111,7 +112,7 @@ void BandedQp::initialise_blocks() {
       const bool is_free = reach(k) > 0.0;
       block.mask(k) = is_free ? 1.0 : 0.0;
       block.slack_lower(k) = block.slack_upper(k) = is_free ? reach(k) : 1.0;
-      block.dual_lower(k) = block.dual_upper(k) = is_free ? scale_ / reach(k) : 0.0;
+      block.dual_lower(k) = block.dual_upper(k) = is_free ? kStart * scale_ / reach(k) : 0.0;
       products_ += 2.0 * block.mask(k);
     }
   }
@@ -130,12 +131,12 @@ void BandedQp::initialise_row(Row& row) {
   }
   products_ += row.soft ? 2.0 : 1.0;
   if (row.soft) {
-    row.s = central_slack(gap, row.given.weight, scale_);
+    row.s = central_slack(gap, row.given.weight, kStart * scale_);
     row.t = std::max(row.s + gap, 0x1p-60 * row.s);
-    row.lambda = std::min(scale_ / row.s, (1.0 - 0x1p-50) * row.given.weight);
+    row.lambda = std::min(kStart * scale_ / row.s, (1.0 - 0x1p-50) * row.given.weight);
   } else {
     row.s = std::max(std::abs(gap), 0x1p-20);
-    row.lambda = scale_ / row.s;
+    row.lambda = kStart * scale_ / row.s;
   }
 }
 

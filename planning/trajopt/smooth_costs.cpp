@@ -36,6 +36,9 @@ Vector2d off_axis(const Vector3d& b, Matrix23& derivative) {
   return angle * e;
 }
 
+// z of the body's y axis: zero when it lies level.
+double sine_of_bank(const Eigen::Quaterniond& q_WB) { return (q_WB * Vector3d::UnitY()).z(); }
+
 // Adds w |r + J x|^2 over waypoints i and i + 1 to the programme.
 template <int Rows>
 void add_square(double weight, const Eigen::Matrix<double, Rows, 1>& r,
@@ -84,6 +87,7 @@ double SmoothCosts::value(std::span<const Pose> path) const {
   double squares = 0.0;
   double headings = 0.0;
   double turns = 0.0;
+  double banks = 0.0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Pose& a = path[i];
     const Pose& b = path[i + 1];
@@ -92,10 +96,11 @@ double SmoothCosts::value(std::span<const Pose> path) const {
     headings += heading_error(a.q, way, attitude).squaredNorm() +
                 heading_error(b.q, way, attitude).squaredNorm();
     turns += so3_log(a.q.conjugate() * b.q).squaredNorm();
+    banks += sine_of_bank(b.q) * sine_of_bank(b.q);
   }
   const auto segments = static_cast<double>(path.size() - 1);
   return 0.5 * length_weight * (segments * squares / reference_length + reference_length) +
-         0.5 * attitude_weight * headings + turn_weight * turns;
+         0.5 * attitude_weight * headings + turn_weight * turns + upright_weight * banks;
 }
 
 void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
@@ -121,6 +126,14 @@ void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
     J_turn.middleCols<3>(3) = -turn.conjugate().toRotationMatrix();
     J_turn.rightCols<3>().setIdentity();
     add_square<3>(turn_weight, so3_log(turn), J_turn, i, qp);
+
+    // Turned by theta, the z component of y moves by (y x z_B) . theta, z_B being W's z seen from
+    // B.
+    const double bank = sine_of_bank(b.q);
+    const Vector3d J_bank = Vector3d::UnitY().cross(b.q.conjugate() * Vector3d::UnitZ());
+    qp.hessian().diagonal(i + 1).bottomRightCorner<3, 3>() +=
+        2.0 * upright_weight * J_bank * J_bank.transpose();
+    qp.gradient(i + 1).tail<3>() += 2.0 * upright_weight * bank * J_bank;
   }
 }
 

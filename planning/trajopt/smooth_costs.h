@@ -1,7 +1,7 @@
 #pragma once
-// The smooth terms of a path's cost: length, attitude along the motion, turning. Each knows its
-// value and adds its convex model, as a function of the step (dp in W, rotation vector in B) of
-// every waypoint, to a quadratic programme.
+// The smooth terms of a path's cost: length, attitude along the motion, turning, lying level. Each
+// knows its value and adds its convex model, as a function of the step (dp in W, rotation vector in
+// B) of every waypoint, to a quadratic programme.
 
 #include <span>
 
@@ -16,6 +16,7 @@ struct SmoothCosts {
   double length_weight = 100.0;
   double attitude_weight = 20.0;
   double turn_weight = 5.0;
+  double upright_weight = 2.0;
   AttitudeMode attitude = AttitudeMode::kFree;
   /// Length of the path about which it is modelled, m. The length term is
   ///     E = w/2 (N sum |dp_i|^2 / L_ref + L_ref)  >=  w L,

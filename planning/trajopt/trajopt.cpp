@@ -23,8 +23,8 @@ constexpr double kLargestStep = 1.0;  // m: half a segment or so
 constexpr int kEscalations = 2;       // of the obstacle weight, when a violation stays
 constexpr double kEscalation = 5.0;
 constexpr double kWorthwhile = 0.05;  // of the cost, for other rolls to be tried
-constexpr double kOutline = 0.007;     // m of the hull left out: the clearance buffer covers it
-constexpr double kQpTolerance = 1e-6;
+constexpr double kOutline = 0.007;    // m of the hull left out: the clearance buffer covers it
+constexpr double kQpTolerance = 1e-4;
 
 double length_of(std::span<const Pose> path) {
   double length = 0.0;
@@ -74,6 +74,7 @@ class SequentialProgramme {
     costs_.length_weight = options.length_weight;
     costs_.attitude_weight = options.attitude_weight;
     costs_.turn_weight = options.turn_weight;
+    costs_.upright_weight = options.upright_weight;
     costs_.attitude = problem.attitude;
     now_.path.assign(initial.begin(), initial.end());
     fix_ends();

@@ -42,10 +42,11 @@ struct TrajoptOptions {
   double altitude_weight = 200.0;  ///< Per metre of missing altitude.
   double attitude_weight = 20.0;   ///< Per rad^2 between the x axis and the motion.
   double turn_weight = 5.0;        ///< Per rad^2 turned between waypoints.
+  double upright_weight = 2.0;     ///< Times the squared sine of the bank, per waypoint.
   MotionLimits motion;
-  double clearance_buffer = 0.02;  ///< m asked beyond D_min, so that the certificate holds.
-  double trust_region_m = 0.5;     ///< Initial, on positions.
-  double trust_region_rad = 0.5;   ///< Initial, on attitudes.
+  double clearance_buffer = 0.02;       ///< m asked beyond D_min, so that the certificate holds.
+  double trust_region_m = 0.5;          ///< Initial, on positions.
+  double trust_region_rad = 0.5;        ///< Initial, on attitudes.
   double min_trust_region = 0.01;       ///< m; half the buffer: finer steps change nothing.
   double improvement_tolerance = 1e-3;  ///< Relative merit change that ends the loop.
   int max_iterations = 60;
@@ -56,7 +57,7 @@ struct TrajoptProblem {
   Pose goal;  ///< Position fixed; attitude fixed when `goal_attitude_fixed`.
   bool goal_attitude_fixed = false;
   AttitudeMode attitude = AttitudeMode::kFree;
-  double clearance = 0.6;     ///< D_min, m.
+  double clearance = 0.6;  ///< D_min, m.
   /// m: when a violation up to this stays, the obstacles are made to weigh more, and more again.
   double escalate_below = 0.6;
   double min_z = -50.0;       ///< Depth limit, m (hard bound on positions).

@@ -107,7 +107,7 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 127 ");      // source
   EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 127 ");      // status
   EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 127 ");  // fixed
-  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 2 3 127 ");  // attitude
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 127 ");    // attitude
   const Kind status = named("status");
   EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 127 ");  // finished
 }

@@ -42,7 +42,7 @@ TEST(FirstDifference, IsFoundAndNamedInEveryField) {
   const StepOutputs logged = full_outputs();
   int fields = 0;
   each_output(const_cast<StepOutputs&>(logged), [&](const std::string&, auto&) { ++fields; });
-  ASSERT_EQ(fields, 124);
+  ASSERT_EQ(fields, 133);
   for (int changed = 0; changed < fields; ++changed) {
     StepOutputs replayed = logged;
     std::string expected;
@@ -97,7 +97,7 @@ TEST(FirstDifference, IsTheFirstOfSeveral) {
 TEST(FirstDifference, OneMoreOrOneLess) {
   const StepOutputs none;
   StepOutputs some;
-  some.plan_query.emplace();
+  some.plan_query = PlanQuery{};
   EXPECT_EQ(first_difference(none, some),
             "DIVE_OUT_PLAN_QUERY.present: logged false, replayed true");
   some = none;
@@ -107,7 +107,7 @@ TEST(FirstDifference, OneMoreOrOneLess) {
   some.failsafes.resize(1);
   EXPECT_EQ(first_difference(none, some), "DIVE_OUT_FAILSAFE.count: logged 0, replayed 1");
   some = none;
-  some.plan_query.emplace();
+  some.plan_query = PlanQuery{};
   StepOutputs more = some;
   more.plan_query->request.previous.resize(1);
   EXPECT_EQ(first_difference(some, more),

@@ -172,8 +172,8 @@ TEST(Planner, SaysHonestlyThatThereIsNoWay) {
   const PlanResult tight = plan(with_door, ask({-3, 0, -6}, inside, 0.6));
   EXPECT_EQ(tight.status, PlanStatus::kNoPath);
   EXPECT_NEAR(tight.clearance_m, 0.36, 0.02);
-  EXPECT_EQ(tight.reason.substr(0, 60),
-            "no path found that keeps 0.60 m: the best keeps 0.3" + tight.reason.substr(51, 9));
+  EXPECT_EQ(tight.reason.substr(0, 22), "too tight for 0.60 m (");
+  EXPECT_NE(tight.reason.find("the best found keeps 0.3"), std::string::npos) << tight.reason;
   EXPECT_EQ(plan(with_door, ask({-3, 0, -6}, inside, 0.33)).status, PlanStatus::kSuccess);
 }
 
