@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
@@ -21,9 +22,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTouching = 1e-6;
 // Overlapping bodies are asked apart by this much (m); see climb().
 constexpr double kParted = 0.1;
-// Above this difference (m) between the distance of FCL's points and the separation along them one
-// of the two is wrong: see solve().
-constexpr double kDoubt = 1e-5;
+constexpr double kNudge = 1e-3;  // And apart ones are moved by this much.
 constexpr int kMaxIterations = 100;
 
 // --- Support functions: the farthest point along n, of any length but not zero. ---
@@ -63,6 +62,12 @@ template <>
 constexpr double kTolerance<Cylinder> = 1e-7;
 template <>
 constexpr double kTolerance<Ellipsoid> = 1e-7;
+
+// Above this difference (m) between the distance of FCL's points and the separation along them one
+// of the two is wrong: see solve(). Points that are e farther apart than their direction separates
+// can be sqrt(2 e distance) from the nearest.
+template <class S>
+constexpr double kDoubt = 10.0 * kTolerance<S>;
 
 // s(n) of the header, for the whole shape.
 template <class S>
@@ -129,6 +134,7 @@ std::array<Vector3d, 26> make_compass() {
 struct Direction {
   double separation = -kInfinity;
   Vector3d n = Vector3d::UnitZ();
+  Vector3d on_solid = Vector3d::Zero();
 };
 
 // Shifts the solid along n until it is clear of the obstacle, and takes the direction between the
@@ -137,12 +143,13 @@ struct Direction {
 template <class S>
 Direction climb(Points points, const S& shape, Direction best) {
   for (int step = 0; step < 8; ++step) {
-    const Nearest nearest = gjk(points, std::max(kParted - best.separation, 0.0) * best.n, shape);
+    const Vector3d shift = std::max(kParted - best.separation, kNudge) * best.n;
+    const Nearest nearest = gjk(points, shift, shape);
     if (nearest.distance <= kTouching) break;
     const Vector3d n = (nearest.on_solid - nearest.on_core) / nearest.distance;
     const double separation = separation_along(points, shape, n);
     if (separation <= best.separation + 1e-9) break;
-    best = {separation, n};
+    best = {separation, n, nearest.on_solid - shift};
   }
   return best;
 }
@@ -154,12 +161,11 @@ Direction part(Points points, const S& shape) {
   Direction first;
   Direction second;
   for (const Vector3d& n : kCompass) {
-    const double separation = separation_along(points, shape, n);
-    if (separation > first.separation) {
-      second = first;
-      first = {separation, n};
-    } else if (separation > second.separation) {
-      second = {separation, n};
+    const Direction here{separation_along(points, shape, n), n, points[points.lowest(n)]};
+    if (here.separation > first.separation) {
+      second = std::exchange(first, here);
+    } else if (here.separation > second.separation) {
+      second = here;
     }
   }
   const Direction a = climb(points, shape, first);
@@ -171,44 +177,34 @@ Direction part(Points points, const S& shape) {
 // in one in a hundred placements on a lattice. Then they are farther apart than their direction
 // separates. A push of a micrometre off the lattice settles it; climb() is the last resort.
 template <class S>
-Direction settle(Points points, const S& shape, Direction best, Nearest& nearest) {
+Direction settle(Points points, const S& shape, Direction best) {
   const Vector3d nudge = 1e-6 * Vector3d(0.48, 0.35, 0.80);
-  Nearest nudged = gjk(points, nudge, shape);
+  const Nearest nudged = gjk(points, nudge, shape);
   if (nudged.distance > kTouching) {
     const Vector3d n = (nudged.on_solid - nudged.on_core) / nudged.distance;
     const double separation = separation_along(points, shape, n);
-    if (separation > best.separation) {
-      best = {separation, n};
-      nearest = nudged;
-      nearest.on_solid -= nudge;
-    }
-    if (nudged.distance - radius_of(shape) - separation < kDoubt) return best;
+    if (separation > best.separation) best = {separation, n, nudged.on_solid - nudge};
+    if (nudged.distance - radius_of(shape) - separation < kDoubt<S>) return best;
   }
-  const Direction climbed = climb(points, shape, best);
-  if (climbed.separation > best.separation) {
-    nearest.on_solid = points[points.lowest(climbed.n)];
-    best = climbed;
-  }
-  return best;
+  return climb(points, shape, best);
 }
 
 template <class S>
 void solve(Points points, const S& shape, Separation& result) {
-  Nearest nearest = gjk(points, Vector3d::Zero(), shape);
+  const Nearest nearest = gjk(points, Vector3d::Zero(), shape);
   Direction direction;
   if (nearest.distance > kTouching) {
-    direction.n = (nearest.on_solid - nearest.on_core) / nearest.distance;
-    direction.separation = separation_along(points, shape, direction.n);
-    if (nearest.distance - radius_of(shape) - direction.separation > kDoubt) {
-      direction = settle(points, shape, direction, nearest);
+    const Vector3d n = (nearest.on_solid - nearest.on_core) / nearest.distance;
+    direction = {separation_along(points, shape, n), n, nearest.on_solid};
+    if (nearest.distance - radius_of(shape) - direction.separation > kDoubt<S>) {
+      direction = settle(points, shape, direction);
     }
   } else {
     direction = part(points, shape);
-    nearest.on_solid = points[points.lowest(direction.n)];
   }
   result.distance = direction.separation;
   result.normal = direction.n;
-  result.on_solid = nearest.on_solid;
+  result.on_solid = direction.on_solid;
   result.on_obstacle = result.on_solid - result.distance * result.normal;
 }
 
@@ -259,8 +255,7 @@ bool over_face(Points points, const Vector3d& half, const Vector3d& beyond, bool
 
 NarrowPhase::NarrowPhase(const Shape& shape) : shape_(shape), half_(half_extents(shape)) {}
 
-bool NarrowPhase::separation(const SolidPoints& points_O, double cutoff,
-                             Separation& result) const {
+bool NarrowPhase::separation(const SolidPoints& points_O, double cutoff, Separation& result) const {
   if (const auto* half_space = std::get_if<HalfSpace>(&shape_)) {
     solve(points_O, *half_space, result);
     return result.distance < cutoff;
