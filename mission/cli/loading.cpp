@@ -33,9 +33,12 @@ std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnost
                       fmt::format("the map cannot be read: {}", map.error()));
     return std::nullopt;
   }
-  std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics);
+  planning::MeshFiles meshes(mission->map_path,
+                             [](const std::string& what) { note("dive: " + what); });
+  std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;
-  return LoadedMission{std::move(*mission), std::move(*map), std::move(*world), load_vehicle()};
+  return LoadedMission{std::move(*mission), std::move(*map), meshes.bundle(), std::move(*world),
+                       load_vehicle()};
 }
 
 std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::string>& settings) {

@@ -16,6 +16,7 @@ namespace dive::mission {
 struct LoadedMission {
   Mission mission;
   SourceText map;
+  std::string map_meshes;  ///< For the log.
   planning::World world;
   vehicle::Model model;
 };

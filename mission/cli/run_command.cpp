@@ -53,6 +53,7 @@ std::optional<LogWriter> open_log(const std::string& path, const LoadedMission& 
   header.mission_xml = loaded.mission.source.content();
   header.map_name = loaded.mission.map_file.value;
   header.map_xml = loaded.map.content();
+  header.map_meshes = loaded.map_meshes;
   header.vehicle_urdf = vehicle::aqua2_urdf().content();
   tl::expected<LogWriter, std::string> writer = LogWriter::create(path, std::move(header));
   if (!writer) {

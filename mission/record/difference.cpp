@@ -150,10 +150,10 @@ void compare(Comparison& c, const PlanQuery& logged, const PlanQuery& replayed) 
   constexpr std::string_view kName = to_string(Channel::kPlanQuery);
   const auto& [id1, state1, request1] = logged;
   const auto& [id2, state2, request2] = replayed;
-  const auto& [start1, goal1, fixed1, attitude1, clearance1, min_z1, max_z1, seed1,
-               altitude1, tolerance1, previous1] = request1;
-  const auto& [start2, goal2, fixed2, attitude2, clearance2, min_z2, max_z2, seed2,
-               altitude2, tolerance2, previous2] = request2;
+  const auto& [start1, goal1, fixed1, attitude1, clearance1, min_z1, max_z1, seed1, altitude1,
+               tolerance1, previous1] = request1;
+  const auto& [start2, goal2, fixed2, attitude2, clearance2, min_z2, max_z2, seed2, altitude2,
+               tolerance2, previous2] = request2;
   c.value(id1, id2, kName, ".id");
   c.value(state1, state2, kName, ".state");
   c.pose(start1, start2, kName, ".start");

@@ -27,8 +27,9 @@ struct LogHeader {
   std::string mission_xml;
   std::string map_name;
   std::string map_xml;
+  std::string map_meshes;  ///< Convex pieces of the meshes the map refers to: MeshSource::bundle().
   std::string vehicle_urdf;
-  std::string digest;  ///< FNV-1a 64 of the three texts, hex; filled in by the writer.
+  std::string digest;  ///< FNV-1a 64 of the four texts, hex; filled in by the writer.
 };
 
 struct TruthRecord {

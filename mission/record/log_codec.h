@@ -20,6 +20,7 @@
 namespace dive::mission {
 
 inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< Of a file in the header, bytes.
+inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Of the meshes' pieces.
 inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Of any other text, bytes.
 inline constexpr std::size_t kMaxWaypoints = 16'384;
 

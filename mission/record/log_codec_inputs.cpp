@@ -18,9 +18,9 @@ using namespace codec;
 
 namespace {
 
-constexpr Run kHeader[] = {bytes(8),           text(kMaxText), text(kMaxText),
-                           text(kMaxFileText), text(kMaxText), text(kMaxFileText),
-                           text(kMaxFileText), text(kMaxText)};
+constexpr Run kHeader[] = {bytes(8),           text(kMaxText),     text(kMaxText),
+                           text(kMaxFileText), text(kMaxText),     text(kMaxFileText),
+                           text(kMaxMeshText), text(kMaxFileText), text(kMaxText)};
 constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
 constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
 constexpr Run kHealth[] = {bytes(8 + 2 * sizeof(double) + 1)};
@@ -32,10 +32,12 @@ constexpr Run kTick[] = {bytes(8 + 4 + 8)};
 }  // namespace
 
 bool encode(const LogHeader& header, Packet& packet) {
-  const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, urdf, digest] = header;
+  const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, map_meshes, urdf,
+               digest] = header;
   for (const std::string* file : {&mission_xml, &map_xml, &urdf}) {
     if (file->size() >= kMaxFileText) return false;  // Before LCM counts in int.
   }
+  if (map_meshes.size() >= kMaxMeshText) return false;
   header_t m;
   m.seed = static_cast<std::int64_t>(seed);
   m.version = version;
@@ -43,6 +45,7 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.mission_xml = mission_xml;
   m.map_name = map_name;
   m.map_xml = map_xml;
+  m.map_meshes = map_meshes;
   m.vehicle_urdf = urdf;
   m.digest = digest;
   return pack(m, kHeader, packet);
@@ -54,7 +57,8 @@ bool decode(PacketView packet, LogHeader& header) {
   header = {m->version,      static_cast<std::uint64_t>(m->seed),
             m->mission_name, m->mission_xml,
             m->map_name,     m->map_xml,
-            m->vehicle_urdf, m->digest};
+            m->map_meshes,   m->vehicle_urdf,
+            m->digest};
   return true;
 }
 

@@ -200,7 +200,7 @@ bool decode(PacketView packet, FailsafeRecord& failsafe) {
 std::size_t max_packet_size(Channel channel) {
   switch (channel) {
     case Channel::kHeader:
-      return 3 * kMaxFileText + 4 * kMaxText + 64;
+      return 3 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
     case Channel::kPlan:
     case Channel::kPlanQuery:
       return kMaxWaypoints * kPoseSize + kMaxText + 256;

@@ -1,32 +1,14 @@
 #pragma once
-// FNV-1a, 64 bits (Fowler, Noll, Vo): tells damage, not malice.
+// What the files in a log's header are known by.
 
-#include <cstdint>
-#include <span>
 #include <string>
-#include <string_view>
 
+#include "common/fnv.h"
 #include "mission/record/log.h"
 
 namespace dive::mission {
 
-class Fnv1a64 {
- public:
-  void add(std::span<const std::uint8_t> bytes) {
-    for (const std::uint8_t byte : bytes) mix(byte);
-  }
-  void add(std::string_view text) {
-    for (const char c : text) mix(static_cast<std::uint8_t>(c));
-  }
-  [[nodiscard]] std::uint64_t value() const { return value_; }
-
- private:
-  void mix(std::uint8_t byte) { value_ = (value_ ^ byte) * 0x100000001b3ULL; }
-
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
-};
-
-/// Of the three files in a header, each followed by a zero byte, as 16 hex digits.
+/// FNV-1a 64 of the four files in a header, each followed by a zero byte, as 16 hex digits.
 [[nodiscard]] std::string log_digest(const LogHeader& header);
 
 }  // namespace dive::mission

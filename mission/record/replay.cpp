@@ -26,8 +26,9 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   const std::optional<Mission> mission = parse_mission(
       SourceText(header.mission_name, header.mission_xml), diagnostics, MapFile::kNotNeeded);
   if (!mission) return unreadable("mission", diagnostics);
+  planning::MeshBundle meshes(header.map_meshes);
   const std::optional<planning::World> world =
-      planning::parse_sdf(SourceText(header.map_name, header.map_xml), diagnostics);
+      planning::parse_sdf(SourceText(header.map_name, header.map_xml), diagnostics, meshes);
   if (!world) return unreadable("map", diagnostics);
   const std::optional<vehicle::Model> model =
       vehicle::parse_urdf(SourceText("vehicle", header.vehicle_urdf), diagnostics);

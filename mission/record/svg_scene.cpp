@@ -44,6 +44,11 @@ struct Support {
     return ellipsoid.radii.cwiseProduct(stretched) / std::max(stretched.norm(), 1e-12);
   }
   Eigen::Vector3d operator()(const HalfSpace&) const { return Eigen::Vector3d::Zero(); }
+  Eigen::Vector3d operator()(const planning::Polytope& polytope) const {
+    const auto farthest = std::ranges::max_element(
+        polytope.vertices, {}, [this](const Eigen::Vector3d& v) { return d.dot(v); });
+    return *farthest + polytope.radius * d;
+  }
 };
 
 Eigen::Vector3d support(const planning::Obstacle& obstacle, const Eigen::Vector3d& direction_W) {
@@ -59,6 +64,10 @@ Points2 bounded_outline(const planning::Obstacle& obstacle, const Projection& vi
                               (i & 4) != 0 ? 1.0 : -1.0);
       points.push_back(view(obstacle.X_WO * Support{d}(*box)));
     }
+    return hull_of(std::move(points));
+  }
+  if (const auto* polytope = std::get_if<planning::Polytope>(&obstacle.shape)) {
+    for (const Eigen::Vector3d& v : polytope->vertices) points.push_back(view(obstacle.X_WO * v));
     return hull_of(std::move(points));
   }
   constexpr int kDirections = 96;

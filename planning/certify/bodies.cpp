@@ -26,7 +26,7 @@ constexpr double kTouching = 1e-6;  // m; nearer, two points no longer tell a di
 constexpr double kDoubt = 1e-4;     // m between FCL's distance and the separation it implies.
 
 using FclShape = std::variant<std::monostate, fcl::Boxd, fcl::Cylinderd, fcl::Sphered,
-                              fcl::Capsuled, fcl::Ellipsoidd>;
+                              fcl::Capsuled, fcl::Ellipsoidd, fcl::Convexd>;
 
 // Largest n . x over a shape in its own frame.
 double reach_in_frame(const Box& s, const Vector3d& n) { return s.size.dot(n.cwiseAbs()) / 2.0; }
@@ -40,16 +40,29 @@ double reach_in_frame(const Capsule& s, const Vector3d& n) {
 double reach_in_frame(const Ellipsoid& s, const Vector3d& n) {
   return s.radii.cwiseProduct(n).norm();
 }
+double reach_in_frame(const Polytope& s, const Vector3d& n) {
+  double farthest = -kInfinity;
+  for (const Vector3d& v : s.vertices) farthest = std::max(farthest, n.dot(v));
+  return farthest + s.radius * n.norm();
+}
 double reach_in_frame(const HalfSpace& s, const Vector3d& n) {
   return (n - s.normal).norm() < 1e-9 ? 0.0 : kInfinity;
 }
 
+// Without faces FCL looks for support points among all vertices: right for any order of them.
+fcl::Convexd convex(const std::vector<Vector3d>& vertices) {
+  return {std::make_shared<std::vector<Vector3d>>(vertices), 0,
+          std::make_shared<std::vector<int>>()};
+}
+
+// The core of a polytope is what FCL sees; its radius is taken off afterwards.
 FclShape to_fcl(const Box& s) { return fcl::Boxd(s.size); }
 FclShape to_fcl(const Cylinder& s) { return fcl::Cylinderd(s.radius, s.length); }
 FclShape to_fcl(const Sphere& s) { return fcl::Sphered(s.radius); }
 FclShape to_fcl(const Capsule& s) { return fcl::Capsuled(s.radius, s.length); }
 FclShape to_fcl(const Ellipsoid& s) { return fcl::Ellipsoidd(s.radii); }
 FclShape to_fcl(const HalfSpace&) { return std::monostate{}; }
+FclShape to_fcl(const Polytope& s) { return convex(s.vertices); }
 
 fcl::Transform3d to_fcl(const Pose& pose) {
   fcl::Transform3d transform = fcl::Transform3d::Identity();
@@ -117,9 +130,8 @@ FixedBody::FixedBody(const Obstacle& obstacle)
     : shape_(obstacle.shape),
       X_WO_(obstacle.X_WO),
       R_OW_(obstacle.X_WO.q.toRotationMatrix().transpose()),
-      geometry_(std::make_unique<Geometry>()) {
-  geometry_->shape = std::visit([](const auto& s) { return to_fcl(s); }, shape_);
-  geometry_->X_WO = to_fcl(X_WO_);
+      geometry_(new Geometry{
+          std::visit([](const auto& s) -> FclShape { return to_fcl(s); }, shape_), to_fcl(X_WO_)}) {
   if (const auto* half_space = std::get_if<HalfSpace>(&shape_)) {
     axes_W_.push_back(X_WO_.q * half_space->normal);
   } else {
@@ -150,9 +162,7 @@ double FixedBody::box_distance(const Eigen::AlignedBox3d& box_W) const {
 MovingBody::MovingBody(std::vector<Vector3d> vertices_B) : vertices_B_(std::move(vertices_B)) {
   DIVE_DEMAND(!vertices_B_.empty());
   for (const Vector3d& v : vertices_B_) radius_ = std::max(radius_, v.norm());
-  // Without faces FCL looks for support points among all vertices: right for any order of them.
-  geometry_.reset(new Geometry{fcl::Convexd(std::make_shared<std::vector<Vector3d>>(vertices_B_), 0,
-                                            std::make_shared<std::vector<int>>())});
+  geometry_.reset(new Geometry{convex(vertices_B_)});
 }
 
 MovingBody::MovingBody(MovingBody&&) noexcept = default;
@@ -202,7 +212,9 @@ Separator MovingBody::ask(const Pose& X_WB_asked, const Pose& X_WB, const FixedB
   const double apart = (nearest.on_body - nearest.on_other).norm();
   if (apart < kTouching) return along_axes(X_WB, other);
   const Vector3d n_W = (nearest.on_body - nearest.on_other) / apart;
-  return {n_W, separation(X_WB, other, n_W), apart};
+  const auto* polytope = std::get_if<Polytope>(&other.shape_);
+  return {n_W, separation(X_WB, other, n_W),
+          apart - (polytope != nullptr ? polytope->radius : 0.0)};
 }
 
 }  // namespace dive::planning::certify

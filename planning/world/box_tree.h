@@ -1,6 +1,7 @@
 #pragma once
 // The broadphase: a tree of boxes, built once over obstacles that stay where they are.
 
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -19,7 +20,8 @@ class BoxTree {
 
   /// Calls `visit(index)` for boxes that are no farther from `query` (a box or a point) than the
   /// reach, in some fixed order, nearer branches first. `visit` returns the reach from then on, m:
-  /// a search for the nearest lowers it, a search for all keeps it.
+  /// a search for the nearest lowers it, a search for all keeps it, one that has ended makes it
+  /// negative.
   template <class Query, class Visit>
   void visit(const Query& query, double reach, Visit&& visit) const {
     if (!nodes_.empty()) descend(0, query, reach, visit);
@@ -60,7 +62,8 @@ template <class Query, class Visit>
 void BoxTree::descend(std::uint32_t at, const Query& query, double& reach, Visit& visit) const {
   const Node& node = nodes_[at];
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-    if (squared_distance(items_[i].box, query) <= reach * reach) reach = visit(items_[i].index);
+    if (squared_distance(items_[i].box, query) <= reach * std::abs(reach))
+      reach = visit(items_[i].index);
   }
   if (node.count > 0) return;
   std::uint32_t near = at + 1;
@@ -71,8 +74,8 @@ void BoxTree::descend(std::uint32_t at, const Query& query, double& reach, Visit
     std::swap(near, far);
     std::swap(to_near, to_far);
   }
-  if (to_near <= reach * reach) descend(near, query, reach, visit);
-  if (to_far <= reach * reach) descend(far, query, reach, visit);
+  if (to_near <= reach * std::abs(reach)) descend(near, query, reach, visit);
+  if (to_far <= reach * std::abs(reach)) descend(far, query, reach, visit);
 }
 
 }  // namespace dive::planning

@@ -48,7 +48,13 @@ Vector3d core_support(const Ellipsoid& ellipsoid, const Vector3d& n) {
   return ellipsoid.radii.cwiseProduct(scaled.stableNormalized());
 }
 
+Vector3d core_support(const Polytope& polytope, const Vector3d& n) {
+  return *std::ranges::max_element(polytope.vertices, {},
+                                   [&](const Vector3d& v) { return n.dot(v); });
+}
+
 double radius_of(const Sphere& s) { return s.radius; }
+double radius_of(const Polytope& s) { return s.radius; }
 double radius_of(const Capsule& s) { return s.radius; }
 template <class S>
 double radius_of(const S&) {

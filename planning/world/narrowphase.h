@@ -29,7 +29,8 @@ class NarrowPhase {
 
   /// The obstacle against the hull of `points_O` (at least one). False when the distance is
   /// certainly not below `cutoff`; `result` is then unspecified.
-  [[nodiscard]] bool separation(const SolidPoints& points_O, double cutoff, Separation& result) const;
+  [[nodiscard]] bool separation(const SolidPoints& points_O, double cutoff,
+                                Separation& result) const;
 
  private:
   Shape shape_;

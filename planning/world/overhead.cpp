@@ -67,6 +67,26 @@ std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
   return hull;
 }
 
+// The same of any polytope: the edges of its hull are among the lines between its vertices, and the
+// others lie inside it.
+std::vector<Vector2d> footprint(const Polytope& polytope, const Pose& X_WO, double low,
+                                double high) {
+  std::vector<Vector2d> points;
+  for (const Vector3d& v : polytope.vertices) {
+    const Vector3d a = X_WO * v;
+    if (a.z() >= low && a.z() <= high) points.emplace_back(a.head<2>());
+    for (const Vector3d& w : polytope.vertices) {
+      const Vector3d b = X_WO * w;
+      for (const double z : {low, high}) {
+        if (!(a.z() < z && b.z() > z)) continue;
+        const double t = (z - a.z()) / (b.z() - a.z());
+        points.emplace_back((a + t * (b - a)).head<2>());
+      }
+    }
+  }
+  return points;
+}
+
 double distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
   const Vector2d ab = b - a;
   const double squared = ab.squaredNorm();
@@ -106,6 +126,10 @@ bool is_above(const Obstacle& obstacle, const Vector3d& p_W, double radius) {
   if (bounds.max().z() <= p_W.z() || bounds.min().z() >= 0.0) return false;
   const Vector2d gap = (bounds.min() - p_W).cwiseMax(p_W - bounds.max()).cwiseMax(0.0).head<2>();
   if (gap.norm() > radius) return false;
+  if (const auto* polytope = std::get_if<Polytope>(&obstacle.shape)) {
+    const double r = polytope->radius;
+    return within(footprint(*polytope, obstacle.X_WO, p_W.z() - r, r), p_W.head<2>(), radius + r);
+  }
   return within(footprint(obstacle, p_W.z(), 0.0), p_W.head<2>(), radius);
 }
 

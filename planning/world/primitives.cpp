@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planning/world/nearest_in_hull.h"
+
 namespace dive::planning {
 namespace {
 
@@ -78,12 +80,24 @@ Eigen::Vector3d half_extents(const Shape& shape) {
                         },
                         [](const Ellipsoid& s) -> Vector3d { return s.radii; },
                         [](const HalfSpace&) -> Vector3d { return Vector3d::Constant(kInfinity); },
+                        [](const Polytope& s) -> Vector3d {
+                          Vector3d half = Vector3d::Zero();
+                          for (const Vector3d& v : s.vertices) half = half.cwiseMax(v.cwiseAbs());
+                          return half.array() + s.radius;
+                        },
                     },
                     shape);
 }
 
 Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle) {
   using Eigen::Vector3d;
+  if (const auto* polytope = std::get_if<Polytope>(&obstacle.shape)) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& v : polytope->vertices) box.extend(obstacle.X_WO * v);
+    box.min().array() -= polytope->radius;
+    box.max().array() += polytope->radius;
+    return box;
+  }
   const Eigen::Matrix3d R_WO = obstacle.X_WO.q.toRotationMatrix();
   const Vector3d axis = R_WO.col(2);
   const Vector3d disc = R_WO.leftCols<2>().rowwise().norm();  // Of radius 1, across the axis.
@@ -100,7 +114,7 @@ Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle) {
                      [&](const Ellipsoid& s) -> Vector3d {
                        return (R_WO * s.radii.asDiagonal()).rowwise().norm();
                      },
-                     [](const HalfSpace&) -> Vector3d { return Vector3d::Constant(kInfinity); },
+                     [](const auto&) -> Vector3d { return Vector3d::Constant(kInfinity); },
                  },
                  obstacle.shape);
   return {obstacle.X_WO.p - half, obstacle.X_WO.p + half};
@@ -114,6 +128,9 @@ double signed_distance(const Shape& shape, const Eigen::Vector3d& p_O) {
                         [&](const Capsule& s) { return capsule_distance(s, p_O); },
                         [&](const Ellipsoid& s) { return ellipsoid_distance(s, p_O); },
                         [&](const HalfSpace& s) { return s.normal.dot(p_O); },
+                        [&](const Polytope& s) {
+                          return (nearest_in_hull(s.vertices, p_O) - p_O).norm() - s.radius;
+                        },
                     },
                     shape);
 }

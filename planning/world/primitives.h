@@ -13,11 +13,12 @@ namespace dive::planning {
 /// that holds the shape. A half-space is not bounded: every component is infinite.
 [[nodiscard]] Eigen::Vector3d half_extents(const Shape& shape);
 
-/// Smallest box aligned with W that holds the obstacle (exact for every bounded primitive).
+/// Smallest box aligned with W that holds the obstacle (exact for every bounded shape).
 [[nodiscard]] Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle);
 
 /// Signed distance from a point in the shape's frame to its surface, m, negative inside. Exact,
-/// but for ellipsoids, where it is a lower bound (tight outside and near the surface).
+/// but for ellipsoids, where it is a lower bound (tight outside and near the surface), and inside
+/// the hull of a polytope's vertices, where it is minus the polytope's radius.
 [[nodiscard]] double signed_distance(const Shape& shape, const Eigen::Vector3d& p_O);
 
 }  // namespace dive::planning

@@ -24,7 +24,8 @@ bool is_light(const XmlElement& include) {
 // Walks world / model / link / collision with the pose so far, and gathers what is solid.
 class Reader {
  public:
-  Reader(const SourceText& source, Diagnostics& diagnostics) : values_(source, diagnostics) {}
+  Reader(const SourceText& source, Diagnostics& diagnostics, MeshSource& meshes)
+      : values_(source, diagnostics), meshes_(meshes) {}
 
   void root(const XmlElement& sdf) {
     if (sdf.name != "sdf") {
@@ -114,9 +115,52 @@ class Reader {
       values_.error("MAP-MISSING", element.span, "<collision> needs a <geometry>");
       return;
     }
-    if (auto shape = values_.shape_of(*geometry)) {
+    if (geometry->children.size() != 1) {
+      values_.error(
+          "MAP-GEOMETRY", geometry->span,
+          fmt::format("<geometry> must hold exactly one shape, not {}", geometry->children.size()));
+      return;
+    }
+    const XmlElement& drawn = geometry->children.front();
+    if (drawn.name == "mesh") {
+      mesh(drawn, name, X_WO);
+    } else if (auto shape = values_.shape_of(drawn)) {
       world_.obstacles.push_back({name, std::move(*shape), X_WO});
     }
+  }
+
+  void mesh(const XmlElement& element, const std::string& name, const Pose& X_WO) {
+    const std::optional<SdfMesh> wanted = values_.mesh_of(element);
+    if (!wanted) return;
+    auto found = meshes_.find(wanted->uri, wanted->scale);
+    if (!found) {
+      values_.error("MAP-MESH", wanted->uri_span, "the mesh " + found.error());
+      return;
+    }
+    if (!found->warning.empty()) {
+      values_.warning("MAP-COARSE", wanted->uri_span, "the mesh " + found->warning,
+                      "a mesh with fewer triangles, or less of it, will do better");
+    }
+    int surface = -1;
+    if (!found->mesh.triangles.empty()) {
+      surface = static_cast<int>(world_.surfaces.size());
+      for (Eigen::Vector3d& v : found->mesh.vertices) v = X_WO * v;
+      world_.surfaces.push_back({name, std::move(found->mesh)});
+    }
+    for (Polytope& piece : found->pieces.pieces) {
+      world_.obstacles.push_back({name, Shape(), X_WO, surface});
+      // About their own middle: the box around a shape is taken to be centred in its frame.
+      const Eigen::Vector3d middle = middle_of(piece.vertices);
+      for (Eigen::Vector3d& v : piece.vertices) v -= middle;
+      world_.obstacles.back().X_WO.p = X_WO * middle;
+      world_.obstacles.back().shape = std::move(piece);
+    }
+  }
+
+  static Eigen::Vector3d middle_of(const std::vector<Eigen::Vector3d>& points) {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& v : points) box.extend(v);
+    return box.center();
   }
 
   [[nodiscard]] std::string name_of(const XmlElement& element) const {
@@ -127,14 +171,15 @@ class Reader {
   }
 
   SdfValues values_;
+  MeshSource& meshes_;
   World world_;
 };
 
-std::optional<World> read_tree(const std::optional<XmlDocument>& document,
-                               Diagnostics& diagnostics) {
+std::optional<World> read_tree(const std::optional<XmlDocument>& document, Diagnostics& diagnostics,
+                               MeshSource& meshes) {
   if (!document) return std::nullopt;
   const std::size_t errors_before = diagnostics.error_count();
-  Reader reader(document->source, diagnostics);
+  Reader reader(document->source, diagnostics, meshes);
   reader.root(document->root);
   if (diagnostics.error_count() != errors_before) return std::nullopt;
   return reader.take();
@@ -142,12 +187,13 @@ std::optional<World> read_tree(const std::optional<XmlDocument>& document,
 
 }  // namespace
 
-std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics) {
-  return read_tree(parse_xml(std::move(source), kLimits, diagnostics), diagnostics);
+std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, MeshSource& meshes) {
+  return read_tree(parse_xml(std::move(source), kLimits, diagnostics), diagnostics, meshes);
 }
 
 std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics) {
-  return read_tree(read_xml(path, kLimits, diagnostics), diagnostics);
+  MeshFiles meshes(path);
+  return read_tree(read_xml(path, kLimits, diagnostics), diagnostics, meshes);
 }
 
 }  // namespace dive::planning

@@ -15,9 +15,9 @@ namespace {
 // Beyond it a number in a map is a slip of the pen, and squares of it lose their centimetres.
 constexpr double kLargest = 1e6;
 
-const std::array<std::string, 6> kShapes{"box",     "cylinder",  "sphere",
-                                         "capsule", "ellipsoid", "plane"};
-const std::array<std::string, 5> kUnsupported{"mesh", "heightmap", "polyline", "image", "cone"};
+const std::array<std::string, 7> kShapes{"box",       "cylinder", "sphere", "capsule",
+                                         "ellipsoid", "plane",    "mesh"};
+const std::array<std::string, 4> kUnsupported{"heightmap", "polyline", "image", "cone"};
 
 }  // namespace
 
@@ -102,13 +102,34 @@ Pose SdfValues::pose_of(const XmlElement& parent) const {
   return {values->head<3>(), from_rpy(rpy.x(), rpy.y(), rpy.z())};
 }
 
-std::optional<Shape> SdfValues::shape_of(const XmlElement& geometry) const {
-  if (geometry.children.size() != 1) {
-    error("MAP-GEOMETRY", geometry.span,
-          fmt::format("<geometry> must hold exactly one shape, not {}", geometry.children.size()));
+std::optional<SdfMesh> SdfValues::mesh_of(const XmlElement& element) const {
+  if (const XmlElement* part = element.child("submesh")) {
+    error("MAP-UNSUPPORTED", part->span, "a <submesh> cannot be picked out of its file",
+          "export it into a file of its own");
     return std::nullopt;
   }
-  const XmlElement& element = geometry.children.front();
+  const XmlElement* uri = element.child("uri");
+  if (uri == nullptr || uri->text.empty()) {
+    error("MAP-MISSING", element.span, "<mesh> needs a <uri>");
+    return std::nullopt;
+  }
+  if (std::ranges::any_of(uri->text, [](unsigned char c) { return c < ' '; })) {
+    error("MAP-MESH", uri->span, "a <uri> is one line");
+    return std::nullopt;
+  }
+  SdfMesh mesh{uri->text, Eigen::Vector3d::Ones(), uri->span};
+  if (element.child("scale") == nullptr) return mesh;
+  const auto scale = numbers(element, "scale", 3);
+  if (!scale) return std::nullopt;
+  if (scale->cwiseAbs().minCoeff() <= 0.0) {
+    error("MAP-SIZE", element.child("scale")->span, "<scale> of a <mesh> must not be zero");
+    return std::nullopt;
+  }
+  mesh.scale = *scale;
+  return mesh;
+}
+
+std::optional<Shape> SdfValues::shape_of(const XmlElement& element) const {
   if (element.name == "empty") return std::nullopt;
   if (element.name == "plane") return plane(element);
   if (element.name == "box") {
@@ -152,13 +173,13 @@ void SdfValues::unknown_shape(const XmlElement& element) const {
   if (std::find(kUnsupported.begin(), kUnsupported.end(), element.name) != kUnsupported.end()) {
     error("MAP-UNSUPPORTED", element.span,
           fmt::format("a <{}> cannot be used as a collision shape here", element.name),
-          "stand in boxes, cylinders, spheres, capsules, ellipsoids or planes that contain it");
+          "export it as a mesh, or stand in simple shapes that contain it");
     return;
   }
   const auto meant = closest_match(element.name, kShapes);
   error("MAP-GEOMETRY", element.span, fmt::format("there is no shape <{}>", element.name),
         meant ? fmt::format("did you mean <{}>?", *meant)
-              : "shapes are box, cylinder, sphere, capsule, ellipsoid and plane");
+              : "shapes are box, cylinder, sphere, capsule, ellipsoid, plane and mesh");
 }
 
 }  // namespace dive::planning

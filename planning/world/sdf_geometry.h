@@ -2,6 +2,7 @@
 // The leaves of an SDF file: poses and shapes, each value checked where it is written.
 
 #include <optional>
+#include <string>
 
 #include "common/diagnostic.h"
 #include "common/se3.h"
@@ -11,6 +12,12 @@
 
 namespace dive::planning {
 
+struct SdfMesh {
+  std::string uri;
+  Eigen::Vector3d scale;
+  Span uri_span;
+};
+
 class SdfValues {
  public:
   SdfValues(const SourceText& source, Diagnostics& diagnostics)
@@ -19,8 +26,10 @@ class SdfValues {
   /// The <pose> child of `parent` (x y z roll pitch yaw); identity when there is none.
   [[nodiscard]] Pose pose_of(const XmlElement& parent) const;
 
-  /// The one shape below <geometry>. Nothing after a diagnostic, and for <empty/>.
-  [[nodiscard]] std::optional<Shape> shape_of(const XmlElement& geometry) const;
+  /// What one child of <geometry> draws, but for a <mesh>. Nothing after a diagnostic, and for
+  /// <empty/>.
+  [[nodiscard]] std::optional<Shape> shape_of(const XmlElement& element) const;
+  [[nodiscard]] std::optional<SdfMesh> mesh_of(const XmlElement& element) const;
 
   void error(const char* code, Span span, std::string message, std::string hint = {}) const;
   void warning(const char* code, Span span, std::string message, std::string hint = {}) const;

@@ -1,6 +1,8 @@
 #pragma once
 // What is solid. A world is a list of convex obstacles in W (ENU, z = 0 at the surface, metres).
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
@@ -34,12 +36,20 @@ struct HalfSpace {
   Eigen::Vector3d normal;
 };
 
-using Shape = std::variant<Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace>;
+/// Every point within `radius` of the hull of the vertices (at least one, in any position: a
+/// triangle will do).
+struct Polytope {
+  std::vector<Eigen::Vector3d> vertices;
+  double radius = 0.0;
+};
+
+using Shape = std::variant<Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace, Polytope>;
 
 struct Obstacle {
   std::string name;  ///< For people: model, link and collision of the map.
   Shape shape;
   Pose X_WO;
+  int surface = -1;  ///< Index in World::surfaces of what this is a piece of; -1: of nothing.
 };
 
 /// A convex solid: the hull of its vertices, at least four of them not in one plane.
@@ -59,12 +69,26 @@ struct RobotHull {
   [[nodiscard]] double inner_radius() const;
   /// Vertices of the convex hull of all parts (no interior points), in B.
   [[nodiscard]] std::vector<Eigen::Vector3d> hull_vertices() const;
-  /// Some of these, few, whose hull reaches within about `tolerance` (m) of the full one everywhere.
+  /// Some of these, few, whose hull reaches within about `tolerance` (m) of the full one
+  /// everywhere.
   [[nodiscard]] std::vector<Eigen::Vector3d> outline(double tolerance) const;
+};
+
+/// A surface as it was drawn, facing either way and not necessarily closed.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// A mesh of the map, in W. Obstacles stand for it; it is kept for whoever must not trust them.
+struct Surface {
+  std::string name;
+  TriangleMesh mesh;
 };
 
 struct World {
   std::vector<Obstacle> obstacles;
+  std::vector<Surface> surfaces = {};  ///< Empty in a world that was read back from a log.
 
   /// Box around everything bounded (half-spaces excluded); empty when there is nothing.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;

@@ -31,7 +31,12 @@ inline Pose still(const Eigen::Vector3d& p) {
   return pose;
 }
 
-/// Below 1 inside, 1 on the surface, above 1 outside (half-space: 1 + height over the plane).
+inline double support_value(const planning::Shape& shape, const Eigen::Vector3d& n);
+inline std::vector<Eigen::Vector3d> directions(int count);
+
+/// Below 1 inside, 1 on the surface, above 1 outside (half-space: 1 + height over the plane;
+/// polytope: 1 + height over the highest of many planes that touch it, a little too low beside its
+/// edges).
 inline double membership(const planning::Shape& shape, const Eigen::Vector3d& p) {
   using namespace planning;
   if (const auto* s = std::get_if<Box>(&shape)) {
@@ -47,6 +52,13 @@ inline double membership(const planning::Shape& shape, const Eigen::Vector3d& p)
   }
   if (const auto* s = std::get_if<Ellipsoid>(&shape)) {
     return (p.array() / s->radii.array()).matrix().norm();
+  }
+  if (std::holds_alternative<Polytope>(shape)) {
+    static const std::vector<Eigen::Vector3d> kNormals = directions(1000);
+    double most = -1e300;
+    for (const Eigen::Vector3d& n : kNormals)
+      most = std::max(most, n.dot(p) - support_value(shape, n));
+    return 1.0 + most;
   }
   return 1.0 + std::get<HalfSpace>(shape).normal.dot(p);
 }
@@ -73,6 +85,11 @@ inline double support_value(const planning::Shape& shape, const Eigen::Vector3d&
   }
   if (const auto* s = std::get_if<Ellipsoid>(&shape)) {
     return std::sqrt((s->radii.array().square() * n.array().square()).sum());
+  }
+  if (const auto* s = std::get_if<Polytope>(&shape)) {
+    double most = -1e300;
+    for (const Eigen::Vector3d& v : s->vertices) most = std::max(most, n.dot(v));
+    return most + s->radius;
   }
   return n.isApprox(std::get<HalfSpace>(shape).normal, 1e-12)
              ? 0.0
@@ -137,6 +154,22 @@ inline rc::Gen<planning::Shape> arbitrary_shape() {
                           default:
                             return Ellipsoid{v / 2.0};
                         }
+                      });
+}
+
+/// Points, lines, flat ones and solid ones, with a radius or hardly any.
+inline rc::Gen<planning::Shape> arbitrary_polytope() {
+  const auto corners = rc::gen::mapcat(rc::gen::inRange(1, 12), [](int count) {
+    return rc::gen::container<std::vector<Eigen::Vector3d>>(static_cast<std::size_t>(count),
+                                                            arbitrary_vector(1.0));
+  });
+  return rc::gen::map(rc::gen::tuple(corners, rc::gen::inRange(0, 3), arbitrary_double(1e-6, 0.2)),
+                      [](const auto& drawn) -> planning::Shape {
+                        auto [vertices, flat, radius] = drawn;
+                        if (flat == 0) {
+                          for (Eigen::Vector3d& v : vertices) v.z() = 0.3;
+                        }
+                        return planning::Polytope{std::move(vertices), flat == 1 ? 1e-6 : radius};
                       });
 }
 

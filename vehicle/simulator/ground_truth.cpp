@@ -30,6 +30,8 @@ constexpr double kSlack = 1e-6;
 
 Point to_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
+Eigen::Vector3d from_point(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
 Triangles triangles_of(const TriangleSolid& solid) {
   Triangles triangles;
   triangles.reserve(solid.faces.size());
@@ -108,6 +110,12 @@ class NearestTriangle {
     const Triangle& wall = *primitive.id();
     const CGAL::Bbox_3 wall_box = wall.bbox();
     if (squared_gap(solid.box, wall_box) >= best_) return;
+    // A triangle that lies in the solid whole is not near any of its faces.
+    if (CGAL::do_overlap(solid.box, wall_box) &&
+        contains(solid.solid, from_point(wall.vertex(0)))) {
+      best_ = 0.0;
+      return;
+    }
     for (std::size_t i = 0; i < solid.triangles.size(); ++i) {
       if (squared_gap(solid.triangle_boxes[i], wall_box) >= best_) continue;
       best_ = std::min(best_, CGAL::squared_distance(solid.triangles[i], wall));
@@ -133,13 +141,23 @@ struct ClearanceMeter::Impl {
       parts_B.push_back(convex_hull(part.vertices));
     }
     for (const planning::Obstacle& obstacle : world.obstacles) add(obstacle);
+    for (const planning::Surface& surface : world.surfaces) add(surface.mesh);
     for (const PlacedSolid& solid : solids_W) {
       walls_W.insert(walls_W.end(), solid.triangles.begin(), solid.triangles.end());
     }
     tree.rebuild(walls_W.cbegin(), walls_W.cend());
   }
 
+  void add(const planning::TriangleMesh& mesh) {
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Triangle triangle(to_point(mesh.vertices[a]), to_point(mesh.vertices[b]),
+                              to_point(mesh.vertices[c]));
+      if (!triangle.is_degenerate()) walls_W.push_back(triangle);
+    }
+  }
+
   void add(const planning::Obstacle& obstacle) {
+    if (obstacle.surface >= 0) return;
     if (const auto* half = std::get_if<planning::HalfSpace>(&obstacle.shape)) {
       const Eigen::Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
       planes_W.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});

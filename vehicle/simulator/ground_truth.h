@@ -10,6 +10,7 @@
 namespace dive::vehicle {
 
 /// Hull and obstacles are closed triangle surfaces; what lies wholly inside the other overlaps it.
+/// Meshes are taken as they were drawn, triangle by triangle, and not by their convex pieces.
 /// Curved shapes stand as polyhedra around them, at most 0.5 % of their radius larger: a clearance
 /// is never overstated. Half-spaces are exact. In an empty world, and before the first pose, the
 /// clearance is infinite.

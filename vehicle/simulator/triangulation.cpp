@@ -100,6 +100,16 @@ struct CornersOf {
   Points operator()(const Capsule& capsule) const { return capsule_points(capsule); }
   Points operator()(const Ellipsoid& ellipsoid) const { return ellipsoid_points(ellipsoid.radii); }
   Points operator()(const HalfSpace&) const { return {}; }
+  Points operator()(const planning::Polytope& polytope) const {
+    Points points;
+    for (const Eigen::Vector3d& v : polytope.vertices) {
+      for (const Eigen::Vector3d& c :
+           box_corners(Eigen::Vector3d::Constant(2.0 * polytope.radius))) {
+        points.push_back(v + c);
+      }
+    }
+    return points;
+  }
 };
 
 }  // namespace

@@ -24,6 +24,7 @@ inline LogHeader sample_header() {
           .mission_xml = "<mission>\n\tä & ü\n</mission>\n",
           .map_name = "window.sdf",
           .map_xml = "<sdf/>",
+          .map_meshes = "",
           .vehicle_urdf = "<robot/>",
           .digest = ""};
 }

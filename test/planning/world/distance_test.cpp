@@ -13,6 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 using testing::arbitrary_double;
+using testing::arbitrary_polytope;
 using testing::arbitrary_pose;
 using testing::arbitrary_shape;
 using testing::arbitrary_vector;
@@ -29,7 +30,8 @@ Pose near_origin(Pose pose, double range) {
 }
 
 Obstacle arbitrary_obstacle(double range = 2.0) {
-  return {"o", draw(arbitrary_shape()), near_origin(draw(arbitrary_pose()), range)};
+  const bool is_polytope = *rc::gen::inRange(0, 3) == 0;
+  return {"o", draw(is_polytope ? arbitrary_polytope() : arbitrary_shape()), near_origin(draw(arbitrary_pose()), range)};
 }
 
 // The hull of the vehicle at two waypoints, as the optimiser asks for it.

@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 std::optional<World> parse(const std::string& text, Diagnostics& diagnostics) {
-  return parse_sdf(SourceText("map.sdf", text), diagnostics);
+  MeshFiles meshes("map.sdf");
+  return parse_sdf(SourceText("map.sdf", text), diagnostics, meshes);
 }
 
 // One static model on lines 2 to 6, what is given on line 5.
@@ -157,7 +158,15 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"two_worlds", "<sdf version='1.6'><world name='a'/>\n<world name='b'/></sdf>",
                 "MAP-WORLDS", 2, "one <world>"},
         Refusal{"misspelt_shape", geometry("<cilinder/>"), "MAP-GEOMETRY", 5, "<cylinder>"},
-        Refusal{"mesh", geometry("<mesh><uri>a.dae</uri></mesh>"), "MAP-UNSUPPORTED", 5, "<mesh>"},
+        Refusal{"no_uri", geometry("<mesh/>"), "MAP-MISSING", 5, "<uri>"},
+        Refusal{"no_mesh", geometry("<mesh><uri>model://a/b.dae</uri></mesh>"), "MAP-MESH", 5,
+                "was not found as a/b.dae, nor as"},
+        Refusal{"far_mesh", geometry("<mesh><uri>https://a/b.dae</uri></mesh>"), "MAP-MESH", 5,
+                "beside the map"},
+        Refusal{"no_scale", geometry("<mesh><uri>a.dae</uri><scale>1 0 1</scale></mesh>"),
+                "MAP-SIZE", 5, "zero"},
+        Refusal{"submesh", geometry("<mesh><uri>a.dae</uri><submesh/></mesh>"), "MAP-UNSUPPORTED",
+                5, "<submesh>"},
         Refusal{"heightmap", geometry("<heightmap/>"), "MAP-UNSUPPORTED", 5, "<heightmap>"},
         Refusal{"polyline", geometry("<polyline/>"), "MAP-UNSUPPORTED", 5, "<polyline>"},
         Refusal{"two_shapes", geometry("<box><size>1 1 1</size></box><sphere/>"), "MAP-GEOMETRY", 5,
@@ -216,7 +225,9 @@ TEST(LoadSdf, ReadsOrRefusesRealFiles) {
     const std::string extension = entry.path().extension().string();
     if (extension != ".sdf" && extension != ".world" && extension != ".scn") continue;
     Diagnostics diagnostics;
-    if (load_sdf(entry.path().string(), diagnostics)) {
+    MeshFiles meshes(entry.path().string(), {}, MeshFiles::Keep::kNothing);
+    auto source = read_source_text(entry.path().string(), 1U << 20U);
+    if (source && parse_sdf(*source, diagnostics, meshes)) {
       ++read;
       continue;
     }
@@ -227,8 +238,8 @@ TEST(LoadSdf, ReadsOrRefusesRealFiles) {
       EXPECT_FALSE(d.source_line.empty()) << render(d, false);
     }
   }
-  EXPECT_GE(read, 2);     // The two worlds of the Aqua2 simulator are planes.
-  EXPECT_GE(refused, 5);  // The wrecks are meshes, the scenarios another language.
+  EXPECT_GE(read, 4);     // Planes, a wreck, a seabed.
+  EXPECT_GE(refused, 5);  // Files left out, the scenarios another language.
 }
 
 }  // namespace

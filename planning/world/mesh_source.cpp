@@ -1,0 +1,177 @@
+#include "planning/world/mesh_source.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/fnv.h"
+#include "common/source_text.h"
+#include "planning/world/mesh.h"
+
+namespace dive::planning {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxMeshBytes = 512U << 20U;
+constexpr std::size_t kMaxPiecesBytes = 256U << 20U;
+constexpr double kCoarsest = 0.4;  // m
+
+bool take_prefix(std::string_view& text, std::string_view prefix) {
+  if (!text.starts_with(prefix)) return false;
+  text.remove_prefix(prefix.size());
+  return true;
+}
+
+void add_search_path(const char* variable, const std::string& rest, std::vector<fs::path>& places) {
+  const char* value = std::getenv(variable);
+  std::istringstream folders(value != nullptr ? value : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (!folder.empty()) places.push_back(fs::path(folder) / rest);
+  }
+}
+
+std::vector<fs::path> places_of(std::string_view uri, const fs::path& folder) {
+  if (take_prefix(uri, "model://")) {
+    const std::string rest(uri);
+    const std::string below = rest.substr(std::min(rest.find('/') + 1, rest.size()));
+    std::vector<fs::path> places{folder / rest, folder / ".." / rest};
+    add_search_path("GZ_SIM_RESOURCE_PATH", rest, places);
+    add_search_path("GAZEBO_MODEL_PATH", rest, places);
+    places.push_back(folder / below);
+    places.push_back(folder / fs::path(below).filename());
+    return places;
+  }
+  take_prefix(uri, "file://");
+  return {folder / uri};
+}
+
+tl::expected<fs::path, std::string> locate(const std::string& uri, const fs::path& folder) {
+  if (uri.find("://") != std::string::npos && !uri.starts_with("model://") &&
+      !uri.starts_with("file://")) {
+    return tl::unexpected(std::string("is not on this machine: put its file beside the map"));
+  }
+  const std::vector<fs::path> places = places_of(uri, folder);
+  std::vector<std::string> looked;
+  for (const fs::path& place : places) {
+    std::error_code ignored;
+    if (fs::is_regular_file(place, ignored)) return place.lexically_normal();
+    looked.push_back(place.lexically_normal().string());
+  }
+  return tl::unexpected(fmt::format("was not found as {}", fmt::join(looked, ", nor as ")));
+}
+
+bool same(const MeshKey& a, const MeshKey& b) {
+  return a.uri == b.uri && a.scale == b.scale && a.digest == b.digest;
+}
+
+fs::path pieces_path(const fs::path& mesh, const Eigen::Vector3d& scale) {
+  Fnv1a64 digest;
+  digest.add(fmt::format("{} {} {}", scale.x(), scale.y(), scale.z()));
+  fs::path path = mesh;
+  path += fmt::format(".{:08x}.pieces", digest.value() >> 32U);
+  return path;
+}
+
+// Whatever is wrong with the file, it will be made anew.
+std::optional<std::string> kept_pieces(const fs::path& path, const MeshKey& key) {
+  auto text = read_source_text(path.string(), kMaxPiecesBytes);
+  if (!text) return std::nullopt;
+  std::string_view rest = text->content();
+  const std::optional<MeshPieces> pieces = take_mesh_pieces(rest);
+  if (!pieces || !rest.empty() || !same(pieces->key, key)) return std::nullopt;
+  return text->content();
+}
+
+// Under another name first, so that nobody reads half of it.
+void keep_pieces(const fs::path& path, const std::string& text) {
+  fs::path draft = path;
+  draft += ".new";
+  std::error_code failed;
+  {
+    std::ofstream file(draft, std::ios::binary);
+    file << text;
+    if (!file.flush()) failed = std::make_error_code(std::errc::io_error);
+  }
+  if (!failed) fs::rename(draft, path, failed);
+  if (failed) fs::remove(draft, failed);
+}
+
+tl::expected<MeshPieces, std::string> make_pieces(const TriangleMesh& mesh, const MeshKey& key) {
+  DecompositionOptions options;
+  for (;;) {
+    auto pieces = decompose(mesh, options);
+    if (pieces && pieces->empty()) return tl::unexpected(std::string("holds no area at all"));
+    if (pieces) return MeshPieces{key, options.tolerance, std::move(*pieces)};
+    if (2.0 * options.tolerance > kCoarsest) {
+      return tl::unexpected(fmt::format("cannot be used: {}", pieces.error()));
+    }
+    options.tolerance *= 2.0;
+  }
+}
+
+}  // namespace
+
+MeshFiles::MeshFiles(std::string map_path, std::function<void(const std::string&)> say, Keep keep)
+    : map_path_(std::move(map_path)), say_(std::move(say)), keep_(keep) {}
+
+tl::expected<FoundMesh, std::string> MeshFiles::find(const std::string& uri,
+                                                     const Eigen::Vector3d& scale) {
+  const auto path = locate(uri, fs::path(map_path_).parent_path());
+  if (!path) return tl::unexpected(path.error());
+  const auto content = read_source_text(path->string(), kMaxMeshBytes);
+  if (!content) return tl::unexpected(fmt::format("cannot be read: {}", content.error()));
+  auto mesh = read_mesh(path->string());
+  if (!mesh) return tl::unexpected(fmt::format("cannot be used: {}", mesh.error()));
+  for (Eigen::Vector3d& v : mesh->vertices) v = v.cwiseProduct(scale);
+
+  Fnv1a64 digest;
+  digest.add(content->content());
+  const MeshKey key{uri, scale, digest.value()};
+  const fs::path kept = pieces_path(*path, scale);
+  std::optional<std::string> text = kept_pieces(kept, key);
+  if (!text) {
+    if (say_) {
+      say_(fmt::format("making convex pieces of {} ({} triangles), this once", path->string(),
+                       mesh->triangles.size()));
+    }
+    const auto made = make_pieces(*mesh, key);
+    if (!made) return tl::unexpected(made.error());
+    text = to_text(*made);
+    if (keep_ == Keep::kBesideTheMesh) keep_pieces(kept, *text);
+  }
+  // Always from the text: what is planned with is what the log holds, to the last bit.
+  std::string_view rest = *text;
+  FoundMesh found{*take_mesh_pieces(rest), std::move(*mesh), ""};
+  if (found.pieces.tolerance > DecompositionOptions{}.tolerance) {
+    found.warning = fmt::format(
+        "is stood for by pieces that reach up to {:.1f} m beyond it: at {:.2f} m it would take too "
+        "many of them",
+        found.pieces.tolerance, DecompositionOptions{}.tolerance);
+  }
+  if (std::ranges::none_of(found_, [&](const MeshKey& known) { return same(known, key); })) {
+    found_.push_back(key);
+    bundle_ += *text;
+  }
+  return found;
+}
+
+MeshBundle::MeshBundle(std::string_view bundle) {
+  while (auto mesh = take_mesh_pieces(bundle)) meshes_.push_back(std::move(*mesh));
+}
+
+tl::expected<FoundMesh, std::string> MeshBundle::find(const std::string& uri,
+                                                      const Eigen::Vector3d& scale) {
+  for (const MeshPieces& mesh : meshes_) {
+    if (mesh.key.uri == uri && mesh.key.scale == scale) return FoundMesh{mesh, {}, ""};
+  }
+  return tl::unexpected(std::string("is not in the log"));
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,415 @@
+// Meshes of maps: what is solid is covered, what is open stays open, and the files are not trusted.
+
+#include "planning/world/mesh.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include "planning/world/mesh_source.h"
+#include "planning/world/primitives.h"
+#include "planning/world/scene.h"
+#include "planning/world/sdf.h"
+#include "test/common/arbitrary.h"
+#include "test/planning/reference.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+using testing::arbitrary_double;
+using testing::arbitrary_vector;
+using testing::draw;
+
+using Triangle = std::array<Vector3d, 3>;
+
+void add(TriangleMesh& mesh, const Triangle& t) {
+  const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), t.begin(), t.end());
+  mesh.triangles.push_back({n, n + 1, n + 2});
+}
+
+void add_quad(TriangleMesh& mesh, const Vector3d& corner, const Vector3d& u, const Vector3d& v) {
+  add(mesh, {corner, corner + u, corner + u + v});
+  add(mesh, {corner, corner + u + v, corner + v});
+}
+
+// A wall of 6 x 4 m in the plane y = 0, with a window of 2 x 1 m in it.
+TriangleMesh wall_with_window() {
+  TriangleMesh mesh;
+  add_quad(mesh, {-3, 0, -2}, {6, 0, 0}, {0, 0, 1.5});
+  add_quad(mesh, {-3, 0, 0.5}, {6, 0, 0}, {0, 0, 1.5});
+  add_quad(mesh, {-3, 0, -0.5}, {2, 0, 0}, {0, 0, 1});
+  add_quad(mesh, {1, 0, -0.5}, {2, 0, 0}, {0, 0, 1});
+  return mesh;
+}
+
+// A sphere's surface in rings, of radius r.
+TriangleMesh ball(double r, int rings) {
+  const auto at = [&](int i, int j) -> Vector3d {
+    const double a = M_PI * i / rings;
+    const double b = M_PI * j / rings;
+    return r * Vector3d(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+  };
+  TriangleMesh mesh;
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < 2 * rings; ++j) {
+      add(mesh, {at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      add(mesh, {at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+std::vector<Polytope> pieces_of(const TriangleMesh& mesh, double tolerance = 0.05) {
+  DecompositionOptions options;
+  options.tolerance = tolerance;
+  auto pieces = decompose(mesh, options);
+  EXPECT_TRUE(pieces) << (pieces ? "" : pieces.error());
+  return pieces.value_or(std::vector<Polytope>{});
+}
+
+// Is p in the hull of the vertices, or within the radius of it? Told by half-spaces: p is farther
+// than that exactly if some direction says so.
+bool holds(const Polytope& piece, const Vector3d& p, const std::vector<Vector3d>& directions) {
+  return std::ranges::none_of(directions, [&](const Vector3d& n) {
+    double most = -1e300;
+    for (const Vector3d& v : piece.vertices) most = std::max(most, n.dot(v));
+    return n.dot(p) > most + piece.radius + 1e-9;
+  });
+}
+
+// The distance from p to a triangle, by looking at a fine lattice of it: never too small.
+double sampled_distance(const Triangle& t, const Vector3d& p, int n) {
+  double least = 1e300;
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; i + j <= n; ++j) {
+      const double a = static_cast<double>(i) / n;
+      const double b = static_cast<double>(j) / n;
+      least = std::min(least, (t[0] + a * (t[1] - t[0]) + b * (t[2] - t[0]) - p).norm());
+    }
+  }
+  return least;
+}
+
+TriangleMesh arbitrary_soup() {
+  TriangleMesh mesh;
+  const int triangles = *rc::gen::inRange(1, 25);
+  for (int i = 0; i < triangles; ++i) {
+    const Vector3d at = draw(arbitrary_vector(1.0));
+    const double size = draw(arbitrary_double(0.02, 1.0));
+    add(mesh,
+        {at, at + size * draw(arbitrary_vector(1.0)), at + size * draw(arbitrary_vector(1.0))});
+  }
+  return mesh;
+}
+
+TEST(Decompose, HoldsEveryPointOfEveryTriangle) {
+  const auto compass = testing::directions(400);
+  EXPECT_TRUE(rc::check([&] {
+    const TriangleMesh mesh = arbitrary_soup();
+    const auto pieces = pieces_of(mesh, draw(arbitrary_double(0.02, 0.5)));
+    for (const auto& [a, b, c] : mesh.triangles) {
+      double u = draw(arbitrary_double(0.0, 1.0));
+      double v = draw(arbitrary_double(0.0, 1.0));
+      if (u + v > 1.0) {
+        u = 1.0 - u;
+        v = 1.0 - v;
+      }
+      const Vector3d p = mesh.vertices[a] + u * (mesh.vertices[b] - mesh.vertices[a]) +
+                         v * (mesh.vertices[c] - mesh.vertices[a]);
+      RC_ASSERT(std::ranges::any_of(
+          pieces, [&](const Polytope& piece) { return holds(piece, p, compass); }));
+    }
+  }));
+}
+
+TEST(Decompose, ReachesNoFartherThanTheTolerance) {
+  EXPECT_TRUE(rc::check([&] {
+    const TriangleMesh mesh = arbitrary_soup();
+    const double tolerance = draw(arbitrary_double(0.05, 0.5));
+    for (const Polytope& piece : pieces_of(mesh, tolerance)) {
+      Vector3d p = Vector3d::Zero();
+      double sum = 0.0;
+      for (const Vector3d& v : piece.vertices) {
+        const double weight = std::pow(draw(arbitrary_double(0.0, 1.0)), 3.0);
+        p += weight * v;
+        sum += weight;
+      }
+      if (sum <= 0.0) continue;
+      p /= sum;
+      double least = 1e300;
+      for (const auto& [a, b, c] : mesh.triangles) {
+        least = std::min(
+            least, sampled_distance({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}, p, 60));
+      }
+      RC_ASSERT(least < tolerance - piece.radius + 0.03);
+    }
+  }));
+}
+
+TEST(Decompose, AWindowStaysOpenAndARoomStaysHollow) {
+  const auto wall = pieces_of(wall_with_window());
+  EXPECT_LE(wall.size(), 8U);
+  for (const Polytope& piece : wall) {
+    EXPECT_GT(signed_distance(piece, {0, 0, 0}), 0.44);
+    EXPECT_GT(signed_distance(piece, {0.94, 0, 0.44}), 0.0);
+  }
+  const auto shell = pieces_of(ball(2.0, 24));
+  double nearest = 1e300;
+  for (const Polytope& piece : shell) {
+    nearest = std::min(nearest, signed_distance(piece, Vector3d::Zero()));
+  }
+  EXPECT_NEAR(nearest, 1.95, 0.05);
+  EXPECT_LT(shell.size(), ball(2.0, 24).triangles.size() / 2);
+}
+
+TEST(Decompose, FacingEitherWayOrWithoutAreaChangesNothing) {
+  TriangleMesh mesh = ball(1.0, 10);
+  const auto plain = pieces_of(mesh);
+  TriangleMesh inverted = mesh;
+  for (auto& t : inverted.triangles) std::swap(t[1], t[2]);
+  EXPECT_NEAR(static_cast<double>(pieces_of(inverted).size()), static_cast<double>(plain.size()),
+              0.1 * static_cast<double>(plain.size()));
+  add(mesh, {Vector3d(5, 5, 5), Vector3d(6, 6, 6), Vector3d(7, 7, 7)});
+  add(mesh, {Vector3d(5, 5, 5), Vector3d(5, 5, 5), Vector3d(5, 5, 5)});
+  EXPECT_EQ(pieces_of(mesh).size(), plain.size());
+  TriangleMesh nothing;
+  add(nothing, {Vector3d(5, 5, 5), Vector3d(6, 6, 6), Vector3d(7, 7, 7)});
+  EXPECT_TRUE(pieces_of(nothing).empty());
+}
+
+TEST(Decompose, SaysWhenItWouldTakeTooManyPieces) {
+  DecompositionOptions options;
+  options.tolerance = 0.01;
+  options.most_pieces = 10;
+  const auto pieces = decompose(ball(2.0, 40), options);
+  ASSERT_FALSE(pieces);
+  EXPECT_EQ(pieces.error(), "it would take more than 10 convex pieces at 10 mm");
+}
+
+TEST(MeshPieces, ComeBackFromTextAndHoldWhatTheyHeld) {
+  const MeshPieces mesh{{"model://a/b c.dae", {1, -2, 0.1}, 0xfedcba9876543210ULL},
+                        0.05,
+                        pieces_of(wall_with_window())};
+  const std::string text = to_text(mesh) + to_text(mesh);
+  std::string_view rest = text;
+  ASSERT_TRUE(take_mesh_pieces(rest));
+  const auto read = take_mesh_pieces(rest);
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(rest.empty());
+  EXPECT_EQ(read->key.uri, mesh.key.uri);
+  EXPECT_EQ(read->key.scale, mesh.key.scale);
+  EXPECT_EQ(read->key.digest, mesh.key.digest);
+  EXPECT_EQ(read->tolerance, 0.05);
+  ASSERT_EQ(read->pieces.size(), mesh.pieces.size());
+  for (std::size_t i = 0; i < mesh.pieces.size(); ++i) {
+    ASSERT_EQ(read->pieces[i].vertices.size(), mesh.pieces[i].vertices.size());
+    for (std::size_t k = 0; k < mesh.pieces[i].vertices.size(); ++k) {
+      EXPECT_LE(
+          (read->pieces[i].vertices[k] - mesh.pieces[i].vertices[k]).norm() + mesh.pieces[i].radius,
+          read->pieces[i].radius + 1e-12);
+    }
+  }
+  EXPECT_EQ(to_text(*read).size(), text.size() / 2);
+}
+
+TEST(MeshPieces, DamagedOnesAreRefused) {
+  const std::string text = to_text({{"a.stl", {1, 1, 1}, 7}, 0.05, pieces_of(wall_with_window())});
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    std::string damaged = text;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    std::string_view rest = damaged;
+    EXPECT_FALSE(take_mesh_pieces(rest)) << at;
+    rest = std::string_view(text).substr(0, at);
+    EXPECT_FALSE(take_mesh_pieces(rest)) << at;
+  }
+}
+
+// A map in a folder of its own, of one mesh.
+class MeshMap : public ::testing::Test {
+ protected:
+  MeshMap() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "dive-mesh-XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~MeshMap() override { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& content) const {
+    std::ofstream(folder_ / name) << content;
+  }
+  static std::string obj(const TriangleMesh& mesh) {
+    std::string text;
+    for (const Vector3d& v : mesh.vertices) {
+      text += "v " + std::to_string(v.x()) + " " + std::to_string(v.y()) + " " +
+              std::to_string(v.z()) + "\n";
+    }
+    for (const auto& t : mesh.triangles) {
+      text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
+              std::to_string(t[2] + 1) + "\n";
+    }
+    return text;
+  }
+  void write_map(const std::string& mesh) const {
+    write("map.sdf",
+          "<sdf version='1.6'><model name='wall'><static>1</static><pose>10 0 -5 0 0 0</pose>\n"
+          "<link name='l'><collision name='c'><geometry>\n" +
+              mesh + "\n</geometry></collision></link></model></sdf>");
+  }
+  [[nodiscard]] std::optional<World> load(Diagnostics& diagnostics) const {
+    return load_sdf((folder_ / "map.sdf").string(), diagnostics);
+  }
+  [[nodiscard]] std::vector<std::filesystem::path> kept() const {
+    std::vector<std::filesystem::path> result;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      if (entry.path().extension() == ".pieces") result.push_back(entry.path());
+    }
+    return result;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(MeshMap, IsWherePoseAndScalePutIt) {
+  write("wall.obj", obj(wall_with_window()));
+  write_map("<mesh><uri>model://wall/wall.obj</uri><scale>1 1 2</scale></mesh>");
+  Diagnostics diagnostics;
+  const auto world = load(diagnostics);
+  ASSERT_TRUE(world) << render(diagnostics.list().at(0), false);
+  Scene scene(*world);
+  EXPECT_NEAR(scene.point_distance({10, 3, -8}), 3.0, 0.05);
+  EXPECT_NEAR(scene.point_distance({10, 0, -5}), 1.0, 0.05) << "in the middle of the window";
+  ASSERT_EQ(world->surfaces.size(), 1U);
+  EXPECT_EQ(world->surfaces[0].mesh.triangles.size(), 8U);
+  EXPECT_EQ(world->obstacles[0].name, "wall/l/c");
+  EXPECT_EQ(world->obstacles[0].surface, 0);
+}
+
+TEST_F(MeshMap, ItsPiecesAreKeptWhileTheMeshStaysTheSame) {
+  write("wall.obj", obj(wall_with_window()));
+  write_map("<mesh><uri>wall.obj</uri></mesh>");
+  const auto said = [&] {
+    int times = 0;
+    MeshFiles files((folder_ / "map.sdf").string(), [&](const std::string&) { ++times; });
+    EXPECT_TRUE(files.find("wall.obj", Vector3d::Ones()));
+    return times;
+  };
+  EXPECT_EQ(said(), 1);
+  ASSERT_EQ(kept().size(), 1U);
+  EXPECT_EQ(said(), 0);
+  write("wall.obj", obj(ball(1.0, 8)));
+  EXPECT_EQ(said(), 1);
+  EXPECT_EQ(said(), 0);
+  std::ofstream(kept()[0], std::ios::app) << "x";
+  EXPECT_EQ(said(), 1) << "a damaged file is made anew";
+  EXPECT_EQ(said(), 0);
+}
+
+TEST_F(MeshMap, IsTheSameWorldFromItsLog) {
+  write("wall.obj", obj(ball(1.0, 12)));
+  MeshFiles files((folder_ / "map.sdf").string());
+  const auto from_file = files.find("wall.obj", {1, 2, 3});
+  ASSERT_TRUE(from_file);
+  ASSERT_TRUE(files.find("wall.obj", {1, 2, 3}));
+  MeshBundle bundle(files.bundle());
+  const auto from_log = bundle.find("wall.obj", {1, 2, 3});
+  ASSERT_TRUE(from_log);
+  EXPECT_EQ(to_text(from_log->pieces), to_text(from_file->pieces));
+  EXPECT_TRUE(from_log->mesh.triangles.empty());
+  EXPECT_EQ(bundle.find("wall.obj", {1, 2, 4}).error(), "is not in the log");
+}
+
+struct BadMesh {
+  const char* name;
+  const char* file;
+  const char* content;
+  const char* says;
+};
+
+class BadMeshMap : public MeshMap, public ::testing::WithParamInterface<BadMesh> {};
+
+TEST_P(BadMeshMap, IsAnErrorAtItsUri) {
+  write(GetParam().file, GetParam().content);
+  write_map(std::string("<mesh><uri>") + GetParam().file + "</uri></mesh>");
+  Diagnostics diagnostics;
+  EXPECT_FALSE(load(diagnostics));
+  ASSERT_EQ(diagnostics.list().size(), 1U);
+  EXPECT_EQ(diagnostics.list()[0].code, "MAP-MESH");
+  EXPECT_EQ(diagnostics.list()[0].span.line, 3);
+  EXPECT_NE(diagnostics.list()[0].message.find(GetParam().says), std::string::npos)
+      << diagnostics.list()[0].message;
+  EXPECT_TRUE(kept().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadMeshMap,
+    ::testing::Values(
+        BadMesh{"empty", "a.stl", "", "cannot be used"},
+        BadMesh{"noise", "a.stl", "not a mesh at all, but some words", "cannot be used"},
+        BadMesh{"torn", "a.dae", "<COLLADA version='1.4.1'><library_geometries>", "cannot be used"},
+        BadMesh{"unknown", "a.xyz", "1 2 3", "cannot be used"},
+        BadMesh{"points", "a.obj", "v 0 0 0\nv 1 0 0\n", "cannot be used"},
+        BadMesh{"line", "a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no area"}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+TEST_F(MeshMap, ANumberThatIsNoneIsAnErrorAtItsUri) {
+  std::string stl(80, ' ');  // Binary: a header, the number of triangles, 50 bytes for each.
+  const auto put = [&](const auto& value) {
+    stl.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  put(std::uint32_t{1});
+  for (const float x : {0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F,
+                        std::numeric_limits<float>::quiet_NaN()}) {
+    put(x);
+  }
+  put(std::uint16_t{0});
+  write("a.stl", stl);
+  write_map("<mesh><uri>a.stl</uri></mesh>");
+  Diagnostics diagnostics;
+  EXPECT_FALSE(load(diagnostics));
+  ASSERT_EQ(diagnostics.list().size(), 1U);
+  EXPECT_EQ(diagnostics.list()[0].code, "MAP-MESH");
+  EXPECT_NE(diagnostics.list()[0].message.find("not a finite number"), std::string::npos)
+      << diagnostics.list()[0].message;
+}
+
+// The wreck is open: its walls are found where a fine sampling of its triangles has them, and water
+// that is 0.1 m from every triangle is water.
+TEST(RealMesh, AWreckIsCoveredAndStaysOpen) {
+  const std::string path = DIVE_SHARED_DATA "/meshes/wreck_sunkenship/sunkenship_distort.dae";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "the shared data is not here";
+  const auto mesh = read_mesh(path);
+  ASSERT_TRUE(mesh) << mesh.error();
+  EXPECT_EQ(mesh->triangles.size(), 4171U);
+  World world;
+  for (Polytope& piece : pieces_of(*mesh)) {
+    world.obstacles.push_back({"wreck", std::move(piece), Pose{}});
+  }
+  Scene scene(world);
+  EXPECT_TRUE(rc::check([&] {
+    const auto& [a, b, c] = mesh->triangles[*rc::gen::inRange<std::size_t>(0, 4171)];
+    const double u = draw(arbitrary_double(0.0, 1.0));
+    const double v = draw(arbitrary_double(0.0, 1.0)) * (1.0 - u);
+    const Vector3d p = mesh->vertices[a] + u * (mesh->vertices[b] - mesh->vertices[a]) +
+                       v * (mesh->vertices[c] - mesh->vertices[a]);
+    RC_ASSERT(scene.point_distance(p) <= 1e-9);
+    const Vector3d q = p + draw(arbitrary_vector(0.5));
+    double least = 1e300;
+    for (const auto& t : mesh->triangles) {
+      const Vector3d& corner = mesh->vertices[t[0]];
+      if ((corner - q).norm() > 6.0 + least) continue;
+      least = std::min(
+          least, sampled_distance({corner, mesh->vertices[t[1]], mesh->vertices[t[2]]}, q, 40));
+    }
+    RC_ASSERT(scene.point_distance(q) >= least - 0.05 - 0.15);
+    RC_ASSERT(scene.point_distance(q) <= least + 1e-9);
+  }));
+}
+
+}  // namespace
+}  // namespace dive::planning
