@@ -190,28 +190,28 @@ doors on both sides. Whoever is in the engine room has steel above.""")
         for side, sign in (("port", 1), ("starboard", -1)):
             middle = ((x0 + x1) / 2, sign * (w0 + w1) / 2, (keel + deck) / 2)
             if side == "port" and (x0, x1) == (-5, 5):
-                # A gash amidships, 2.2 m wide from the seabed up to 2.4 m.
-                for name, a, b, z0, z1 in (("aft", -5, -1.1, keel, deck),
-                                           ("fore", 1.1, 5, keel, deck),
-                                           ("above", -1.1, 1.1, keel + 2.4, deck)):
+                # A gash amidships, 2.6 m wide from the seabed up to 2.8 m.
+                for name, a, b, z0, z1 in (("aft", -5, -1.3, keel, deck),
+                                           ("fore", 1.3, 5, keel, deck),
+                                           ("above", -1.3, 1.3, keel + 2.8, deck)):
                     m.box("hull", f"port_{i}_{name}", (b - a, plate, z1 - z0),
                           ((a + b) / 2, 3.5, (z0 + z1) / 2))
                 continue
             m.box("hull", f"{side}_{i}", (length + 0.05, plate, deck - keel), middle,
                   (0, 0, sign * yaw))
     m.box("hull", "transom", (plate, 4.8, deck - keel), (-13, 0, (keel + deck) / 2))
-    # Bulkheads. The one before the engine room has a door 1.6 m wide and 2.2 m high.
+    # Bulkheads. The one before the engine room has a door 2.0 m wide and 2.6 m high.
     height = deck - keel
     for name, x, half, door in (("engine_room", -5.0, 3.5, True), ("collision", 9.0, 2.8, False)):
         if not door:
             m.box("bulkheads", name, (plate, 2 * half, height), (x, 0, (keel + deck) / 2))
             continue
-        side = half - 0.8
-        for part, y in (("port", 0.8 + side / 2), ("starboard", -0.8 - side / 2)):
+        side = half - 1.0
+        for part, y in (("port", 1.0 + side / 2), ("starboard", -1.0 - side / 2)):
             m.box("bulkheads", f"{name}_{part}", (plate, side, height), (x, y, (keel + deck) / 2))
-        m.box("bulkheads", f"{name}_above", (plate, 1.6, height - 3.0), (x, 0, keel + 3.0 +
+        m.box("bulkheads", f"{name}_above", (plate, 2.0, height - 3.0), (x, 0, keel + 3.0 +
                                                                         (height - 3.0) / 2))
-        m.box("bulkheads", f"{name}_sill", (plate, 1.6, 0.4), (x, 0, keel + 0.2))
+        m.box("bulkheads", f"{name}_sill", (plate, 2.0, 0.4), (x, 0, keel + 0.2))
     # Deck: closed over the engine room and the bow, a hatch of 5 x 4 m over the hold.
     m.box("deck", "aft", (8.0, beam, plate), (-9.0, 0, deck))
     m.box("deck", "before_hatch", (6.0, beam, plate), (6.0, 0, deck))
