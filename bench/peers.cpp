@@ -10,7 +10,6 @@
 #include <ompl/base/SpaceInformation.h>
 #include <ompl/base/objectives/PathLengthOptimizationObjective.h>
 #include <ompl/base/spaces/SE3StateSpace.h>
-#include <ompl/base/spaces/SO2StateSpace.h>
 #include <ompl/geometric/PathSimplifier.h>
 #include <ompl/geometric/planners/fmt/FMT.h>
 #include <ompl/geometric/planners/informedtrees/BITstar.h>
@@ -35,31 +34,36 @@ constexpr double kLook = 0.05;     // m between looks along a motion
 constexpr double kMargin = 5.0;    // m around map, start and goal
 constexpr double kRotation = 0.5;  // m that a radian counts as
 
+// SE(3); horizontal ones are four numbers, x, y, z and the yaw as kRotation counts it, for OMPL's
+// informed samplers know no other space.
 Pose pose_of(const ob::State* state, bool horizontal) {
-  const auto* both = state->as<ob::CompoundState>();
-  const double* p = both->as<ob::RealVectorStateSpace::StateType>(0)->values;
   Pose pose;
-  pose.p = Vector3d(p[0], p[1], p[2]);
   if (horizontal) {
-    pose.q = from_rpy(0.0, 0.0, both->as<ob::SO2StateSpace::StateType>(1)->value);
+    const double* x = state->as<ob::RealVectorStateSpace::StateType>()->values;
+    pose.p = Vector3d(x[0], x[1], x[2]);
+    pose.q = from_rpy(0.0, 0.0, x[3] / kRotation);
   } else {
-    const auto* q = both->as<ob::SO3StateSpace::StateType>(1);
-    pose.q = Eigen::Quaterniond(q->w, q->x, q->y, q->z);
+    const auto* x = state->as<ob::SE3StateSpace::StateType>();
+    pose.p = Vector3d(x->getX(), x->getY(), x->getZ());
+    const auto& q = x->rotation();
+    pose.q = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
   }
   return pose;
 }
 
 void set(ob::State* state, const Pose& pose, bool horizontal) {
-  auto* both = state->as<ob::CompoundState>();
-  Vector3d::Map(both->as<ob::RealVectorStateSpace::StateType>(0)->values) = pose.p;
   if (horizontal) {
-    both->as<ob::SO2StateSpace::StateType>(1)->value = to_rpy(pose.q).z();
+    double* x = state->as<ob::RealVectorStateSpace::StateType>()->values;
+    Vector3d::Map(x) = pose.p;
+    x[3] = to_rpy(pose.q).z() * kRotation;
   } else {
-    auto* q = both->as<ob::SO3StateSpace::StateType>(1);
-    q->w = pose.q.w();
-    q->x = pose.q.x();
-    q->y = pose.q.y();
-    q->z = pose.q.z();
+    auto* x = state->as<ob::SE3StateSpace::StateType>();
+    x->setXYZ(pose.p.x(), pose.p.y(), pose.p.z());
+    auto& q = x->rotation();
+    q.w = pose.q.w();
+    q.x = pose.q.x();
+    q.y = pose.q.y();
+    q.z = pose.q.z();
   }
 }
 
@@ -79,30 +83,52 @@ class Swum final : public ob::PathLengthOptimizationObjective {
   bool horizontal_;
 };
 
+/// Where a state is, in cells of a metre: what KPIECE keeps its records by.
+class Place final : public ob::ProjectionEvaluator {
+ public:
+  Place(const ob::StateSpace* space, bool horizontal)
+      : ob::ProjectionEvaluator(space), horizontal_(horizontal) {}
+  [[nodiscard]] unsigned int getDimension() const override { return 3; }
+  void defaultCellSizes() override { cellSizes_ = {1.0, 1.0, 1.0}; }
+  void project(const ob::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
+    projection = pose_of(state, horizontal_).p;
+  }
+
+ private:
+  bool horizontal_;
+};
+
+ob::StateSpacePtr space_over(const Eigen::AlignedBox3d& region, bool horizontal) {
+  ob::RealVectorBounds bounds(horizontal ? 4 : 3);
+  for (unsigned i = 0; i < 3; ++i) {
+    bounds.setLow(i, region.min()(static_cast<int>(i)));
+    bounds.setHigh(i, region.max()(static_cast<int>(i)));
+  }
+  if (horizontal) {
+    bounds.setLow(3, -M_PI * kRotation);
+    bounds.setHigh(3, M_PI * kRotation);
+    auto space = std::make_shared<ob::RealVectorStateSpace>(4);
+    space->setBounds(bounds);
+    return space;
+  }
+  auto space = std::make_shared<ob::SE3StateSpace>();
+  space->setBounds(bounds);
+  space->setSubspaceWeight(1, kRotation);
+  return space;
+}
+
 class Question {
  public:
   Question(const planning::World& world, const planning::RobotHull& hull, const PeerTask& task)
       : task_(task), scene_(world), hull_B_(hull.hull_vertices()), hull_W_(hull_B_.size()) {
-    auto positions = std::make_shared<ob::RealVectorStateSpace>(3);
     Eigen::AlignedBox3d region = world.bounds();
     region.extend(task.start.p).extend(task.goal.p);
     region.min().array() -= kMargin;
     region.max().array() += kMargin;
     region.min().z() = std::max(region.min().z(), task.min_z);
     region.max().z() = std::min(region.max().z(), task.max_z);
-    ob::RealVectorBounds bounds(3);
-    for (unsigned i = 0; i < 3; ++i) {
-      bounds.setLow(i, region.min()(static_cast<int>(i)));
-      bounds.setHigh(i, region.max()(static_cast<int>(i)));
-    }
-    positions->setBounds(bounds);
-    auto space = std::make_shared<ob::CompoundStateSpace>();
-    space->addSubspace(positions, 1.0);
-    if (task.horizontal) {
-      space->addSubspace(std::make_shared<ob::SO2StateSpace>(), kRotation);
-    } else {
-      space->addSubspace(std::make_shared<ob::SO3StateSpace>(), kRotation);
-    }
+    const ob::StateSpacePtr space = space_over(region, task.horizontal);
+    space->registerDefaultProjection(std::make_shared<Place>(space.get(), task.horizontal));
     information_ = std::make_shared<ob::SpaceInformation>(space);
     information_->setStateValidityChecker([this](const ob::State* s) { return is_valid(s); });
     information_->setStateValidityCheckingResolution(kLook / space->getMaximumExtent());

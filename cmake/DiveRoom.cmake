@@ -44,6 +44,16 @@ function(dive_bench name)
                                         benchmark::benchmark benchmark::benchmark_main)
 endfunction()
 
+# dive_study(NAME SOURCES ... USES ... [LIBRARIES ...]): a program that measures and prints a report.
+function(dive_study name)
+  cmake_parse_arguments(STUDY "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${STUDY_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${STUDY_USES} ${STUDY_LIBRARIES} dive_flags
+                                        PkgConfig::CLI11 fmt::fmt)
+endfunction()
+
 # dive_embed(TARGET INPUT NAMESPACE NAME): compiles a text file into TARGET as a string constant.
 function(dive_embed target input namespace name)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
