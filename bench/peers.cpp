@@ -30,7 +30,6 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using Eigen::Vector3d;
 
-constexpr double kLook = 0.05;     // m between looks along a motion
 constexpr double kMargin = 5.0;    // m around map, start and goal
 constexpr double kRotation = 0.5;  // m that a radian counts as
 
@@ -131,7 +130,7 @@ class Question {
     space->registerDefaultProjection(std::make_shared<Place>(space.get(), task.horizontal));
     information_ = std::make_shared<ob::SpaceInformation>(space);
     information_->setStateValidityChecker([this](const ob::State* s) { return is_valid(s); });
-    information_->setStateValidityCheckingResolution(kLook / space->getMaximumExtent());
+    information_->setStateValidityCheckingResolution(task.look / space->getMaximumExtent());
     information_->setup();
   }
 

@@ -20,6 +20,7 @@ struct PeerTask {
   double max_z = 0.0;
   double length_target = 0.0;  ///< m: stop at a path this short; infinite: at the first.
   double time_limit_s = 10.0;
+  double look = 0.05;  ///< m between looks along a motion.
   std::uint64_t seed = 1;
 };
 
@@ -33,7 +34,6 @@ struct PeerRun {
 /// enough; RRT*, Informed RRT* and BIT* improve theirs; FMT* doubles its samples.
 [[nodiscard]] const std::vector<std::string>& peer_names();
 
-/// Motions are looked at every 5 cm.
 [[nodiscard]] PeerRun run_peer(const std::string& name, const planning::World& world,
                                const planning::RobotHull& hull, const PeerTask& task);
 

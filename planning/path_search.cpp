@@ -20,7 +20,8 @@ constexpr double kShortestSegment = 0.3;  // m: shorter ones are not split
 constexpr double kRollGain = 0.15;        // m: what lying on its side can gain a vehicle
 constexpr double kPreferred = 0.25;       // m beyond the ball, that warm starts like to have
 constexpr double kBestTolerance = 0.02;   // of the best clearance that is looked for
-constexpr int kBestTries = 8;
+constexpr int kBestTries = 9;
+constexpr double kBeyond = 1.5;  // of the clearance asked for
 
 void keep_better(PathSearch::Attempt&& other, PathSearch::Attempt& best) {
   if (other.certificate.clearance_m > best.certificate.clearance_m) best = std::move(other);
@@ -214,7 +215,7 @@ void PathSearch::search_widest() {
     return;
   }
   ++result_.warm_starts;
-  const double bound = std::min(widest->bound - inner_radius_, request.clearance);
+  const double bound = widest->bound - inner_radius_;
   std::vector<Pose> initial =
       poses_along(widest->positions, request.start, request.goal, request.attitude);
   if (bound >= request.clearance && consider(initial)) {
@@ -222,15 +223,20 @@ void PathSearch::search_widest() {
     return;
   }
   search_best_clearance(std::move(initial), bound);
-  result_.reason = why_not(true, bound);
+  if (result_.clearance_m >= request.clearance - kRounding) {
+    result_.status = PlanStatus::kSuccess;
+  } else {
+    result_.reason = why_not(true, bound);
+  }
 }
 
-// Bisection: what is found at one clearance starts the next.
+// Bisection: what is found at one clearance starts the next. It begins beyond what is asked for:
+// what cannot be had draws the path to the middle of a narrow place.
 void PathSearch::search_best_clearance(std::vector<Pose> initial, double bound) {
-  double high = std::max(bound, 0.0);
+  double high = std::clamp(bound, 0.0, kBeyond * request_->clearance);
   for (int number = 0; number < kBestTries; ++number) {
     const double low = std::max(result_.clearance_m, 0.0);
-    if (high - low < kBestTolerance * high) break;
+    if (low >= request_->clearance || high - low < kBestTolerance * high) break;
     problem_.clearance = number == 0 ? high : 0.5 * (low + high);
     if (!consider(initial)) high = problem_.clearance;
     if (last_.certificate.clearance_m > 0.0) initial = last_.path.waypoints;

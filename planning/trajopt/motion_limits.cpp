@@ -16,11 +16,17 @@ constexpr double kStill = 1e-6;  // m or rad: below it there is no direction to 
 Hinge turn_hinge(int i, const Pose& a, const Pose& b, const MotionLimits& limits) {
   const Vector3d turn = so3_log(a.q.conjugate() * b.q);
   const double angle = turn.norm();
-  const double allowed = std::min(limits.max_turn_rad, limits.turn_rad_per_m * (b.p - a.p).norm());
+  const Vector3d way = b.p - a.p;
+  const double by_way = limits.turn_rad_per_m * way.norm();
+  const double allowed = std::min(limits.max_turn_rad, by_way);
   Hinge hinge{.block = i, .missing = angle - allowed, .weight = limits.weight};
   if (angle < kStill) return hinge;
   hinge.a.segment<3>(3) = turn / angle;
   hinge.a.segment<3>(9) = -turn / angle;
+  if (by_way < limits.max_turn_rad && way.norm() > kStill) {
+    hinge.a.segment<3>(6) = limits.turn_rad_per_m * way.normalized();
+    hinge.a.head<3>() = -hinge.a.segment<3>(6);
+  }
   return hinge;
 }
 

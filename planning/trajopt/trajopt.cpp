@@ -22,6 +22,7 @@ constexpr double kGrow = 1.8;
 constexpr double kLargestStep = 1.0;  // m: half a segment or so
 constexpr int kEscalations = 2;       // of the obstacle weight, when a violation stays
 constexpr double kEscalation = 5.0;
+constexpr double kFinely = 0.1;       // of the smallest trust region, with more weight
 constexpr double kWorthwhile = 0.05;  // of the cost, for other rolls to be tried
 constexpr double kOutline = 0.007;    // m of the hull left out: the clearance buffer covers it
 constexpr double kQpTolerance = 1e-4;
@@ -111,6 +112,7 @@ class SequentialProgramme {
   SmoothCosts costs_;
   double obstacle_weight_;
   double trust_m_ = 0.0;
+  double least_trust_m_ = 0.0;
   BandedQp qp_;
   int rows_capacity_ = kFirstRows;
   double merit_ = 0.0;
@@ -222,7 +224,7 @@ void SequentialProgramme::step_to(std::vector<Pose>& path) const {
 bool SequentialProgramme::improve() {
   costs_.reference_length = std::max(length_of(now_.path), 1e-3);
   merit_ = costs_.value(now_.path) + now_.hinge_cost;
-  for (; trust_m_ >= options_.min_trust_region; trust_m_ *= kShrink) {
+  for (; trust_m_ >= least_trust_m_; trust_m_ *= kShrink) {
     build_programme();
     const QpSummary summary = qp_.solve({.tolerance = kQpTolerance});
     ++qp_solves_;
@@ -282,6 +284,7 @@ TrajoptResult SequentialProgramme::result() const {
 }
 
 TrajoptResult SequentialProgramme::run() {
+  least_trust_m_ = options_.min_trust_region;
   for (int escalation = 0; escalation <= kEscalations; ++escalation) {
     trust_m_ = options_.trust_region_m;
     evaluate(now_);
@@ -293,6 +296,8 @@ TrajoptResult SequentialProgramme::run() {
     const double missing = violation();
     if (missing <= 0.0 || missing > problem_.escalate_below) break;
     obstacle_weight_ *= kEscalation;
+    // A vehicle askew between two walls gains from its last hundredth of a radian.
+    least_trust_m_ = kFinely * options_.min_trust_region;
   }
   return result();
 }

@@ -9,6 +9,7 @@
 #include <rapidcheck.h>
 
 #include "planning/world/sdf.h"
+#include "test/common/arbitrary.h"
 #include "test/planning/boxes.h"
 
 namespace dive::planning {
@@ -175,6 +176,118 @@ TEST(Planner, SaysHonestlyThatThereIsNoWay) {
   EXPECT_EQ(tight.reason.substr(0, 22), "too tight for 0.60 m (");
   EXPECT_NE(tight.reason.find("the best found keeps 0.3"), std::string::npos) << tight.reason;
   EXPECT_EQ(plan(with_door, ask({-3, 0, -6}, inside, 0.33)).status, PlanStatus::kSuccess);
+}
+
+// A door w wide and h high leaves a level vehicle min((w - 0.48) / 2, (h - 0.22) / 2), and nobody a
+// centimetre more.
+TEST(Planner, SaysWhatClearanceWouldHaveWorked) {
+  constexpr std::array<std::array<double, 2>, 6> kDoors{
+      {{0.7, 1.4}, {0.9, 0.6}, {1.1, 1.1}, {1.3, 0.8}, {1.6, 1.4}, {1.5, 0.6}}};
+  for (const auto& [width, height] : kDoors) {
+    const double best = std::min((width - kBodySize.y()) / 2.0, (height - kBodySize.z()) / 2.0);
+    World world;
+    const auto add = [&](double y0, double y1, double z0, double z1) {
+      world.obstacles.push_back(
+          {"wall", Box{{0.4, y1 - y0, z1 - z0}}, still({4.0, (y0 + y1) / 2.0, (z0 + z1) / 2.0})});
+    };
+    const double side = width / 2.0;
+    const double top = height / 2.0;
+    add(-30, -side, -12, 1);
+    add(side, 30, -12, 1);
+    add(-side, side, -12, -6 - top);
+    add(-side, side, -6 + top, 1);
+    world.obstacles.push_back({"seabed", HalfSpace{Vector3d::UnitZ()}, still({0, 0, -12})});
+    PlanRequest request = ask({0, 1, -6.5}, {8, -1, -5.5}, best + 0.2);
+    request.min_z = -12.0;
+    // Not around the ends of the wall: the way there is longer than the vehicle may look.
+    for (const double y : {-30.0, 30.0}) {
+      world.obstacles.push_back({"end", Box{{60, 0.4, 14}}, still({4, y, -6})});
+    }
+    for (const double x : {-26.0, 34.0}) {
+      world.obstacles.push_back({"end", Box{{0.4, 60, 14}}, still({x, 0, -6})});
+    }
+    const PlanResult result = plan(world, request);
+    EXPECT_EQ(result.status, PlanStatus::kNoPath);
+    EXPECT_LE(result.clearance_m, best + 1e-9);
+    EXPECT_GE(result.clearance_m, std::min(0.95 * best, best - 0.02));
+    EXPECT_TRUE(result.reason.starts_with("too tight for") ||
+                result.reason.starts_with("no path found that keeps"))
+        << result.reason;
+    request.clearance = 0.8 * result.clearance_m;
+    EXPECT_EQ(plan(world, request).status, PlanStatus::kSuccess);
+  }
+}
+
+TEST(Planner, KeepsFlatWhenAskedAndPitchesStill) {
+  PlanRequest request = ask({0, 0, -2}, {8, 0, -8}, 0.3);
+  request.attitude = AttitudeMode::kFlat;
+  request.min_z = -20.0;
+  const World world{{{"left", Box{{1.0, 9.0, 40.0}}, still({4.5, 4.95, -9})},
+                     {"right", Box{{1.0, 9.0, 40.0}}, still({4.5, -4.95, -9})},
+                     {"north", Box{{40.0, 1.0, 40.0}}, still({4.5, 9.9, -9})},
+                     {"south", Box{{40.0, 1.0, 40.0}}, still({4.5, -9.9, -9})},
+                     {"west", Box{{1.0, 20.0, 40.0}}, still({-16, 0, -9})},
+                     {"east", Box{{1.0, 20.0, 40.0}}, still({25, 0, -9})}}};
+  const PlanResult flat = plan(world, request);
+  EXPECT_EQ(flat.status, PlanStatus::kNoPath) << "0.21 m on each side, but for lying on one";
+  request.clearance = 0.2;
+  const PlanResult narrow = plan(world, request);
+  ASSERT_EQ(narrow.status, PlanStatus::kSuccess) << narrow.reason;
+  double steepest = 0.0;
+  for (const Pose& pose : narrow.waypoints) {
+    EXPECT_NEAR(to_rpy(pose.q).x(), 0.0, 1e-9);
+    steepest = std::max(steepest, to_rpy(pose.q).y());
+  }
+  EXPECT_GT(steepest, 0.4);
+  request.clearance = 0.3;
+  request.attitude = AttitudeMode::kFree;
+  EXPECT_EQ(plan(world, request).status, PlanStatus::kSuccess);
+}
+
+TEST(Planner, KeepsTheAltitudeWhereItCan) {
+  World world;
+  world.obstacles.push_back({"seabed", HalfSpace{Vector3d::UnitZ()}, still({0, 0, -10})});
+  world.obstacles.push_back({"hump", Box{{4, 40, 2}}, still({8, 0, -9})});
+  PlanRequest request = ask({0, 0, -7}, {16, 0, -7}, 0.4);
+  const auto altitude_over_hump = [&] {
+    const PlanResult result = plan(world, request);
+    EXPECT_EQ(result.status, PlanStatus::kSuccess) << result.reason;
+    double least = 1e300;
+    for (const Pose& pose : result.waypoints) {
+      if (std::abs(pose.p.x() - 8.0) < 2.0) least = std::min(least, pose.p.z() + 8.0);
+    }
+    return least;
+  };
+  EXPECT_LT(altitude_over_hump(), 1.05);
+  request.min_altitude = 2.0;
+  EXPECT_GE(altitude_over_hump(), 1.95);
+}
+
+TEST(Planner, MovesAGoalWithinItsToleranceAndNoFarther) {
+  World world;
+  world.obstacles.push_back({"post", Box{{0.4, 0.4, 20}}, still({8, 0, -8})});
+  PlanRequest request = ask({0, 0, -5}, {8, 0.6, -5}, 0.5);
+  EXPECT_EQ(plan(world, request).status, PlanStatus::kInvalid);
+  request.goal_tolerance = 0.8;
+  const PlanResult moved = plan(world, request);
+  ASSERT_EQ(moved.status, PlanStatus::kSuccess) << moved.reason;
+  EXPECT_LE((moved.waypoints.back().p - request.goal.p).norm(), 0.8 + 1e-9);
+  EXPECT_GE(clearance_of(moved.waypoints, world, 0.01), 0.5);
+  request.goal_tolerance = 0.05;
+  EXPECT_EQ(plan(world, request).status, PlanStatus::kInvalid);
+}
+
+TEST(Planner, AHullThatIsLargerThanTheWorldIsToldSo) {
+  const RobotHull giant{{{"body", box_corners({50.0, 40.0, 30.0})}}};
+  SteadyClock clock;
+  const World world{{{"pebble", Box{{0.1, 0.1, 0.1}}, still({10, 0, -40})}}};
+  PlanRequest request = ask({0, 0, -40}, {20, 0, -40}, 0.3);
+  request.min_z = -100.0;
+  const PlanResult inside = Planner(world, giant, {}, clock).plan(request);
+  EXPECT_EQ(inside.status, PlanStatus::kInvalid);
+  EXPECT_EQ(inside.reason, "the start is in collision with pebble");
+  request.start.p.y() = request.goal.p.y() = 60.0;
+  EXPECT_EQ(Planner(world, giant, {}, clock).plan(request).status, PlanStatus::kSuccess);
 }
 
 TEST(Planner, LetsAVehicleOutThatIsNearerThanItShouldBe) {

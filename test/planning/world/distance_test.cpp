@@ -31,7 +31,8 @@ Pose near_origin(Pose pose, double range) {
 
 Obstacle arbitrary_obstacle(double range = 2.0) {
   const bool is_polytope = *rc::gen::inRange(0, 3) == 0;
-  return {"o", draw(is_polytope ? arbitrary_polytope() : arbitrary_shape()), near_origin(draw(arbitrary_pose()), range)};
+  return {"o", draw(is_polytope ? arbitrary_polytope() : arbitrary_shape()),
+          near_origin(draw(arbitrary_pose()), range)};
 }
 
 // The hull of the vehicle at two waypoints, as the optimiser asks for it.

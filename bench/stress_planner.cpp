@@ -1,0 +1,117 @@
+// The planner on random worlds, held against two that share no code with it: every path handed on
+// is measured every millimetre by the simulator's ground truth, and every world that is given up is
+// given to OMPL's RRTConnect.
+//   stress_planner --worlds 1000
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "bench/peers.h"
+#include "common/assert.h"
+#include "common/clock.h"
+#include "planning/planner.h"
+#include "test/planning/brute_force.h"
+#include "test/planning/random_world.h"
+#include "vehicle/model.h"
+
+namespace dive::bench {
+namespace {
+
+using planning::PlanResult;
+using planning::PlanStatus;
+using testing::RandomQuestion;
+
+bool rrt_connect_solves(const RandomQuestion& question, const planning::RobotHull& hull,
+                        double seconds) {
+  PeerTask task;
+  task.start = question.request.start;
+  task.goal = question.request.goal;
+  task.clearance = question.request.clearance;
+  task.min_z = question.request.min_z;
+  task.length_target = std::numeric_limits<double>::infinity();
+  task.time_limit_s = seconds;
+  task.look = 0.01;
+  task.seed = question.request.seed;
+  return run_peer("RRTConnect", question.world, hull, task).reached;
+}
+
+int stress(int worlds, std::uint64_t first, double rrt_seconds) {
+  Diagnostics diagnostics;
+  const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  DIVE_DEMAND(model.has_value());
+  const planning::RobotHull& hull = model->hull;
+  SteadyClock clock;
+  int solved = 0;
+  int invalid = 0;
+  int no_path = 0;
+  int too_near = 0;
+  int missed = 0;
+  double least_margin = std::numeric_limits<double>::infinity();
+  std::vector<double> times;
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(worlds); ++seed) {
+    const RandomQuestion question = testing::random_question(seed, hull);
+    planning::Planner planner(question.world, hull, {}, clock);
+    const PlanResult result = planner.plan(question.request);
+    times.push_back(result.times.total_ms);
+    if (result.status == PlanStatus::kInvalid) {
+      ++invalid;
+    } else if (result.status == PlanStatus::kSuccess) {
+      ++solved;
+      const double allowed = testing::measured_too_little(question.world);
+      const double measured = testing::measured_clearance(question.world, hull, result.waypoints,
+                                                          result.clearance_m - allowed);
+      const double margin = measured + allowed - result.clearance_m;
+      least_margin = std::min(least_margin, margin);
+      // A vehicle that is nearer than it should be is let out.
+      const double at_start =
+          testing::measured_clearance(question.world, hull, {question.request.start}, 0.0);
+      const double demanded = std::min(question.request.clearance, at_start);
+      if (margin < 0.0 || result.clearance_m < demanded - 1e-3) {
+        ++too_near;
+        std::cout << fmt::format(
+            "world {}: certified {:.4f} m, measured {:.4f} m, demanded {:.4f}\n", seed,
+            result.clearance_m, measured, demanded);
+      }
+    } else {
+      ++no_path;
+      if (rrt_connect_solves(question, hull, rrt_seconds)) {
+        ++missed;
+        std::cout << fmt::format("world {}: RRTConnect has a path, we: {}\n", seed, result.reason);
+      }
+    }
+  }
+  std::ranges::sort(times);
+  const auto at = [&](double share) {
+    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+  };
+  std::cout << fmt::format(
+      "{} worlds from seed {}: {} solved, {} without a path, {} refused; {} nearer than certified "
+      "(least margin {:.1f} mm), {} that RRTConnect solves in {:.0f} s and we do not\n"
+      "plan time: median {:.1f} ms, 99 % {:.1f} ms, longest {:.1f} ms\n",
+      worlds, first, solved, no_path, invalid, too_near, 1e3 * least_margin, missed, rrt_seconds,
+      at(0.5), at(0.99), at(1.0));
+  return too_near + missed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace dive::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("The planner on random worlds, beside a brute-force check and RRTConnect");
+  int worlds = 1000;
+  std::uint64_t first = 1;
+  double seconds = 10.0;
+  app.add_option("--worlds", worlds, "How many")->check(CLI::PositiveNumber);
+  app.add_option("--from", first, "Seed of the first");
+  app.add_option("--rrt-seconds", seconds, "Time for RRTConnect where we have no path")
+      ->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
+  return dive::bench::stress(worlds, first, seconds);
+}

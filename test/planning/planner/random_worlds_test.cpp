@@ -1,0 +1,48 @@
+// A part of what bench/stress_planner does at length: on random worlds no path is nearer to
+// anything than its certificate says.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "planning/planner.h"
+#include "test/planning/brute_force.h"
+#include "test/planning/random_world.h"
+#include "vehicle/model.h"
+
+namespace dive::planning {
+namespace {
+
+class RandomWorlds : public ::testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(RandomWorlds, HoldNoPathThatIsNearerThanCertified) {
+  Diagnostics diagnostics;
+  const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  ASSERT_TRUE(model);
+  SteadyClock clock;
+  int solved = 0;
+  for (std::uint64_t seed = GetParam(); seed < GetParam() + 10; ++seed) {
+    const testing::RandomQuestion question = testing::random_question(seed, model->hull);
+    Planner planner(question.world, model->hull, {}, clock);
+    const PlanResult result = planner.plan(question.request);
+    if (result.status != PlanStatus::kSuccess) {
+      EXPECT_FALSE(result.reason.empty());
+      continue;
+    }
+    ++solved;
+    const double at_start =
+        testing::measured_clearance(question.world, model->hull, {question.request.start}, 0.0);
+    // A vehicle that is nearer than it should be is let out.
+    EXPECT_GE(result.clearance_m, std::min(question.request.clearance, at_start) - 1e-3);
+    const double at_least = result.clearance_m - testing::measured_too_little(question.world);
+    EXPECT_GE(testing::measured_clearance(question.world, model->hull, result.waypoints, at_least),
+              at_least)
+        << "world " << seed;
+  }
+  EXPECT_GE(solved, 7);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tens, RandomWorlds, ::testing::Range<std::uint64_t>(20'000, 20'030, 10));
+
+}  // namespace
+}  // namespace dive::planning
