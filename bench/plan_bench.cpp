@@ -1,12 +1,14 @@
 // Plans of the Window mission, certificate included, beside OMPL's RRTConnect (first path,
 // simplified) on the same question in the same run.
 
+#include <cmath>
 #include <limits>
 
 #include <benchmark/benchmark.h>
 
 #include "bench/peers.h"
 #include "common/assert.h"
+#include "common/random.h"
 #include "planning/planner.h"
 #include "planning/world/sdf.h"
 #include "vehicle/model.h"
@@ -82,6 +84,66 @@ void peer(benchmark::State& state, const Leg& leg) {
     ++task.seed;
   }
 }
+
+// Boxes of 1 x 0.5 x 0.3 m, anyhow turned, one to 60 m^3 of water around a lane of `length` metres.
+World boulders_along(double length, int count) {
+  Random random(3);
+  World world;
+  const double half = std::sqrt(60.0 * count / length) / 2.0;
+  for (int i = 0; i < count; ++i) {
+    Obstacle boulder{"boulder", Box{Vector3d(1.0, 0.5, 0.3)}, Pose{}};
+    boulder.X_WO.p = Vector3d(random.uniform(0.0, length), random.uniform(-half, half),
+                              -60.0 + random.uniform(-half, half));
+    boulder.X_WO.q = so3_exp(
+        Vector3d(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)));
+    world.obstacles.push_back(boulder);
+  }
+  return world;
+}
+
+void plan_along(benchmark::State& state, double length, int count) {
+  SteadyClock clock;
+  const World world = boulders_along(length, count);
+  Planner planner(world, hull(), {}, clock);
+  PlanRequest request;
+  request.start.p = Vector3d(-3.0, 0.0, -60.0);
+  request.goal.p = Vector3d(length + 3.0, 0.0, -60.0);
+  request.clearance = 0.3;
+  request.min_z = -200.0;
+  std::size_t waypoints = 0;
+  for (auto _ : state) {
+    const PlanResult result = planner.plan(request);
+    if (result.status != PlanStatus::kSuccess) state.SkipWithError(result.reason.c_str());
+    waypoints = result.waypoints.size();
+  }
+  state.counters["waypoints"] = static_cast<double>(waypoints);
+}
+
+// Longer lanes among as many boulders to the metre: 10 to 400 waypoints.
+void plan_over_waypoints(benchmark::State& state) {
+  const double length = 1.5 * static_cast<double>(state.range(0));
+  plan_along(state, length, static_cast<int>(length));
+}
+BENCHMARK(plan_over_waypoints)
+    ->Arg(10)
+    ->Arg(25)
+    ->Arg(50)
+    ->Arg(100)
+    ->Arg(200)
+    ->Arg(400)
+    ->Unit(benchmark::kMillisecond);
+
+// The same lane of 40 m in ever larger fields of boulders.
+void plan_over_obstacles(benchmark::State& state) {
+  plan_along(state, 40.0, static_cast<int>(state.range(0)));
+}
+BENCHMARK(plan_over_obstacles)
+    ->Arg(20)
+    ->Arg(60)
+    ->Arg(200)
+    ->Arg(600)
+    ->Arg(2000)
+    ->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(plan, to_gate, kToGate)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(plan, into_room_b, kIntoRoomB)->Unit(benchmark::kMillisecond);

@@ -45,7 +45,8 @@ inline constexpr double kMaxGoalTolerance = 5.0;  ///< m
 inline constexpr double kMaxAltitude = 100.0;     ///< m
 
 enum class PlanStatus {
-  kSuccess,  ///< The path is certified at `clearance` or better.
+  kSuccess,  ///< The path is certified at `clearance` or better; from a start that lacks it, the
+             ///< way out of there at no less than the start has.
   kNoPath,   ///< None: blocked, too tight, or none found within the bound; see `reason`.
   kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
 };

@@ -9,7 +9,9 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kLevel = 1e-3;  // m: vertices this level share the contact
+constexpr double kLevel = 1e-3;   // m: vertices this level share the contact
+constexpr double kApart = 0.3;    // m: nearer corners count as one
+constexpr double kBeside = 0.05;  // m: farther from everything than from the plane
 
 /// The part of one pose that faces an obstacle.
 struct Support {
@@ -84,8 +86,45 @@ void SweepContacts::find(std::span<const Pose> path, double cutoff,
     scene_.contacts(sweep_W_, cutoff + missed, found_);
     for (const Contact& contact : found_) {
       out.push_back({static_cast<int>(i), contact.obstacle, contact.distance, missed,
-                     gradient_of(contact, a, b)});
+                     contact.normal_W, contact.point_on_obstacle_W, gradient_of(contact, a, b)});
     }
+  }
+}
+
+void SweepContacts::add_corners(std::span<const Pose> path, double cutoff,
+                                std::vector<SweepContact>& contacts) {
+  const std::size_t found = contacts.size();
+  for (std::size_t i = 0; i < found; ++i) {
+    const SweepContact contact = contacts[i];
+    const auto first = static_cast<std::size_t>(contact.segment);
+    for (const int side : {0, 1}) {
+      add_corners_of(path[first + static_cast<std::size_t>(side)], side, cutoff, contact, contacts);
+    }
+  }
+}
+
+void SweepContacts::add_corners_of(const Pose& pose, int side, double cutoff,
+                                   const SweepContact& contact,
+                                   std::vector<SweepContact>& contacts) {
+  const Eigen::Vector3d n_B = pose.q.conjugate() * contact.normal_W;
+  const double base = contact.normal_W.dot(pose.p - contact.point_on_obstacle_W);
+  corners_.clear();
+  for (const Eigen::Vector3d& vertex : vertices_B_) {
+    const double distance = base + n_B.dot(vertex);
+    if (distance - contact.pad >= cutoff) continue;
+    const auto is_near = [&](const Eigen::Vector3d& other) {
+      return (other - vertex).norm() < kApart;
+    };
+    if (std::ranges::any_of(corners_, is_near)) continue;
+    // Beside the obstacle its plane means nothing.
+    if (scene_.point_distance(pose * vertex) > distance + kBeside) continue;
+    corners_.push_back(vertex);
+    SweepContact corner = contact;
+    corner.distance = distance;
+    corner.gradient.setZero();
+    corner.gradient.segment<3>(6 * side) = contact.normal_W;
+    corner.gradient.segment<3>(6 * side + 3) = vertex.cross(n_B);
+    contacts.push_back(corner);
   }
 }
 

@@ -17,6 +17,8 @@ struct SweepContact {
   int obstacle = -1;
   double distance = 0.0;  ///< Signed, of the hull of both poses, m.
   double pad = 0.0;       ///< What that hull misses of the true sweep at most, m.
+  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< From the obstacle to the hull.
+  Eigen::Vector3d point_on_obstacle_W = Eigen::Vector3d::Zero();
   /// d distance / d step of the two waypoints (dp in W, rotation vector in B; 6 each). The nearest
   /// point of the hull is a mixture of points of both poses, and so is its motion (Schulman et al.
   /// 2014, eq. 20-22).
@@ -32,11 +34,18 @@ class SweepContacts {
   /// first.
   void find(std::span<const Pose> path, double cutoff, std::vector<SweepContact>& out);
 
+  /// Adds to `contacts`, found for `path`, the other corners of the hull that face the same
+  /// obstacle within `cutoff` of its nearest plane: a side that lies along a wall has two ends, and
+  /// turning takes one away from it and brings the other nearer, which no single point shows.
+  void add_corners(std::span<const Pose> path, double cutoff, std::vector<SweepContact>& contacts);
+
   /// What the hull of two poses misses of the sweep between them when the vehicle turns by `angle`
   /// (rad): a point at radius r leaves its chord by at most r (1 - cos(angle / 2)).
   [[nodiscard]] double pad(double angle) const;
 
  private:
+  void add_corners_of(const Pose& pose, int side, double cutoff, const SweepContact& contact,
+                      std::vector<SweepContact>& contacts);
   [[nodiscard]] Vector12d gradient_of(const Contact& contact, const Pose& a, const Pose& b) const;
 
   Scene& scene_;
@@ -44,6 +53,7 @@ class SweepContacts {
   double radius_ = 0.0;
   std::vector<Eigen::Vector3d> sweep_W_;
   std::vector<Contact> found_;
+  std::vector<Eigen::Vector3d> corners_;
 };
 
 }  // namespace dive::planning

@@ -113,6 +113,7 @@ class SequentialProgramme {
   double obstacle_weight_;
   double trust_m_ = 0.0;
   double least_trust_m_ = 0.0;
+  bool finely_ = false;  ///< All corners that face an obstacle, and small steps.
   BandedQp qp_;
   int rows_capacity_ = kFirstRows;
   double merit_ = 0.0;
@@ -135,6 +136,10 @@ void SequentialProgramme::fix_ends() {
 void SequentialProgramme::evaluate(Candidate& candidate) {
   sweep_.find(candidate.path, problem_.clearance + options_.clearance_buffer + trust_m_,
               candidate.contacts);
+  if (finely_) {
+    sweep_.add_corners(candidate.path, problem_.clearance + options_.clearance_buffer + trust_m_,
+                       candidate.contacts);
+  }
   candidate.hinges.clear();
   add_contact_hinges(candidate);
   add_vertical_hinges(candidate);
@@ -298,6 +303,7 @@ TrajoptResult SequentialProgramme::run() {
     obstacle_weight_ *= kEscalation;
     // A vehicle askew between two walls gains from its last hundredth of a radian.
     least_trust_m_ = kFinely * options_.min_trust_region;
+    finely_ = true;
   }
   return result();
 }
