@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the maps that are too large to be written by hand.
 
-    python3 missions/maps/generate.py
+    python3 missions/maps/generate.py [FOLDER]
 
 Same maps every time: the numbers come from a small generator of our own, not from Python's.
 W is ENU in metres, z = 0 is the surface.
@@ -9,8 +9,9 @@ W is ENU in metres, z = 0 is the surface.
 
 import math
 import pathlib
+import sys
 
-HERE = pathlib.Path(__file__).parent
+FOLDER = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
 
 
 class Draw:
@@ -77,7 +78,7 @@ class Map:
                              f"<geometry>{geometry}</geometry></collision>")
             lines += ["      </link>", "    </model>"]
         lines += ["  </world>", "</sdf>", ""]
-        (HERE / f"{self.name}.sdf").write_text("\n".join(lines))
+        (FOLDER / f"{self.name}.sdf").write_text("\n".join(lines))
 
 
 def cluttered():

@@ -1,0 +1,39 @@
+// The maps that a script wrote are still what it writes.
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace dive::planning {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(GeneratedMaps, AreWhatTheScriptWrites) {
+  if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no python3";
+  const fs::path maps = fs::path(DIVE_SOURCE_DIR) / "missions/maps";
+  std::string pattern = (fs::temp_directory_path() / "dive-maps-XXXXXX").string();
+  const fs::path folder = mkdtemp(pattern.data());
+  const std::string command =
+      "python3 -B '" + (maps / "generate.py").string() + "' '" + folder.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  int written = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    ++written;
+    EXPECT_EQ(content(entry.path()), content(maps / entry.path().filename())) << entry.path();
+  }
+  EXPECT_EQ(written, 4);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace dive::planning
