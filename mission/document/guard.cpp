@@ -9,28 +9,6 @@
 namespace dive::mission {
 namespace {
 
-double value_of(GuardVariableIndex variable, const GuardVariables& variables) {
-  switch (variable) {
-    case GuardVariableIndex::kDepth:
-      return variables.depth;
-    case GuardVariableIndex::kAltitude:
-      return variables.altitude;
-    case GuardVariableIndex::kBatteryFraction:
-      return variables.battery_fraction;
-    case GuardVariableIndex::kElapsed:
-      return variables.elapsed;
-    case GuardVariableIndex::kStateElapsed:
-      return variables.state_elapsed;
-    case GuardVariableIndex::kDistanceToGoal:
-      return variables.distance_to_goal;
-    case GuardVariableIndex::kClearance:
-      return variables.clearance;
-    case GuardVariableIndex::kOverhead:
-      return variables.overhead ? 1.0 : 0.0;
-  }
-  DIVE_DEMAND(false);
-}
-
 bool compare(GuardComparison comparison, double left, double right) {
   switch (comparison) {
     case GuardComparison::kLess:
@@ -68,7 +46,7 @@ bool Guard::evaluate(const GuardVariables& variables) const {
         values[i] = node.number;
         break;
       case Node::Kind::kVariable:
-        values[i] = value_of(static_cast<GuardVariableIndex>(node.index), variables);
+        values[i] = kGuardVariables[static_cast<std::size_t>(node.index)].value(variables);
         break;
       case Node::Kind::kCompare:
         values[i] = compare(static_cast<GuardComparison>(node.index),

@@ -1,7 +1,7 @@
 #pragma once
 // Guards: a small, total, side-effect-free expression language for `cond`.
 //
-//   cond="depth > 3 and not (battery_fraction < 0.4 or elapsed >= 120)"
+//   cond="depth > 3 m and not (battery_fraction < 40 % or elapsed >= 2 min)"
 //
 // Grammar, with blanks between any two tokens:
 //
@@ -9,11 +9,14 @@
 //   and        := not ("and" not)*
 //   not        := "not" not | comparison
 //   comparison := operand (("<" | "<=" | ">" | ">=" | "==" | "!=") operand)?
-//   operand    := number | "-" number | variable | "(" or ")"
+//   operand    := "-"? number unit? | variable | estimator | "(" or ")"
+//   unit       := "m" | "cm" | "km" | "s" | "min" | "h" | "%"
+//   estimator  := "primitive" | "visual_inertial"
 //
-// Numbers are decimal, variables SI, both sides of a comparison are numbers, and the whole is true
-// or false. Type-checked when parsed, which takes time linear in the length; bounded in length and
-// depth. In XML, < is written &lt;.
+// Numbers are decimal; without a unit they are in the SI unit of what they are compared with. Both
+// sides of a comparison are of one kind (a length is not compared with a time; estimators are only
+// equal or not), and the whole is true or false. Type-checked when parsed, which takes time linear
+// in the length; bounded in length and depth. In XML, < is written &lt;.
 
 #include <memory>
 #include <optional>
@@ -23,16 +26,25 @@
 
 namespace dive::mission {
 
+enum class EstimatorName { kPrimitive, kVisualInertial };
+
 /// The values a guard may ask for.
 struct GuardVariables {
   double depth = 0.0;     ///< m
   double altitude = 0.0;  ///< m above the lowest obstacle below; infinite when none
   double battery_fraction = 1.0;
+  double temperature = 20.0;      ///< degrees Celsius, in the hull
   double elapsed = 0.0;           ///< s since the mission started
   double state_elapsed = 0.0;     ///< s since the innermost state was entered
   double distance_to_goal = 0.0;  ///< m along the path; 0 without one
   double clearance = 0.0;         ///< m, certified, of the path being followed
+  double cross_track = 0.0;       ///< m from the path being followed
+  double position_sigma = 0.0;    ///< m, one sigma of the horizontal position, larger axis
+  double penetration = 0.0;       ///< m back along the trail to open water; 0 in open water
+  double spent = 0.0;             ///< of the time or energy, whichever is more, that was usable
+                                  ///< when the overhead was entered; 0 in open water
   bool overhead = false;
+  EstimatorName estimator = EstimatorName::kPrimitive;
 };
 
 class Guard {

@@ -1,6 +1,6 @@
 #include "mission/document/guard_parser.h"
 
-#include <cctype>
+#include <algorithm>
 #include <charconv>
 #include <utility>
 #include <vector>
@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "common/suggest.h"
-#include "mission/document/guard_table.h"
 
 namespace dive::mission {
 namespace {
@@ -104,17 +103,16 @@ GuardParser::MaybePart GuardParser::parse_not() {
   Guard::Node node;
   node.kind = Guard::Node::Kind::kNot;
   node.left = part->node;
-  return Part{add(node), true, offset};
+  return Part{add(node), GuardKind::kTruth, offset};
 }
 
 GuardParser::MaybePart GuardParser::parse_comparison() {
   const MaybePart left = parse_operand();
   if (!left || token_ != Token::kCompare) return left;
-  if (!demand_number(*left)) return std::nullopt;
   const int comparison = comparison_index(text_.substr(begin_, end_ - begin_));
   advance();
   const MaybePart right = parse_operand();
-  if (!right || !demand_number(*right)) return std::nullopt;
+  if (!right || !demand_alike(*left, comparison, *right)) return std::nullopt;
   if (token_ == Token::kCompare) {
     return fail(begin_, "comparisons cannot be chained", "write 'a < b and b < c'");
   }
@@ -135,7 +133,7 @@ GuardParser::MaybePart GuardParser::parse_operand() {
       }
       return parse_number(true, offset);
     case Token::kName:
-      return parse_variable();
+      return parse_name();
     case Token::kOpen: {
       if (++depth_ > Guard::kMaxDepth) return fail(offset, "the condition is nested too deeply");
       advance();
@@ -164,25 +162,54 @@ GuardParser::MaybePart GuardParser::parse_number(bool negative, std::size_t offs
   if (error == std::errc::result_out_of_range) {
     return fail(offset, fmt::format("the number {} is out of range", written));
   }
-  if (error != std::errc() || end != written.data() + written.size()) {
+  const std::string_view rest = written.substr(static_cast<std::size_t>(end - written.data()));
+  if (error != std::errc() || (!rest.empty() && !is_name_start(rest.front()))) {
     return fail(offset, fmt::format("'{}' is not a number", written),
-                "write numbers without units, with a decimal point");
+                "write numbers with a decimal point");
+  }
+  const std::size_t unit_at = end_ - rest.size();
+  advance();
+  Part part{-1, GuardKind::kNumber, offset};
+  if (const GuardConstant* unit = parse_unit(rest)) {
+    part.kind = unit->kind;
+    node.number *= unit->value;
+  } else if (!rest.empty()) {
+    return fail(unit_at, fmt::format("there is no unit '{}'", rest),
+                "the units are m, cm, km, s, min, h and %");
   }
   if (negative) node.number = -node.number;
-  advance();
-  return Part{add(node), false, offset};
+  part.node = add(node);
+  return part;
 }
 
-GuardParser::MaybePart GuardParser::parse_variable() {
+// The unit of a number that has been read: what was written without a blank between, or else the
+// next token, if it is one.
+const GuardConstant* GuardParser::parse_unit(std::string_view attached) {
+  const bool apart = attached.empty();
+  const std::string_view written = apart ? text_.substr(begin_, end_ - begin_) : attached;
+  const auto unit = std::ranges::find(kGuardUnits, written, &GuardConstant::name);
+  if (unit == kGuardUnits.end()) return nullptr;
+  if (apart) advance();
+  return &*unit;
+}
+
+GuardParser::MaybePart GuardParser::parse_name() {
   const std::string_view name = text_.substr(begin_, end_ - begin_);
+  Guard::Node node;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < kGuardVariables.size(); ++i) {
     names.emplace_back(kGuardVariables[i].name);
     if (kGuardVariables[i].name != name) continue;
-    Guard::Node node;
     node.kind = Guard::Node::Kind::kVariable;
     node.index = static_cast<int>(i);
-    const Part part{add(node), kGuardVariables[i].is_truth, begin_};
+    const Part part{add(node), kGuardVariables[i].kind, begin_};
+    advance();
+    return part;
+  }
+  for (const GuardConstant& constant : kGuardConstants) {
+    if (constant.name != name) continue;
+    node.number = constant.value;
+    const Part part{add(node), constant.kind, begin_};
     advance();
     return part;
   }
@@ -201,7 +228,7 @@ GuardParser::MaybePart GuardParser::join(Guard::Node::Kind kind, const Part& lef
   node.kind = kind;
   node.left = left.node;
   node.right = right.node;
-  return Part{add(node), true, offset};
+  return Part{add(node), GuardKind::kTruth, offset};
 }
 
 void GuardParser::advance() {
@@ -245,18 +272,36 @@ bool GuardParser::at_word(std::string_view word) const {
 }
 
 bool GuardParser::demand_truth(const Part& part, std::string_view where) {
-  if (part.is_truth) return true;
+  if (part.kind == GuardKind::kTruth) return true;
   fail(part.offset,
-       fmt::format("{} needs something that is true or false, but this is a number", where),
-       "compare it, as in 'depth > 3'");
+       fmt::format("{} needs something that is true or false, but this is {}", where,
+                   name_of(part.kind)),
+       part.kind == GuardKind::kEstimator ? "compare it, as in 'estimator == primitive'"
+                                          : "compare it, as in 'depth > 3'");
   return false;
 }
 
-bool GuardParser::demand_number(const Part& part) {
-  if (!part.is_truth) return true;
-  fail(part.offset, "only numbers can be compared, but this is true or false",
-       "use it alone, as in 'overhead' or 'not overhead'");
-  return false;
+bool GuardParser::demand_alike(const Part& left, int comparison, const Part& right) {
+  for (const Part* part : {&left, &right}) {
+    if (part->kind != GuardKind::kTruth) continue;
+    fail(part->offset, "only numbers can be compared, but this is true or false",
+         "use it alone, as in 'overhead' or 'not overhead'");
+    return false;
+  }
+  const bool has_estimator =
+      left.kind == GuardKind::kEstimator || right.kind == GuardKind::kEstimator;
+  const bool has_plain = left.kind == GuardKind::kNumber || right.kind == GuardKind::kNumber;
+  if (left.kind != right.kind && (has_estimator || !has_plain)) {
+    fail(right.offset,
+         fmt::format("{} cannot be compared with {}", name_of(left.kind), name_of(right.kind)));
+    return false;
+  }
+  const auto how = static_cast<GuardComparison>(comparison);
+  if (has_estimator && how != GuardComparison::kEqual && how != GuardComparison::kNotEqual) {
+    fail(right.offset, "estimators have no order", "compare with == or !=");
+    return false;
+  }
+  return true;
 }
 
 std::string GuardParser::found() const {

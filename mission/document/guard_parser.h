@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "mission/document/guard.h"
+#include "mission/document/guard_table.h"
 
 namespace dive::mission {
 
@@ -16,10 +17,10 @@ class GuardParser {
 
  private:
   enum class Token { kEnd, kNumber, kName, kCompare, kMinus, kOpen, kClose, kUnknown };
-  /// A parsed part: its node, whether it is true or false rather than a number, and its place.
+  /// A parsed part: its node, what it is, and its place.
   struct Part {
     int node = -1;
-    bool is_truth = false;
+    GuardKind kind = GuardKind::kNumber;
     std::size_t offset = 0;
   };
   using MaybePart = std::optional<Part>;  ///< Empty after an error.
@@ -30,14 +31,15 @@ class GuardParser {
   MaybePart parse_comparison();
   MaybePart parse_operand();
   MaybePart parse_number(bool negative, std::size_t offset);
-  MaybePart parse_variable();
+  [[nodiscard]] const GuardConstant* parse_unit(std::string_view attached);
+  MaybePart parse_name();
   MaybePart join(Guard::Node::Kind kind, const Part& left, const Part& right, std::size_t offset);
 
   void advance();
   void scan_number();
   [[nodiscard]] bool at_word(std::string_view word) const;
   [[nodiscard]] bool demand_truth(const Part& part, std::string_view where);
-  [[nodiscard]] bool demand_number(const Part& part);
+  [[nodiscard]] bool demand_alike(const Part& left, int comparison, const Part& right);
   [[nodiscard]] std::string found() const;
   std::nullopt_t fail(std::size_t offset, std::string message, std::string hint = {});
   int add(Guard::Node node);

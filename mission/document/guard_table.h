@@ -1,36 +1,84 @@
 #pragma once
-// The variables and comparisons of guards, by index. Shared by guard.cpp and guard_parser.cpp.
+// The variables, units and comparisons of guards. Shared by guard.cpp and guard_parser.cpp.
 
 #include <array>
 #include <string_view>
 
+#include "mission/document/guard.h"
+
 namespace dive::mission {
+
+/// What a part of a guard is. Only like is compared with like.
+enum class GuardKind {
+  kTruth,
+  kNumber,  ///< Without a unit: goes with every kind but truth and estimator.
+  kLength,
+  kTime,
+  kFraction,
+  kTemperature,
+  kEstimator,
+};
+
+/// For people, with its article.
+[[nodiscard]] constexpr std::string_view name_of(GuardKind kind) {
+  constexpr std::string_view kNames[] = {"true or false", "a number",      "a length",    "a time",
+                                         "a fraction",    "a temperature", "an estimator"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
 
 struct GuardVariable {
   std::string_view name;
-  bool is_truth = false;
+  GuardKind kind;
+  double (*value)(const GuardVariables&);
 };
 
-enum class GuardVariableIndex {
-  kDepth,
-  kAltitude,
-  kBatteryFraction,
-  kElapsed,
-  kStateElapsed,
-  kDistanceToGoal,
-  kClearance,
-  kOverhead
+inline constexpr std::array kGuardVariables = {
+    GuardVariable{"depth", GuardKind::kLength, [](const GuardVariables& v) { return v.depth; }},
+    GuardVariable{"altitude", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.altitude; }},
+    GuardVariable{"battery_fraction", GuardKind::kFraction,
+                  [](const GuardVariables& v) { return v.battery_fraction; }},
+    GuardVariable{"temperature", GuardKind::kTemperature,
+                  [](const GuardVariables& v) { return v.temperature; }},
+    GuardVariable{"elapsed", GuardKind::kTime, [](const GuardVariables& v) { return v.elapsed; }},
+    GuardVariable{"state_elapsed", GuardKind::kTime,
+                  [](const GuardVariables& v) { return v.state_elapsed; }},
+    GuardVariable{"distance_to_goal", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.distance_to_goal; }},
+    GuardVariable{"clearance", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.clearance; }},
+    GuardVariable{"cross_track", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.cross_track; }},
+    GuardVariable{"position_sigma", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.position_sigma; }},
+    GuardVariable{"penetration", GuardKind::kLength,
+                  [](const GuardVariables& v) { return v.penetration; }},
+    GuardVariable{"spent", GuardKind::kFraction, [](const GuardVariables& v) { return v.spent; }},
+    GuardVariable{"overhead", GuardKind::kTruth,
+                  [](const GuardVariables& v) { return v.overhead ? 1.0 : 0.0; }},
+    GuardVariable{"estimator", GuardKind::kEstimator,
+                  [](const GuardVariables& v) { return static_cast<double>(v.estimator); }},
 };
 
-/// In the order of GuardVariableIndex.
-inline constexpr std::array<GuardVariable, 8> kGuardVariables = {{{"depth"},
-                                                                  {"altitude"},
-                                                                  {"battery_fraction"},
-                                                                  {"elapsed"},
-                                                                  {"state_elapsed"},
-                                                                  {"distance_to_goal"},
-                                                                  {"clearance"},
-                                                                  {"overhead", true}}};
+struct GuardConstant {
+  std::string_view name;
+  GuardKind kind;
+  double value;
+};
+
+inline constexpr std::array kGuardConstants = {
+    GuardConstant{"primitive", GuardKind::kEstimator,
+                  static_cast<double>(EstimatorName::kPrimitive)},
+    GuardConstant{"visual_inertial", GuardKind::kEstimator,
+                  static_cast<double>(EstimatorName::kVisualInertial)},
+};
+
+inline constexpr std::array kGuardUnits = {
+    GuardConstant{"m", GuardKind::kLength, 1.0},    GuardConstant{"cm", GuardKind::kLength, 0.01},
+    GuardConstant{"km", GuardKind::kLength, 1e3},   GuardConstant{"s", GuardKind::kTime, 1.0},
+    GuardConstant{"min", GuardKind::kTime, 60.0},   GuardConstant{"h", GuardKind::kTime, 3600.0},
+    GuardConstant{"%", GuardKind::kFraction, 0.01},
+};
 
 enum class GuardComparison { kLess, kLessEqual, kGreater, kGreaterEqual, kEqual, kNotEqual };
 

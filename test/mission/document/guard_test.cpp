@@ -24,22 +24,50 @@ struct Number {
 
 rc::Gen<std::string> blanks() { return rc::gen::element<std::string>(" ", "  ", "\t", "\n "); }
 
-rc::Gen<Number> arbitrary_number() {
+enum class Kind { kLength, kTime, kFraction, kTemperature };
+
+rc::Gen<Number> variable_of(Kind kind) {
   const auto variable = [](std::string name, double GuardVariables::*member) {
     return Number{std::move(name), [member](const GuardVariables& v) { return v.*member; }};
   };
-  const auto literal = rc::gen::map(rc::gen::inRange(-40, 41), [](int quarter) {
-    const double value = quarter / 4.0;
-    return Number{fmt::format("{}", value), [value](const GuardVariables&) { return value; }};
-  });
-  const auto named = rc::gen::element(
-      variable("depth", &GuardVariables::depth), variable("altitude", &GuardVariables::altitude),
-      variable("battery_fraction", &GuardVariables::battery_fraction),
-      variable("elapsed", &GuardVariables::elapsed),
-      variable("state_elapsed", &GuardVariables::state_elapsed),
-      variable("distance_to_goal", &GuardVariables::distance_to_goal),
-      variable("clearance", &GuardVariables::clearance));
-  return rc::gen::oneOf(literal, named);
+  switch (kind) {
+    case Kind::kLength:
+      return rc::gen::element(variable("depth", &GuardVariables::depth),
+                              variable("altitude", &GuardVariables::altitude),
+                              variable("distance_to_goal", &GuardVariables::distance_to_goal),
+                              variable("clearance", &GuardVariables::clearance),
+                              variable("cross_track", &GuardVariables::cross_track),
+                              variable("position_sigma", &GuardVariables::position_sigma),
+                              variable("penetration", &GuardVariables::penetration));
+    case Kind::kTime:
+      return rc::gen::element(variable("elapsed", &GuardVariables::elapsed),
+                              variable("state_elapsed", &GuardVariables::state_elapsed));
+    case Kind::kFraction:
+      return rc::gen::element(variable("battery_fraction", &GuardVariables::battery_fraction),
+                              variable("spent", &GuardVariables::spent));
+    case Kind::kTemperature:
+      break;
+  }
+  return rc::gen::just(variable("temperature", &GuardVariables::temperature));
+}
+
+// Numbers of a kind, with a unit or without: quarters, so that the products below are exact.
+rc::Gen<Number> literal_of(Kind kind) {
+  std::vector<std::pair<std::string, double>> units = {{"", 1.0}};
+  if (kind == Kind::kLength) units.insert(units.end(), {{"m", 1.0}, {" m", 1.0}, {"km", 1000.0}});
+  if (kind == Kind::kTime) units.insert(units.end(), {{"s", 1.0}, {" min", 60.0}, {"h", 3600.0}});
+  return rc::gen::map(rc::gen::tuple(rc::gen::inRange(-40, 41), rc::gen::elementOf(units)),
+                      [](const std::tuple<int, std::pair<std::string, double>>& t) {
+                        const double written = std::get<0>(t) / 4.0;
+                        const auto& [unit, scale] = std::get<1>(t);
+                        const double value = written * scale;
+                        return Number{fmt::format("{}{}", written, unit),
+                                      [value](const GuardVariables&) { return value; }};
+                      });
+}
+
+rc::Gen<Number> arbitrary_number(Kind kind) {
+  return rc::gen::oneOf(literal_of(kind), variable_of(kind));
 }
 
 Truth comparison(const Number& a, const std::string& op, const Number& b,
@@ -74,9 +102,13 @@ rc::Gen<Truth> arbitrary_chain(int depth, bool is_or) {
 
 rc::Gen<Truth> arbitrary_truth(int depth, int level) {
   const auto compared = rc::gen::map(
-      rc::gen::tuple(arbitrary_number(),
-                     rc::gen::element<std::string>("<", "<=", ">", ">=", "==", "!="),
-                     arbitrary_number(), rc::gen::element<std::string>("", " ")),
+      rc::gen::mapcat(
+          rc::gen::element(Kind::kLength, Kind::kTime, Kind::kFraction, Kind::kTemperature),
+          [](Kind kind) {
+            return rc::gen::tuple(arbitrary_number(kind),
+                                  rc::gen::element<std::string>("<", "<=", ">", ">=", "==", "!="),
+                                  arbitrary_number(kind), rc::gen::element<std::string>("", " "));
+          }),
       [](const std::tuple<Number, std::string, Number, std::string>& t) {
         return comparison(std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t));
       });
@@ -100,12 +132,13 @@ rc::Gen<GuardVariables> arbitrary_variables() {
   const auto value = rc::gen::map(rc::gen::inRange(-40, 41), [](int quarter) {
     return quarter == 40 ? std::numeric_limits<double>::infinity() : quarter / 4.0;
   });
-  return rc::gen::map(
-      rc::gen::tuple(rc::gen::container<std::vector<double>>(7, value), rc::gen::arbitrary<bool>()),
-      [](const std::tuple<std::vector<double>, bool>& t) {
-        const std::vector<double>& v = std::get<0>(t);
-        return GuardVariables{v[0], v[1], v[2], v[3], v[4], v[5], v[6], std::get<1>(t)};
-      });
+  return rc::gen::map(rc::gen::tuple(rc::gen::container<std::vector<double>>(12, value),
+                                     rc::gen::arbitrary<bool>()),
+                      [](const std::tuple<std::vector<double>, bool>& t) {
+                        const std::vector<double>& v = std::get<0>(t);
+                        return GuardVariables{v[0], v[1], v[2], v[3],  v[4],  v[5],          v[6],
+                                              v[7], v[8], v[9], v[10], v[11], std::get<1>(t)};
+                      });
 }
 
 RC_GTEST_PROP(Guard, MeansWhatItSays, ()) {
@@ -124,7 +157,8 @@ RC_GTEST_PROP(Guard, MeansWhatItSays, ()) {
 RC_GTEST_PROP(Guard, AnswersToAnything, ()) {
   const auto words = *rc::gen::container<std::vector<std::string>>(rc::gen::element<std::string>(
       "depth", "overhead", "and", "or", "not", "(", ")", "<", ">=", "==", "=", "!", "3", "-", ".5",
-      "1e9", "1e999", "3m", "&&", "\xc3\xa9", "x", " ", "\xff"));
+      "1e9", "1e999", "3m", "min", "%", "estimator", "primitive", "&&", "\xc3\xa9", "x", " ",
+      "\xff"));
   std::string text;
   for (const std::string& word : words) text += word + (*rc::gen::arbitrary<bool>() ? " " : "");
   Guard::Error error;
@@ -152,6 +186,19 @@ TEST(Guard, NotBindsTighterThanAndAndThatThanOr) {
   EXPECT_FALSE(is_true("not overhead or not overhead"));
   EXPECT_TRUE(is_true("not not overhead"));
   EXPECT_TRUE(is_true("(depth) == - 0.0"));
+}
+
+TEST(Guard, KnowsPercentAndEstimators) {
+  Guard::Error error;
+  GuardVariables variables;
+  variables.battery_fraction = 0.35;
+  variables.estimator = EstimatorName::kVisualInertial;
+  for (const char* text : {"battery_fraction < 40 %", "battery_fraction > 30%",
+                           "estimator == visual_inertial", "primitive != estimator"}) {
+    const std::optional<Guard> guard = Guard::parse(text, error);
+    ASSERT_TRUE(guard) << text << ": " << error.message;
+    EXPECT_TRUE(guard->evaluate(variables)) << text;
+  }
 }
 
 TEST(Guard, ComparisonsWithNanAreFalse) {
@@ -193,8 +240,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadGuard{"depth > 3)", 9, "no '('"}, BadGuard{"((depth > 3)", 12, "expected ')'"},
         BadGuard{"depth > 3 overhead", 10, "expected 'and'"},
         BadGuard{"depth > 3 or altitud < 1", 13, "did you mean 'altitude'?"},
-        BadGuard{"temperature > 3", 0, "the variables are depth, altitude"},
-        BadGuard{"depth > 0,5", 9, "decimal point"}, BadGuard{"depth > 3m", 8, "without units"},
+        BadGuard{"salinity > 3", 0, "the variables are depth, altitude"},
+        BadGuard{"depth > 0,5", 9, "decimal point"}, BadGuard{"depth > 3ft", 9, "no unit 'ft'"},
+        BadGuard{"depth > 3 ft", 10, "found 'ft'"},
+        BadGuard{"depth > 3 min", 8, "a length cannot be compared with a time"},
+        BadGuard{"depth < elapsed", 8, "a length cannot be compared with a time"},
+        BadGuard{"40 % < depth", 7, "a fraction cannot be compared with a length"},
+        BadGuard{"estimator == 1", 13, "an estimator cannot be compared with a number"},
+        BadGuard{"estimator < primitive", 12, "no order"},
+        BadGuard{"estimator", 0, "'estimator == primitive'"},
         BadGuard{"depth > 1.2.3", 8, "not a number"}, BadGuard{"depth > 1e999", 8, "out of range"},
         BadGuard{"depth > nan", 8, "no variable 'nan'"}, BadGuard{"depth > -overhead", 9, "'-'"},
         BadGuard{"depth > 3 && overhead", 10, "write 'and'"},
