@@ -24,10 +24,22 @@ struct PlanAnswer {
   double clearance_m = 0.0;  ///< Certified.
 };
 
+/// Judges a path against what the map has shown since it was planned.
+class PathJudge {
+ public:
+  virtual ~PathJudge() = default;
+  /// Proved clearance (m) of the motion through `waypoints` to what was added to the map.
+  [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
+};
+
 struct BehaviorInput {
-  Utime now = 0;
+  Utime now = 0;  ///< On the behaviours' clock, which stands still while the vehicle is held.
   const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
   const PlanAnswer* plan = nullptr;                     ///< Null when none came this tick.
+  PathJudge* seen = nullptr;  ///< Of what the map did not know; null: nothing was seen.
+  bool map_changed = false;   ///< Since the last tick.
+  bool replan = false;        ///< A failsafe demands it.
+  bool depth_known = true;    ///< The depth sensor works.
 };
 
 /// How far along; for status, guards and pictures.
@@ -37,15 +49,24 @@ struct Progress {
   double clearance_m = 0.0;       ///< Certified, of the path being followed.
   double cross_track_m = 0.0;
   int segment = 0;
+  double elapsed_s = 0.0;    ///< Since the leg began ...
+  double expected_s = 0.0;   ///< ... and what its first path takes; 0 while there is none.
   int plan_failures = 0;     ///< In a row.
   std::string plan_failure;  ///< Why the last one failed.
+};
+
+enum class Failure {
+  kNone,
+  kUnreachable,  ///< No path to the goal, twice in a row; it is tried again until left.
+  kExhausted,    ///< No replans are left, or the way out cannot be swum.
 };
 
 struct BehaviorOutput {
   vehicle::Command command;
   std::optional<planning::PlanRequest> plan_request;
-  bool done = false;    ///< The executive raises done.state.ID.
-  bool failed = false;  ///< It cannot go on: plan.failed.ID.
+  const char* plan_cause = "";      ///< Why it is asked for.
+  bool done = false;                ///< The executive raises done.state.ID.
+  Failure failed = Failure::kNone;  ///< It cannot go on: plan.failed.ID.
 };
 
 /// A leaf state's behaviour, from entry to exit.
@@ -54,6 +75,8 @@ class Behavior {
   virtual ~Behavior() = default;
   [[nodiscard]] virtual BehaviorOutput step(const BehaviorInput& input) = 0;
   [[nodiscard]] virtual const Progress& progress() const = 0;
+  /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
+  [[nodiscard]] virtual bool skip() { return false; }
 };
 
 /// Keeps depth and heading without forward speed.

@@ -12,13 +12,25 @@ GoalSequence::GoalSequence(const LegSettings& settings, std::vector<LegGoal> goa
   leg_.emplace(settings_, goals_[0]);
 }
 
+void GoalSequence::begin_next() {
+  ++current_;
+  settings_.seed += 1000;  // each leg draws its own
+  leg_.emplace(settings_, goals_[current_]);
+}
+
+bool GoalSequence::skip() {
+  if (current_ + 1 == goals_.size()) return false;
+  begin_next();
+  return true;
+}
+
 BehaviorOutput GoalSequence::step(const BehaviorInput& input) {
   BehaviorOutput output = leg_->step(input);
   if (output.done && current_ + 1 < goals_.size()) {
-    ++current_;
-    settings_.seed += 1000;  // each leg draws its own
-    leg_.emplace(settings_, goals_[current_]);
-    output = leg_->step({input.now, input.estimate, nullptr});
+    begin_next();
+    BehaviorInput next = input;
+    next.plan = nullptr;  // it was for the leg before
+    output = leg_->step(next);
   }
   return output;
 }

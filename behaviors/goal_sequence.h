@@ -16,8 +16,12 @@ class GoalSequence final : public Behavior {
 
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
+  /// Goes on to the next goal; false at the last one.
+  [[nodiscard]] bool skip() override;
 
  private:
+  void begin_next();
+
   LegSettings settings_;
   std::vector<LegGoal> goals_;
   std::size_t current_ = 0;

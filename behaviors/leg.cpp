@@ -8,11 +8,19 @@
 namespace dive::behaviors {
 namespace {
 
+constexpr double kKept = 0.99;  // of the certified clearance, which two proofs may share
+
 vehicle::FollowerOptions follower_options(const LegSettings& settings, const LegGoal& goal) {
   vehicle::FollowerOptions options;
   options.speed = settings.speed;
   options.capture_radius = goal.capture_radius;
   return options;
+}
+
+double length_of(std::span<const Pose> path) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i].p - path[i - 1].p).norm();
+  return length;
 }
 
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
@@ -57,6 +65,8 @@ Leg::Leg(const LegSettings& settings, LegGoal goal)
 }
 
 BehaviorOutput Leg::step(const BehaviorInput& input) {
+  if (!began_) began_ = input.now;
+  progress_.elapsed_s = to_seconds(input.now - *began_);
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (reached_at_) return dwell(input);
   return following_ ? follow(input) : without_path(input);
@@ -65,6 +75,10 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
 void Leg::take_answer(const BehaviorInput& input) {
   awaiting_plan_ = false;
   const PlanAnswer& plan = *input.plan;
+  // What was planned before something was seen may lead through it.
+  const bool in_the_way = input.seen != nullptr && !plan.waypoints.empty() &&
+                          input.seen->clearance(plan.waypoints) < kKept * plan.clearance_m;
+  if (in_the_way) return;
   if (plan.status != planning::PlanStatus::kSuccess || plan.waypoints.size() < 2) {
     ++progress_.plan_failures;
     progress_.plan_failure = plan.reason;
@@ -74,24 +88,35 @@ void Leg::take_answer(const BehaviorInput& input) {
   progress_.plan_failures = 0;
   progress_.plan_failure.clear();
   progress_.clearance_m = plan.clearance_m;
+  told_unreachable_ = false;
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
+  if (progress_.expected_s == 0.0) {
+    progress_.expected_s =
+        progress_.elapsed_s + length_of(plan.waypoints) / settings_.speed + goal_.dwell_s;
+  }
   triggers_.path_started(input.now);
   following_ = true;
   station_.reset();
 }
 
-planning::PlanRequest Leg::request(const BehaviorInput& input) {
+// From the waypoint that is being left.
+std::span<const Pose> Leg::rest_of_path() const {
+  const int segment = std::max(follower_.status().segment, 1);
+  return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
+}
+
+void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output) {
   planning::PlanRequest request = leg_request(settings_, goal_, input.estimate->X_WB);
   request.seed += requests_;
   if (following_) {
-    const std::span<const Pose> path = follower_.path();
     request.previous.push_back(request.start);
-    const auto ahead = path.subspan(static_cast<std::size_t>(follower_.status().segment));
+    const std::span<const Pose> ahead = rest_of_path().subspan(1);
     request.previous.insert(request.previous.end(), ahead.begin(), ahead.end());
   }
   ++requests_;
   awaiting_plan_ = true;
-  return request;
+  output.plan_request = std::move(request);
+  output.plan_cause = cause;
 }
 
 BehaviorOutput Leg::without_path(const BehaviorInput& input) {
@@ -101,18 +126,40 @@ BehaviorOutput Leg::without_path(const BehaviorInput& input) {
   output.command = *station_;
   progress_.distance_to_go_m = (goal_.position_W - X_WB.p).norm();
   progress_.cross_track_m = 0.0;
-  if (awaiting_plan_ || (retry_at_ && input.now < *retry_at_)) return output;
-  if (requests_ > 0 && !triggers_.take_one()) {
-    output.failed = true;
+  progress_.clearance_m = 0.0;
+  if (progress_.plan_failures >= settings_.unreachable_after && !told_unreachable_) {
+    told_unreachable_ = true;
+    output.failed = Failure::kUnreachable;
     return output;
   }
-  output.plan_request = request(input);
+  if (awaiting_plan_ || (retry_at_ && input.now < *retry_at_)) return output;
+  if (requests_ > 0 && !triggers_.take_one()) {
+    output.failed = Failure::kExhausted;
+    return output;
+  }
+  ask(input, requests_ == 0 ? "the leg begins" : "there is no path", output);
   return output;
 }
 
+ReplanSignals Leg::signals(const BehaviorInput& input) {
+  ReplanSignals signals;
+  signals.deviation_m = progress_.cross_track_m;
+  signals.distance_to_go_m = progress_.distance_to_go_m;
+  signals.demanded = input.replan;
+  signals.estimator_switched = estimator_ && *estimator_ != input.estimate->source;
+  estimator_ = input.estimate->source;
+  if (input.map_changed && input.seen != nullptr) {
+    const double clearance = input.seen->clearance(rest_of_path());
+    signals.new_clearance_m = clearance;
+    signals.path_blocked = clearance < settings_.clearance;
+    progress_.clearance_m = std::min(progress_.clearance_m, clearance);
+  }
+  return signals;
+}
+
 BehaviorOutput Leg::follow(const BehaviorInput& input) {
-  BehaviorOutput output;
   const estimation::StateEstimate& estimate = *input.estimate;
+  BehaviorOutput output;
   output.command = follower_.step(estimate.X_WB, estimate.v_WB_B);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
@@ -124,15 +171,16 @@ BehaviorOutput Leg::follow(const BehaviorInput& input) {
     station_ = station_keeping(-goal_.position_W.z(), yaw_of(estimate.X_WB));
     return dwell(input);
   }
-  if (status.finished) {  // passed the goal too far off: plan from here
+  const ReplanSignals now = signals(input);
+  const bool blocked = now.new_clearance_m && *now.new_clearance_m <= 0.0;
+  if (status.finished || blocked) {  // passed the goal too far off, or something is in the way
     following_ = false;
     return without_path(input);
   }
   const bool retrying = retry_at_ && input.now < *retry_at_;
-  if (!awaiting_plan_ && !retrying &&
-      triggers_.update(input.now, status.cross_track_m) != ReplanCause::kNone) {
-    output.plan_request = request(input);
-  }
+  const ReplanCause cause =
+      awaiting_plan_ || retrying ? ReplanCause::kNone : triggers_.update(input.now, now);
+  if (cause != ReplanCause::kNone) ask(input, to_string(cause), output);
   return output;
 }
 

@@ -21,7 +21,8 @@ struct LegSettings {
   double min_altitude = 0.0;  ///< m above what is straight below
   double max_z = 0.0;         ///< m
   ReplanPolicy replan;
-  double retry_s = 1.0;  ///< Pause after a failed plan.
+  double retry_s = 1.0;       ///< Pause after a failed plan.
+  int unreachable_after = 2;  ///< Failed plans in a row, without a path, that tell so.
   std::uint64_t seed = 1;
 };
 
@@ -41,8 +42,8 @@ class Leg {
  public:
   Leg(const LegSettings& settings, LegGoal goal);
 
-  /// One tick. `done` once the goal was reached and the dwell is over; `failed` when the budget of
-  /// replans is used up without a path.
+  /// One tick. `done` once the goal was reached and the dwell is over; `failed` when there is no
+  /// path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
 
@@ -51,7 +52,9 @@ class Leg {
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
-  [[nodiscard]] planning::PlanRequest request(const BehaviorInput& input);
+  void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output);
+  [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);
+  [[nodiscard]] std::span<const Pose> rest_of_path() const;
 
   LegSettings settings_;
   LegGoal goal_;
@@ -64,6 +67,9 @@ class Leg {
   std::optional<Utime> reached_at_;
   std::optional<vehicle::Command> station_;  ///< Held while there is no path.
   std::uint64_t requests_ = 0;
+  std::optional<Utime> began_;
+  std::optional<estimation::EstimatorKind> estimator_;
+  bool told_unreachable_ = false;
 };
 
 }  // namespace dive::behaviors

@@ -1,12 +1,16 @@
 #include "behaviors/retrace.h"
 
-#include <vector>
+#include <algorithm>
+#include <array>
 
 namespace dive::behaviors {
 namespace {
 
 constexpr double kCaptureRadius = 0.5;
 constexpr double kGraceSeconds = 60.0;
+constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
+// Of D_min, one after the other: what is out of reach with all of it may be had with less.
+constexpr std::array<double, 4> kShares = {1.0, 0.6, 0.3, 0.1};
 
 vehicle::FollowerOptions follower_options(double speed) {
   vehicle::FollowerOptions options;
@@ -28,36 +32,98 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
 
 }  // namespace
 
-Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above, double speed)
-    : follower_(follower_options(speed)), open_above_(open_above) {
+Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above,
+                 const LegSettings& settings, PathJudge* changes)
+    : settings_(settings), follower_(follower_options(settings.speed)), open_above_(open_above) {
   progress_.leg = "open water";
   if (open_above_) return;
   const Trail::WayOut way = trail.way_out(p_W);
-  reaches_open_water_ = way.reaches_open_water;
-  time_allowed_s_ = kGraceSeconds + 4.0 * way.length_m / speed;
   progress_.distance_to_go_m = way.length_m;
-  if (way.points.size() >= 2) follower_.set_path(level_poses(way.points), p_W);
+  if (!way.reaches_open_water || way.points.size() < 2) return;
+  way_ = level_poses(way.points);
+  time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings.speed;
+  follower_.set_path(way_, p_W);
+  if (changes != nullptr && changes->clearance(way_) <= 0.0) give_up_trail("the trail is blocked");
+}
+
+void Retrace::give_up_trail(const char* why) {
+  planning_ = true;
+  why_ = why;
+  station_.reset();
 }
 
 BehaviorOutput Retrace::step(const BehaviorInput& input) {
-  if (!entered_at_) entered_at_ = input.now;
   const Pose& X_WB = input.estimate->X_WB;
+  if (!entered_at_) entered_at_ = input.now;
   BehaviorOutput output;
-  output.command = station_keeping(-X_WB.p.z(), to_rpy(X_WB.q).z());
+  output.command = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   if (open_above_) {
     output.done = true;
     return output;
   }
-  if (!reaches_open_water_ || !follower_.has_path() ||
-      to_seconds(input.now - *entered_at_) > time_allowed_s_) {
-    output.failed = true;
+  if (way_.empty()) {
+    output.failed = Failure::kExhausted;
     return output;
   }
-  output.command = follower_.step(X_WB, input.estimate->v_WB_B);
+  if (input.plan != nullptr && awaiting_plan_) take_answer(input);
+  if (!planning_ && input.map_changed && input.seen != nullptr &&
+      input.seen->clearance(way_) <= 0.0) {
+    give_up_trail("the trail is blocked");
+  }
+  if (!planning_ && to_seconds(input.now - *entered_at_) > time_allowed_s_) {
+    give_up_trail("the vehicle does not get on along its trail");
+  }
+  return planning_ ? plan_out(input) : follow(input);
+}
+
+BehaviorOutput Retrace::follow(const BehaviorInput& input) {
+  BehaviorOutput output;
+  output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B);
   progress_.distance_to_go_m = follower_.status().distance_to_go_m;
   progress_.cross_track_m = follower_.status().cross_track_m;
   progress_.segment = follower_.status().segment;
   output.done = follower_.status().finished;
+  return output;
+}
+
+void Retrace::take_answer(const BehaviorInput& input) {
+  awaiting_plan_ = false;
+  const PlanAnswer& plan = *input.plan;
+  if (plan.status != planning::PlanStatus::kSuccess || plan.waypoints.size() < 2) {
+    ++progress_.plan_failures;
+    progress_.plan_failure = plan.reason;
+    return;
+  }
+  progress_.clearance_m = plan.clearance_m;
+  way_.assign(plan.waypoints.begin(), plan.waypoints.end());
+  follower_.set_path(way_, input.estimate->X_WB.p);
+  time_allowed_s_ = kGraceSeconds + kSlow * follower_.status().distance_to_go_m / settings_.speed;
+  entered_at_ = input.now;
+  planning_ = false;
+}
+
+BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
+  const Pose& X_WB = input.estimate->X_WB;
+  BehaviorOutput output;
+  if (!station_) {
+    station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
+  }
+  output.command = *station_;
+  if (awaiting_plan_) return output;
+  if (tries_ == static_cast<int>(kShares.size())) {
+    output.failed = Failure::kExhausted;
+    return output;
+  }
+  LegSettings settings = settings_;
+  settings.clearance *= kShares[static_cast<std::size_t>(tries_)];
+  settings.min_altitude = 0.0;
+  settings.seed += static_cast<std::uint64_t>(tries_++);
+  LegGoal goal;
+  goal.id = progress_.leg;
+  goal.position_W = way_.back().p;
+  output.plan_request = leg_request(settings, goal, X_WB);
+  output.plan_cause = why_;
+  awaiting_plan_ = true;
   return output;
 }
 

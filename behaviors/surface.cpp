@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace dive::behaviors {
+namespace {
+
+constexpr double kPatience = 2.0;          // times the ascent it should take ...
+constexpr double kPatienceSeconds = 10.0;  // ... and so long besides
+
+}  // namespace
 
 Surface::Surface(SurfaceOptions options) : options_(options) { progress_.leg = "surface"; }
 
@@ -18,6 +24,10 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw_);
   output.done = depth < options_.surfaced_depth;
+  if (!input.depth_known) {  // the estimate alone says so: give it time to be true
+    const double needed = kPatience * entry_depth_ / options_.ascent_rate + kPatienceSeconds;
+    output.done = output.done && to_seconds(input.now - *entered_at_) > needed;
+  }
   progress_.distance_to_go_m = std::max(depth, 0.0);
   return output;
 }

@@ -15,6 +15,8 @@ void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
     // The last open point before a roof is worth a crumb of its own, however near.
     if (near && open_above == crumbs_.back().open_above) return;
   }
+  const double step = crumbs_.empty() ? 0.0 : (p_W - crumbs_.back().p_W).norm();
+  penetration_m_ = open_above ? 0.0 : penetration_m_ + step;
   if (crumbs_.size() == capacity_) thin_out();
   crumbs_.push_back({p_W, open_above});
 }

@@ -26,6 +26,10 @@ class Trail {
   };
   [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W) const;
 
+  /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
+  /// 0 while that is the same, and from the first crumb where there is none with open water.
+  [[nodiscard]] double penetration_m() const { return penetration_m_; }
+
   [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
 
  private:
@@ -36,6 +40,7 @@ class Trail {
   void thin_out();
 
   double spacing_;
+  double penetration_m_ = 0.0;
   std::size_t capacity_;
   std::vector<Crumb> crumbs_;
 };

@@ -18,6 +18,8 @@ class DepthFilter {
   /// Height `z` (m) measured at `utime`; ignored when older than the last one.
   void add(Utime utime, double z);
   [[nodiscard]] bool started() const { return started_; }
+  /// When the last sample was taken.
+  [[nodiscard]] Utime last() const { return utime_; }
 
   struct Height {
     double z = 0.0;         ///< m

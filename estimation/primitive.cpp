@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 
 constexpr double kMaxStep = 0.05;          // s: longer intervals are cut into such steps
 constexpr double kMaxExtrapolation = 0.5;  // s that a turn rate is believed beyond its sample
+constexpr double kDepthSilence = 0.5;      // s, after which the height is reckoned
+constexpr double kReckonedHeave = 0.05;    // m/s, one sigma
 constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth says nothing of heave
 constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts better than that
 
@@ -51,6 +53,11 @@ void PrimitiveEstimator::set_commanded_speed(double speed) {
   commanded_speed_ = speed;
 }
 
+void PrimitiveEstimator::set_expected_heave(double heave) {
+  DIVE_DEMAND(std::isfinite(heave));
+  expected_heave_ = heave;
+}
+
 void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;
@@ -74,7 +81,9 @@ const StateEstimate& PrimitiveEstimator::update(Utime now) {
   estimate_.valid = true;
   estimate_.X_WB.q = attitude(now);
   estimate_.omega_WB_B = imu_->gyro_B;
-  estimate_.X_WB.p.z() = depth_.at(now).z;
+  const bool hears_depth = to_seconds(now - depth_.last()) <= kDepthSilence;
+  silence_s_ = hears_depth ? 0.0 : silence_s_ + dt;
+  if (hears_depth) estimate_.X_WB.p.z() = depth_.at(now).z;
   for (double left = dt; left > 0.0; left -= kMaxStep) reckon(std::min(left, kMaxStep));
   estimate_.v_WB_B = velocity_B();
   fill_covariance();
@@ -89,16 +98,19 @@ Eigen::Quaterniond PrimitiveEstimator::attitude(Utime now) const {
 
 void PrimitiveEstimator::reckon(double dt) {
   motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
-  const Vector2d step = (estimate_.X_WB.q * velocity_B()).head<2>() * dt;
-  displacement_W_ += step;
-  estimate_.X_WB.p.head<2>() += step;
+  const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
+  displacement_W_ += step.head<2>();
+  estimate_.X_WB.p.head<2>() += step.head<2>();
+  if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
 }
 
-// Surge and sway are expected; heave is what is missing of the depth rate measured.
+// Surge and sway are expected; heave is what is missing of the depth rate measured, and expected
+// as well while nothing is measured.
 Vector3d PrimitiveEstimator::velocity_B() const {
   const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
   Vector3d v_B(motion_.surge(), motion_.sway(), 0.0);
+  if (silence_s_ > 0.0) return v_B + expected_heave_ * Vector3d::UnitZ();
   if (std::abs(up_B.z()) > kUpright) {
     v_B.z() = (depth_.at(estimate_.utime).rate - up_B.dot(v_B)) / up_B.z();
   }
@@ -111,7 +123,8 @@ void PrimitiveEstimator::fill_covariance() {
   Matrix6d& P = estimate_.covariance;
   P.setZero();
   P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_);
-  P(2, 2) = depth_.at(estimate_.utime).variance;
+  P(2, 2) = silence_s_ > 0.0 ? std::pow(kReckonedHeave * silence_s_, 2)
+                             : depth_.at(estimate_.utime).variance;
   P.diagonal().tail<3>().setConstant(attitude_variance);
 
   // One column per constant error: what one sigma of it does to [position; attitude].

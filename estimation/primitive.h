@@ -46,6 +46,9 @@ class PrimitiveEstimator {
 
   /// The forward speed commanded from now on, m/s.
   void set_commanded_speed(double speed);
+  /// The climb rate to be expected from what the flippers are told beside that, m/s: what is
+  /// reckoned with while the depth sensor is silent.
+  void set_expected_heave(double heave);
   /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);
@@ -62,7 +65,9 @@ class PrimitiveEstimator {
   ExpectedMotion motion_;
   DepthFilter depth_;
   double commanded_speed_ = 0.0;
-  double start_variance_;                                     ///< m^2
+  double expected_heave_ = 0.0;
+  double silence_s_ = 0.0;  ///< That the height has been reckoned for.
+  double start_variance_;   ///< m^2
   Eigen::Vector2d displacement_W_ = Eigen::Vector2d::Zero();  ///< D, m
   double elapsed_s_ = 0.0;
   std::optional<ImuSample> imu_;

@@ -1,6 +1,8 @@
 #pragma once
 // What every estimator publishes.
 
+#include <cmath>
+
 #include <Eigen/Core>
 
 #include "common/clock.h"
@@ -20,5 +22,12 @@ struct StateEstimate {
   /// Of the error (p_true - p, rotation vector of q^-1 q_true): position in W, attitude in B.
   Matrix6d covariance = Matrix6d::Zero();
 };
+
+/// One sigma of the horizontal position along the axis where it is largest, m.
+[[nodiscard]] inline double horizontal_sigma(const StateEstimate& estimate) {
+  const auto P = estimate.covariance.topLeftCorner<2, 2>();
+  const double mean = 0.5 * (P(0, 0) + P(1, 1));
+  return std::sqrt(mean + std::hypot(0.5 * (P(0, 0) - P(1, 1)), P(0, 1)));
+}
 
 }  // namespace dive::estimation

@@ -53,6 +53,13 @@ std::string AutopilotOptions::validate() const {
   return problem;
 }
 
+// The w with w^2 + heave_lift |u| w = |effort| full_heave^2.
+double expected_heave(const AutopilotOptions& options, double effort, double speed) {
+  const double half = 0.5 * options.heave_lift * std::abs(speed);
+  const double push = std::abs(effort) * options.full_heave * options.full_heave;
+  return std::copysign(std::sqrt(half * half + push) - half, effort);
+}
+
 Autopilot::Autopilot(AutopilotOptions options) : options_(options) {
   DIVE_DEMAND(options_.validate().empty());
 }
@@ -98,11 +105,8 @@ double Autopilot::speed_effort(double speed, double dt) {
   return result;
 }
 
-// The heave w that needs the share of full effort: w^2 + heave_lift |u| w = share full_heave^2.
 double Autopilot::heave_within_reach() const {
-  const double half = 0.5 * options_.heave_lift * std::abs(speed_reference_);
-  return std::sqrt(half * half + options_.heave_share * options_.full_heave * options_.full_heave) -
-         half;
+  return expected_heave(options_, options_.heave_share, speed_reference_);
 }
 
 // Depth and its rate by a second-order observer, both poles at 1 / depth_filter_s: the difference

@@ -46,6 +46,10 @@ struct AutopilotOptions {
   [[nodiscard]] std::string validate() const;
 };
 
+/// Steady heave (m/s, along z of B) under a heave effort in [-1, 1] at forward speed `speed` (m/s):
+/// what the depth loop's model of the vehicle expects.
+[[nodiscard]] double expected_heave(const AutopilotOptions& options, double effort, double speed);
+
 /// Pure; allocates nothing.
 class Autopilot {
  public:

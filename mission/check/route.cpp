@@ -23,6 +23,7 @@ class Walker final : public statechart::Environment {
 
   Route walk() {
     statechart::Interpreter interpreter(machine_.chart, *this);
+    interpreter_ = &interpreter;
     interpreter.start();
     while (interpreter.running() && !open_leaves_.empty() && route_.leaves.size() < kMaxLeaves) {
       const statechart::StateId leaf = open_leaves_.back();
@@ -37,7 +38,11 @@ class Walker final : public statechart::Environment {
   bool evaluate(statechart::GuardId guard) override {
     return machine_.guards[index(guard)].evaluate(GuardVariables{});
   }
-  void execute(statechart::ActionId) override { DIVE_DEMAND(false); }  // missions have no actions
+  // Of actions only the events matter to where the mission goes.
+  void execute(statechart::ActionId id) override {
+    const ActionSpec& action = machine_.actions[index(id)];
+    if (action.kind == ActionSpec::Kind::kRaise) interpreter_->raise(action.text.value);
+  }
   void exited(statechart::StateId) override {}
   void taken(int, const std::string&) override {}
 
@@ -79,6 +84,7 @@ class Walker final : public statechart::Environment {
   }
 
   Machine machine_;
+  statechart::Interpreter* interpreter_ = nullptr;
   LeafContext context_;
   Route route_;
   Eigen::Vector3d at_;

@@ -1,9 +1,13 @@
 #include "mission/check/simulated_dive.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
+#include "mission/executive/changed_map.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/planner_service.h"
 #include "planning/world/scene.h"
@@ -11,6 +15,12 @@
 
 namespace dive::mission {
 namespace {
+
+/// How near to anything, by ground truth.
+struct Touched {
+  double min_clearance_m = std::numeric_limits<double>::infinity();
+  int collisions = 0;
+};
 
 constexpr double kGraceSeconds = 120.0;  // for an abort that starts when the time is up
 
@@ -20,8 +30,40 @@ Pose start_pose(const Mission& mission, const planning::World& world) {
               from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg))};
 }
 
+/// What has appeared since the dive began, as the ground truth sees it.
+class ChangedWorld {
+ public:
+  explicit ChangedWorld(const planning::RobotHull& hull) : hull_(hull) {}
+
+  void add(std::span<const SeenObstacle> seen) {
+    keep();
+    for (planning::Obstacle& obstacle : as_obstacles(seen, world_.obstacles.size())) {
+      world_.obstacles.push_back(std::move(obstacle));
+    }
+    meter_.emplace(world_, hull_);
+  }
+  void observe(const Pose& X_WB) {
+    if (meter_) meter_->observe(X_WB);
+  }
+  [[nodiscard]] double min_clearance_m() const {
+    return meter_ ? std::min(before_.min_clearance_m, meter_->min_clearance_m())
+                  : before_.min_clearance_m;
+  }
+  [[nodiscard]] int collisions() const {
+    return before_.collisions + (meter_ ? meter_->collisions() : 0);
+  }
+
+ private:
+  void keep() { before_ = {min_clearance_m(), collisions()}; }
+
+  const planning::RobotHull& hull_;
+  planning::World world_;
+  std::optional<vehicle::ClearanceMeter> meter_;
+  Touched before_;
+};
+
 void finish(DiveResult& result, const ExecutiveResult& executive, const StepOutputs& last,
-            const vehicle::GroundTruth& truth, const vehicle::ClearanceMeter& meter) {
+            const vehicle::GroundTruth& truth, const Touched& touched) {
   result.outcome = to_string(executive.outcome);
   result.final_state = executive.final_state;
   result.cause = executive.cause;
@@ -29,8 +71,8 @@ void finish(DiveResult& result, const ExecutiveResult& executive, const StepOutp
   result.distance_m = truth.distance_swum_m;
   result.energy_wh = truth.energy_used_wh;
   result.final_depth_m = -truth.X_WB.p.z();
-  result.min_clearance_m = meter.min_clearance_m();
-  result.collisions = meter.collisions();
+  result.min_clearance_m = touched.min_clearance_m;
+  result.collisions = touched.collisions;
   result.estimate_error_m = (last.estimate.X_WB.p - truth.X_WB.p).norm();
   result.estimate_sigma_m = std::sqrt(last.estimate.covariance.topLeftCorner<3, 3>().trace());
   if (executive.outcome == Outcome::kRunning) {
@@ -59,6 +101,8 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
   vehicle::Simulator simulator(model, start_pose(mission, world), settings.conditions,
                                settings.seed);
   vehicle::ClearanceMeter meter(world, model.hull);
+  FaultInjector injector(settings.faults);
+  ChangedWorld changed(model.hull);
   PlannerService planner(world, model.hull, settings.planner,
                          settings.planner_latency_ticks * tick);
   Executive executive(mission, world, model, ExecutiveOptions{.seed = settings.seed});
@@ -66,19 +110,23 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
   DiveResult result;
   StepOutputs outputs;
   const double longest = 1.5 * mission.limits.mission_timeout.value + kGraceSeconds;
-  bool leaking = false;
   while (to_seconds(simulator.truth().utime) < longest &&
          executive.result().outcome == Outcome::kRunning) {
-    if (!leaking && settings.leak_at_s >= 0.0 &&
-        to_seconds(simulator.truth().utime) >= settings.leak_at_s) {
-      simulator.inject_leak();
-      leaking = true;
-    }
     const vehicle::SensorSamples samples = simulator.step(outputs.rates);
     const vehicle::GroundTruth& truth = simulator.truth();
+    StepInputs inputs;
+    inputs.now = truth.utime;
+    inputs.imu = samples.imu;
+    inputs.depth = samples.depth;
+    inputs.health = samples.health;
+    inputs.plan = planner.poll(truth.utime);
+    injector.apply(truth, inputs);
+    if (!inputs.seen.empty()) {
+      planner.add(inputs.seen);
+      changed.add(inputs.seen);
+    }
     meter.observe(truth.X_WB);
-    StepInputs inputs{truth.utime, samples.imu, samples.depth, samples.health,
-                      planner.poll(truth.utime)};
+    changed.observe(truth.X_WB);
     outputs = executive.step(inputs);
     if (outputs.plan_query) {
       ++result.plans;
@@ -88,9 +136,13 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     for (const TransitionRecord& record : outputs.transitions) {
       result.transitions.push_back({to_seconds(truth.utime), record});
     }
+    result.failsafes.insert(result.failsafes.end(), outputs.failsafes.begin(),
+                            outputs.failsafes.end());
     if (observer) observer(inputs, outputs, truth);
   }
-  finish(result, executive.result(), outputs, simulator.truth(), meter);
+  finish(result, executive.result(), outputs, simulator.truth(),
+         {std::min(meter.min_clearance_m(), changed.min_clearance_m()),
+          meter.collisions() + changed.collisions()});
   return result;
 }
 

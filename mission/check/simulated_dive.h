@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "mission/check/faults.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/io.h"
@@ -20,7 +21,7 @@ struct DiveSettings {
   std::uint64_t seed = 1;
   vehicle::Conditions conditions;
   int planner_latency_ticks = 5;  ///< 100 ms: what a plan is allowed on the vehicle.
-  double leak_at_s = -1.0;        ///< Inject a leak then; negative: never.
+  std::vector<Fault> faults;
   planning::PlannerOptions planner;
 
   [[nodiscard]] std::string validate() const;
@@ -46,6 +47,7 @@ struct DiveResult {
   double estimate_error_m = 0.0;  ///< |p - p_true| at the end ...
   double estimate_sigma_m = 0.0;  ///< ... and what the estimator believed of it, one sigma.
   std::vector<TimedTransition> transitions;
+  std::vector<FailsafeRecord> failsafes;
 };
 
 /// Told every tick, after the step.

@@ -82,7 +82,8 @@ void print_verdict(const DiveResult& result, const std::string& log) {
 int run_dive(const RunArguments& arguments) {
   DiveSettings settings;
   settings.seed = arguments.seed;
-  settings.leak_at_s = arguments.leak_at_s;
+  if (arguments.leak_at_s >= 0.0)
+    settings.faults.push_back({FaultKind::kLeak, arguments.leak_at_s});
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;

@@ -1,6 +1,7 @@
 #include "mission/document/flow.h"
 
 #include <algorithm>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -76,6 +77,12 @@ Flow::Trigger Flow::trigger(std::string_view descriptor) const {
     }
     // A leading part of the family stands for all of it.
     if (family.starts_with(descriptor)) return {kind, -1};
+  }
+  const std::set<std::string> raised = raised_events(index_);
+  if (std::any_of(raised.begin(), raised.end(), [descriptor](const std::string& event) {
+        return event == descriptor || event.starts_with(std::string(descriptor) + ".");
+      })) {
+    return {Trigger::Kind::kAlways, -1};
   }
   return {Trigger::Kind::kEmergency, -1};  // every event is of one family or the other
 }
@@ -154,14 +161,22 @@ bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
     return true;
   }
   if (parallel >= 0) return trigger.state < 0 || index_.is_within(trigger.state, parallel);
+  if (trigger.kind == Kind::kTimeout) {
+    for (int s = state; s >= 0; s = index_.parent(s)) {
+      if ((trigger.state < 0 || trigger.state == s) && state_timeout(index_.spec(s))) return true;
+    }
+    return false;
+  }
+  // A planning state may fail for the one that is made of it.
+  if (trigger.kind == Kind::kPlanFailed && of_whole) {
+    return index_.is_within(state, trigger.state) && is_planning(index_.spec(state));
+  }
   // Outside of parallels only the leaf itself is done, or the state that its final completes.
   const StateSpec& spec = index_.spec(state);
   const int source = spec.type == StateType::kFinal ? index_.parent(state) : state;
   if (source < 0 || (trigger.state >= 0 && trigger.state != source)) return false;
   if (spec.type == StateType::kFinal) return trigger.kind == Kind::kDone;
-  return trigger.kind == Kind::kDone         ? is_behavior(spec)
-         : trigger.kind == Kind::kPlanFailed ? is_planning(spec)
-                                             : state_timeout(spec) != nullptr;
+  return trigger.kind == Kind::kDone ? is_behavior(spec) : is_planning(spec);
 }
 
 void Flow::enter_from_the_beginning() {

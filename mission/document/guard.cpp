@@ -1,6 +1,9 @@
 #include "mission/document/guard.h"
 
 #include <array>
+#include <set>
+
+#include <fmt/format.h>
 
 #include "common/assert.h"
 #include "mission/document/guard_parser.h"
@@ -67,6 +70,30 @@ bool Guard::evaluate(const GuardVariables& variables) const {
     }
   }
   return values[nodes_.size() - 1] != 0.0;
+}
+
+std::string Guard::describe(const GuardVariables& variables) const {
+  std::set<int> named;
+  std::string text;
+  for (const Node& node : nodes_) {
+    if (node.kind != Node::Kind::kVariable || !named.insert(node.index).second) continue;
+    const GuardVariable& variable = kGuardVariables[static_cast<std::size_t>(node.index)];
+    const double value = variable.value(variables);
+    if (!text.empty()) text += ", ";
+    switch (variable.kind) {
+      case GuardKind::kTruth:
+        text += fmt::format("{} {}", variable.name, value != 0.0);
+        break;
+      case GuardKind::kEstimator:
+        for (const GuardConstant& constant : kGuardConstants) {
+          if (constant.value == value) text += fmt::format("{} {}", variable.name, constant.name);
+        }
+        break;
+      default:
+        text += fmt::format("{} {:.2f}", variable.name, value);
+    }
+  }
+  return text;
 }
 
 }  // namespace dive::mission

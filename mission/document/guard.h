@@ -64,6 +64,8 @@ class Guard {
   /// Total: comparisons are IEEE's, so one with NaN is false (and != true). Allocates nothing.
   [[nodiscard]] bool evaluate(const GuardVariables& variables) const;
   [[nodiscard]] const std::string& text() const { return text_; }
+  /// The values it looked at: "depth 2.41, overhead true".
+  [[nodiscard]] std::string describe(const GuardVariables& variables) const;
 
  private:
   friend class GuardParser;

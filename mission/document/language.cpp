@@ -115,13 +115,18 @@ void Language::collect(const XmlElement& schema, const XmlElement& part, Element
       rule.attributes.push_back(attribute_rule(schema, element));
     } else if (element.name == "element") {
       rule.children.emplace(value_of(element, "name"), value_of(element, "type"));
-      if (part.name == "all" && value_of(element, "minOccurs").empty()) {
+      const bool in_all = part.name == "all" || part.name == "sequence";
+      if (in_all && value_of(element, "minOccurs").empty()) {
         rule.required_children.push_back(value_of(element, "name"));
       }
     } else if (element.name == "group" || element.name == "attributeGroup") {
       collect(schema, declaration(schema, element.name, value_of(element, "ref")), rule);
     } else if (element.name == "all" || element.name == "choice" || element.name == "sequence") {
       collect(schema, element, rule);
+      if (element.name == "choice" && part.name == "sequence" &&
+          value_of(element, "minOccurs").empty()) {
+        for (const XmlElement& one : element.children) rule.one_of.push_back(value_of(one, "name"));
+      }
     }
   }
 }

@@ -23,7 +23,8 @@ struct AttributeRule {
 struct ElementRule {
   std::vector<AttributeRule> attributes;
   std::map<std::string, std::string, std::less<>> children;  ///< Name to type.
-  std::vector<std::string> required_children;  ///< Of those that may stand in any order.
+  std::vector<std::string> required_children;
+  std::vector<std::string> one_of;  ///< Children of which there must be at least one.
   std::string text;  ///< What text is expected, in words, of an element that is nothing but text.
 
   [[nodiscard]] const AttributeRule* attribute(std::string_view name) const;
@@ -48,11 +49,12 @@ class Language {
 
   /// Adds every attribute that is absent and has a default, placed at the element's own name.
   void add_defaults(XmlElement& root) const;
+  /// The same of an element of that type.
+  void add_defaults(XmlElement& element, std::string_view type) const;
 
  private:
   void add_type(const XmlElement& schema, const XmlElement& type);
   void collect(const XmlElement& schema, const XmlElement& part, ElementRule& rule) const;
-  void add_defaults(XmlElement& element, std::string_view type) const;
 
   std::map<std::string, ElementRule, std::less<>> types_;
 };

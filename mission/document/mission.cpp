@@ -17,20 +17,6 @@ Eigen::Vector3d Position::in_world(double floor_z) const {
   DIVE_DEMAND(false);
 }
 
-const char* to_string(Rung rung) {
-  switch (rung) {
-    case Rung::kNone:
-      return "none";
-    case Rung::kWarn:
-      return "warn";
-    case Rung::kAbortAndSurface:
-      return "abort_and_surface";
-    case Rung::kEmergencySurface:
-      return "emergency_surface";
-  }
-  DIVE_DEMAND(false);
-}
-
 double heading_to_yaw(double heading_deg) { return wrap_angle(deg_to_rad(90.0 - heading_deg)); }
 
 planning::AttitudeMode attitude_mode(std::string_view word) {

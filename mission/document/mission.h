@@ -1,6 +1,7 @@
 #pragma once
 // A mission as typed values, every value with its place in the file.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "behaviors/failsafes.h"
 #include "common/diagnostic.h"
 #include "common/source_text.h"
 #include "mission/document/guard.h"
@@ -52,41 +54,68 @@ struct Timeout {
 
 struct GotoState {
   Goal goal;
-  Timeout timeout;
 };
+/// A transect is one as well: the ends of its legs are the goals.
 struct GoalSequenceState {
   std::vector<Goal> goals;
-  Timeout timeout;
 };
 struct HoldState {
   Located<double> duration_s;
 };
-struct SurfaceState {
-  std::optional<Timeout> timeout;
-};
+struct RetraceState {};
+struct SurfaceState {};
 
 /// monostate: a `state` with nothing inside. It steers nothing and only watches; there is one only
 /// in those regions of a parallel that do not steer.
-using Leaf = std::variant<std::monostate, GotoState, GoalSequenceState, HoldState, SurfaceState>;
+using Leaf = std::variant<std::monostate, GotoState, GoalSequenceState, HoldState, RetraceState,
+                          SurfaceState>;
+
+/// What is done on entry, on exit or in a transition.
+struct ActionSpec {
+  enum class Kind {
+    kLog,      ///< `text` goes into the log.
+    kRaise,    ///< The event `text` is raised.
+    kPayload,  ///< The payload is told `text`.
+  } kind = Kind::kLog;
+  Located<std::string> text;
+  bool once = false;  ///< Never again in this dive, not even after a restart.
+};
 
 struct TransitionSpec {
   std::vector<std::string> events;
   std::vector<Span> event_spans;  ///< Of `events`, index by index.
   std::optional<Guard> guard;
   std::vector<Located<std::string>> targets;
+  std::vector<ActionSpec> actions;
   bool internal = false;
   Span span;
 };
 
 enum class StateType { kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory, kLeaf };
 
+/// When a path that is being followed is planned anew.
+struct ReplanPolicy {
+  std::optional<Located<double>> period_s;
+  std::optional<Located<double>> deviation_m;    ///< From the path.
+  std::optional<Located<double>> clearance_m;    ///< Of the rest of the path, below it.
+  std::optional<Located<double>> no_progress_s;  ///< Without getting nearer to the goal.
+  bool map_change = true;                        ///< When the map changed on the path.
+  bool estimator_switch = true;
+  Located<double> max_replans;  ///< Per leg.
+};
+
 struct StateSpec {
   Located<std::string> id;
+  std::string element;  ///< As written: "goto", "transect", ...; of a part, that of the whole.
   StateType type = StateType::kLeaf;
   Leaf leaf;  ///< Only for kLeaf.
   std::optional<Located<std::string>>
       initial;            ///< Compound: the first child where not written. History: its default.
   bool overhead = false;  ///< Declared here or on an ancestor.
+  std::optional<Timeout> timeout;
+  std::optional<ReplanPolicy> replan;  ///< Where it differs from the mission's.
+  std::vector<ActionSpec> on_entry;
+  std::vector<ActionSpec> on_exit;
   std::vector<TransitionSpec> transitions;
   std::vector<StateSpec> children;
 };
@@ -99,27 +128,19 @@ struct Limits {
   Located<double> battery_reserve;  ///< fraction
 };
 
-struct ReplanPolicy {
-  std::optional<Located<double>> period_s;
-  std::optional<Located<double>> deviation_m;  ///< From the path.
-  Located<double> max_replans;                 ///< Per leg.
-};
-
-/// The rungs of the ladder that a failsafe of this version may name.
-enum class Rung { kNone, kWarn, kAbortAndSurface, kEmergencySurface };
-[[nodiscard]] const char* to_string(Rung rung);
-
-struct FailsafeSpec {
-  Located<Rung> rung;
-  Located<double> persistence_s;  ///< The condition must hold that long.
-};
-
+/// Index by behaviors::FailsafeKind.
 struct Failsafes {
-  FailsafeSpec leak;
-  FailsafeSpec overtime;         ///< Beyond limits.mission_timeout.
-  FailsafeSpec overdepth;        ///< Below limits.max_depth.
-  FailsafeSpec planner_failure;  ///< `planner_failures` in a row.
-  Located<double> planner_failures;
+  behaviors::FailsafePolicies policies = behaviors::default_policies();
+  std::array<double, behaviors::kFailsafeCount> threshold{};
+  std::array<std::optional<Span>, behaviors::kFailsafeCount> written;  ///< Where, if at all.
+  std::vector<std::array<Located<double>, 2>> fence;                   ///< x, y of its corners.
+
+  [[nodiscard]] behaviors::FailsafePolicy& policy(behaviors::FailsafeKind kind) {
+    return policies[static_cast<std::size_t>(kind)];
+  }
+  [[nodiscard]] const behaviors::FailsafePolicy& policy(behaviors::FailsafeKind kind) const {
+    return policies[static_cast<std::size_t>(kind)];
+  }
 };
 
 struct Mission {

@@ -1,5 +1,6 @@
 // Everything that a mission names is there, and named once.
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -40,8 +41,13 @@ std::string hint_for_state(const Subject& subject, const std::string& id) {
 
 // Every event that something may raise, spelt out.
 std::set<std::string> possible_events(const StateIndex& index) {
-  std::set<std::string> events = {"abort", "failsafe.leak", "failsafe.overtime",
-                                  "failsafe.overdepth", "failsafe.planner_failure"};
+  std::set<std::string> events = raised_events(index);
+  events.insert({"abort", "operator.pause", "operator.resume", "operator.skip", "map.changed",
+                 "estimator.switched"});
+  for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
+    const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
+    if (traits.in_missions) events.insert(fmt::format("failsafe.{}", traits.name));
+  }
   for (int state = 0; state < index.size(); ++state) {
     const StateSpec& spec = index.spec(state);
     if (is_behavior(spec) || spec.type == StateType::kParallel) {
@@ -121,6 +127,25 @@ void ids_are_not_reserved(const Subject& subject) {
   }
 }
 
+// An event that a mission raises must not be taken for one that says what really happened.
+void raised_events_are_its_own(const Subject& subject) {
+  constexpr std::string_view kReserved[] = {"done",  "timeout", "plan",      "failsafe", "operator",
+                                            "abort", "map",     "estimator", "dive"};
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    const bool is_made = spec.element == "wreck_penetration" && spec.type == StateType::kLeaf;
+    if (is_made) continue;
+    for (const ActionSpec* action : actions_of(spec)) {
+      if (action->kind != ActionSpec::Kind::kRaise) continue;
+      const std::string family = action->text.value.substr(0, action->text.value.find('.'));
+      if (std::ranges::find(kReserved, family) == std::end(kReserved)) continue;
+      subject.error("MIS-EVENT-RESERVED", action->text.span,
+                    fmt::format("events that begin with '{}' are the executive's own", family),
+                    "raise one with a name of your own");
+    }
+  }
+}
+
 void initial_states_exist(const Subject& subject) {
   const StateIndex& index = subject.index;
   const auto check = [&](const Located<std::string>& initial, int owner) {
@@ -184,7 +209,9 @@ void events_are_raised(const Subject& subject) {
         if (matches_any(event, events)) continue;
         std::string hint = did_you_mean(event, candidates);
         if (hint.empty()) {
-          hint = "there are done.state.ID, timeout.ID, plan.failed.ID, failsafe.NAME and abort";
+          hint =
+              "there are done.state.ID, timeout.ID, plan.failed.ID, failsafe.NAME, abort and more: "
+              "see 'event' in missions/mission.xsd";
         }
         subject.error("MIS-EVENT", transition.event_spans[i],
                       fmt::format("nothing in this mission raises '{}'", event), std::move(hint));

@@ -34,6 +34,7 @@ class Subject {
 void not_too_many(const Subject& subject);
 void ids_are_unique(const Subject& subject);
 void ids_are_not_reserved(const Subject& subject);
+void raised_events_are_its_own(const Subject& subject);
 void initial_states_exist(const Subject& subject);
 void targets_exist(const Subject& subject);
 void timeouts_lead_somewhere(const Subject& subject);

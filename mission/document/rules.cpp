@@ -29,6 +29,7 @@ constexpr Rule kRules[] = {
      "There are at most 1000 states, 1000 goals, 2000 transitions."},
     {"MIS-ID-DUPLICATE", Severity::kError, "No two states or goals have the same id."},
     {"MIS-ID-RESERVED", Severity::kError, "No state takes an id of the executive's own."},
+    {"MIS-EVENT-RESERVED", Severity::kError, "No mission raises an event of the executive's own."},
     {"MIS-INITIAL", Severity::kError, "Every initial state is there, inside the state it is of."},
     {"MIS-TARGET", Severity::kError, "Every target is a state of the mission."},
     {"MIS-TIMEOUT", Severity::kError, "A timeout has an on_timeout, and that is a state."},
@@ -58,8 +59,8 @@ constexpr Rule kRules[] = {
 using DocumentRule = void (*)(const Subject&);
 
 constexpr DocumentRule kNameRules[] = {
-    not_too_many,  ids_are_unique,          ids_are_not_reserved, initial_states_exist,
-    targets_exist, timeouts_lead_somewhere, events_are_raised,
+    not_too_many,         ids_are_unique, ids_are_not_reserved,    raised_events_are_its_own,
+    initial_states_exist, targets_exist,  timeouts_lead_somewhere, events_are_raised,
 };
 constexpr DocumentRule kStructureRules[] = {
     transitions_say_something,

@@ -1,5 +1,6 @@
 #include "mission/document/schema.h"
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -198,12 +199,14 @@ class Judge {
     if (is_first && rename(node)) return true;
     xmlNode* parent = node->parent;
     if (is_first && is_known(node)) {
-      if (!is_early(expected, parent, node)) {
+      if (!is_early(expected, node)) {
         words_.misplaced_element(element_of(node), element_of(parent), expected);
       } else if (reported_.insert({parent, finding.code, {}}).second) {
         words_.missing_children(element_of(parent), type_of(parent), expected);
       }
     }
+    // What is wrong may have been meant to be what is missing.
+    if (!is_known(node)) reported_.insert({parent, finding.code, {}});
     xmlUnlinkNode(node);
     taken_out_.insert(node);
     return true;
@@ -229,14 +232,21 @@ class Judge {
     return node->ns != nullptr && std::strcmp(chars(node->ns->href), kMissionNamespace) == 0;
   }
 
-  // Does this element only come before the one that must be there but is nowhere?
-  static bool is_early(const std::vector<std::string>& expected, const xmlNode* parent,
-                       const xmlNode* node) {
-    if (expected.size() != 1 || expected.front() == "transition") return false;
-    for (const xmlNode* child = parent->children; child != nullptr; child = child->next) {
-      if (child != node && expected.front() == chars(child->name)) return false;
+  // Does this element only come before one that must be there but is nowhere?
+  [[nodiscard]] bool is_early(const std::vector<std::string>& expected, const xmlNode* node) const {
+    const ElementRule& rule = language_.type_rule(type_of(node->parent));
+    const auto is_there = [node](const std::string& name) {
+      const xmlNode* child = node->parent->children;
+      while (child != nullptr && name != chars(child->name)) child = child->next;
+      return child != nullptr;
+    };
+    if (!rule.one_of.empty() && std::none_of(rule.one_of.begin(), rule.one_of.end(), is_there)) {
+      return true;
     }
-    return true;
+    const auto& required = rule.required_children;
+    return std::any_of(expected.begin(), expected.end(), [&](const std::string& name) {
+      return std::find(required.begin(), required.end(), name) != required.end() && !is_there(name);
+    });
   }
 
   // The names in libxml2's "Expected is one of ( {uri}a, {uri}b )."

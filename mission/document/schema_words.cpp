@@ -112,6 +112,8 @@ void SchemaWords::missing_children(const XmlElement& element, const std::string&
         needs(fmt::format("an element '{}'", name));
       }
     }
+  } else if (const auto& one_of = language_.type_rule(type).one_of; !one_of.empty()) {
+    needs(fmt::format("at least one of {}", fmt::join(one_of, ", ")));
   } else if (expected.size() == 1) {
     needs(fmt::format("an element '{}'", expected.front()));
   } else {

@@ -53,11 +53,29 @@ bool is_planning(const StateSpec& spec) {
          std::holds_alternative<GoalSequenceState>(spec.leaf);
 }
 
+std::vector<const ActionSpec*> actions_of(const StateSpec& spec) {
+  std::vector<const ActionSpec*> actions;
+  const auto add = [&actions](const std::vector<ActionSpec>& more) {
+    for (const ActionSpec& action : more) actions.push_back(&action);
+  };
+  add(spec.on_entry);
+  add(spec.on_exit);
+  for (const TransitionSpec& transition : spec.transitions) add(transition.actions);
+  return actions;
+}
+
+std::set<std::string> raised_events(const StateIndex& index) {
+  std::set<std::string> events;
+  for (int state = 0; state < index.size(); ++state) {
+    for (const ActionSpec* action : actions_of(index.spec(state))) {
+      if (action->kind == ActionSpec::Kind::kRaise) events.insert(action->text.value);
+    }
+  }
+  return events;
+}
+
 const Timeout* state_timeout(const StateSpec& spec) {
-  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) return &leaf->timeout;
-  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) return &leaf->timeout;
-  const auto* surface = std::get_if<SurfaceState>(&spec.leaf);
-  return surface != nullptr && surface->timeout ? &*surface->timeout : nullptr;
+  return spec.timeout ? &*spec.timeout : nullptr;
 }
 
 std::vector<const Goal*> goals_of(const StateSpec& spec) {

@@ -2,6 +2,7 @@
 // The states of a mission as a flat list in document order, with parents and a way to find them.
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,10 @@ class StateIndex {
 [[nodiscard]] bool is_behavior(const StateSpec& spec);
 /// Does it plan paths?
 [[nodiscard]] bool is_planning(const StateSpec& spec);
+/// The events that its actions, and those of all others, raise.
+[[nodiscard]] std::set<std::string> raised_events(const StateIndex& index);
+/// Its actions on entry, on exit and in transitions.
+[[nodiscard]] std::vector<const ActionSpec*> actions_of(const StateSpec& spec);
 /// Its timeout, or nullptr.
 [[nodiscard]] const Timeout* state_timeout(const StateSpec& spec);
 /// The goals of a goto or goal_sequence, else nothing.

@@ -49,13 +49,14 @@ void demand_steering(const Subject& subject, const StateSpec& spec) {
       subject.error("MIS-PARALLEL", region.id.span,
                     fmt::format("'{}' steers the vehicle while '{}' does (line {})",
                                 region.id.value, steering->id.value, steering->id.span.line),
-                    "only one region of a parallel may hold goto, goal_sequence, hold or surface");
+                    "only one region of a parallel may hold states that steer");
     }
   }
   if (steering == nullptr) {
-    subject.error("MIS-PARALLEL", spec.id.span,
-                  fmt::format("no region of '{}' steers the vehicle", spec.id.value),
-                  "one region must hold goto, goal_sequence, hold or surface");
+    subject.error(
+        "MIS-PARALLEL", spec.id.span,
+        fmt::format("no region of '{}' steers the vehicle", spec.id.value),
+        "one region must hold goto, goal_sequence, transect, hold or another that steers");
   }
 }
 

@@ -10,22 +10,34 @@
 #include <fmt/format.h>
 
 #include "behaviors/failsafes.h"
+#include "behaviors/hold.h"
+#include "behaviors/monitors.h"
 #include "behaviors/retrace.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
 #include "common/assert.h"
+#include "mission/executive/changed_map.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/surfacing_fallback.h"
 #include "mission/statechart/interpreter.h"
-#include "planning/world/scene.h"
-#include "planning/world/sounding.h"
 
 namespace dive::mission {
 namespace {
 
 using behaviors::FailsafeKind;
 using statechart::StateId;
+
+constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a while
+constexpr double kRetreatWait = 60.0;    // s in open water before a retreat ends in surfacing
+constexpr Utime kSilence =
+    from_seconds(0.5);  // of the depth sensor, before the estimate replaces it
+
+/// What there was when the vehicle was last in open water.
+struct Usable {
+  Utime at = 0;
+  double battery_fraction = 1.0;
+};
 
 }  // namespace
 
@@ -42,37 +54,58 @@ const char* to_string(Outcome outcome) {
 }
 
 struct Executive::Impl final : statechart::Environment {
-  Impl(const Mission& mission_in, const planning::World& world_in, const vehicle::Model& model,
+  Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
        ExecutiveOptions options_in)
       : mission(mission_in),
-        world(world_in),
         options(std::move(options_in)),
-        scene(world_in),
+        map(world, model.hull),
         machine(build_machine(mission_in)),
         interpreter(machine.chart, *this),
-        leaf_context(make_leaf_context(mission_in, scene, options.seed)),
+        leaf_context(make_leaf_context(mission_in, map.scene(), options.seed)),
         estimator(options.estimator,
-                  mission_in.start.in_world(ground_height(scene, mission_in.start)),
+                  mission_in.start.in_world(ground_height(map.scene(), mission_in.start)),
                   options.start_sigma_m),
         autopilot(options.autopilot),
         fallback(options.autopilot),
-        hull_radius(model.hull.radius()),
-        ladder(failsafe_policies(mission_in.failsafes)),
+        monitors(monitor_limits(mission_in)),
+        ladder(mission_in.failsafes.policies),
         behaviors_by_state(machine.chart.states.size()),
         entered_at(machine.chart.states.size()),
-        timeout_told(machine.chart.states.size()) {}
+        timeout_told(machine.chart.states.size()),
+        done_once(machine.actions.size()) {
+    evaluated.reserve(machine.guards.size());
+  }
 
   // --- statechart::Environment ---
 
   bool evaluate(statechart::GuardId guard) override {
-    return machine.guards[static_cast<std::size_t>(guard)].evaluate(guard_variables());
+    const bool is_true = machine.guards[static_cast<std::size_t>(guard)].evaluate(variables);
+    if (evaluated.size() < evaluated.capacity()) evaluated.emplace_back(guard, is_true);
+    return is_true;
   }
-  void execute(statechart::ActionId) override { DIVE_DEMAND(false); }  // missions have no actions
+
+  void execute(statechart::ActionId id) override {
+    const auto index = static_cast<std::size_t>(id);
+    const ActionSpec& action = machine.actions[index];
+    switch (action.kind) {
+      case ActionSpec::Kind::kLog:
+        outputs->actions.push_back({ActionRecord::Kind::kLog, action.text.value});
+        return;
+      case ActionSpec::Kind::kRaise:
+        interpreter.raise(action.text.value);
+        return;
+      case ActionSpec::Kind::kPayload:
+        if (action.once && done_once[index]) return;
+        done_once[index] = true;
+        outputs->actions.push_back({ActionRecord::Kind::kPayload, action.text.value});
+        return;
+    }
+  }
 
   void entered(StateId state) override {
     const auto index = static_cast<std::size_t>(state);
     const statechart::State& entered_state = machine.chart.states[index];
-    entered_at[index] = now;
+    entered_at[index] = leaf_now();
     timeout_told[index] = false;
     if (entered_state.kind == statechart::StateKind::kFinal) {
       if (entered_state.parent == 0) final_state = entered_state.id;
@@ -80,7 +113,7 @@ struct Executive::Impl final : statechart::Environment {
       enter_leaf(entered_state.id, machine.specs[index], behaviors_by_state[index]);
     }
     if (outputs->transitions.empty()) {
-      outputs->transitions.push_back({"", "", "", "the mission starts"});
+      outputs->transitions.push_back({"", "", "", "the mission starts", ""});
     }
     outputs->transitions.back().to = entered_state.id;
   }
@@ -89,8 +122,10 @@ struct Executive::Impl final : statechart::Environment {
   }
   void taken(int /*transition*/, const std::string& event) override {
     const std::string here = innermost();
-    outputs->transitions.push_back(
-        {here, here, event, event.empty() ? "its guard became true" : event_cause});
+    outputs->transitions.push_back({here, here, event,
+                                    event.empty() ? "its guard became true" : event_cause,
+                                    describe_guards()});
+    evaluated.clear();
   }
 
   // --- one step ---
@@ -99,16 +134,21 @@ struct Executive::Impl final : statechart::Environment {
     StepOutputs step_outputs;
     outputs = &step_outputs;
     DIVE_DEMAND(!started || inputs.now >= now);
+    const Utime before = started ? now : inputs.now;
     now = inputs.now;
+    if (is_held()) held_for += now - before;
     sense(inputs);
+    if (!inputs.seen.empty()) map.add(inputs.seen);
+    if (inputs.plan) kept_plan = *inputs.plan;
     if (estimate().valid) {
       if (!started) start();
-      open_above = !world.overhead(estimate().X_WB.p, hull_radius);
-      trail.add(estimate().X_WB.p, open_above);
+      look_around();
+      if (inputs.operator_command) obey(*inputs.operator_command);
+      if (!inputs.seen.empty()) tell("map.changed", "something was seen that the map did not know");
       climb_ladder();
       tell_timeouts();
-      if (interpreter.running()) interpreter.settle();
-      run_leaf(inputs.plan);
+      if (interpreter.running()) settle();
+      run_leaf(!inputs.seen.empty());
     }
     actuate();
     fill_status();
@@ -117,18 +157,30 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   [[nodiscard]] const estimation::StateEstimate& estimate() const { return outputs->estimate; }
+  [[nodiscard]] const Eigen::Vector3d& position() const { return estimate().X_WB.p; }
+  /// The behaviours' clock: it stands still while the vehicle is held.
+  [[nodiscard]] Utime leaf_now() const { return now - held_for; }
+  [[nodiscard]] bool is_held() const { return paused || ladder.rung() == behaviors::Rung::kHold; }
+  [[nodiscard]] bool hears_depth() const {
+    return last_depth && now - depth_heard <= kSilence &&
+           !monitors.is_true(FailsafeKind::kDepthLost);
+  }
+  [[nodiscard]] bool hears_imu() const { return !monitors.is_true(FailsafeKind::kImuLost); }
 
   void sense(const StepInputs& inputs) {
-    if (inputs.imu) {
+    if (inputs.imu && monitors.accept(now, *inputs.imu)) {
       estimator.add(*inputs.imu);
       last_imu = *inputs.imu;
     }
-    if (inputs.depth) {
+    if (inputs.depth && monitors.accept(now, *inputs.depth)) {
       estimator.add(*inputs.depth);
       last_depth = *inputs.depth;
+      depth_heard = now;
     }
-    if (inputs.health) last_health = *inputs.health;
+    if (inputs.health) static_cast<void>(monitors.accept(now, *inputs.health));
     estimator.set_commanded_speed(last_command.v);
+    estimator.set_expected_heave(
+        vehicle::expected_heave(options.autopilot, last_rates.heave, last_command.v));
     outputs->estimate = estimator.update(now);
   }
 
@@ -136,61 +188,219 @@ struct Executive::Impl final : statechart::Environment {
     started = true;
     started_at = now;
     last_step = now;
+    monitors.start(now);
+    look_around();
     interpreter.start();
+  }
+
+  // Where the vehicle is, as failsafes and guards want to know it.
+  void look_around() {
+    const Eigen::Vector3d& p_W = position();
+    open_above = !map.overhead(p_W);
+    trail.add(p_W, open_above);
+    const double battery = monitors.health().battery_fraction;
+    if (open_above) under_since = Usable{now, battery};
+    if (next_sounding <= now) {
+      next_sounding = now + from_seconds(kSoundingPeriod);
+      const std::optional<double> ground = map.ground_below(p_W);
+      altitude = ground ? std::optional(p_W.z() - *ground) : std::nullopt;
+    }
+    variables.depth = -p_W.z();
+    variables.altitude = altitude.value_or(std::numeric_limits<double>::infinity());
+    variables.battery_fraction = battery;
+    variables.temperature = monitors.health().temperature_c;
+    variables.elapsed = to_seconds(now - started_at);
+    variables.state_elapsed = state_elapsed();
+    variables.distance_to_goal = progress.distance_to_go_m;
+    variables.clearance = progress.clearance_m;
+    variables.cross_track = progress.cross_track_m;
+    variables.position_sigma = estimation::horizontal_sigma(estimate());
+    variables.overhead = !open_above;
+    variables.penetration = trail.penetration_m();
+    variables.spent = spent();
+    variables.estimator = estimate().source == estimation::EstimatorKind::kPrimitive
+                              ? EstimatorName::kPrimitive
+                              : EstimatorName::kVisualInertial;
+  }
+
+  [[nodiscard]] double state_elapsed() const {
+    for (std::size_t i = entered_at.size(); i-- > 0;) {
+      if (interpreter.is_active(static_cast<StateId>(i))) {
+        return to_seconds(leaf_now() - entered_at[i]);
+      }
+    }
+    return 0.0;
+  }
+
+  // Of the time or the energy that was usable where the overhead began, whichever is more.
+  [[nodiscard]] double spent() const {
+    if (open_above || !under_since) return 0.0;
+    const double time_left =
+        mission.limits.mission_timeout.value - to_seconds(under_since->at - started_at);
+    const double charge_left = under_since->battery_fraction - mission.limits.battery_reserve.value;
+    const double charge = under_since->battery_fraction - monitors.health().battery_fraction;
+    const double time_share = time_left > 0.0 ? to_seconds(now - under_since->at) / time_left : 1.0;
+    const double charge_share = charge_left > 0.0 ? std::max(charge, 0.0) / charge_left : 1.0;
+    return std::max(time_share, charge_share);
   }
 
   void dispatch(const std::string& event, std::string cause) {
     event_cause = std::move(cause);
+    evaluated.clear();
+    const std::size_t before = outputs->transitions.size();
     interpreter.dispatch(event);
+    DIVE_DEMAND(!interpreter.livelocked());
+    if (outputs->transitions.size() == before && !evaluated.empty()) {
+      note(fmt::format("{} leads nowhere: {}", event, describe_guards()));
+    }
+    variables.state_elapsed = state_elapsed();
+  }
+
+  /// An event that is worth a mention but not a state of its own.
+  void tell(const std::string& event, const std::string& cause) {
+    if (interpreter.running()) dispatch(event, cause);
+  }
+
+  void note(std::string text) {
+    outputs->actions.push_back({ActionRecord::Kind::kNote, std::move(text)});
+  }
+
+  void settle() {
+    evaluated.clear();
+    interpreter.settle();
     DIVE_DEMAND(!interpreter.livelocked());
   }
 
+  [[nodiscard]] std::string describe_guards() const {
+    std::string text;
+    for (const auto& [guard, is_true] : evaluated) {
+      if (!text.empty()) text += ", ";
+      const Guard& of = machine.guards[static_cast<std::size_t>(guard)];
+      text += fmt::format("{}: {} ({})", of.text(), is_true, of.describe(variables));
+    }
+    return text;
+  }
+
+  void obey(OperatorCommand command) {
+    monitors.heartbeat(now);  // whatever topside says, it is there
+    switch (command) {
+      case OperatorCommand::kHeartbeat:
+        return;
+      case OperatorCommand::kAbort:
+        operator_abort = true;
+        return tell("abort", "topside says abort");
+      case OperatorCommand::kPause:
+        if (!std::exchange(paused, true)) tell("operator.pause", "topside says pause");
+        return;
+      case OperatorCommand::kResume:
+        if (std::exchange(paused, false)) tell("operator.resume", "topside says resume");
+        return;
+      case OperatorCommand::kSkip:
+        return skip();
+    }
+  }
+
+  void skip() {
+    const std::optional<StateId> leaf = active_leaf();
+    const bool is_missions = leaf && machine.specs[static_cast<std::size_t>(*leaf)] != nullptr;
+    if (!is_missions) return note("topside says skip, but the mission is not in command");
+    const std::string& id = machine.chart.states[static_cast<std::size_t>(*leaf)].id;
+    tell("operator.skip", "topside says skip");
+    behaviors::Behavior* behavior = behaviors_by_state[static_cast<std::size_t>(*leaf)].get();
+    if (behavior == nullptr || behavior->skip()) return;
+    dispatch("done.state." + id, "topside says skip");
+  }
+
   void climb_ladder() {
-    behaviors::FailsafeConditions conditions{};
-    const auto set = [&conditions](FailsafeKind kind, bool value) {
-      conditions[static_cast<std::size_t>(kind)] = value;
-    };
-    set(FailsafeKind::kLeak, last_health.leak);
-    set(FailsafeKind::kOvertime,
-        to_seconds(now - started_at) > mission.limits.mission_timeout.value);
-    set(FailsafeKind::kOverdepth, -estimate().X_WB.p.z() > mission.limits.max_depth.value);
-    set(FailsafeKind::kPlannerFailure,
-        out_of_replans || plan_failures >= mission.failsafes.planner_failures.value);
-    set(FailsafeKind::kRetraceFailure, retrace_failed);
-    const auto change = ladder.update(now, conditions);
+    behaviors::MonitorInput input;
+    input.now = now;
+    input.elapsed_s = variables.elapsed;
+    input.estimate = &estimate();
+    input.altitude_m = altitude;
+    input.command = last_command;
+    input.leg_elapsed_s = progress.elapsed_s;
+    input.leg_expected_s = progress.expected_s;
+    input.plan_failures = progress.plan_failures;
+    input.out_of_replans = out_of_replans;
+    input.operator_abort = operator_abort;
+    input.retrace_failed = retrace_failed;
+    const auto change = ladder.update(now, monitors.update(input), open_above);
     if (change) take_rung(*change);
   }
 
   void take_rung(const behaviors::FailsafeLadder::Change& change) {
     FailsafeRecord record{
-        behaviors::to_string(change.rung), behaviors::to_string(change.cause), {}};
+        behaviors::to_string(change.rung),
+        std::string(behaviors::to_string(change.cause)),
+        {},
+        change.rung == behaviors::Rung::kNone ? "it is gone" : describe(change.cause)};
+    if (change.escalated) record.why += ", and it did not pass";
     for (const FailsafeKind kind : change.competing) {
       if (!record.competing.empty()) record.competing += ", ";
       record.competing += behaviors::to_string(kind);
     }
     outputs->failsafes.push_back(record);
-    if (!interpreter.running()) return;
-    const std::string cause = fmt::format("failsafe {}: {}", record.cause, describe(change.cause));
+    held.reset();
+    if (!interpreter.running() || change.rung == behaviors::Rung::kNone) return;
+    const std::string cause = fmt::format("failsafe {}: {}", record.cause, record.why);
     dispatch("failsafe." + record.cause, cause);
-    if (change.rung >= behaviors::Rung::kAbortAndSurface) abort_cause = cause;
+    if (change.rung >= behaviors::Rung::kRetrace) {
+      abort_cause = cause;
+      paused = false;  // no pause keeps the vehicle from coming up
+    }
+    if (change.rung == behaviors::Rung::kRetrace) dispatch(kRetreatEvent, cause);
     if (change.rung == behaviors::Rung::kAbortAndSurface) dispatch(kAbortEvent, cause);
     if (change.rung == behaviors::Rung::kEmergencySurface) dispatch(kEmergencyEvent, cause);
   }
 
-  std::string describe(FailsafeKind kind) const {
+  [[nodiscard]] std::string describe(FailsafeKind kind) const {
+    const double limit = mission.failsafes.threshold[static_cast<std::size_t>(kind)];
     switch (kind) {
       case FailsafeKind::kLeak:
         return "water in the hull";
-      case FailsafeKind::kOvertime:
-        return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
+      case FailsafeKind::kBattery:
+        return fmt::format("{:.0f} % of charge left, less than {:.0f} %",
+                           100.0 * monitors.health().battery_fraction, 100.0 * limit);
+      case FailsafeKind::kTemperature:
+        return fmt::format("{:.0f} degrees in the hull, more than {:g}",
+                           monitors.health().temperature_c, limit);
       case FailsafeKind::kOverdepth:
         return fmt::format("deeper than {:g} m", mission.limits.max_depth.value);
+      case FailsafeKind::kUnderAltitude:
+        return fmt::format("{:.2f} m above the ground, less than {:g} m", altitude.value_or(0.0),
+                           mission.limits.min_altitude.value);
+      case FailsafeKind::kGeofence:
+        return fmt::format("({:.1f}, {:.1f}) is outside of the fence", position().x(),
+                           position().y());
+      case FailsafeKind::kOvertime:
+        return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
+      case FailsafeKind::kOverdueLeg:
+        return fmt::format("{:.0f} s on a leg of {:.0f} s", progress.elapsed_s,
+                           progress.expected_s);
+      case FailsafeKind::kStuck:
+        return fmt::format("in the same place for {:g} s", limit);
+      case FailsafeKind::kImuLost:
+        return fmt::format("no attitude for {:g} s", limit);
+      case FailsafeKind::kDepthLost:
+        return fmt::format("no depth for {:g} s", limit);
+      case FailsafeKind::kHealthLost:
+        return fmt::format("no word on battery and leak for {:g} s", limit);
+      case FailsafeKind::kEstimatorDiverged:
+        return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", variables.depth,
+                           last_depth ? last_depth->depth_m : 0.0);
+      case FailsafeKind::kLocalisationLost:
+        return fmt::format("position uncertain by {:.1f} m, more than {:g} m",
+                           variables.position_sigma, limit);
       case FailsafeKind::kPlannerFailure:
         return out_of_replans ? "no replans are left for this leg"
                               : fmt::format("{} plans failed in a row, the last one: {}",
-                                            plan_failures, plan_failure);
+                                            progress.plan_failures, progress.plan_failure);
+      case FailsafeKind::kCommsLost:
+        return fmt::format("nothing heard from topside for {:g} s", limit);
+      case FailsafeKind::kOperatorAbort:
+        return "topside says abort";
       case FailsafeKind::kRetraceFailure:
-        return "the way out could not be swum";
+        return fmt::format("there is no way out: {}", retrace_failure);
       case FailsafeKind::kInternalError:
         return internal_error;
     }
@@ -198,12 +408,11 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void tell_timeouts() {
-    for (const StateId state : interpreter.configuration()) {
-      const auto index = static_cast<std::size_t>(state);
-      const Timeout* timeout =
-          machine.specs[index] == nullptr ? nullptr : timeout_of(*machine.specs[index]);
-      if (timeout == nullptr || timeout_told[index]) continue;
-      if (to_seconds(now - entered_at[index]) <= timeout->seconds.value) continue;
+    for (std::size_t index = 0; index < entered_at.size(); ++index) {
+      if (timeout_told[index] || machine.specs[index] == nullptr) continue;
+      const std::optional<Timeout>& timeout = machine.specs[index]->timeout;
+      if (!timeout || !interpreter.is_active(static_cast<StateId>(index))) continue;
+      if (to_seconds(leaf_now() - entered_at[index]) <= timeout->seconds.value) continue;
       timeout_told[index] = true;
       const std::string& id = machine.chart.states[index].id;
       const std::string cause =
@@ -222,10 +431,15 @@ struct Executive::Impl final : statechart::Environment {
     return std::nullopt;
   }
 
-  void run_leaf(const std::optional<PlanReply>& reply) {
+  void run_leaf(bool map_changed) {
+    if (is_held()) {
+      map_changed_while_held |= map_changed;
+      return hold();
+    }
+    held.reset();
     const std::optional<StateId> leaf = active_leaf();
     if (!leaf) {  // the machine has ended
-      const double depth = open_above ? 0.0 : -estimate().X_WB.p.z();
+      const double depth = open_above ? 0.0 : variables.depth;
       last_command = behaviors::station_keeping(depth, to_rpy(estimate().X_WB.q).z());
       return;
     }
@@ -234,38 +448,66 @@ struct Executive::Impl final : statechart::Environment {
     behaviors::Behavior& behavior = *behaviors_by_state[index];
 
     behaviors::PlanAnswer answer;
+    const std::optional<PlanReply> reply = std::exchange(kept_plan, std::nullopt);
     const bool answered = reply && reply->id == asked_id && asked_by == *leaf;
     if (answered) answer = {reply->status, reply->reason, reply->waypoints, reply->clearance_m};
-    behaviors::BehaviorOutput result =
-        behavior.step({now, &estimate(), answered ? &answer : nullptr});
+    behaviors::BehaviorInput input;
+    input.now = leaf_now();
+    input.estimate = &estimate();
+    input.plan = answered ? &answer : nullptr;
+    const bool was_changed = std::exchange(map_changed_while_held, false);
+    input.map_changed = map_changed || was_changed;
+    input.seen = map.has_changed() ? &map : nullptr;
+    input.replan = ladder.rung() == behaviors::Rung::kReplan;
+    input.depth_known = hears_depth();
+    behaviors::BehaviorOutput result = behavior.step(input);
     last_command = result.command;
     progress = behavior.progress();
-    plan_failures = progress.plan_failures;
-    plan_failure = progress.plan_failure;
     if (result.plan_request) {
       asked_id = ++queries;
       asked_by = *leaf;
-      outputs->plan_query = PlanQuery{asked_id, id, std::move(*result.plan_request)};
+      outputs->plan_query =
+          PlanQuery{asked_id, id, result.plan_cause, std::move(*result.plan_request)};
     }
     if (result.done) dispatch("done.state." + id, id + " is done");
-    if (result.failed) leaf_failed(id);
+    if (result.failed != behaviors::Failure::kNone) leaf_failed(*leaf, result.failed);
   }
 
-  void leaf_failed(const std::string& id) {
-    if (id == kRetraceState) {
-      retrace_failed = true;  // the ladder takes it from here
-    } else {
-      out_of_replans = true;
-      dispatch("plan.failed." + id, fmt::format("no plan for {}: {}", id, plan_failure));
+  // Keeps the place where it was told to; what is answered meanwhile waits.
+  void hold() {
+    if (!held) {
+      held =
+          behaviors::station_keeping(std::max(variables.depth, 0.0), to_rpy(estimate().X_WB.q).z());
     }
+    last_command = *held;
   }
 
+  void leaf_failed(StateId leaf, behaviors::Failure failure) {
+    const std::string id = machine.chart.states[static_cast<std::size_t>(leaf)].id;
+    const StateSpec* spec = machine.specs[static_cast<std::size_t>(leaf)];
+    const bool is_retrace = spec == nullptr || std::holds_alternative<RetraceState>(spec->leaf);
+    if (is_retrace) {
+      retrace_failed = true;  // the ladder takes it from here
+      retrace_failure =
+          progress.plan_failure.empty() ? "the trail never saw open water" : progress.plan_failure;
+      return;
+    }
+    if (failure == behaviors::Failure::kExhausted) out_of_replans = true;
+    dispatch("plan.failed." + id, fmt::format("no plan for {}: {}", id, progress.plan_failure));
+  }
+
+  // Without attitude only what needs none is done: the depth loop, as if level and on course.
   void actuate() {
     outputs->command = last_command;
     const double dt = to_seconds(now - last_step);
     if (started && dt > 0.0 && last_imu && last_depth) {
+      const bool blind = !hears_imu();
+      vehicle::Command command = last_command;
+      if (blind) command.v = 0.0;
       last_rates =
-          autopilot.step(last_command, last_imu->q_WB, last_imu->gyro_B, last_depth->depth_m, dt);
+          autopilot.step(command, blind ? command.o : last_imu->q_WB,
+                         blind ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : last_imu->gyro_B,
+                         hears_depth() ? last_depth->depth_m : -estimate().X_WB.p.z(), dt);
     }
     last_step = now;
     outputs->rates = last_rates;
@@ -286,85 +528,81 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   [[nodiscard]] std::string innermost() const {
-    const std::vector<StateId> active = interpreter.configuration();
-    if (!active.empty()) return machine.chart.states[static_cast<std::size_t>(active.back())].id;
-    return final_state;
-  }
-
-  GuardVariables guard_variables() {
-    GuardVariables variables;
-    const Eigen::Vector3d& p_W = estimate().X_WB.p;
-    variables.depth = -p_W.z();
-    const std::optional<double> ground = planning::ground_below(scene, p_W);
-    variables.altitude = ground ? p_W.z() - *ground : std::numeric_limits<double>::infinity();
-    variables.battery_fraction = last_health.battery_fraction;
-    variables.elapsed = to_seconds(now - started_at);
-    const std::vector<StateId> active = interpreter.configuration();
-    if (!active.empty()) {
-      variables.state_elapsed =
-          to_seconds(now - entered_at[static_cast<std::size_t>(active.back())]);
+    for (std::size_t i = machine.chart.states.size(); i-- > 1;) {
+      if (interpreter.is_active(static_cast<StateId>(i))) return machine.chart.states[i].id;
     }
-    variables.distance_to_goal = progress.distance_to_go_m;
-    variables.clearance = progress.clearance_m;
-    variables.overhead = !open_above;
-    return variables;
+    return final_state;
   }
 
   void enter_leaf(const std::string& id, const StateSpec* spec,
                   std::unique_ptr<behaviors::Behavior>& behavior) {
     if (spec != nullptr && std::holds_alternative<std::monostate>(spec->leaf)) return;  // watches
     progress = {};
-    if (spec != nullptr) {
+    const bool is_retrace = spec != nullptr ? std::holds_alternative<RetraceState>(spec->leaf)
+                                            : id == kRetraceState || id == kBackState;
+    if (is_retrace) {
+      behavior = std::make_unique<behaviors::Retrace>(trail, position(), open_above,
+                                                      leaf_context.leg, &map);
+    } else if (spec != nullptr) {
       behavior = make_leaf_behavior(leaf_context, *spec);
       if (std::holds_alternative<SurfaceState>(spec->leaf) && !open_above) {
         abort_cause = event_cause = id + " was entered under an overhead";
         interpreter.raise(kAbortEvent);
       }
-    } else if (id == kRetraceState) {
-      behavior = std::make_unique<behaviors::Retrace>(trail, estimate().X_WB.p, open_above,
-                                                      mission.speed.value);
+    } else if (id == kWaitState) {
+      behavior = std::make_unique<behaviors::Hold>(kRetreatWait);
     } else {
       behavior = std::make_unique<behaviors::Surface>();
     }
   }
 
   const Mission& mission;
-  const planning::World& world;
   ExecutiveOptions options;
-  planning::Scene scene;
+  ChangedMap map;
   Machine machine;
   statechart::Interpreter interpreter;
   LeafContext leaf_context;
   estimation::PrimitiveEstimator estimator;
   vehicle::Autopilot autopilot;
   SurfacingFallback fallback;
-  double hull_radius;
+  behaviors::Monitors monitors;
   behaviors::FailsafeLadder ladder;
   behaviors::Trail trail;
 
   // By StateId.
   std::vector<std::unique_ptr<behaviors::Behavior>> behaviors_by_state;
-  std::vector<Utime> entered_at;
+  std::vector<Utime> entered_at;  ///< On the behaviours' clock.
   std::vector<char> timeout_told;
+  std::vector<char> done_once;  ///< By ActionId.
 
   Utime now = 0;
+  Utime held_for = 0;
   Utime started_at = 0;
   Utime last_step = 0;
+  Utime next_sounding = 0;
+  Utime depth_heard = 0;
   bool started = false;
   bool open_above = false;
+  bool paused = false;
+  bool operator_abort = false;
+  bool map_changed_while_held = false;
+  std::optional<vehicle::Command> held;
+  std::optional<double> altitude;
+  std::optional<Usable> under_since;
   std::optional<ImuSample> last_imu;
   std::optional<DepthSample> last_depth;
-  HealthSample last_health;
   vehicle::Command last_command;
   vehicle::PseudoRates last_rates;
+  GuardVariables variables;
+  std::vector<std::pair<statechart::GuardId, bool>> evaluated;  ///< Since the last transition.
   behaviors::Progress progress;
-  int plan_failures = 0;
-  std::string plan_failure;
   bool out_of_replans = false;
   bool retrace_failed = false;
+  std::string retrace_failure;
   std::int64_t queries = 0;
   std::int64_t asked_id = 0;
   StateId asked_by = -1;
+  std::optional<PlanReply> kept_plan;
   std::string final_state;
   std::string abort_cause;
   std::string event_cause;

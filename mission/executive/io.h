@@ -17,7 +17,8 @@ namespace dive::mission {
 
 struct PlanQuery {
   std::int64_t id = 0;
-  std::string state;  ///< The leaf that asks.
+  std::string state;  ///< The leaf that asks ...
+  std::string cause;  ///< ... and why.
   planning::PlanRequest request;
 };
 
@@ -32,20 +33,32 @@ struct PlanReply {
   int warm_starts = 0;
 };
 
+/// What topside says.
+enum class OperatorCommand { kHeartbeat, kAbort, kPause, kResume, kSkip };
+
+/// Something solid that the map did not know: a box, in W.
+struct SeenObstacle {
+  Pose X_WO;
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< Edge lengths, m, > 0.
+};
+
 struct StepInputs {
   Utime now = 0;
   std::optional<ImuSample> imu;
   std::optional<DepthSample> depth;
   std::optional<HealthSample> health;
   std::optional<PlanReply> plan;
+  std::optional<OperatorCommand> operator_command;
+  std::vector<SeenObstacle> seen;  ///< Since the last tick.
 };
 
 /// One transition of the state machine.
 struct TransitionRecord {
-  std::string from;   ///< Innermost active state before.
-  std::string to;     ///< Innermost active state after.
-  std::string event;  ///< Empty for the first entry and eventless transitions.
-  std::string cause;  ///< For people: why.
+  std::string from;    ///< Innermost active state before.
+  std::string to;      ///< Innermost active state after.
+  std::string event;   ///< Empty for the first entry and eventless transitions.
+  std::string cause;   ///< For people: why.
+  std::string guards;  ///< Evaluated on the way, with their values: "depth > 3 m: false, ...".
 };
 
 /// A change of the failsafe ladder.
@@ -53,6 +66,17 @@ struct FailsafeRecord {
   std::string rung;
   std::string cause;      ///< The failsafe that chose it.
   std::string competing;  ///< Others that are active, comma-separated.
+  std::string why;        ///< For people.
+};
+
+/// Something done or noted beside steering.
+struct ActionRecord {
+  enum class Kind {
+    kLog,      ///< The mission's own line.
+    kPayload,  ///< The payload is told `text`.
+    kNote,     ///< What the executive ignored or decided without a transition.
+  } kind = Kind::kLog;
+  std::string text;
 };
 
 struct Status {
@@ -76,6 +100,7 @@ struct StepOutputs {
   std::optional<PlanQuery> plan_query;
   std::vector<TransitionRecord> transitions;
   std::vector<FailsafeRecord> failsafes;
+  std::vector<ActionRecord> actions;
 };
 
 }  // namespace dive::mission

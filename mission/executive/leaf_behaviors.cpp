@@ -12,18 +12,19 @@
 namespace dive::mission {
 namespace {
 
-behaviors::Rung ladder_rung(Rung rung) {
-  switch (rung) {
-    case Rung::kNone:
-      return behaviors::Rung::kNone;
-    case Rung::kWarn:
-      return behaviors::Rung::kWarn;
-    case Rung::kAbortAndSurface:
-      return behaviors::Rung::kAbortAndSurface;
-    case Rung::kEmergencySurface:
-      return behaviors::Rung::kEmergencySurface;
-  }
-  DIVE_DEMAND(false);
+behaviors::ReplanPolicy replan_policy(const ReplanPolicy& written) {
+  behaviors::ReplanPolicy policy;
+  const auto take = [](const std::optional<Located<double>>& from, std::optional<double>& to) {
+    if (from) to = from->value;
+  };
+  take(written.period_s, policy.period_s);
+  take(written.deviation_m, policy.deviation_m);
+  take(written.clearance_m, policy.clearance_m);
+  take(written.no_progress_s, policy.no_progress_s);
+  policy.map_change = written.map_change;
+  policy.estimator_switch = written.estimator_switch;
+  policy.max_replans = static_cast<int>(written.max_replans.value);
+  return policy;
 }
 
 }  // namespace
@@ -38,10 +39,7 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.leg.min_z = -mission.limits.max_depth.value;
   context.leg.min_altitude = mission.limits.min_altitude.value;
   context.leg.seed = seed;
-  const ReplanPolicy& replan = mission.replan;
-  if (replan.period_s) context.leg.replan.period_s = replan.period_s->value;
-  if (replan.deviation_m) context.leg.replan.deviation_m = replan.deviation_m->value;
-  context.leg.replan.max_replans = static_cast<int>(replan.max_replans.value);
+  context.leg.replan = replan_policy(mission.replan);
   return context;
 }
 
@@ -60,16 +58,23 @@ behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal) {
   return leg;
 }
 
+behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec& spec) {
+  behaviors::LegSettings settings = context.leg;
+  if (spec.replan) settings.replan = replan_policy(*spec.replan);
+  return settings;
+}
+
 std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
                                                         const StateSpec& spec) {
   if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) {
     return std::make_unique<behaviors::GoalSequence>(
-        context.leg, std::vector<behaviors::LegGoal>{leg_goal(context, leaf->goal)});
+        leg_settings(context, spec),
+        std::vector<behaviors::LegGoal>{leg_goal(context, leaf->goal)});
   }
   if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
     std::vector<behaviors::LegGoal> goals;
     for (const Goal& goal : leaf->goals) goals.push_back(leg_goal(context, goal));
-    return std::make_unique<behaviors::GoalSequence>(context.leg, std::move(goals));
+    return std::make_unique<behaviors::GoalSequence>(leg_settings(context, spec), std::move(goals));
   }
   if (const auto* leaf = std::get_if<HoldState>(&spec.leaf)) {
     return std::make_unique<behaviors::Hold>(leaf->duration_s.value);
@@ -78,22 +83,14 @@ std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& conte
   return std::make_unique<behaviors::Surface>();
 }
 
-std::array<behaviors::FailsafePolicy, behaviors::kFailsafeCount> failsafe_policies(
-    const Failsafes& failsafes) {
-  using behaviors::FailsafeKind;
-  std::array<behaviors::FailsafePolicy, behaviors::kFailsafeCount> policies;
-  const auto set = [&policies](FailsafeKind kind, const FailsafeSpec& spec) {
-    auto& policy = policies[static_cast<std::size_t>(kind)];
-    policy.rung = ladder_rung(spec.rung.value);
-    policy.persistence_s = spec.persistence_s.value;
-  };
-  set(FailsafeKind::kLeak, failsafes.leak);
-  set(FailsafeKind::kOvertime, failsafes.overtime);
-  set(FailsafeKind::kOverdepth, failsafes.overdepth);
-  set(FailsafeKind::kPlannerFailure, failsafes.planner_failure);
-  policies[static_cast<std::size_t>(FailsafeKind::kRetraceFailure)].rung =
-      behaviors::Rung::kEmergencySurface;
-  return policies;
+behaviors::MonitorLimits monitor_limits(const Mission& mission) {
+  behaviors::MonitorLimits limits;
+  limits.threshold = mission.failsafes.threshold;
+  limits.max_depth = mission.limits.max_depth.value;
+  limits.min_altitude = mission.limits.min_altitude.value;
+  limits.mission_timeout_s = mission.limits.mission_timeout.value;
+  for (const auto& [x, y] : mission.failsafes.fence) limits.fence.emplace_back(x.value, y.value);
+  return limits;
 }
 
 }  // namespace dive::mission

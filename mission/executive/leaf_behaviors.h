@@ -1,12 +1,12 @@
 #pragma once
 // From what a mission says to what a behaviour needs.
 
-#include <array>
 #include <memory>
 
 #include "behaviors/behavior.h"
 #include "behaviors/failsafes.h"
 #include "behaviors/leg.h"
+#include "behaviors/monitors.h"
 #include "mission/document/mission.h"
 #include "planning/world/scene.h"
 
@@ -26,11 +26,14 @@ struct LeafContext {
 
 [[nodiscard]] behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal);
 
-/// The behaviour of a leaf state as written.
+/// The settings of the legs of `spec`: the mission's, but for what the state says itself.
+[[nodiscard]] behaviors::LegSettings leg_settings(const LeafContext& context,
+                                                  const StateSpec& spec);
+
+/// The behaviour of a leaf state as written; retrace is the executive's own to make.
 [[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
                                                                       const StateSpec& spec);
 
-[[nodiscard]] std::array<behaviors::FailsafePolicy, behaviors::kFailsafeCount> failsafe_policies(
-    const Failsafes& failsafes);
+[[nodiscard]] behaviors::MonitorLimits monitor_limits(const Mission& mission);
 
 }  // namespace dive::mission

@@ -63,11 +63,19 @@ class Builder {
   }
 
   void add_own_states(StateId root) {
+    const StateId retreat = add(kRetreatState, StateKind::kCompound, root, nullptr);
+    const StateId back = add(kBackState, StateKind::kAtomic, retreat, nullptr);
+    const StateId wait = add(kWaitState, StateKind::kAtomic, retreat, nullptr);
     const StateId abort = add(kAbortState, StateKind::kCompound, root, nullptr);
     const StateId retrace = add(kRetraceState, StateKind::kAtomic, abort, nullptr);
     const StateId surface = add(kAbortSurfaceState, StateKind::kAtomic, abort, nullptr);
     const StateId emergency = add(kEmergencyState, StateKind::kAtomic, root, nullptr);
     const StateId aborted = add(kAbortedState, StateKind::kFinal, root, nullptr);
+    machine_.chart.set_initial(retreat, {back});
+    on(back, done_event(kBackState), wait);
+    on(wait, done_event(kWaitState), abort);
+    on(retreat, kAbortEvent, abort);
+    on(retreat, kEmergencyEvent, emergency);
     machine_.chart.set_initial(abort, {retrace});
     on(retrace, done_event(kRetraceState), surface);
     on(surface, done_event(kAbortSurfaceState), aborted);
@@ -88,14 +96,18 @@ class Builder {
   void add_transitions(const StateSpec& spec) {
     const StateId source = find(spec.id.value);
     set_initial(spec, source);
-    if (const Timeout* timeout = timeout_of(spec)) {
-      on(source, "timeout." + spec.id.value, find(timeout->on_timeout.value));
+    if (spec.timeout) {
+      on(source, "timeout." + spec.id.value, find(spec.timeout->on_timeout.value));
     }
+    statechart::State& state = machine_.chart.states[static_cast<std::size_t>(source)];
+    state.on_entry = add_actions(spec.on_entry);
+    state.on_exit = add_actions(spec.on_exit);
     for (const TransitionSpec& written : spec.transitions) {
       Transition transition;
       transition.source = source;
       transition.events = written.events;
       transition.internal = written.internal;
+      transition.actions = add_actions(written.actions);
       for (const auto& target : written.targets) transition.targets.push_back(find(target.value));
       if (written.guard) {
         transition.guard = static_cast<int>(machine_.guards.size());
@@ -104,6 +116,15 @@ class Builder {
       machine_.chart.add_transition(std::move(transition));
     }
     for (const StateSpec& child : spec.children) add_transitions(child);
+  }
+
+  std::vector<statechart::ActionId> add_actions(const std::vector<ActionSpec>& written) {
+    std::vector<statechart::ActionId> ids;
+    for (const ActionSpec& action : written) {
+      ids.push_back(static_cast<statechart::ActionId>(machine_.actions.size()));
+      machine_.actions.push_back(action);
+    }
+    return ids;
   }
 
   void set_initial(const StateSpec& spec, StateId state) {
@@ -117,6 +138,7 @@ class Builder {
   void add_takeovers(const StateSpec& spec) {
     if (spec.type == StateType::kFinal) return;
     const StateId source = find(spec.id.value);
+    on(source, kRetreatEvent, find(kRetreatState));
     on(source, kAbortEvent, find(kAbortState));
     on(source, kEmergencyEvent, find(kEmergencyState));
   }
@@ -131,15 +153,6 @@ Machine build_machine(const Mission& mission) {
   Machine machine = Builder(mission).build();
   DIVE_DEMAND(machine.chart.validate().empty());
   return machine;
-}
-
-const Timeout* timeout_of(const StateSpec& spec) {
-  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) return &leaf->timeout;
-  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) return &leaf->timeout;
-  if (const auto* leaf = std::get_if<SurfaceState>(&spec.leaf)) {
-    return leaf->timeout ? &*leaf->timeout : nullptr;
-  }
-  return nullptr;
 }
 
 }  // namespace dive::mission

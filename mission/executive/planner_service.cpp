@@ -3,18 +3,33 @@
 #include <exception>
 #include <utility>
 
+#include "mission/executive/changed_map.h"
+
 namespace dive::mission {
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
                                planning::PlannerOptions options, Utime latency)
-    : planner_(world, hull, options, clock_), latency_(latency) {}
+    : world_(world),
+      hull_(hull),
+      options_(std::move(options)),
+      planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),
+      latency_(latency) {}
+
+void PlannerService::add(std::span<const SeenObstacle> seen) {
+  if (result_.valid()) result_.wait();  // what is being planned is planned with what was known
+  for (planning::Obstacle& obstacle : as_obstacles(seen, seen_)) {
+    world_.obstacles.push_back(std::move(obstacle));
+  }
+  seen_ += seen.size();
+  planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
+}
 
 void PlannerService::submit(PlanQuery query, Utime now) {
   if (result_.valid()) result_.wait();  // one planner, one plan at a time
   id_ = query.id;
   due_ = now + latency_;
   result_ = std::async(std::launch::async, [this, request = std::move(query.request)] {
-    return planner_.plan(request);
+    return planner_->plan(request);
   });
 }
 

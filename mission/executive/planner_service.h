@@ -5,6 +5,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "common/clock.h"
 #include "mission/executive/io.h"
@@ -18,6 +19,9 @@ class PlannerService {
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
                  planning::PlannerOptions options, Utime latency);
 
+  /// Plans from now on with these in the way as well.
+  void add(std::span<const SeenObstacle> seen);
+
   /// Starts planning. A query that is still open is dropped: its answer is never given.
   void submit(PlanQuery query, Utime now);
 
@@ -30,7 +34,11 @@ class PlannerService {
 
  private:
   SteadyClock clock_;
-  planning::Planner planner_;
+  planning::World world_;
+  planning::RobotHull hull_;
+  planning::PlannerOptions options_;
+  std::size_t seen_ = 0;
+  std::unique_ptr<planning::Planner> planner_;
   Utime latency_;
   std::int64_t id_ = 0;
   Utime due_ = 0;

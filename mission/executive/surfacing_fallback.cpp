@@ -2,22 +2,25 @@
 
 #include "behaviors/behavior.h"
 #include "behaviors/failsafes.h"
+#include "behaviors/monitors.h"
 
 namespace dive::mission {
 
 StepOutputs SurfacingFallback::step(const StepInputs& inputs, const std::string& reason) {
   StepOutputs outputs;
-  if (inputs.imu) {
+  if (inputs.imu && behaviors::is_plausible(*inputs.imu)) {
     if (!imu_) yaw_ = to_rpy(inputs.imu->q_WB).z();
     imu_ = inputs.imu;
   }
-  if (inputs.depth) depth_ = inputs.depth;
+  if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth_ = inputs.depth;
   if (!told_) {
+    constexpr auto kind = behaviors::FailsafeKind::kInternalError;
     told_ = true;
     outputs.failsafes.push_back({behaviors::to_string(behaviors::Rung::kEmergencySurface),
-                                 behaviors::to_string(behaviors::FailsafeKind::kInternalError),
-                                 {}});
-    outputs.transitions.push_back({"", kFallbackState, "", reason});
+                                 std::string(behaviors::to_string(kind)),
+                                 {},
+                                 reason});
+    outputs.transitions.push_back({"", kFallbackState, "", reason, ""});
   }
   outputs.command = behaviors::station_keeping(0.0, yaw_);
   const double dt = last_ ? to_seconds(inputs.now - *last_) : 0.0;

@@ -148,14 +148,15 @@ void compare(Comparison& c, const Status& logged, const Status& replayed) {
 
 void compare(Comparison& c, const PlanQuery& logged, const PlanQuery& replayed) {
   constexpr std::string_view kName = to_string(Channel::kPlanQuery);
-  const auto& [id1, state1, request1] = logged;
-  const auto& [id2, state2, request2] = replayed;
+  const auto& [id1, state1, cause1, request1] = logged;
+  const auto& [id2, state2, cause2, request2] = replayed;
   const auto& [start1, goal1, fixed1, attitude1, clearance1, min_z1, max_z1, seed1, altitude1,
                tolerance1, previous1] = request1;
   const auto& [start2, goal2, fixed2, attitude2, clearance2, min_z2, max_z2, seed2, altitude2,
                tolerance2, previous2] = request2;
   c.value(id1, id2, kName, ".id");
   c.value(state1, state2, kName, ".state");
+  c.value(cause1, cause2, kName, ".cause");
   c.pose(start1, start2, kName, ".start");
   c.pose(goal1, goal2, kName, ".goal");
   c.value(fixed1, fixed2, kName, ".goal_attitude_fixed");
@@ -182,12 +183,13 @@ void compare(Comparison& c, const std::vector<TransitionRecord>& logged,
              const std::vector<TransitionRecord>& replayed) {
   constexpr std::string_view kName = to_string(Channel::kTransition);
   for (std::size_t i = 0; i < logged.size() && i < replayed.size(); ++i) {
-    const auto& [from1, to1, event1, cause1] = logged[i];
-    const auto& [from2, to2, event2, cause2] = replayed[i];
+    const auto& [from1, to1, event1, cause1, guards1] = logged[i];
+    const auto& [from2, to2, event2, cause2, guards2] = replayed[i];
     c.value(from1, from2, kName, "[", i, "].from");
     c.value(to1, to2, kName, "[", i, "].to");
     c.value(event1, event2, kName, "[", i, "].event");
     c.value(cause1, cause2, kName, "[", i, "].cause");
+    c.value(guards1, guards2, kName, "[", i, "].guards");
   }
   c.sizes(logged, replayed, kName);
 }
@@ -196,11 +198,24 @@ void compare(Comparison& c, const std::vector<FailsafeRecord>& logged,
              const std::vector<FailsafeRecord>& replayed) {
   constexpr std::string_view kName = to_string(Channel::kFailsafe);
   for (std::size_t i = 0; i < logged.size() && i < replayed.size(); ++i) {
-    const auto& [rung1, cause1, competing1] = logged[i];
-    const auto& [rung2, cause2, competing2] = replayed[i];
+    const auto& [rung1, cause1, competing1, why1] = logged[i];
+    const auto& [rung2, cause2, competing2, why2] = replayed[i];
     c.value(rung1, rung2, kName, "[", i, "].rung");
     c.value(cause1, cause2, kName, "[", i, "].cause");
     c.value(competing1, competing2, kName, "[", i, "].competing");
+    c.value(why1, why2, kName, "[", i, "].why");
+  }
+  c.sizes(logged, replayed, kName);
+}
+
+void compare(Comparison& c, const std::vector<ActionRecord>& logged,
+             const std::vector<ActionRecord>& replayed) {
+  constexpr std::string_view kName = to_string(Channel::kAction);
+  for (std::size_t i = 0; i < logged.size() && i < replayed.size(); ++i) {
+    const auto& [kind1, text1] = logged[i];
+    const auto& [kind2, text2] = replayed[i];
+    c.value(kind1, kind2, kName, "[", i, "].kind");
+    c.value(text1, text2, kName, "[", i, "].text");
   }
   c.sizes(logged, replayed, kName);
 }
@@ -208,8 +223,10 @@ void compare(Comparison& c, const std::vector<FailsafeRecord>& logged,
 }  // namespace
 
 std::string first_difference(const StepOutputs& logged, const StepOutputs& replayed) {
-  const auto& [command1, rates1, estimate1, status1, query1, transitions1, failsafes1] = logged;
-  const auto& [command2, rates2, estimate2, status2, query2, transitions2, failsafes2] = replayed;
+  const auto& [command1, rates1, estimate1, status1, query1, transitions1, failsafes1, actions1] =
+      logged;
+  const auto& [command2, rates2, estimate2, status2, query2, transitions2, failsafes2, actions2] =
+      replayed;
   Comparison c;
   compare(c, command1, command2);
   compare(c, rates1, rates2);
@@ -218,6 +235,7 @@ std::string first_difference(const StepOutputs& logged, const StepOutputs& repla
   compare(c, query1, query2);
   compare(c, transitions1, transitions2);
   compare(c, failsafes1, failsafes2);
+  compare(c, actions1, actions2);
   return c.take();
 }
 

@@ -14,6 +14,8 @@ enum class Channel {
   kDepth,
   kHealth,
   kPlan,
+  kOperator,
+  kMap,
   kCommand,  ///< ... the outputs of every tick ...
   kRates,
   kEstimate,
@@ -21,17 +23,17 @@ enum class Channel {
   kPlanQuery,   ///< ... those of some, ...
   kTransition,  ///< ... any number of these, ...
   kFailsafe,
+  kAction,
   kTruth,  ///< ... what only the simulator knows, ...
   kTick,   ///< ... and the end of the tick.
 };
 
-inline constexpr std::array<std::string_view, 14> kChannelNames = {
-    "DIVE_HEADER",         "DIVE_IN_IMU",
-    "DIVE_IN_DEPTH",       "DIVE_IN_HEALTH",
-    "DIVE_IN_PLAN",        "DIVE_OUT_COMMAND",
-    "DIVE_OUT_RATES",      "DIVE_OUT_ESTIMATE",
-    "DIVE_OUT_STATUS",     "DIVE_OUT_PLAN_QUERY",
-    "DIVE_OUT_TRANSITION", "DIVE_OUT_FAILSAFE",
+inline constexpr std::array<std::string_view, 17> kChannelNames = {
+    "DIVE_HEADER",         "DIVE_IN_IMU",       "DIVE_IN_DEPTH",
+    "DIVE_IN_HEALTH",      "DIVE_IN_PLAN",      "DIVE_IN_OPERATOR",
+    "DIVE_IN_MAP",         "DIVE_OUT_COMMAND",  "DIVE_OUT_RATES",
+    "DIVE_OUT_ESTIMATE",   "DIVE_OUT_STATUS",   "DIVE_OUT_PLAN_QUERY",
+    "DIVE_OUT_TRANSITION", "DIVE_OUT_FAILSAFE", "DIVE_OUT_ACTION",
     "DIVE_TRUTH",          "DIVE_TICK"};
 
 [[nodiscard]] constexpr std::string_view to_string(Channel channel) {

@@ -23,6 +23,7 @@ inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< Of a file in the h
 inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Of the meshes' pieces.
 inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Of any other text, bytes.
 inline constexpr std::size_t kMaxWaypoints = 16'384;
+inline constexpr std::size_t kMaxSeen = 4096;  ///< Obstacles in one tick.
 
 /// No packet of the channel is larger.
 [[nodiscard]] std::size_t max_packet_size(Channel channel);
@@ -53,6 +54,9 @@ using PacketView = std::span<const std::uint8_t>;
 [[nodiscard]] bool encode(Utime now, const PlanQuery& query, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const TransitionRecord& transition, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const ActionRecord& action, Packet& packet);
+[[nodiscard]] bool encode(Utime now, OperatorCommand command, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
 [[nodiscard]] bool decode(PacketView packet, ImuSample& sample);
@@ -68,5 +72,8 @@ using PacketView = std::span<const std::uint8_t>;
 [[nodiscard]] bool decode(PacketView packet, PlanQuery& query);
 [[nodiscard]] bool decode(PacketView packet, TransitionRecord& transition);
 [[nodiscard]] bool decode(PacketView packet, FailsafeRecord& failsafe);
+[[nodiscard]] bool decode(PacketView packet, ActionRecord& action);
+[[nodiscard]] bool decode(PacketView packet, OperatorCommand& command);
+[[nodiscard]] bool decode(PacketView packet, std::vector<SeenObstacle>& seen);
 
 }  // namespace dive::mission

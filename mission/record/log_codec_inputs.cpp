@@ -5,6 +5,8 @@
 #include <dive/header_t.hpp>
 #include <dive/health_t.hpp>
 #include <dive/imu_t.hpp>
+#include <dive/map_change_t.hpp>
+#include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
 #include <dive/tick_t.hpp>
 #include <dive/truth_t.hpp>
@@ -26,6 +28,8 @@ constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
 constexpr Run kHealth[] = {bytes(8 + 2 * sizeof(double) + 1)};
 constexpr Run kPlanReply[] = {bytes(8 + 8 + 1 + 4 + 2 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
+constexpr Run kOperator[] = {bytes(8 + 1)};
+constexpr Run kMap[] = {bytes(8), array(kPoseSize + 3 * sizeof(double), kMaxSeen)};
 constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
 constexpr Run kTick[] = {bytes(8 + 4 + 8)};
 
@@ -136,6 +140,40 @@ bool decode(PacketView packet, PlanReply& reply) {
   reply.length_m = m->length;
   reply.warm_starts = m->warm_starts;
   return read_enum(m->status, planning::PlanStatus::kInvalid, reply.status);
+}
+
+bool encode(Utime now, OperatorCommand command, Packet& packet) {
+  operator_t m;
+  m.utime = now;
+  m.command = static_cast<std::int8_t>(command);
+  return pack(m, kOperator, packet);
+}
+
+bool decode(PacketView packet, OperatorCommand& command) {
+  const auto m = unpack<operator_t>(packet, kOperator);
+  return m && read_enum(m->command, OperatorCommand::kSkip, command);
+}
+
+bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet) {
+  if (seen.size() > kMaxSeen) return false;
+  map_change_t m;
+  m.utime = now;
+  m.n = static_cast<std::int32_t>(seen.size());
+  m.boxes.resize(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const auto& [X_WO, size] = seen[i];
+    write_pose(X_WO, m.boxes[i].pose);
+    write_vector(size, m.boxes[i].size);
+  }
+  return pack(m, kMap, packet);
+}
+
+bool decode(PacketView packet, std::vector<SeenObstacle>& seen) {
+  const auto m = unpack<map_change_t>(packet, kMap);
+  if (!m) return false;
+  seen.clear();
+  for (const box_t& box : m->boxes) seen.push_back({read_pose(box.pose), read_vector(box.size)});
+  return true;
 }
 
 bool encode(const TruthRecord& truth, Packet& packet) {

@@ -1,6 +1,7 @@
 // Outputs. Values are taken apart by structured bindings, so that a new member does not compile
 // before it is logged.
 
+#include <dive/action_t.hpp>
 #include <dive/command_t.hpp>
 #include <dive/failsafe_t.hpp>
 #include <dive/plan_query_t.hpp>
@@ -24,10 +25,12 @@ constexpr Run kEstimate[] = {bytes(8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(dou
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(5 * sizeof(double) + 4 + 1)};
 constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 5 * sizeof(double)), text(kMaxText),
-                              array(kPoseSize, kMaxWaypoints)};
-constexpr Run kTransition[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
-                               text(kMaxText)};
-constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText)};
+                              text(kMaxText), array(kPoseSize, kMaxWaypoints)};
+constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
+                               text(kMaxText), text(kMaxText), text(kMaxText)};
+constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
+                             text(kMaxText)};
+constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText)};
 
 }  // namespace
 
@@ -121,7 +124,7 @@ bool decode(PacketView packet, Status& status) {
 }
 
 bool encode(Utime now, const PlanQuery& query, Packet& packet) {
-  const auto& [id, state, request] = query;
+  const auto& [id, state, cause, request] = query;
   const auto& [start, goal, goal_attitude_fixed, attitude, clearance, min_z, max_z, seed,
                min_altitude, goal_tolerance, previous] = request;
   if (previous.size() > kMaxWaypoints) return false;
@@ -139,6 +142,7 @@ bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   m.min_altitude = min_altitude;
   m.goal_tolerance = goal_tolerance;
   m.state = state;
+  m.cause = cause;
   write_poses(previous, m.n, m.previous);
   return pack(m, kPlanQuery, packet);
 }
@@ -148,6 +152,7 @@ bool decode(PacketView packet, PlanQuery& query) {
   if (!m) return false;
   query.id = m->id;
   query.state = m->state;
+  query.cause = m->cause;
   planning::PlanRequest& request = query.request;
   request.start = read_pose(m->start);
   request.goal = read_pose(m->goal);
@@ -163,38 +168,56 @@ bool decode(PacketView packet, PlanQuery& query) {
 }
 
 bool encode(Utime now, const TransitionRecord& transition, Packet& packet) {
-  const auto& [from, to, event, cause] = transition;
+  const auto& [from, to, event, cause, guards] = transition;
   transition_t m;
   m.utime = now;
   m.from = from;
   m.to = to;
   m.event = event;
   m.cause = cause;
+  m.guards = guards;
   return pack(m, kTransition, packet);
 }
 
 bool decode(PacketView packet, TransitionRecord& transition) {
   const auto m = unpack<transition_t>(packet, kTransition);
   if (!m) return false;
-  transition = {m->from, m->to, m->event, m->cause};
+  transition = {m->from, m->to, m->event, m->cause, m->guards};
   return true;
 }
 
 bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet) {
-  const auto& [rung, cause, competing] = failsafe;
+  const auto& [rung, cause, competing, why] = failsafe;
   failsafe_t m;
   m.utime = now;
   m.rung = rung;
   m.cause = cause;
   m.competing = competing;
+  m.why = why;
   return pack(m, kFailsafe, packet);
 }
 
 bool decode(PacketView packet, FailsafeRecord& failsafe) {
   const auto m = unpack<failsafe_t>(packet, kFailsafe);
   if (!m) return false;
-  failsafe = {m->rung, m->cause, m->competing};
+  failsafe = {m->rung, m->cause, m->competing, m->why};
   return true;
+}
+
+bool encode(Utime now, const ActionRecord& action, Packet& packet) {
+  const auto& [kind, text] = action;
+  action_t m;
+  m.utime = now;
+  m.kind = static_cast<std::int8_t>(kind);
+  m.text = text;
+  return pack(m, kAction, packet);
+}
+
+bool decode(PacketView packet, ActionRecord& action) {
+  const auto m = unpack<action_t>(packet, kAction);
+  if (!m) return false;
+  action.text = m->text;
+  return read_enum(m->kind, ActionRecord::Kind::kNote, action.kind);
 }
 
 std::size_t max_packet_size(Channel channel) {
@@ -203,11 +226,14 @@ std::size_t max_packet_size(Channel channel) {
       return 3 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
     case Channel::kPlan:
     case Channel::kPlanQuery:
-      return kMaxWaypoints * kPoseSize + kMaxText + 256;
+      return kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
+    case Channel::kMap:
+      return kMaxSeen * (kPoseSize + 3 * sizeof(double)) + 64;
     case Channel::kStatus:
     case Channel::kTransition:
     case Channel::kFailsafe:
-      return 4 * kMaxText + 256;
+    case Channel::kAction:
+      return 5 * kMaxText + 256;
     default:
       return 1024;
   }

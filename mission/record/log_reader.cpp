@@ -18,8 +18,8 @@ class TickBuilder {
  public:
   bool add(const LogEvent& event) {
     const auto channel = static_cast<std::size_t>(event.channel);
-    const bool repeats =
-        event.channel == Channel::kTransition || event.channel == Channel::kFailsafe;
+    const bool repeats = event.channel == Channel::kTransition ||
+                         event.channel == Channel::kFailsafe || event.channel == Channel::kAction;
     const bool in_order = count_ == 0 || (event.timestamp == tick_.inputs.now &&
                                           (channel > last_ || (channel == last_ && repeats)));
     if (!in_order || ++count_ > kMaxEventsPerTick) return false;
@@ -55,6 +55,10 @@ class TickBuilder {
         return decode(event.data, in.health.emplace());
       case Channel::kPlan:
         return decode(event.data, in.plan.emplace());
+      case Channel::kOperator:
+        return decode(event.data, in.operator_command.emplace());
+      case Channel::kMap:
+        return decode(event.data, in.seen);
       case Channel::kCommand:
         return decode(event.data, out.command);
       case Channel::kRates:
@@ -69,6 +73,8 @@ class TickBuilder {
         return decode(event.data, out.transitions.emplace_back());
       case Channel::kFailsafe:
         return decode(event.data, out.failsafes.emplace_back());
+      case Channel::kAction:
+        return decode(event.data, out.actions.emplace_back());
       case Channel::kTruth:
         return decode(event.data, tick_.truth.emplace());
       case Channel::kHeader:

@@ -83,12 +83,15 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   DIVE_DEMAND(impl_ != nullptr);
   Impl& log = *impl_;
   if (log.failed) return false;
-  const auto& [now, imu, depth, health, plan] = inputs;
-  const auto& [command, rates, estimate, status, plan_query, transitions, failsafes] = outputs;
+  const auto& [now, imu, depth, health, plan, operator_command, seen] = inputs;
+  const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
+      outputs;
   if (imu) log.put(Channel::kImu, now, *imu);
   if (depth) log.put(Channel::kDepth, now, *depth);
   if (health) log.put(Channel::kHealth, now, *health);
   if (plan) log.put(Channel::kPlan, now, now, *plan);
+  if (operator_command) log.put(Channel::kOperator, now, now, *operator_command);
+  if (!seen.empty()) log.put(Channel::kMap, now, now, seen);
   log.put(Channel::kCommand, now, now, command);
   log.put(Channel::kRates, now, now, rates);
   log.put(Channel::kEstimate, now, estimate);
@@ -96,6 +99,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (plan_query) log.put(Channel::kPlanQuery, now, now, *plan_query);
   for (const TransitionRecord& t : transitions) log.put(Channel::kTransition, now, now, t);
   for (const FailsafeRecord& f : failsafes) log.put(Channel::kFailsafe, now, now, f);
+  for (const ActionRecord& a : actions) log.put(Channel::kAction, now, now, a);
   if (truth) log.put(Channel::kTruth, now, *truth);
   log.mark(now);
   return !log.failed;

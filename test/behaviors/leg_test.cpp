@@ -32,12 +32,19 @@ class PerfectVehicle {
   template <class B>
   BehaviorOutput tick(B& behavior, const PlanAnswer* plan = nullptr) {
     now_ += 20'000;
-    const BehaviorOutput output = behavior.step({now_, &estimate_, plan});
+    const BehaviorOutput output = behavior.step(input(plan));
     estimate_.X_WB.q = output.command.o;
     estimate_.X_WB.p += output.command.o * Eigen::Vector3d(0.02 * output.command.v, 0, 0);
     estimate_.X_WB.p.z() = -output.command.d;
     estimate_.v_WB_B = {output.command.v, 0, 0};
     return output;
+  }
+  [[nodiscard]] BehaviorInput input(const PlanAnswer* plan) const {
+    BehaviorInput input;
+    input.now = now_;
+    input.estimate = &estimate_;
+    input.plan = plan;
+    return input;
   }
   void move_to(const Eigen::Vector3d& p_W) { estimate_.X_WB.p = p_W; }
   [[nodiscard]] const Eigen::Vector3d& position() const { return estimate_.X_WB.p; }
@@ -126,16 +133,22 @@ TEST(Leg, RetriesAFailedFirstPlanThenGivesUp) {
   int asked = 0;
   std::vector<std::uint64_t> seeds;
   BehaviorOutput output;
-  while (!output.failed && vehicle.seconds() < 60) {
+  int unreachable = 0;
+  while (output.failed != Failure::kExhausted && vehicle.seconds() < 60) {
     const bool answer = output.plan_request.has_value();
     output = vehicle.tick(leg, answer ? &failure : nullptr);
     EXPECT_EQ(output.command.v, 0.0);
+    if (output.failed == Failure::kUnreachable) {
+      ++unreachable;
+      EXPECT_EQ(leg.progress().plan_failures, 2);
+    }
     if (output.plan_request) {
       ++asked;
       seeds.push_back(output.plan_request->seed);
     }
   }
-  EXPECT_TRUE(output.failed);
+  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_EQ(unreachable, 1) << "told once, and tried again all the same";
   EXPECT_EQ(asked, 5) << "the first and four more";
   EXPECT_EQ(leg.progress().plan_failures, 5);
   EXPECT_NE(seeds[0], seeds[1]) << "another try must be able to end otherwise";

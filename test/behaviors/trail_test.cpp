@@ -40,39 +40,115 @@ TEST(Trail, StaysBoundedAndKeepsTheWayOut) {
   EXPECT_NEAR(way.length_m, 10.0, 1.0);
 }
 
-BehaviorOutput step(Retrace& retrace, Utime now, const Eigen::Vector3d& p_W) {
+LegSettings settings() {
+  LegSettings settings;
+  settings.attitude = planning::AttitudeMode::kHorizontal;
+  settings.clearance = 0.6;
+  return settings;
+}
+
+class Judge final : public PathJudge {
+ public:
+  explicit Judge(double clearance) : clearance_(clearance) {}
+  double clearance(std::span<const Pose> /*waypoints*/) override { return clearance_; }
+
+ private:
+  double clearance_;
+};
+
+BehaviorOutput step(Retrace& retrace, Utime now, const Eigen::Vector3d& p_W,
+                    const PlanAnswer* plan = nullptr, PathJudge* seen = nullptr) {
   estimation::StateEstimate estimate;
   estimate.valid = true;
   estimate.X_WB.p = p_W;
-  return retrace.step({now, &estimate, nullptr});
+  BehaviorInput input;
+  input.now = now;
+  input.estimate = &estimate;
+  input.plan = plan;
+  input.seen = seen;
+  input.map_changed = seen != nullptr;
+  return retrace.step(input);
+}
+
+TEST(Trail, KnowsHowFarInItIs) {
+  const Trail trail = swum_in();
+  EXPECT_NEAR(trail.penetration_m(), 10.0, 0.6);
+  Trail out = trail;
+  out.add({-1, 0, -4}, true);
+  EXPECT_EQ(out.penetration_m(), 0.0);
 }
 
 TEST(Retrace, IsDoneAtOnceInOpenWater) {
-  Retrace retrace(Trail(), {0, 0, -3}, true, 0.4);
+  Retrace retrace(Trail(), {0, 0, -3}, true, settings(), nullptr);
   EXPECT_TRUE(step(retrace, 0, {0, 0, -3}).done);
 }
 
 TEST(Retrace, FailsWhenThereIsNoWayOut) {
-  Retrace retrace(Trail(), {0, 0, -3}, false, 0.4);
+  Retrace retrace(Trail(), {0, 0, -3}, false, settings(), nullptr);
   const BehaviorOutput output = step(retrace, 0, {0, 0, -3});
-  EXPECT_TRUE(output.failed);
+  EXPECT_EQ(output.failed, Failure::kExhausted);
   EXPECT_FALSE(output.done);
 }
 
-TEST(Retrace, SwimsBackAndFailsWhenItDoesNotGetOn) {
-  const Trail trail = swum_in();
-  Retrace retrace(trail, {10, 0, -4}, false, 0.4);
-  Utime now = 0;
-  BehaviorOutput output = step(retrace, now, {10, 0, -4});
-  EXPECT_FALSE(output.failed);
+TEST(Retrace, SwimsBackAlongTheTrail) {
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  const BehaviorOutput output = step(retrace, 0, {10, 0, -4});
+  EXPECT_EQ(output.failed, Failure::kNone);
+  EXPECT_FALSE(output.plan_request);
   EXPECT_LT((output.command.o * Eigen::Vector3d::UnitX()).x(), -0.9) << "the way out is west";
   EXPECT_NEAR(output.command.d, 4.0, 1e-6);
-  while (!output.failed && now < from_seconds(1000)) {
+}
+
+TEST(Retrace, PlansAWayOutWhenItDoesNotGetOn) {
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  Utime now = 0;
+  BehaviorOutput output = step(retrace, now, {10, 0, -4});
+  while (!output.plan_request && now < from_seconds(1000)) {
     now += from_seconds(1.0);
     output = step(retrace, now, {9.5, 0, -4});  // stuck
   }
-  EXPECT_TRUE(output.failed);
+  ASSERT_TRUE(output.plan_request);
   EXPECT_NEAR(to_seconds(now), 60.0 + 4 * 10.3 / 0.4, 10.0);
+  EXPECT_LT(output.plan_request->goal.p.x(), 0.0) << "to the open water of the trail";
+  EXPECT_EQ(output.command.v, 0.0);
+}
+
+TEST(Retrace, AroundWhatBlocksTheTrailWithLessAndLessClearance) {
+  Judge blocked(-0.1);
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), &blocked);
+  BehaviorOutput output = step(retrace, 0, {10, 0, -4});
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_EQ(output.plan_request->clearance, 0.6);
+  const PlanAnswer none{planning::PlanStatus::kNoPath, "too tight", {}, 0.0};
+  output = step(retrace, 20'000, {10, 0, -4}, &none);
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_NEAR(output.plan_request->clearance, 0.36, 1e-12);
+
+  const std::vector<Pose> round = {
+      {{10, 0, -4}, from_rpy(0, 0, 1.57)}, {{10, 5, -4}, {}}, {{-1, 5, -4}, {}}};
+  const PlanAnswer found{planning::PlanStatus::kSuccess, "", round, 0.4};
+  output = step(retrace, 40'000, {10, 0, -4}, &found);
+  EXPECT_EQ(output.failed, Failure::kNone);
+  EXPECT_GT((output.command.o * Eigen::Vector3d::UnitX()).y(), 0.9) << "round it, by the north";
+  EXPECT_EQ(retrace.progress().clearance_m, 0.4);
+}
+
+TEST(Retrace, WithoutAnyWayItSaysSo) {
+  Judge still(-0.1);
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  BehaviorOutput output = step(retrace, 0, {10, 0, -4});
+  EXPECT_FALSE(output.plan_request);
+  output = step(retrace, 20'000, {10, 0, -4}, nullptr, &still);  // it falls in front of the vehicle
+  const PlanAnswer none{planning::PlanStatus::kNoPath, "blocked by seen 1", {}, 0.0};
+  int asked = 0;
+  for (Utime now = 40'000; output.failed == Failure::kNone && now < 1'000'000; now += 20'000) {
+    ASSERT_TRUE(output.plan_request);
+    ++asked;
+    output = step(retrace, now, {10, 0, -4}, &none);
+  }
+  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_EQ(asked, 4);
+  EXPECT_EQ(retrace.progress().plan_failure, "blocked by seen 1");
 }
 
 }  // namespace

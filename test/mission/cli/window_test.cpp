@@ -128,7 +128,7 @@ TEST(Window, ADamagedHeaderIsRefused) {
 
 TEST(Window, ALeakInTheFarRoomSurfacesOutside) {
   DiveSettings settings;
-  settings.leak_at_s = 40.0;
+  settings.faults = {{FaultKind::kLeak, 40.0}};
   Eigen::Vector3d end_W;
   const DiveResult result =
       simulate_dive(window().mission, window().world, window().model, settings,

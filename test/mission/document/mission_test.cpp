@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,12 @@
 
 namespace dive::mission {
 namespace {
+
+using behaviors::FailsafeKind;
+
+double threshold(const Failsafes& failsafes, FailsafeKind kind) {
+  return failsafes.threshold[static_cast<std::size_t>(kind)];
+}
 
 const std::string kWindow = DIVE_SOURCE_DIR "/missions/window.xml";
 
@@ -60,8 +67,8 @@ TEST(LoadMission, ReadsTheWindowMission) {
   EXPECT_EQ(at(mission->source, mission->limits.clearance.span), "1.0");
   EXPECT_EQ(mission->replan.period_s->value, 10.0);
   EXPECT_EQ(mission->replan.deviation_m->value, 0.5);
-  EXPECT_EQ(mission->failsafes.leak.persistence_s.value, 1.0);
-  EXPECT_EQ(mission->failsafes.planner_failures.value, 3.0);
+  EXPECT_EQ(mission->failsafes.policy(FailsafeKind::kLeak).persistence_s, 1.0);
+  EXPECT_EQ(threshold(mission->failsafes, FailsafeKind::kPlannerFailure), 3.0);
   EXPECT_EQ(mission->initial.value, "gate");
 
   ASSERT_EQ(mission->states.size(), 4U);
@@ -77,7 +84,7 @@ TEST(LoadMission, ReadsTheWindowMission) {
   EXPECT_EQ(in.goals[0].dwell_s.value, 2.0);
   EXPECT_FALSE(in.goals[0].heading_deg);
   EXPECT_EQ(at(mission->source, in.goals[0].position.z.span), "4.6");
-  EXPECT_EQ(in.timeout.on_timeout.value, "out");
+  EXPECT_EQ(rooms.children[0].timeout->on_timeout.value, "out");
   const TransitionSpec& first = rooms.children[0].transitions.at(0);
   EXPECT_EQ(first.events, (std::vector<std::string>{"done.state.in", "plan.failed.in"}));
   EXPECT_EQ(at(mission->source, first.event_spans.at(1)), "plan.failed.in");
@@ -92,15 +99,17 @@ TEST(LoadMission, FillsInDefaults) {
   EXPECT_EQ(mission->attitude, planning::AttitudeMode::kFree);
   EXPECT_FALSE(mission->replan.period_s || mission->replan.deviation_m);
   EXPECT_EQ(mission->replan.max_replans.value, 50.0);
-  for (const FailsafeSpec* failsafe :
-       {&mission->failsafes.leak, &mission->failsafes.overtime, &mission->failsafes.overdepth,
-        &mission->failsafes.planner_failure}) {
-    EXPECT_EQ(failsafe->rung.value, Rung::kAbortAndSurface);
-    EXPECT_EQ(at(mission->source, failsafe->rung.span), "mission");
+  for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
+    const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
+    EXPECT_EQ(mission->failsafes.policies[i].rung, traits.policy.rung) << traits.name;
+    EXPECT_FALSE(mission->failsafes.written[i]) << traits.name;
   }
-  EXPECT_EQ(mission->failsafes.leak.persistence_s.value, 1.0);
-  EXPECT_EQ(mission->failsafes.overdepth.persistence_s.value, 2.0);
-  EXPECT_EQ(mission->failsafes.overtime.persistence_s.value, 0.0);
+  const Failsafes& failsafes = mission->failsafes;
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kLeak).persistence_s, 1.0);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kOverdepth).persistence_s, 2.0);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).persistence_s, 0.0);
+  EXPECT_EQ(threshold(failsafes, FailsafeKind::kBattery), 0.2) << "limits/@battery_reserve";
+  EXPECT_EQ(threshold(failsafes, FailsafeKind::kPlannerFailure), 3.0);
   const auto& go = std::get<GotoState>(mission->states[0].leaf);
   EXPECT_EQ(go.goal.capture_radius.value, 0.5);
   EXPECT_EQ(at(mission->source, go.goal.capture_radius.span), "goto");
@@ -114,16 +123,28 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   Diagnostics diagnostics;
   const auto mission =
       parse(mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"ALTITUDE\"",
-                         "<failsafes><overtime rung=\"warn\" persistence=\"7\"/>"
-                         "<leak rung=\"emergency_surface\"/><planner_failure rung=\"warn\" "
-                         "failures=\"9\"/></failsafes>"),
+                         "<failsafes><overtime rung=\"warn\" persistence=\"7\" clear=\"8\"/>"
+                         "<leak rung=\"emergency_surface\"/><planner_failure rung=\"replan\" "
+                         "failures=\"9\"/><battery rung=\"hold\" below=\"0.5\"/>"
+                         "<geofence rung=\"retrace\"><corner x=\"0\" y=\"0\"/><corner x=\"9\" "
+                         "y=\"0\"/><corner x=\"9\" y=\"9\"/></geofence></failsafes>"),
             diagnostics);
   ASSERT_TRUE(mission) << rendered(diagnostics);
-  EXPECT_EQ(mission->failsafes.overtime.rung.value, Rung::kWarn);
-  EXPECT_EQ(mission->failsafes.overtime.persistence_s.value, 7.0);
-  EXPECT_EQ(mission->failsafes.leak.rung.value, Rung::kEmergencySurface);
-  EXPECT_EQ(mission->failsafes.overdepth.rung.value, Rung::kAbortAndSurface);
-  EXPECT_EQ(mission->failsafes.planner_failures.value, 9.0);
+  const Failsafes& failsafes = mission->failsafes;
+  const auto rung = [&](FailsafeKind kind) { return failsafes.policy(kind).rung; };
+  EXPECT_EQ(rung(FailsafeKind::kOvertime), behaviors::Rung::kWarn);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).persistence_s, 7.0);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).clear_s, 8.0);
+  EXPECT_EQ(rung(FailsafeKind::kLeak), behaviors::Rung::kEmergencySurface);
+  EXPECT_EQ(rung(FailsafeKind::kOverdepth), behaviors::Rung::kAbortAndSurface);
+  EXPECT_EQ(rung(FailsafeKind::kPlannerFailure), behaviors::Rung::kReplan);
+  EXPECT_EQ(threshold(failsafes, FailsafeKind::kPlannerFailure), 9.0);
+  EXPECT_EQ(rung(FailsafeKind::kBattery), behaviors::Rung::kHold);
+  EXPECT_EQ(threshold(failsafes, FailsafeKind::kBattery), 0.5);
+  EXPECT_EQ(rung(FailsafeKind::kGeofence), behaviors::Rung::kRetrace);
+  ASSERT_EQ(failsafes.fence.size(), 3U);
+  EXPECT_EQ(failsafes.fence[2][1].value, 9.0);
+  EXPECT_EQ(at(mission->source, *failsafes.written[0]), "leak");
   EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.in_world(-20.0).z(), -17.0);
 }
 
@@ -234,6 +255,110 @@ TEST(HeadingToYaw, IsEastAtNinetyAndCounterClockwise) {
   EXPECT_NEAR(heading_to_yaw(0.0), 1.5707963267948966, 1e-12);
   EXPECT_NEAR(heading_to_yaw(180.0), -1.5707963267948966, 1e-12);
   EXPECT_NEAR(heading_to_yaw(45.0), 0.7853981633974483, 1e-12);
+}
+
+// The document's states where `states` are written, ending in <surface id="up"/>.
+std::optional<Mission> parse_states(const std::string& states, Diagnostics& diagnostics) {
+  std::string text = mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"");
+  const std::size_t begin = text.find("<goto");
+  const std::size_t end = text.find("<surface");
+  return parse(text.replace(begin, end - begin, states), diagnostics);
+}
+
+std::vector<Eigen::Vector3d> goals_in_world(const StateSpec& spec) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Goal& goal : std::get<GoalSequenceState>(spec.leaf).goals) {
+    points.push_back(goal.position.in_world(-20.0));
+  }
+  return points;
+}
+
+TEST(Transect, RowsAreMownToAndFro) {
+  Diagnostics diagnostics;
+  const auto mission = parse_states(
+      "<transect id=\"a\" z=\"5\" z_units=\"DEPTH\" timeout=\"800\" on_timeout=\"up\">"
+      "<rows x=\"1\" y=\"2\" heading_deg=\"0\" length=\"30\" spacing=\"4\" count=\"3\"/>"
+      "<leg from_x=\"0\" from_y=\"0\" to_x=\"-7\" to_y=\"0\"/>"
+      "<transition event=\"done.state.a\" target=\"up\"/></transect>",
+      diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  const std::vector<Eigen::Vector3d> expected = {{1, 2, -5}, {1, 32, -5}, {5, 32, -5}, {5, 2, -5},
+                                                 {9, 2, -5}, {9, 32, -5}, {0, 0, -5},  {-7, 0, -5}};
+  const std::vector<Eigen::Vector3d> goals = goals_in_world(mission->states[0]);
+  ASSERT_EQ(goals.size(), expected.size());
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    EXPECT_LT((goals[i] - expected[i]).norm(), 1e-9) << i;
+  }
+  EXPECT_EQ(mission->states[0].element, "transect");
+}
+
+TEST(Transect, AtAnAltitudeItHasAGoalAtLeastEveryTenMetres) {
+  Diagnostics diagnostics;
+  const auto mission = parse_states(
+      "<transect id=\"a\" z=\"2\" z_units=\"ALTITUDE\" timeout=\"800\" on_timeout=\"up\">"
+      "<rows x=\"0\" y=\"0\" heading_deg=\"90\" length=\"12\" spacing=\"4\" count=\"2\" "
+      "side=\"left\"/><transition event=\"done.state.a\" target=\"up\"/></transect>",
+      diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  const std::vector<Eigen::Vector3d> goals = goals_in_world(mission->states[0]);
+  ASSERT_EQ(goals.size(), 6U);
+  EXPECT_LT((goals[1] - Eigen::Vector3d(6, 0, -18)).norm(), 1e-9);
+  EXPECT_LT((goals[3] - Eigen::Vector3d(12, 4, -18)).norm(), 1e-9) << "to the left of east";
+}
+
+TEST(WreckPenetration, IsMadeOfStates) {
+  Diagnostics diagnostics;
+  const auto mission = parse_states(
+      "<wreck_penetration id=\"a\" max_penetration=\"20\" turn_back=\"0.25\" timeout=\"800\" "
+      "on_timeout=\"back\"><replan period=\"7\"/>"
+      "<entry x=\"0\" y=\"0\" z=\"5\" z_units=\"DEPTH\"/>"
+      "<goal id=\"g1\" x=\"5\" y=\"0\" z=\"5\" z_units=\"DEPTH\"/>"
+      "<goal id=\"g2\" x=\"9\" y=\"0\" z=\"5\" z_units=\"DEPTH\"/>"
+      "<transition event=\"done.state.a plan.failed.a\" target=\"up\"/></wreck_penetration>"
+      "<retrace id=\"back\"><transition event=\"done.state.back\" target=\"up\"/></retrace>",
+      diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  const StateSpec& whole = mission->states[0];
+  EXPECT_EQ(whole.type, StateType::kCompound);
+  EXPECT_EQ(whole.initial->value, "a-entry");
+  EXPECT_EQ(whole.timeout->on_timeout.value, "back");
+  ASSERT_EQ(whole.children.size(), 5U);
+  const auto& [entry, inside, out, retrace, end] =
+      std::tie(whole.children[0], whole.children[1], whole.children[2], whole.children[3],
+               whole.children[4]);
+  EXPECT_FALSE(entry.overhead);
+  EXPECT_TRUE(inside.overhead && out.overhead && retrace.overhead);
+  EXPECT_EQ(goals_in_world(inside).size(), 2U);
+  EXPECT_EQ(inside.replan->period_s->value, 7.0);
+  EXPECT_EQ(std::get<GotoState>(out.leaf).goal.position.x.value, 0.0) << "out where it came in";
+  EXPECT_TRUE(std::holds_alternative<RetraceState>(retrace.leaf));
+  EXPECT_EQ(end.type, StateType::kFinal);
+  const Guard& turn_back = *inside.transitions.at(1).guard;
+  GuardVariables variables;
+  EXPECT_FALSE(turn_back.evaluate(variables));
+  variables.penetration = 20.5;
+  EXPECT_TRUE(turn_back.evaluate(variables));
+  variables.penetration = 1.0;
+  variables.spent = 0.26;
+  EXPECT_TRUE(turn_back.evaluate(variables));
+}
+
+TEST(Actions, AreReadWhereTheyStand) {
+  Diagnostics diagnostics;
+  const auto mission = parse_states(
+      "<hold id=\"a\" duration=\"5\"><onentry><log message=\"a &lt; b\"/><payload "
+      "command=\"lights_on\" once=\"true\"/></onentry><onexit><raise event=\"seen.it\"/></onexit>"
+      "<transition event=\"done.state.a\" target=\"up\"><log message=\"up\"/></transition>"
+      "<transition event=\"seen\" target=\"up\"/></hold>",
+      diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  const StateSpec& a = mission->states[0];
+  ASSERT_EQ(a.on_entry.size(), 2U);
+  EXPECT_EQ(a.on_entry[0].text.value, "a < b");
+  EXPECT_EQ(a.on_entry[1].kind, ActionSpec::Kind::kPayload);
+  EXPECT_TRUE(a.on_entry[1].once);
+  EXPECT_EQ(a.on_exit.at(0).kind, ActionSpec::Kind::kRaise);
+  EXPECT_EQ(a.transitions[0].actions.at(0).text.value, "up");
 }
 
 }  // namespace

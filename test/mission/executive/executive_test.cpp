@@ -63,10 +63,11 @@ class ExecutiveTest : public ::testing::Test {
     inputs.now = now_;
     ImuSample imu;
     imu.utime = now_;
-    imu.q_WB = from_rpy(0, 0, yaw_);
+    noise_ = -noise_;  // a sensor that works is never quite still
+    imu.q_WB = from_rpy(0, 0, yaw_ + noise_);
     imu.accel_B.z() = 9.81;
     inputs.imu = imu;
-    inputs.depth = DepthSample{now_, depth_};
+    inputs.depth = DepthSample{now_, depth_ + noise_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
     StepOutputs outputs = executive_->step(inputs);
@@ -114,6 +115,7 @@ class ExecutiveTest : public ::testing::Test {
   Utime now_ = 0;
   double depth_ = 3.0;
   double yaw_ = 0.0;
+  double noise_ = 1e-4;
   double battery_ = 1.0;
   bool leak_ = false;
   bool obeys_ = true;

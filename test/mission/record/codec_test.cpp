@@ -53,8 +53,11 @@ std::vector<Kind> kinds() {
           kind("rates", vehicle::PseudoRates{}, now),
           kind("status", Status{}, now),
           kind("plan query", query, now),
-          kind("transition", TransitionRecord{"a", "b", "c", "d"}, now),
-          kind("failsafe", FailsafeRecord{"a", "b", "c"}, now)};
+          kind("transition", TransitionRecord{"a", "b", "c", "d", "e"}, now),
+          kind("failsafe", FailsafeRecord{"a", "b", "c", "d"}, now),
+          kind("action", ActionRecord{}, now),
+          kind("operator", OperatorCommand::kPause, now),
+          kind("map change", std::vector<SeenObstacle>(2), now)};
 }
 
 TEST(Codec, AcceptsWholePacketsOnly) {
@@ -92,7 +95,7 @@ TEST(Codec, NoForgedLengthIsBelieved) {
 TEST(Codec, ConstantsOutOfRangeAreRefused) {
   const auto refused_values = [](const Kind& k, std::size_t at) {
     std::string refused;
-    for (const int value : {-128, -1, 0, 1, 2, 3, 127}) {
+    for (const int value : {-128, -1, 0, 1, 2, 3, 5, 127}) {
       Packet packet = k.packet;
       packet.at(at) = static_cast<std::uint8_t>(value);
       if (!k.decodes(packet)) refused += fmt::format("{} ", value);
@@ -102,14 +105,16 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   const std::vector<Kind> all = kinds();
   const auto named = [&](const char* name) { return *std::ranges::find(all, name, &Kind::name); };
   constexpr std::size_t kTime = 8 + 8;  // After the fingerprint and utime.
-  EXPECT_EQ(refused_values(named("health"), kTime + 16), "-128 -1 2 3 127 ");       // leak
-  EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 127 ");          // valid
-  EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 127 ");      // source
-  EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 127 ");      // status
-  EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 127 ");  // fixed
-  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 127 ");    // attitude
+  EXPECT_EQ(refused_values(named("health"), kTime + 16), "-128 -1 2 3 5 127 ");       // leak
+  EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 5 127 ");          // valid
+  EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 5 127 ");      // source
+  EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 5 127 ");      // status
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 5 127 ");  // fixed
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 5 127 ");    // attitude
   const Kind status = named("status");
-  EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 127 ");  // finished
+  EXPECT_EQ(refused_values(named("operator"), kTime), "-128 -1 5 127 ");              // command
+  EXPECT_EQ(refused_values(named("action"), kTime), "-128 -1 3 5 127 ");              // kind
+  EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 5 127 ");  // finished
 }
 
 TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
@@ -125,11 +130,15 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   reply.reason += 'x';
   EXPECT_FALSE(encode(0, reply, packet));
 
+  EXPECT_TRUE(encode(0, std::vector<SeenObstacle>(kMaxSeen), packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kMap));
+  EXPECT_FALSE(encode(0, std::vector<SeenObstacle>(kMaxSeen + 1), packet));
+
   PlanQuery query;
   query.request.previous.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, query, packet));
 
-  EXPECT_FALSE(encode(0, FailsafeRecord{std::string("a\0b", 3), "", ""}, packet));
+  EXPECT_FALSE(encode(0, FailsafeRecord{std::string("a\0b", 3), "", "", ""}, packet));
   LogHeader header = sample_header();
   header.map_xml.assign(kMaxFileText, ' ');
   EXPECT_FALSE(encode(header, packet));
@@ -144,9 +153,9 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   const std::string file(kMaxFileText - 1, 'x');
   ASSERT_TRUE(encode(LogHeader{text, 0, text, file, text, file, file, file, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
-  ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text}, packet));
+  ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));
-  ASSERT_TRUE(encode(0, FailsafeRecord{text, text, text}, packet));
+  ASSERT_TRUE(encode(0, FailsafeRecord{text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kFailsafe));
   Status status;
   status.state = status.leg = status.rung = text;

@@ -78,6 +78,11 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_PLAN.length_m", in.plan->length_m);
     f("DIVE_IN_PLAN.warm_starts", in.plan->warm_starts);
   }
+  if (in.operator_command) f("DIVE_IN_OPERATOR.command", *in.operator_command);
+  for (SeenObstacle& seen : in.seen) {
+    each("DIVE_IN_MAP.X_WO", seen.X_WO, f);
+    each("DIVE_IN_MAP.size", seen.size, f);
+  }
 }
 
 template <typename F>
@@ -117,6 +122,7 @@ void each_output(StepOutputs& out, F f) {
     planning::PlanRequest& request = out.plan_query->request;
     f("DIVE_OUT_PLAN_QUERY.id", out.plan_query->id);
     f("DIVE_OUT_PLAN_QUERY.state", out.plan_query->state);
+    f("DIVE_OUT_PLAN_QUERY.cause", out.plan_query->cause);
     each("DIVE_OUT_PLAN_QUERY.start", request.start, f);
     each("DIVE_OUT_PLAN_QUERY.goal", request.goal, f);
     f("DIVE_OUT_PLAN_QUERY.goal_attitude_fixed", request.goal_attitude_fixed);
@@ -138,6 +144,7 @@ void each_output(StepOutputs& out, F f) {
     f(name + ".to", t.to);
     f(name + ".event", t.event);
     f(name + ".cause", t.cause);
+    f(name + ".guards", t.guards);
   }
   for (std::size_t i = 0; i < out.failsafes.size(); ++i) {
     FailsafeRecord& r = out.failsafes[i];
@@ -145,6 +152,12 @@ void each_output(StepOutputs& out, F f) {
     f(name + ".rung", r.rung);
     f(name + ".cause", r.cause);
     f(name + ".competing", r.competing);
+    f(name + ".why", r.why);
+  }
+  for (std::size_t i = 0; i < out.actions.size(); ++i) {
+    const std::string name = fmt::format("DIVE_OUT_ACTION[{}]", i);
+    f(name + ".kind", out.actions[i].kind);
+    f(name + ".text", out.actions[i].text);
   }
 }
 
@@ -189,6 +202,9 @@ class SampleMaker {
     if (chance()) tick.outputs.plan_query.emplace().request.previous.resize(below(4));
     tick.outputs.transitions.resize(below(3));
     tick.outputs.failsafes.resize(below(3));
+    if (chance()) tick.inputs.operator_command.emplace();
+    tick.inputs.seen.resize(below(3));
+    tick.outputs.actions.resize(below(3));
     if (chance()) tick.truth.emplace();
     each_field(tick, [this](const std::string&, auto& value) { fill(value); });
     tick.inputs.now = now;
@@ -216,6 +232,8 @@ class SampleMaker {
     value.resize(below(3) == 0 ? 0 : below(40));
     for (char& c : value) c = static_cast<char>(1 + below(255));
   }
+  void fill(OperatorCommand& value) { value = static_cast<OperatorCommand>(below(5)); }
+  void fill(ActionRecord::Kind& value) { value = static_cast<ActionRecord::Kind>(below(3)); }
   void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(3)); }
   void fill(planning::AttitudeMode& value) {
     value = static_cast<planning::AttitudeMode>(below(2));

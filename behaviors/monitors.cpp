@@ -1,0 +1,159 @@
+#include "behaviors/monitors.h"
+
+#include <cmath>
+#include <utility>
+
+#include "common/assert.h"
+
+namespace dive::behaviors {
+namespace {
+
+constexpr double kSameQuaternion = 0.1;     // of its norm, from 1
+constexpr double kMaxTurnRate = 35.0;       // rad/s: what the gyros of a vehicle can show
+constexpr double kMaxAcceleration = 160.0;  // m/s^2
+constexpr double kHighest = -5.0;           // m of depth: waves and a barometer's drift
+constexpr double kDeepest = 500.0;          // m
+constexpr double kFrozenSeconds = 10.0;     // a sensor's last digit is never that quiet
+constexpr double kMoved = 0.3;              // m: farther is not the same place
+constexpr double kUnderWay = 0.1;           // m/s commanded, or ...
+constexpr double kFarFromDepth = 0.5;       // m from the depth commanded: the vehicle wants to move
+constexpr double kLegGrace = 30.0;          // s that a short leg may be late by
+
+}  // namespace
+
+bool is_plausible(const ImuSample& sample) {
+  return sample.q_WB.coeffs().allFinite() &&
+         std::abs(sample.q_WB.norm() - 1.0) <= kSameQuaternion && sample.gyro_B.allFinite() &&
+         sample.gyro_B.cwiseAbs().maxCoeff() <= kMaxTurnRate && sample.accel_B.allFinite() &&
+         sample.accel_B.cwiseAbs().maxCoeff() <= kMaxAcceleration;
+}
+
+bool is_plausible(const DepthSample& sample) {
+  return sample.depth_m >= kHighest && sample.depth_m <= kDeepest;  // false for NaN
+}
+
+bool is_plausible(const HealthSample& sample) {
+  return sample.battery_fraction >= 0.0 && sample.battery_fraction <= 1.1 &&
+         sample.temperature_c >= -40.0 && sample.temperature_c <= 200.0;
+}
+
+Monitors::Monitors(MonitorLimits limits) : limits_(std::move(limits)) {
+  DIVE_DEMAND(limits_.fence.empty() || limits_.fence.size() >= 3);
+}
+
+void Monitors::start(Utime now) { started_ = now; }
+
+bool Monitors::note(Source& source, Utime now, Utime sampled, bool plausible, bool same) {
+  if (!plausible || (source.heard && sampled < source.sampled)) return false;
+  if (!source.heard || !same) source.changed = now;
+  source.heard = now;
+  source.sampled = sampled;
+  return true;
+}
+
+bool Monitors::accept(Utime now, const ImuSample& sample) {
+  const bool plausible = is_plausible(sample);
+  const bool same = plausible && sample.q_WB.coeffs() == last_q_;
+  if (!note(imu_, now, sample.utime, plausible, same)) return false;
+  last_q_ = sample.q_WB.coeffs();
+  return true;
+}
+
+bool Monitors::accept(Utime now, const DepthSample& sample) {
+  const bool plausible = is_plausible(sample);
+  if (!note(depth_, now, sample.utime, plausible, sample.depth_m == last_depth_m_)) return false;
+  last_depth_m_ = sample.depth_m;
+  return true;
+}
+
+bool Monitors::accept(Utime now, const HealthSample& sample) {
+  if (!note(power_, now, sample.utime, is_plausible(sample), false)) return false;
+  health_ = sample;
+  return true;
+}
+
+bool Monitors::is_silent(const Source& source, Utime now, double after_s) const {
+  return to_seconds(now - source.heard.value_or(started_)) > after_s;
+}
+
+const FailsafeConditions& Monitors::update(const MonitorInput& input) {
+  const bool wants_to_move = input.command.v > kUnderWay ||
+                             std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
+  if (!wants_to_move) {  // at rest even a good sensor may repeat itself
+    imu_.changed = depth_.changed = input.now;
+    anchor_W_.reset();
+  }
+  watch_sensors(input);
+  watch_estimate(input);
+  watch_progress(input);
+  set(FailsafeKind::kPlannerFailure,
+      input.out_of_replans || input.plan_failures >= threshold(FailsafeKind::kPlannerFailure));
+  set(FailsafeKind::kCommsLost,
+      to_seconds(input.now - heartbeat_.value_or(started_)) > threshold(FailsafeKind::kCommsLost));
+  set(FailsafeKind::kOperatorAbort, input.operator_abort);
+  set(FailsafeKind::kRetraceFailure, input.retrace_failed);
+  return conditions_;
+}
+
+void Monitors::watch_sensors(const MonitorInput& input) {
+  set(FailsafeKind::kLeak, health_.leak);
+  set(FailsafeKind::kBattery, health_.battery_fraction < threshold(FailsafeKind::kBattery));
+  set(FailsafeKind::kTemperature, health_.temperature_c > threshold(FailsafeKind::kTemperature));
+  const auto is_frozen = [&](const Source& source) {
+    return source.heard && to_seconds(input.now - source.changed) > kFrozenSeconds;
+  };
+  set(FailsafeKind::kImuLost,
+      is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) || is_frozen(imu_));
+  set(FailsafeKind::kDepthLost,
+      is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) || is_frozen(depth_));
+  set(FailsafeKind::kHealthLost,
+      is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
+}
+
+void Monitors::watch_estimate(const MonitorInput& input) {
+  const estimation::StateEstimate& estimate = *input.estimate;
+  const Eigen::Vector3d& p_W = estimate.X_WB.p;
+  const double depth = -p_W.z();
+  const bool hears_depth = depth_.heard && !is_true(FailsafeKind::kDepthLost);
+  set(FailsafeKind::kOverdepth, (hears_depth ? last_depth_m_ : depth) > limits_.max_depth);
+  set(FailsafeKind::kUnderAltitude, input.altitude_m && *input.altitude_m < limits_.min_altitude);
+  set(FailsafeKind::kGeofence, is_outside_fence(p_W));
+  const bool denies =
+      hears_depth && std::abs(depth - last_depth_m_) > threshold(FailsafeKind::kEstimatorDiverged);
+  set(FailsafeKind::kEstimatorDiverged,
+      !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
+  set(FailsafeKind::kLocalisationLost,
+      estimation::horizontal_sigma(estimate) > threshold(FailsafeKind::kLocalisationLost));
+}
+
+// The ray from p_W to the east crosses the edges of a fence an odd number of times from inside.
+bool Monitors::is_outside_fence(const Eigen::Vector3d& p_W) const {
+  if (limits_.fence.empty()) return false;
+  bool outside = true;
+  const std::size_t count = limits_.fence.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector2d& a = limits_.fence[i];
+    const Eigen::Vector2d& b = limits_.fence[(i + 1) % count];
+    if ((a.y() > p_W.y()) == (b.y() > p_W.y())) continue;
+    const double x = a.x() + (p_W.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    if (p_W.x() < x) outside = !outside;
+  }
+  return outside;
+}
+
+void Monitors::watch_progress(const MonitorInput& input) {
+  set(FailsafeKind::kOvertime, input.elapsed_s > limits_.mission_timeout_s);
+  set(FailsafeKind::kOverdueLeg,
+      input.leg_expected_s > 0.0 &&
+          input.leg_elapsed_s >
+              threshold(FailsafeKind::kOverdueLeg) * input.leg_expected_s + kLegGrace);
+
+  const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
+  if (!anchor_W_ || (p_W - *anchor_W_).norm() > kMoved) {
+    anchor_W_ = p_W;
+    anchored_ = input.now;
+  }
+  set(FailsafeKind::kStuck, to_seconds(input.now - anchored_) > threshold(FailsafeKind::kStuck));
+}
+
+}  // namespace dive::behaviors

@@ -1,0 +1,63 @@
+#pragma once
+// Things that go wrong, put between the simulated vehicle and the executive.
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mission/executive/io.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::mission {
+
+enum class FaultKind {
+  kLeak,
+  kBattery,      ///< The charge falls to nothing.
+  kTemperature,  ///< 90 degrees in the hull.
+  kImuSilent,    ///< No more samples ...
+  kImuNan,       ///< ... or such as are no attitude.
+  kDepthSilent,
+  kDepthNan,
+  kDepthFrozen,  ///< The last value, again and again.
+  kHealthSilent,
+  kPlannerFails,   ///< Answers, but finds nothing any more.
+  kPlannerSilent,  ///< Does not answer any more.
+  kBlocked,        ///< Something falls into the trail behind the vehicle, and is seen.
+  kAbort,          ///< Topside says abort.
+};
+inline constexpr std::size_t kFaultCount = 13;
+
+[[nodiscard]] std::string_view to_string(FaultKind kind);
+[[nodiscard]] std::optional<FaultKind> find_fault(std::string_view name);
+
+/// From `at_s` on.
+struct Fault {
+  FaultKind kind = FaultKind::kLeak;
+  double at_s = 0.0;
+};
+
+class FaultInjector {
+ public:
+  explicit FaultInjector(std::vector<Fault> faults);
+
+  /// What the executive gets to hear instead of `inputs`.
+  void apply(const vehicle::GroundTruth& truth, StepInputs& inputs);
+
+ private:
+  [[nodiscard]] bool is_on(FaultKind kind) const;
+  [[nodiscard]] bool begins(FaultKind kind);
+  void spoil_sensors(StepInputs& inputs);
+  void spoil_plan(StepInputs& inputs) const;
+  void drop_something(StepInputs& inputs);
+
+  std::vector<Fault> faults_;
+  std::vector<bool> begun_;  ///< By index in faults_.
+  double now_s_ = 0.0;
+  std::optional<DepthSample> frozen_;
+  std::deque<Eigen::Vector3d> been_W_;  ///< Where the vehicle was, every kStep m.
+};
+
+}  // namespace dive::mission
