@@ -32,14 +32,19 @@ class PathJudge {
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
 };
 
+/// A planner that takes longer has failed.
+inline constexpr double kPlanTimeout = 10.0;  // s
+
 struct BehaviorInput {
   Utime now = 0;  ///< On the behaviours' clock, which stands still while the vehicle is held.
   const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
   const PlanAnswer* plan = nullptr;                     ///< Null when none came this tick.
-  PathJudge* seen = nullptr;  ///< Of what the map did not know; null: nothing was seen.
-  bool map_changed = false;   ///< Since the last tick.
-  bool replan = false;        ///< A failsafe demands it.
-  bool depth_known = true;    ///< The depth sensor works.
+  PathJudge* seen = nullptr;   ///< Of what the map did not know; null: nothing was seen.
+  bool map_changed = false;    ///< Since the last tick.
+  bool replan = false;         ///< A failsafe demands it.
+  bool depth_known = true;     ///< The depth sensor works.
+  bool attitude_known = true;  ///< The attitude sensor works; without it nothing is swum.
+  bool can_go_up = false;      ///< Straight up from here there is only water.
 };
 
 /// How far along; for status, guards and pictures.

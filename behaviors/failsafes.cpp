@@ -8,8 +8,10 @@ namespace {
 constexpr std::array<std::string_view, 7> kRungNames = {
     "none", "warn", "replan", "hold", "retrace", "abort_and_surface", "emergency_surface"};
 
-constexpr FailsafePolicy policy(Rung rung, double persistence_s, double clear_s = 5.0) {
-  return {.rung = rung, .persistence_s = persistence_s, .clear_s = clear_s};
+constexpr FailsafePolicy policy(Rung rung, double persistence_s, double clear_s = 5.0,
+                                double escalate_s = 60.0) {
+  return {
+      .rung = rung, .persistence_s = persistence_s, .clear_s = clear_s, .escalate_s = escalate_s};
 }
 
 using Kind = FailsafeKind;
@@ -26,7 +28,7 @@ constexpr std::array<FailsafeTraits, kFailsafeCount> kTraits = {{
     {Kind::kOvertime, "overtime", policy(Rung::kAbortAndSurface, 0.0), {}},
     {Kind::kOverdueLeg, "overdue_leg", policy(Rung::kWarn, 0.0), "factor", 3.0},
     {Kind::kStuck, "stuck", policy(Rung::kReplan, 0.0, 10.0), "time", 30.0},
-    {Kind::kImuLost, "imu_lost", policy(Rung::kHold, 0.0), "after", 0.5},
+    {Kind::kImuLost, "imu_lost", policy(Rung::kHold, 0.0, 2.0, 2.0), "after", 0.5},
     {Kind::kDepthLost, "depth_lost", policy(Rung::kAbortAndSurface, 0.0), "after", 2.0},
     {Kind::kHealthLost, "health_lost", policy(Rung::kAbortAndSurface, 0.0), "after", 30.0},
     {Kind::kEstimatorDiverged, "estimator_diverged", policy(Rung::kAbortAndSurface, 2.0),

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/assert.h"
 
 namespace dive::behaviors {
@@ -68,6 +70,9 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
   if (!began_) began_ = input.now;
   progress_.elapsed_s = to_seconds(input.now - *began_);
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
+  if (awaiting_plan_ && to_seconds(input.now - asked_at_) > kPlanTimeout) {
+    plan_failed(input.now, fmt::format("the planner did not answer within {:g} s", kPlanTimeout));
+  }
   if (reached_at_) return dwell(input);
   return following_ ? follow(input) : without_path(input);
 }
@@ -80,9 +85,7 @@ void Leg::take_answer(const BehaviorInput& input) {
                           input.seen->clearance(plan.waypoints) < kKept * plan.clearance_m;
   if (in_the_way) return;
   if (plan.status != planning::PlanStatus::kSuccess || plan.waypoints.size() < 2) {
-    ++progress_.plan_failures;
-    progress_.plan_failure = plan.reason;
-    retry_at_ = input.now + from_seconds(settings_.retry_s);
+    plan_failed(input.now, plan.reason);
     return;  // a path that is being followed stays certified: it is followed on
   }
   progress_.plan_failures = 0;
@@ -97,6 +100,13 @@ void Leg::take_answer(const BehaviorInput& input) {
   triggers_.path_started(input.now);
   following_ = true;
   station_.reset();
+}
+
+void Leg::plan_failed(Utime now, std::string why) {
+  awaiting_plan_ = false;
+  ++progress_.plan_failures;
+  progress_.plan_failure = std::move(why);
+  retry_at_ = now + from_seconds(settings_.retry_s);
 }
 
 // From the waypoint that is being left.
@@ -115,6 +125,7 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   }
   ++requests_;
   awaiting_plan_ = true;
+  asked_at_ = input.now;
   output.plan_request = std::move(request);
   output.plan_cause = cause;
 }

@@ -49,6 +49,7 @@ class Leg {
 
  private:
   void take_answer(const BehaviorInput& input);
+  void plan_failed(Utime now, std::string why);
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
@@ -63,6 +64,7 @@ class Leg {
   Progress progress_;
   bool following_ = false;
   bool awaiting_plan_ = false;
+  Utime asked_at_ = 0;
   std::optional<Utime> retry_at_;
   std::optional<Utime> reached_at_;
   std::optional<vehicle::Command> station_;  ///< Held while there is no path.

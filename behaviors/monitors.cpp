@@ -14,6 +14,8 @@ constexpr double kMaxAcceleration = 160.0;  // m/s^2
 constexpr double kHighest = -5.0;           // m of depth: waves and a barometer's drift
 constexpr double kDeepest = 500.0;          // m
 constexpr double kFrozenSeconds = 10.0;     // a sensor's last digit is never that quiet
+constexpr double kNoticeable = 0.15;        // m of depth that a sensor must show ...
+constexpr double kLag = 1.0;                // ... after so many s
 constexpr double kMoved = 0.3;              // m: farther is not the same place
 constexpr double kUnderWay = 0.1;           // m/s commanded, or ...
 constexpr double kFarFromDepth = 0.5;       // m from the depth commanded: the vehicle wants to move
@@ -80,7 +82,8 @@ const FailsafeConditions& Monitors::update(const MonitorInput& input) {
   const bool wants_to_move = input.command.v > kUnderWay ||
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
   if (!wants_to_move) {  // at rest even a good sensor may repeat itself
-    imu_.changed = depth_.changed = input.now;
+    if (!is_true(FailsafeKind::kImuLost)) imu_.changed = input.now;
+    if (!is_true(FailsafeKind::kDepthLost)) depth_.changed = input.now;
     anchor_W_.reset();
   }
   watch_sensors(input);
@@ -99,13 +102,18 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   set(FailsafeKind::kLeak, health_.leak);
   set(FailsafeKind::kBattery, health_.battery_fraction < threshold(FailsafeKind::kBattery));
   set(FailsafeKind::kTemperature, health_.temperature_c > threshold(FailsafeKind::kTemperature));
-  const auto is_frozen = [&](const Source& source) {
-    return source.heard && to_seconds(input.now - source.changed) > kFrozenSeconds;
+  const auto same_for = [&](const Source& source) {
+    return source.heard ? to_seconds(input.now - source.changed) : 0.0;
   };
-  set(FailsafeKind::kImuLost,
-      is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) || is_frozen(imu_));
-  set(FailsafeKind::kDepthLost,
-      is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) || is_frozen(depth_));
+  set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
+                                  same_for(imu_) > kFrozenSeconds);
+  // A vehicle that should have risen or sunk, and a sensor that does not show it.
+  const double dt = to_seconds(input.now - last_update_);
+  last_update_ = input.now;
+  expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;
+  const bool ought_to_change = std::abs(expected_rise_m_) > kNoticeable && same_for(depth_) > kLag;
+  set(FailsafeKind::kDepthLost, is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) ||
+                                    ought_to_change || same_for(depth_) > kFrozenSeconds);
   set(FailsafeKind::kHealthLost,
       is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
 }

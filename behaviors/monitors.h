@@ -37,6 +37,7 @@ struct MonitorInput {
   const estimation::StateEstimate* estimate = nullptr;
   std::optional<double> altitude_m;  ///< Above the ground straight below; none where there is none.
   vehicle::Command command;          ///< The last one.
+  double expected_climb = 0.0;       ///< m/s, upwards, that the flippers should make.
   double leg_elapsed_s = 0.0;        ///< Since the leg began.
   double leg_expected_s = 0.0;       ///< For the leg at the mission's speed; 0: not on a leg.
   int plan_failures = 0;             ///< In a row.
@@ -89,6 +90,8 @@ class Monitors {
   Source imu_, depth_, power_;
   Eigen::Vector4d last_q_ = Eigen::Vector4d::Zero();
   double last_depth_m_ = 0.0;
+  double expected_rise_m_ = 0.0;  ///< Since the depth sensor last said something new.
+  Utime last_update_ = 0;
   HealthSample health_;
   std::optional<Utime> heartbeat_;
   Utime started_ = 0;

@@ -6,6 +6,7 @@
 namespace dive::behaviors {
 namespace {
 
+constexpr double kLinkShare = 0.8;  // of D_min: so near to the trail all is as free as on it
 constexpr double kCaptureRadius = 0.5;
 constexpr double kGraceSeconds = 60.0;
 constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
@@ -37,7 +38,7 @@ Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above
     : settings_(settings), follower_(follower_options(settings.speed)), open_above_(open_above) {
   progress_.leg = "open water";
   if (open_above_) return;
-  const Trail::WayOut way = trail.way_out(p_W);
+  const Trail::WayOut way = trail.way_out(p_W, kLinkShare * settings.clearance);
   progress_.distance_to_go_m = way.length_m;
   if (!way.reaches_open_water || way.points.size() < 2) return;
   way_ = level_poses(way.points);
@@ -63,6 +64,17 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   }
   if (way_.empty()) {
     output.failed = Failure::kExhausted;
+    return output;
+  }
+  if (!input.depth_known && input.can_go_up) {  // no better place will be found in the dark
+    output.done = true;
+    return output;
+  }
+  if (!input.attitude_known) {
+    if (!station_) station_ = output.command;
+    output.command = *station_;
+    entered_at_ = input.now;  // it does not count
+    output.done = input.can_go_up;
     return output;
   }
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
@@ -109,7 +121,8 @@ BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
     station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   }
   output.command = *station_;
-  if (awaiting_plan_) return output;
+  if (awaiting_plan_ && to_seconds(input.now - asked_at_) <= kPlanTimeout) return output;
+  if (awaiting_plan_) progress_.plan_failure = "the planner does not answer";
   if (tries_ == static_cast<int>(kShares.size())) {
     output.failed = Failure::kExhausted;
     return output;
@@ -123,6 +136,7 @@ BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
   goal.position_W = way_.back().p;
   output.plan_request = leg_request(settings, goal, X_WB);
   output.plan_cause = why_;
+  asked_at_ = input.now;
   awaiting_plan_ = true;
   return output;
 }

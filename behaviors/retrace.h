@@ -2,7 +2,8 @@
 // retrace: back along the breadcrumb trail to the last point with open water above. The way was
 // swum once, so it is known to be free, unless the map has shown something in it since: then, and
 // when the vehicle does not get on, a way out is planned, with less and less clearance. Done at
-// once where nothing is overhead.
+// once where nothing is overhead. Without attitude nothing can be swum: it waits, or goes up as
+// soon as nothing is straight above.
 
 #include <optional>
 #include <vector>
@@ -42,6 +43,7 @@ class Retrace final : public Behavior {
   std::optional<vehicle::Command> station_;
   bool planning_ = false;  ///< The trail was given up.
   bool awaiting_plan_ = false;
+  Utime asked_at_ = 0;
   const char* why_ = "";
   int tries_ = 0;
   Progress progress_;

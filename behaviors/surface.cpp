@@ -5,6 +5,7 @@
 namespace dive::behaviors {
 namespace {
 
+constexpr double kAboveSurface = -1.0;     // m of depth, to be pushed against
 constexpr double kPatience = 2.0;          // times the ascent it should take ...
 constexpr double kPatienceSeconds = 10.0;  // ... and so long besides
 
@@ -24,9 +25,10 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw_);
   output.done = depth < options_.surfaced_depth;
-  if (!input.depth_known) {  // the estimate alone says so: give it time to be true
+  if (!input.depth_known) {  // up, whatever the estimate believes, for long enough to be true
+    output.command = station_keeping(kAboveSurface, yaw_);
     const double needed = kPatience * entry_depth_ / options_.ascent_rate + kPatienceSeconds;
-    output.done = output.done && to_seconds(input.now - *entered_at_) > needed;
+    output.done = to_seconds(input.now - *entered_at_) > needed;
   }
   progress_.distance_to_go_m = std::max(depth, 0.0);
   return output;

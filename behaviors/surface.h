@@ -1,6 +1,7 @@
 #pragma once
-// surface: straight up at a steady rate, until the depth sensor says so. The executive sees to it
-// that there is open water above.
+// surface: straight up at a steady rate, until the depth sensor says so; without one as fast as it
+// goes, for twice as long as it should take. The executive sees to it that there is open water
+// above.
 
 #include <optional>
 

@@ -1,8 +1,19 @@
 #include "behaviors/trail.h"
 
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
 #include "common/assert.h"
 
 namespace dive::behaviors {
+namespace {
+
+constexpr double kSamePoint = 1e-6;  // m
+
+}  // namespace
 
 Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity_(capacity) {
   DIVE_DEMAND(spacing > 0.0 && capacity >= 4);
@@ -28,20 +39,52 @@ void Trail::thin_out() {
   spacing_ *= 2.0;
 }
 
-Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W) const {
-  WayOut way;
-  way.points.push_back(p_W);
-  for (auto crumb = crumbs_.rbegin(); crumb != crumbs_.rend(); ++crumb) {
-    const double step = (crumb->p_W - way.points.back()).norm();
-    if (step > 1e-6) {
-      way.points.push_back(crumb->p_W);
-      way.length_m += step;
-    }
-    if (crumb->open_above) {
-      way.reaches_open_water = true;
-      break;
+// Dijkstra over the crumbs, from p_W, until the first one with open water is settled.
+Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m) const {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const std::size_t count = crumbs_.size();
+  const std::size_t here = count;  // p_W comes after the newest crumb
+  const auto place = [&](std::size_t i) { return i == here ? p_W : crumbs_[i].p_W; };
+  std::vector<double> distance(count + 1, kFar);
+  std::vector<std::size_t> before(count + 1, here);
+  using Entry = std::pair<double, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  distance[here] = 0.0;
+  open.emplace(0.0, here);
+  while (!open.empty()) {
+    const auto [length, at] = open.top();
+    open.pop();
+    if (length > distance[at]) continue;
+    if (at != here && crumbs_[at].open_above) return traced(before, at, length, p_W);
+    const Eigen::Vector3d from = place(at);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double step = (crumbs_[i].p_W - from).norm();
+      const bool is_next = i + 1 == at || i == at + 1;
+      if ((!is_next && step > link_m) || length + step >= distance[i]) continue;
+      distance[i] = length + step;
+      before[i] = at;
+      open.emplace(distance[i], i);
     }
   }
+  WayOut none;
+  none.points = {p_W};
+  return none;
+}
+
+Trail::WayOut Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,
+                            const Eigen::Vector3d& p_W) const {
+  WayOut way;
+  way.reaches_open_water = true;
+  way.length_m = length;
+  for (std::size_t at = end; at != crumbs_.size(); at = before[at]) {
+    if (way.points.empty() || (crumbs_[at].p_W - way.points.back()).norm() > kSamePoint) {
+      way.points.push_back(crumbs_[at].p_W);
+    }
+  }
+  if ((p_W - way.points.back()).norm() > kSamePoint || way.points.size() == 1) {
+    way.points.push_back(p_W);
+  }
+  std::ranges::reverse(way.points);
   return way;
 }
 

@@ -17,14 +17,16 @@ class Trail {
   /// `open_above`: nothing solid between here and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
 
-  /// From `p_W` back along the trail to the newest crumb with open water above it, both included;
-  /// the whole trail when there is no such crumb (then `reaches_open_water` is false).
+  /// The shortest way from `p_W` along the trail to a crumb with open water above it, both
+  /// included; nothing but `p_W` when there is none (then `reaches_open_water` is false). Where the
+  /// trail comes within `link_m` of itself it may be left out what lies between: a vehicle that is
+  /// on its way out must not go in again to follow the way it came.
   struct WayOut {
     std::vector<Eigen::Vector3d> points;
     bool reaches_open_water = false;
     double length_m = 0.0;
   };
-  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W, double link_m) const;
 
   /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
   /// 0 while that is the same, and from the first crumb where there is none with open water.
@@ -38,6 +40,8 @@ class Trail {
     bool open_above;
   };
   void thin_out();
+  [[nodiscard]] WayOut traced(const std::vector<std::size_t>& before, std::size_t end,
+                              double length, const Eigen::Vector3d& p_W) const;
 
   double spacing_;
   double penetration_m_ = 0.0;

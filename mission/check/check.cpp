@@ -9,6 +9,7 @@
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
 #include "mission/check/rules.h"
+#include "mission/document/state_index.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "planning/world/scene.h"
 #include "vehicle/aqua2_figures.h"
@@ -29,6 +30,8 @@ constexpr std::array kDeckRules = {
          "The route and the longest way out together take no longer than mission_timeout."},
     Rule{"CHK-ENERGY", Severity::kError, "The route leaves battery_reserve in the battery."},
     Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned."},
+    Rule{"CHK-FAULT", Severity::kError,
+         "Whatever fails in whatever state, the dive ends surfaced or held, without a collision."},
 };
 
 Span map_span(const Mission& mission) { return mission.map_file.span; }
@@ -70,7 +73,7 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
   WayOutProof proof;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     trail.add(p_W, !world.overhead(p_W, radius));
-    const behaviors::Trail::WayOut way = trail.way_out(p_W);
+    const behaviors::Trail::WayOut way = trail.way_out(p_W, 0.0);
     if (!way.reaches_open_water) proof.exists = false;
     const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
     const double seconds = way.length_m / mission.speed.value + up_s;
@@ -159,6 +162,31 @@ void report_dive(const DiveResult& dive, const Mission& mission, Diagnostics& di
                                 dive.outcome, dive.cause));
 }
 
+Span span_of_state(const Mission& mission, const std::string& id) {
+  const StateIndex index(mission);
+  const int state = index.find(id);
+  return state < 0 ? mission.initial.span : index.spec(state).id.span;
+}
+
+void report_faults(const std::vector<FaultVerdict>& verdicts, const Mission& mission,
+                   Diagnostics& diagnostics) {
+  for (const FaultVerdict& verdict : verdicts) {
+    if (verdict.is_safe()) continue;
+    std::string what;
+    for (const Fault& fault : verdict.fault.faults) {
+      what += fmt::format("{}{} at {:.1f} s", what.empty() ? "" : " and ", to_string(fault.kind),
+                          fault.at_s);
+    }
+    diagnostics.error(
+        "CHK-FAULT", mission.source, span_of_state(mission, verdict.fault.state),
+        fmt::format("{} in '{}' ends in {} at {:.1f} m depth with {} collision(s): {}", what,
+                    verdict.fault.state, verdict.dive.final_state, verdict.dive.final_depth_m,
+                    verdict.dive.collisions, verdict.dive.cause),
+        fmt::format("see it with: dive run {} --seed N --fault NAME@SECONDS",
+                    mission.source.path()));
+  }
+}
+
 }  // namespace
 
 std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
@@ -208,6 +236,16 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   progress("diving it in simulation");
   report.dive = simulate_dive(mission, world, model, options.dive, nullptr);
   report_dive(*report.dive, mission, diagnostics);
+  if (!options.faults || !diagnostics.ok()) return report;
+
+  const std::vector<FaultCase> cases = every_fault_in_every_state(*report.dive);
+  progress(fmt::format("diving {} faults", cases.size()));
+  report.faults = dive_with_faults(cases, mission, world, model, options.dive, options.threads,
+                                   [&](std::size_t done) {
+                                     if (done % 50 == 0)
+                                       progress(fmt::format("{} of {} dives", done, cases.size()));
+                                   });
+  report_faults(report.faults, mission, diagnostics);
   return report;
 }
 

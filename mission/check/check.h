@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/diagnostic.h"
+#include "mission/check/fault_matrix.h"
 #include "mission/check/route.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/document/mission.h"
@@ -43,10 +44,13 @@ struct CheckReport {
   WayOutProof way_out;
   Budget budget;
   std::optional<DiveResult> dive;
+  std::vector<FaultVerdict> faults;
 };
 
 struct CheckOptions {
   bool simulate = true;
+  bool faults = false;  ///< Dive every fault in every state as well.
+  int threads = 1;      ///< At a time, for these.
   DiveSettings dive;
 };
 

@@ -22,6 +22,8 @@ struct Touched {
   int collisions = 0;
 };
 
+constexpr double kSamePlace = 0.5;  // m
+
 constexpr double kGraceSeconds = 120.0;  // for an abort that starts when the time is up
 
 Pose start_pose(const Mission& mission, const planning::World& world) {
@@ -62,10 +64,27 @@ class ChangedWorld {
   Touched before_;
 };
 
+/// Has the vehicle been in one place for a while, by ground truth?
+class Rest {
+ public:
+  [[nodiscard]] double seconds(const vehicle::GroundTruth& truth) {
+    if (since_ < 0 || (truth.X_WB.p - place_W_).norm() > kSamePlace) {
+      place_W_ = truth.X_WB.p;
+      since_ = truth.utime;
+    }
+    return to_seconds(truth.utime - since_);
+  }
+
+ private:
+  Eigen::Vector3d place_W_ = Eigen::Vector3d::Zero();
+  Utime since_ = -1;
+};
+
 void finish(DiveResult& result, const ExecutiveResult& executive, const StepOutputs& last,
             const vehicle::GroundTruth& truth, const Touched& touched) {
   result.outcome = to_string(executive.outcome);
   result.final_state = executive.final_state;
+  result.rung = last.status.rung;
   result.cause = executive.cause;
   result.duration_s = to_seconds(truth.utime);
   result.distance_m = truth.distance_swum_m;
@@ -109,6 +128,8 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
 
   DiveResult result;
   StepOutputs outputs;
+  Rest rest;
+  bool held = false;
   const double longest = 1.5 * mission.limits.mission_timeout.value + kGraceSeconds;
   while (to_seconds(simulator.truth().utime) < longest &&
          executive.result().outcome == Outcome::kRunning) {
@@ -139,10 +160,17 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     result.failsafes.insert(result.failsafes.end(), outputs.failsafes.begin(),
                             outputs.failsafes.end());
     if (observer) observer(inputs, outputs, truth);
+    const bool kept = outputs.status.rung != "none" && outputs.status.rung != "warn";
+    const double rested_s = rest.seconds(truth);
+    if (settings.rest_s > 0.0 && kept && rested_s >= settings.rest_s) {
+      held = true;
+      break;
+    }
   }
   finish(result, executive.result(), outputs, simulator.truth(),
          {std::min(meter.min_clearance_m(), changed.min_clearance_m()),
           meter.collisions() + changed.collisions()});
+  if (held && result.collisions == 0) result.outcome = "held";
   return result;
 }
 

@@ -22,6 +22,8 @@ struct DiveSettings {
   vehicle::Conditions conditions;
   int planner_latency_ticks = 5;  ///< 100 ms: what a plan is allowed on the vehicle.
   std::vector<Fault> faults;
+  double rest_s =
+      0.0;  ///< Ends, "held", when a failsafe has kept it in one place so long; 0: never.
   planning::PlannerOptions planner;
 
   [[nodiscard]] std::string validate() const;
@@ -33,8 +35,9 @@ struct TimedTransition {
 };
 
 struct DiveResult {
-  std::string outcome;  ///< success, aborted, failure
+  std::string outcome;  ///< success, aborted, held, failure
   std::string final_state;
+  std::string rung;   ///< Of the failsafe ladder, at the end.
   std::string cause;  ///< Empty on success.
   double duration_s = 0.0;
   double distance_m = 0.0;       ///< Swum, ground truth.

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <thread>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -28,6 +31,14 @@ void print_report(const CheckReport& report) {
                       dive.outcome, dive.final_state, dive.duration_s, dive.min_clearance_m,
                       dive.collisions));
   }
+  if (!report.faults.empty()) {
+    const auto count = [&](bool FaultVerdict::*how) {
+      return std::ranges::count_if(report.faults,
+                                   [how](const FaultVerdict& verdict) { return verdict.*how; });
+    };
+    print(fmt::format("  faults {} dives: {} surfaced, {} held, no collision", report.faults.size(),
+                      count(&FaultVerdict::surfaced), count(&FaultVerdict::held)));
+  }
 }
 
 int list_rules(bool json) {
@@ -53,6 +64,8 @@ int run_check(const CheckArguments& arguments) {
   if (arguments.list_rules) return list_rules(arguments.json);
   CheckOptions options;
   options.simulate = !arguments.static_only;
+  options.faults = arguments.faults;
+  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   options.dive.seed = arguments.seed;
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
@@ -66,7 +79,9 @@ int run_check(const CheckArguments& arguments) {
                            [](const std::string& what) { note("check: " + what); });
   }
   diagnostics.sort();
-  if (arguments.json) {
+  if (arguments.sarif) {
+    print_json(to_sarif(diagnostics, all_rules()));
+  } else if (arguments.json) {
     print_json(to_json(report, diagnostics));
   } else {
     print_diagnostics(diagnostics);

@@ -14,6 +14,8 @@ struct CheckArguments {
   std::string mission;
   bool json = false;
   bool static_only = false;  ///< No simulated dive.
+  bool faults = false;       ///< Every fault in every state.
+  bool sarif = false;        ///< SARIF on stdout instead of anything else.
   bool list_rules = false;
   std::uint64_t seed = 1;
   std::vector<std::string> conditions;  ///< NAME=VALUE
@@ -39,6 +41,7 @@ struct RunArguments {
   std::string log;  ///< Empty: a name of its own in dive-runs/.
   std::string svg;
   double leak_at_s = -1.0;
+  std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
 };
 

@@ -1,5 +1,7 @@
 #include "mission/cli/json.h"
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "mission/cli/terminal.h"
@@ -20,6 +22,37 @@ Json to_json(const Diagnostics& diagnostics) {
                     {"hint", diagnostic.hint}});
   }
   return list;
+}
+
+Json to_sarif(const Diagnostics& diagnostics, std::span<const Rule> rules) {
+  Json described = Json::array();
+  for (const Rule& rule : rules) {
+    described.push_back({{"id", rule.code}, {"shortDescription", {{"text", rule.sentence}}}});
+  }
+  Json results = Json::array();
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    const std::string text = diagnostic.hint.empty()
+                                 ? diagnostic.message
+                                 : diagnostic.message + " (" + diagnostic.hint + ")";
+    results.push_back({{"ruleId", diagnostic.code},
+                       {"level", diagnostic.severity == Severity::kError ? "error" : "warning"},
+                       {"message", {{"text", text}}},
+                       {"locations",
+                        {{{"physicalLocation",
+                           {{"artifactLocation", {{"uri", diagnostic.file}}},
+                            {"region",
+                             {{"startLine", std::max(diagnostic.span.line, 1)},
+                              {"startColumn", std::max(diagnostic.span.column, 1)},
+                              {"endColumn", std::max(diagnostic.span.column, 1) +
+                                                std::max(diagnostic.span.length, 1)}}}}}}}}});
+  }
+  return {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
+          {"version", "2.1.0"},
+          {"runs",
+           {{{"tool",
+              {{"driver",
+                {{"name", "dive"}, {"version", DIVE_VERSION}, {"rules", std::move(described)}}}}},
+             {"results", std::move(results)}}}}};
 }
 
 Json to_json(const planning::PlanResult& plan) {
@@ -90,6 +123,26 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                  {"clearance_m", report.way_out.clearance_m},
                  {"state", report.way_out.state}}}};
   if (report.dive) json["dive"] = to_json(*report.dive);
+  if (!report.faults.empty()) {
+    Json faults = Json::array();
+    for (const FaultVerdict& verdict : report.faults) {
+      Json injected = Json::array();
+      for (const Fault& fault : verdict.fault.faults) {
+        injected.push_back({{"fault", to_string(fault.kind)}, {"t", fault.at_s}});
+      }
+      faults.push_back({{"state", verdict.fault.state},
+                        {"injected", std::move(injected)},
+                        {"safe", verdict.is_safe()},
+                        {"surfaced", verdict.surfaced},
+                        {"held", verdict.held},
+                        {"final_state", verdict.dive.final_state},
+                        {"rung", verdict.dive.rung},
+                        {"collisions", verdict.dive.collisions},
+                        {"min_clearance_m", verdict.dive.min_clearance_m},
+                        {"duration_s", verdict.dive.duration_s}});
+    }
+    json["faults"] = std::move(faults);
+  }
   return json;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The JSON that scripts rely on (one object on stdout).
 
+#include <span>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,12 +9,16 @@
 #include "common/diagnostic.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
+#include "mission/document/rules.h"
 #include "mission/record/replay.h"
 #include "planning/planner.h"
 
 namespace dive::mission {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Diagnostics& diagnostics);
+/// SARIF 2.1.0, as code review tools read it.
+[[nodiscard]] nlohmann::ordered_json to_sarif(const Diagnostics& diagnostics,
+                                              std::span<const Rule> rules);
 [[nodiscard]] nlohmann::ordered_json to_json(const planning::PlanResult& plan);
 [[nodiscard]] nlohmann::ordered_json to_json(const CheckReport& report,
                                              const Diagnostics& diagnostics);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/diagnostic.h"
+#include "mission/check/faults.h"
 #include "mission/document/mission.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
@@ -30,5 +31,8 @@ struct LoadedMission {
 /// Pool conditions with NAME=VALUE settings applied; a complaint and nothing when one is wrong.
 [[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
     const std::vector<std::string>& settings);
+
+/// A fault from "NAME@SECONDS"; complains when that is none.
+[[nodiscard]] std::optional<Fault> parse_fault(const std::string& written);
 
 }  // namespace dive::mission

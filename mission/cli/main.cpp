@@ -38,12 +38,16 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "Examples:\n"
       "  dive check missions/window.xml            everything that can be proved on deck\n"
       "  dive check --static missions/window.xml   without the simulated dive\n"
+      "  dive check --faults missions/window.xml   and a dive for every fault in every state\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the way out from every\n"
       "leg, time and energy, and a simulated dive. Exit status 0 when it is ready to dive.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
+  command->add_flag("--faults", arguments.faults,
+                    "Dive every fault in every state: all must end surfaced or safely held");
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
+  command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
   command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
@@ -104,6 +108,11 @@ void add_run(CLI::App& app, RunArguments& arguments) {
   command->add_option("--leak-at", arguments.leak_at_s, "Let water in after so many seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 1e6).description(""));
+  command
+      ->add_option("--fault", arguments.faults,
+                   "Let something fail at a time, e.g. imu_silent@30 (repeatable)")
+      ->type_name("NAME@SECONDS")
+      ->allow_extra_args(false);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 

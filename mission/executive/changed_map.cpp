@@ -29,9 +29,9 @@ void ChangedMap::add(std::span<const SeenObstacle> seen) {
   added_scene_ = std::make_unique<planning::Scene>(added_);
 }
 
-bool ChangedMap::overhead(const Eigen::Vector3d& p_W) const {
-  return world_.overhead(p_W, hull_radius_) ||
-         (has_changed() && added_.overhead(p_W, hull_radius_));
+bool ChangedMap::overhead(const Eigen::Vector3d& p_W, double margin) const {
+  const double radius = hull_radius_ + margin;
+  return world_.overhead(p_W, radius) || (has_changed() && added_.overhead(p_W, radius));
 }
 
 std::optional<double> ChangedMap::ground_below(const Eigen::Vector3d& p_W) const {

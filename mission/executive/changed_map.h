@@ -26,8 +26,8 @@ class ChangedMap final : public behaviors::PathJudge {
   void add(std::span<const SeenObstacle> seen);
   [[nodiscard]] bool has_changed() const { return !added_.obstacles.empty(); }
 
-  /// Anything solid between p_W and the surface, within the hull's radius.
-  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W) const;
+  /// Anything solid between p_W and the surface, within the hull's radius and `margin` (m).
+  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double margin) const;
   [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
   /// To what was seen: the rest was certified when the path was planned.
   [[nodiscard]] double clearance(std::span<const Pose> waypoints) override;

@@ -1,6 +1,7 @@
 #include "mission/executive/executive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "mission/executive/machine.h"
 #include "mission/executive/surfacing_fallback.h"
 #include "mission/statechart/interpreter.h"
+#include "vehicle/reckoned_attitude.h"
 
 namespace dive::mission {
 namespace {
@@ -30,8 +32,10 @@ using statechart::StateId;
 
 constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a while
 constexpr double kRetreatWait = 60.0;    // s in open water before a retreat ends in surfacing
-constexpr Utime kSilence =
-    from_seconds(0.5);  // of the depth sensor, before the estimate replaces it
+constexpr Utime kSilence = 500'000;      // us, of the depth sensor: then the estimate stands in
+constexpr Utime kBlind = 100'000;        // us without attitude: then no turning effort is made
+constexpr double kTilted = 0.2;          // rad
+constexpr double kDrift = 0.7;           // m that a vehicle may coast and drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -165,22 +169,32 @@ struct Executive::Impl final : statechart::Environment {
     return last_depth && now - depth_heard <= kSilence &&
            !monitors.is_true(FailsafeKind::kDepthLost);
   }
-  [[nodiscard]] bool hears_imu() const { return !monitors.is_true(FailsafeKind::kImuLost); }
+  [[nodiscard]] bool hears_imu() const {
+    return now - imu_heard <= kBlind && !monitors.is_true(FailsafeKind::kImuLost);
+  }
+
+  // A vehicle that cannot steer well does better to rise where it is, if only just.
+  [[nodiscard]] bool can_go_up() const {
+    return open_above || (!is_under && !(hears_imu() && hears_depth()));
+  }
 
   void sense(const StepInputs& inputs) {
     if (inputs.imu && monitors.accept(now, *inputs.imu)) {
       estimator.add(*inputs.imu);
       last_imu = *inputs.imu;
+      imu_heard = now;
     }
     if (inputs.depth && monitors.accept(now, *inputs.depth)) {
-      estimator.add(*inputs.depth);
       last_depth = *inputs.depth;
       depth_heard = now;
+      // One that is lost may go on talking: the same, again and again.
+      if (!monitors.is_true(FailsafeKind::kDepthLost)) estimator.add(*inputs.depth);
     }
     if (inputs.health) static_cast<void>(monitors.accept(now, *inputs.health));
     estimator.set_commanded_speed(last_command.v);
-    estimator.set_expected_heave(
-        vehicle::expected_heave(options.autopilot, last_rates.heave, last_command.v));
+    const double lift = last_rates.heave - autopilot.trim_effort();
+    expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
+    estimator.set_expected_heave(expected_heave);
     outputs->estimate = estimator.update(now);
   }
 
@@ -196,7 +210,9 @@ struct Executive::Impl final : statechart::Environment {
   // Where the vehicle is, as failsafes and guards want to know it.
   void look_around() {
     const Eigen::Vector3d& p_W = position();
-    open_above = !map.overhead(p_W);
+    is_under = map.overhead(p_W, 0.0);
+    const double margin = kDrift + 2.0 * estimation::horizontal_sigma(estimate());
+    open_above = !is_under && !map.overhead(p_W, margin);
     trail.add(p_W, open_above);
     const double battery = monitors.health().battery_fraction;
     if (open_above) under_since = Usable{now, battery};
@@ -215,7 +231,7 @@ struct Executive::Impl final : statechart::Environment {
     variables.clearance = progress.clearance_m;
     variables.cross_track = progress.cross_track_m;
     variables.position_sigma = estimation::horizontal_sigma(estimate());
-    variables.overhead = !open_above;
+    variables.overhead = is_under;
     variables.penetration = trail.penetration_m();
     variables.spent = spent();
     variables.estimator = estimate().source == estimation::EstimatorKind::kPrimitive
@@ -318,13 +334,15 @@ struct Executive::Impl final : statechart::Environment {
     input.estimate = &estimate();
     input.altitude_m = altitude;
     input.command = last_command;
+    input.expected_climb =
+        (estimate().X_WB.q * Eigen::Vector3d(last_command.v, 0.0, expected_heave)).z();
     input.leg_elapsed_s = progress.elapsed_s;
     input.leg_expected_s = progress.expected_s;
     input.plan_failures = progress.plan_failures;
     input.out_of_replans = out_of_replans;
     input.operator_abort = operator_abort;
     input.retrace_failed = retrace_failed;
-    const auto change = ladder.update(now, monitors.update(input), open_above);
+    const auto change = ladder.update(now, monitors.update(input), can_go_up());
     if (change) take_rung(*change);
   }
 
@@ -439,7 +457,9 @@ struct Executive::Impl final : statechart::Environment {
     held.reset();
     const std::optional<StateId> leaf = active_leaf();
     if (!leaf) {  // the machine has ended
-      const double depth = open_above ? 0.0 : variables.depth;
+      const double depth = !open_above     ? variables.depth
+                           : hears_depth() ? 0.0
+                                           : -1.0;  // to be pushed against
       last_command = behaviors::station_keeping(depth, to_rpy(estimate().X_WB.q).z());
       return;
     }
@@ -460,6 +480,8 @@ struct Executive::Impl final : statechart::Environment {
     input.seen = map.has_changed() ? &map : nullptr;
     input.replan = ladder.rung() == behaviors::Rung::kReplan;
     input.depth_known = hears_depth();
+    input.attitude_known = hears_imu();
+    input.can_go_up = can_go_up();
     behaviors::BehaviorOutput result = behavior.step(input);
     last_command = result.command;
     progress = behavior.progress();
@@ -496,21 +518,35 @@ struct Executive::Impl final : statechart::Environment {
     dispatch("plan.failed." + id, fmt::format("no plan for {}: {}", id, progress.plan_failure));
   }
 
-  // Without attitude only what needs none is done: the depth loop, as if level and on course.
   void actuate() {
     outputs->command = last_command;
     const double dt = to_seconds(now - last_step);
     if (started && dt > 0.0 && last_imu && last_depth) {
-      const bool blind = !hears_imu();
-      vehicle::Command command = last_command;
-      if (blind) command.v = 0.0;
-      last_rates =
-          autopilot.step(command, blind ? command.o : last_imu->q_WB,
-                         blind ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : last_imu->gyro_B,
-                         hears_depth() ? last_depth->depth_m : -estimate().X_WB.p.z(), dt);
+      const double depth = hears_depth() ? last_depth->depth_m : -estimate().X_WB.p.z();
+      if (hears_imu()) {
+        reckoned.start(last_imu->q_WB, last_imu->gyro_B);
+        last_rates = autopilot.step(last_command, last_imu->q_WB, last_imu->gyro_B, depth, dt);
+      } else {
+        actuate_blindly(depth, dt);
+      }
     }
     last_step = now;
     outputs->rates = last_rates;
+  }
+
+  // Stops, comes level by what the turn must have become, and then does only what needs no
+  // attitude: the depth loop, as if level. A tilted vehicle that heaves would push itself sideways.
+  void actuate_blindly(double depth, double dt) {
+    reckoned.advance(last_rates, dt);
+    vehicle::Command command = last_command;
+    command.v = 0.0;
+    command.o = from_rpy(0.0, 0.0, to_rpy(last_imu->q_WB).z());
+    if (reckoned.is_trusted()) {
+      last_rates = autopilot.step(command, reckoned.q_WB(), reckoned.omega_B(), depth, dt);
+      if (reckoned.tilt() > kTilted) last_rates.heave = 0.0;
+    } else {
+      last_rates = autopilot.step(command, command.o, Eigen::Vector3d::Zero(), depth, dt);
+    }
   }
 
   void fill_status() {
@@ -541,11 +577,11 @@ struct Executive::Impl final : statechart::Environment {
     const bool is_retrace = spec != nullptr ? std::holds_alternative<RetraceState>(spec->leaf)
                                             : id == kRetraceState || id == kBackState;
     if (is_retrace) {
-      behavior = std::make_unique<behaviors::Retrace>(trail, position(), open_above,
+      behavior = std::make_unique<behaviors::Retrace>(trail, position(), can_go_up(),
                                                       leaf_context.leg, &map);
     } else if (spec != nullptr) {
       behavior = make_leaf_behavior(leaf_context, *spec);
-      if (std::holds_alternative<SurfaceState>(spec->leaf) && !open_above) {
+      if (std::holds_alternative<SurfaceState>(spec->leaf) && is_under) {
         abort_cause = event_cause = id + " was entered under an overhead";
         interpreter.raise(kAbortEvent);
       }
@@ -564,6 +600,7 @@ struct Executive::Impl final : statechart::Environment {
   LeafContext leaf_context;
   estimation::PrimitiveEstimator estimator;
   vehicle::Autopilot autopilot;
+  vehicle::ReckonedAttitude reckoned;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
   behaviors::FailsafeLadder ladder;
@@ -580,9 +617,11 @@ struct Executive::Impl final : statechart::Environment {
   Utime started_at = 0;
   Utime last_step = 0;
   Utime next_sounding = 0;
+  Utime imu_heard = 0;
   Utime depth_heard = 0;
   bool started = false;
-  bool open_above = false;
+  bool is_under = false;    ///< Something is above the vehicle.
+  bool open_above = false;  ///< Nothing is, nor where it may drift to: it can go straight up.
   bool paused = false;
   bool operator_abort = false;
   bool map_changed_while_held = false;
@@ -593,6 +632,7 @@ struct Executive::Impl final : statechart::Environment {
   std::optional<DepthSample> last_depth;
   vehicle::Command last_command;
   vehicle::PseudoRates last_rates;
+  double expected_heave = 0.0;  ///< m/s
   GuardVariables variables;
   std::vector<std::pair<statechart::GuardId, bool>> evaluated;  ///< Since the last transition.
   behaviors::Progress progress;

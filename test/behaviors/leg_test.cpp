@@ -124,6 +124,16 @@ TEST(Leg, KeepsTheOldPathWhileAndAfterAReplanFails) {
   EXPECT_EQ(leg.progress().plan_failure, "blocked");
 }
 
+TEST(Leg, APlannerThatDoesNotAnswerHasFailed) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Failure failed = Failure::kNone;
+  while (failed == Failure::kNone && vehicle.seconds() < 60) failed = vehicle.tick(leg).failed;
+  EXPECT_EQ(failed, Failure::kUnreachable);
+  EXPECT_NEAR(vehicle.seconds(), 21.0, 0.2) << "twice ten seconds, and one between";
+  EXPECT_EQ(leg.progress().plan_failure, "the planner did not answer within 10 s");
+}
+
 TEST(Leg, RetriesAFailedFirstPlanThenGivesUp) {
   LegSettings few = settings();
   few.replan.max_replans = 4;

@@ -15,7 +15,7 @@ Trail swum_in(double spacing = 0.5, std::size_t capacity = 4096) {
 }
 
 TEST(Trail, LeadsBackToTheLastOpenWater) {
-  const Trail::WayOut way = swum_in().way_out({10.0, 0.3, -4});
+  const Trail::WayOut way = swum_in().way_out({10.0, 0.3, -4}, 0.0);
   EXPECT_TRUE(way.reaches_open_water);
   EXPECT_LT(way.points.back().x(), 0.0);
   EXPECT_GT(way.points.back().x(), -0.55);
@@ -28,14 +28,14 @@ TEST(Trail, LeadsBackToTheLastOpenWater) {
 TEST(Trail, SaysWhenItNeverSawOpenWater) {
   Trail trail;
   for (double x = 0.0; x < 5.0; x += 0.1) trail.add({x, 0, -4}, false);
-  EXPECT_FALSE(trail.way_out({5, 0, -4}).reaches_open_water);
-  EXPECT_FALSE(Trail().way_out({5, 0, -4}).reaches_open_water);
+  EXPECT_FALSE(trail.way_out({5, 0, -4}, 0.0).reaches_open_water);
+  EXPECT_FALSE(Trail().way_out({5, 0, -4}, 0.0).reaches_open_water);
 }
 
 TEST(Trail, StaysBoundedAndKeepsTheWayOut) {
   const Trail trail = swum_in(0.05, 64);
   EXPECT_LE(trail.size(), 64U);
-  const Trail::WayOut way = trail.way_out({10.0, 0, -4});
+  const Trail::WayOut way = trail.way_out({10.0, 0, -4}, 0.0);
   EXPECT_TRUE(way.reaches_open_water);
   EXPECT_NEAR(way.length_m, 10.0, 1.0);
 }
@@ -68,6 +68,24 @@ BehaviorOutput step(Retrace& retrace, Utime now, const Eigen::Vector3d& p_W,
   input.seen = seen;
   input.map_changed = seen != nullptr;
   return retrace.step(input);
+}
+
+// In along y = 0 to x = 20, and half of the way back along y = 0.3.
+TEST(Trail, LeavesOutWhereItHasBeenTwice) {
+  Trail trail;
+  for (double x = -4.0; x <= 20.0; x += 0.1) trail.add({x, 0, -4}, x < 0.0);
+  for (double x = 20.0; x >= 10.0; x -= 0.1) trail.add({x, 0.3, -4}, false);
+  const Eigen::Vector3d here(10.0, 0.3, -4);
+  const Trail::WayOut there_and_back = trail.way_out(here, 0.0);
+  EXPECT_NEAR(there_and_back.length_m, 30.0, 1.0);
+  const Trail::WayOut straight_out = trail.way_out(here, 0.6);
+  EXPECT_TRUE(straight_out.reaches_open_water);
+  EXPECT_NEAR(straight_out.length_m, 10.3, 0.8);
+  EXPECT_EQ(straight_out.points.front(), here);
+  EXPECT_LT(straight_out.points.back().x(), 0.0);
+  for (std::size_t i = 1; i < straight_out.points.size(); ++i) {
+    EXPECT_LE((straight_out.points[i] - straight_out.points[i - 1]).norm(), 0.61);
+  }
 }
 
 TEST(Trail, KnowsHowFarInItIs) {
@@ -131,6 +149,40 @@ TEST(Retrace, AroundWhatBlocksTheTrailWithLessAndLessClearance) {
   EXPECT_EQ(output.failed, Failure::kNone);
   EXPECT_GT((output.command.o * Eigen::Vector3d::UnitX()).y(), 0.9) << "round it, by the north";
   EXPECT_EQ(retrace.progress().clearance_m, 0.4);
+}
+
+TEST(Retrace, WithoutAttitudeItWaitsOrGoesUp) {
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  estimation::StateEstimate estimate;
+  estimate.valid = true;
+  estimate.X_WB.p = {10, 0, -4};
+  BehaviorInput input;
+  input.estimate = &estimate;
+  input.attitude_known = false;
+  for (; input.now < from_seconds(1000); input.now += from_seconds(1)) {
+    const BehaviorOutput output = retrace.step(input);
+    EXPECT_EQ(output.command.v, 0.0);
+    EXPECT_EQ(output.failed, Failure::kNone);
+    EXPECT_FALSE(output.done || output.plan_request);
+  }
+  input.attitude_known = true;  // it comes back, and the time did not count
+  EXPECT_FALSE(retrace.step(input).plan_request);
+  EXPECT_GT(retrace.step(input).command.v, 0.0);
+  input.attitude_known = false;
+  input.can_go_up = true;
+  EXPECT_TRUE(retrace.step(input).done);
+}
+
+TEST(Retrace, APlannerThatDoesNotAnswerIsNoWayOut) {
+  Judge blocked(-0.1);
+  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), &blocked);
+  BehaviorOutput output;
+  Utime now = 0;
+  for (; output.failed == Failure::kNone && now < from_seconds(100); now += from_seconds(1)) {
+    output = step(retrace, now, {10, 0, -4});
+  }
+  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_NEAR(to_seconds(now), 4 * 11, 3.0);
 }
 
 TEST(Retrace, WithoutAnyWayItSaysSo) {

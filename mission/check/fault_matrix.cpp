@@ -1,0 +1,64 @@
+#include "mission/check/fault_matrix.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+namespace dive::mission {
+namespace {
+
+constexpr double kRest = 30.0;          // s within half a metre: somebody can come and fetch it
+constexpr double kSurfacedDepth = 0.5;  // m
+
+FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
+                      const vehicle::Model& model, DiveSettings settings) {
+  settings.faults = fault.faults;
+  settings.rest_s = kRest;
+  FaultVerdict verdict{fault, simulate_dive(mission, world, model, settings, nullptr)};
+  verdict.held = verdict.dive.outcome == "held";
+  verdict.surfaced = !verdict.held && verdict.dive.outcome != "failure" &&
+                     verdict.dive.final_depth_m < kSurfacedDepth;
+  return verdict;
+}
+
+}  // namespace
+
+std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal) {
+  std::vector<FaultCase> cases;
+  const std::vector<TimedTransition>& transitions = nominal.transitions;
+  for (std::size_t i = 0; i < transitions.size(); ++i) {
+    const double begin = transitions[i].t_s;
+    const double end = i + 1 < transitions.size() ? transitions[i + 1].t_s : nominal.duration_s;
+    if (end - begin < 2.0 * vehicle::Simulator::kTick) continue;  // passed through
+    for (std::size_t kind = 0; kind < kFaultCount; ++kind) {
+      cases.push_back(
+          {transitions[i].record.to, {{static_cast<FaultKind>(kind), 0.5 * (begin + end)}}});
+    }
+  }
+  return cases;
+}
+
+std::vector<FaultVerdict> dive_with_faults(const std::vector<FaultCase>& cases,
+                                           const Mission& mission, const planning::World& world,
+                                           const vehicle::Model& model,
+                                           const DiveSettings& settings, int threads,
+                                           const std::function<void(std::size_t)>& progress) {
+  std::vector<FaultVerdict> verdicts(cases.size());
+  std::atomic<std::size_t> next = 0;
+  std::mutex telling;
+  std::size_t done = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < cases.size(); i = next++) {
+      verdicts[i] = dive_one(cases[i], mission, world, model, settings);
+      const std::lock_guard lock(telling);
+      progress(++done);
+    }
+  };
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < threads; ++i) workers.emplace_back(work);
+  workers.clear();  // joins
+  return verdicts;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,27 @@
+#include "vehicle/reckoned_attitude.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/se3.h"
+
+namespace dive::vehicle {
+
+void ReckonedAttitude::start(const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B) {
+  q_WB_ = q_WB.normalized();
+  omega_B_ = omega_B;
+  age_s_ = 0.0;
+}
+
+void ReckonedAttitude::advance(const PseudoRates& rates, double dt) {
+  age_s_ += dt;
+  const Eigen::Vector3d effort(rates.roll, rates.pitch, rates.yaw);
+  omega_B_ += dt * Eigen::Vector3d(kGain).cwiseProduct(effort);
+  q_WB_ = (q_WB_ * so3_exp(dt * omega_B_)).normalized();
+}
+
+double ReckonedAttitude::tilt() const {
+  return std::acos(std::clamp((q_WB_ * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+}
+
+}  // namespace dive::vehicle
