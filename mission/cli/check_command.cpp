@@ -10,6 +10,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/terminal.h"
+#include "mission/import/foreign_mission.h"
 
 namespace dive::mission {
 namespace {
@@ -43,7 +44,8 @@ void print_report(const CheckReport& report) {
 
 int list_rules(bool json) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const std::span<const Rule> rules : {document_rules(), world_rules(), deck_rules()}) {
+  for (const std::span<const Rule> rules :
+       {document_rules(), world_rules(), deck_rules(), import_rules()}) {
     for (const Rule& rule : rules) {
       if (json) {
         list.push_back({{"code", rule.code},

@@ -3,6 +3,7 @@
 // aborted, 2 wrong usage or invalid input, 3 an internal error.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,9 +51,20 @@ struct ReplayArguments {
   bool json = false;
 };
 
+struct ImportArguments {
+  std::string format;  ///< acfr or qgc
+  std::string file;
+  std::string output = ".";
+  double speed = 0.4;
+  double seabed_m = 0.0;
+  std::optional<double> depth_m;
+  bool json = false;
+};
+
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);
+[[nodiscard]] int run_import(const ImportArguments& arguments);
 [[nodiscard]] int run_replay(const ReplayArguments& arguments);
 
 }  // namespace dive::mission

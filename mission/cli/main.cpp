@@ -129,6 +129,37 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+void add_import(CLI::App& app, ImportArguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("import",
+                         "Examples:\n"
+                         "  dive import acfr survey.xml --output missions/imported\n"
+                         "  dive import qgc harbour.plan --depth 3\n\n"
+                         "Turns someone else's mission into one of ours, on a flat seabed, and "
+                         "reports its defects at\n"
+                         "their lines. acfr: the XML of ACFR's vehicles. qgc: QGroundControl's "
+                         ".plan or waypoint file.");
+  command->add_option("FORMAT", arguments.format, "acfr or qgc")
+      ->type_name("FORMAT")
+      ->required()
+      ->check(CLI::IsMember({"acfr", "qgc"}).description(""));
+  command->add_option("FILE", arguments.file, "The file")->type_name("FILE")->required();
+  command->add_option("--output", arguments.output, "Folder for mission and map (default: here)")
+      ->type_name("DIR");
+  command->add_option("--speed", arguments.speed, "Speed of our vehicle, m/s (default: 0.4)")
+      ->type_name("M/S")
+      ->check(CLI::Range(0.1, 0.8).description(""));
+  command
+      ->add_option("--seabed", arguments.seabed_m,
+                   "Depth of the seabed, m (default: 5 m below the deepest leg)")
+      ->type_name("METRES")
+      ->check(CLI::Range(0.5, 1000.0).description(""));
+  command->add_option("--depth", arguments.depth_m, "qgc: swim everything at this depth, m")
+      ->type_name("METRES")
+      ->check(CLI::Range(0.0, 200.0).description(""));
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
 // What the person may have meant by a word that is no command or option.
 std::optional<std::string> meant(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
@@ -175,10 +206,12 @@ int dispatch(int argc, char** argv) {
   PlanArguments plan;
   RunArguments run;
   ReplayArguments replay;
+  ImportArguments import;
   add_check(app, check);
   add_plan(app, plan);
   add_run(app, run);
   add_replay(app, replay);
+  add_import(app, import);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -193,6 +226,7 @@ int dispatch(int argc, char** argv) {
   }
   if (app.got_subcommand("plan")) return run_plan(plan);
   if (app.got_subcommand("run")) return run_dive(run);
+  if (app.got_subcommand("import")) return run_import(import);
   return run_replay(replay);
 }
 

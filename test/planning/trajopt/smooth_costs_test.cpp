@@ -72,7 +72,8 @@ TEST(SmoothCosts, ModelHasTheSlopeOfTheValue) {
         for (Pose& pose : path) pose.q = from_rpy(0.0, 0.0, to_rpy(pose.q).z());
       }
       const SmoothCosts costs = arbitrary_costs(mode);
-      for (std::size_t i = 0; i + 1 < path.size(); ++i) {  // backwards the angle has a kink
+      for (std::size_t i = 0; i + 1 < path.size(); ++i) {  // backwards the angles have a kink
+        if (angle_between(path[i].q, path[i + 1].q) > 3.0) return;
         for (const Pose& pose : {path[i], path[i + 1]}) {
           if (heading_error(pose.q, path[i + 1].p - path[i].p, mode).norm() > 3.0) return;
         }
