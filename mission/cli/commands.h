@@ -51,6 +51,17 @@ struct ReplayArguments {
   bool json = false;
 };
 
+struct ExplainArguments {
+  std::string log;
+  bool json = false;
+};
+
+struct GraphArguments {
+  std::string mission;
+  std::string format = "dot";  ///< dot or scxml
+  std::string output;          ///< Empty: stdout.
+};
+
 struct ImportArguments {
   std::string format;  ///< acfr or qgc
   std::string file;
@@ -64,6 +75,8 @@ struct ImportArguments {
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);
+[[nodiscard]] int run_explain(const ExplainArguments& arguments);
+[[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
 [[nodiscard]] int run_replay(const ReplayArguments& arguments);
 

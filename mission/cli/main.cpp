@@ -129,6 +129,37 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+void add_explain(CLI::App& app, ExplainArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "explain",
+      "Examples:\n"
+      "  dive explain dive-runs/window-seed1.lcmlog\n\n"
+      "Says why a dive went as it did: every transition with its cause and the guards that decided\n"
+      "it, every failsafe with the rung chosen and what competed for it, every plan and why it was\n"
+      "asked for.");
+  command->add_option("LOG", arguments.log, "Log file (LCM event log)")
+      ->type_name("FILE")
+      ->required();
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_graph(CLI::App& app, GraphArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "graph",
+      "Examples:\n"
+      "  dive graph missions/window.xml | dot -Tsvg > window.svg\n"
+      "  dive graph missions/window.xml --format scxml --output window.scxml\n\n"
+      "Writes the machine as it is built from a mission, the executive's own states included.");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML)")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--format", arguments.format, "dot (Graphviz) or scxml (default: dot)")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"dot", "scxml"}).description(""));
+  command->add_option("--output", arguments.output, "File to write (default: stdout)")
+      ->type_name("FILE");
+}
+
 void add_import(CLI::App& app, ImportArguments& arguments) {
   CLI::App* command =
       app.add_subcommand("import",
@@ -206,11 +237,15 @@ int dispatch(int argc, char** argv) {
   PlanArguments plan;
   RunArguments run;
   ReplayArguments replay;
+  ExplainArguments explanation;
+  GraphArguments graph;
   ImportArguments import;
   add_check(app, check);
   add_plan(app, plan);
   add_run(app, run);
   add_replay(app, replay);
+  add_explain(app, explanation);
+  add_graph(app, graph);
   add_import(app, import);
   try {
     app.parse(argc, argv);
@@ -226,6 +261,8 @@ int dispatch(int argc, char** argv) {
   }
   if (app.got_subcommand("plan")) return run_plan(plan);
   if (app.got_subcommand("run")) return run_dive(run);
+  if (app.got_subcommand("explain")) return run_explain(explanation);
+  if (app.got_subcommand("graph")) return run_graph(graph);
   if (app.got_subcommand("import")) return run_import(import);
   return run_replay(replay);
 }

@@ -72,6 +72,44 @@ bool Guard::evaluate(const GuardVariables& variables) const {
   return values[nodes_.size() - 1] != 0.0;
 }
 
+std::string Guard::script() const {
+  std::vector<std::string> parts;
+  const auto part = [&parts](int node) { return parts[static_cast<std::size_t>(node)]; };
+  for (const Node& node : nodes_) {
+    switch (node.kind) {
+      case Node::Kind::kNumber:
+        parts.push_back(fmt::format("{}", node.number));
+        break;
+      case Node::Kind::kVariable:
+        parts.emplace_back(kGuardVariables[static_cast<std::size_t>(node.index)].name);
+        break;
+      case Node::Kind::kCompare:
+        parts.push_back(fmt::format("({} {} {})", part(node.left),
+                                    kGuardComparisons[static_cast<std::size_t>(node.index)],
+                                    part(node.right)));
+        break;
+      case Node::Kind::kAnd:
+        parts.push_back(fmt::format("({} && {})", part(node.left), part(node.right)));
+        break;
+      case Node::Kind::kOr:
+        parts.push_back(fmt::format("({} || {})", part(node.left), part(node.right)));
+        break;
+      case Node::Kind::kNot:
+        parts.push_back(fmt::format("(!{})", part(node.left)));
+        break;
+    }
+  }
+  return parts.back();
+}
+
+std::vector<std::pair<std::string, std::string>> Guard::script_variables() {
+  std::vector<std::pair<std::string, std::string>> variables;
+  for (const GuardVariable& variable : kGuardVariables) {
+    variables.emplace_back(variable.name, variable.kind == GuardKind::kTruth ? "false" : "0");
+  }
+  return variables;
+}
+
 std::string Guard::describe(const GuardVariables& variables) const {
   std::set<int> named;
   std::string text;

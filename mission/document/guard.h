@@ -22,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace dive::mission {
@@ -64,6 +65,10 @@ class Guard {
   /// Total: comparisons are IEEE's, so one with NaN is false (and != true). Allocates nothing.
   [[nodiscard]] bool evaluate(const GuardVariables& variables) const;
   [[nodiscard]] const std::string& text() const { return text_; }
+  /// The same in ECMAScript, over script_variables().
+  [[nodiscard]] std::string script() const;
+  /// Names and first values, as script(), of all that a guard may name.
+  [[nodiscard]] static std::vector<std::pair<std::string, std::string>> script_variables();
   /// The values it looked at: "depth 2.41, overhead true".
   [[nodiscard]] std::string describe(const GuardVariables& variables) const;
 

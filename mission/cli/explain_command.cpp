@@ -1,0 +1,40 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/terminal.h"
+#include "mission/record/explain.h"
+
+namespace dive::mission {
+
+int run_explain(const ExplainArguments& arguments) {
+  auto log = LogReader::open(arguments.log);
+  if (!log) {
+    complain(log.error());
+    return kExitUsage;
+  }
+  const Explanation explanation = explain(*log);
+  if (arguments.json) {
+    nlohmann::ordered_json events = nlohmann::ordered_json::array();
+    for (const Explained& event : explanation.events) {
+      events.push_back({{"t", event.t_s},
+                        {"kind", to_string(event.kind)},
+                        {"state", event.state},
+                        {"what", event.what},
+                        {"because", event.because}});
+    }
+    print_json({{"duration_s", explanation.duration_s},
+                {"torn", explanation.torn},
+                {"events", std::move(events)}});
+    return kExitSuccess;
+  }
+  for (const Explained& event : explanation.events) {
+    print(fmt::format("{:8.2f} s  {}", event.t_s, event.what));
+    if (!event.because.empty()) print(fmt::format("              {}", event.because));
+  }
+  if (explanation.torn) note("the log is torn: it ends before the dive did");
+  return kExitSuccess;
+}
+
+}  // namespace dive::mission

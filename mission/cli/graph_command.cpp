@@ -1,0 +1,24 @@
+#include "mission/cli/commands.h"
+#include "mission/cli/terminal.h"
+#include "mission/executive/machine_graph.h"
+
+namespace dive::mission {
+
+int run_graph(const GraphArguments& arguments) {
+  Diagnostics diagnostics;
+  const std::optional<Mission> mission = load_mission(arguments.mission, diagnostics);
+  if (!mission) {
+    print_diagnostics(diagnostics);
+    return kExitUsage;
+  }
+  const Machine machine = build_machine(*mission);
+  const std::string text = arguments.format == "dot" ? to_dot(machine, mission->id)
+                                                     : to_scxml(machine, mission->id);
+  if (!arguments.output.empty()) {
+    return write_file(arguments.output, text) ? kExitSuccess : kExitUsage;
+  }
+  print(std::string_view(text).substr(0, text.size() - 1));  // print() ends the line
+  return kExitSuccess;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,109 @@
+#include "mission/record/explain.h"
+
+#include <fmt/format.h>
+
+namespace dive::mission {
+namespace {
+
+class Explainer {
+ public:
+  explicit Explainer(Explanation& explanation) : explanation_(explanation) {}
+
+  void tick(const LoggedTick& tick) {
+    t_s_ = to_seconds(tick.inputs.now);
+    state_ = tick.outputs.status.state;
+    explanation_.duration_s = t_s_;
+    inputs(tick.inputs);
+    for (const FailsafeRecord& record : tick.outputs.failsafes) failsafe(record);
+    for (const TransitionRecord& record : tick.outputs.transitions) transition(record);
+    for (const ActionRecord& record : tick.outputs.actions) action(record);
+    if (tick.outputs.plan_query) query(*tick.outputs.plan_query);
+  }
+
+ private:
+  using Kind = Explained::Kind;
+
+  void add(Kind kind, std::string what, std::string because = {}) {
+    explanation_.events.push_back({kind, t_s_, state_, std::move(what), std::move(because)});
+  }
+
+  void inputs(const StepInputs& inputs) {
+    if (inputs.operator_command) {
+      constexpr const char* kSays[] = {"", "abort", "pause", "resume", "skip"};
+      const char* says = kSays[static_cast<int>(*inputs.operator_command)];
+      if (*says != '\0') add(Kind::kOperator, fmt::format("topside says {}", says));
+    }
+    for (const SeenObstacle& seen : inputs.seen) {
+      add(Kind::kMap, fmt::format("something is seen at ({:.1f}, {:.1f}, {:.1f})",
+                                  seen.X_WO.p.x(), seen.X_WO.p.y(), seen.X_WO.p.z()));
+    }
+    if (inputs.plan) answer(*inputs.plan);
+  }
+
+  void answer(const PlanReply& reply) {
+    const double took = t_s_ - asked_at_s_;
+    if (reply.status == planning::PlanStatus::kSuccess) {
+      add(Kind::kAnswer,
+          fmt::format("plan {} after {:.2f} s: {:.1f} m, certified {:.2f} m", reply.id, took,
+                      reply.length_m, reply.clearance_m),
+          reply.warm_starts > 0 ? fmt::format("{} warm start(s)", reply.warm_starts) : "");
+    } else {
+      add(Kind::kAnswer,
+          fmt::format("plan {} after {:.2f} s: {}", reply.id, took,
+                      planning::to_string(reply.status)),
+          reply.reason);
+    }
+  }
+
+  void query(const PlanQuery& query) {
+    asked_at_s_ = t_s_;
+    const Eigen::Vector3d& goal = query.request.goal.p;
+    add(Kind::kPlan,
+        fmt::format("{} asks for plan {} to ({:.1f}, {:.1f}, {:.1f}) with {:.2f} m clearance",
+                    query.state, query.id, goal.x(), goal.y(), goal.z(), query.request.clearance),
+        query.cause);
+  }
+
+  void transition(const TransitionRecord& record) {
+    const std::string way =
+        record.from.empty() ? record.to : fmt::format("{} -> {}", record.from, record.to);
+    std::string because = record.cause;
+    if (!record.event.empty()) because = fmt::format("{}: {}", record.event, because);
+    if (!record.guards.empty()) because += fmt::format("; {}", record.guards);
+    add(Kind::kTransition, way, std::move(because));
+  }
+
+  void failsafe(const FailsafeRecord& record) {
+    std::string because = fmt::format("{}: {}", record.cause, record.why);
+    if (!record.competing.empty()) because += fmt::format("; competing: {}", record.competing);
+    add(Kind::kFailsafe, fmt::format("rung {}", record.rung), std::move(because));
+  }
+
+  void action(const ActionRecord& record) {
+    constexpr const char* kWhat[] = {"log: {}", "payload: {}", "note: {}"};
+    add(Kind::kAction, fmt::format(fmt::runtime(kWhat[static_cast<int>(record.kind)]), record.text));
+  }
+
+  Explanation& explanation_;
+  double t_s_ = 0.0;
+  double asked_at_s_ = 0.0;
+  std::string state_;
+};
+
+}  // namespace
+
+Explanation explain(LogReader& log) {
+  Explanation explanation;
+  Explainer explainer(explanation);
+  while (const std::optional<LoggedTick> tick = log.next()) explainer.tick(*tick);
+  explanation.torn = log.torn();
+  return explanation;
+}
+
+const char* to_string(Explained::Kind kind) {
+  constexpr const char* kNames[] = {"transition", "failsafe", "plan", "answer",
+                                    "action",     "operator", "map"};
+  return kNames[static_cast<int>(kind)];
+}
+
+}  // namespace dive::mission
