@@ -34,8 +34,8 @@ class Explainer {
       if (*says != '\0') add(Kind::kOperator, fmt::format("topside says {}", says));
     }
     for (const SeenObstacle& seen : inputs.seen) {
-      add(Kind::kMap, fmt::format("something is seen at ({:.1f}, {:.1f}, {:.1f})",
-                                  seen.X_WO.p.x(), seen.X_WO.p.y(), seen.X_WO.p.z()));
+      add(Kind::kMap, fmt::format("something is seen at ({:.1f}, {:.1f}, {:.1f})", seen.X_WO.p.x(),
+                                  seen.X_WO.p.y(), seen.X_WO.p.z()));
     }
     if (inputs.plan) answer(*inputs.plan);
   }
@@ -81,7 +81,8 @@ class Explainer {
 
   void action(const ActionRecord& record) {
     constexpr const char* kWhat[] = {"log: {}", "payload: {}", "note: {}"};
-    add(Kind::kAction, fmt::format(fmt::runtime(kWhat[static_cast<int>(record.kind)]), record.text));
+    add(Kind::kAction,
+        fmt::format(fmt::runtime(kWhat[static_cast<int>(record.kind)]), record.text));
   }
 
   Explanation& explanation_;
