@@ -80,6 +80,8 @@ class Behavior {
   virtual ~Behavior() = default;
   [[nodiscard]] virtual BehaviorOutput step(const BehaviorInput& input) = 0;
   [[nodiscard]] virtual const Progress& progress() const = 0;
+  /// How many goals have been left behind.
+  [[nodiscard]] virtual int goals_done() const { return 0; }
   /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
   [[nodiscard]] virtual bool skip() { return false; }
 };

@@ -83,6 +83,12 @@ class FailsafeLadder {
   [[nodiscard]] std::optional<Change> update(Utime now, const FailsafeConditions& conditions,
                                              bool open_above);
 
+  /// Goes on from a rung that another ladder had reached.
+  void restore(Rung rung, FailsafeKind cause) {
+    rung_ = rung;
+    cause_ = cause;
+  }
+
   [[nodiscard]] Rung rung() const { return rung_; }
   /// The failsafe that set the present rung; meaningful above kNone.
   [[nodiscard]] FailsafeKind cause() const { return cause_; }

@@ -6,10 +6,12 @@
 
 namespace dive::behaviors {
 
-GoalSequence::GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals)
-    : settings_(settings), goals_(std::move(goals)) {
-  DIVE_DEMAND(!goals_.empty());
-  leg_.emplace(settings_, goals_[0]);
+GoalSequence::GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals,
+                           std::size_t first)
+    : settings_(settings), goals_(std::move(goals)), current_(first) {
+  DIVE_DEMAND(first < goals_.size());
+  settings_.seed += 1000 * first;
+  leg_.emplace(settings_, goals_[first]);
 }
 
 void GoalSequence::begin_next() {

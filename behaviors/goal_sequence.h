@@ -11,13 +11,14 @@ namespace dive::behaviors {
 
 class GoalSequence final : public Behavior {
  public:
-  /// At least one goal.
-  GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals);
+  /// At least one goal; begins with the one of index `first`.
+  GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals, std::size_t first = 0);
 
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   /// Goes on to the next goal; false at the last one.
   [[nodiscard]] bool skip() override;
+  [[nodiscard]] int goals_done() const override { return static_cast<int>(current_); }
 
  private:
   void begin_next();

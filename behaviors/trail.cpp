@@ -30,6 +30,7 @@ void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
   penetration_m_ = open_above ? 0.0 : penetration_m_ + step;
   if (crumbs_.size() == capacity_) thin_out();
   crumbs_.push_back({p_W, open_above});
+  ++dropped_;
 }
 
 void Trail::thin_out() {

@@ -32,19 +32,24 @@ class Trail {
   /// 0 while that is the same, and from the first crumb where there is none with open water.
   [[nodiscard]] double penetration_m() const { return penetration_m_; }
 
-  [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
-
- private:
   struct Crumb {
     Eigen::Vector3d p_W;
     bool open_above;
   };
+  /// How many crumbs have ever been dropped, and the newest of them (there is one).
+  [[nodiscard]] std::size_t dropped() const { return dropped_; }
+  [[nodiscard]] const Crumb& newest() const { return crumbs_.back(); }
+
+  [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
+
+ private:
   void thin_out();
   [[nodiscard]] WayOut traced(const std::vector<std::size_t>& before, std::size_t end,
                               double length, const Eigen::Vector3d& p_W) const;
 
   double spacing_;
   double penetration_m_ = 0.0;
+  std::size_t dropped_ = 0;
   std::size_t capacity_;
   std::vector<Crumb> crumbs_;
 };

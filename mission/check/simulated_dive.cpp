@@ -64,6 +64,13 @@ class ChangedWorld {
   Touched before_;
 };
 
+ExecutiveOptions executive_options(const DiveSettings& settings) {
+  ExecutiveOptions options;
+  options.seed = settings.seed;
+  options.resume = settings.resume;
+  return options;
+}
+
 /// Has the vehicle been in one place for a while, by ground truth?
 class Rest {
  public:
@@ -115,16 +122,16 @@ std::string DiveSettings::validate() const {
 
 DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                          const vehicle::Model& model, const DiveSettings& settings,
-                         const DiveObserver& observer) {
+                         const DiveObserver& observer, const DiveKeeper& keeper) {
   const Utime tick = from_seconds(vehicle::Simulator::kTick);
-  vehicle::Simulator simulator(model, start_pose(mission, world), settings.conditions,
-                               settings.seed);
+  const Pose start = settings.resume ? settings.resume->committed.X_WB : start_pose(mission, world);
+  vehicle::Simulator simulator(model, start, settings.conditions, settings.seed);
   vehicle::ClearanceMeter meter(world, model.hull);
   FaultInjector injector(settings.faults);
   ChangedWorld changed(model.hull);
   PlannerService planner(world, model.hull, settings.planner,
                          settings.planner_latency_ticks * tick);
-  Executive executive(mission, world, model, ExecutiveOptions{.seed = settings.seed});
+  Executive executive(mission, world, model, executive_options(settings));
 
   DiveResult result;
   StepOutputs outputs;
@@ -149,6 +156,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     meter.observe(truth.X_WB);
     changed.observe(truth.X_WB);
     outputs = executive.step(inputs);
+    if (keeper) keeper(executive, outputs);
     if (outputs.plan_query) {
       ++result.plans;
       if (!outputs.plan_query->request.previous.empty()) ++result.replans;

@@ -22,6 +22,7 @@ struct DiveSettings {
   vehicle::Conditions conditions;
   int planner_latency_ticks = 5;  ///< 100 ms: what a plan is allowed on the vehicle.
   std::vector<Fault> faults;
+  std::optional<Resume> resume;  ///< Goes on from there, the vehicle at rest where it was thought.
   double rest_s =
       0.0;  ///< Ends, "held", when a failsafe has kept it in one place so long; 0: never.
   planning::PlannerOptions planner;
@@ -53,6 +54,9 @@ struct DiveResult {
   std::vector<FailsafeRecord> failsafes;
 };
 
+/// Told every tick, after the step and before its outputs reach the vehicle.
+using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
+
 /// Told every tick, after the step.
 using DiveObserver =
     std::function<void(const StepInputs&, const StepOutputs&, const vehicle::GroundTruth&)>;
@@ -61,6 +65,7 @@ using DiveObserver =
 /// is a failure. A collision is a failure whatever the executive thinks of it.
 [[nodiscard]] DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                                        const vehicle::Model& model, const DiveSettings& settings,
-                                       const DiveObserver& observer);
+                                       const DiveObserver& observer,
+                                       const DiveKeeper& keeper = nullptr);
 
 }  // namespace dive::mission

@@ -40,6 +40,8 @@ struct RunArguments {
   bool json = false;
   std::uint64_t seed = 1;
   std::string log;  ///< Empty: a name of its own in dive-runs/.
+  std::string journal;  ///< Empty: beside the log.
+  bool resume = false;
   std::string svg;
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS

@@ -12,8 +12,8 @@ int run_graph(const GraphArguments& arguments) {
     return kExitUsage;
   }
   const Machine machine = build_machine(*mission);
-  const std::string text = arguments.format == "dot" ? to_dot(machine, mission->id)
-                                                     : to_scxml(machine, mission->id);
+  const std::string text =
+      arguments.format == "dot" ? to_dot(machine, mission->id) : to_scxml(machine, mission->id);
   if (!arguments.output.empty()) {
     return write_file(arguments.output, text) ? kExitSuccess : kExitUsage;
   }

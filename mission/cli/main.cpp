@@ -100,6 +100,12 @@ void add_run(CLI::App& app, RunArguments& arguments) {
   command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
   command->add_option("--log", arguments.log, "Log file (default: dive-runs/ID-seedN.lcmlog)")
       ->type_name("FILE");
+  command
+      ->add_option("--journal", arguments.journal,
+                   "What a restart needs (default: the log's name and .journal)")
+      ->type_name("FILE");
+  command->add_flag("--resume", arguments.resume,
+                    "Go on from the journal, as the mission's resume policy says");
   command->add_option("--svg", arguments.svg, "Write a picture of plan and dive")
       ->type_name("FILE");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
@@ -130,13 +136,14 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
 }
 
 void add_explain(CLI::App& app, ExplainArguments& arguments) {
-  CLI::App* command = app.add_subcommand(
-      "explain",
-      "Examples:\n"
-      "  dive explain dive-runs/window-seed1.lcmlog\n\n"
-      "Says why a dive went as it did: every transition with its cause and the guards that decided\n"
-      "it, every failsafe with the rung chosen and what competed for it, every plan and why it was\n"
-      "asked for.");
+  CLI::App* command = app.add_subcommand("explain",
+                                         "Examples:\n"
+                                         "  dive explain dive-runs/window-seed1.lcmlog\n\n"
+                                         "Says why a dive went as it did: every transition with "
+                                         "its cause and the guards that decided\n"
+                                         "it, every failsafe with the rung chosen and what "
+                                         "competed for it, every plan and why it was\n"
+                                         "asked for.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();

@@ -10,7 +10,9 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
+#include "mission/record/journal.h"
 #include "mission/record/log.h"
+#include "mission/record/log_digest.h"
 #include "planning/world/scene.h"
 
 namespace dive::mission {
@@ -41,11 +43,22 @@ std::string default_log_path(const Mission& mission, std::uint64_t seed) {
   return fmt::format("dive-runs/{}-seed{}.lcmlog", mission.id, seed);
 }
 
-std::optional<LogWriter> open_log(const std::string& path, const LoadedMission& loaded,
-                                  std::uint64_t seed) {
+void create_folder_of(const std::string& path) {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code ignored;  // what is wrong with the folder shows when the file is created
   if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
+}
+
+std::optional<LogWriter> open_log(const std::string& path, const LogHeader& header) {
+  tl::expected<LogWriter, std::string> writer = LogWriter::create(path, header);
+  if (!writer) {
+    complain(fmt::format("{}: {}", path, writer.error()));
+    return std::nullopt;
+  }
+  return std::move(*writer);
+}
+
+LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   LogHeader header;
   header.version = DIVE_VERSION;
   header.seed = seed;
@@ -55,11 +68,34 @@ std::optional<LogWriter> open_log(const std::string& path, const LoadedMission& 
   header.map_xml = loaded.map.content();
   header.map_meshes = loaded.map_meshes;
   header.vehicle_urdf = vehicle::aqua2_urdf().content();
-  tl::expected<LogWriter, std::string> writer = LogWriter::create(path, std::move(header));
-  if (!writer) {
-    complain(fmt::format("{}: {}", path, writer.error()));
+  return header;
+}
+
+/// A new journal, or the old one and what to go on from in `settings`; complains and is empty when
+/// that is impossible.
+std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,
+                                          DiveSettings& settings) {
+  const auto refuse = [&](const std::string& why) {
+    complain(why);
     return std::nullopt;
+  };
+  const JournalHeader ours{log_digest(header), header.seed};
+  if (!resume) {
+    tl::expected<JournalWriter, std::string> writer = JournalWriter::create(path, ours);
+    if (!writer) return refuse(writer.error());
+    return std::move(*writer);
   }
+  tl::expected<Journal, std::string> journal = read_journal(path, &header.resume);
+  if (!journal) return refuse(journal.error());
+  if (journal->header.digest != ours.digest) {
+    return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
+  }
+  settings.seed = header.seed = journal->header.seed;
+  if (journal->committed) {
+    settings.resume = Resume{std::move(*journal->committed), std::move(journal->trail), 0.0};
+  }
+  tl::expected<JournalWriter, std::string> writer = JournalWriter::append(path);
+  if (!writer) return refuse(writer.error());
   return std::move(*writer);
 }
 
@@ -102,7 +138,14 @@ int run_dive(const RunArguments& arguments) {
   }
   const std::string log_path =
       arguments.log.empty() ? default_log_path(loaded->mission, arguments.seed) : arguments.log;
-  std::optional<LogWriter> log = open_log(log_path, *loaded, arguments.seed);
+  LogHeader header = header_of(*loaded, arguments.seed);
+  const std::string journal_path =
+      arguments.journal.empty() ? log_path + ".journal" : arguments.journal;
+  create_folder_of(log_path);
+  std::optional<JournalWriter> journal =
+      open_journal(journal_path, arguments.resume, header, settings);
+  if (!journal) return kExitUsage;
+  std::optional<LogWriter> log = open_log(log_path, header);
   if (!log) return kExitUsage;
 
   DivePicture picture;
@@ -116,6 +159,7 @@ int run_dive(const RunArguments& arguments) {
   }
   PictureRecorder recorder(picture);
   bool log_complete = true;
+  bool journal_complete = true;
   DiveResult result;
   {
     DiveProgress progress;
@@ -126,9 +170,15 @@ int run_dive(const RunArguments& arguments) {
           log_complete &= log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
           if (!arguments.json) progress.observe(inputs, outputs.status);
           if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
+        },
+        [&](const Executive& executive, const StepOutputs& outputs) {
+          journal_complete = journal->keep(executive, outputs);
         });
   }
   log_complete &= log->close();
+  if (!journal_complete) {
+    complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path));
+  }
   if (!log_complete) complain(fmt::format("{}: the log is not complete (disk full?)", log_path));
 
   if (arguments.json) {

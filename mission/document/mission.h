@@ -128,6 +128,9 @@ struct Limits {
   Located<double> battery_reserve;  ///< fraction
 };
 
+/// What a restarted executive does.
+enum class ResumePolicy { kContinue, kHold, kSurface };
+
 /// Index by behaviors::FailsafeKind.
 struct Failsafes {
   behaviors::FailsafePolicies policies = behaviors::default_policies();
@@ -156,6 +159,8 @@ struct Mission {
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;
+  ResumePolicy resume = ResumePolicy::kSurface;
+  Located<double> max_gap_s;     ///< Away for longer than that it surfaces, whatever the policy.
   Located<std::string> initial;  ///< First state.
   std::vector<StateSpec> states;
 };

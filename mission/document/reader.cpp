@@ -32,6 +32,7 @@ class Reader {
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);
+    read_resume(root, mission);
     const XmlElement& states = *root.child("states");
     mission.initial = attributes_.name(states, "initial");
     StateReader reader(attributes_, diagnostics_);
@@ -49,13 +50,27 @@ class Reader {
             attributes_.number(element, "battery_reserve")};
   }
 
+  // What one without attributes would say.
+  XmlElement absent(const XmlElement& root, std::string_view type) const {
+    XmlElement element;
+    element.span = root.span;
+    language_.add_defaults(element, type);
+    return element;
+  }
+
   ReplanPolicy replan(const XmlElement& root) const {
-    if (const XmlElement* element = root.child("replan")) return attributes_.replan(*element);
-    XmlElement absent;  // says what one without attributes would
-    absent.name = "replan";
-    absent.span = root.span;
-    language_.add_defaults(absent, "Replan");
-    return attributes_.replan(absent);
+    const XmlElement* element = root.child("replan");
+    return attributes_.replan(element != nullptr ? *element : absent(root, "Replan"));
+  }
+
+  void read_resume(const XmlElement& root, Mission& mission) const {
+    const XmlElement* element = root.child("resume");
+    const XmlElement written = element != nullptr ? *element : absent(root, "Resume");
+    const std::string policy = attributes_.name(written, "policy").value;
+    mission.resume = policy == "continue" ? ResumePolicy::kContinue
+                     : policy == "hold"   ? ResumePolicy::kHold
+                                          : ResumePolicy::kSurface;
+    mission.max_gap_s = attributes_.number(written, "max_gap");
   }
 
   Failsafes failsafes(const XmlElement& root, const Limits& limits) const {

@@ -34,6 +34,7 @@ constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a wh
 constexpr double kRetreatWait = 60.0;    // s in open water before a retreat ends in surfacing
 constexpr Utime kSilence = 500'000;      // us, of the depth sensor: then the estimate stands in
 constexpr Utime kBlind = 100'000;        // us without attitude: then no turning effort is made
+constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
 constexpr double kTilted = 0.2;          // rad
 constexpr double kDrift = 0.7;           // m that a vehicle may coast and drift on its way up
 
@@ -66,9 +67,7 @@ struct Executive::Impl final : statechart::Environment {
         machine(build_machine(mission_in)),
         interpreter(machine.chart, *this),
         leaf_context(make_leaf_context(mission_in, map.scene(), options.seed)),
-        estimator(options.estimator,
-                  mission_in.start.in_world(ground_height(map.scene(), mission_in.start)),
-                  options.start_sigma_m),
+        estimator(options.estimator, first_position(), first_sigma()),
         autopilot(options.autopilot),
         fallback(options.autopilot),
         monitors(monitor_limits(mission_in)),
@@ -78,6 +77,15 @@ struct Executive::Impl final : statechart::Environment {
         timeout_told(machine.chart.states.size()),
         done_once(machine.actions.size()) {
     evaluated.reserve(machine.guards.size());
+  }
+
+  [[nodiscard]] Eigen::Vector3d first_position() const {
+    if (options.resume) return options.resume->committed.X_WB.p;
+    return mission.start.in_world(ground_height(map.scene(), mission.start));
+  }
+  [[nodiscard]] double first_sigma() const {
+    if (!options.resume) return options.start_sigma_m;
+    return options.resume->committed.sigma_m + kDriftWhileAway * options.resume->gap_s;
   }
 
   // --- statechart::Environment ---
@@ -196,6 +204,7 @@ struct Executive::Impl final : statechart::Environment {
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
     estimator.set_expected_heave(expected_heave);
     outputs->estimate = estimator.update(now);
+    last_estimate = outputs->estimate;
   }
 
   void start() {
@@ -203,8 +212,104 @@ struct Executive::Impl final : statechart::Environment {
     started_at = now;
     last_step = now;
     monitors.start(now);
+    if (options.resume) return resume(*options.resume);
     look_around();
     interpreter.start();
+  }
+
+  void resume(const Resume& from) {
+    const Committed& committed = from.committed;
+    started_at = now - from_seconds(committed.elapsed_s + from.gap_s);
+    for (const behaviors::Trail::Crumb& crumb : from.trail) trail.add(crumb.p_W, crumb.open_above);
+    look_around();
+    if (committed.under_elapsed_s && !open_above) {
+      under_since =
+          Usable{started_at + from_seconds(*committed.under_elapsed_s), committed.under_battery};
+    }
+    for (const int action : committed.done_once) {
+      done_once.at(static_cast<std::size_t>(action)) = true;
+    }
+    ladder.restore(committed.rung, committed.rung_cause);
+    abort_cause = committed.abort_cause;
+    paused = committed.paused;
+    queries = committed.queries;
+    restore_states(committed);
+    outputs->transitions.push_back({"", innermost(), "", "the executive was restarted", ""});
+    const bool is_missions = committed.rung < behaviors::Rung::kRetrace;
+    if (is_missions &&
+        (mission.resume == ResumePolicy::kSurface || from.gap_s > mission.max_gap_s.value)) {
+      abort_cause = mission.resume == ResumePolicy::kSurface
+                        ? "restarted, and the mission says surface"
+                        : fmt::format("restarted after {:.0f} s, more than {:g} s", from.gap_s,
+                                      mission.max_gap_s.value);
+      dispatch(kAbortEvent, abort_cause);
+    } else if (is_missions && mission.resume == ResumePolicy::kHold) {
+      paused = true;
+    }
+  }
+
+  void restore_states(const Committed& committed) {
+    const auto find = [this](const std::string& id) {
+      const StateId state = machine.chart.find(id);
+      DIVE_DEMAND(state >= 0);
+      return state;
+    };
+    statechart::Interpreter::Memory memory;
+    memory.history.resize(machine.chart.states.size());
+    for (const std::string& id : committed.active) memory.active.push_back(find(id));
+    for (const auto& [id, states] : committed.history) {
+      for (const std::string& state : states) {
+        memory.history[static_cast<std::size_t>(find(id))].push_back(find(state));
+      }
+    }
+    interpreter.restore(memory);
+    for (std::size_t i = 0; i < memory.active.size(); ++i) {
+      const auto index = static_cast<std::size_t>(memory.active[i]);
+      entered_at[index] = leaf_now() - from_seconds(committed.active_s.at(i));
+      const statechart::State& active = machine.chart.states[index];
+      if (active.kind == statechart::StateKind::kAtomic) {
+        enter_leaf(active.id, machine.specs[index], behaviors_by_state[index],
+                   committed.goals_done);
+      }
+    }
+  }
+
+  [[nodiscard]] Committed committed() const {
+    Committed result;
+    result.utime = now;
+    result.elapsed_s = to_seconds(now - started_at);
+    const statechart::Interpreter::Memory memory = interpreter.memory();
+    const auto id_of = [this](StateId state) -> const std::string& {
+      return machine.chart.states[static_cast<std::size_t>(state)].id;
+    };
+    for (const StateId state : memory.active) {
+      result.active.push_back(id_of(state));
+      result.active_s.push_back(
+          to_seconds(leaf_now() - entered_at[static_cast<std::size_t>(state)]));
+    }
+    for (std::size_t i = 0; i < memory.history.size(); ++i) {
+      for (const StateId state : memory.history[i]) {
+        result.history[machine.chart.states[i].id].push_back(id_of(state));
+      }
+    }
+    for (std::size_t i = 0; i < done_once.size(); ++i) {
+      if (done_once[i]) result.done_once.push_back(static_cast<int>(i));
+    }
+    result.X_WB = last_estimate.X_WB;
+    result.sigma_m = estimation::horizontal_sigma(last_estimate);
+    if (under_since) {
+      result.under_elapsed_s = to_seconds(under_since->at - started_at);
+      result.under_battery = under_since->battery_fraction;
+    }
+    if (const std::optional<StateId> leaf = active_leaf()) {
+      result.goals_done = behaviors_by_state[static_cast<std::size_t>(*leaf)]->goals_done();
+    }
+    result.rung = ladder.rung();
+    result.rung_cause = ladder.cause();
+    result.abort_cause = abort_cause;
+    result.paused = paused;
+    result.queries = queries;
+    return result;
   }
 
   // Where the vehicle is, as failsafes and guards want to know it.
@@ -571,7 +676,7 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void enter_leaf(const std::string& id, const StateSpec* spec,
-                  std::unique_ptr<behaviors::Behavior>& behavior) {
+                  std::unique_ptr<behaviors::Behavior>& behavior, int goals_done = 0) {
     if (spec != nullptr && std::holds_alternative<std::monostate>(spec->leaf)) return;  // watches
     progress = {};
     const bool is_retrace = spec != nullptr ? std::holds_alternative<RetraceState>(spec->leaf)
@@ -580,7 +685,7 @@ struct Executive::Impl final : statechart::Environment {
       behavior = std::make_unique<behaviors::Retrace>(trail, position(), can_go_up(),
                                                       leaf_context.leg, &map);
     } else if (spec != nullptr) {
-      behavior = make_leaf_behavior(leaf_context, *spec);
+      behavior = make_leaf_behavior(leaf_context, *spec, goals_done);
       if (std::holds_alternative<SurfaceState>(spec->leaf) && is_under) {
         abort_cause = event_cause = id + " was entered under an overhead";
         interpreter.raise(kAbortEvent);
@@ -628,6 +733,7 @@ struct Executive::Impl final : statechart::Environment {
   std::optional<vehicle::Command> held;
   std::optional<double> altitude;
   std::optional<Usable> under_since;
+  estimation::StateEstimate last_estimate;
   std::optional<ImuSample> last_imu;
   std::optional<DepthSample> last_depth;
   vehicle::Command last_command;
@@ -669,6 +775,9 @@ StepOutputs Executive::step(const StepInputs& inputs) {
   }
   return impl.fallback.step(inputs, impl.abort_cause);
 }
+
+Committed Executive::committed() const { return impl_->committed(); }
+const behaviors::Trail& Executive::trail() const { return impl_->trail; }
 
 ExecutiveResult Executive::result() const {
   const Impl& impl = *impl_;

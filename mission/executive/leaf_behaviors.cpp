@@ -1,5 +1,6 @@
 #include "mission/executive/leaf_behaviors.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -65,7 +66,7 @@ behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec&
 }
 
 std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
-                                                        const StateSpec& spec) {
+                                                        const StateSpec& spec, int goals_done) {
   if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) {
     return std::make_unique<behaviors::GoalSequence>(
         leg_settings(context, spec),
@@ -74,7 +75,9 @@ std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& conte
   if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
     std::vector<behaviors::LegGoal> goals;
     for (const Goal& goal : leaf->goals) goals.push_back(leg_goal(context, goal));
-    return std::make_unique<behaviors::GoalSequence>(leg_settings(context, spec), std::move(goals));
+    return std::make_unique<behaviors::GoalSequence>(
+        leg_settings(context, spec), std::move(goals),
+        std::min(static_cast<std::size_t>(goals_done), leaf->goals.size() - 1));
   }
   if (const auto* leaf = std::get_if<HoldState>(&spec.leaf)) {
     return std::make_unique<behaviors::Hold>(leaf->duration_s.value);

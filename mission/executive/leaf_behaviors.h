@@ -30,9 +30,11 @@ struct LeafContext {
 [[nodiscard]] behaviors::LegSettings leg_settings(const LeafContext& context,
                                                   const StateSpec& spec);
 
-/// The behaviour of a leaf state as written; retrace is the executive's own to make.
+/// The behaviour of a leaf state as written, but for its first `goals_done` goals; retrace is the
+/// executive's own to make.
 [[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
-                                                                      const StateSpec& spec);
+                                                                      const StateSpec& spec,
+                                                                      int goals_done);
 
 [[nodiscard]] behaviors::MonitorLimits monitor_limits(const Mission& mission);
 

@@ -29,6 +29,7 @@ struct LogHeader {
   std::string map_xml;
   std::string map_meshes;  ///< Convex pieces of the meshes the map refers to: MeshSource::bundle().
   std::string vehicle_urdf;
+  std::string resume;  ///< The journal that the dive went on from; empty: it began anew.
   std::string digest;  ///< FNV-1a 64 of the four texts, hex; filled in by the writer.
 };
 

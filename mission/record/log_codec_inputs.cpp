@@ -22,7 +22,8 @@ namespace {
 
 constexpr Run kHeader[] = {bytes(8),           text(kMaxText),     text(kMaxText),
                            text(kMaxFileText), text(kMaxText),     text(kMaxFileText),
-                           text(kMaxMeshText), text(kMaxFileText), text(kMaxText)};
+                           text(kMaxMeshText), text(kMaxFileText), text(kMaxFileText),
+                           text(kMaxText)};
 constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
 constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
 constexpr Run kHealth[] = {bytes(8 + 2 * sizeof(double) + 1)};
@@ -37,8 +38,8 @@ constexpr Run kTick[] = {bytes(8 + 4 + 8)};
 
 bool encode(const LogHeader& header, Packet& packet) {
   const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, map_meshes, urdf,
-               digest] = header;
-  for (const std::string* file : {&mission_xml, &map_xml, &urdf}) {
+               resume, digest] = header;
+  for (const std::string* file : {&mission_xml, &map_xml, &urdf, &resume}) {
     if (file->size() >= kMaxFileText) return false;  // Before LCM counts in int.
   }
   if (map_meshes.size() >= kMaxMeshText) return false;
@@ -50,6 +51,7 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.map_name = map_name;
   m.map_xml = map_xml;
   m.map_meshes = map_meshes;
+  m.resume = resume;
   m.vehicle_urdf = urdf;
   m.digest = digest;
   return pack(m, kHeader, packet);
@@ -62,7 +64,7 @@ bool decode(PacketView packet, LogHeader& header) {
             m->mission_name, m->mission_xml,
             m->map_name,     m->map_xml,
             m->map_meshes,   m->vehicle_urdf,
-            m->digest};
+            m->resume,       m->digest};
   return true;
 }
 

@@ -223,7 +223,7 @@ bool decode(PacketView packet, ActionRecord& action) {
 std::size_t max_packet_size(Channel channel) {
   switch (channel) {
     case Channel::kHeader:
-      return 3 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
+      return 4 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
     case Channel::kPlan:
     case Channel::kPlanQuery:
       return kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;

@@ -7,6 +7,7 @@
 #include "common/diagnostic.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
+#include "mission/record/journal.h"
 #include "planning/world/sdf.h"
 #include "vehicle/model.h"
 
@@ -34,7 +35,16 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
       vehicle::parse_urdf(SourceText("vehicle", header.vehicle_urdf), diagnostics);
   if (!model) return unreadable("vehicle", diagnostics);
 
-  Executive executive(*mission, *world, *model, ExecutiveOptions{.seed = header.seed});
+  ExecutiveOptions options;
+  options.seed = header.seed;
+  if (!header.resume.empty()) {
+    tl::expected<Journal, std::string> journal = parse_journal(header.resume);
+    if (!journal) return tl::unexpected("the journal in the log is not accepted: " + journal.error());
+    if (journal->committed) {
+      options.resume = Resume{std::move(*journal->committed), std::move(journal->trail), 0.0};
+    }
+  }
+  Executive executive(*mission, *world, *model, options);
   ReplayReport report;
   while (const std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;

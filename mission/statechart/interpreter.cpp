@@ -74,6 +74,20 @@ void Interpreter::start() {
   complete_macrostep();
 }
 
+void Interpreter::restore(const Memory& memory) {
+  DIVE_DEMAND(!running_ && memory.history.size() == history_.size() && !memory.active.empty());
+  active_.assign(active_.size(), false);
+  active_[0] = true;
+  for (const StateId s : memory.active) {
+    DIVE_DEMAND(s > 0 && s < static_cast<StateId>(active_.size()) &&
+                active_[static_cast<std::size_t>(state(s).parent)]);
+    active_[static_cast<std::size_t>(s)] = true;
+  }
+  history_ = memory.history;
+  internal_queue_.clear();
+  running_ = true;
+}
+
 void Interpreter::dispatch(const std::string& event) {
   DIVE_DEMAND(!event.empty());
   if (!running_) return;

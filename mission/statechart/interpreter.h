@@ -48,6 +48,16 @@ class Interpreter {
   /// Eventless transitions whose guards may have become true since, run to completion.
   void settle();
 
+  /// All that the chart remembers between macrosteps.
+  struct Memory {
+    std::vector<StateId> active;                ///< Document order, the root excluded.
+    std::vector<std::vector<StateId>> history;  ///< By state; empty: nothing recorded.
+  };
+  [[nodiscard]] Memory memory() const { return {configuration(), history_}; }
+  /// Goes on from there instead of start(): nothing is entered and no action is done. The memory is
+  /// one that this chart gave (demanded as far as it shows).
+  void restore(const Memory& memory);
+
   /// False before start(), once a final state below the root is entered, and after a livelock.
   /// The configuration then stays as it is, so that one can ask where the chart ended: a final
   /// state of the root is entered but never exited.

@@ -26,6 +26,7 @@ inline LogHeader sample_header() {
           .map_xml = "<sdf/>",
           .map_meshes = "",
           .vehicle_urdf = "<robot/>",
+          .resume = "a journal\n",
           .digest = ""};
 }
 

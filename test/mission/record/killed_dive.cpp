@@ -1,0 +1,134 @@
+#include "test/mission/record/killed_dive.h"
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace dive::mission::testing {
+namespace {
+
+constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="killed">
+  <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
+  <map file="none.sdf"/>
+  <start x="0" y="0" z="3" z_units="DEPTH" heading_deg="90"/>
+  <limits max_depth="6" min_altitude="0" clearance="0.6" mission_timeout="300"
+          battery_reserve="0.2"/>
+  <resume policy="continue"/>
+  <states initial="ready">
+    <hold id="ready" duration="2">
+      <onentry><payload command="lights" once="true"/></onentry>
+      <transition event="done.state.ready" target="again"/>
+    </hold>
+    <state id="swim" initial="first">
+      <history id="again" type="deep" initial="first"/>
+      <goal_sequence id="first" timeout="100" on_timeout="ascend">
+        <goal id="a" x="3" y="0" z="3" z_units="DEPTH"/>
+        <goal id="b" x="3" y="3" z="3" z_units="DEPTH"/>
+        <goal id="c" x="0" y="3" z="3" z_units="DEPTH"/>
+        <transition event="done.state.first" target="ascend">
+          <payload command="marker" once="true"/>
+        </transition>
+      </goal_sequence>
+    </state>
+    <surface id="ascend">
+      <transition event="done.state.ascend" target="surfaced"/>
+    </surface>
+    <final id="surfaced"/>
+  </states>
+</mission>)";
+
+std::int64_t deadly_line = 0;
+
+void die_there(std::int64_t lines) {
+  if (lines == deadly_line) std::raise(SIGKILL);
+}
+
+DiveResult run(const KilledDive& dive, const planning::World& world, const vehicle::Model& model,
+               const DiveSettings& settings, JournalWriter& journal,
+               std::vector<std::string>* payload) {
+  return simulate_dive(
+      dive.mission(), world, model, settings,
+      [&](const StepInputs&, const StepOutputs& outputs, const vehicle::GroundTruth&) {
+        if (payload == nullptr) return;
+        for (const ActionRecord& action : outputs.actions) {
+          if (action.kind == ActionRecord::Kind::kPayload) payload->push_back(action.text);
+        }
+      },
+      [&](const Executive& executive, const StepOutputs& outputs) {
+        static_cast<void>(journal.keep(executive, outputs));
+      });
+}
+
+JournalWriter created(const std::string& path) {
+  auto journal = JournalWriter::create(path, {"digest", 1});
+  if (!journal) throw std::runtime_error(journal.error());
+  return std::move(*journal);
+}
+
+void wait_for(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+}
+
+}  // namespace
+
+KilledDive::KilledDive() {
+  Diagnostics diagnostics;
+  std::optional<Mission> mission =
+      parse_mission(SourceText("killed.xml", kMission), diagnostics, MapFile::kNotNeeded);
+  if (!mission) throw std::runtime_error(render(diagnostics.list().front(), false));
+  mission_ = std::move(*mission);
+  model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+}
+
+DiveResult KilledDive::dive(const std::string& path) const {
+  JournalWriter journal = created(path);
+  return run(*this, world_, model_, {}, journal, nullptr);
+}
+
+DiveResult KilledDive::resume(const std::string& path, std::vector<std::string>& payload) const {
+  auto kept = read_journal(path);
+  if (!kept) throw std::runtime_error(kept.error());
+  DiveSettings settings;
+  if (kept->committed) settings.resume = Resume{*kept->committed, kept->trail, 0.0};
+  auto journal = JournalWriter::append(path);
+  if (!journal) throw std::runtime_error(journal.error());
+  return run(*this, world_, model_, settings, *journal, &payload);
+}
+
+void KilledDive::kill_after_line(const std::string& path, std::int64_t line) const {
+  const pid_t child = fork();
+  if (child != 0) return wait_for(child);
+  deadly_line = line;
+  JournalWriter journal = created(path);
+  if (line <= 1) std::raise(SIGKILL);
+  journal.on_line(die_there);
+  run(*this, world_, model_, {}, journal, nullptr);
+  _exit(0);
+}
+
+bool KilledDive::kill_after(const std::string& path, std::int64_t microseconds) const {
+  const pid_t child = fork();
+  if (child == 0) {
+    dive(path);
+    _exit(0);
+  }
+  std::this_thread::sleep_for(std::chrono::microseconds(microseconds));
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status);
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace dive::mission::testing
