@@ -19,6 +19,7 @@ constexpr double kLag = 1.0;                // ... after so many s
 constexpr double kMoved = 0.3;              // m: farther is not the same place
 constexpr double kUnderWay = 0.1;           // m/s commanded, or ...
 constexpr double kFarFromDepth = 0.5;       // m from the depth commanded: the vehicle wants to move
+constexpr double kClimbing = 0.05;          // m/s that the flippers should make
 constexpr double kLegGrace = 30.0;          // s that a short leg may be late by
 
 }  // namespace
@@ -83,7 +84,10 @@ const FailsafeConditions& Monitors::update(const MonitorInput& input) {
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
   if (!wants_to_move) {  // at rest even a good sensor may repeat itself
     if (!is_true(FailsafeKind::kImuLost)) imu_.changed = input.now;
-    if (!is_true(FailsafeKind::kDepthLost)) depth_.changed = input.now;
+    // Blind it matters more than a false alarm does.
+    if (!is_true(FailsafeKind::kDepthLost) && !is_true(FailsafeKind::kImuLost)) {
+      depth_.changed = input.now;
+    }
     anchor_W_.reset();
   }
   watch_sensors(input);

@@ -6,10 +6,13 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kLinkShare = 0.8;  // of D_min: so near to the trail all is as free as on it
 constexpr double kCaptureRadius = 0.5;
 constexpr double kGraceSeconds = 60.0;
-constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
+constexpr int kMaxArrivals = 5;       // at places that turn out not to be open
+constexpr double kBeyond = 1.0;       // m of open water to be swum into, if the trail has them
+constexpr double kAtRest = 0.08;      // m/s
+constexpr double kStopSeconds = 4.0;  // it has stopped by then, whatever is estimated
+constexpr double kSlow = 4.0;         // times the time at full speed is not getting on
 // Of D_min, one after the other: what is out of reach with all of it may be had with less.
 constexpr std::array<double, 4> kShares = {1.0, 0.6, 0.3, 0.1};
 
@@ -33,18 +36,34 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
 
 }  // namespace
 
-Retrace::Retrace(const Trail& trail, const Eigen::Vector3d& p_W, bool open_above,
-                 const LegSettings& settings, PathJudge* changes)
-    : settings_(settings), follower_(follower_options(settings.speed)), open_above_(open_above) {
+Retrace::Retrace(const Trail& trail, const LegSettings& settings, PathJudge* changes)
+    : trail_(trail),
+      changes_(changes),
+      settings_(settings),
+      follower_(follower_options(settings.speed)) {
   progress_.leg = "open water";
-  if (open_above_) return;
-  const Trail::WayOut way = trail.way_out(p_W, kLinkShare * settings.clearance);
+}
+
+// A vehicle that comes upon a roof must not take its edge for open water while it still coasts.
+bool Retrace::has_stopped(const BehaviorInput& input) const {
+  return input.estimate->v_WB_B.norm() < kAtRest ||
+         to_seconds(input.now - *entered_at_) > kStopSeconds;
+}
+
+void Retrace::begin(const BehaviorInput& input) {
+  begun_ = true;
+  entered_at_ = input.now;
+  const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
+  const Trail::WayOut way = trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
+  way_.clear();
   progress_.distance_to_go_m = way.length_m;
   if (!way.reaches_open_water || way.points.size() < 2) return;
   way_ = level_poses(way.points);
-  time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings.speed;
+  time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
-  if (changes != nullptr && changes->clearance(way_) <= 0.0) give_up_trail("the trail is blocked");
+  if (changes_ != nullptr && changes_->clearance(way_) <= 0.0) {
+    give_up_trail("the trail is blocked");
+  }
 }
 
 void Retrace::give_up_trail(const char* why) {
@@ -56,25 +75,21 @@ void Retrace::give_up_trail(const char* why) {
 BehaviorOutput Retrace::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   if (!entered_at_) entered_at_ = input.now;
+  if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   BehaviorOutput output;
-  output.command = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
-  if (open_above_) {
-    output.done = true;
-    return output;
-  }
-  if (way_.empty()) {
-    output.failed = Failure::kExhausted;
-    return output;
-  }
-  if (!input.depth_known && input.can_go_up) {  // no better place will be found in the dark
-    output.done = true;
+  output.command = *station_;
+  const bool is_crippled = !input.attitude_known || !input.depth_known;
+  if (input.can_go_up && (is_crippled || !begun_)) {  // no better place will be found in the dark
+    output.done = is_crippled || has_stopped(input);
     return output;
   }
   if (!input.attitude_known) {
-    if (!station_) station_ = output.command;
-    output.command = *station_;
     entered_at_ = input.now;  // it does not count
-    output.done = input.can_go_up;
+    return output;
+  }
+  if (!begun_) begin(input);
+  if (way_.empty()) {
+    output.failed = Failure::kExhausted;
     return output;
   }
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
@@ -94,7 +109,12 @@ BehaviorOutput Retrace::follow(const BehaviorInput& input) {
   progress_.distance_to_go_m = follower_.status().distance_to_go_m;
   progress_.cross_track_m = follower_.status().cross_track_m;
   progress_.segment = follower_.status().segment;
-  output.done = follower_.status().finished;
+  if (!follower_.status().finished) return output;
+  // There, if the vehicle comes to rest where it can go up; else on to where it can.
+  begun_ = false;
+  entered_at_ = input.now;
+  station_.reset();
+  if (++arrivals_ > kMaxArrivals) output.failed = Failure::kExhausted;
   return output;
 }
 

@@ -41,7 +41,7 @@ void Trail::thin_out() {
 }
 
 // Dijkstra over the crumbs, from p_W, until the first one with open water is settled.
-Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m) const {
+Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const std::size_t count = crumbs_.size();
   const std::size_t here = count;  // p_W comes after the newest crumb
@@ -56,7 +56,9 @@ Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m) const {
     const auto [length, at] = open.top();
     open.pop();
     if (length > distance[at]) continue;
-    if (at != here && crumbs_[at].open_above) return traced(before, at, length, p_W);
+    if (at != here && crumbs_[at].open_above) {
+      return further(traced(before, at, length, p_W), at, beyond_m);
+    }
     const Eigen::Vector3d from = place(at);
     for (std::size_t i = 0; i < count; ++i) {
       const double step = (crumbs_[i].p_W - from).norm();
@@ -70,6 +72,19 @@ Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m) const {
   WayOut none;
   none.points = {p_W};
   return none;
+}
+
+// The way on from the open crumb `end`, to older ones.
+Trail::WayOut Trail::further(WayOut way, std::size_t end, double beyond_m) const {
+  double gone = 0.0;
+  for (std::size_t i = end; i-- > 0 && crumbs_[i].open_above && gone < beyond_m;) {
+    const double step = (crumbs_[i].p_W - way.points.back()).norm();
+    if (step <= kSamePoint) continue;
+    way.points.push_back(crumbs_[i].p_W);
+    way.length_m += step;
+    gone += step;
+  }
+  return way;
 }
 
 Trail::WayOut Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,

@@ -26,7 +26,8 @@ class Trail {
     bool reaches_open_water = false;
     double length_m = 0.0;
   };
-  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W, double link_m) const;
+  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W, double link_m,
+                               double beyond_m = 0.0) const;
 
   /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
   /// 0 while that is the same, and from the first crumb where there is none with open water.
@@ -44,6 +45,7 @@ class Trail {
 
  private:
   void thin_out();
+  [[nodiscard]] WayOut further(WayOut way, std::size_t end, double beyond_m) const;
   [[nodiscard]] WayOut traced(const std::vector<std::size_t>& before, std::size_t end,
                               double length, const Eigen::Vector3d& p_W) const;
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
+#include "behaviors/retrace.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
 #include "mission/check/rules.h"
@@ -18,6 +20,8 @@
 namespace dive::mission {
 namespace {
 
+constexpr double kSecondsPerHour = 3600.0;
+
 using Progress = std::function<void(const std::string&)>;
 
 constexpr std::array kDeckRules = {
@@ -29,12 +33,29 @@ constexpr std::array kDeckRules = {
     Rule{"CHK-TIME-MARGIN", Severity::kWarning,
          "The route and the longest way out together take no longer than mission_timeout."},
     Rule{"CHK-ENERGY", Severity::kError, "The route leaves battery_reserve in the battery."},
+    Rule{"CHK-ENERGY-WORST", Severity::kWarning,
+         "The battery lasts until overtime, and then for the longest way out."},
+    Rule{"CHK-NO-RETURN", Severity::kError,
+         "From every point of the route time and charge reach out and up."},
+    Rule{"CHK-THIRDS", Severity::kWarning,
+         "A penetration spends no more than a third of what is usable before it turns back."},
+    Rule{"CHK-FENCE", Severity::kError, "The whole vehicle stays within the geofence."},
     Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned."},
     Rule{"CHK-FAULT", Severity::kError,
          "Whatever fails in whatever state, the dive ends surfaced or held, without a collision."},
 };
 
+double link_of(const Mission& mission) {
+  return behaviors::kTrailLinkShare * mission.limits.clearance.value;
+}
+
 Span map_span(const Mission& mission) { return mission.map_file.span; }
+
+Span span_of_state(const Mission& mission, const std::string& id) {
+  const StateIndex index(mission);
+  const int state = index.find(id);
+  return state < 0 ? mission.initial.span : index.spec(state).id.span;
+}
 
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, Diagnostics& diagnostics) {
@@ -73,7 +94,7 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
   WayOutProof proof;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     trail.add(p_W, !world.overhead(p_W, radius));
-    const behaviors::Trail::WayOut way = trail.way_out(p_W, 0.0);
+    const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));
     if (!way.reaches_open_water) proof.exists = false;
     const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
     const double seconds = way.length_m / mission.speed.value + up_s;
@@ -117,41 +138,170 @@ void report_way_out(const WayOutProof& proof, const Mission& mission, Diagnostic
   }
 }
 
-Budget nominal_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
-                      const Mission& mission) {
+double power_w(const Mission& mission) {
+  const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
+  return vehicle::Aqua2Figures{}.cruise_power_w(fraction);
+}
+
+/// What a dive of this mission may use.
+struct Usable {
+  double time_s = 0.0;
+  double energy_wh = 0.0;
+};
+
+Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
+  return {mission.limits.mission_timeout.value,
+          conditions.battery_capacity_wh *
+              (conditions.battery_fraction - mission.limits.battery_reserve.value)};
+}
+
+// Walks the route point by point, as the vehicle drops its crumbs, and asks at each: is it still
+// possible to turn round?
+void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                         const Mission& mission, const planning::World& world, double radius,
+                         const Usable& limit, Budget& budget) {
+  behaviors::Trail trail;
+  const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
+  double distance = 0.0;
+  double entered_s = 0.0;  // when the vehicle was last in open water
+  double last_out_m = 0.0;
+  const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+    const double t = distance / mission.speed.value;
+    const bool open = !world.overhead(p_W, radius);
+    trail.add(p_W, open);
+    if (open) entered_s = t;
+    const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));
+    const double out_s = way.length_m / mission.speed.value -
+                         way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
+      budget.no_return = Budget::NoReturn{distance, state};
+    }
+    const double time_left = limit.time_s - entered_s;
+    const double energy_left = limit.energy_wh - entered_s * power;
+    const bool inward = !open && way.length_m > last_out_m;
+    last_out_m = way.length_m;
+    if (!inward || time_left <= 0.0 || energy_left <= 0.0) return;
+    const double spent =
+        std::max((t - entered_s) / time_left, (t - entered_s) * power / energy_left);
+    if (spent <= budget.spent_under) return;
+    budget.spent_under = spent;
+    budget.spent_under_state = state;
+  };
+  look(route.start.p, "start");
+  for (const PlannedRouteLeg& leg : legs) {
+    const std::vector<Pose>& waypoints = leg.plan.waypoints;
+    for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+      distance += (waypoints[i + 1].p - waypoints[i].p).norm();
+      look(waypoints[i + 1].p, leg.state);
+    }
+  }
+}
+
+Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                   const Mission& mission, const planning::World& world, double radius,
+                   const WayOutProof& way_out, const vehicle::Conditions& conditions) {
   Budget budget;
   for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
   budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
                       route.ascent_m / behaviors::SurfaceOptions{}.ascent_rate;
   budget.distance_m += route.ascent_m;
-  const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
-  budget.energy_wh = vehicle::Aqua2Figures{}.cruise_power_w(fraction) * budget.duration_s / 3600.0;
+  const double power = power_w(mission) / kSecondsPerHour;
+  budget.energy_wh = power * budget.duration_s;
+  budget.worst_duration_s = mission.limits.mission_timeout.value + way_out.longest_s;
+  budget.worst_energy_wh = power * budget.worst_duration_s;
+  find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
   return budget;
 }
 
 void check_budget(const Budget& budget, const WayOutProof& way_out, const Mission& mission,
                   const vehicle::Conditions& conditions, Diagnostics& diagnostics) {
   const Located<double>& timeout = mission.limits.mission_timeout;
-  if (budget.duration_s > timeout.value) {
+  const Usable limit = usable(mission, conditions);
+  if (budget.duration_s > limit.time_s) {
     diagnostics.error("CHK-TIME", mission.source, timeout.span,
                       fmt::format("the route takes {:.0f} s at {:g} m/s, longer than the mission "
                                   "may last ({:g} s)",
                                   budget.duration_s, mission.speed.value, timeout.value),
                       "raise mission_timeout or shorten the route");
-  } else if (budget.duration_s + way_out.longest_s > timeout.value) {
+  } else if (budget.duration_s + way_out.longest_s > limit.time_s) {
     diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
                         fmt::format("the route takes {:.0f} s and the longest way out {:.0f} s: "
                                     "together longer than mission_timeout",
                                     budget.duration_s, way_out.longest_s));
   }
-  const double usable = conditions.battery_capacity_wh *
-                        (conditions.battery_fraction - mission.limits.battery_reserve.value);
-  if (budget.energy_wh > usable) {
+  if (budget.energy_wh > limit.energy_wh) {
     diagnostics.error("CHK-ENERGY", mission.source, mission.limits.battery_reserve.span,
                       fmt::format("the route takes {:.1f} Wh, and the battery has {:.1f} Wh above "
                                   "its reserve",
-                                  budget.energy_wh, usable),
+                                  budget.energy_wh, limit.energy_wh),
                       "shorten the route or lower battery_reserve");
+  } else if (budget.no_return) {
+    diagnostics.error("CHK-NO-RETURN", mission.source,
+                      span_of_state(mission, budget.no_return->state),
+                      fmt::format("{:.0f} m along the route, in '{}', time or charge no longer "
+                                  "reach out and up",
+                                  budget.no_return->distance_m, budget.no_return->state),
+                      "shorten the route, or raise mission_timeout");
+  }
+  const double charge = conditions.battery_capacity_wh * conditions.battery_fraction;
+  if (budget.worst_energy_wh > charge) {
+    diagnostics.warning("CHK-ENERGY-WORST", mission.source, timeout.span,
+                        fmt::format("until mission_timeout and then out takes {:.1f} Wh, and the "
+                                    "battery has {:.1f} Wh",
+                                    budget.worst_energy_wh, charge),
+                        "lower mission_timeout");
+  }
+  if (budget.spent_under > 1.0 / 3.0) {
+    diagnostics.warning("CHK-THIRDS", mission.source,
+                        span_of_state(mission, budget.spent_under_state),
+                        fmt::format("{:.0f} % of the usable time or charge are spent in '{}' "
+                                    "before the way back begins, more than a third",
+                                    100.0 * budget.spent_under, budget.spent_under_state));
+  }
+}
+
+// Distance (m) from p to the fence's edge, negative outside.
+double inside_fence(const std::vector<Eigen::Vector2d>& fence, const Eigen::Vector2d& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  bool inside = false;
+  for (std::size_t i = 0; i < fence.size(); ++i) {
+    const Eigen::Vector2d& a = fence[i];
+    const Eigen::Vector2d& b = fence[(i + 1) % fence.size()];
+    const Eigen::Vector2d edge = b - a;
+    const double along =
+        std::clamp((p - a).dot(edge) / std::max(edge.squaredNorm(), 1e-12), 0.0, 1.0);
+    nearest = std::min(nearest, (p - a - along * edge).norm());
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * edge.x()) {
+      inside = !inside;
+    }
+  }
+  return inside ? nearest : -nearest;
+}
+
+// A straight piece is within a polygon with room to spare when its points are, near enough
+// together.
+void check_fence(const std::vector<PlannedRouteLeg>& legs, const Route& route,
+                 const Mission& mission, double radius, Diagnostics& diagnostics) {
+  std::vector<Eigen::Vector2d> fence;
+  for (const auto& [x, y] : mission.failsafes.fence) fence.emplace_back(x.value, y.value);
+  if (fence.empty()) return;
+  constexpr double kStep = 0.2;  // m
+  for (std::size_t l = 0; l < legs.size(); ++l) {
+    const std::vector<Pose>& waypoints = legs[l].plan.waypoints;
+    for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+      const Eigen::Vector3d way = waypoints[i + 1].p - waypoints[i].p;
+      const int pieces = std::max(1, static_cast<int>(std::ceil(way.norm() / kStep)));
+      for (int k = 0; k <= pieces; ++k) {
+        const Eigen::Vector3d p = waypoints[i].p + static_cast<double>(k) / pieces * way;
+        if (inside_fence(fence, p.head<2>()) >= radius + 0.5 * kStep) continue;
+        diagnostics.error("CHK-FENCE", mission.source, route.legs[l].span,
+                          fmt::format("on its way to '{}' the vehicle reaches over the geofence at "
+                                      "({:.1f}, {:.1f})",
+                                      legs[l].goal, p.x(), p.y()));
+        return;
+      }
+    }
   }
 }
 
@@ -160,12 +310,6 @@ void report_dive(const DiveResult& dive, const Mission& mission, Diagnostics& di
   diagnostics.error("CHK-DIVE", mission.source, mission.initial.span,
                     fmt::format("the simulated dive ended in {} ({}): {}", dive.final_state,
                                 dive.outcome, dive.cause));
-}
-
-Span span_of_state(const Mission& mission, const std::string& id) {
-  const StateIndex index(mission);
-  const int state = index.find(id);
-  return state < 0 ? mission.initial.span : index.spec(state).id.span;
 }
 
 void report_faults(const std::vector<FaultVerdict>& verdicts, const Mission& mission,
@@ -229,7 +373,9 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   progress("proving the way out");
   report.way_out = prove_way_out(route, report.legs, mission, world, model.hull, options);
   report_way_out(report.way_out, mission, diagnostics);
-  report.budget = nominal_budget(route, report.legs, mission);
+  report.budget = make_budget(route, report.legs, mission, world, model.hull.radius(),
+                              report.way_out, options.dive.conditions);
+  check_fence(report.legs, route, mission, model.hull.radius(), diagnostics);
   check_budget(report.budget, report.way_out, mission, options.dive.conditions, diagnostics);
   if (!options.simulate || !diagnostics.ok()) return report;
 
@@ -238,7 +384,11 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   report_dive(*report.dive, mission, diagnostics);
   if (!options.faults || !diagnostics.ok()) return report;
 
-  const std::vector<FaultCase> cases = every_fault_in_every_state(*report.dive);
+  std::vector<FaultCase> cases = every_fault_in_every_state(*report.dive);
+  if (options.pairs) {
+    const std::vector<FaultCase> pairs = every_pair_in_every_state(*report.dive);
+    cases.insert(cases.end(), pairs.begin(), pairs.end());
+  }
   progress(fmt::format("diving {} faults", cases.size()));
   report.faults = dive_with_faults(cases, mission, world, model, options.dive, options.threads,
                                    [&](std::size_t done) {

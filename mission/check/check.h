@@ -37,6 +37,21 @@ struct Budget {
   double distance_m = 0.0;
   double duration_s = 0.0;
   double energy_wh = 0.0;
+  /// Whatever way the machine takes: until overtime ends it, and then out and up.
+  double worst_duration_s = 0.0;
+  double worst_energy_wh = 0.0;
+  /// Where the route passes the last point from which time and charge reach out and up; none: it
+  /// never does.
+  struct NoReturn {
+    double distance_m = 0.0;  ///< Along the route.
+    std::string state;
+  };
+  std::optional<NoReturn> no_return;
+  /// The largest share of what was usable where an overhead began (time or charge, whichever is
+  /// more) that is spent when the route turns back under it, and where. A third is the divers'
+  /// rule.
+  double spent_under = 0.0;
+  std::string spent_under_state;
 };
 
 struct CheckReport {
@@ -49,7 +64,8 @@ struct CheckReport {
 
 struct CheckOptions {
   bool simulate = true;
-  bool faults = false;  ///< Dive every fault in every state as well.
+  bool faults = false;  ///< Dive every fault in every state as well ...
+  bool pairs = false;   ///< ... and every two of them at once.
   int threads = 1;      ///< At a time, for these.
   DiveSettings dive;
 };

@@ -11,14 +11,32 @@ namespace {
 constexpr double kRest = 30.0;          // s within half a metre: somebody can come and fetch it
 constexpr double kSurfacedDepth = 0.5;  // m
 
+struct Stay {
+  std::string state;
+  double middle_s = 0.0;
+};
+
+// The leaves that a dive spent time in.
+std::vector<Stay> stays_of(const DiveResult& nominal) {
+  std::vector<Stay> stays;
+  const std::vector<TimedTransition>& transitions = nominal.transitions;
+  for (std::size_t i = 0; i < transitions.size(); ++i) {
+    const double begin = transitions[i].t_s;
+    const double end = i + 1 < transitions.size() ? transitions[i + 1].t_s : nominal.duration_s;
+    if (end - begin < 2.0 * vehicle::Simulator::kTick) continue;  // passed through
+    stays.push_back({transitions[i].record.to, 0.5 * (begin + end)});
+  }
+  return stays;
+}
+
 FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
                       const vehicle::Model& model, DiveSettings settings) {
   settings.faults = fault.faults;
   settings.rest_s = kRest;
   FaultVerdict verdict{fault, simulate_dive(mission, world, model, settings, nullptr)};
-  verdict.held = verdict.dive.outcome == "held";
-  verdict.surfaced = !verdict.held && verdict.dive.outcome != "failure" &&
-                     verdict.dive.final_depth_m < kSurfacedDepth;
+  verdict.surfaced =
+      verdict.dive.outcome != "failure" && verdict.dive.final_depth_m < kSurfacedDepth;
+  verdict.held = verdict.dive.outcome == "held" && !verdict.surfaced;
   return verdict;
 }
 
@@ -26,14 +44,23 @@ FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const plan
 
 std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal) {
   std::vector<FaultCase> cases;
-  const std::vector<TimedTransition>& transitions = nominal.transitions;
-  for (std::size_t i = 0; i < transitions.size(); ++i) {
-    const double begin = transitions[i].t_s;
-    const double end = i + 1 < transitions.size() ? transitions[i + 1].t_s : nominal.duration_s;
-    if (end - begin < 2.0 * vehicle::Simulator::kTick) continue;  // passed through
+  for (const Stay& stay : stays_of(nominal)) {
     for (std::size_t kind = 0; kind < kFaultCount; ++kind) {
-      cases.push_back(
-          {transitions[i].record.to, {{static_cast<FaultKind>(kind), 0.5 * (begin + end)}}});
+      cases.push_back({stay.state, {{static_cast<FaultKind>(kind), stay.middle_s}}});
+    }
+  }
+  return cases;
+}
+
+std::vector<FaultCase> every_pair_in_every_state(const DiveResult& nominal) {
+  std::vector<FaultCase> cases;
+  for (const Stay& stay : stays_of(nominal)) {
+    for (std::size_t a = 0; a < kFaultCount; ++a) {
+      for (std::size_t b = a + 1; b < kFaultCount; ++b) {
+        cases.push_back({stay.state,
+                         {{static_cast<FaultKind>(a), stay.middle_s},
+                          {static_cast<FaultKind>(b), stay.middle_s}}});
+      }
     }
   }
   return cases;

@@ -27,6 +27,9 @@ struct FaultVerdict {
 /// One case for every fault in the middle of every leaf that `nominal` went through.
 [[nodiscard]] std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal);
 
+/// The same for every two of them at once.
+[[nodiscard]] std::vector<FaultCase> every_pair_in_every_state(const DiveResult& nominal);
+
 /// Dives them, `threads` at a time; `progress` is told how many are done.
 [[nodiscard]] std::vector<FaultVerdict> dive_with_faults(
     const std::vector<FaultCase>& cases, const Mission& mission, const planning::World& world,

@@ -61,6 +61,7 @@ void Whereabouts::spread() {
 std::set<Place> Whereabouts::after(int state) const {
   const int last_goal = last_goal_[static_cast<std::size_t>(state)];
   if (last_goal >= 0) return {Place{last_goal, false}};
+  if (std::holds_alternative<RetraceState>(index_.spec(state).leaf)) return {};  // in open water
   const std::set<Place>& places = at_begin_[static_cast<std::size_t>(state)];
   if (!std::holds_alternative<SurfaceState>(index_.spec(state).leaf)) return places;
   std::set<Place> surfaced;

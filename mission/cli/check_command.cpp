@@ -24,8 +24,16 @@ void print_report(const CheckReport& report) {
   print(fmt::format("  abort  longest way out {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
                     report.way_out.longest_m, report.way_out.longest_s, report.way_out.state,
                     report.way_out.clearance_m));
-  print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh", report.budget.distance_m,
-                    report.budget.duration_s, report.budget.energy_wh));
+  const Budget& budget = report.budget;
+  print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh; at worst {:.0f} s and {:.1f} Wh",
+                    budget.distance_m, budget.duration_s, budget.energy_wh, budget.worst_duration_s,
+                    budget.worst_energy_wh));
+  if (budget.spent_under > 0.0) {
+    print(
+        fmt::format("  thirds {:.0f} % of the usable time or charge spent under the overhead "
+                    "before the way back begins (in {})",
+                    100.0 * budget.spent_under, budget.spent_under_state));
+  }
   if (report.dive) {
     const DiveResult& dive = *report.dive;
     print(fmt::format("  dive   {} in state {} after {:.0f} s, nearest {:.2f} m, {} collision(s)",
@@ -66,7 +74,8 @@ int run_check(const CheckArguments& arguments) {
   if (arguments.list_rules) return list_rules(arguments.json);
   CheckOptions options;
   options.simulate = !arguments.static_only;
-  options.faults = arguments.faults;
+  options.faults = arguments.faults || arguments.pairs;
+  options.pairs = arguments.pairs;
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   options.dive.seed = arguments.seed;
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);

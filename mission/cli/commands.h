@@ -15,7 +15,8 @@ struct CheckArguments {
   std::string mission;
   bool json = false;
   bool static_only = false;  ///< No simulated dive.
-  bool faults = false;       ///< Every fault in every state.
+  bool faults = false;       ///< Every fault in every state ...
+  bool pairs = false;        ///< ... and every two.
   bool sarif = false;        ///< SARIF on stdout instead of anything else.
   bool list_rules = false;
   std::uint64_t seed = 1;
@@ -39,7 +40,7 @@ struct RunArguments {
   std::string mission;
   bool json = false;
   std::uint64_t seed = 1;
-  std::string log;  ///< Empty: a name of its own in dive-runs/.
+  std::string log;      ///< Empty: a name of its own in dive-runs/.
   std::string journal;  ///< Empty: beside the log.
   bool resume = false;
   std::string svg;

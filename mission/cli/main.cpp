@@ -46,6 +46,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
   command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
   command->add_flag("--faults", arguments.faults,
                     "Dive every fault in every state: all must end surfaced or safely held");
+  command->add_flag("--pairs", arguments.pairs, "And every two faults at once");
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
   command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive")->type_name("N");

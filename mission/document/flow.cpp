@@ -13,6 +13,13 @@ void sort_out(std::vector<int>& states) {
   states.erase(std::unique(states.begin(), states.end()), states.end());
 }
 
+bool raises(const StateSpec& spec, const std::string& event) {
+  const std::vector<const ActionSpec*> actions = actions_of(spec);
+  return std::any_of(actions.begin(), actions.end(), [&event](const ActionSpec* action) {
+    return action->kind == ActionSpec::Kind::kRaise && action->text.value == event;
+  });
+}
+
 }  // namespace
 
 Flow::Flow(const Mission& mission, const StateIndex& index)
@@ -25,8 +32,10 @@ Flow::Flow(const Mission& mission, const StateIndex& index)
     add_arcs(state);
     done_may_be_late_ |= index.spec(state).type == StateType::kParallel;
   }
-  done_may_be_late_ |= std::any_of(arcs_.begin(), arcs_.end(), [](const Arc& arc) {
-    return arc.spec != nullptr && arc.spec->events.empty();
+  // What stands in the leaf itself cannot come between a final state and its parent's being done.
+  done_may_be_late_ |= std::any_of(arcs_.begin(), arcs_.end(), [this](const Arc& arc) {
+    return arc.spec != nullptr && arc.spec->events.empty() &&
+           index_.spec(arc.owner).type != StateType::kLeaf;
   });
   for (int state = 0; state < index.size(); ++state) {
     const StateType type = index.spec(state).type;
@@ -167,9 +176,9 @@ bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
     }
     return false;
   }
-  // A planning state may fail for the one that is made of it.
+  // A planning state may fail for the whole that it is a part of, and says so.
   if (trigger.kind == Kind::kPlanFailed && of_whole) {
-    return index_.is_within(state, trigger.state) && is_planning(index_.spec(state));
+    return raises(index_.spec(state), "plan.failed." + index_.spec(trigger.state).id.value);
   }
   // Outside of parallels only the leaf itself is done, or the state that its final completes.
   const StateSpec& spec = index_.spec(state);

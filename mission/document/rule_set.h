@@ -42,6 +42,7 @@ void events_are_raised(const Subject& subject);
 
 // Structure: the machine is one. (structure_rules.cpp)
 void transitions_say_something(const Subject& subject);
+void transitions_can_fire(const Subject& subject);
 void targets_fit_together(const Subject& subject);
 void histories_remember_their_own(const Subject& subject);
 void someone_steers(const Subject& subject);
@@ -53,6 +54,8 @@ void positions_respect_max_depth(const Subject& subject);
 void altitudes_are_in_open_water(const Subject& subject);
 void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);
+void limits_leave_room(const Subject& subject);
+void failsafes_bring_it_up(const Subject& subject);
 
 // Flow: the mission goes on, and ends at the surface. (flow_rules.cpp)
 void states_are_reachable(const Subject& subject, const Flow& flow);

@@ -35,6 +35,8 @@ constexpr Rule kRules[] = {
     {"MIS-TIMEOUT", Severity::kError, "A timeout has an on_timeout, and that is a state."},
     {"MIS-EVENT", Severity::kError, "Every event that a transition waits for can be raised."},
     {"MIS-TRANSITION", Severity::kError, "A transition without an event has a target."},
+    {"MIS-NEVER-FIRES", Severity::kWarning,
+     "No transition stands behind one that always comes first."},
     {"MIS-TARGETS", Severity::kError, "Several targets are in different regions of a parallel."},
     {"MIS-HISTORY", Severity::kError, "A history's default is a state that it could remember."},
     {"MIS-IDLE", Severity::kError, "Wherever the vehicle is steered by states, some state steers."},
@@ -46,6 +48,9 @@ constexpr Rule kRules[] = {
      "Under an overhead no goal is given by altitude, for that is above what a lead line meets."},
     {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
     {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
+    {"MIS-LIMITS", Severity::kError, "The limits leave room between the surface and max_depth."},
+    {"MIS-FAILSAFE", Severity::kWarning,
+     "What cannot be survived under water brings the vehicle up."},
     {"MIS-UNREACHABLE", Severity::kError, "Every state can be reached."},
     {"MIS-TRAP", Severity::kError, "Every state can be left in the course of the mission."},
     {"MIS-DONE", Severity::kWarning, "Something follows when a state is done."},
@@ -63,14 +68,13 @@ constexpr DocumentRule kNameRules[] = {
     initial_states_exist, targets_exist,  timeouts_lead_somewhere, events_are_raised,
 };
 constexpr DocumentRule kStructureRules[] = {
-    transitions_say_something,
-    targets_fit_together,
-    histories_remember_their_own,
-    someone_steers,
+    transitions_say_something,    transitions_can_fire, targets_fit_together,
+    histories_remember_their_own, someone_steers,
 };
 constexpr DocumentRule kValueRules[] = {
     speed_suits_the_vehicle,     positions_are_under_water,  positions_respect_max_depth,
     altitudes_are_in_open_water, surfacing_is_in_open_water, times_fit_into_the_mission,
+    limits_leave_room,           failsafes_bring_it_up,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,

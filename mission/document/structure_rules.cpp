@@ -75,6 +75,47 @@ void transitions_say_something(const Subject& subject) {
   }
 }
 
+namespace {
+
+// Does `general` match every event that `special` does?
+bool covers(std::string general, std::string special) {
+  const auto trimmed = [](std::string& descriptor) {
+    if (descriptor.ends_with(".*")) descriptor.resize(descriptor.size() - 2);
+  };
+  trimmed(general);
+  trimmed(special);
+  return general == "*" || general == special || special.starts_with(general + ".");
+}
+
+bool always_before(const TransitionSpec& first, const TransitionSpec& second) {
+  if (first.guard) return false;
+  if (first.events.empty() || second.events.empty()) {
+    return first.events.empty() && second.events.empty();
+  }
+  return std::all_of(second.events.begin(), second.events.end(), [&](const std::string& event) {
+    return std::any_of(first.events.begin(), first.events.end(),
+                       [&](const std::string& general) { return covers(general, event); });
+  });
+}
+
+}  // namespace
+
+void transitions_can_fire(const Subject& subject) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const std::vector<TransitionSpec>& transitions = subject.index.spec(state).transitions;
+    for (std::size_t i = 1; i < transitions.size(); ++i) {
+      const auto before =
+          std::find_if(transitions.begin(), transitions.begin() + static_cast<std::ptrdiff_t>(i),
+                       [&](const TransitionSpec& t) { return always_before(t, transitions[i]); });
+      if (before == transitions.begin() + static_cast<std::ptrdiff_t>(i)) continue;
+      subject.warning(
+          "MIS-NEVER-FIRES", transitions[i].span,
+          fmt::format("the transition in line {} always comes first", before->span.line),
+          "give that one a cond, or write this one before it");
+    }
+  }
+}
+
 void targets_fit_together(const Subject& subject) {
   const StateIndex& index = subject.index;
   for (int state = 0; state < index.size(); ++state) {

@@ -86,6 +86,32 @@ void surfacing_is_in_open_water(const Subject& subject) {
   }
 }
 
+void limits_leave_room(const Subject& subject) {
+  const Limits& limits = subject.mission.limits;
+  if (limits.max_depth.value > limits.clearance.value) return;
+  subject.error(
+      "MIS-LIMITS", limits.max_depth.span,
+      fmt::format("with {:g} m to the surface (clearance) nothing is left above a depth of "
+                  "{:g} m",
+                  limits.clearance.value, limits.max_depth.value),
+      "raise max_depth or lower clearance");
+}
+
+void failsafes_bring_it_up(const Subject& subject) {
+  using behaviors::FailsafeKind;
+  for (const FailsafeKind kind : {FailsafeKind::kLeak, FailsafeKind::kBattery,
+                                  FailsafeKind::kOvertime, FailsafeKind::kOperatorAbort}) {
+    const Failsafes& failsafes = subject.mission.failsafes;
+    const std::optional<Span>& written = failsafes.written[static_cast<std::size_t>(kind)];
+    if (!written || failsafes.policy(kind).rung >= behaviors::Rung::kRetrace) continue;
+    subject.warning(
+        "MIS-FAILSAFE", *written,
+        fmt::format("'{}' does not bring the vehicle up: its rung is {}",
+                    behaviors::to_string(kind), behaviors::to_string(failsafes.policy(kind).rung)),
+        "abort_and_surface does");
+  }
+}
+
 void times_fit_into_the_mission(const Subject& subject) {
   const Located<double>& limit = subject.mission.limits.mission_timeout;
   for (int state = 0; state < subject.index.size(); ++state) {

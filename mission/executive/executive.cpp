@@ -36,7 +36,7 @@ constexpr Utime kSilence = 500'000;      // us, of the depth sensor: then the es
 constexpr Utime kBlind = 100'000;        // us without attitude: then no turning effort is made
 constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
 constexpr double kTilted = 0.2;          // rad
-constexpr double kDrift = 0.7;           // m that a vehicle may coast and drift on its way up
+constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -316,7 +316,7 @@ struct Executive::Impl final : statechart::Environment {
   void look_around() {
     const Eigen::Vector3d& p_W = position();
     is_under = map.overhead(p_W, 0.0);
-    const double margin = kDrift + 2.0 * estimation::horizontal_sigma(estimate());
+    const double margin = kDrift + estimation::horizontal_sigma(estimate());
     open_above = !is_under && !map.overhead(p_W, margin);
     trail.add(p_W, open_above);
     const double battery = monitors.health().battery_fraction;
@@ -651,6 +651,8 @@ struct Executive::Impl final : statechart::Environment {
       if (reckoned.tilt() > kTilted) last_rates.heave = 0.0;
     } else {
       last_rates = autopilot.step(command, command.o, Eigen::Vector3d::Zero(), depth, dt);
+      // Blind and deaf: a vehicle that is left alone rises slowly, and pushes against nothing.
+      if (!hears_depth() && command.d >= 0.0) last_rates = {};
     }
   }
 
@@ -682,8 +684,7 @@ struct Executive::Impl final : statechart::Environment {
     const bool is_retrace = spec != nullptr ? std::holds_alternative<RetraceState>(spec->leaf)
                                             : id == kRetraceState || id == kBackState;
     if (is_retrace) {
-      behavior = std::make_unique<behaviors::Retrace>(trail, position(), can_go_up(),
-                                                      leaf_context.leg, &map);
+      behavior = std::make_unique<behaviors::Retrace>(trail, leaf_context.leg, &map);
     } else if (spec != nullptr) {
       behavior = make_leaf_behavior(leaf_context, *spec, goals_done);
       if (std::holds_alternative<SurfaceState>(spec->leaf) && is_under) {

@@ -97,19 +97,47 @@ TEST(Trail, KnowsHowFarInItIs) {
 }
 
 TEST(Retrace, IsDoneAtOnceInOpenWater) {
-  Retrace retrace(Trail(), {0, 0, -3}, true, settings(), nullptr);
-  EXPECT_TRUE(step(retrace, 0, {0, 0, -3}).done);
+  const Trail trail;
+  Retrace retrace(trail, settings(), nullptr);
+  estimation::StateEstimate estimate;
+  estimate.valid = true;
+  estimate.X_WB.p = {0, 0, -3};
+  BehaviorInput input;
+  input.estimate = &estimate;
+  input.can_go_up = true;
+  EXPECT_TRUE(retrace.step(input).done);
+}
+
+TEST(Retrace, StopsBeforeItBelievesInOpenWater) {
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), nullptr);
+  estimation::StateEstimate estimate;
+  estimate.valid = true;
+  estimate.X_WB.p = {-0.5, 0, -4};
+  estimate.v_WB_B.x() = 0.4;
+  BehaviorInput input;
+  input.estimate = &estimate;
+  input.can_go_up = true;
+  EXPECT_FALSE(retrace.step(input).done) << "it still coasts";
+  EXPECT_EQ(retrace.step(input).command.v, 0.0);
+  estimate.X_WB.p.x() = 0.1;  // under the roof after all
+  estimate.v_WB_B.x() = 0.05;
+  input.can_go_up = false;
+  input.now = from_seconds(1);
+  EXPECT_GT(retrace.step(input).command.v, 0.0) << "back along the trail";
 }
 
 TEST(Retrace, FailsWhenThereIsNoWayOut) {
-  Retrace retrace(Trail(), {0, 0, -3}, false, settings(), nullptr);
+  const Trail trail;
+  Retrace retrace(trail, settings(), nullptr);
   const BehaviorOutput output = step(retrace, 0, {0, 0, -3});
   EXPECT_EQ(output.failed, Failure::kExhausted);
   EXPECT_FALSE(output.done);
 }
 
 TEST(Retrace, SwimsBackAlongTheTrail) {
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), nullptr);
   const BehaviorOutput output = step(retrace, 0, {10, 0, -4});
   EXPECT_EQ(output.failed, Failure::kNone);
   EXPECT_FALSE(output.plan_request);
@@ -118,7 +146,8 @@ TEST(Retrace, SwimsBackAlongTheTrail) {
 }
 
 TEST(Retrace, PlansAWayOutWhenItDoesNotGetOn) {
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), nullptr);
   Utime now = 0;
   BehaviorOutput output = step(retrace, now, {10, 0, -4});
   while (!output.plan_request && now < from_seconds(1000)) {
@@ -126,14 +155,15 @@ TEST(Retrace, PlansAWayOutWhenItDoesNotGetOn) {
     output = step(retrace, now, {9.5, 0, -4});  // stuck
   }
   ASSERT_TRUE(output.plan_request);
-  EXPECT_NEAR(to_seconds(now), 60.0 + 4 * 10.3 / 0.4, 10.0);
+  EXPECT_NEAR(to_seconds(now), 60.0 + 4 * 11.5 / 0.4, 10.0);
   EXPECT_LT(output.plan_request->goal.p.x(), 0.0) << "to the open water of the trail";
   EXPECT_EQ(output.command.v, 0.0);
 }
 
 TEST(Retrace, AroundWhatBlocksTheTrailWithLessAndLessClearance) {
   Judge blocked(-0.1);
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), &blocked);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), &blocked);
   BehaviorOutput output = step(retrace, 0, {10, 0, -4});
   ASSERT_TRUE(output.plan_request);
   EXPECT_EQ(output.plan_request->clearance, 0.6);
@@ -152,7 +182,8 @@ TEST(Retrace, AroundWhatBlocksTheTrailWithLessAndLessClearance) {
 }
 
 TEST(Retrace, WithoutAttitudeItWaitsOrGoesUp) {
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), nullptr);
   estimation::StateEstimate estimate;
   estimate.valid = true;
   estimate.X_WB.p = {10, 0, -4};
@@ -175,7 +206,8 @@ TEST(Retrace, WithoutAttitudeItWaitsOrGoesUp) {
 
 TEST(Retrace, APlannerThatDoesNotAnswerIsNoWayOut) {
   Judge blocked(-0.1);
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), &blocked);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), &blocked);
   BehaviorOutput output;
   Utime now = 0;
   for (; output.failed == Failure::kNone && now < from_seconds(100); now += from_seconds(1)) {
@@ -187,7 +219,8 @@ TEST(Retrace, APlannerThatDoesNotAnswerIsNoWayOut) {
 
 TEST(Retrace, WithoutAnyWayItSaysSo) {
   Judge still(-0.1);
-  Retrace retrace(swum_in(), {10, 0, -4}, false, settings(), nullptr);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, settings(), nullptr);
   BehaviorOutput output = step(retrace, 0, {10, 0, -4});
   EXPECT_FALSE(output.plan_request);
   output = step(retrace, 20'000, {10, 0, -4}, nullptr, &still);  // it falls in front of the vehicle
