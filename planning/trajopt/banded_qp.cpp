@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kStart = 0.1;         // of scale_: what the first products are
 constexpr double kToBoundary = 0.995;  // share of the way to the nearest boundary that is taken
+constexpr double kCentring = 0.7;      // of the mean product: aimed at without a correction
+constexpr double kShortest = 0.01;     // step that is taken whatever it does to the products
 
 /// Longest step in [0, longest] that keeps value + step * change >= 0.
 double limit_step(double longest, double value, double change) {
@@ -310,7 +312,15 @@ bool BandedQp::iterate() {
   const double after = complementarity_after(std::min(1.0, longest_step()));
   const double ratio = std::max(0.0, after / now);
   find_direction({.centring = ratio * ratio * ratio * now / products_, .second_order = true});
-  move(std::min(1.0, kToBoundary * longest_step()));
+  double step = std::min(1.0, kToBoundary * longest_step());
+  if (complementarity_after(step) > now) {
+    // The correction supposes a full step; where products are very unequal it can lead away from
+    // the central path, and the iteration goes round in a circle.
+    find_direction({.centring = kCentring * now / products_, .second_order = false});
+    step = std::min(1.0, kToBoundary * longest_step());
+    while (complementarity_after(step) > now && step > kShortest) step *= 0.5;
+  }
+  move(step);
   return true;
 }
 

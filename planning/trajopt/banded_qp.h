@@ -41,7 +41,7 @@ enum class QpStatus {
 };
 
 struct QpOptions {
-  int max_iterations = 40;
+  int max_iterations = 60;
   double tolerance = 1e-8;  ///< On all residuals, relative to the problem's own scale.
 };
 

@@ -119,15 +119,22 @@ class BarrierReference {
     }
   }
 
-  [[nodiscard]] double least_objective() {
+  /// Its arithmetic may give out where rows all but exclude each other: then the value is that of
+  /// some point, and no more.
+  struct Least {
+    double objective;
+    bool is_sure;
+  };
+  [[nodiscard]] Least least_objective() {
     const auto n = static_cast<Eigen::Index>(free_.size());
     Eigen::VectorXd y(n + static_cast<Eigen::Index>(soft_.size()));
     for (Eigen::Index k = 0; k < n; ++k) y(k) = qp_.inside(free_[static_cast<std::size_t>(k)]);
     for (std::size_t s = 0; s < soft_.size(); ++s) {
       y(n + static_cast<Eigen::Index>(s)) = std::max(0.0, missing(soft_[s], full(y))) + 1.0;
     }
-    for (double t = 1e-2; t < 1e10; t *= 8.0) centre(y, t);
-    return qp_.objective(full(y));
+    bool is_sure = true;
+    for (double t = 1e-2; t < 1e10; t *= 8.0) is_sure = centre(y, t);
+    return {qp_.objective(full(y)), is_sure};
   }
 
  private:
@@ -172,8 +179,8 @@ class BarrierReference {
     return result;
   }
 
-  /// Newton's method on t * objective - sum log.
-  void centre(Eigen::VectorXd& y, double t) const {
+  /// Newton's method on t * objective - sum log; false when it does not get there.
+  [[nodiscard]] bool centre(Eigen::VectorXd& y, double t) const {
     const auto n = static_cast<Eigen::Index>(free_.size());
     const std::vector<Inequality> all = inequalities(y.size());
     const auto value = [&](const Eigen::VectorXd& at) {
@@ -210,15 +217,17 @@ class BarrierReference {
         curvature += i.c * i.c.transpose() / (room * room);
       }
       const Eigen::VectorXd step = -curvature.ldlt().solve(gradient);
-      if (-gradient.dot(step) < 1e-9) return;
+      const double decrement = -gradient.dot(step);
+      if (decrement < 1e-9) return true;
       double length = 1.0;
       const double now = value(y);
       while (length > 1e-12 && value(y + length * step) > now + 0.1 * length * gradient.dot(step)) {
         length *= 0.5;
       }
-      if (length <= 1e-12) return;
+      if (length <= 1e-12) return decrement < 1e-2;  // as near as rounding lets it
       y += length * step;
     }
+    return false;
   }
 
   const DenseQp& qp_;

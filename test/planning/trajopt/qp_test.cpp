@@ -105,14 +105,36 @@ TEST(Qp, MeetsTheOptimalityConditionsOfTheProblemAsGiven) {
   }));
 }
 
+// Found among 100,000 random ones: Mehrotra's correction alone goes round in a circle on the first
+// five, and the last creeps.
+TEST(Qp, EndsWhereTheCorrectionAloneWouldGoRoundInACircle) {
+  constexpr double kShares[] = {0.0, 0.2, 0.9};
+  constexpr double kHardShares[] = {0.0, 0.2, 1.0};
+  for (const unsigned seed : {341U, 6758U, 8952U, 14963U, 54161U, 36399U}) {
+    DenseQpShape shape;
+    shape.blocks = 1 + static_cast<int>(seed % 6);
+    shape.rows = static_cast<int>(seed % 25);
+    shape.share_fixed = kShares[seed % 3];
+    shape.share_hard = kHardShares[seed / 3 % 3];
+    Random random(seed);
+    EXPECT_EQ(solve(random_qp(shape, random)).summary.status, QpStatus::kSolved) << seed;
+  }
+}
+
 TEST(Qp, ReachesTheObjectiveOfADenseBarrierMethod) {
-  EXPECT_TRUE(rc::check([] {
+  int compared = 0;
+  EXPECT_TRUE(rc::check([&compared] {
     const DenseQp qp = arbitrary_qp();
     const Answer a = solve(qp);
-    const double reference = BarrierReference(qp).least_objective();
+    const BarrierReference::Least least = BarrierReference(qp).least_objective();
+    const double tolerance = 1e-6 * (1.0 + size_of(qp));
     RC_ASSERT(std::abs(a.summary.objective - qp.objective(a.x)) <= 1e-9 * size_of(qp));
-    RC_ASSERT(std::abs(a.summary.objective - reference) <= 1e-6 * (1.0 + size_of(qp)));
+    RC_ASSERT(a.summary.objective <= least.objective + tolerance);
+    if (!least.is_sure) return;
+    ++compared;
+    RC_ASSERT(a.summary.objective >= least.objective - tolerance);
   }));
+  EXPECT_GT(compared, 50);
 }
 
 TEST(Qp, KnowsOneVariableByHand) {
