@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include "common/assert.h"
 #include "mission/check/simulated_dive.h"
@@ -38,6 +39,19 @@ void window_dive(benchmark::State& state) {
 }
 BENCHMARK(window_dive)->Unit(benchmark::kMillisecond);
 
+// From the file to a mission that may be run: schema, rules, the map's name; not the map.
+void load_a_mission(benchmark::State& state, const char* name) {
+  const std::string path = fmt::format("{}/missions/{}.xml", DIVE_SOURCE_DIR, name);
+  for (auto _ : state) {
+    Diagnostics diagnostics;
+    const auto mission = load_mission(path, diagnostics);
+    if (!mission) state.SkipWithError("the mission is not accepted");
+    benchmark::DoNotOptimize(mission);
+  }
+}
+BENCHMARK_CAPTURE(load_a_mission, window, "window")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(load_a_mission, blocks, "blocks")->Unit(benchmark::kMillisecond);
+
 // The executive alone, fed by hand while it holds station: one control tick.
 void executive_holding_step(benchmark::State& state) {
   Executive executive(window().mission, window().world, window().model, {});
@@ -54,7 +68,7 @@ void executive_holding_step(benchmark::State& state) {
       state.ResumeTiming();
     }
     inputs.depth->utime = inputs.imu->utime = inputs.health->utime = inputs.now;
-    benchmark::DoNotOptimize(executive.step(inputs));
+    benchmark::DoNotOptimize(&executive.step(inputs));
   }
 }
 BENCHMARK(executive_holding_step)->Unit(benchmark::kMicrosecond);

@@ -53,16 +53,23 @@ void Diagnostics::add(Diagnostic diagnostic) {
   if (list_.size() < kMaxDiagnostics) list_.push_back(std::move(diagnostic));
 }
 
+void Diagnostics::add(Severity severity, std::string code, const SourceText& source, Span span,
+                      std::string message, std::string hint) {
+  std::string line(source.line(span.line));
+  LineOrigin origin = source.origin(span.line);
+  span.line = origin.line;
+  add({std::move(code), severity, std::move(origin.path), span, std::move(message), std::move(hint),
+       std::move(line), std::move(origin.included_from)});
+}
+
 void Diagnostics::error(std::string code, const SourceText& source, Span span, std::string message,
                         std::string hint) {
-  add({std::move(code), Severity::kError, source.path(), span, std::move(message), std::move(hint),
-       std::string(source.line(span.line))});
+  add(Severity::kError, std::move(code), source, span, std::move(message), std::move(hint));
 }
 
 void Diagnostics::warning(std::string code, const SourceText& source, Span span,
                           std::string message, std::string hint) {
-  add({std::move(code), Severity::kWarning, source.path(), span, std::move(message),
-       std::move(hint), std::string(source.line(span.line))});
+  add(Severity::kWarning, std::move(code), source, span, std::move(message), std::move(hint));
 }
 
 void Diagnostics::sort() {
@@ -107,6 +114,9 @@ std::string render(const Diagnostic& diagnostic, bool color) {
         std::max<std::size_t>(display_width(std::string_view(shown).substr(caret, length)), 1);
     text += fmt::format("  {}\n  {}{}^{}{}\n", shown, std::string(indent, ' '), tint,
                         std::string(marks - 1, '~'), reset);
+  }
+  if (!diagnostic.included_from.empty()) {
+    text += fmt::format("  included from {}\n", printable(diagnostic.included_from));
   }
   if (!diagnostic.hint.empty()) text += fmt::format("  hint: {}\n", printable(diagnostic.hint));
   return text;

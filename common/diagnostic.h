@@ -17,9 +17,10 @@ struct Diagnostic {
   Severity severity = Severity::kError;
   std::string file;
   Span span;
-  std::string message;      ///< What is wrong and what was expected, one sentence.
-  std::string hint;         ///< What to do; may be empty.
-  std::string source_line;  ///< The line the span points into; may be empty.
+  std::string message;             ///< What is wrong and what was expected, one sentence.
+  std::string hint;                ///< What to do; may be empty.
+  std::string source_line;         ///< The line the span points into; may be empty.
+  std::string included_from = {};  ///< "FILE:LINE" that had `file` included; may be empty.
 };
 
 /// Collects diagnostics in the order found. Bounded: beyond `kMaxDiagnostics` only counts.
@@ -42,6 +43,9 @@ class Diagnostics {
   void sort();
 
  private:
+  void add(Severity severity, std::string code, const SourceText& source, Span span,
+           std::string message, std::string hint);
+
   std::vector<Diagnostic> list_;
   std::size_t error_count_ = 0;
   std::size_t warning_count_ = 0;

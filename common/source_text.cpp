@@ -5,8 +5,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include <fmt/format.h>
+
+#include "common/assert.h"
 
 namespace dive {
 
@@ -15,6 +18,26 @@ SourceText::SourceText(std::string path, std::string content)
   for (std::size_t i = 0; i < content_.size(); ++i) {
     if (content_[i] == '\n') line_starts_.push_back(i + 1);
   }
+}
+
+SourceText::SourceText(std::string path, std::string content, std::vector<LineRun> runs)
+    : SourceText(std::move(path), std::move(content)) {
+  DIVE_DEMAND(!runs.empty() && runs.front().first == 1);
+  runs_ = std::move(runs);
+}
+
+LineOrigin SourceText::origin(int number) const {
+  if (runs_.empty() || number < 1) return {path_, number, {}};
+  const auto begins_later = [](int line, const LineRun& run) { return line < run.first; };
+  const auto next = std::upper_bound(runs_.begin(), runs_.end(), number, begins_later);
+  const LineRun& run = *std::prev(next);
+  return {run.origin.path, run.origin.line + number - run.first, run.origin.included_from};
+}
+
+std::string SourceText::line_name(int number) const {
+  const LineOrigin from = origin(number);
+  return from.path == path_ ? fmt::format("line {}", from.line)
+                            : fmt::format("line {} of {}", from.line, from.path);
 }
 
 std::string_view SourceText::line(int number) const {

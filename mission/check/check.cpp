@@ -13,6 +13,7 @@
 #include "mission/check/rules.h"
 #include "mission/document/state_index.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "vehicle/aqua2_figures.h"
 #include "vehicle/autopilot.h"
@@ -90,10 +91,11 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
                           const Mission& mission, const planning::World& world,
                           const planning::RobotHull& hull, const CheckOptions& options) {
   const double radius = hull.radius();
+  planning::Ceiling ceiling(world);
   behaviors::Trail trail;
   WayOutProof proof;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
-    trail.add(p_W, !world.overhead(p_W, radius));
+    trail.add(p_W, !ceiling.is_above(p_W, radius));
     const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));
     if (!way.reaches_open_water) proof.exists = false;
     const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
@@ -160,6 +162,7 @@ Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
 void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, const planning::World& world, double radius,
                          const Usable& limit, Budget& budget) {
+  planning::Ceiling ceiling(world);
   behaviors::Trail trail;
   const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
   double distance = 0.0;
@@ -167,7 +170,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
   double last_out_m = 0.0;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     const double t = distance / mission.speed.value;
-    const bool open = !world.overhead(p_W, radius);
+    const bool open = !ceiling.is_above(p_W, radius);
     trail.add(p_W, open);
     if (open) entered_s = t;
     const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));

@@ -33,8 +33,9 @@ void positions_are_in_the_water(Site& site) {
     } else if (-p_W->z() > max_depth) {
       site.error(
           "CHK-TOO-DEEP", spot.position->z.span,
-          fmt::format("{} is {:.2f} m deep, deeper than max_depth {:g} m (line {})", spot.name,
-                      -p_W->z(), max_depth, site.mission.limits.max_depth.span.line));
+          fmt::format("{} is {:.2f} m deep, deeper than max_depth {:g} m ({})", spot.name,
+                      -p_W->z(), max_depth,
+                      site.mission.source.line_name(site.mission.limits.max_depth.span.line)));
     }
   }
 }
@@ -52,9 +53,9 @@ void positions_are_clear(Site& site) {
                  fmt::format("{} is inside '{}'", spot.name, obstacle));
     } else {
       site.error("CHK-CLEARANCE", spot.position->x.span,
-                 fmt::format(
-                     "{} is {:.2f} m from '{}', nearer than the clearance of {:g} m (line {})",
-                     spot.name, contact->distance, obstacle, clearance.value, clearance.span.line));
+                 fmt::format("{} is {:.2f} m from '{}', nearer than the clearance of {:g} m ({})",
+                             spot.name, contact->distance, obstacle, clearance.value,
+                             site.mission.source.line_name(clearance.span.line)));
     }
   }
 }
@@ -68,10 +69,10 @@ void positions_keep_altitude(Site& site) {
     if (!floor_z) continue;
     const double altitude = p_W->z() - *floor_z;
     if (altitude <= 0.0 || altitude >= limit.value) continue;  // inside something: CHK-INSIDE
-    site.error(
-        "CHK-ALTITUDE", spot.position->z.span,
-        fmt::format("{} is {:.2f} m above the ground, less than min_altitude {:g} m (line {})",
-                    spot.name, altitude, limit.value, limit.span.line));
+    site.error("CHK-ALTITUDE", spot.position->z.span,
+               fmt::format("{} is {:.2f} m above the ground, less than min_altitude {:g} m ({})",
+                           spot.name, altitude, limit.value,
+                           site.mission.source.line_name(limit.span.line)));
   }
 }
 

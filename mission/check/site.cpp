@@ -105,8 +105,9 @@ Contact Site::nearest_to_centre(const Eigen::Vector3d& p_W) const {
 }
 
 int Site::overhead(const Eigen::Vector3d& p_W) const {
+  planning::PlanView scratch;
   for (std::size_t i = 0; i < world.obstacles.size(); ++i) {
-    if (planning::is_above(world.obstacles[i], p_W, radius_)) return static_cast<int>(i);
+    if (planning::is_above(world.obstacles[i], p_W, radius_, scratch)) return static_cast<int>(i);
   }
   return -1;
 }

@@ -20,6 +20,9 @@ Json to_json(const Diagnostics& diagnostics) {
                     {"column", diagnostic.span.column},
                     {"message", diagnostic.message},
                     {"hint", diagnostic.hint}});
+    if (!diagnostic.included_from.empty()) {
+      list.back()["included_from"] = diagnostic.included_from;
+    }
   }
   return list;
 }

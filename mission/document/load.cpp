@@ -1,6 +1,7 @@
 #include <string_view>
 #include <utility>
 
+#include "mission/document/expansion.h"
 #include "mission/document/language.h"
 #include "mission/document/map_file.h"
 #include "mission/document/mission.h"
@@ -12,6 +13,8 @@ namespace dive::mission {
 namespace {
 
 constexpr XmlLimits kLimits{};
+constexpr ExpansionLimits kExpansion{};
+constexpr ExpansionLimits kNoIncludes{.max_includes = 0, .max_depth = 0};
 
 // What a condition with a bare '<' looks like to an XML parser.
 constexpr std::string_view kBareLessThan = "Unescaped '<' not allowed in attributes";
@@ -26,16 +29,19 @@ void hand_on(const Diagnostics& found, Diagnostics& diagnostics) {
   }
 }
 
-std::optional<Mission> from_document(XmlDocument document, MapFile map_file,
+std::optional<Mission> from_document(XmlDocument written, MapFile map_file,
                                      Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
+  const bool has_folder = map_file == MapFile::kMustExist;
+  std::optional<XmlDocument> document =
+      expand(std::move(written), kLimits, has_folder ? kExpansion : kNoIncludes, diagnostics);
   const Language language;
-  if (!check_schema(document, language, diagnostics)) {
+  if (!document || !check_schema(*document, language, diagnostics)) {
     diagnostics.sort();
     return std::nullopt;
   }
-  Mission mission = read_mission(std::move(document), language, diagnostics);
-  if (map_file == MapFile::kMustExist) resolve_map(mission, diagnostics);
+  Mission mission = read_mission(std::move(*document), language, diagnostics);
+  if (has_folder) resolve_map(mission, diagnostics);
   check_rules(mission, diagnostics);
   diagnostics.sort();
   if (diagnostics.error_count() != errors_before) return std::nullopt;

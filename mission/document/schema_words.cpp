@@ -87,7 +87,7 @@ void SchemaWords::misplaced_element(const XmlElement& element, const XmlElement&
   const bool repeated = first != parent.children.end() && &*first != &element;
   std::string hint;
   if (repeated) {
-    hint = fmt::format("the first is in line {}", first->span.line);
+    hint = fmt::format("the first is in {}", source_.line_name(first->span.line));
   } else if (!expected.empty()) {
     hint = fmt::format("here may stand {}", fmt::join(expected, ", "));
   }

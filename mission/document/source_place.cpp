@@ -29,6 +29,27 @@ std::size_t past_tag(std::string_view text, std::size_t at) {
   return text.size();
 }
 
+constexpr std::string_view kSection = "<![CDATA[";
+
+bool is_section(std::string_view text, std::size_t at) {
+  return text.substr(at, kSection.size()) == kSection;
+}
+
+// Past the comment, instruction, section, tag or byte of text at `at`; a tag changes the depth.
+std::size_t past_token(std::string_view text, std::size_t at, int& depth) {
+  if (text[at] != '<') return at + 1;
+  if (text.substr(at, 4) == "<!--") return past(text, "-->", at);
+  if (text.substr(at, 2) == "<?") return past(text, "?>", at);
+  if (is_section(text, at)) return past(text, "]]>", at);
+  const std::size_t end = past_tag(text, at);
+  if (text.substr(at, 2) == "</") {
+    --depth;
+  } else if (text[end - 2] != '/') {
+    ++depth;
+  }
+  return end;
+}
+
 // Bytes of the value that a character reference such as "&#233;" stands for, in UTF-8.
 std::size_t decoded_length(std::string_view reference) {
   if (reference.substr(0, 2) != "&#") return 1;  // one of the five predefined entities
@@ -71,31 +92,27 @@ Span span_in_value(const SourceText& source, const XmlAttribute& attribute, std:
   return source.span_at(at, length);
 }
 
+ElementExtent extent_of(const SourceText& source, const XmlElement& element) {
+  const std::string_view text = source.content();
+  ElementExtent extent;
+  extent.begin = offset_of(source, element.span) - 1;
+  extent.content = extent.content_end = extent.end = past_tag(text, extent.begin);
+  if (text[extent.content - 2] == '/') return extent;
+  for (int depth = 0; depth >= 0 && extent.end < text.size();) {
+    extent.content_end = extent.end;
+    extent.end = past_token(text, extent.end, depth);
+  }
+  return extent;
+}
+
 Span place_of_text(const SourceText& source, const XmlElement& element) {
   const std::string_view text = source.content();
   std::size_t at = past_tag(text, offset_of(source, element.span));
-  int depth = 0;
-  while (at < text.size() && depth >= 0) {
-    const std::string_view rest = text.substr(at);
-    if (rest.substr(0, 4) == "<!--") {
-      at = past(text, "-->", at);
-    } else if (rest.substr(0, 2) == "<?") {
-      at = past(text, "?>", at);
-    } else if (rest.substr(0, 9) == "<![CDATA[") {
-      if (depth == 0) return source.span_at(at, 9);
-      at = past(text, "]]>", at);
-    } else if (rest.front() == '<') {
-      const std::size_t end = past_tag(text, at);
-      if (rest.substr(0, 2) == "</") {
-        --depth;
-      } else if (text[end - 2] != '/') {
-        ++depth;
-      }
-      at = end;
-    } else if (depth == 0 && !is_blank(rest.front())) {
-      return source.span_at(at, std::min(rest.find_first_of(" \t\r\n<"), rest.size()));
-    } else {
-      ++at;
+  for (int depth = 0; at < text.size() && depth >= 0; at = past_token(text, at, depth)) {
+    if (depth > 0) continue;
+    if (is_section(text, at)) return source.span_at(at, kSection.size());
+    if (text[at] != '<' && !is_blank(text[at])) {
+      return source.span_at(at, std::min(text.find_first_of(" \t\r\n<", at), text.size()) - at);
     }
   }
   return element.span;

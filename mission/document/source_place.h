@@ -16,6 +16,16 @@ namespace dive::mission {
 [[nodiscard]] Span span_in_value(const SourceText& source, const XmlAttribute& attribute,
                                  std::size_t offset, std::size_t length);
 
+/// Byte offsets of an element's content: from past its start tag to its end tag, or to the end of
+/// an empty tag, and `end`, past all of it.
+struct ElementExtent {
+  std::size_t begin = 0;  ///< Of the '<'.
+  std::size_t content = 0;
+  std::size_t content_end = 0;
+  std::size_t end = 0;
+};
+[[nodiscard]] ElementExtent extent_of(const SourceText& source, const XmlElement& element);
+
 /// The first word of the text that stands directly in `element`; the element's name if there is
 /// none.
 [[nodiscard]] Span place_of_text(const SourceText& source, const XmlElement& element);

@@ -46,10 +46,11 @@ void demand_steering(const Subject& subject, const StateSpec& spec) {
       steering = &region;
       demand_steering(subject, region);
     } else {
-      subject.error("MIS-PARALLEL", region.id.span,
-                    fmt::format("'{}' steers the vehicle while '{}' does (line {})",
-                                region.id.value, steering->id.value, steering->id.span.line),
-                    "only one region of a parallel may hold states that steer");
+      subject.error(
+          "MIS-PARALLEL", region.id.span,
+          fmt::format("'{}' steers the vehicle while '{}' does ({})", region.id.value,
+                      steering->id.value, subject.mission.source.line_name(steering->id.span.line)),
+          "only one region of a parallel may hold states that steer");
     }
   }
   if (steering == nullptr) {
@@ -108,10 +109,10 @@ void transitions_can_fire(const Subject& subject) {
           std::find_if(transitions.begin(), transitions.begin() + static_cast<std::ptrdiff_t>(i),
                        [&](const TransitionSpec& t) { return always_before(t, transitions[i]); });
       if (before == transitions.begin() + static_cast<std::ptrdiff_t>(i)) continue;
-      subject.warning(
-          "MIS-NEVER-FIRES", transitions[i].span,
-          fmt::format("the transition in line {} always comes first", before->span.line),
-          "give that one a cond, or write this one before it");
+      subject.warning("MIS-NEVER-FIRES", transitions[i].span,
+                      fmt::format("the transition in {} always comes first",
+                                  subject.mission.source.line_name(before->span.line)),
+                      "give that one a cond, or write this one before it");
     }
   }
 }

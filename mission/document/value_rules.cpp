@@ -56,8 +56,8 @@ void positions_respect_max_depth(const Subject& subject) {
   for_each_depth(subject, [&](const std::string& name, const Position& position, double depth) {
     if (depth <= limit.value) return;
     subject.error("MIS-TOO-DEEP", position.z.span,
-                  fmt::format("{} is {:g} m deep, deeper than max_depth {:g} m (line {})", name,
-                              depth, limit.value, limit.span.line));
+                  fmt::format("{} is {:g} m deep, deeper than max_depth {:g} m ({})", name, depth,
+                              limit.value, subject.mission.source.line_name(limit.span.line)));
   });
 }
 
@@ -124,8 +124,8 @@ void times_fit_into_the_mission(const Subject& subject) {
     if (time == nullptr || time->value <= limit.value) continue;
     subject.warning(
         "MIS-TIME", time->span,
-        fmt::format("'{}' is given {:g} s, more than the whole mission ({:g} s, line {})",
-                    spec.id.value, time->value, limit.value, limit.span.line));
+        fmt::format("'{}' is given {:g} s, more than the whole mission ({:g} s, {})", spec.id.value,
+                    time->value, limit.value, subject.mission.source.line_name(limit.span.line)));
   }
 }
 

@@ -19,7 +19,7 @@ std::vector<planning::Obstacle> as_obstacles(std::span<const SeenObstacle> seen,
 }
 
 ChangedMap::ChangedMap(const planning::World& world, const planning::RobotHull& hull)
-    : world_(world), hull_(hull), hull_radius_(hull.radius()), scene_(world) {}
+    : hull_(hull), hull_radius_(hull.radius()), scene_(world), ceiling_(world) {}
 
 void ChangedMap::add(std::span<const SeenObstacle> seen) {
   for (planning::Obstacle& obstacle : as_obstacles(seen, added_.obstacles.size())) {
@@ -27,11 +27,13 @@ void ChangedMap::add(std::span<const SeenObstacle> seen) {
   }
   certifier_ = std::make_unique<planning::Certifier>(added_, hull_);
   added_scene_ = std::make_unique<planning::Scene>(added_);
+  added_ceiling_.emplace(added_);
 }
 
-bool ChangedMap::overhead(const Eigen::Vector3d& p_W, double margin) const {
+bool ChangedMap::overhead(const Eigen::Vector3d& p_W, double margin) {
   const double radius = hull_radius_ + margin;
-  return world_.overhead(p_W, radius) || (has_changed() && added_.overhead(p_W, radius));
+  return ceiling_.is_above(p_W, radius) ||
+         (added_ceiling_ && added_ceiling_->is_above(p_W, radius));
 }
 
 std::optional<double> ChangedMap::ground_below(const Eigen::Vector3d& p_W) const {

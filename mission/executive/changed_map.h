@@ -8,6 +8,7 @@
 #include "behaviors/behavior.h"
 #include "mission/executive/io.h"
 #include "planning/certify/certify.h"
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "planning/world/world.h"
 
@@ -27,19 +28,20 @@ class ChangedMap final : public behaviors::PathJudge {
   [[nodiscard]] bool has_changed() const { return !added_.obstacles.empty(); }
 
   /// Anything solid between p_W and the surface, within the hull's radius and `margin` (m).
-  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double margin) const;
+  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double margin);
   [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
   /// To what was seen: the rest was certified when the path was planned.
   [[nodiscard]] double clearance(std::span<const Pose> waypoints) override;
   [[nodiscard]] const planning::Scene& scene() const { return scene_; }
 
  private:
-  const planning::World& world_;
   const planning::RobotHull& hull_;
   double hull_radius_;
   planning::Scene scene_;
+  planning::Ceiling ceiling_;
   planning::World added_;
   std::unique_ptr<planning::Scene> added_scene_;
+  std::optional<planning::Ceiling> added_ceiling_;
   std::unique_ptr<planning::Certifier> certifier_;
 };
 

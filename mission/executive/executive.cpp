@@ -101,7 +101,7 @@ struct Executive::Impl final : statechart::Environment {
     const ActionSpec& action = machine.actions[index];
     switch (action.kind) {
       case ActionSpec::Kind::kLog:
-        outputs->actions.push_back({ActionRecord::Kind::kLog, action.text.value});
+        outputs.actions.push_back({ActionRecord::Kind::kLog, action.text.value});
         return;
       case ActionSpec::Kind::kRaise:
         interpreter.raise(action.text.value);
@@ -109,7 +109,7 @@ struct Executive::Impl final : statechart::Environment {
       case ActionSpec::Kind::kPayload:
         if (action.once && done_once[index]) return;
         done_once[index] = true;
-        outputs->actions.push_back({ActionRecord::Kind::kPayload, action.text.value});
+        outputs.actions.push_back({ActionRecord::Kind::kPayload, action.text.value});
         return;
     }
   }
@@ -124,27 +124,29 @@ struct Executive::Impl final : statechart::Environment {
     } else if (entered_state.kind == statechart::StateKind::kAtomic) {
       enter_leaf(entered_state.id, machine.specs[index], behaviors_by_state[index]);
     }
-    if (outputs->transitions.empty()) {
-      outputs->transitions.push_back({"", "", "", "the mission starts", ""});
+    if (outputs.transitions.empty()) {
+      outputs.transitions.push_back({"", "", "", "the mission starts", ""});
     }
-    outputs->transitions.back().to = entered_state.id;
+    outputs.transitions.back().to = entered_state.id;
   }
   void exited(StateId state) override {
     behaviors_by_state[static_cast<std::size_t>(state)].reset();
   }
   void taken(int /*transition*/, const std::string& event) override {
     const std::string here = innermost();
-    outputs->transitions.push_back({here, here, event,
-                                    event.empty() ? "its guard became true" : event_cause,
-                                    describe_guards()});
+    outputs.transitions.push_back({here, here, event,
+                                   event.empty() ? "its guard became true" : event_cause,
+                                   describe_guards()});
     evaluated.clear();
   }
 
   // --- one step ---
 
-  StepOutputs step(const StepInputs& inputs) {
-    StepOutputs step_outputs;
-    outputs = &step_outputs;
+  void step(const StepInputs& inputs) {
+    outputs.plan_query.reset();
+    outputs.transitions.clear();
+    outputs.failsafes.clear();
+    outputs.actions.clear();
     DIVE_DEMAND(!started || inputs.now >= now);
     const Utime before = started ? now : inputs.now;
     now = inputs.now;
@@ -164,11 +166,9 @@ struct Executive::Impl final : statechart::Environment {
     }
     actuate();
     fill_status();
-    outputs = nullptr;
-    return step_outputs;
   }
 
-  [[nodiscard]] const estimation::StateEstimate& estimate() const { return outputs->estimate; }
+  [[nodiscard]] const estimation::StateEstimate& estimate() const { return outputs.estimate; }
   [[nodiscard]] const Eigen::Vector3d& position() const { return estimate().X_WB.p; }
   /// The behaviours' clock: it stands still while the vehicle is held.
   [[nodiscard]] Utime leaf_now() const { return now - held_for; }
@@ -203,8 +203,8 @@ struct Executive::Impl final : statechart::Environment {
     const double lift = last_rates.heave - autopilot.trim_effort();
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
     estimator.set_expected_heave(expected_heave);
-    outputs->estimate = estimator.update(now);
-    last_estimate = outputs->estimate;
+    outputs.estimate = estimator.update(now);
+    last_estimate = outputs.estimate;
   }
 
   void start() {
@@ -234,7 +234,7 @@ struct Executive::Impl final : statechart::Environment {
     paused = committed.paused;
     queries = committed.queries;
     restore_states(committed);
-    outputs->transitions.push_back({"", innermost(), "", "the executive was restarted", ""});
+    outputs.transitions.push_back({"", innermost(), "", "the executive was restarted", ""});
     const bool is_missions = committed.rung < behaviors::Rung::kRetrace;
     if (is_missions &&
         (mission.resume == ResumePolicy::kSurface || from.gap_s > mission.max_gap_s.value)) {
@@ -368,10 +368,10 @@ struct Executive::Impl final : statechart::Environment {
   void dispatch(const std::string& event, std::string cause) {
     event_cause = std::move(cause);
     evaluated.clear();
-    const std::size_t before = outputs->transitions.size();
+    const std::size_t before = outputs.transitions.size();
     interpreter.dispatch(event);
     DIVE_DEMAND(!interpreter.livelocked());
-    if (outputs->transitions.size() == before && !evaluated.empty()) {
+    if (outputs.transitions.size() == before && !evaluated.empty()) {
       note(fmt::format("{} leads nowhere: {}", event, describe_guards()));
     }
     variables.state_elapsed = state_elapsed();
@@ -383,7 +383,7 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void note(std::string text) {
-    outputs->actions.push_back({ActionRecord::Kind::kNote, std::move(text)});
+    outputs.actions.push_back({ActionRecord::Kind::kNote, std::move(text)});
   }
 
   void settle() {
@@ -462,7 +462,7 @@ struct Executive::Impl final : statechart::Environment {
       if (!record.competing.empty()) record.competing += ", ";
       record.competing += behaviors::to_string(kind);
     }
-    outputs->failsafes.push_back(record);
+    outputs.failsafes.push_back(record);
     held.reset();
     if (!interpreter.running() || change.rung == behaviors::Rung::kNone) return;
     const std::string cause = fmt::format("failsafe {}: {}", record.cause, record.why);
@@ -593,7 +593,7 @@ struct Executive::Impl final : statechart::Environment {
     if (result.plan_request) {
       asked_id = ++queries;
       asked_by = *leaf;
-      outputs->plan_query =
+      outputs.plan_query =
           PlanQuery{asked_id, id, result.plan_cause, std::move(*result.plan_request)};
     }
     if (result.done) dispatch("done.state." + id, id + " is done");
@@ -624,7 +624,7 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void actuate() {
-    outputs->command = last_command;
+    outputs.command = last_command;
     const double dt = to_seconds(now - last_step);
     if (started && dt > 0.0 && last_imu && last_depth) {
       const double depth = hears_depth() ? last_depth->depth_m : -estimate().X_WB.p.z();
@@ -636,7 +636,7 @@ struct Executive::Impl final : statechart::Environment {
       }
     }
     last_step = now;
-    outputs->rates = last_rates;
+    outputs.rates = last_rates;
   }
 
   // Stops, comes level by what the turn must have become, and then does only what needs no
@@ -657,12 +657,12 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void fill_status() {
-    Status& status = outputs->status;
+    Status& status = outputs.status;
     status.state = innermost();
     status.leg = progress.leg;
     status.distance_to_go_m = progress.distance_to_go_m;
     status.time_to_go_s = progress.distance_to_go_m / mission.speed.value;
-    status.depth_m = -outputs->estimate.X_WB.p.z();
+    status.depth_m = -outputs.estimate.X_WB.p.z();
     status.clearance_m = progress.clearance_m;
     status.cross_track_m = progress.cross_track_m;
     status.segment = progress.segment;
@@ -670,7 +670,7 @@ struct Executive::Impl final : statechart::Environment {
     status.finished = started && !interpreter.running();
   }
 
-  [[nodiscard]] std::string innermost() const {
+  [[nodiscard]] const std::string& innermost() const {
     for (std::size_t i = machine.chart.states.size(); i-- > 1;) {
       if (interpreter.is_active(static_cast<StateId>(i))) return machine.chart.states[i].id;
     }
@@ -754,7 +754,7 @@ struct Executive::Impl final : statechart::Environment {
   std::string abort_cause;
   std::string event_cause;
   std::string internal_error;
-  StepOutputs* outputs = nullptr;  // of the step under way
+  StepOutputs outputs;  // of the last step, or so far of the one under way
 };
 
 Executive::Executive(const Mission& mission, const planning::World& world,
@@ -764,17 +764,18 @@ Executive::Executive(Executive&&) noexcept = default;
 Executive& Executive::operator=(Executive&&) noexcept = default;
 Executive::~Executive() = default;
 
-StepOutputs Executive::step(const StepInputs& inputs) {
+const StepOutputs& Executive::step(const StepInputs& inputs) {
   Impl& impl = *impl_;
   if (impl.internal_error.empty()) {
     try {
-      return impl.step(inputs);
+      impl.step(inputs);
+      return impl.outputs;
     } catch (const std::exception& error) {
       impl.internal_error = error.what();
       impl.abort_cause = fmt::format("failsafe internal_error: {}", error.what());
     }
   }
-  return impl.fallback.step(inputs, impl.abort_cause);
+  return impl.outputs = impl.fallback.step(inputs, impl.abort_cause);
 }
 
 Committed Executive::committed() const { return impl_->committed(); }

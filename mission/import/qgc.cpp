@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -114,15 +116,33 @@ Span span_of_command(const SourceText& source, std::size_t& from) {
   return source.span_at(at, 9);
 }
 
-void read_plan(const SourceText& source, Builder& builder, std::vector<Item>& items) {
-  const nlohmann::json plan = nlohmann::json::parse(source.content(), nullptr, false);
-  const Span top{1, 1, 1};
-  if (!plan.is_object() || !plan.contains("mission") || !plan["mission"].is_object() ||
-      !plan["mission"].contains("items") || !plan["mission"]["items"].is_array()) {
-    return builder.error(top, "this is not a plan of QGroundControl's: it has no mission.items");
+/// Latitude, longitude, altitude: the last three of seven parameters, in older files apart from
+/// them.
+std::optional<std::array<double, 3>> place_of(const nlohmann::json& item) {
+  for (const auto& [key, size] : {std::pair("coordinate", 3U), std::pair("params", 7U)}) {
+    if (!item.contains(key) || !item[key].is_array() || item[key].size() != size) continue;
+    std::array<double, 3> place{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const nlohmann::json& value = item[key][size - 3 + i];
+      if (!value.is_number()) return std::nullopt;
+      place[i] = value.get<double>();
+    }
+    return place;
   }
-  std::size_t from = 0;
-  for (const nlohmann::json& item : plan["mission"]["items"]) {
+  return std::nullopt;
+}
+
+void read_items(const nlohmann::json& list, const SourceText& source, std::size_t& from,
+                Builder& builder, std::vector<Item>& items) {
+  for (const nlohmann::json& item : list) {
+    // A survey carries the waypoints it was turned into.
+    if (item.is_object() && item.contains("TransectStyleComplexItem")) {
+      const nlohmann::json& survey = item["TransectStyleComplexItem"];
+      if (survey.is_object() && survey.contains("Items") && survey["Items"].is_array()) {
+        read_items(survey["Items"], source, from, builder, items);
+        continue;
+      }
+    }
     const Span span = span_of_command(source, from);
     if (items.size() > kMaxItems) return builder.error(span, "there are more than 1000 waypoints");
     if (!item.is_object() || !item.contains("command") || !item["command"].is_number_integer()) {
@@ -130,20 +150,27 @@ void read_plan(const SourceText& source, Builder& builder, std::vector<Item>& it
       continue;
     }
     Item read{item["command"].get<int>(), 0.0, 0.0, 0.0, span};
-    const bool has_place =
-        item.contains("coordinate") && item["coordinate"].is_array() &&
-        item["coordinate"].size() == 3 &&
-        std::ranges::all_of(item["coordinate"], [](const auto& v) { return v.is_number(); });
-    if (has_place) {
-      read.latitude = item["coordinate"][0].get<double>();
-      read.longitude = item["coordinate"][1].get<double>();
-      read.altitude = item["coordinate"][2].get<double>();
+    if (const auto place = place_of(item)) {
+      read.latitude = (*place)[0];
+      read.longitude = (*place)[1];
+      read.altitude = (*place)[2];
     } else if (read.command == kWaypoint) {
-      builder.error(span, "a waypoint has no coordinate of three numbers");
+      builder.error(span, "a waypoint has no latitude, longitude and altitude that are numbers");
       continue;
     }
     items.push_back(read);
   }
+}
+
+void read_plan(const SourceText& source, Builder& builder, std::vector<Item>& items) {
+  const nlohmann::json plan = nlohmann::json::parse(source.content(), nullptr, false);
+  if (!plan.is_object() || !plan.contains("mission") || !plan["mission"].is_object() ||
+      !plan["mission"].contains("items") || !plan["mission"]["items"].is_array()) {
+    return builder.error(Span{1, 1, 1},
+                         "this is not a plan of QGroundControl's: it has no mission.items");
+  }
+  std::size_t from = 0;
+  read_items(plan["mission"]["items"], source, from, builder, items);
 }
 
 }  // namespace

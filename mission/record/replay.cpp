@@ -39,7 +39,8 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   options.seed = header.seed;
   if (!header.resume.empty()) {
     tl::expected<Journal, std::string> journal = parse_journal(header.resume);
-    if (!journal) return tl::unexpected("the journal in the log is not accepted: " + journal.error());
+    if (!journal)
+      return tl::unexpected("the journal in the log is not accepted: " + journal.error());
     if (journal->committed) {
       options.resume = Resume{std::move(*journal->committed), std::move(journal->trail), 0.0};
     }
@@ -48,7 +49,7 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   ReplayReport report;
   while (const std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
-    const StepOutputs replayed = executive.step(tick->inputs);
+    const StepOutputs& replayed = executive.step(tick->inputs);
     const std::string difference = first_difference(tick->outputs, replayed);
     if (difference.empty()) continue;
     report.first_divergence =

@@ -27,9 +27,9 @@ std::array<Vector3d, 8> corners(const Obstacle& box) {
 }
 
 // Plan view of the part of a box with low <= z <= high: points whose convex hull it is.
-std::vector<Vector2d> footprint(const Obstacle& box, double low, double high) {
+void footprint(const Obstacle& box, double low, double high, std::vector<Vector2d>& points) {
   const std::array<Vector3d, 8> corner = corners(box);
-  std::vector<Vector2d> points;
+  points.clear();
   for (unsigned i = 0; i < 8; ++i) {
     if (corner[i].z() >= low && corner[i].z() <= high) points.emplace_back(corner[i].head<2>());
     for (unsigned axis = 1; axis < 8; axis <<= 1U) {
@@ -43,15 +43,14 @@ std::vector<Vector2d> footprint(const Obstacle& box, double low, double high) {
       }
     }
   }
-  return points;
 }
 
-// Convex hull, counter-clockwise, by Andrew's monotone chain.
-std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
+// Convex hull of points, which are sorted, counter-clockwise, by Andrew's monotone chain.
+void convex_hull(std::vector<Vector2d>& points, std::vector<Vector2d>& hull) {
   std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
   });
-  std::vector<Vector2d> hull;
+  hull.clear();
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = hull.size();
     for (const Vector2d& p : points) {
@@ -64,14 +63,13 @@ std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
     hull.pop_back();  // The first point of the other pass.
     std::reverse(points.begin(), points.end());
   }
-  return hull;
 }
 
 // The same of any polytope: the edges of its hull are among the lines between its vertices, and the
 // others lie inside it.
-std::vector<Vector2d> footprint(const Polytope& polytope, const Pose& X_WO, double low,
-                                double high) {
-  std::vector<Vector2d> points;
+void footprint(const Polytope& polytope, const Pose& X_WO, double low, double high,
+               std::vector<Vector2d>& points) {
+  points.clear();
   for (const Vector3d& v : polytope.vertices) {
     const Vector3d a = X_WO * v;
     if (a.z() >= low && a.z() <= high) points.emplace_back(a.head<2>());
@@ -84,7 +82,19 @@ std::vector<Vector2d> footprint(const Polytope& polytope, const Pose& X_WO, doub
       }
     }
   }
-  return points;
+}
+
+std::vector<Eigen::AlignedBox3d> boxes_of(const World& world) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Obstacle& obstacle : world.obstacles) boxes.push_back(bounding_box(obstacle));
+  return boxes;
+}
+
+// The most points that its footprint can be made of, and two for the hull under construction.
+std::size_t largest_footprint(const Obstacle& obstacle) {
+  const auto* polytope = std::get_if<Polytope>(&obstacle.shape);
+  const std::size_t count = polytope != nullptr ? polytope->vertices.size() : 8;
+  return count + count * count / 2 + 2;
 }
 
 double distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
@@ -94,9 +104,10 @@ double distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d&
   return (p - a - t * ab).norm();
 }
 
-bool within(const std::vector<Vector2d>& points, const Vector2d& p, double radius) {
-  if (points.size() < 2) return !points.empty() && (points[0] - p).norm() < radius;
-  const std::vector<Vector2d> hull = convex_hull(points);
+bool within(PlanView& view, const Vector2d& p, double radius) {
+  if (view.points.size() < 2) return !view.points.empty() && (view.points[0] - p).norm() < radius;
+  convex_hull(view.points, view.hull);
+  const std::vector<Vector2d>& hull = view.hull;
   bool inside = hull.size() > 2;
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Vector2d& a = hull[i];
@@ -117,7 +128,7 @@ bool half_space_above(const Obstacle& obstacle, const Vector3d& p_W, double radi
 
 }  // namespace
 
-bool is_above(const Obstacle& obstacle, const Vector3d& p_W, double radius) {
+bool is_above(const Obstacle& obstacle, const Vector3d& p_W, double radius, PlanView& scratch) {
   if (p_W.z() >= 0.0) return false;
   if (std::holds_alternative<HalfSpace>(obstacle.shape)) {
     return half_space_above(obstacle, p_W, radius);
@@ -128,9 +139,32 @@ bool is_above(const Obstacle& obstacle, const Vector3d& p_W, double radius) {
   if (gap.norm() > radius) return false;
   if (const auto* polytope = std::get_if<Polytope>(&obstacle.shape)) {
     const double r = polytope->radius;
-    return within(footprint(*polytope, obstacle.X_WO, p_W.z() - r, r), p_W.head<2>(), radius + r);
+    footprint(*polytope, obstacle.X_WO, p_W.z() - r, r, scratch.points);
+    return within(scratch, p_W.head<2>(), radius + r);
   }
-  return within(footprint(obstacle, p_W.z(), 0.0), p_W.head<2>(), radius);
+  footprint(obstacle, p_W.z(), 0.0, scratch.points);
+  return within(scratch, p_W.head<2>(), radius);
+}
+
+Ceiling::Ceiling(const World& world) : world_(&world), tree_(boxes_of(world)) {
+  std::size_t largest = 0;
+  for (const Obstacle& obstacle : world.obstacles) {
+    largest = std::max(largest, largest_footprint(obstacle));
+  }
+  scratch_.points.reserve(largest);
+  scratch_.hull.reserve(largest);
+}
+
+bool Ceiling::is_above(const Vector3d& p_W, double radius) {
+  const Vector3d reach(radius, radius, 0.0);
+  const Vector3d top(p_W.x(), p_W.y(), std::max(p_W.z(), 0.0));
+  const Eigen::AlignedBox3d tube(p_W - reach, top + reach);
+  bool found = false;
+  tree_.visit(tube, 0.0, [&](std::size_t index) {
+    found = planning::is_above(world_->obstacles[index], p_W, radius, scratch_);
+    return found ? -1.0 : 0.0;
+  });
+  return found;
 }
 
 }  // namespace dive::planning

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planning/world/overhead.h"
 #include "planning/world/primitives.h"
 
 namespace dive::planning {
@@ -22,11 +21,6 @@ Eigen::AlignedBox3d World::bounds() const {
     if (!std::holds_alternative<HalfSpace>(obstacle.shape)) all.extend(bounding_box(obstacle));
   }
   return all;
-}
-
-bool World::overhead(const Eigen::Vector3d& p_W, double radius) const {
-  return std::any_of(obstacles.begin(), obstacles.end(),
-                     [&](const Obstacle& obstacle) { return is_above(obstacle, p_W, radius); });
 }
 
 }  // namespace dive::planning

@@ -92,9 +92,6 @@ struct World {
 
   /// Box around everything bounded (half-spaces excluded); empty when there is nothing.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
-  /// Is anything solid straight above `p_W`, between it and the surface, within a vertical tube of
-  /// `radius`? Exact for boxes, conservative (may say yes) for curved shapes.
-  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double radius) const;
 };
 
 }  // namespace dive::planning

@@ -29,7 +29,7 @@ const std::vector<Environment>& environments() {
       {"window", 1.0, 3, true},      {"cluttered", 0.3, 1, false}, {"pool1", 0.5, 1, true},
       {"pool2", 0.4, 1, true},       {"pool3", 0.5, 1, true},      {"pool4", 0.35, 1, true},
       {"maze", 0.4, 1, true},        {"transect", 0.6, 1, false},  {"wreck", 0.6, 3, true},
-      {"penetration", 0.7, 4, true}, {"survey", 0.8, 13, true}};
+      {"penetration", 0.7, 4, true}, {"survey", 0.8, 13, true},    {"blocks", 0.8, 10, true}};
   return all;
 }
 

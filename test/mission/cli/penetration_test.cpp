@@ -6,6 +6,7 @@
 
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/loading.h"
+#include "planning/world/overhead.h"
 
 namespace dive::mission {
 namespace {
@@ -58,7 +59,7 @@ class Penetration : public ::testing::Test {
     return dive(loaded_->mission, loaded_->world, loaded_->model, faults);
   }
   [[nodiscard]] bool is_outside(const Eigen::Vector3d& p_W) const {
-    return !loaded_->world.overhead({p_W.x(), p_W.y(), -14.0}, 0.4);
+    return !planning::Ceiling(loaded_->world).is_above({p_W.x(), p_W.y(), -14.0}, 0.4);
   }
 
   std::optional<LoadedMission> loaded_;

@@ -197,10 +197,29 @@ TEST_F(ImportTest, APlanInTheAirNeedsADepth) {
   EXPECT_EQ(mission->legs.at(1).z, 4.0);
 }
 
+TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints) {
+  const auto waypoint = [](double latitude) {
+    return fmt::format(
+        R"({{"command": 16, "params": [0, 0, 0, null, {}, -122, -3], "type": "SimpleItem"}})",
+        latitude);
+  };
+  const auto mission = qgc(
+      "{\"mission\": {\"items\": [\n" + waypoint(47.0) +
+      ",\n{\"type\": \"ComplexItem\", \"TransectStyleComplexItem\": {\"Items\": [\n" +
+      waypoint(47.001) + ",\n{\"command\": 206, \"params\": [1]},\n" + waypoint(47.002) + "]}}]}}");
+  ASSERT_TRUE(mission);
+  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 5")) << "a camera's trigger";
+  ASSERT_EQ(mission->legs.size(), 3U);
+  EXPECT_NEAR(mission->legs[2].points[0].y(), 222.6, 0.2);
+  EXPECT_EQ(mission->legs[2].z, 3.0);
+}
+
 TEST_F(ImportTest, WhatIsNoPlanIsRefused) {
   for (const char* content :
        {"", "{", "[]", "{\"mission\": 3}", "{\"mission\": {\"items\": [{}]}}",
         "{\"mission\": {\"items\": [{\"command\": 16}]}}",
+        "{\"mission\": {\"items\": [{\"command\": 16, \"params\": [0, 0, 0, null, 1, null, 2]}]}}",
+        "{\"mission\": {\"items\": [{\"TransectStyleComplexItem\": {\"Items\": 3}}]}}",
         "{\"mission\": {\"items\": [{\"command\": 16, \"coordinate\": [200, 0, -1]}]}}",
         "QGC WPL 110\n", "QGC WPL 110\n1 2 3\n"}) {
     diagnostics_ = {};

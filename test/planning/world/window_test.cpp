@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
 #include "test/planning/reference.h"
@@ -73,11 +74,12 @@ TEST(Window, HasRoomForTheVehicleWithAMetreOnEverySide) {
 
 TEST(Window, HasARoofOverTheRoomsAndOpenWaterOutside) {
   const World world = window();
-  EXPECT_TRUE(world.overhead({1.0, 0.0, -4.0}, 0.5));
-  EXPECT_TRUE(world.overhead({9.8, -2.0, -4.6}, 0.5));
-  EXPECT_FALSE(world.overhead({-4.0, -2.0, -3.0}, 0.5));
-  EXPECT_FALSE(world.overhead({-3.0, -2.0, -4.0}, 0.5));
-  EXPECT_FALSE(world.overhead({5.0, 0.0, -1.0}, 0.5));  // Above the roof.
+  Ceiling ceiling(world);
+  EXPECT_TRUE(ceiling.is_above({1.0, 0.0, -4.0}, 0.5));
+  EXPECT_TRUE(ceiling.is_above({9.8, -2.0, -4.6}, 0.5));
+  EXPECT_FALSE(ceiling.is_above({-4.0, -2.0, -3.0}, 0.5));
+  EXPECT_FALSE(ceiling.is_above({-3.0, -2.0, -4.0}, 0.5));
+  EXPECT_FALSE(ceiling.is_above({5.0, 0.0, -1.0}, 0.5));  // Above the roof.
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <rapidcheck.h>
 
 #include "common/assert.h"
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "test/planning/reference.h"
 
@@ -76,6 +77,10 @@ TEST(Bounds, HoldEveryBoundedObstacleAndNoHalfSpace) {
   EXPECT_LT((world.bounds().max() - Vector3d(6, 1, -1)).norm(), 1e-12);
 }
 
+bool is_overhead(const World& world, const Vector3d& p_W, double radius) {
+  return Ceiling(world).is_above(p_W, radius);
+}
+
 // How deep a box reaches into the tube above p, by looking at points of the tube on a grid: the
 // smallest membership, below 1 inside.
 double least_membership_in_tube(const Obstacle& box, const Vector3d& p, double radius) {
@@ -104,7 +109,7 @@ TEST(Overhead, IsExactForBoxesHoweverTheyAreTurned) {
     const Obstacle box{"box", Box{size}, {at, so3_exp(draw(arbitrary_rotation_vector()))}};
     const Vector3d p(0.0, 0.0, draw(arbitrary_double(-3.0, -0.2)));
     const double radius = draw(arbitrary_double(0.01, 1.0));
-    const bool answer = World{{box}}.overhead(p, radius);
+    const bool answer = is_overhead(World{{box}}, p, radius);
     const double least = least_membership_in_tube(box, p, radius);
     if (least < 1.0) RC_ASSERT(answer);
     // A tube that misses a box a little larger misses the box; the grid has gaps of 0.3 m at most.
@@ -116,35 +121,62 @@ TEST(Overhead, IsExactForBoxesHoweverTheyAreTurned) {
   EXPECT_GT(no, 0);
 }
 
+TEST(Overhead, OfManyIsThatOfAnyOfThem) {
+  int yes = 0;
+  int no = 0;
+  EXPECT_TRUE(rc::check([&] {
+    World all;
+    for (int i = 0; i < 12; ++i) {
+      const Vector3d at = draw(arbitrary_vector(6.0)) - Vector3d(0, 0, 4);
+      const Pose X_WO{at, so3_exp(draw(arbitrary_rotation_vector()))};
+      if (i % 3 == 0) {
+        all.obstacles.push_back({"ball", Sphere{draw(arbitrary_double(0.1, 0.8))}, X_WO});
+      } else {
+        all.obstacles.push_back({"box", Box{draw(arbitrary_lengths())}, X_WO});
+      }
+    }
+    Ceiling ceiling(all);
+    const Vector3d p(0.0, 0.0, draw(arbitrary_double(-8.0, 0.5)));
+    const double radius = draw(arbitrary_double(0.0, 1.0));
+    const bool any =
+        std::any_of(all.obstacles.begin(), all.obstacles.end(),
+                    [&](const Obstacle& one) { return is_overhead(World{{one}}, p, radius); });
+    RC_ASSERT(ceiling.is_above(p, radius) == any);
+    ++(any ? yes : no);
+  }));
+  EXPECT_GT(yes, 0);
+  EXPECT_GT(no, 0);
+}
+
 TEST(Overhead, CountsOnlyWhatIsBetweenThePointAndTheSurface) {
   const auto box_at = [](double z) {
     return World{{{"box", Box{{2.0, 2.0, 1.0}}, still({0.0, 0.0, z})}}};
   };
   const Vector3d p(0.0, 0.0, -5.0);
-  EXPECT_FALSE(box_at(-5.5).overhead(p, 0.5));  // Its top is at the point.
-  EXPECT_TRUE(box_at(-5.4).overhead(p, 0.5));   // The point is inside.
-  EXPECT_TRUE(box_at(-2.0).overhead(p, 0.5));
-  EXPECT_TRUE(box_at(0.3).overhead(p, 0.5));   // Awash.
-  EXPECT_FALSE(box_at(0.5).overhead(p, 0.5));  // On a pier.
-  EXPECT_FALSE(box_at(-2.0).overhead({1.51, 0.0, -5.0}, 0.5));
-  EXPECT_TRUE(box_at(-2.0).overhead({1.49, 0.0, -5.0}, 0.5));
-  EXPECT_FALSE(box_at(-2.0).overhead({1.36, 1.36, -5.0}, 0.5));  // The corner is 0.509 m away.
-  EXPECT_TRUE(box_at(-2.0).overhead({1.35, 1.35, -5.0}, 0.5));   // And here 0.495 m.
-  EXPECT_TRUE(box_at(-2.0).overhead(p, 0.0));
-  EXPECT_FALSE(box_at(-2.0).overhead({0.0, 0.0, 0.1}, 0.5));
+  EXPECT_FALSE(is_overhead(box_at(-5.5), p, 0.5));  // Its top is at the point.
+  EXPECT_TRUE(is_overhead(box_at(-5.4), p, 0.5));   // The point is inside.
+  EXPECT_TRUE(is_overhead(box_at(-2.0), p, 0.5));
+  EXPECT_TRUE(is_overhead(box_at(0.3), p, 0.5));   // Awash.
+  EXPECT_FALSE(is_overhead(box_at(0.5), p, 0.5));  // On a pier.
+  EXPECT_FALSE(is_overhead(box_at(-2.0), {1.51, 0.0, -5.0}, 0.5));
+  EXPECT_TRUE(is_overhead(box_at(-2.0), {1.49, 0.0, -5.0}, 0.5));
+  EXPECT_FALSE(is_overhead(box_at(-2.0), {1.36, 1.36, -5.0}, 0.5));  // The corner is 0.509 m away.
+  EXPECT_TRUE(is_overhead(box_at(-2.0), {1.35, 1.35, -5.0}, 0.5));   // And here 0.495 m.
+  EXPECT_TRUE(is_overhead(box_at(-2.0), p, 0.0));
+  EXPECT_FALSE(is_overhead(box_at(-2.0), {0.0, 0.0, 0.1}, 0.5));
 }
 
 TEST(Overhead, KnowsSlopesAndNeverMissesACurvedShape) {
   const Vector3d slope = Vector3d(1.0, 0.0, 2.0).normalized();
   const World ground{{{"ground", HalfSpace{slope}, still({0, 0, -5})}}};
-  EXPECT_FALSE(ground.overhead({0.0, 0.0, -4.0}, 0.5));
-  EXPECT_TRUE(ground.overhead({0.0, 0.0, -4.9}, 0.5));  // Uphill the tube cuts into it.
-  EXPECT_TRUE(ground.overhead({0.0, 0.0, -5.1}, 0.0));
+  EXPECT_FALSE(is_overhead(ground, {0.0, 0.0, -4.0}, 0.5));
+  EXPECT_TRUE(is_overhead(ground, {0.0, 0.0, -4.9}, 0.5));  // Uphill the tube cuts into it.
+  EXPECT_TRUE(is_overhead(ground, {0.0, 0.0, -5.1}, 0.0));
   const World cliff{{{"cliff", HalfSpace{-slope}, still({0, 0, -1})}}};
-  EXPECT_TRUE(cliff.overhead({0.0, 0.0, -4.0}, 0.0));
+  EXPECT_TRUE(is_overhead(cliff, {0.0, 0.0, -4.0}, 0.0));
   const World ball{{{"ball", Sphere{1.0}, still({0, 0, -2})}}};
-  EXPECT_TRUE(ball.overhead({1.1, 0.0, -5.0}, 0.2));
-  EXPECT_FALSE(ball.overhead({2.0, 0.0, -5.0}, 0.2));
+  EXPECT_TRUE(is_overhead(ball, {1.1, 0.0, -5.0}, 0.2));
+  EXPECT_FALSE(is_overhead(ball, {2.0, 0.0, -5.0}, 0.2));
 }
 
 }  // namespace

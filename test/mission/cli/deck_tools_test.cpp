@@ -1,0 +1,102 @@
+// What stands beside check and run: explain, graph, import, findings as SARIF, pairs of faults.
+
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "test/mission/cli/run_command.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::HasSubstr;
+
+using testing::Ran;
+
+// Runs `dive ARGUMENTS` in a folder of the test's own.
+Ran dive(const std::string& arguments, const std::string& setup = {}) {
+  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
+  return testing::run_dive(arguments, std::string("deck-") + test.name(), setup);
+}
+
+std::string mission(const std::string& name) {
+  return std::string("'") + DIVE_SOURCE_DIR + "/missions/" + name + ".xml'";
+}
+
+TEST(Explain, NamesTheLeakTheRungAndWhatTheVehicleDidNext) {
+  ASSERT_EQ(dive("run --leak-at 12 --log leak.lcmlog " + mission("pool3")).status, 1);
+  const Ran text = dive("explain leak.lcmlog");
+  EXPECT_EQ(text.status, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("the mission starts"));
+  EXPECT_THAT(text.out, HasSubstr("swim asks for plan 1"));
+  EXPECT_THAT(text.out, HasSubstr("water in the hull"));
+  const Ran ran = dive("explain --json leak.lcmlog");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const std::string all = nlohmann::json::parse(ran.out).dump();
+  EXPECT_THAT(all, HasSubstr("abort_and_surface"));
+  EXPECT_THAT(all, HasSubstr("dive.retrace"));
+}
+
+TEST(Explain, RefusesWhatIsNoLog) {
+  const Ran ran = dive("explain " + mission("pool3"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("pool3.xml"));
+  EXPECT_EQ(ran.out, "");
+}
+
+TEST(Graph, DrawsTheMissionAndWhatTheExecutiveAdds) {
+  for (const std::string format : {"dot", "scxml"}) {
+    const Ran ran = dive("graph --format " + format + " " + mission("window"));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    for (const char* state : {"rooms", "dive.retrace", "dive.emergency", "surfaced"}) {
+      EXPECT_THAT(ran.out, HasSubstr(state)) << format;
+    }
+  }
+  EXPECT_EQ(dive("graph --format png " + mission("window")).status, 2);
+}
+
+TEST(Import, WritesAMissionThatCheckReads) {
+  const std::string plan = R"({"fileType":"Plan","mission":{"items":[
+      {"type":"SimpleItem","command":16,"frame":3,"params":[0,0,0,null,-33.8700,151.2100,0]},
+      {"type":"SimpleItem","command":16,"frame":3,"params":[0,0,0,null,-33.8701,151.2100,0]}],
+      "plannedHomePosition":[-33.87,151.21,0]},"version":1})";
+  const Ran ran =
+      dive("import qgc harbour.plan --depth 3", "printf '%s' '" + plan + "' > harbour.plan;");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran checked = dive("check --static harbour.xml");
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  EXPECT_EQ(dive("import qgc nowhere.plan").status, 2);
+  EXPECT_EQ(dive("import lawnmower harbour.plan").status, 2);
+}
+
+TEST(Sarif, PointsAtTheLineOfEveryFinding) {
+  const std::string bad =
+      std::string(DIVE_SOURCE_DIR) + "/test/mission/malformed/target_unknown.xml";
+  const Ran ran = dive("check --sarif '" + bad + "'");
+  EXPECT_EQ(ran.status, 2);
+  const auto run = nlohmann::json::parse(ran.out).at("runs").at(0);
+  const auto& results = run.at("results");
+  ASSERT_FALSE(results.empty());
+  for (const auto& result : results) {
+    const auto& place = result.at("locations").at(0).at("physicalLocation");
+    EXPECT_THAT(place.at("artifactLocation").at("uri").get<std::string>(),
+                HasSubstr("target_unknown.xml"));
+    EXPECT_GT(place.at("region").at("startLine").get<int>(), 1);
+    EXPECT_THAT(run.at("tool").at("driver").at("rules").dump(),
+                HasSubstr("\"id\":" + result.at("ruleId").dump()));
+  }
+}
+
+TEST(PairsOfFaults, AreAllSurvivedInPool3) {
+  const Ran ran = dive("check --pairs --json " + mission("pool3"));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  const auto faults = nlohmann::json::parse(ran.out).at("faults");
+  EXPECT_GT(faults.size(), 150U);
+  for (const auto& each : faults) EXPECT_TRUE(each.at("safe").get<bool>()) << each.dump();
+}
+
+}  // namespace
+}  // namespace dive::mission
