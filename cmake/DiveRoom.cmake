@@ -22,16 +22,18 @@ function(dive_room name)
                                 ${ROOM_LIBRARIES})
 endfunction()
 
-# dive_test(NAME SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per room.
+# dive_test(NAME [ALONE] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per room; ALONE
+# where its tests run in real time and must not share the machine with others.
 function(dive_test name)
-  cmake_parse_arguments(TEST "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TEST "ALONE" "" "SOURCES;USES;LIBRARIES" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                              DIVE_SHARED_DATA="${DIVE_SHARED_DATA}")
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
                                         GTest::gtest_main rapidcheck)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT 600 RUN_SERIAL ${TEST_ALONE})
 endfunction()
 
 # dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.

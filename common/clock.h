@@ -22,12 +22,28 @@ class Clock {
  public:
   virtual ~Clock() = default;
   [[nodiscard]] virtual Utime now() = 0;
+  /// How long the machine takes for so much of this time.
+  [[nodiscard]] virtual Utime real(Utime duration) const { return duration; }
 };
 
 /// The machine's monotonic clock.
 class SteadyClock final : public Clock {
  public:
   [[nodiscard]] Utime now() override;
+};
+
+/// The same, so many times as fast.
+class FastClock final : public Clock {
+ public:
+  /// `factor` > 0.
+  explicit FastClock(double factor) : factor_(factor), start_(steady_.now()) {}
+  [[nodiscard]] Utime now() override;
+  [[nodiscard]] Utime real(Utime duration) const override;
+
+ private:
+  SteadyClock steady_;
+  double factor_;
+  Utime start_;
 };
 
 }  // namespace dive

@@ -26,6 +26,8 @@ struct HealthSample {
   double battery_fraction = 1.0;
   double temperature_c = 20.0;  ///< Inside the hull.
   bool leak = false;
+  double voltage_v = 0.0;  ///< Of the battery; 0 where it is not measured.
+  double current_a = 0.0;  ///< Drawn from it; 0 where it is not measured.
 };
 
 }  // namespace dive

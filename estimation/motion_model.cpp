@@ -29,6 +29,12 @@ std::string MotionModel::validate() const {
   return problem;
 }
 
+void ExpectedMotion::begin_at(double surge) {
+  reference_ = surge_ = surge;
+  thrust_ = signed_square(surge);
+  sway_ = 0.0;
+}
+
 void ExpectedMotion::advance(double speed, double yaw_rate, double dt) {
   const MotionModel& m = model_;
   const double most = m.full_speed * m.full_speed;

@@ -37,6 +37,8 @@ class ExpectedMotion {
  public:
   explicit ExpectedMotion(const MotionModel& model) : model_(model) {}
 
+  /// Goes on at a steady speed, m/s.
+  void begin_at(double surge);
   /// `speed` is the one commanded (m/s), `yaw_rate` measured (rad/s), `dt` in s, at most 0.1.
   void advance(double speed, double yaw_rate, double dt);
   [[nodiscard]] double surge() const { return surge_; }

@@ -58,6 +58,14 @@ void PrimitiveEstimator::set_expected_heave(double heave) {
   expected_heave_ = heave;
 }
 
+void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double surge) {
+  DIVE_DEMAND(by_W.allFinite() && sigma_m >= 0.0 && std::isfinite(surge));
+  motion_.begin_at(surge);
+  estimate_.X_WB.p.head<2>() += by_W;
+  start_variance_ += sigma_m * sigma_m;
+  if (estimate_.valid) fill_covariance();
+}
+
 void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;

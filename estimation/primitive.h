@@ -49,6 +49,9 @@ class PrimitiveEstimator {
   /// The climb rate to be expected from what the flippers are told beside that, m/s: what is
   /// reckoned with while the depth sensor is silent.
   void set_expected_heave(double heave);
+  /// The vehicle went on while nobody reckoned: by so much horizontally (m), with so much doubt
+  /// (one sigma, m), and it still swims at `surge` (m/s).
+  void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);

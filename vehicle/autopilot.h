@@ -58,6 +58,8 @@ class Autopilot {
   /// `q_WB`, `omega_B` (rad/s) and `depth_m` are measured, `dt` is since the last call (s, > 0).
   [[nodiscard]] PseudoRates step(const Command& command, const Eigen::Quaterniond& q_WB,
                                  const Eigen::Vector3d& omega_B, double depth_m, double dt);
+  /// Takes over a vehicle that swims at `speed`, m/s.
+  void begin_at(double speed) { speed_reference_ = speed; }
   /// The part of the vertical effort that holds the vehicle's trim (buoyancy), in [-1, 1].
   [[nodiscard]] double trim_effort() const { return depth_integral_; }
 

@@ -26,12 +26,6 @@ constexpr double kSamePlace = 0.5;  // m
 
 constexpr double kGraceSeconds = 120.0;  // for an abort that starts when the time is up
 
-Pose start_pose(const Mission& mission, const planning::World& world) {
-  const planning::Scene scene(world);
-  return Pose{mission.start.in_world(ground_height(scene, mission.start)),
-              from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg))};
-}
-
 /// What has appeared since the dive began, as the ground truth sees it.
 class ChangedWorld {
  public:
@@ -113,6 +107,12 @@ void finish(DiveResult& result, const ExecutiveResult& executive, const StepOutp
 }
 
 }  // namespace
+
+Pose start_pose(const Mission& mission, const planning::World& world) {
+  const planning::Scene scene(world);
+  return Pose{mission.start.in_world(ground_height(scene, mission.start)),
+              from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg))};
+}
 
 std::string DiveSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";

@@ -54,6 +54,9 @@ struct DiveResult {
   std::vector<FailsafeRecord> failsafes;
 };
 
+/// Where the mission has the vehicle begin.
+[[nodiscard]] Pose start_pose(const Mission& mission, const planning::World& world);
+
 /// Told every tick, after the step and before its outputs reach the vehicle.
 using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
 

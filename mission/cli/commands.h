@@ -36,6 +36,14 @@ struct PlanArguments {
   std::uint64_t seed = 1;
 };
 
+/// Of everything that speaks LCM.
+struct LinkArguments {
+  std::string url;
+  std::string key;  ///< File of the key that topside and executive share.
+  bool lockstep = false;
+  double speed = 1.0;  ///< Times real time.
+};
+
 struct RunArguments {
   std::string mission;
   bool json = false;
@@ -47,6 +55,31 @@ struct RunArguments {
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
+  LinkArguments link;                   ///< No URL: the built-in simulator.
+  bool stats = false;                   ///< How the control loop kept time.
+};
+
+struct SimArguments {
+  std::string mission;
+  bool json = false;
+  std::uint64_t seed = 1;
+  std::vector<std::string> faults;      ///< NAME@SECONDS
+  std::vector<std::string> conditions;  ///< NAME=VALUE
+  double max_seconds = 3600.0;
+  LinkArguments link;
+};
+
+struct SuperviseArguments {
+  double silence_s = 1.0;
+  bool json = false;
+  LinkArguments link;
+};
+
+struct TopsideArguments {
+  std::string command;  ///< abort, pause, resume, skip or status
+  double patience_s = 5.0;
+  bool json = false;
+  LinkArguments link;
 };
 
 struct ReplayArguments {
@@ -78,6 +111,11 @@ struct ImportArguments {
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);
+[[nodiscard]] int run_sim(const SimArguments& arguments);
+[[nodiscard]] int run_supervise(const SuperviseArguments& arguments);
+[[nodiscard]] int run_topside(const TopsideArguments& arguments);
+/// Makes a key and writes it to the file.
+[[nodiscard]] int run_key(const std::string& path);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);

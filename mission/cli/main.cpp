@@ -10,6 +10,7 @@
 #include "common/suggest.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/terminal.h"
+#include "vehicle/link/bus.h"
 
 namespace dive::mission {
 namespace {
@@ -86,14 +87,35 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+/// Of everything that speaks LCM.
+void add_url(CLI::App* command, LinkArguments& arguments) {
+  command
+      ->add_option("--lcm", arguments.url,
+                   fmt::format("LCM URL of the vehicle (default: {})", link::kDefaultUrl))
+      ->type_name("URL");
+}
+
+void add_pace(CLI::App* command, LinkArguments& arguments) {
+  command->add_option("--speed", arguments.speed, "Times real time, for all processes alike")
+      ->type_name("FACTOR")
+      ->check(CLI::Range(0.1, 20.0).description(""));
+}
+
+void add_key(CLI::App* command, LinkArguments& arguments) {
+  command->add_option("--key", arguments.key, "Key that topside and vehicle share")
+      ->type_name("FILE");
+}
+
 void add_run(CLI::App& app, RunArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "run",
       "Examples:\n"
       "  dive run missions/window.xml\n"
       "  dive run missions/window.xml --seed 7 --log dive.lcmlog --svg dive.svg\n"
-      "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n\n"
-      "Dives a mission in the built-in simulator. Exit status 0 when it ended as planned, 1 when\n"
+      "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n"
+      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key topside.key\n\n"
+      "Dives a mission in the built-in simulator, or a vehicle over LCM. Exit status 0 when it "
+      "ended as planned, 1 when\n"
       "it failed or was aborted.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")
       ->type_name("FILE")
@@ -120,7 +142,97 @@ void add_run(CLI::App& app, RunArguments& arguments) {
                    "Let something fail at a time, e.g. imu_silent@30 (repeatable)")
       ->type_name("NAME@SECONDS")
       ->allow_extra_args(false);
+  command->add_option("--lcm", arguments.link.url, "Dive a vehicle at this LCM URL instead")
+      ->type_name("URL");
+  add_key(command, arguments.link);
+  command->add_flag("--lockstep", arguments.link.lockstep, "With a vehicle of dive sim --lockstep");
+  add_pace(command, arguments.link);
+  command->add_flag("--stats", arguments.stats, "Say how the control loop kept time (with --lcm)");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_sim(CLI::App& app, SimArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "sim",
+      "Examples:\n"
+      "  dive sim missions/window.xml                    then, in another terminal:\n"
+      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+      "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n\n"
+      "Is the vehicle, at the start of a mission: speaks LCM, obeys, and says in the end what\n"
+      "really happened. Exit status 0 when it touched nothing.");
+  command->add_option("MISSION", arguments.mission, "Mission file (XML): its map and its start")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
+  command->add_option("--set", arguments.conditions, kConditionsHelp)
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--fault", arguments.faults,
+                   "Let something fail at a time, e.g. imu_silent@30 (repeatable)")
+      ->type_name("NAME@SECONDS")
+      ->allow_extra_args(false);
+  command->add_option("--for", arguments.max_seconds, "End after so long (default: 3600)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1.0, 1e6).description(""));
+  add_url(command, arguments.link);
+  command->add_flag("--lockstep", arguments.link.lockstep,
+                    "Wait for the executive's command at every tick");
+  add_pace(command, arguments.link);
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "supervise",
+      "Examples:\n"
+      "  dive supervise --lcm 'udpm://239.255.76.67:7667?ttl=0'\n\n"
+      "Surfaces the vehicle when the executive dies or hangs. Exit status 0 when it was not\n"
+      "needed, 1 when it took over.");
+  command
+      ->add_option("--silence", arguments.silence_s,
+                   "Take over after so long without a command (default: 1)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.2, 2.0).description(""));
+  add_url(command, arguments.link);
+  add_pace(command, arguments.link);
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+struct TopsideHelp {
+  const char* name;
+  const char* sentence;
+};
+constexpr TopsideHelp kTopside[] = {
+    {"abort", "Tells a vehicle that dives to come up: back along its trail where it must."},
+    {"pause", "Tells a vehicle that dives to keep its place until resume."},
+    {"resume", "Tells a vehicle that was paused to go on."},
+    {"skip", "Tells a vehicle that dives to give up its present goal and go on to the next."},
+    {"status", "Shows what a vehicle that dives is doing."}};
+
+void add_topside(CLI::App& app, TopsideArguments& arguments) {
+  for (const auto& [name, sentence] : kTopside) {
+    const std::string word = name;
+    const bool takes_key = word != "status";
+    CLI::App* command = app.add_subcommand(
+        word, fmt::format("Examples:\n  dive {}{}\n\n{}", word,
+                          takes_key && word != "abort" ? " --key topside.key" : "", sentence));
+    command->add_option("--patience", arguments.patience_s, "Give up after so long (default: 5)")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.1, 600.0).description(""));
+    add_url(command, arguments.link);
+    if (takes_key) add_key(command, arguments.link);
+    command->add_flag("--json", arguments.json, "One JSON object on stdout");
+    command->callback([&arguments, word] { arguments.command = word; });
+  }
+}
+
+void add_new_key(CLI::App& app, std::string& path) {
+  CLI::App* command = app.add_subcommand("key",
+                                         "Examples:\n"
+                                         "  dive key topside.key\n\n"
+                                         "Makes the key that lets topside pause, resume and skip.");
+  command->add_option("FILE", path, "File to create")->type_name("FILE")->required();
 }
 
 void add_replay(CLI::App& app, ReplayArguments& arguments) {
@@ -248,6 +360,11 @@ int dispatch(int argc, char** argv) {
   ExplainArguments explanation;
   GraphArguments graph;
   ImportArguments import;
+  SimArguments sim;
+  SuperviseArguments supervise;
+  TopsideArguments topside;
+  std::string key;
+  sim.link.url = supervise.link.url = topside.link.url = link::kDefaultUrl;
   add_check(app, check);
   add_plan(app, plan);
   add_run(app, run);
@@ -255,6 +372,10 @@ int dispatch(int argc, char** argv) {
   add_explain(app, explanation);
   add_graph(app, graph);
   add_import(app, import);
+  add_sim(app, sim);
+  add_supervise(app, supervise);
+  add_topside(app, topside);
+  add_new_key(app, key);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -272,6 +393,10 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("explain")) return run_explain(explanation);
   if (app.got_subcommand("graph")) return run_graph(graph);
   if (app.got_subcommand("import")) return run_import(import);
+  if (app.got_subcommand("sim")) return run_sim(sim);
+  if (app.got_subcommand("supervise")) return run_supervise(supervise);
+  if (app.got_subcommand("key")) return run_key(key);
+  if (!topside.command.empty()) return run_topside(topside);
   return run_replay(replay);
 }
 

@@ -7,13 +7,17 @@
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
+#include "mission/link/linked_dive.h"
 #include "mission/record/journal.h"
 #include "mission/record/log.h"
 #include "mission/record/log_digest.h"
 #include "planning/world/scene.h"
+#include "vehicle/link/authority.h"
+#include "vehicle/link/bus.h"
 
 namespace dive::mission {
 namespace {
@@ -71,10 +75,10 @@ LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   return header;
 }
 
-/// A new journal, or the old one and what to go on from in `settings`; complains and is empty when
-/// that is impossible.
+/// A new journal, or the old one and what to go on from in `from`, with its seed in the header;
+/// complains and is empty when that is impossible.
 std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,
-                                          DiveSettings& settings) {
+                                          std::optional<Resume>& from) {
   const auto refuse = [&](const std::string& why) {
     complain(why);
     return std::nullopt;
@@ -90,14 +94,69 @@ std::optional<JournalWriter> open_journal(const std::string& path, bool resume, 
   if (journal->header.digest != ours.digest) {
     return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
   }
-  settings.seed = header.seed = journal->header.seed;
+  header.seed = journal->header.seed;
   if (journal->committed) {
-    settings.resume = Resume{std::move(*journal->committed), std::move(journal->trail), 0.0};
+    from = Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
   }
   tl::expected<JournalWriter, std::string> writer = JournalWriter::append(path);
   if (!writer) return refuse(writer.error());
   return std::move(*writer);
 }
+
+/// Log and journal of a dive.
+class Recording {
+ public:
+  /// Complains and is empty when they cannot be opened.
+  static std::optional<Recording> open(const RunArguments& arguments, const LoadedMission& loaded) {
+    LogHeader header = header_of(loaded, arguments.seed);
+    // The built-in simulator begins where the vehicle was thought to be, with a clock of its own.
+    if (arguments.resume && arguments.link.url.empty()) header.resume_gap_s = 0.0;
+    Recording recording;
+    recording.log_path_ =
+        arguments.log.empty() ? default_log_path(loaded.mission, arguments.seed) : arguments.log;
+    recording.journal_path_ =
+        arguments.journal.empty() ? recording.log_path_ + ".journal" : arguments.journal;
+    create_folder_of(recording.log_path_);
+    recording.journal_ =
+        open_journal(recording.journal_path_, arguments.resume, header, recording.resume_);
+    if (!recording.journal_) return std::nullopt;
+    recording.log_ = open_log(recording.log_path_, header);
+    if (!recording.log_) return std::nullopt;
+    recording.seed_ = header.seed;
+    return recording;
+  }
+
+  [[nodiscard]] std::uint64_t seed() const { return seed_; }
+  [[nodiscard]] const std::optional<Resume>& resume() const { return resume_; }
+  [[nodiscard]] const std::string& log_path() const { return log_path_; }
+
+  void keep(const Executive& executive, const StepOutputs& outputs) {
+    has_journal_ = journal_->keep(executive, outputs);
+  }
+  void write(const StepInputs& inputs, const StepOutputs& outputs,
+             const std::optional<TruthRecord>& truth) {
+    has_log_ &= log_->write(inputs, outputs, truth);
+  }
+  /// Complains when something was lost; false when that is of the log.
+  bool close() {
+    has_log_ &= log_->close();
+    if (!has_journal_) {
+      complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path_));
+    }
+    if (!has_log_) complain(fmt::format("{}: the log is not complete (disk full?)", log_path_));
+    return has_log_;
+  }
+
+ private:
+  std::string log_path_;
+  std::string journal_path_;
+  std::uint64_t seed_ = 0;
+  std::optional<Resume> resume_;
+  std::optional<JournalWriter> journal_;
+  std::optional<LogWriter> log_;
+  bool has_journal_ = true;
+  bool has_log_ = true;
+};
 
 void print_verdict(const DiveResult& result, const std::string& log) {
   print(fmt::format("{}: {} in state {}{}", result.outcome == "success" ? "SUCCESS" : "NOT DONE",
@@ -113,9 +172,120 @@ void print_verdict(const DiveResult& result, const std::string& log) {
   print("  log " + log);
 }
 
+void print_linked(const LinkedResult& result, const std::string& log, bool with_stats) {
+  print(fmt::format("{}: {} in state {}{}", result.outcome == "success" ? "SUCCESS" : "NOT DONE",
+                    result.outcome, result.final_state,
+                    result.cause.empty() ? "" : " (" + result.cause + ")"));
+  print(fmt::format("  {:.0f} s, {:.1f} m swum as estimated, {} plan(s) of which {} replan(s)",
+                    result.duration_s, result.distance_m, result.plans, result.replans));
+  if (with_stats) {
+    for (const std::string& line : describe(result.stats)) print("  " + line);
+  }
+  print("  log " + log);
+}
+
+int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
+  std::optional<Recording> recording = Recording::open(arguments, loaded);
+  if (!recording) return kExitUsage;
+  settings.seed = recording->seed();
+  settings.resume = recording->resume();
+  DivePicture picture;
+  if (!arguments.svg.empty()) {
+    const planning::Scene scene(loaded.world);
+    picture =
+        picture_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
+                        loaded.world, loaded.model.hull, loaded.mission.limits.clearance.value,
+                        plan_route(nominal_route(loaded.mission, scene), loaded.world,
+                                   loaded.model.hull, settings.planner, settings.seed));
+  }
+  PictureRecorder recorder(picture);
+  DiveResult result;
+  {
+    DiveProgress progress;
+    result = simulate_dive(
+        loaded.mission, loaded.world, loaded.model, settings,
+        [&](const StepInputs& inputs, const StepOutputs& outputs,
+            const vehicle::GroundTruth& truth) {
+          recording->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
+          if (!arguments.json) progress.observe(inputs, outputs.status);
+          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
+        },
+        [&](const Executive& executive, const StepOutputs& outputs) {
+          recording->keep(executive, outputs);
+        });
+  }
+  const bool is_complete = recording->close();
+  if (arguments.json) {
+    nlohmann::ordered_json json = to_json(result);
+    json["log"] = recording->log_path();
+    json["seed"] = settings.seed;
+    print_json(json);
+  } else {
+    print_verdict(result, recording->log_path());
+  }
+  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
+  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+}
+
+/// Of a vehicle that is there; complains and is empty when something is wrong.
+std::optional<LinkSettings> link_settings(const RunArguments& arguments,
+                                          const Recording& recording) {
+  LinkSettings settings;
+  settings.seed = recording.seed();
+  settings.resume = recording.resume();
+  settings.lockstep = arguments.link.lockstep;
+  if (arguments.link.key.empty()) return settings;
+  const tl::expected<link::Key, std::string> key = link::read_key(arguments.link.key);
+  if (!key) {
+    complain(key.error());
+    return std::nullopt;
+  }
+  settings.key = *key;
+  return settings;
+}
+
+int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+  tl::expected<link::Bus, std::string> bus = link::Bus::open(arguments.link.url);
+  if (!bus) {
+    complain(bus.error());
+    return kExitUsage;
+  }
+  std::optional<Recording> recording = Recording::open(arguments, loaded);
+  if (!recording) return kExitUsage;
+  const std::optional<LinkSettings> settings = link_settings(arguments, *recording);
+  if (!settings) return kExitUsage;
+  if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
+  FastClock clock(arguments.link.speed);
+  LinkedResult result;
+  {
+    DiveProgress progress;
+    result = dive_over_link(
+        loaded.mission, loaded.world, loaded.model, *settings, *bus, clock,
+        [&](const StepInputs& inputs, const StepOutputs& outputs,
+            const std::optional<link::Truth>& truth) {
+          recording->write(inputs, outputs, truth);
+          if (!arguments.json) progress.observe(inputs, outputs.status);
+        },
+        [&](const Executive& executive, const StepOutputs& outputs) {
+          recording->keep(executive, outputs);
+        });
+  }
+  const bool is_complete = recording->close();
+  if (arguments.json) {
+    nlohmann::ordered_json json = to_json(result, arguments.stats);
+    json["log"] = recording->log_path();
+    json["seed"] = settings->seed;
+    print_json(json);
+  } else {
+    print_linked(result, recording->log_path(), arguments.stats);
+  }
+  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+}
+
 }  // namespace
 
 int run_dive(const RunArguments& arguments) {
+  const bool is_linked = !arguments.link.url.empty();
   DiveSettings settings;
   settings.seed = arguments.seed;
   if (arguments.leak_at_s >= 0.0)
@@ -128,6 +298,13 @@ int run_dive(const RunArguments& arguments) {
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;
+  if (is_linked &&
+      (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty())) {
+    complain(
+        "--fault, --leak-at, --set and --svg are for the built-in simulator: with --lcm give "
+        "them to dive sim");
+    return kExitUsage;
+  }
 
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
@@ -136,61 +313,7 @@ int run_dive(const RunArguments& arguments) {
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});
     return kExitUsage;
   }
-  const std::string log_path =
-      arguments.log.empty() ? default_log_path(loaded->mission, arguments.seed) : arguments.log;
-  LogHeader header = header_of(*loaded, arguments.seed);
-  const std::string journal_path =
-      arguments.journal.empty() ? log_path + ".journal" : arguments.journal;
-  create_folder_of(log_path);
-  std::optional<JournalWriter> journal =
-      open_journal(journal_path, arguments.resume, header, settings);
-  if (!journal) return kExitUsage;
-  std::optional<LogWriter> log = open_log(log_path, header);
-  if (!log) return kExitUsage;
-
-  DivePicture picture;
-  if (!arguments.svg.empty()) {
-    const planning::Scene scene(loaded->world);
-    picture =
-        picture_of_plan(fmt::format("{}: dive with seed {}", loaded->mission.id, arguments.seed),
-                        loaded->world, loaded->model.hull, loaded->mission.limits.clearance.value,
-                        plan_route(nominal_route(loaded->mission, scene), loaded->world,
-                                   loaded->model.hull, settings.planner, arguments.seed));
-  }
-  PictureRecorder recorder(picture);
-  bool log_complete = true;
-  bool journal_complete = true;
-  DiveResult result;
-  {
-    DiveProgress progress;
-    result = simulate_dive(
-        loaded->mission, loaded->world, loaded->model, settings,
-        [&](const StepInputs& inputs, const StepOutputs& outputs,
-            const vehicle::GroundTruth& truth) {
-          log_complete &= log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
-          if (!arguments.json) progress.observe(inputs, outputs.status);
-          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
-        },
-        [&](const Executive& executive, const StepOutputs& outputs) {
-          journal_complete = journal->keep(executive, outputs);
-        });
-  }
-  log_complete &= log->close();
-  if (!journal_complete) {
-    complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path));
-  }
-  if (!log_complete) complain(fmt::format("{}: the log is not complete (disk full?)", log_path));
-
-  if (arguments.json) {
-    nlohmann::ordered_json json = to_json(result);
-    json["log"] = log_path;
-    json["seed"] = arguments.seed;
-    print_json(json);
-  } else {
-    print_verdict(result, log_path);
-  }
-  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
-  return result.outcome == "success" && log_complete ? kExitSuccess : kExitFailed;
+  return is_linked ? dive_linked(arguments, *loaded) : simulate(arguments, *loaded, settings);
 }
 
 }  // namespace dive::mission

@@ -35,8 +35,11 @@ constexpr double kRetreatWait = 60.0;    // s in open water before a retreat end
 constexpr Utime kSilence = 500'000;      // us, of the depth sensor: then the estimate stands in
 constexpr Utime kBlind = 100'000;        // us without attitude: then no turning effort is made
 constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
-constexpr double kTilted = 0.2;          // rad
-constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
+constexpr double kGoesOn =
+    0.3;  // s after a commit that a vehicle swims on when nobody steers it ...
+constexpr double kStops = 1.0;   // ... and the time constant, s, with which it then comes to rest
+constexpr double kTilted = 0.2;  // rad
+constexpr double kDrift = 0.2;   // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -85,7 +88,7 @@ struct Executive::Impl final : statechart::Environment {
   }
   [[nodiscard]] double first_sigma() const {
     if (!options.resume) return options.start_sigma_m;
-    return options.resume->committed.sigma_m + kDriftWhileAway * options.resume->gap_s;
+    return options.resume->committed.sigma_m;
   }
 
   // --- statechart::Environment ---
@@ -217,9 +220,27 @@ struct Executive::Impl final : statechart::Environment {
     interpreter.start();
   }
 
+  // A vehicle whose clock went back was away for nobody knows how long: for too long.
+  [[nodiscard]] double gap_of(const Resume& from) const {
+    const double told = to_seconds(now - from.committed.utime);
+    return from.gap_s.value_or(told >= 0.0 ? told : mission.max_gap_s.value + 1.0);
+  }
+
+  // It swam on and then stopped, by itself, as the link's vehicles do.
+  void reckon_gap(const Committed& committed, double gap_s) {
+    const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
+    const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
+    const double surge = (committed.X_WB.q.conjugate() * committed.v_W).x() * (1.0 - stopping);
+    estimator.went_on(committed.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge);
+    autopilot.begin_at(surge);
+  }
+
   void resume(const Resume& from) {
     const Committed& committed = from.committed;
-    started_at = now - from_seconds(committed.elapsed_s + from.gap_s);
+    const double gap_s = gap_of(from);
+    if (!from.gap_s) reckon_gap(committed, gap_s);
+    outputs.estimate = last_estimate = estimator.update(now);
+    started_at = now - from_seconds(committed.elapsed_s + gap_s);
     for (const behaviors::Trail::Crumb& crumb : from.trail) trail.add(crumb.p_W, crumb.open_above);
     look_around();
     if (committed.under_elapsed_s && !open_above) {
@@ -237,10 +258,10 @@ struct Executive::Impl final : statechart::Environment {
     outputs.transitions.push_back({"", innermost(), "", "the executive was restarted", ""});
     const bool is_missions = committed.rung < behaviors::Rung::kRetrace;
     if (is_missions &&
-        (mission.resume == ResumePolicy::kSurface || from.gap_s > mission.max_gap_s.value)) {
+        (mission.resume == ResumePolicy::kSurface || gap_s > mission.max_gap_s.value)) {
       abort_cause = mission.resume == ResumePolicy::kSurface
                         ? "restarted, and the mission says surface"
-                        : fmt::format("restarted after {:.0f} s, more than {:g} s", from.gap_s,
+                        : fmt::format("restarted after {:.0f} s, more than {:g} s", gap_s,
                                       mission.max_gap_s.value);
       dispatch(kAbortEvent, abort_cause);
     } else if (is_missions && mission.resume == ResumePolicy::kHold) {
@@ -296,6 +317,7 @@ struct Executive::Impl final : statechart::Environment {
       if (done_once[i]) result.done_once.push_back(static_cast<int>(i));
     }
     result.X_WB = last_estimate.X_WB;
+    result.v_W = last_estimate.X_WB.q * last_estimate.v_WB_B;
     result.sigma_m = estimation::horizontal_sigma(last_estimate);
     if (under_since) {
       result.under_elapsed_s = to_seconds(under_since->at - started_at);

@@ -33,10 +33,11 @@ struct Committed {
   std::map<std::string, std::vector<std::string>> history;  ///< Recorded, by history state.
   std::vector<int> done_once;                               ///< Actions never to be repeated.
   Pose X_WB;
-  double sigma_m = 0.0;                   ///< Of the horizontal position.
-  std::optional<double> under_elapsed_s;  ///< When it was last in open water ...
-  double under_battery = 1.0;             ///< ... and with what charge.
-  int goals_done = 0;                     ///< By the active leaf.
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s.
+  double sigma_m = 0.0;                           ///< Of the horizontal position.
+  std::optional<double> under_elapsed_s;          ///< When it was last in open water ...
+  double under_battery = 1.0;                     ///< ... and with what charge.
+  int goals_done = 0;                             ///< By the active leaf.
   behaviors::Rung rung = behaviors::Rung::kNone;
   behaviors::FailsafeKind rung_cause = behaviors::FailsafeKind::kLeak;
   std::string abort_cause;
@@ -47,7 +48,9 @@ struct Committed {
 struct Resume {
   Committed committed;
   std::vector<behaviors::Trail::Crumb> trail;
-  double gap_s = 0.0;  ///< Between the last commit and now.
+  /// Between the last commit and the first step; nothing: as the vehicle's clock says, and the
+  /// vehicle went on in between. Otherwise it lies at rest where it was, as in a new simulator.
+  std::optional<double> gap_s;
 };
 
 struct ExecutiveOptions {

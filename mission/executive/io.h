@@ -9,6 +9,7 @@
 
 #include "common/clock.h"
 #include "common/measurements.h"
+#include "common/operator_command.h"
 #include "estimation/state_estimate.h"
 #include "planning/planner.h"
 #include "vehicle/command.h"
@@ -32,9 +33,6 @@ struct PlanReply {
   double length_m = 0.0;
   int warm_starts = 0;
 };
-
-/// What topside says.
-enum class OperatorCommand { kHeartbeat, kAbort, kPause, kResume, kSkip };
 
 /// Something solid that the map did not know: a box, in W.
 struct SeenObstacle {

@@ -1,5 +1,6 @@
 #include "mission/executive/planner_service.h"
 
+#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -8,33 +9,58 @@
 namespace dive::mission {
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                               planning::PlannerOptions options, Utime latency)
+                               planning::PlannerOptions options, Utime latency, Late late)
     : world_(world),
       hull_(hull),
       options_(std::move(options)),
       planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),
-      latency_(latency) {}
+      latency_(latency),
+      late_(late) {}
 
 void PlannerService::add(std::span<const SeenObstacle> seen) {
-  if (result_.valid()) result_.wait();  // what is being planned is planned with what was known
   for (planning::Obstacle& obstacle : as_obstacles(seen, seen_)) {
-    world_.obstacles.push_back(std::move(obstacle));
+    added_.push_back(std::move(obstacle));
   }
   seen_ += seen.size();
-  planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
 }
 
 void PlannerService::submit(PlanQuery query, Utime now) {
+  if (late_ == Late::kNotYet && is_busy()) {
+    next_ = std::move(query);
+  } else {
+    launch(std::move(query), now);
+  }
+}
+
+void PlannerService::launch(PlanQuery query, Utime now) {
   if (result_.valid()) result_.wait();  // one planner, one plan at a time
   id_ = query.id;
   due_ = now + latency_;
-  result_ = std::async(std::launch::async, [this, request = std::move(query.request)] {
+  result_ = std::async(std::launch::async, [this, request = std::move(query.request),
+                                            added = std::exchange(added_, {})] {
+    if (!added.empty()) {
+      world_.obstacles.insert(world_.obstacles.end(), added.begin(), added.end());
+      planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
+    }
     return planner_->plan(request);
   });
 }
 
+bool PlannerService::is_busy() const {
+  return result_.valid() && result_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+}
+
 std::optional<PlanReply> PlannerService::poll(Utime now) {
-  if (!result_.valid() || now < due_) return std::nullopt;
+  if (!result_.valid() || (late_ == Late::kNotYet && is_busy())) return std::nullopt;
+  if (next_) {  // what is ready is an answer to a question that nobody asks any more
+    launch(*std::exchange(next_, std::nullopt), now);
+    return std::nullopt;
+  }
+  if (now < due_) return std::nullopt;
+  return reply();
+}
+
+PlanReply PlannerService::reply() {
   PlanReply reply;
   reply.id = id_;
   try {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "common/clock.h"
 #include "mission/executive/io.h"
@@ -15,17 +16,22 @@ namespace dive::mission {
 
 class PlannerService {
  public:
-  /// `latency`: from query to answer, in dive time.
-  PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                 planning::PlannerOptions options, Utime latency);
+  /// What poll() does when the worker is late: in simulation it waits, so that a dive does not
+  /// depend on the machine; on a vehicle nothing may hold up the control loop.
+  enum class Late { kWait, kNotYet };
 
-  /// Plans from now on with these in the way as well.
+  /// `latency`: from query to answer, in dive time, at least.
+  PlannerService(const planning::World& world, const planning::RobotHull& hull,
+                 planning::PlannerOptions options, Utime latency, Late late = Late::kWait);
+
+  /// Plans that are submitted from now on have these in the way as well.
   void add(std::span<const SeenObstacle> seen);
 
-  /// Starts planning. A query that is still open is dropped: its answer is never given.
+  /// Starts planning, or with Late::kNotYet begins when the worker is free. A query that is still
+  /// open is dropped: its answer is never given.
   void submit(PlanQuery query, Utime now);
 
-  /// The answer once its time has come; waits for the worker if it is late.
+  /// The answer once its time has come.
   [[nodiscard]] std::optional<PlanReply> poll(Utime now);
 
   [[nodiscard]] double planning_ms() const {
@@ -33,16 +39,23 @@ class PlannerService {
   }  ///< Of this machine, all plans.
 
  private:
+  void launch(PlanQuery query, Utime now);
+  [[nodiscard]] bool is_busy() const;
+  [[nodiscard]] PlanReply reply();
+
   SteadyClock clock_;
   planning::World world_;
   planning::RobotHull hull_;
   planning::PlannerOptions options_;
   std::size_t seen_ = 0;
+  std::vector<planning::Obstacle> added_;  ///< Not in world_ yet.
   std::unique_ptr<planning::Planner> planner_;
   Utime latency_;
+  Late late_;
   std::int64_t id_ = 0;
   Utime due_ = 0;
   std::future<planning::PlanResult> result_;
+  std::optional<PlanQuery> next_;  ///< For when the worker is free.
   double planning_ms_ = 0.0;
 };
 

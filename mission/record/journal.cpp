@@ -22,8 +22,8 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxBytes = 256U << 20U;
 constexpr std::size_t kChecksumSize = 16;
-constexpr double kPeriod = 1.0;  // s between commits of the position
-constexpr int kVersion = 1;
+constexpr double kPeriod = 0.2;  // s between commits of the position
+constexpr int kVersion = 2;
 
 std::string checksum(std::string_view text) {
   Fnv1a64 digest;
@@ -42,6 +42,7 @@ json to_json(const Committed& c) {
                  {"once", c.done_once},
                  {"p", {c.X_WB.p.x(), c.X_WB.p.y(), c.X_WB.p.z()}},
                  {"q", {c.X_WB.q.x(), c.X_WB.q.y(), c.X_WB.q.z(), c.X_WB.q.w()}},
+                 {"v", {c.v_W.x(), c.v_W.y(), c.v_W.z()}},
                  {"sigma", c.sigma_m},
                  {"under_battery", c.under_battery},
                  {"goals_done", c.goals_done},
@@ -65,9 +66,11 @@ Committed committed_from(const json& j) {
   j.at("once").get_to(c.done_once);
   const json& p = j.at("p");
   const json& q = j.at("q");
+  const json& v = j.at("v");
   c.X_WB.p = {p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>()};
   c.X_WB.q = {q.at(3).get<double>(), q.at(0).get<double>(), q.at(1).get<double>(),
               q.at(2).get<double>()};
+  c.v_W = {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
   j.at("sigma").get_to(c.sigma_m);
   j.at("under_battery").get_to(c.under_battery);
   j.at("goals_done").get_to(c.goals_done);

@@ -33,8 +33,8 @@ class JournalWriter {
 
   /// To be called after every step and before its outputs are given to anyone: commits when the
   /// step changed something that a restart must know (a transition, a rung, an action, a goal), and
-  /// once a second for the position. True when nothing was lost so far; a full disk does not stop a
-  /// dive.
+  /// five times a second for the position. True when nothing was lost so far; a full disk does not
+  /// stop a dive.
   bool keep(const Executive& executive, const StepOutputs& outputs);
   /// Commits so far.
   [[nodiscard]] std::int64_t commits() const;

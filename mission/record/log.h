@@ -14,8 +14,8 @@
 #include <tl/expected.hpp>
 
 #include "common/clock.h"
-#include "common/se3.h"
 #include "mission/executive/io.h"
+#include "vehicle/link/codec.h"
 
 namespace dive::mission {
 
@@ -30,13 +30,11 @@ struct LogHeader {
   std::string map_meshes;  ///< Convex pieces of the meshes the map refers to: MeshSource::bundle().
   std::string vehicle_urdf;
   std::string resume;  ///< The journal that the dive went on from; empty: it began anew.
+  std::optional<double> resume_gap_s;  ///< Resume::gap_s.
   std::string digest;  ///< FNV-1a 64 of the four texts, hex; filled in by the writer.
 };
 
-struct TruthRecord {
-  Utime utime = 0;
-  Pose X_WB;
-};
+using TruthRecord = link::Truth;
 
 /// One tick as read back.
 struct LoggedTick {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "common/clock.h"
-#include "common/measurements.h"
 #include "mission/executive/io.h"
 #include "mission/record/log.h"
 #include "mission/record/log_channels.h"
+#include "vehicle/link/codec.h"
 
 namespace dive::mission {
 
@@ -35,21 +35,18 @@ struct TickMark {
   std::uint64_t digest = 0;  ///< Over channel and packet of all events of the log so far.
 };
 
-using Packet = std::vector<std::uint8_t>;
-using PacketView = std::span<const std::uint8_t>;
+using link::Packet;
+using link::PacketView;
+// Samples, command and rates are coded as they travel to and from the vehicle.
+using link::decode;
+using link::encode;
 
 // What carries its own time.
 [[nodiscard]] bool encode(const LogHeader& header, Packet& packet);
-[[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
-[[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);
-[[nodiscard]] bool encode(const HealthSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const estimation::StateEstimate& estimate, Packet& packet);
-[[nodiscard]] bool encode(const TruthRecord& truth, Packet& packet);
 [[nodiscard]] bool encode(const TickMark& mark, Packet& packet);
 // What is stamped with the tick's time.
 [[nodiscard]] bool encode(Utime now, const PlanReply& reply, Packet& packet);
-[[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
-[[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const Status& status, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const PlanQuery& query, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const TransitionRecord& transition, Packet& packet);
@@ -59,15 +56,9 @@ using PacketView = std::span<const std::uint8_t>;
 [[nodiscard]] bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
-[[nodiscard]] bool decode(PacketView packet, ImuSample& sample);
-[[nodiscard]] bool decode(PacketView packet, DepthSample& sample);
-[[nodiscard]] bool decode(PacketView packet, HealthSample& sample);
 [[nodiscard]] bool decode(PacketView packet, estimation::StateEstimate& estimate);
-[[nodiscard]] bool decode(PacketView packet, TruthRecord& truth);
 [[nodiscard]] bool decode(PacketView packet, TickMark& mark);
 [[nodiscard]] bool decode(PacketView packet, PlanReply& reply);
-[[nodiscard]] bool decode(PacketView packet, vehicle::Command& command);
-[[nodiscard]] bool decode(PacketView packet, vehicle::PseudoRates& rates);
 [[nodiscard]] bool decode(PacketView packet, Status& status);
 [[nodiscard]] bool decode(PacketView packet, PlanQuery& query);
 [[nodiscard]] bool decode(PacketView packet, TransitionRecord& transition);

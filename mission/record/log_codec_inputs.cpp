@@ -1,44 +1,42 @@
 // Header, inputs, truth and tick mark. Values are taken apart by structured bindings, so that a
 // new member does not compile before it is logged.
 
-#include <dive/depth_t.hpp>
 #include <dive/header_t.hpp>
-#include <dive/health_t.hpp>
-#include <dive/imu_t.hpp>
 #include <dive/map_change_t.hpp>
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
 #include <dive/tick_t.hpp>
-#include <dive/truth_t.hpp>
 
 #include "mission/record/log_codec.h"
-#include "mission/record/log_codec_detail.h"
+#include "vehicle/link/packet_detail.h"
 
 namespace dive::mission {
 
-using namespace codec;
+using namespace link::detail;
 
 namespace {
 
-constexpr Run kHeader[] = {bytes(8),           text(kMaxText),     text(kMaxText),
-                           text(kMaxFileText), text(kMaxText),     text(kMaxFileText),
-                           text(kMaxMeshText), text(kMaxFileText), text(kMaxFileText),
+constexpr Run kHeader[] = {bytes(8 + sizeof(double)),
+                           text(kMaxText),
+                           text(kMaxText),
+                           text(kMaxFileText),
+                           text(kMaxText),
+                           text(kMaxFileText),
+                           text(kMaxMeshText),
+                           text(kMaxFileText),
+                           text(kMaxFileText),
                            text(kMaxText)};
-constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
-constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
-constexpr Run kHealth[] = {bytes(8 + 2 * sizeof(double) + 1)};
 constexpr Run kPlanReply[] = {bytes(8 + 8 + 1 + 4 + 2 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
 constexpr Run kOperator[] = {bytes(8 + 1)};
 constexpr Run kMap[] = {bytes(8), array(kPoseSize + 3 * sizeof(double), kMaxSeen)};
-constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
 constexpr Run kTick[] = {bytes(8 + 4 + 8)};
 
 }  // namespace
 
 bool encode(const LogHeader& header, Packet& packet) {
   const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, map_meshes, urdf,
-               resume, digest] = header;
+               resume, resume_gap_s, digest] = header;
   for (const std::string* file : {&mission_xml, &map_xml, &urdf, &resume}) {
     if (file->size() >= kMaxFileText) return false;  // Before LCM counts in int.
   }
@@ -52,6 +50,7 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.map_xml = map_xml;
   m.map_meshes = map_meshes;
   m.resume = resume;
+  m.resume_gap = resume_gap_s.value_or(-1.0);
   m.vehicle_urdf = urdf;
   m.digest = digest;
   return pack(m, kHeader, packet);
@@ -64,57 +63,10 @@ bool decode(PacketView packet, LogHeader& header) {
             m->mission_name, m->mission_xml,
             m->map_name,     m->map_xml,
             m->map_meshes,   m->vehicle_urdf,
-            m->resume,       m->digest};
+            m->resume,       {},
+            m->digest};
+  if (m->resume_gap >= 0.0) header.resume_gap_s = m->resume_gap;
   return true;
-}
-
-bool encode(const ImuSample& sample, Packet& packet) {
-  const auto& [utime, q_WB, gyro_B, accel_B] = sample;
-  imu_t m;
-  m.utime = utime;
-  write_quaternion(q_WB, m.q);
-  write_vector(gyro_B, m.gyro);
-  write_vector(accel_B, m.accel);
-  return pack(m, kImu, packet);
-}
-
-bool decode(PacketView packet, ImuSample& sample) {
-  const auto m = unpack<imu_t>(packet, kImu);
-  if (!m) return false;
-  sample = {m->utime, read_quaternion(m->q), read_vector(m->gyro), read_vector(m->accel)};
-  return true;
-}
-
-bool encode(const DepthSample& sample, Packet& packet) {
-  const auto& [utime, depth] = sample;
-  depth_t m;
-  m.utime = utime;
-  m.depth = depth;
-  return pack(m, kDepth, packet);
-}
-
-bool decode(PacketView packet, DepthSample& sample) {
-  const auto m = unpack<depth_t>(packet, kDepth);
-  if (!m) return false;
-  sample = {m->utime, m->depth};
-  return true;
-}
-
-bool encode(const HealthSample& sample, Packet& packet) {
-  const auto& [utime, battery_fraction, temperature, leak] = sample;
-  health_t m;
-  m.utime = utime;
-  m.battery_fraction = battery_fraction;
-  m.temperature = temperature;
-  m.leak = leak ? 1 : 0;
-  return pack(m, kHealth, packet);
-}
-
-bool decode(PacketView packet, HealthSample& sample) {
-  const auto m = unpack<health_t>(packet, kHealth);
-  if (!m) return false;
-  sample = {m->utime, m->battery_fraction, m->temperature, false};
-  return read_flag(m->leak, sample.leak);
 }
 
 bool encode(Utime now, const PlanReply& reply, Packet& packet) {
@@ -175,21 +127,6 @@ bool decode(PacketView packet, std::vector<SeenObstacle>& seen) {
   if (!m) return false;
   seen.clear();
   for (const box_t& box : m->boxes) seen.push_back({read_pose(box.pose), read_vector(box.size)});
-  return true;
-}
-
-bool encode(const TruthRecord& truth, Packet& packet) {
-  const auto& [utime, X_WB] = truth;
-  truth_t m;
-  m.utime = utime;
-  write_pose(X_WB, m.pose);
-  return pack(m, kTruth, packet);
-}
-
-bool decode(PacketView packet, TruthRecord& truth) {
-  const auto m = unpack<truth_t>(packet, kTruth);
-  if (!m) return false;
-  truth = {m->utime, read_pose(m->pose)};
   return true;
 }
 

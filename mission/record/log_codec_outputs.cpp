@@ -2,25 +2,21 @@
 // before it is logged.
 
 #include <dive/action_t.hpp>
-#include <dive/command_t.hpp>
 #include <dive/failsafe_t.hpp>
 #include <dive/plan_query_t.hpp>
-#include <dive/pseudo_rates_t.hpp>
 #include <dive/state_estimate_t.hpp>
 #include <dive/status_t.hpp>
 #include <dive/transition_t.hpp>
 
 #include "mission/record/log_codec.h"
-#include "mission/record/log_codec_detail.h"
+#include "vehicle/link/packet_detail.h"
 
 namespace dive::mission {
 
-using namespace codec;
+using namespace link::detail;
 
 namespace {
 
-constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
-constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kEstimate[] = {bytes(8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double))};
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(5 * sizeof(double) + 4 + 1)};
@@ -33,43 +29,6 @@ constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMax
 constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText)};
 
 }  // namespace
-
-bool encode(Utime now, const vehicle::Command& command, Packet& packet) {
-  const auto& [v, h, d, o] = command;
-  command_t m;
-  m.utime = now;
-  m.v = v;
-  m.h = h;
-  m.d = d;
-  write_quaternion(o, m.o);
-  return pack(m, kCommand, packet);
-}
-
-bool decode(PacketView packet, vehicle::Command& command) {
-  const auto m = unpack<command_t>(packet, kCommand);
-  if (!m) return false;
-  command = {m->v, m->h, m->d, read_quaternion(m->o)};
-  return true;
-}
-
-bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet) {
-  const auto& [surge, heave, roll, pitch, yaw] = rates;
-  pseudo_rates_t m;
-  m.utime = now;
-  m.surge = surge;
-  m.heave = heave;
-  m.roll = roll;
-  m.pitch = pitch;
-  m.yaw = yaw;
-  return pack(m, kRates, packet);
-}
-
-bool decode(PacketView packet, vehicle::PseudoRates& rates) {
-  const auto m = unpack<pseudo_rates_t>(packet, kRates);
-  if (!m) return false;
-  rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
-  return true;
-}
 
 bool encode(const estimation::StateEstimate& estimate, Packet& packet) {
   const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;

@@ -42,7 +42,8 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
     if (!journal)
       return tl::unexpected("the journal in the log is not accepted: " + journal.error());
     if (journal->committed) {
-      options.resume = Resume{std::move(*journal->committed), std::move(journal->trail), 0.0};
+      options.resume =
+          Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
     }
   }
   Executive executive(*mission, *world, *model, options);

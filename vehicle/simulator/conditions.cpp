@@ -17,7 +17,7 @@ struct Entry {
 };
 
 // One row per condition: its name, where it is kept, what it may be.
-constexpr std::array<Entry, 12> kEntries{{
+constexpr std::array<Entry, 13> kEntries{{
     {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
     {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},
     {"current_z", [](Conditions& c) -> double& { return c.current_W.z(); }, -3.0, 3.0},
@@ -33,6 +33,7 @@ constexpr std::array<Entry, 12> kEntries{{
      Sensors::kMaxLatency},
     {"battery_capacity_wh", [](Conditions& c) -> double& { return c.battery_capacity_wh; }, 1.0,
      10'000.0},
+    {"battery_voltage", [](Conditions& c) -> double& { return c.battery_voltage; }, 1.0, 1000.0},
     {"battery_fraction", [](Conditions& c) -> double& { return c.battery_fraction; }, 0.0, 1.0},
 }};
 

@@ -66,6 +66,8 @@ struct Simulator::Impl {
     sample.battery_fraction = std::max(
         0.0, conditions.battery_fraction - truth.energy_used_wh / conditions.battery_capacity_wh);
     sample.leak = leak;
+    sample.voltage_v = conditions.battery_voltage;
+    sample.current_a = (figures.hotel_load_w + flippers.power()) / conditions.battery_voltage;
     return sample;
   }
 

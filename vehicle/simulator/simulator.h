@@ -31,6 +31,7 @@ struct Conditions {
   double depth_noise_m = 0.01;
   double sensor_latency_s = 0.02;
   double battery_capacity_wh = 200.0;
+  double battery_voltage = 28.8;
   double battery_fraction = 1.0;  ///< At the start.
 
   /// Sets one by its name, e.g. "current_x" = 0.1; false when there is no such name.

@@ -9,9 +9,9 @@
 
 #include "mission/record/log_codec.h"
 #include "mission/record/log_digest.h"
-#include "mission/record/log_layout.h"
 #include "test/common/allocations.h"
 #include "test/mission/record/sample.h"
+#include "vehicle/link/packet_layout.h"
 
 namespace dive::mission::testing {
 namespace {
@@ -105,7 +105,7 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   const std::vector<Kind> all = kinds();
   const auto named = [&](const char* name) { return *std::ranges::find(all, name, &Kind::name); };
   constexpr std::size_t kTime = 8 + 8;  // After the fingerprint and utime.
-  EXPECT_EQ(refused_values(named("health"), kTime + 16), "-128 -1 2 3 5 127 ");       // leak
+  EXPECT_EQ(refused_values(named("health"), kTime + 32), "-128 -1 2 3 5 127 ");       // leak
   EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 5 127 ");          // valid
   EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 5 127 ");      // source
   EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 5 127 ");      // status
@@ -151,7 +151,8 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   Packet packet;
   const std::string text(kMaxText - 1, 'x');
   const std::string file(kMaxFileText - 1, 'x');
-  ASSERT_TRUE(encode(LogHeader{text, 0, text, file, text, file, file, file, file, text}, packet));
+  ASSERT_TRUE(
+      encode(LogHeader{text, 0, text, file, text, file, file, file, file, 1.0, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
   ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));

@@ -27,6 +27,7 @@ inline LogHeader sample_header() {
           .map_meshes = "",
           .vehicle_urdf = "<robot/>",
           .resume = "a journal\n",
+          .resume_gap_s = 0.5,
           .digest = ""};
 }
 

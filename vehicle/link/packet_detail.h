@@ -1,19 +1,28 @@
 #pragma once
-// Shared by the codec's .cpp files only: packing LCM's generated types with their layouts checked.
+// Shared by the .cpp files of codecs only: packing LCM's generated types with their layouts
+// checked.
 
 #include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "common/se3.h"
-#include "mission/record/log_codec.h"
-#include "mission/record/log_layout.h"
+#include "vehicle/link/codec.h"
+#include "vehicle/link/packet_layout.h"
 
-namespace dive::mission::codec {
+namespace dive::link::detail {
+
+// For codecs of other rooms.
+using link::array;
+using link::bytes;
+using link::fits;
+using link::Run;
+using link::text;
 
 inline constexpr std::size_t kPoseSize = 7 * sizeof(double);
 
@@ -86,4 +95,4 @@ void read_poses(const std::vector<PoseMessage>& in, std::vector<Pose>& poses) {
   for (const PoseMessage& pose : in) poses.push_back(read_pose(pose));
 }
 
-}  // namespace dive::mission::codec
+}  // namespace dive::link::detail

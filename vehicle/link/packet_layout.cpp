@@ -1,9 +1,9 @@
-#include "mission/record/log_layout.h"
+#include "vehicle/link/packet_layout.h"
 
 #include <algorithm>
 #include <optional>
 
-namespace dive::mission {
+namespace dive::link {
 namespace {
 
 constexpr std::size_t kFingerprintSize = 8;
@@ -64,4 +64,4 @@ bool fits(std::span<const Run> layout, std::span<const std::uint8_t> packet) {
          walker.at_end();
 }
 
-}  // namespace dive::mission
+}  // namespace dive::link

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace dive::mission {
+namespace dive::link {
 
 /// One run of a packet's bytes.
 struct Run {
@@ -29,4 +29,4 @@ struct Run {
 /// Is `packet` an 8-byte fingerprint followed by exactly these runs?
 [[nodiscard]] bool fits(std::span<const Run> layout, std::span<const std::uint8_t> packet);
 
-}  // namespace dive::mission
+}  // namespace dive::link

@@ -1,0 +1,207 @@
+// What speaks LCM beside `dive run`: the simulated vehicle, the supervisor, topside.
+
+#include <atomic>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "mission/check/simulated_dive.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/loading.h"
+#include "mission/cli/terminal.h"
+#include "mission/link/simulated_vehicle.h"
+#include "mission/link/supervisor.h"
+#include "mission/link/topside.h"
+#include "vehicle/link/authority.h"
+#include "vehicle/link/bus.h"
+
+namespace dive::mission {
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+void interrupt(int /*signal*/) { interrupted = true; }
+
+std::optional<link::Bus> open_bus(const std::string& url) {
+  tl::expected<link::Bus, std::string> bus = link::Bus::open(url);
+  if (bus) return std::move(*bus);
+  complain(bus.error());
+  return std::nullopt;
+}
+
+/// Nothing where no file is named; complains and is empty when it cannot be read.
+std::optional<std::optional<link::Key>> open_key(const std::string& path) {
+  if (path.empty()) return std::optional<link::Key>();
+  const tl::expected<link::Key, std::string> key = link::read_key(path);
+  if (key) return *key;
+  complain(key.error());
+  return std::nullopt;
+}
+
+void print_report(const VehicleReport& report) {
+  print(fmt::format("{}: {} collision(s), nearest to anything {:.2f} m, ended {:.2f} m deep ({})",
+                    report.collisions == 0 ? "UNHARMED" : "COLLIDED", report.collisions,
+                    report.min_clearance_m, report.final_depth_m, report.ended));
+  print(
+      fmt::format("  {:.0f} s, {:.1f} m swum, {:.1f} Wh; {:.1f} s without a command, {:.1f} s "
+                  "under the supervisor, {} command(s) refused",
+                  report.duration_s, report.distance_m, report.energy_wh, report.silent_s,
+                  report.supervised_s, report.refused));
+}
+
+void print_json_report(const VehicleReport& report) {
+  print_json({{"ended", report.ended},
+              {"duration_s", report.duration_s},
+              {"distance_m", report.distance_m},
+              {"min_clearance_m", report.min_clearance_m},
+              {"collisions", report.collisions},
+              {"final_depth_m", report.final_depth_m},
+              {"energy_wh", report.energy_wh},
+              {"silent_s", report.silent_s},
+              {"supervised_s", report.supervised_s},
+              {"refused", report.refused}});
+}
+
+int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments) {
+  const tl::expected<VehicleStatus, std::string> heard = listen(bus, clock, arguments.patience_s);
+  if (!heard) {
+    complain(heard.error());
+    return kExitFailed;
+  }
+  const auto& [heartbeat, status, health] = *heard;
+  if (arguments.json) {
+    nlohmann::ordered_json json = {{"state", status.state},
+                                   {"leg", status.leg},
+                                   {"rung", status.rung},
+                                   {"distance_to_go_m", status.distance_to_go_m},
+                                   {"time_to_go_s", status.time_to_go_s},
+                                   {"depth_m", status.depth_m},
+                                   {"clearance_m", status.clearance_m},
+                                   {"cross_track_m", status.cross_track_m},
+                                   {"finished", heartbeat.finished},
+                                   {"keyed", heartbeat.keyed},
+                                   {"battery_fraction", nullptr}};
+    if (health) {
+      json["battery_fraction"] = health->battery_fraction;
+      json["voltage_v"] = health->voltage_v;
+      json["current_a"] = health->current_a;
+      json["temperature_c"] = health->temperature_c;
+      json["leak"] = health->leak;
+    }
+    print_json(json);
+    return kExitSuccess;
+  }
+  print(fmt::format("{}{}{}", status.state, status.leg.empty() ? "" : " -> " + status.leg,
+                    heartbeat.finished ? " (finished)" : ""));
+  print(fmt::format("  {:.1f} m deep, to go {:.1f} m and {:.0f} s, failsafe rung {}",
+                    status.depth_m, status.distance_to_go_m, status.time_to_go_s, status.rung));
+  if (health) {
+    print(fmt::format("  battery {:.0f} %, {:.1f} V, {:.1f} A, {:.0f} degrees, {}",
+                      100.0 * health->battery_fraction, health->voltage_v, health->current_a,
+                      health->temperature_c, health->leak ? "WATER IN THE HULL" : "dry"));
+  }
+  const link::Refusals& refused = heartbeat.refused;
+  const int all = refused.forged + refused.replayed + refused.stale;
+  if (all > 0) print(fmt::format("  {} operator request(s) refused", all));
+  return kExitSuccess;
+}
+
+}  // namespace
+
+int run_sim(const SimArguments& arguments) {
+  VehicleSettings settings;
+  settings.seed = arguments.seed;
+  settings.lockstep = arguments.link.lockstep;
+  settings.max_seconds = arguments.max_seconds;
+  for (const std::string& written : arguments.faults) {
+    const std::optional<Fault> fault = parse_fault(written);
+    if (!fault) return kExitUsage;
+    settings.faults.push_back(*fault);
+  }
+  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
+  if (!conditions) return kExitUsage;
+  settings.conditions = *conditions;
+  Diagnostics diagnostics;
+  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  if (!loaded) {
+    print_diagnostics(diagnostics);
+    return kExitUsage;
+  }
+  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  if (!bus) return kExitUsage;
+  FastClock clock(arguments.link.speed);
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+  note(fmt::format("dive: the vehicle lies at the start of {} and waits for `dive run --lcm`",
+                   loaded->mission.id));
+  const VehicleReport report =
+      simulate_vehicle(loaded->world, loaded->model, start_pose(loaded->mission, loaded->world),
+                       settings, *bus, clock, [] { return !interrupted; });
+  if (arguments.json) {
+    print_json_report(report);
+  } else {
+    print_report(report);
+  }
+  return report.collisions == 0 && report.ended != "time" ? kExitSuccess : kExitFailed;
+}
+
+int run_supervise(const SuperviseArguments& arguments) {
+  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  if (!bus) return kExitUsage;
+  FastClock clock(arguments.link.speed);
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+  SupervisorSettings settings;
+  settings.silence_s = arguments.silence_s;
+  const SupervisorReport report = supervise(
+      settings, *bus, clock, [](const std::string& line) { note("dive: " + line); },
+      [] { return !interrupted; });
+  if (arguments.json) {
+    print_json({{"took_over", report.took_over},
+                {"silent_s", report.silent_s},
+                {"surfaced", report.surfaced}});
+  }
+  return report.took_over ? kExitFailed : kExitSuccess;
+}
+
+int run_topside(const TopsideArguments& arguments) {
+  const std::optional<std::optional<link::Key>> key = open_key(arguments.link.key);
+  if (!key) return kExitUsage;
+  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  if (!bus) return kExitUsage;
+  SteadyClock clock;
+  if (arguments.command == "status") return print_status(*bus, clock, arguments);
+  OperatorCommand command = OperatorCommand::kAbort;
+  for (std::size_t i = 0; i < kOperatorCommandNames.size(); ++i) {
+    if (arguments.command == kOperatorCommandNames[i]) command = static_cast<OperatorCommand>(i);
+  }
+  const tl::expected<link::Verdict, std::string> verdict =
+      ask(command, *key, *bus, clock, arguments.patience_s);
+  if (!verdict) {
+    complain(verdict.error());
+    return kExitFailed;
+  }
+  const bool accepted = *verdict == link::Verdict::kAccepted;
+  if (arguments.json) {
+    print_json({{"command", arguments.command},
+                {"accepted", accepted},
+                {"verdict", link::describe(*verdict)}});
+  } else {
+    print(fmt::format("{}: {}", arguments.command, link::describe(*verdict)));
+  }
+  return accepted ? kExitSuccess : kExitFailed;
+}
+
+int run_key(const std::string& path) {
+  const tl::expected<void, std::string> written = link::write_key(path, link::new_key());
+  if (!written) {
+    complain(written.error());
+    return kExitUsage;
+  }
+  print(fmt::format("{}: a new key; copy it to the vehicle, and let nobody else read it", path));
+  return kExitSuccess;
+}
+
+}  // namespace dive::mission

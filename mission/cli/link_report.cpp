@@ -1,0 +1,89 @@
+#include "mission/cli/link_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace dive::mission {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The smallest value that a share of all does not exceed; 0 of nothing.
+double quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(values.begin(), at, values.end());
+  return static_cast<double>(*at);
+}
+
+Json to_json(const LinkStats& stats) {
+  return {{"ticks", stats.ticks},
+          {"skipped", stats.skipped},
+          {"lateness_ms",
+           {{"p50", quantile(stats.lateness_ms, 0.5)},
+            {"p99", quantile(stats.lateness_ms, 0.99)},
+            {"p999", quantile(stats.lateness_ms, 0.999)},
+            {"max", quantile(stats.lateness_ms, 1.0)}}},
+          {"abort_ms", quantile(stats.abort_ms, 1.0)},
+          {"clock_jumps", stats.clock_jumps},
+          {"malformed", stats.malformed},
+          {"refused",
+           {{"forged", stats.refused.forged},
+            {"replayed", stats.refused.replayed},
+            {"stale", stats.refused.stale},
+            {"too_many", stats.refused.too_many}}}};
+}
+
+}  // namespace
+
+std::vector<std::string> describe(const LinkStats& stats) {
+  std::vector<std::string> lines;
+  lines.push_back(fmt::format("{} control tick(s), {} skipped", stats.ticks, stats.skipped));
+  if (!stats.lateness_ms.empty()) {
+    lines.push_back(fmt::format(
+        "late by {:.2f} ms in the median, {:.2f} ms at the 99th, {:.2f} ms at the 99.9th "
+        "percentile, {:.2f} ms at most",
+        quantile(stats.lateness_ms, 0.5), quantile(stats.lateness_ms, 0.99),
+        quantile(stats.lateness_ms, 0.999), quantile(stats.lateness_ms, 1.0)));
+  }
+  if (!stats.abort_ms.empty()) {
+    lines.push_back(fmt::format("{:.1f} ms from the arrival of an abort to the command that obeys",
+                                quantile(stats.abort_ms, 1.0)));
+  }
+  const link::Refusals& refused = stats.refused;
+  lines.push_back(fmt::format(
+      "operator requests refused: {} forged, {} replayed, {} stale; {} abort(s) too many; {} "
+      "malformed packet(s), {} jump(s) of a sensor's clock",
+      refused.forged, refused.replayed, refused.stale, refused.too_many, stats.malformed,
+      stats.clock_jumps));
+  return lines;
+}
+
+Json to_json(const LinkedResult& result, bool with_stats) {
+  Json transitions = Json::array();
+  for (const TimedTransition& timed : result.transitions) {
+    transitions.push_back({{"t", timed.t_s},
+                           {"from", timed.record.from},
+                           {"to", timed.record.to},
+                           {"event", timed.record.event},
+                           {"cause", timed.record.cause}});
+  }
+  // What only ground truth knows is null: dive sim reports it.
+  Json json = {{"outcome", result.outcome},
+               {"final_state", result.final_state},
+               {"cause", result.cause},
+               {"duration_s", result.duration_s},
+               {"distance_m", result.distance_m},
+               {"min_clearance_m", nullptr},
+               {"collisions", nullptr},
+               {"replans", result.replans},
+               {"transitions", std::move(transitions)}};
+  if (with_stats) json["stats"] = to_json(result.stats);
+  return json;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,358 @@
+#include "mission/link/linked_dive.h"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "mission/executive/planner_service.h"
+#include "mission/record/log_codec.h"
+#include "vehicle/link/sample_clock.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kTick = 20'000;  // us
+constexpr Utime kHeartbeatPeriod = 100'000;
+constexpr std::size_t kMaxSample = 256;  // bytes of any packet that is listened to
+constexpr std::size_t kMaxRequests = 8;  // that wait for a tick of their own
+constexpr int kGoodbyes = 20;
+constexpr Utime kGoodbyePeriod = 10'000;  // us
+constexpr double kGraceSeconds = 120.0;   // for an abort that starts when the time is up
+
+/// What has come since the last tick.
+class Inbox {
+ public:
+  Inbox(link::Bus& bus, Clock& clock, bool lockstep) : clock_(clock), lockstep_(lockstep) {
+    listen<ImuSample>(bus, link::channel::kImu,
+                      [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
+    listen<DepthSample>(bus, link::channel::kDepth,
+                        [this](const DepthSample& sample) { keep(depth_, depth_clock_, sample); });
+    listen<HealthSample>(bus, link::channel::kHealth, [this](const HealthSample& sample) {
+      keep(health_, health_clock_, sample);
+    });
+    listen<link::Truth>(bus, link::channel::kTruth,
+                        [this](const link::Truth& truth) { truth_ = truth; });
+    listen<link::SimTick>(bus, link::channel::kSimTick, [this](const link::SimTick& tick) {
+      is_asked_again_ = tick_ && tick_->utime == tick.utime;
+      if (!tick_ || tick.utime >= tick_->utime) tick_ = tick;
+    });
+    listen<link::OperatorRequest>(bus, link::channel::kRequest,
+                                  [this](const link::OperatorRequest& request) {
+                                    if (requests_.size() < kMaxRequests)
+                                      requests_.push_back({request, clock_.now()});
+                                  });
+  }
+
+  struct Request {
+    link::OperatorRequest request;
+    Utime arrived = 0;
+  };
+
+  /// The vehicle's time, of the newest sample; nothing before attitude and depth have come.
+  [[nodiscard]] std::optional<Utime> first_time() const {
+    if (lockstep_) return is_whole(-1) ? std::optional(tick_->utime) : std::nullopt;
+    if (!imu_ || !depth_) return std::nullopt;
+    return std::max(imu_->utime, depth_->utime);
+  }
+
+  /// In lock-step: has all of a tick come that is later than `last`?
+  [[nodiscard]] bool is_whole(Utime last) const {
+    const auto has = [](const auto& sample, const std::optional<Utime>& utime) {
+      return !utime || (sample && sample->utime == *utime);
+    };
+    return tick_ && tick_->utime > last && has(imu_, tick_->imu) && has(depth_, tick_->depth) &&
+           has(health_, tick_->health) && truth_ && truth_->utime == tick_->utime;
+  }
+  /// In lock-step: the tick that the vehicle is at.
+  [[nodiscard]] Utime tick() const { return tick_ ? tick_->utime : -1; }
+  /// In lock-step: has the vehicle said the same tick again since this was asked?
+  [[nodiscard]] bool is_asked_again() { return std::exchange(is_asked_again_, false); }
+
+  /// Our time is known from now on: `now` by the vehicle's clock, when our clock says `local`.
+  void set_time(Utime now, Utime local) { ahead_ = now - local; }
+
+  /// Moves the samples of a tick into `inputs`.
+  void take(StepInputs& inputs) {
+    const auto move = [this](auto& from, const std::optional<Utime>& utime, auto& to) {
+      if (lockstep_ && !utime) return;
+      to = from;
+      if (!lockstep_) from.reset();
+    };
+    const link::SimTick tick = tick_.value_or(link::SimTick{});
+    move(imu_, tick.imu, inputs.imu);
+    move(depth_, tick.depth, inputs.depth);
+    move(health_, tick.health, inputs.health);
+  }
+
+  [[nodiscard]] std::deque<Request>& requests() { return requests_; }
+  [[nodiscard]] const std::optional<link::Truth>& truth() const { return truth_; }
+  [[nodiscard]] int clock_jumps() const {
+    return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps();
+  }
+  [[nodiscard]] std::int64_t malformed() const { return malformed_; }
+
+ private:
+  template <typename Value>
+  void listen(link::Bus& bus, const char* channel, std::function<void(const Value&)> handler) {
+    bus.subscribe(channel, kMaxSample, [this, handler](link::PacketView packet) {
+      Value value;
+      if (link::decode(packet, value)) {
+        handler(value);
+      } else {
+        ++malformed_;
+      }
+    });
+  }
+
+  // The newest, on our clock where the vehicle's may be set.
+  template <typename Sample>
+  void keep(std::optional<Sample>& kept, link::SampleClock& sample_clock, Sample sample) {
+    if (!lockstep_ && ahead_) {
+      sample.utime = sample_clock.ours(sample.utime, clock_.now() + *ahead_);
+    }
+    if (!kept || sample.utime >= kept->utime) kept = sample;
+  }
+
+  Clock& clock_;
+  bool lockstep_;
+  std::optional<Utime> ahead_;  ///< Of the vehicle's time before our clock.
+  std::optional<ImuSample> imu_;
+  std::optional<DepthSample> depth_;
+  std::optional<HealthSample> health_;
+  std::optional<link::Truth> truth_;
+  std::optional<link::SimTick> tick_;
+  bool is_asked_again_ = false;
+  link::SampleClock imu_clock_;
+  link::SampleClock depth_clock_;
+  link::SampleClock health_clock_;
+  std::deque<Request> requests_;
+  std::int64_t malformed_ = 0;
+};
+
+class LinkedDive {
+ public:
+  LinkedDive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
+             const LinkSettings& settings, link::Bus& bus, Clock& clock)
+      : mission_(mission),
+        world_(world),
+        model_(model),
+        settings_(settings),
+        bus_(bus),
+        clock_(clock),
+        inbox_(bus, clock, settings.lockstep),
+        gate_(settings.key, link::new_boot()),
+        planner_(world, model.hull, settings.planner, settings.planner_latency_ticks * kTick,
+                 settings.lockstep ? PlannerService::Late::kWait : PlannerService::Late::kNotYet) {}
+
+  LinkedResult run(const LinkObserver& observer, const DiveKeeper& keeper) {
+    if (!wait_for_vehicle()) {
+      result_.outcome = "failure";
+      result_.cause = fmt::format("no vehicle was heard for {:g} s", settings_.patience_s);
+      return result_;
+    }
+    executive_.emplace(mission_, world_, model_, executive_options());
+    start_time();
+    const double longest = 1.5 * mission_.limits.mission_timeout.value + kGraceSeconds;
+    while (executive_->result().outcome == Outcome::kRunning &&
+           to_seconds(now_ - began_) < longest) {
+      if (!wait_for_tick()) break;
+      step(observer, keeper);
+    }
+    say_goodbye();
+    return finish();
+  }
+
+ private:
+  bool wait_for_vehicle() {
+    const Utime deadline = clock_.now() + from_seconds(settings_.patience_s);
+    bus_.wait(clock_, deadline, [this] { return inbox_.first_time().has_value(); });
+    if (!inbox_.first_time()) return false;
+    now_ = *inbox_.first_time();
+    return true;
+  }
+
+  // What has come while the executive was being built is heard first.
+  void start_time() {
+    local_ = clock_.now();
+    bus_.wait(clock_, local_);
+    now_ = began_ = *inbox_.first_time();
+    inbox_.set_time(now_, local_);
+    last_ = now_ - 1;
+  }
+
+  [[nodiscard]] ExecutiveOptions executive_options() const {
+    ExecutiveOptions options;
+    options.seed = settings_.seed;
+    options.resume = settings_.resume;
+    return options;
+  }
+
+  bool wait_for_tick() { return settings_.lockstep ? wait_in_lockstep() : wait_in_real_time(); }
+
+  bool wait_in_lockstep() {
+    const Utime deadline = clock_.now() + from_seconds(settings_.patience_s);
+    while (!inbox_.is_whole(last_)) {
+      if (clock_.now() >= deadline) return false;
+      bus_.wait(clock_, deadline, [this] {
+        // Our command was lost.
+        const bool again = inbox_.is_asked_again() && inbox_.tick() == last_;
+        if (again && command_) publish(link::channel::kCommand, *command_);
+        return inbox_.is_whole(last_);
+      });
+    }
+    now_ = inbox_.tick();
+    return true;
+  }
+
+  bool wait_in_real_time() {
+    if (result_.stats.ticks > 0) now_ += kTick;
+    const Utime due = local_ + (now_ - began_);
+    bus_.wait(clock_, due);
+    const Utime late = clock_.now() - due;
+    result_.stats.lateness_ms.push_back(static_cast<float>(static_cast<double>(late) / 1000.0));
+    if (late > kTick) {
+      result_.stats.skipped += late / kTick;
+      now_ += late / kTick * kTick;
+    }
+    return true;
+  }
+
+  void step(const LinkObserver& observer, const DiveKeeper& keeper) {
+    StepInputs inputs;
+    inputs.now = last_ = now_;
+    inbox_.take(inputs);
+    const std::optional<Utime> abort_arrived = hear_topside(inputs);
+    inputs.plan = planner_.poll(now_);
+    const StepOutputs& outputs = executive_->step(inputs);
+    if (keeper) keeper(*executive_, outputs);
+    command_ = link::VehicleCommand{
+        now_,         ++sequence_, link::Source::kExecutive, link::Mode::kRates, outputs.command,
+        outputs.rates};
+    publish(link::channel::kCommand, *command_);
+    if (abort_arrived) {
+      result_.stats.abort_ms.push_back(
+          static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived) / 1000.0));
+    }
+    if (outputs.plan_query) {
+      ++result_.plans;
+      if (!outputs.plan_query->request.previous.empty()) ++result_.replans;
+      planner_.submit(*outputs.plan_query, now_);
+    }
+    for (const TransitionRecord& record : outputs.transitions) {
+      result_.transitions.push_back({to_seconds(now_ - began_), record});
+    }
+    result_.distance_m += outputs.estimate.v_WB_B.norm() * to_seconds(kTick);
+    ++result_.stats.ticks;
+    tell(inputs, outputs);
+    if (observer) observer(inputs, outputs, inbox_.truth());
+  }
+
+  // One request a tick, an abort before all others. When it arrived, if it was an abort.
+  std::optional<Utime> hear_topside(StepInputs& inputs) {
+    std::deque<Inbox::Request>& requests = inbox_.requests();
+    std::stable_partition(requests.begin(), requests.end(), [](const Inbox::Request& request) {
+      return request.request.command == OperatorCommand::kAbort;
+    });
+    std::optional<Utime> abort_arrived;
+    while (!requests.empty() && !inputs.operator_command) {
+      const Inbox::Request heard = requests.front();
+      requests.pop_front();
+      const link::Gate::Ruling ruling = gate_.judge(heard.request, now_);
+      publish(link::channel::kAnswer, ruling.answer);
+      if (!ruling.act) continue;
+      inputs.operator_command = heard.request.command;
+      if (heard.request.command == OperatorCommand::kAbort) abort_arrived = heard.arrived;
+    }
+    return abort_arrived;
+  }
+
+  template <typename Value>
+  void publish(const char* channel, const Value& value) {
+    if (link::encode(value, packet_)) bus_.publish(channel, packet_);
+  }
+
+  [[nodiscard]] link::Heartbeat heartbeat() const {
+    link::Heartbeat heartbeat;
+    heartbeat.utime = now_;
+    heartbeat.boot = gate_.boot();
+    heartbeat.counter = gate_.counter();
+    heartbeat.ticks = result_.stats.ticks;
+    heartbeat.refused = gate_.refused();
+    heartbeat.keyed = gate_.has_key();
+    heartbeat.finished = executive_->result().outcome != Outcome::kRunning;
+    return heartbeat;
+  }
+
+  // Those who watch: ten times a second, and whenever something happens.
+  void tell(const StepInputs& inputs, const StepOutputs& outputs) {
+    if (inputs.plan && inputs.plan->status == planning::PlanStatus::kSuccess) {
+      publish(link::channel::kPath,
+              link::Path{now_, inputs.plan->clearance_m, inputs.plan->waypoints});
+    }
+    if (now_ < next_heartbeat_ && outputs.transitions.empty()) return;
+    next_heartbeat_ = now_ + kHeartbeatPeriod;
+    publish(link::channel::kHeartbeat, heartbeat());
+    if (encode(now_, outputs.status, packet_)) bus_.publish(link::channel::kStatus, packet_);
+    if (encode(outputs.estimate, packet_)) bus_.publish(link::channel::kEstimate, packet_);
+  }
+
+  // So often that it is heard: who misses it takes us for dead.
+  void say_goodbye() {
+    for (int i = 0; i < kGoodbyes; ++i) {
+      publish(link::channel::kHeartbeat, heartbeat());
+      if (command_) publish(link::channel::kCommand, *command_);
+      bus_.wait(clock_, clock_.now() + kGoodbyePeriod);
+    }
+  }
+
+  LinkedResult finish() {
+    const ExecutiveResult executive = executive_->result();
+    result_.outcome =
+        executive.outcome == Outcome::kRunning ? "failure" : to_string(executive.outcome);
+    result_.final_state = executive.final_state;
+    result_.cause = executive.cause;
+    if (executive.outcome == Outcome::kRunning && result_.cause.empty()) {
+      result_.cause = settings_.lockstep && !inbox_.is_whole(last_)
+                          ? "the vehicle fell silent"
+                          : fmt::format("still in state {}", executive.final_state);
+    }
+    result_.duration_s = to_seconds(now_ - began_);
+    result_.stats.clock_jumps = inbox_.clock_jumps();
+    result_.stats.refused = gate_.refused();
+    result_.stats.malformed = inbox_.malformed() + bus_.too_large();
+    return result_;
+  }
+
+  const Mission& mission_;
+  const planning::World& world_;
+  const vehicle::Model& model_;
+  const LinkSettings& settings_;
+  link::Bus& bus_;
+  Clock& clock_;
+  Inbox inbox_;
+  link::Gate gate_;
+  PlannerService planner_;
+  std::optional<Executive> executive_;
+  std::optional<link::VehicleCommand> command_;  ///< The last.
+  std::int64_t sequence_ = 0;
+  Utime began_ = 0;  ///< On the vehicle's clock ...
+  Utime local_ = 0;  ///< ... and on ours.
+  Utime now_ = 0;
+  Utime last_ = 0;
+  Utime next_heartbeat_ = 0;
+  link::Packet packet_;
+  LinkedResult result_;
+};
+
+}  // namespace
+
+LinkedResult dive_over_link(const Mission& mission, const planning::World& world,
+                            const vehicle::Model& model, const LinkSettings& settings,
+                            link::Bus& bus, Clock& clock, const LinkObserver& observer,
+                            const DiveKeeper& keeper) {
+  return LinkedDive(mission, world, model, settings, bus, clock).run(observer, keeper);
+}
+
+}  // namespace dive::mission

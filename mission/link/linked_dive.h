@@ -1,0 +1,67 @@
+#pragma once
+// The executive as a process of its own: samples in over LCM, commands out, topside heard.
+//
+// Time is the vehicle's: the executive's clock starts at the time of the first samples and then
+// runs with the machine's monotonic clock, so that a restarted executive goes on in the same time
+// and no clock that is set can disturb a dive. In lock-step with a simulated vehicle its ticks are
+// the vehicle's.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/clock.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/executive/executive.h"
+#include "planning/planner.h"
+#include "vehicle/link/authority.h"
+#include "vehicle/link/bus.h"
+
+namespace dive::mission {
+
+struct LinkSettings {
+  std::uint64_t seed = 1;
+  bool lockstep = false;
+  std::optional<link::Key> key;
+  std::optional<Resume> resume;
+  double patience_s = 60.0;       ///< To wait for the vehicle's first samples.
+  int planner_latency_ticks = 5;  ///< At least; in lock-step exactly.
+  planning::PlannerOptions planner;
+};
+
+/// How the control loop kept time.
+struct LinkStats {
+  std::int64_t ticks = 0;
+  std::int64_t skipped = 0;        ///< Ticks that the machine was too late for.
+  std::vector<float> lateness_ms;  ///< Of every tick, in order; empty in lock-step.
+  std::vector<float> abort_ms;     ///< From the arrival of an abort to the command that obeys it.
+  int clock_jumps = 0;             ///< Of sensors.
+  link::Refusals refused;          ///< Of operator requests.
+  std::int64_t malformed = 0;      ///< Packets that were none.
+};
+
+struct LinkedResult {
+  std::string outcome;  ///< success, aborted, failure (no vehicle)
+  std::string final_state;
+  std::string cause;
+  double duration_s = 0.0;
+  double distance_m = 0.0;  ///< As estimated.
+  int plans = 0;
+  int replans = 0;
+  std::vector<TimedTransition> transitions;
+  LinkStats stats;
+};
+
+/// Told every tick, after its command is out; `truth` only where a simulated vehicle says it.
+using LinkObserver = std::function<void(const StepInputs&, const StepOutputs&,
+                                        const std::optional<link::Truth>& truth)>;
+
+/// Dives until the machine has ended or half as long again as the mission may last, which is an
+/// abort that somebody else must finish: the supervisor, or the vehicle itself.
+[[nodiscard]] LinkedResult dive_over_link(const Mission& mission, const planning::World& world,
+                                          const vehicle::Model& model, const LinkSettings& settings,
+                                          link::Bus& bus, Clock& clock,
+                                          const LinkObserver& observer, const DiveKeeper& keeper);
+
+}  // namespace dive::mission

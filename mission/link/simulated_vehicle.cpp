@@ -1,0 +1,187 @@
+#include "mission/link/simulated_vehicle.h"
+
+#include <algorithm>
+
+#include "vehicle/link/arbiter.h"
+#include "vehicle/simulator/ground_truth.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kSayAgain = 5'000;       // us of real time, in lock-step
+constexpr Utime kGiveUp = 1'000'000;     // us without an answer: the executive is gone
+constexpr double kAtSurface = 0.3;       // m
+constexpr double kRestAtSurface = 5.0;   // s
+constexpr std::size_t kMaxPacket = 256;  // bytes of what a vehicle listens to
+
+class SimulatedVehicle {
+ public:
+  SimulatedVehicle(const planning::World& world, const vehicle::Model& model, const Pose& start,
+                   const VehicleSettings& settings, link::Bus& bus, Clock& clock)
+      : settings_(settings),
+        bus_(bus),
+        clock_(clock),
+        simulator_(model, start, settings.conditions, settings.seed),
+        meter_(world, model.hull),
+        injector_(settings.faults) {
+    bus_.subscribe(link::channel::kCommand, kMaxPacket, [this](link::PacketView packet) {
+      link::VehicleCommand command;
+      if (link::decode(packet, command)) arbiter_.hear(command, simulator_.truth().utime);
+    });
+    bus_.subscribe(link::channel::kHeartbeat, kMaxPacket, [this](link::PacketView packet) {
+      link::Heartbeat heartbeat;
+      if (link::decode(packet, heartbeat)) finished_ = heartbeat.finished;
+    });
+  }
+
+  VehicleReport run(const VehicleWanted& wanted) {
+    Utime next = clock_.now();
+    while (report_.ended.empty() && is_wanted(wanted)) {
+      tick();
+      next += from_seconds(vehicle::Simulator::kTick);
+      if (settings_.lockstep && !is_alone_) {
+        wait_for_command(wanted);
+      } else if (!arbiter_.executive() && inputs_.imu && inputs_.depth) {
+        wait_for_the_first(wanted);
+        next = clock_.now();
+      } else {
+        say();
+        bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
+        is_alone_ = is_alone_ && !is_answered();
+      }
+      // What was lost to a slow machine is not made up for: a vehicle's time passes.
+      next = std::max(next, clock_.now() - from_seconds(vehicle::Simulator::kTick));
+      judge();
+    }
+    return report();
+  }
+
+ private:
+  [[nodiscard]] Utime now() const { return simulator_.truth().utime; }
+
+  [[nodiscard]] bool is_wanted(const VehicleWanted& wanted) {
+    if (wanted()) return true;
+    report_.ended = "interrupted";
+    return false;
+  }
+
+  void tick() {
+    const vehicle::SensorSamples samples = simulator_.step(rates_);
+    inputs_ = {};
+    inputs_.now = now();
+    inputs_.imu = samples.imu;
+    inputs_.depth = samples.depth;
+    inputs_.health = samples.health;
+    const StepInputs own = inputs_;  // what ails the link does not ail the vehicle's own autopilot
+    injector_.apply(simulator_.truth(), inputs_);
+    meter_.observe(simulator_.truth().X_WB);
+    own_ = {own.imu, own.depth};
+  }
+
+  template <typename Value>
+  void publish(const char* channel, const Value& value) {
+    if (link::encode(value, packet_)) bus_.publish(channel, packet_);
+  }
+
+  void say() {
+    link::SimTick tick;
+    tick.utime = now();
+    const auto add = [&](const char* channel, const auto& sample, std::optional<Utime>& time) {
+      if (!sample) return;
+      time = sample->utime;
+      publish(channel, *sample);
+    };
+    add(link::channel::kImu, inputs_.imu, tick.imu);
+    add(link::channel::kDepth, inputs_.depth, tick.depth);
+    add(link::channel::kHealth, inputs_.health, tick.health);
+    publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB});
+    if (settings_.lockstep) publish(link::channel::kSimTick, tick);
+  }
+
+  [[nodiscard]] bool is_answered() const {
+    return arbiter_.executive() && arbiter_.executive()->utime == now();
+  }
+
+  // The dive begins with the first command; once the sensors speak, no time passes until then.
+  void wait_for_the_first(const VehicleWanted& wanted) {
+    while (!arbiter_.executive() && is_wanted(wanted)) {
+      say();
+      bus_.wait(clock_, clock_.now() + from_seconds(vehicle::Simulator::kTick),
+                [this] { return arbiter_.executive().has_value(); });
+    }
+  }
+
+  void wait_for_command(const VehicleWanted& wanted) {
+    const Utime asked = clock_.now();
+    while (!is_answered() && !finished_ && is_wanted(wanted)) {
+      say();
+      bus_.wait(clock_, clock_.now() + kSayAgain, [this] { return is_answered() || finished_; });
+      const bool has_begun = arbiter_.executive().has_value();
+      if (has_begun && clock_.now() - asked > kGiveUp) {
+        is_alone_ = true;
+        return;
+      }
+    }
+  }
+
+  void judge() {
+    const vehicle::GroundTruth& truth = simulator_.truth();
+    const auto who = arbiter_.obeys(now());
+    if (arbiter_.executive()) {
+      if (who == link::Arbiter::Obeys::kNobody) report_.silent_s += vehicle::Simulator::kTick;
+      if (who == link::Arbiter::Obeys::kSupervisor) {
+        report_.supervised_s += vehicle::Simulator::kTick;
+      }
+    }
+    rates_ = arbiter_.step(own_.imu, own_.depth, now());
+    const bool is_up = -truth.X_WB.p.z() < kAtSurface;
+    const bool is_led = who == link::Arbiter::Obeys::kExecutive;
+    if (!is_up || is_led || !arbiter_.executive()) up_since_ = now();
+    if (finished_) report_.ended = "finished";
+    if (to_seconds(now() - up_since_) > kRestAtSurface) report_.ended = "surfaced";
+    if (to_seconds(now()) >= settings_.max_seconds) report_.ended = "time";
+  }
+
+  VehicleReport report() {
+    const vehicle::GroundTruth& truth = simulator_.truth();
+    report_.duration_s = to_seconds(now());
+    report_.distance_m = truth.distance_swum_m;
+    report_.min_clearance_m = meter_.min_clearance_m();
+    report_.collisions = meter_.collisions();
+    report_.final_depth_m = -truth.X_WB.p.z();
+    report_.energy_wh = truth.energy_used_wh;
+    report_.refused = arbiter_.refused();
+    return report_;
+  }
+
+  struct OwnSamples {
+    std::optional<ImuSample> imu;
+    std::optional<DepthSample> depth;
+  };
+
+  const VehicleSettings& settings_;
+  link::Bus& bus_;
+  Clock& clock_;
+  vehicle::Simulator simulator_;
+  vehicle::ClearanceMeter meter_;
+  FaultInjector injector_;
+  link::Arbiter arbiter_;
+  vehicle::PseudoRates rates_;
+  StepInputs inputs_;
+  OwnSamples own_;
+  link::Packet packet_;
+  bool finished_ = false;
+  bool is_alone_ = false;
+  Utime up_since_ = 0;
+  VehicleReport report_;
+};
+
+}  // namespace
+
+VehicleReport simulate_vehicle(const planning::World& world, const vehicle::Model& model,
+                               const Pose& start_X_WB, const VehicleSettings& settings,
+                               link::Bus& bus, Clock& clock, const VehicleWanted& wanted) {
+  return SimulatedVehicle(world, model, start_X_WB, settings, bus, clock).run(wanted);
+}
+
+}  // namespace dive::mission

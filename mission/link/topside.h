@@ -1,0 +1,34 @@
+#pragma once
+// The operator's end of the link.
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "common/clock.h"
+#include "mission/executive/io.h"
+#include "vehicle/link/authority.h"
+#include "vehicle/link/bus.h"
+
+namespace dive::mission {
+
+/// Says `command` again and again until it is answered. Fails with a sentence: no executive heard
+/// within `patience_s`, or no answer.
+[[nodiscard]] tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
+                                                           const std::optional<link::Key>& key,
+                                                           link::Bus& bus, Clock& clock,
+                                                           double patience_s);
+
+struct VehicleStatus {
+  link::Heartbeat heartbeat;
+  Status status;
+  std::optional<HealthSample> health;
+};
+
+/// What the executive says of itself, as soon as it has been heard.
+[[nodiscard]] tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock,
+                                                              double patience_s);
+
+}  // namespace dive::mission

@@ -1,0 +1,228 @@
+// Executive, vehicle, supervisor and topside as the processes that they are, over UDP multicast on
+// this machine. Skipped, and says so, where the machine routes no multicast.
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "test/mission/link/process.h"
+#include "vehicle/link/bus.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::Process;
+
+namespace fs = std::filesystem;
+
+std::string content(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void sleep_s(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+class Processes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = (fs::path(::testing::TempDir()) / "dive-link" / info->name()).string();
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    // Tests run side by side: each has a group of its own.
+    const unsigned port = 20'000 + 2 * static_cast<unsigned>(::getpid() % 15'000);
+    url_ = fmt::format("udpm://239.255.76.67:{}?ttl=0", port);
+    far_url_ = fmt::format("udpm://239.255.76.67:{}?ttl=0", port + 1);
+    if (!hears_itself()) GTEST_SKIP() << "no multicast on this machine";
+  }
+
+  [[nodiscard]] bool hears_itself() const {
+    tl::expected<link::Bus, std::string> bus = link::Bus::open(url_);
+    if (!bus) return false;
+    bool heard = false;
+    bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { heard = true; });
+    bus->publish("DIVE_TEST", link::Packet(8));
+    SteadyClock clock;
+    return bus->wait(clock, clock.now() + kMicrosecondsPerSecond, [&] { return heard; });
+  }
+
+  static std::string mission(const std::string& name) {
+    return fmt::format("{}/missions/{}.xml", DIVE_SOURCE_DIR, name);
+  }
+
+  [[nodiscard]] std::unique_ptr<Process> dive(const std::string& name,
+                                              std::vector<std::string> words) const {
+    words.insert(words.begin(), DIVE_COMMAND);
+    if (std::ranges::find(words, "--lcm") == words.end()) {
+      words.insert(words.end(), {"--lcm", url_});
+    }
+    words.emplace_back("--json");
+    return std::make_unique<Process>(words, folder_, name);
+  }
+
+  /// One of topside's words, whose exit status it returns.
+  int say(const std::string& name, std::vector<std::string> words) const {
+    return dive(name, std::move(words))->wait(20.0);
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_ + "/" + name; }
+
+  std::string folder_;
+  std::string url_;
+  std::string far_url_;
+};
+
+// What runs in simulation is what runs on the vehicle, bit for bit.
+TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
+  for (const std::string name : {"window", "pool2"}) {
+    const auto vehicle =
+        dive("sim", {"sim", mission(name), "--lockstep", "--seed", "4", "--set", "current_x=0.02"});
+    const auto executive = dive(
+        "run", {"run", mission(name), "--lockstep", "--seed", "4", "--log", path("linked.lcmlog")});
+    EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_EQ(vehicle->json().at("ended"), "finished");
+    Process built_in({DIVE_COMMAND, "run", mission(name), "--seed", "4", "--set", "current_x=0.02",
+                      "--log", path("built-in.lcmlog"), "--json"},
+                     folder_, "built-in");
+    EXPECT_EQ(built_in.wait(120.0), 0) << built_in.err();
+    EXPECT_GT(content(path("linked.lcmlog")).size(), 1'000'000U);
+    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << name;
+  }
+}
+
+TEST_F(Processes, WithAFifthOfAllPacketsLostTheWindowMissionEndsSurfacedAndUnharmed) {
+  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", "4"});
+  const auto executive = dive("run", {"run", mission("window"), "--speed", "4", "--lcm", far_url_,
+                                      "--log", path("log"), "--stats"});
+  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  const auto report = vehicle->json();
+  EXPECT_EQ(report.at("collisions"), 0);
+  EXPECT_LT(report.at("final_depth_m").get<double>(), 0.4);
+  EXPECT_GT(report.at("min_clearance_m").get<double>(), 0.3);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+}
+
+TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
+  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(10.0), 0);
+  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("other")}, folder_, "other").wait(10.0), 0);
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", "4"});
+  const auto executive = dive("run", {"run", mission("window"), "--speed", "4", "--key",
+                                      path("key"), "--log", path("log"), "--stats"});
+  EXPECT_EQ(say("status", {"status", "--patience", "20"}), 0);
+  EXPECT_EQ(say("pause", {"pause", "--key", path("key")}), 0);
+  EXPECT_EQ(say("nokey", {"resume"}), 1);
+  EXPECT_EQ(say("wrong", {"resume", "--key", path("other"), "--patience", "1"}), 1);
+  EXPECT_EQ(say("resume", {"resume", "--key", path("key")}), 0);
+  EXPECT_EQ(say("skip", {"skip", "--key", path("key")}), 0);
+  EXPECT_EQ(say("abort", {"abort"}), 0);
+  EXPECT_EQ(say("again", {"abort"}), 0);
+  EXPECT_EQ(executive->wait(60.0), 1) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  const auto report = executive->json();
+  EXPECT_EQ(report.at("final_state"), "dive.aborted");
+  EXPECT_THAT(report.at("cause").get<std::string>(), HasSubstr("topside says abort"));
+  EXPECT_GE(report.at("stats").at("refused").at("forged").get<int>(), 2);
+  EXPECT_EQ(vehicle->json().at("collisions"), 0);
+  Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
+  EXPECT_EQ(explain.wait(20.0), 0);
+  for (const char* said : {"topside says pause", "topside says resume", "topside says skip"}) {
+    EXPECT_THAT(explain.out(), HasSubstr(said));
+  }
+}
+
+class Death : public Processes {
+ protected:
+  // In open water, four times as fast as life.
+  void begin() {
+    vehicle_ = dive("sim", {"sim", mission("pool3"), "--speed", "4"});
+    supervisor_ = dive("supervise", {"supervise"});
+    executive_ = dive("run", {"run", mission("pool3"), "--speed", "4", "--log", path("log")});
+    ASSERT_EQ(say("status", {"status", "--patience", "20"}), 0);
+    sleep_s(2.0);
+  }
+
+  std::unique_ptr<Process> vehicle_;
+  std::unique_ptr<Process> supervisor_;
+  std::unique_ptr<Process> executive_;
+};
+
+TEST_F(Death, OfTheExecutiveBringsTheSupervisorUpWithin2Seconds) {
+  begin();
+  executive_->kill(SIGKILL);
+  EXPECT_EQ(supervisor_->wait(60.0), 1) << supervisor_->err();
+  EXPECT_LT(supervisor_->json().at("silent_s").get<double>(), 2.0);
+  EXPECT_TRUE(supervisor_->json().at("surfaced").get<bool>());
+  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
+}
+
+TEST_F(Death, AnExecutiveThatHangsIsAsGoodAsDead) {
+  begin();
+  executive_->kill(SIGSTOP);
+  EXPECT_EQ(supervisor_->wait(60.0), 1) << supervisor_->err();
+  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_GT(vehicle_->json().at("supervised_s").get<double>(), 1.0);
+}
+
+TEST_F(Death, OfExecutiveAndSupervisorLeavesTheVehicleItsOwnTimeOut) {
+  begin();
+  executive_->kill(SIGKILL);
+  supervisor_->kill(SIGKILL);
+  EXPECT_EQ(vehicle_->wait(60.0), 0) << vehicle_->err();
+  EXPECT_EQ(vehicle_->json().at("ended"), "surfaced");
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
+  EXPECT_GT(vehicle_->json().at("silent_s").get<double>(), 1.0);
+}
+
+TEST_F(Death, OfTheSupervisorDisturbsNobody) {
+  begin();
+  supervisor_->kill(SIGKILL);
+  EXPECT_EQ(executive_->wait(60.0), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+}
+
+TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
+  std::string text = content(mission("pool3"));
+  const std::size_t at = text.find("<failsafes>");
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at, "<resume policy=\"continue\"/>");
+  std::ofstream(path("pool.xml")) << text;
+  fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
+  vehicle_ = dive("sim", {"sim", path("pool.xml"), "--speed", "2"});
+  executive_ = dive("run", {"run", path("pool.xml"), "--speed", "2", "--log", path("log")});
+  ASSERT_EQ(say("status", {"status", "--patience", "20"}), 0);
+  sleep_s(4.0);
+  executive_->kill(SIGKILL);
+  executive_ = dive("resumed", {"run", path("pool.xml"), "--speed", "2", "--resume", "--journal",
+                                path("log.journal"), "--log", path("log2")});
+  EXPECT_EQ(executive_->wait(60.0), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
+}
+
+TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
+  const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
+  EXPECT_EQ(bad->wait(20.0), 2);
+  EXPECT_THAT(bad->err(), HasSubstr("carrier-pigeon"));
+  const auto nobody = dive("status", {"status", "--patience", "0.3"});
+  EXPECT_EQ(nobody->wait(20.0), 1);
+  EXPECT_THAT(nobody->err(), HasSubstr("no executive was heard"));
+}
+
+}  // namespace
+}  // namespace dive::mission

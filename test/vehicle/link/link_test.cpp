@@ -1,0 +1,295 @@
+// The link without processes: packets, authority, the vehicle's obedience, clocks.
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <random>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include "test/common/allocations.h"
+#include "vehicle/link/arbiter.h"
+#include "vehicle/link/authority.h"
+#include "vehicle/link/sample_clock.h"
+
+namespace dive::link {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Utime kSecond = kMicrosecondsPerSecond;
+
+OperatorRequest request(std::uint64_t boot, std::int64_t counter, OperatorCommand command,
+                        Utime heard = 0) {
+  return {boot, counter, heard, command, {}};
+}
+
+// --- packets ---
+
+struct Kind {
+  std::string name;
+  Packet packet;
+  std::function<bool(PacketView)> decodes;
+};
+
+template <typename Value>
+Kind kind(const char* name, const Value& value) {
+  Packet packet;
+  EXPECT_TRUE(encode(value, packet)) << name;
+  return {name, packet, [](PacketView view) {
+            Value decoded;
+            return decode(view, decoded);
+          }};
+}
+
+std::vector<Kind> kinds() {
+  Path path{7, 0.6, std::vector<Pose>(3)};
+  return {kind("imu", ImuSample{}),          kind("depth", DepthSample{}),
+          kind("health", HealthSample{}),    kind("truth", Truth{}),
+          kind("command", VehicleCommand{}), kind("sim tick", SimTick{5, 3, std::nullopt, 4}),
+          kind("heartbeat", Heartbeat{}),    kind("request", request(1, 2, OperatorCommand::kSkip)),
+          kind("answer", OperatorAnswer{}),  kind("path", path)};
+}
+
+TEST(LinkCodec, AcceptsWholePacketsOnly) {
+  for (const Kind& k : kinds()) {
+    EXPECT_TRUE(k.decodes(k.packet)) << k.name;
+    for (std::size_t cut = 0; cut < k.packet.size(); ++cut) {
+      EXPECT_FALSE(k.decodes(PacketView(k.packet).first(cut))) << k.name << " cut at " << cut;
+    }
+    Packet longer = k.packet;
+    longer.push_back(0);
+    EXPECT_FALSE(k.decodes(longer)) << k.name;
+    for (const Kind& other : kinds()) {
+      EXPECT_EQ(k.decodes(other.packet), other.name == k.name) << k.name << other.name;
+    }
+  }
+}
+
+TEST(LinkCodec, SurvivesGarbageWithoutBelievingItsLengths) {
+  std::mt19937 random(7);
+  for (const Kind& k : kinds()) {
+    for (int i = 0; i < 20'000; ++i) {
+      Packet packet = k.packet;
+      for (unsigned changes = 1 + random() % 4; changes > 0; --changes) {
+        packet[random() % packet.size()] = static_cast<std::uint8_t>(random());
+      }
+      if (random() % 4 == 0) packet.resize(random() % (2 * packet.size()));
+      dive::testing::reset_allocations();
+      EXPECT_NO_THROW(static_cast<void>(k.decodes(packet))) << k.name;
+      EXPECT_LE(dive::testing::allocations().largest, 2 * packet.size() + 64) << k.name;
+    }
+  }
+}
+
+TEST(LinkCodec, KeepsEveryBitOfACommand) {
+  VehicleCommand command{123, 45, Source::kSupervisor, Mode::kDepthAndAngles, {}, {}};
+  command.command = {0.4, 0.0, 3.25, from_rpy(0.1, -0.2, 3.0)};
+  command.rates = {0.1, -0.2, 0.3, -0.4, 0.5};
+  Packet packet;
+  VehicleCommand back;
+  ASSERT_TRUE(encode(command, packet) && decode(packet, back));
+  EXPECT_EQ(back.utime, 123);
+  EXPECT_EQ(back.sequence, 45);
+  EXPECT_EQ(back.source, Source::kSupervisor);
+  EXPECT_EQ(back.mode, Mode::kDepthAndAngles);
+  EXPECT_EQ(back.command.o.coeffs(), command.command.o.coeffs());
+  EXPECT_EQ(back.command.d, 3.25);
+  EXPECT_EQ(back.rates.yaw, 0.5);
+  EXPECT_EQ(back.rates.heave, -0.2);
+}
+
+// --- authority ---
+
+TEST(Gate, ActsOnASealedRequestOnceAndAnswersItAgain) {
+  const Key key = new_key();
+  Gate gate(key, 99);
+  OperatorRequest skip = request(99, 1, OperatorCommand::kSkip);
+  seal(key, skip);
+  const Gate::Ruling first = gate.judge(skip, kSecond);
+  EXPECT_TRUE(first.act);
+  EXPECT_TRUE(is_sealed(key, first.answer));
+  EXPECT_FALSE(is_sealed(new_key(), first.answer));
+  const Gate::Ruling again = gate.judge(skip, 2 * kSecond);
+  EXPECT_FALSE(again.act);
+  EXPECT_EQ(again.answer.verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.counter(), 1);
+}
+
+TEST(Gate, RefusesWhatIsForgedReplayedOrStaleAndCounts) {
+  const Key key = new_key();
+  Gate gate(key, 99);
+  const auto verdict_of = [&](OperatorRequest said, const Key& with, Utime now) {
+    seal(with, said);
+    const Gate::Ruling ruling = gate.judge(said, now);
+    EXPECT_EQ(ruling.act, ruling.answer.verdict == Verdict::kAccepted);
+    return ruling.answer.verdict;
+  };
+  const auto pause = OperatorCommand::kPause;
+  EXPECT_EQ(verdict_of(request(99, 1, pause), new_key(), 0), Verdict::kForged);
+  EXPECT_EQ(verdict_of(request(98, 1, pause), key, 0), Verdict::kReplayed) << "another start";
+  EXPECT_EQ(verdict_of(request(99, 5, pause), key, 0), Verdict::kAccepted);
+  EXPECT_EQ(verdict_of(request(99, 5, OperatorCommand::kSkip), key, 0), Verdict::kReplayed);
+  EXPECT_EQ(verdict_of(request(99, 4, pause), key, 0), Verdict::kReplayed) << "reordered";
+  EXPECT_EQ(verdict_of(request(99, 6, pause, 0), key, 11 * kSecond), Verdict::kStale);
+  EXPECT_EQ(verdict_of(request(99, 6, pause, 12 * kSecond), key, 11 * kSecond), Verdict::kStale);
+  EXPECT_EQ(verdict_of(request(99, 6, pause, 10 * kSecond), key, 11 * kSecond), Verdict::kAccepted);
+  EXPECT_EQ(gate.refused().forged, 1);
+  EXPECT_EQ(gate.refused().replayed, 3);
+  EXPECT_EQ(gate.refused().stale, 2);
+}
+
+RC_GTEST_PROP(Gate, NoChangedBitOfASealedRequestIsAccepted, ()) {
+  static const Key key = new_key();
+  Gate gate(key, 3);
+  OperatorRequest resume = request(3, 1, OperatorCommand::kResume);
+  seal(key, resume);
+  Packet packet;
+  RC_ASSERT(encode(resume, packet));
+  const auto bit = *rc::gen::inRange<std::size_t>(0, 8 * packet.size());
+  packet[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+  OperatorRequest changed;
+  if (!decode(packet, changed)) return;
+  const Gate::Ruling ruling = gate.judge(changed, 0);
+  RC_ASSERT(!ruling.act || changed.command == OperatorCommand::kAbort);
+}
+
+TEST(Gate, WithoutAKeyNothingButAnAbortIsAccepted) {
+  Gate gate(std::nullopt, 1);
+  for (const auto command : {OperatorCommand::kHeartbeat, OperatorCommand::kPause,
+                             OperatorCommand::kResume, OperatorCommand::kSkip}) {
+    EXPECT_EQ(gate.judge(request(1, 1, command), 0).answer.verdict, Verdict::kNoKey);
+  }
+  EXPECT_TRUE(gate.judge(request(0, 0, OperatorCommand::kAbort), 0).act);
+}
+
+TEST(Gate, AFloodOfAbortsIsActedOnNowAndThen) {
+  Gate gate(new_key(), 1);
+  int acted = 0;
+  for (int i = 0; i < 1000; ++i) {  // ten a second, each another one
+    const auto ruling = gate.judge(request(1, i, OperatorCommand::kAbort), i * kSecond / 10);
+    acted += ruling.act ? 1 : 0;
+    EXPECT_EQ(ruling.answer.verdict, Verdict::kAccepted) << "who aborts is never turned away";
+  }
+  EXPECT_GE(acted, 10);
+  EXPECT_LE(acted, 13);
+  EXPECT_EQ(gate.refused().too_many, 1000 - acted);
+}
+
+TEST(KeyFile, IsItsOwnersAlone) {
+  const fs::path path = fs::path(::testing::TempDir()) / "dive-link.key";
+  fs::remove(path);
+  const Key key = new_key();
+  ASSERT_TRUE(write_key(path.string(), key));
+  EXPECT_EQ(read_key(path.string()), key);
+  EXPECT_FALSE(write_key(path.string(), key)) << "an old key is not overwritten";
+  fs::permissions(path, fs::perms::group_read, fs::perm_options::add);
+  EXPECT_NE(read_key(path.string()).error().find("chmod 600"), std::string::npos);
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  std::ofstream(path) << "0123456789abcdef\n";
+  EXPECT_NE(read_key(path.string()).error().find("64 hexadecimal digits"), std::string::npos);
+  fs::remove(path);
+  EXPECT_NE(read_key(path.string()).error().find("cannot read"), std::string::npos);
+}
+
+// --- obedience ---
+
+VehicleCommand command_at(Utime utime, Source source = Source::kExecutive, double surge = 0.5) {
+  VehicleCommand command;
+  command.utime = utime;
+  command.source = source;
+  command.rates.surge = surge;
+  return command;
+}
+
+ImuSample level(Utime now) {
+  ImuSample sample;
+  sample.utime = now;
+  return sample;
+}
+
+TEST(Arbiter, ObeysTheNewestAndDropsWhatComesLate) {
+  Arbiter arbiter;
+  EXPECT_EQ(arbiter.step(level(0), DepthSample{0, 3.0}, 0).surge, 0.0) << "nobody has spoken yet";
+  EXPECT_TRUE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.4), 40'000));
+  EXPECT_FALSE(arbiter.hear(command_at(20'000, Source::kExecutive, 0.2), 41'000)) << "reordered";
+  EXPECT_FALSE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.2), 41'000)) << "twice";
+  EXPECT_FALSE(arbiter.hear(command_at(60 * kSecond), 41'000)) << "of a time to come";
+  EXPECT_EQ(arbiter.step(level(60'000), DepthSample{60'000, 3.0}, 60'000).surge, 0.4);
+  EXPECT_EQ(arbiter.refused(), 3);
+}
+
+TEST(Arbiter, TakesNoNumbersThatAreNoCommand) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refuses = [](const std::function<void(VehicleCommand&)>& spoil) {
+    VehicleCommand command = command_at(20'000);
+    spoil(command);
+    Arbiter arbiter;
+    return !arbiter.hear(command, 20'000);
+  };
+  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.yaw = nan; }));
+  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.pitch = 1.5; }));
+  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.d = 1e9; }));
+  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.v = nan; }));
+  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.o.coeffs() *= 3.0; }));
+  EXPECT_FALSE(refuses([&](VehicleCommand&) {}));
+}
+
+TEST(Arbiter, TheSupervisorIsStrongerForAsLongAsItSpeaks) {
+  Arbiter arbiter;
+  arbiter.hear(command_at(kSecond, Source::kSupervisor, -0.3), kSecond);
+  arbiter.hear(command_at(kSecond + 20'000), kSecond + 20'000);
+  EXPECT_EQ(arbiter.obeys(kSecond + 20'000), Arbiter::Obeys::kSupervisor);
+  EXPECT_EQ(arbiter.step(level(0), DepthSample{}, kSecond + 20'000).surge, -0.3);
+  arbiter.hear(command_at(3 * kSecond), 3 * kSecond);
+  EXPECT_EQ(arbiter.obeys(3 * kSecond), Arbiter::Obeys::kExecutive);
+}
+
+TEST(Arbiter, StopsWhenTheCommandIsStaleAndSurfacesByItselfAfterASecond) {
+  Arbiter arbiter;
+  VehicleCommand command = command_at(kSecond, Source::kExecutive, 0.4);
+  command.command.v = 0.4;
+  command.command.d = 3.0;
+  arbiter.hear(command, kSecond);
+  auto run_until = [&, now = kSecond](Utime end) mutable {
+    vehicle::PseudoRates rates;
+    for (; now <= end; now += 20'000) {
+      rates = arbiter.step(level(now), DepthSample{now, 3.0}, now);
+    }
+    return rates;
+  };
+  EXPECT_EQ(run_until(kSecond + 200'000).surge, 0.4);
+  const vehicle::PseudoRates stopped = run_until(kSecond + 980'000);
+  EXPECT_LT(stopped.surge, 0.05);
+  EXPECT_LT(std::abs(stopped.heave), 0.05) << "it keeps its depth";
+  EXPECT_GT(run_until(5 * kSecond).heave, 0.2) << "up";
+}
+
+// --- clocks ---
+
+TEST(SampleClock, KeepsTheOrderOfPacketsAndTheAgeOfSamples) {
+  SampleClock clock;
+  const Utime boot = 1'700'000'000 * kSecond;  // theirs is the time of day
+  EXPECT_EQ(clock.ours(boot, 5 * kSecond), 5 * kSecond);
+  EXPECT_EQ(clock.ours(boot + 40'000, 5 * kSecond + 50'000), 5 * kSecond + 40'000);
+  EXPECT_EQ(clock.ours(boot + 20'000, 5 * kSecond + 55'000), 5 * kSecond + 20'000) << "reordered";
+  EXPECT_EQ(clock.ours(boot + 80'000, 5 * kSecond + 70'000), 5 * kSecond + 70'000) << "quicker";
+  EXPECT_EQ(clock.jumps(), 0);
+}
+
+TEST(SampleClock, IsSetAnewWhenTheirsJumps) {
+  for (const Utime jump : {-3600 * kSecond, 3600 * kSecond, Utime{1} << 62, -(Utime{1} << 62)}) {
+    SampleClock clock;
+    static_cast<void>(clock.ours(0, 0));
+    EXPECT_EQ(clock.ours(kSecond + jump, kSecond), kSecond);
+    EXPECT_EQ(clock.jumps(), 1) << jump;
+    EXPECT_EQ(clock.ours(2 * kSecond + jump, 2 * kSecond + 1000),
+              2 * kSecond + (std::abs(jump) > (Utime{1} << 61) ? 1000 : 0));
+  }
+}
+
+}  // namespace
+}  // namespace dive::link

@@ -1,0 +1,70 @@
+#pragma once
+// Packets to and from other processes over LCM (UDP multicast): whoever listens on a channel hears
+// what is said there, late, twice, out of order or not at all.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "common/clock.h"
+#include "vehicle/link/codec.h"
+
+namespace dive::link {
+
+/// Channels, by what they carry.
+namespace channel {
+inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle: imu_t
+inline constexpr const char* kDepth = "DIVE_DEPTH";             ///< Vehicle: depth_t
+inline constexpr const char* kHealth = "DIVE_HEALTH";           ///< Vehicle: health_t
+inline constexpr const char* kSimTick = "DIVE_SIM_TICK";        ///< Simulated vehicle: sim_tick_t
+inline constexpr const char* kTruth = "DIVE_SIM_TRUTH";         ///< Simulated vehicle: truth_t
+inline constexpr const char* kCommand = "DIVE_COMMAND";         ///< vehicle_command_t
+inline constexpr const char* kHeartbeat = "DIVE_HEARTBEAT";     ///< Executive: heartbeat_t
+inline constexpr const char* kStatus = "DIVE_STATUS";           ///< Executive: status_t
+inline constexpr const char* kEstimate = "DIVE_ESTIMATE";       ///< Executive: state_estimate_t
+inline constexpr const char* kPath = "DIVE_PATH";               ///< Executive: path_t
+inline constexpr const char* kRequest = "DIVE_OPERATOR";        ///< Topside: operator_request_t
+inline constexpr const char* kAnswer = "DIVE_OPERATOR_ANSWER";  ///< Executive: operator_answer_t
+}  // namespace channel
+
+/// Loopback only: a packet leaves the machine when a URL with a larger ttl is given.
+inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
+
+/// Not thread-safe: one per thread.
+class Bus {
+ public:
+  using Handler = std::function<void(PacketView)>;
+
+  /// Fails with a sentence: a URL that LCM does not know, no network.
+  [[nodiscard]] static tl::expected<Bus, std::string> open(const std::string& url);
+  Bus(Bus&&) noexcept;
+  Bus& operator=(Bus&&) noexcept;
+  ~Bus();
+
+  /// `handler` gets every packet of the channel of at most `max_bytes`; larger ones are counted.
+  /// What it throws comes out of wait().
+  void subscribe(const char* channel, std::size_t max_bytes, Handler handler);
+
+  /// False when the system did not take it.
+  bool publish(const char* channel, const Packet& packet);
+
+  /// Hands on what has come and what comes until `deadline` of `clock`; returns early, true, once
+  /// `enough` says so (asked after every packet). At most kMostPackets of what has come already, so
+  /// that a flood does not hold up the caller.
+  bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
+
+  /// Packets dropped because they were too large.
+  [[nodiscard]] std::int64_t too_large() const;
+
+  static constexpr int kMostPackets = 2000;
+
+ private:
+  struct Impl;
+  explicit Bus(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::link

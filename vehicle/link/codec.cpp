@@ -1,0 +1,313 @@
+// Values are taken apart by structured bindings, so that a new member does not compile before it is
+// sent.
+
+#include "vehicle/link/codec.h"
+
+#include <dive/command_t.hpp>
+#include <dive/depth_t.hpp>
+#include <dive/health_t.hpp>
+#include <dive/heartbeat_t.hpp>
+#include <dive/imu_t.hpp>
+#include <dive/operator_answer_t.hpp>
+#include <dive/operator_request_t.hpp>
+#include <dive/path_t.hpp>
+#include <dive/pseudo_rates_t.hpp>
+#include <dive/sim_tick_t.hpp>
+#include <dive/truth_t.hpp>
+#include <dive/vehicle_command_t.hpp>
+
+#include "vehicle/link/packet_detail.h"
+
+namespace dive::link {
+
+using namespace detail;
+
+namespace {
+
+constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
+constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
+constexpr Run kHealth[] = {bytes(8 + 4 * sizeof(double) + 1)};
+constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
+constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
+constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
+constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
+constexpr Run kSimTick[] = {bytes(8 + 3 + 3 * 8)};
+constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
+constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
+constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Seal))};
+constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
+
+template <typename Message>
+void write_seal(const Seal& seal, Message& out) {
+  std::copy(seal.begin(), seal.end(), out.seal);
+}
+template <typename Message>
+Seal read_seal(const Message& in) {
+  Seal seal;
+  std::copy_n(in.seal, seal.size(), seal.begin());
+  return seal;
+}
+
+bool read_mode(std::int8_t byte, Mode& mode) {
+  mode = byte == vehicle_command_t::RATES ? Mode::kRates : Mode::kDepthAndAngles;
+  return byte == vehicle_command_t::RATES || byte == vehicle_command_t::DEPTH_AND_ANGLES;
+}
+
+bool read_time(std::int8_t byte, Utime utime, std::optional<Utime>& out) {
+  bool is_there = false;
+  if (!read_flag(byte, is_there)) return false;
+  out = is_there ? std::optional(utime) : std::nullopt;
+  return is_there || utime == 0;
+}
+
+}  // namespace
+
+bool encode(const ImuSample& sample, Packet& packet) {
+  const auto& [utime, q_WB, gyro_B, accel_B] = sample;
+  imu_t m;
+  m.utime = utime;
+  write_quaternion(q_WB, m.q);
+  write_vector(gyro_B, m.gyro);
+  write_vector(accel_B, m.accel);
+  return pack(m, kImu, packet);
+}
+
+bool decode(PacketView packet, ImuSample& sample) {
+  const auto m = unpack<imu_t>(packet, kImu);
+  if (!m) return false;
+  sample = {m->utime, read_quaternion(m->q), read_vector(m->gyro), read_vector(m->accel)};
+  return true;
+}
+
+bool encode(const DepthSample& sample, Packet& packet) {
+  const auto& [utime, depth] = sample;
+  depth_t m;
+  m.utime = utime;
+  m.depth = depth;
+  return pack(m, kDepth, packet);
+}
+
+bool decode(PacketView packet, DepthSample& sample) {
+  const auto m = unpack<depth_t>(packet, kDepth);
+  if (!m) return false;
+  sample = {m->utime, m->depth};
+  return true;
+}
+
+bool encode(const HealthSample& sample, Packet& packet) {
+  const auto& [utime, battery_fraction, temperature, leak, voltage, current] = sample;
+  health_t m;
+  m.utime = utime;
+  m.battery_fraction = battery_fraction;
+  m.temperature = temperature;
+  m.voltage = voltage;
+  m.current = current;
+  m.leak = leak ? 1 : 0;
+  return pack(m, kHealth, packet);
+}
+
+bool decode(PacketView packet, HealthSample& sample) {
+  const auto m = unpack<health_t>(packet, kHealth);
+  if (!m) return false;
+  sample = {m->utime, m->battery_fraction, m->temperature, false, m->voltage, m->current};
+  return read_flag(m->leak, sample.leak);
+}
+
+bool encode(Utime now, const vehicle::Command& command, Packet& packet) {
+  const auto& [v, h, d, o] = command;
+  command_t m;
+  m.utime = now;
+  m.v = v;
+  m.h = h;
+  m.d = d;
+  write_quaternion(o, m.o);
+  return pack(m, kCommand, packet);
+}
+
+bool decode(PacketView packet, vehicle::Command& command) {
+  const auto m = unpack<command_t>(packet, kCommand);
+  if (!m) return false;
+  command = {m->v, m->h, m->d, read_quaternion(m->o)};
+  return true;
+}
+
+bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet) {
+  const auto& [surge, heave, roll, pitch, yaw] = rates;
+  pseudo_rates_t m;
+  m.utime = now;
+  m.surge = surge;
+  m.heave = heave;
+  m.roll = roll;
+  m.pitch = pitch;
+  m.yaw = yaw;
+  return pack(m, kRates, packet);
+}
+
+bool decode(PacketView packet, vehicle::PseudoRates& rates) {
+  const auto m = unpack<pseudo_rates_t>(packet, kRates);
+  if (!m) return false;
+  rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
+  return true;
+}
+
+bool encode(const VehicleCommand& value, Packet& packet) {
+  const auto& [utime, sequence, source, mode, command, rates] = value;
+  const auto& [v, h, d, o] = command;
+  const auto& [surge, heave, roll, pitch, yaw] = rates;
+  vehicle_command_t m;
+  m.utime = utime;
+  m.sequence = sequence;
+  m.source = static_cast<std::int8_t>(source);
+  m.mode = mode == Mode::kRates ? vehicle_command_t::RATES : vehicle_command_t::DEPTH_AND_ANGLES;
+  m.v = v;
+  m.h = h;
+  m.d = d;
+  write_quaternion(o, m.o);
+  m.surge = surge;
+  m.heave = heave;
+  m.roll = roll;
+  m.pitch = pitch;
+  m.yaw = yaw;
+  return pack(m, kVehicleCommand, packet);
+}
+
+bool decode(PacketView packet, VehicleCommand& command) {
+  const auto m = unpack<vehicle_command_t>(packet, kVehicleCommand);
+  if (!m) return false;
+  command.utime = m->utime;
+  command.sequence = m->sequence;
+  command.command = {m->v, m->h, m->d, read_quaternion(m->o)};
+  command.rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
+  return read_enum(m->source, Source::kSupervisor, command.source) &&
+         read_mode(m->mode, command.mode);
+}
+
+bool encode(const Truth& truth, Packet& packet) {
+  const auto& [utime, X_WB] = truth;
+  truth_t m;
+  m.utime = utime;
+  write_pose(X_WB, m.pose);
+  return pack(m, kTruth, packet);
+}
+
+bool decode(PacketView packet, Truth& truth) {
+  const auto m = unpack<truth_t>(packet, kTruth);
+  if (!m) return false;
+  truth = {m->utime, read_pose(m->pose)};
+  return true;
+}
+
+bool encode(const SimTick& tick, Packet& packet) {
+  const auto& [utime, imu, depth, health] = tick;
+  sim_tick_t m;
+  m.utime = utime;
+  m.imu = imu ? 1 : 0;
+  m.depth = depth ? 1 : 0;
+  m.health = health ? 1 : 0;
+  m.imu_utime = imu.value_or(0);
+  m.depth_utime = depth.value_or(0);
+  m.health_utime = health.value_or(0);
+  return pack(m, kSimTick, packet);
+}
+
+bool decode(PacketView packet, SimTick& tick) {
+  const auto m = unpack<sim_tick_t>(packet, kSimTick);
+  if (!m) return false;
+  tick.utime = m->utime;
+  return read_time(m->imu, m->imu_utime, tick.imu) &&
+         read_time(m->depth, m->depth_utime, tick.depth) &&
+         read_time(m->health, m->health_utime, tick.health);
+}
+
+bool encode(const Heartbeat& heartbeat, Packet& packet) {
+  const auto& [utime, boot, counter, ticks, refused, keyed, finished] = heartbeat;
+  const auto& [forged, replayed, stale, too_many] = refused;
+  heartbeat_t m;
+  m.utime = utime;
+  m.boot = static_cast<std::int64_t>(boot);
+  m.counter = counter;
+  m.ticks = ticks;
+  m.forged = forged;
+  m.replayed = replayed;
+  m.stale = stale;
+  m.too_many = too_many;
+  m.keyed = keyed ? 1 : 0;
+  m.finished = finished ? 1 : 0;
+  return pack(m, kHeartbeat, packet);
+}
+
+bool decode(PacketView packet, Heartbeat& heartbeat) {
+  const auto m = unpack<heartbeat_t>(packet, kHeartbeat);
+  if (!m) return false;
+  heartbeat = {m->utime,
+               static_cast<std::uint64_t>(m->boot),
+               m->counter,
+               m->ticks,
+               {m->forged, m->replayed, m->stale, m->too_many},
+               false,
+               false};
+  return read_flag(m->keyed, heartbeat.keyed) && read_flag(m->finished, heartbeat.finished);
+}
+
+bool encode(const OperatorRequest& request, Packet& packet) {
+  const auto& [boot, counter, heard, command, seal] = request;
+  operator_request_t m;
+  m.boot = static_cast<std::int64_t>(boot);
+  m.counter = counter;
+  m.heard = heard;
+  m.command = static_cast<std::int8_t>(command);
+  write_seal(seal, m);
+  return pack(m, kRequest, packet);
+}
+
+bool decode(PacketView packet, OperatorRequest& request) {
+  const auto m = unpack<operator_request_t>(packet, kRequest);
+  if (!m) return false;
+  request.boot = static_cast<std::uint64_t>(m->boot);
+  request.counter = m->counter;
+  request.heard = m->heard;
+  request.seal = read_seal(*m);
+  return read_enum(m->command, OperatorCommand::kSkip, request.command);
+}
+
+bool encode(const OperatorAnswer& answer, Packet& packet) {
+  const auto& [boot, counter, command, verdict, seal] = answer;
+  operator_answer_t m;
+  m.boot = static_cast<std::int64_t>(boot);
+  m.counter = counter;
+  m.command = static_cast<std::int8_t>(command);
+  m.verdict = static_cast<std::int8_t>(verdict);
+  write_seal(seal, m);
+  return pack(m, kAnswer, packet);
+}
+
+bool decode(PacketView packet, OperatorAnswer& answer) {
+  const auto m = unpack<operator_answer_t>(packet, kAnswer);
+  if (!m) return false;
+  answer.boot = static_cast<std::uint64_t>(m->boot);
+  answer.counter = m->counter;
+  answer.seal = read_seal(*m);
+  return read_enum(m->command, OperatorCommand::kSkip, answer.command) &&
+         read_enum(m->verdict, Verdict::kNoKey, answer.verdict);
+}
+
+bool encode(const Path& path, Packet& packet) {
+  const auto& [utime, clearance, waypoints] = path;
+  if (waypoints.size() > kMaxPathLength) return false;
+  path_t m;
+  m.utime = utime;
+  m.clearance = clearance;
+  write_poses(waypoints, m.n, m.waypoints);
+  return pack(m, kPath, packet);
+}
+
+bool decode(PacketView packet, Path& path) {
+  const auto m = unpack<path_t>(packet, kPath);
+  if (!m) return false;
+  path.utime = m->utime;
+  path.clearance_m = m->clearance;
+  read_poses(m->waypoints, path.waypoints);
+  return true;
+}
+
+}  // namespace dive::link

@@ -1,0 +1,132 @@
+#pragma once
+// What travels between vehicle, executive, supervisor and topside, as LCM packets
+// (vehicle/messages/*.lcm) and back. LCM's types stay behind it.
+//
+// encode() fills `packet` anew and is false when the value cannot be represented. decode() is false
+// for anything that encode() would not have made of some value: it neither throws nor allocates
+// more than a few times the packet's size. Doubles keep every bit: whether a value makes sense is
+// the receiver's question.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/clock.h"
+#include "common/measurements.h"
+#include "common/operator_command.h"
+#include "common/se3.h"
+#include "vehicle/command.h"
+
+namespace dive::link {
+
+using Packet = std::vector<std::uint8_t>;
+using PacketView = std::span<const std::uint8_t>;
+
+inline constexpr std::size_t kMaxPathLength = 16'384;  ///< Waypoints.
+
+enum class Source { kExecutive, kSupervisor };
+enum class Mode { kRates, kDepthAndAngles };
+
+/// See vehicle_command_t.lcm.
+struct VehicleCommand {
+  Utime utime = 0;
+  std::int64_t sequence = 0;
+  Source source = Source::kExecutive;
+  Mode mode = Mode::kRates;
+  vehicle::Command command;
+  vehicle::PseudoRates rates;
+};
+
+/// Where the simulated vehicle really is.
+struct Truth {
+  Utime utime = 0;
+  Pose X_WB;
+};
+
+/// See sim_tick_t.lcm.
+struct SimTick {
+  Utime utime = 0;
+  std::optional<Utime> imu;
+  std::optional<Utime> depth;
+  std::optional<Utime> health;
+};
+
+/// How many operator requests were refused, by reason.
+struct Refusals {
+  std::int32_t forged = 0;
+  std::int32_t replayed = 0;
+  std::int32_t stale = 0;
+  std::int32_t too_many = 0;  ///< Aborts without seal, beyond the rate that is acted on.
+};
+
+/// See heartbeat_t.lcm.
+struct Heartbeat {
+  Utime utime = 0;
+  std::uint64_t boot = 0;
+  std::int64_t counter = 0;
+  std::int64_t ticks = 0;
+  Refusals refused;
+  bool keyed = false;
+  bool finished = false;
+};
+
+using Seal = std::array<std::uint8_t, 32>;
+
+/// See operator_request_t.lcm.
+struct OperatorRequest {
+  std::uint64_t boot = 0;
+  std::int64_t counter = 0;
+  Utime heard = 0;
+  OperatorCommand command = OperatorCommand::kHeartbeat;
+  Seal seal{};
+};
+
+enum class Verdict { kAccepted, kForged, kReplayed, kStale, kNoKey };
+
+/// See operator_answer_t.lcm.
+struct OperatorAnswer {
+  std::uint64_t boot = 0;
+  std::int64_t counter = 0;
+  OperatorCommand command = OperatorCommand::kHeartbeat;
+  Verdict verdict = Verdict::kAccepted;
+  Seal seal{};
+};
+
+/// See path_t.lcm.
+struct Path {
+  Utime utime = 0;
+  double clearance_m = 0.0;
+  std::vector<Pose> waypoints;
+};
+
+[[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const HealthSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const VehicleCommand& command, Packet& packet);
+[[nodiscard]] bool encode(const Truth& truth, Packet& packet);
+[[nodiscard]] bool encode(const SimTick& tick, Packet& packet);
+[[nodiscard]] bool encode(const Heartbeat& heartbeat, Packet& packet);
+[[nodiscard]] bool encode(const OperatorRequest& request, Packet& packet);
+[[nodiscard]] bool encode(const OperatorAnswer& answer, Packet& packet);
+[[nodiscard]] bool encode(const Path& path, Packet& packet);
+// Of the log, stamped with the tick's time.
+[[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
+
+[[nodiscard]] bool decode(PacketView packet, ImuSample& sample);
+[[nodiscard]] bool decode(PacketView packet, DepthSample& sample);
+[[nodiscard]] bool decode(PacketView packet, HealthSample& sample);
+[[nodiscard]] bool decode(PacketView packet, VehicleCommand& command);
+[[nodiscard]] bool decode(PacketView packet, Truth& truth);
+[[nodiscard]] bool decode(PacketView packet, SimTick& tick);
+[[nodiscard]] bool decode(PacketView packet, Heartbeat& heartbeat);
+[[nodiscard]] bool decode(PacketView packet, OperatorRequest& request);
+[[nodiscard]] bool decode(PacketView packet, OperatorAnswer& answer);
+[[nodiscard]] bool decode(PacketView packet, Path& path);
+[[nodiscard]] bool decode(PacketView packet, vehicle::Command& command);
+[[nodiscard]] bool decode(PacketView packet, vehicle::PseudoRates& rates);
+
+}  // namespace dive::link
