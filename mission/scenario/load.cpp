@@ -1,5 +1,6 @@
 #include <array>
 #include <filesystem>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -56,6 +57,14 @@ constexpr WrittenExpectation kExpectations[] = {
     {"ends_near", Kind::kEndsNear, ""},
 };
 
+// Text with every run of blanks and line breaks made one blank.
+std::string in_one_line(const std::string& text) {
+  std::istringstream words(text);
+  std::string line;
+  for (std::string word; words >> word;) line += (line.empty() ? "" : " ") + word;
+  return line;
+}
+
 class Reader {
  public:
   Reader(const SourceText& source, Diagnostics& diagnostics)
@@ -68,7 +77,7 @@ class Reader {
     if (const auto rest = read_.optional_number(root, "rest")) scenario.rest_s = rest->value;
     find_mission(scenario);
     for (const XmlElement& part : root.children) {
-      if (part.name == "description") scenario.description = part.text;
+      if (part.name == "description") scenario.description = in_one_line(part.text);
       if (part.name == "set") set(part, scenario.conditions);
       if (part.name == "at") scenario.steps.push_back(step(part));
       if (part.name != "expect") continue;
@@ -186,7 +195,7 @@ class Reader {
       expectation.kind = known.kind;
       if (!known.attribute.empty()) expectation.name = what(element, known);
     }
-    if (element.attribute("cause") != nullptr) {
+    if (expectation.kind == Kind::kRung && element.attribute("cause") != nullptr) {
       expectation.cause = read_.name(element, "cause").value;
     }
     if (element.attribute("radius") != nullptr) {
