@@ -139,18 +139,21 @@ TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
     EXPECT_FALSE(values.empty()) << type;
     return values;
   };
+  const auto is_used = [&](const std::string& words) {
+    return all.find(words) != std::string::npos;
+  };
   for (const char* type : {"FaultName", "OperatorCommand", "Stream", "Outcome", "Rung"}) {
     for (const std::string& value : listed(type)) {
-      EXPECT_THAT(all, HasSubstr(fmt::format("\"{}\"", value))) << type;
+      EXPECT_TRUE(is_used(fmt::format("\"{}\"", value))) << value;
     }
   }
   for (const std::string& value : listed("FailsafeName")) {
     if (value == "internal_error") continue;  // nobody can provoke it
-    EXPECT_THAT(all, HasSubstr(fmt::format("\"{}\"", value)));
+    EXPECT_TRUE(is_used(fmt::format("\"{}\"", value))) << value;
   }
   for (const std::string& value : listed("ReplanCause")) {
     if (value == "estimator_switched") continue;  // there is one estimator
-    EXPECT_THAT(all, HasSubstr(fmt::format("<replan cause=\"{}\"", value)));
+    EXPECT_TRUE(is_used(fmt::format("<replan cause=\"{}\"", value))) << value;
   }
 }
 
