@@ -53,6 +53,7 @@ struct TestArguments {
   std::vector<std::string> scenarios;  ///< Files, or folders of them.
   bool json = false;
   bool inverted = false;  ///< Every expectation turned round must fail.
+  bool mute = false;      ///< Scripts do nothing: what has one must fail.
   bool list_rules = false;
   int jobs = 0;           ///< 0: one for each core.
   std::string junit;      ///< Empty: none.

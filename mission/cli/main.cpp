@@ -215,6 +215,9 @@ void add_test(CLI::App& app, TestArguments& arguments) {
       ->type_name("PATH");
   command->add_flag("--inverted", arguments.inverted,
                     "Turn every expectation round, one by one: each must then fail");
+  command->add_flag("--mute", arguments.mute,
+                    "Let scripts do nothing: a scenario that holds all the same expects nothing of "
+                    "its script");
   command->add_option("--keep", arguments.keep, "Folder for the logs of scenarios that fail")
       ->type_name("DIR");
   command->add_flag("--keep-all", arguments.keep_all, "And of those that hold");

@@ -35,12 +35,13 @@ struct Trial {
   DiveResult result;
   std::vector<Judgement> failed;       ///< Did not hold.
   std::vector<Judgement> cannot_fail;  ///< Held, and turned round as well.
+  bool unmoved = false;                ///< Held though its script did nothing.
   std::size_t expectations = 0;
   double seconds = 0.0;  ///< That the dive took on this machine.
 
   [[nodiscard]] bool is_valid() const { return scenario && loaded; }
   [[nodiscard]] bool holds() const {
-    return is_valid() && failed.empty() && cannot_fail.empty() && problem.empty();
+    return is_valid() && failed.empty() && cannot_fail.empty() && !unmoved && problem.empty();
   }
   [[nodiscard]] std::string name() const {
     return scenario ? scenario->id : fs::path(path).stem().string();
@@ -103,7 +104,7 @@ void name_logs(std::vector<Trial>& trials, const std::string& folder) {
   }
 }
 
-DiveRecord dive_and_log(Trial& trial) {
+DiveRecord dive_and_log(Trial& trial, Script script) {
   const Scenario& scenario = *trial.scenario;
   const LoadedMission& loaded = *trial.loaded;
   std::optional<LogWriter> log;
@@ -116,7 +117,7 @@ DiveRecord dive_and_log(Trial& trial) {
     }
   }
   DiveRecord record = dive_scenario(
-      scenario, loaded.mission, loaded.world, loaded.model,
+      scenario, loaded.mission, loaded.world, loaded.model, script,
       [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
         if (log) log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
       });
@@ -128,11 +129,15 @@ DiveRecord dive_and_log(Trial& trial) {
 
 void try_out(Trial& trial, const TestArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const DiveRecord record = dive_and_log(trial);
+  const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
   trial.result = record.result;
   for (const Judgement& judgement : judge(*trial.scenario, record)) {
     ++trial.expectations;
     if (!judgement.holds) trial.failed.push_back(judgement);
+  }
+  if (arguments.mute && !trial.scenario->steps.empty()) {
+    trial.unmoved = trial.failed.empty();
+    trial.failed.clear();
   }
   if (arguments.inverted && trial.failed.empty()) {
     trial.cannot_fail = holds_turned_round(*trial.scenario, record);
@@ -158,6 +163,9 @@ std::vector<std::string> complaints_of(const Trial& trial) {
   for (const Judgement& idle : trial.cannot_fail) {
     lines.push_back(fmt::format("{}: cannot fail, for turned round it holds as well: {}; seen: {}",
                                 at(trial, idle), idle.expected, idle.seen));
+  }
+  if (trial.unmoved) {
+    lines.push_back(trial.path + ": holds as well when its script does nothing");
   }
   if (!trial.problem.empty()) lines.push_back(trial.problem);
   return lines;
@@ -242,6 +250,7 @@ nlohmann::ordered_json to_json(const Trial& trial) {
                                  {"file", trial.path},
                                  {"valid", trial.is_valid()},
                                  {"ok", trial.holds()},
+                                 {"unmoved", trial.unmoved},
                                  {"expectations", trial.expectations},
                                  {"failures", std::move(failures)},
                                  {"diagnostics", mission::to_json(trial.diagnostics)}};
@@ -298,6 +307,10 @@ int list_rules(bool json) {
 
 int run_tests(const TestArguments& arguments) {
   if (arguments.list_rules) return list_rules(arguments.json);
+  if (arguments.mute && arguments.inverted) {
+    complain("--mute and --inverted do not go together");
+    return kExitUsage;
+  }
   if (arguments.keep_all && arguments.keep.empty()) {
     complain("--keep-all needs --keep DIR");
     return kExitUsage;

@@ -90,11 +90,11 @@ void DiveWatch::note_places(const vehicle::GroundTruth& truth) {
 }
 
 DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
-                         const planning::World& world, const vehicle::Model& model,
+                         const planning::World& world, const vehicle::Model& model, Script script,
                          const DiveObserver& observer) {
   DiveRecord record;
   DiveWatch watch(scenario, record);
-  ScriptPlayer player(scenario, record);
+  ScriptPlayer player(scenario, record, script);
   DiveSettings settings;
   settings.seed = scenario.seed;
   settings.conditions = scenario.conditions;

@@ -60,9 +60,13 @@ class DiveWatch {
   std::string leg_;
 };
 
+/// kMuted: the steps of the script happen, but do nothing. What a scenario expects should then not
+/// be so, or it expects nothing of its script.
+enum class Script { kPlayed, kMuted };
+
 /// Dives the scenario, which suits the mission. `observer` may be empty.
 [[nodiscard]] DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
                                        const planning::World& world, const vehicle::Model& model,
-                                       const DiveObserver& observer);
+                                       Script script, const DiveObserver& observer);
 
 }  // namespace dive::mission

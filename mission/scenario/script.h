@@ -15,7 +15,7 @@ namespace dive::mission {
 /// Keeps references to both: it triggers on what is in the record, and writes its steps there.
 class ScriptPlayer {
  public:
-  ScriptPlayer(const Scenario& scenario, DiveRecord& record);
+  ScriptPlayer(const Scenario& scenario, DiveRecord& record, Script script);
 
   /// Every tick before the step.
   void play(const DiveHands& hands);
@@ -38,6 +38,7 @@ class ScriptPlayer {
 
   const Scenario& scenario_;
   DiveRecord& record_;
+  bool muted_;
   Random random_;
   std::vector<std::optional<double>> due_s_;  ///< By step; empty: its trigger has not come.
   std::vector<bool> done_;                    ///< By step.

@@ -117,8 +117,22 @@ TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
   }
 }
 
-// What scripts and rules cannot see, a person can: everything that can be scripted or expected is
-// in some shipped scenario.
+// Some say that what happens does not matter; all others fail when it does not happen.
+TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
+  const Ran ran = dive("test --mute --json " + quoted(kShipped));
+  EXPECT_EQ(ran.status, 1);
+  std::vector<std::string> unmoved;
+  const auto report = nlohmann::json::parse(ran.out);
+  for (const auto& one : report.at("scenarios")) {
+    if (one.at("unmoved").get<bool>()) unmoved.push_back(one.at("id"));
+  }
+  EXPECT_THAT(unmoved,
+              ::testing::ElementsAre("depth_loses_half", "depth_silent_for_a_moment",
+                                     "everything_loses_two_fifths", "health_silent_for_a_moment",
+                                     "imu_loses_a_third", "overheated_for_a_moment"));
+}
+
+// Everything that can be scripted or expected is in some shipped scenario.
 TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
   std::string all;
   for (const auto& entry : fs::directory_iterator(kShipped)) {
@@ -206,6 +220,7 @@ TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
 }
 
 TEST(ScenarioCommand, WrongUsageIsTwo) {
+  EXPECT_EQ(dive("test --mute --inverted " + quoted(kShipped / "dart_nominal.xml")).status, 2);
   EXPECT_EQ(dive("test").status, 2);
   EXPECT_EQ(dive("test nowhere.xml").status, 2);
   EXPECT_EQ(dive("test --keep-all " + quoted(kShipped / "dart_nominal.xml")).status, 2);

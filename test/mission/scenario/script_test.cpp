@@ -16,14 +16,14 @@ vehicle::Model aqua2() {
   return vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics).value();
 }
 
-class Script : public ::testing::Test {
+class ScriptPlayed : public ::testing::Test {
  protected:
-  void play(const std::string& steps) {
+  void play(const std::string& steps, Script script = Script::kPlayed) {
     Diagnostics diagnostics;
     const std::string text = "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">" +
                              steps + "<expect><outcome is=\"success\"/></expect></scenario>";
     scenario_ = parse_scenario(SourceText("s.xml", text), diagnostics).value();
-    player_.emplace(scenario_, record_);
+    player_.emplace(scenario_, record_, script);
   }
 
   // One tick with a sample of every kind.
@@ -54,7 +54,7 @@ class Script : public ::testing::Test {
 
 const std::string kAbort = "><operator command=\"abort\"/></at>";
 
-TEST_F(Script, AStepHappensOnceAtItsTime) {
+TEST_F(ScriptPlayed, AStepHappensOnceAtItsTime) {
   play("<at time=\"2\" id=\"now\"" + kAbort);
   EXPECT_FALSE(tick(1.98).operator_command);
   EXPECT_EQ(tick(2.0).operator_command, OperatorCommand::kAbort);
@@ -65,7 +65,7 @@ TEST_F(Script, AStepHappensOnceAtItsTime) {
   EXPECT_EQ(record_.occurrences[0].t_s, 2.0);
 }
 
-TEST_F(Script, AStepWaitsForTheFirstEntryOfItsState) {
+TEST_F(ScriptPlayed, AStepWaitsForTheFirstEntryOfItsState) {
   play("<at state=\"in\" after=\"3\"" + kAbort);
   happens(Kind::kEvent, 1.0, "in");
   happens(Kind::kEntered, 1.0, "out");
@@ -77,7 +77,7 @@ TEST_F(Script, AStepWaitsForTheFirstEntryOfItsState) {
   EXPECT_FALSE(tick(15.0).operator_command);
 }
 
-TEST_F(Script, AStepWaitsForItsEventOrItsGoal) {
+TEST_F(ScriptPlayed, AStepWaitsForItsEventOrItsGoal) {
   play("<at event=\"done.state.in\"" + kAbort +
        "<at goal=\"end\"><operator command=\"skip\"/></at>");
   happens(Kind::kEntered, 1.0, "done.state.in");
@@ -89,7 +89,15 @@ TEST_F(Script, AStepWaitsForItsEventOrItsGoal) {
   EXPECT_EQ(tick(3.02).operator_command, OperatorCommand::kSkip);
 }
 
-TEST_F(Script, TopsideSaysOneThingATick) {
+TEST_F(ScriptPlayed, MutedItHappensAllTheSame) {
+  play("<at time=\"1\" id=\"now\"" + kAbort, Script::kMuted);
+  EXPECT_FALSE(tick(1.0).operator_command);
+  EXPECT_FALSE(tick(1.02).operator_command);
+  ASSERT_EQ(record_.occurrences.size(), 1U);
+  EXPECT_EQ(record_.occurrences[0].name, "now");
+}
+
+TEST_F(ScriptPlayed, TopsideSaysOneThingATick) {
   play(
       "<at time=\"1\"><operator command=\"pause\"/><operator command=\"resume\"/></at>"
       "<at time=\"1\"><operator command=\"abort\"/></at>");
@@ -99,7 +107,7 @@ TEST_F(Script, TopsideSaysOneThingATick) {
   EXPECT_FALSE(tick(1.06).operator_command);
 }
 
-TEST_F(Script, HeartbeatsComeRegularlyAndEnd) {
+TEST_F(ScriptPlayed, HeartbeatsComeRegularlyAndEnd) {
   play("<at time=\"0\"><heartbeat every=\"2\" for=\"5\"/></at>");
   std::vector<int> heard;
   for (int t = 0; t < 10; ++t) {
@@ -108,7 +116,7 @@ TEST_F(Script, HeartbeatsComeRegularlyAndEnd) {
   EXPECT_EQ(heard, (std::vector<int>{0, 2, 4}));
 }
 
-TEST_F(Script, AFaultIsOverAfterItsTime) {
+TEST_F(ScriptPlayed, AFaultIsOverAfterItsTime) {
   play("<at time=\"1\"><fault name=\"imu_silent\" for=\"2\"/></at>");
   EXPECT_TRUE(tick(0.98).imu);
   EXPECT_FALSE(tick(1.0).imu);
@@ -116,7 +124,7 @@ TEST_F(Script, AFaultIsOverAfterItsTime) {
   EXPECT_TRUE(tick(3.0).imu);
 }
 
-TEST_F(Script, LossesConcernTheirStreamAndShare) {
+TEST_F(ScriptPlayed, LossesConcernTheirStreamAndShare) {
   play("<at time=\"0\"><loss of=\"depth\" share=\"0.25\" for=\"100\"/></at>");
   int lost = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -128,7 +136,7 @@ TEST_F(Script, LossesConcernTheirStreamAndShare) {
   EXPECT_TRUE(tick(100.0).depth);
 }
 
-TEST_F(Script, TheSameSeedLosesTheSame) {
+TEST_F(ScriptPlayed, TheSameSeedLosesTheSame) {
   const auto lost = [this] {
     play("<at time=\"0\"><loss of=\"all\" share=\"0.5\"/></at>");
     std::vector<bool> pattern;
@@ -143,7 +151,7 @@ TEST_F(Script, TheSameSeedLosesTheSame) {
   EXPECT_EQ(lost(), first);
 }
 
-TEST_F(Script, AnObstacleIsSeenOnceWhereItIs) {
+TEST_F(ScriptPlayed, AnObstacleIsSeenOnceWhereItIs) {
   play("<at time=\"1\"><obstacle x=\"3\" y=\"-2\" depth=\"4\" east=\"1\"/></at>");
   EXPECT_TRUE(tick(0.5).seen.empty());
   const StepInputs inputs = tick(1.0);
@@ -153,7 +161,7 @@ TEST_F(Script, AnObstacleIsSeenOnceWhereItIs) {
   EXPECT_TRUE(tick(1.02).seen.empty());
 }
 
-TEST_F(Script, ACurrentMovesTheWater) {
+TEST_F(ScriptPlayed, ACurrentMovesTheWater) {
   play("<at time=\"1\"><current x=\"0.3\" y=\"0\"/></at>");
   static_cast<void>(tick(1.0));
   for (int i = 0; i < 500; ++i) static_cast<void>(simulator_.step({}));
