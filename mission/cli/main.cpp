@@ -204,7 +204,7 @@ void add_test(CLI::App& app, TestArguments& arguments) {
       "test",
       "Examples:\n"
       "  dive test missions/scenarios                      every scenario of a folder\n"
-      "  dive test missions/scenarios/leak_inside.xml --keep dive-runs\n"
+      "  dive test missions/scenarios/no_way_out.xml --keep dive-runs\n"
       "  dive test missions/scenarios --junit results.xml  for continuous integration\n"
       "  dive test missions/scenarios --inverted           can each expectation fail?\n"
       "  dive test --rules                                 every rule for scenarios\n\n"

@@ -17,8 +17,14 @@ DiveWatch::DiveWatch(const Scenario& scenario, DiveRecord& record)
 }
 
 void DiveWatch::keep(const Executive& executive, const StepOutputs& outputs) {
-  active_before_ = active_;
-  if (!outputs.transitions.empty()) active_ = executive.committed().active;
+  if (outputs.transitions.empty()) return;
+  active_before_ = std::move(active_);
+  Committed now = executive.committed();
+  new_.clear();
+  for (std::size_t i = 0; i < now.active.size(); ++i) {
+    if (now.active_s[i] <= 0.0) new_.insert(now.active[i]);
+  }
+  active_ = std::move(now.active);
 }
 
 void DiveWatch::observe(const StepInputs& inputs, const StepOutputs& outputs,
@@ -44,12 +50,13 @@ void DiveWatch::add(Kind kind, std::string name, std::string cause) {
 }
 
 // Innermost states as the transitions name them, even those left within the tick, and all others
-// that are active now and were not.
+// that are active now and were not. A transition from a state to itself is one without a target,
+// unless the state is new.
 void DiveWatch::note_states(const StepOutputs& outputs) {
   if (outputs.transitions.empty()) return;
   std::set<std::string> named;
   for (const TransitionRecord& transition : outputs.transitions) {
-    if (transition.to == transition.from && transition.event.empty()) continue;
+    if (transition.to == transition.from && !new_.contains(transition.to)) continue;
     named.insert(transition.to);
     add(Kind::kEntered, transition.to);
   }

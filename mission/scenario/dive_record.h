@@ -1,6 +1,7 @@
 #pragma once
 // What is kept of a dive to judge it by.
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,7 @@ class DiveWatch {
   double now_s_ = 0.0;
   std::vector<std::string> active_;
   std::vector<std::string> active_before_;
+  std::set<std::string> new_;  ///< Of them, entered in this tick.
   std::string leg_;
 };
 
