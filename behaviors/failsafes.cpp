@@ -96,11 +96,12 @@ void FailsafeLadder::advance(Watch& watch, Utime now, bool condition) {
   if (to_seconds(now - *watch.false_since) >= watch.policy.clear_s) watch.active_since.reset();
 }
 
-// Has what was meant to pass not passed?
+// Has what was meant to pass not passed? What is gone, and only waits to be believed, has.
 bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool open_above) {
   const Rung rung = watch.policy.rung;
   const bool may = rung == Rung::kReplan || (rung == Rung::kHold && open_above);
-  return may && to_seconds(now - *watch.active_since) >= watch.policy.escalate_s;
+  return may && watch.true_since.has_value() &&
+         to_seconds(now - *watch.active_since) >= watch.policy.escalate_s;
 }
 
 std::optional<FailsafeLadder::Change> FailsafeLadder::update(Utime now,

@@ -45,7 +45,7 @@ FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const plan
 std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal) {
   std::vector<FaultCase> cases;
   for (const Stay& stay : stays_of(nominal)) {
-    for (std::size_t kind = 0; kind < kFaultCount; ++kind) {
+    for (std::size_t kind = 0; kind < kSurvivableCount; ++kind) {
       cases.push_back({stay.state, {{static_cast<FaultKind>(kind), stay.middle_s}}});
     }
   }
@@ -55,8 +55,8 @@ std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal) {
 std::vector<FaultCase> every_pair_in_every_state(const DiveResult& nominal) {
   std::vector<FaultCase> cases;
   for (const Stay& stay : stays_of(nominal)) {
-    for (std::size_t a = 0; a < kFaultCount; ++a) {
-      for (std::size_t b = a + 1; b < kFaultCount; ++b) {
+    for (std::size_t a = 0; a < kSurvivableCount; ++a) {
+      for (std::size_t b = a + 1; b < kSurvivableCount; ++b) {
         cases.push_back({stay.state,
                          {{static_cast<FaultKind>(a), stay.middle_s},
                           {static_cast<FaultKind>(b), stay.middle_s}}});

@@ -1,6 +1,6 @@
 #pragma once
-// Every fault in every state of the nominal dive, each in a dive of its own: it must end at the
-// surface or held in its place, and never in a collision.
+// Every survivable fault in every state of the nominal dive, each in a dive of its own: it must end
+// at the surface or held in its place, and never in a collision.
 
 #include <functional>
 #include <string>

@@ -10,12 +10,13 @@ namespace {
 constexpr std::array<std::string_view, kFaultCount> kNames = {
     "leak",           "battery",   "temperature",  "imu_silent",    "imu_nan",
     "depth_silent",   "depth_nan", "depth_frozen", "health_silent", "planner_fails",
-    "planner_silent", "blocked",   "abort"};
+    "planner_silent", "blocked",   "abort",        "depth_wild"};
 
 constexpr double kStep = 0.25;   // m between remembered places
 constexpr double kBehind = 2.0;  // m back along the trail, where something falls
 constexpr double kEdge = 0.6;    // m, of the cube that does
 constexpr double kHot = 90.0;    // degrees Celsius
+constexpr double kWild = 3.0;    // m
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
@@ -31,9 +32,15 @@ std::optional<FaultKind> find_fault(std::string_view name) {
 FaultInjector::FaultInjector(std::vector<Fault> faults)
     : faults_(std::move(faults)), begun_(faults_.size(), false) {}
 
+void FaultInjector::add(const Fault& fault) {
+  faults_.push_back(fault);
+  begun_.push_back(false);
+}
+
 bool FaultInjector::is_on(FaultKind kind) const {
-  return std::ranges::any_of(
-      faults_, [&](const Fault& fault) { return fault.kind == kind && now_s_ >= fault.at_s; });
+  return std::ranges::any_of(faults_, [&](const Fault& fault) {
+    return fault.kind == kind && now_s_ >= fault.at_s && now_s_ < fault.at_s + fault.for_s;
+  });
 }
 
 // True once for every fault of that kind.
@@ -66,12 +73,22 @@ void FaultInjector::spoil_sensors(StepInputs& inputs) {
   if (is_on(FaultKind::kHealthSilent)) inputs.health.reset();
   if (is_on(FaultKind::kImuSilent)) inputs.imu.reset();
   if (is_on(FaultKind::kImuNan) && inputs.imu) inputs.imu->q_WB.w() = kNan;
-  if (is_on(FaultKind::kDepthFrozen) && inputs.depth) {
+  if (inputs.depth) spoil_depth(inputs);
+}
+
+void FaultInjector::spoil_depth(StepInputs& inputs) {
+  double& depth_m = inputs.depth->depth_m;
+  if (!is_on(FaultKind::kDepthFrozen)) frozen_.reset();
+  if (is_on(FaultKind::kDepthFrozen)) {
     if (!frozen_) frozen_ = inputs.depth;
-    inputs.depth->depth_m = frozen_->depth_m;
+    depth_m = frozen_->depth_m;
   }
+  if (is_on(FaultKind::kDepthWild)) {
+    depth_m += wild_up_ ? kWild : -kWild;
+    wild_up_ = !wild_up_;
+  }
+  if (is_on(FaultKind::kDepthNan)) depth_m = kNan;
   if (is_on(FaultKind::kDepthSilent)) inputs.depth.reset();
-  if (is_on(FaultKind::kDepthNan) && inputs.depth) inputs.depth->depth_m = kNan;
 }
 
 void FaultInjector::spoil_plan(StepInputs& inputs) const {

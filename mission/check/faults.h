@@ -2,6 +2,7 @@
 // Things that go wrong, put between the simulated vehicle and the executive.
 
 #include <deque>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,22 +28,29 @@ enum class FaultKind {
   kPlannerSilent,  ///< Does not answer any more.
   kBlocked,        ///< Something falls into the trail behind the vehicle, and is seen.
   kAbort,          ///< Topside says abort.
+  kDepthWild,      ///< To and fro by metres.
 };
-inline constexpr std::size_t kFaultCount = 13;
+inline constexpr std::size_t kFaultCount = 14;
+/// A vehicle must come to safety after each of the first so many, whenever it happens. With a depth
+/// sensor that lies for ever it cannot know where the surface is.
+inline constexpr std::size_t kSurvivableCount = 13;
 
 [[nodiscard]] std::string_view to_string(FaultKind kind);
 [[nodiscard]] std::optional<FaultKind> find_fault(std::string_view name);
 
-/// From `at_s` on.
+/// From `at_s` on, for so long.
 struct Fault {
   FaultKind kind = FaultKind::kLeak;
   double at_s = 0.0;
+  double for_s = std::numeric_limits<double>::infinity();
 };
 
 class FaultInjector {
  public:
   explicit FaultInjector(std::vector<Fault> faults);
 
+  /// One more, decided while the dive is under way.
+  void add(const Fault& fault);
   /// What the executive gets to hear instead of `inputs`.
   void apply(const vehicle::GroundTruth& truth, StepInputs& inputs);
 
@@ -50,6 +58,7 @@ class FaultInjector {
   [[nodiscard]] bool is_on(FaultKind kind) const;
   [[nodiscard]] bool begins(FaultKind kind);
   void spoil_sensors(StepInputs& inputs);
+  void spoil_depth(StepInputs& inputs);
   void spoil_plan(StepInputs& inputs) const;
   void drop_something(StepInputs& inputs);
 
@@ -57,6 +66,7 @@ class FaultInjector {
   std::vector<bool> begun_;  ///< By index in faults_.
   double now_s_ = 0.0;
   std::optional<DepthSample> frozen_;
+  bool wild_up_ = false;
   std::deque<Eigen::Vector3d> been_W_;  ///< Where the vehicle was, every kStep m.
 };
 

@@ -120,6 +120,10 @@ std::string DiveSettings::validate() const {
   return planner.validate();
 }
 
+double longest_dive_s(const Mission& mission) {
+  return 1.5 * mission.limits.mission_timeout.value + kGraceSeconds;
+}
+
 DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                          const vehicle::Model& model, const DiveSettings& settings,
                          const DiveObserver& observer, const DiveKeeper& keeper) {
@@ -137,7 +141,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
   StepOutputs outputs;
   Rest rest;
   bool held = false;
-  const double longest = 1.5 * mission.limits.mission_timeout.value + kGraceSeconds;
+  const double longest = longest_dive_s(mission);
   while (to_seconds(simulator.truth().utime) < longest &&
          executive.result().outcome == Outcome::kRunning) {
     const vehicle::SensorSamples samples = simulator.step(outputs.rates);
@@ -148,6 +152,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     inputs.depth = samples.depth;
     inputs.health = samples.health;
     inputs.plan = planner.poll(truth.utime);
+    if (settings.script) settings.script({inputs, injector, simulator});
     injector.apply(truth, inputs);
     if (!inputs.seen.empty()) {
       planner.add(inputs.seen);

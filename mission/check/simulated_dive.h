@@ -17,11 +17,22 @@
 
 namespace dive::mission {
 
+/// What a script may lay hands on, every tick before the step.
+struct DiveHands {
+  StepInputs& inputs;
+  FaultInjector& faults;
+  vehicle::Simulator& simulator;
+};
+
+/// What it does to the inputs is logged with them: a dive with a script is replayed without it.
+using DiveScript = std::function<void(const DiveHands&)>;
+
 struct DiveSettings {
   std::uint64_t seed = 1;
   vehicle::Conditions conditions;
   int planner_latency_ticks = 5;  ///< 100 ms: what a plan is allowed on the vehicle.
   std::vector<Fault> faults;
+  DiveScript script;             ///< May be empty.
   std::optional<Resume> resume;  ///< Goes on from there, the vehicle at rest where it was thought.
   double rest_s =
       0.0;  ///< Ends, "held", when a failsafe has kept it in one place so long; 0: never.
@@ -64,8 +75,11 @@ using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
 using DiveObserver =
     std::function<void(const StepInputs&, const StepOutputs&, const vehicle::GroundTruth&)>;
 
-/// Dives until the machine has ended, or until half as long again as the mission may last, which
-/// is a failure. A collision is a failure whatever the executive thinks of it.
+/// Half as long again as the mission may last, and the time of an abort that starts at its end.
+[[nodiscard]] double longest_dive_s(const Mission& mission);
+
+/// Dives until the machine has ended, or for as long as the longest dive may last, which is a
+/// failure. A collision is a failure whatever the executive thinks of it.
 [[nodiscard]] DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                                        const vehicle::Model& model, const DiveSettings& settings,
                                        const DiveObserver& observer,

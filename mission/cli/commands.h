@@ -82,8 +82,21 @@ struct TopsideArguments {
   LinkArguments link;
 };
 
+struct TestArguments {
+  std::vector<std::string> scenarios;  ///< Files, or folders of them.
+  bool json = false;
+  bool inverted = false;  ///< Every expectation turned round must fail.
+  bool mute = false;      ///< Scripts do nothing: what has one must fail.
+  bool list_rules = false;
+  int jobs = 0;           ///< 0: one for each core.
+  std::string junit;      ///< Empty: none.
+  std::string keep;       ///< Folder for logs; empty: none are kept.
+  bool keep_all = false;  ///< Not only those of scenarios that failed.
+};
+
 struct ReplayArguments {
   std::string log;
+  std::string mission;  ///< Empty: the log's own.
   bool json = false;
 };
 
@@ -119,6 +132,7 @@ struct ImportArguments {
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
+[[nodiscard]] int run_tests(const TestArguments& arguments);
 [[nodiscard]] int run_replay(const ReplayArguments& arguments);
 
 }  // namespace dive::mission

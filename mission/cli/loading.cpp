@@ -1,5 +1,6 @@
 #include "mission/cli/loading.h"
 
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
@@ -39,6 +40,19 @@ std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnost
   if (!world) return std::nullopt;
   return LoadedMission{std::move(*mission), std::move(*map), meshes.bundle(), std::move(*world),
                        load_vehicle()};
+}
+
+LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
+  LogHeader header;
+  header.version = DIVE_VERSION;
+  header.seed = seed;
+  header.mission_name = std::filesystem::path(loaded.mission.source.path()).filename().string();
+  header.mission_xml = loaded.mission.source.content();
+  header.map_name = loaded.mission.map_file.value;
+  header.map_xml = loaded.map.content();
+  header.map_meshes = loaded.map_meshes;
+  header.vehicle_urdf = vehicle::aqua2_urdf().content();
+  return header;
 }
 
 std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::string>& settings) {

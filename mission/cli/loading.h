@@ -8,6 +8,7 @@
 #include "common/diagnostic.h"
 #include "mission/check/faults.h"
 #include "mission/document/mission.h"
+#include "mission/record/log.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 #include "vehicle/simulator/simulator.h"
@@ -24,6 +25,9 @@ struct LoadedMission {
 
 /// The mission and its map; every mistake is a diagnostic.
 [[nodiscard]] std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics);
+
+/// What a log of a dive of it begins with.
+[[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
 
 /// The vehicle that is compiled in. Demands that it can be read.
 [[nodiscard]] vehicle::Model load_vehicle();

@@ -239,12 +239,17 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "replay",
       "Examples:\n"
-      "  dive replay dive-runs/window-seed1.lcmlog\n\n"
+      "  dive replay dive-runs/window-seed1.lcmlog\n"
+      "  dive replay dive-runs/window-seed1.lcmlog --mission window-changed.xml\n\n"
       "Feeds a log's inputs to a new executive and compares every output bit for bit. Exit status\n"
       "0 when they are identical, 1 when not: then it says where they first differ.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
+  command
+      ->add_option("--mission", arguments.mission,
+                   "Ask what this mission would have done with the same inputs")
+      ->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -311,6 +316,37 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+void add_test(CLI::App& app, TestArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "test",
+      "Examples:\n"
+      "  dive test missions/scenarios                      every scenario of a folder\n"
+      "  dive test missions/scenarios/no_way_out.xml --keep dive-runs\n"
+      "  dive test missions/scenarios --junit results.xml  for continuous integration\n"
+      "  dive test missions/scenarios --inverted           can each expectation fail?\n"
+      "  dive test --rules                                 every rule for scenarios\n\n"
+      "Dives scenarios: what happens to a dive is scripted, and what must come of it. Exit status "
+      "0\n"
+      "when all that is expected is so, 1 when not, 2 when a scenario is invalid.");
+  command->add_option("SCENARIO", arguments.scenarios, "Scenario files (XML), or folders of them")
+      ->type_name("PATH");
+  command->add_flag("--inverted", arguments.inverted,
+                    "Turn every expectation round, one by one: each must then fail");
+  command->add_flag("--mute", arguments.mute,
+                    "Let scripts do nothing: a scenario that holds all the same expects nothing of "
+                    "its script");
+  command->add_option("--keep", arguments.keep, "Folder for the logs of scenarios that fail")
+      ->type_name("DIR");
+  command->add_flag("--keep-all", arguments.keep_all, "And of those that hold");
+  command->add_option("--junit", arguments.junit, "Write the results as JUnit's XML")
+      ->type_name("FILE");
+  command->add_option("--jobs", arguments.jobs, "Dives at a time (default: one for each core)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 256).description(""));
+  command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
 // What the person may have meant by a word that is no command or option.
 std::optional<std::string> meant(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
@@ -347,7 +383,8 @@ int dispatch(int argc, char** argv) {
       "Examples:\n"
       "  dive check missions/window.xml     can this mission work?\n"
       "  dive run missions/window.xml       dive it in the simulator\n"
-      "  dive replay LOG                    re-run a log, bit for bit\n\n"
+      "  dive replay LOG                    re-run a log, bit for bit\n"
+      "  dive test missions/scenarios       dive scripted scenarios\n\n"
       "Mission executive for the Aqua2 autonomous underwater vehicle.",
       "dive");
   app.formatter(std::make_shared<HelpFormatter>());
@@ -365,6 +402,7 @@ int dispatch(int argc, char** argv) {
   TopsideArguments topside;
   std::string key;
   sim.link.url = supervise.link.url = topside.link.url = link::kDefaultUrl;
+  TestArguments test;
   add_check(app, check);
   add_plan(app, plan);
   add_run(app, run);
@@ -376,6 +414,7 @@ int dispatch(int argc, char** argv) {
   add_supervise(app, supervise);
   add_topside(app, topside);
   add_new_key(app, key);
+  add_test(app, test);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -397,6 +436,13 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("supervise")) return run_supervise(supervise);
   if (app.got_subcommand("key")) return run_key(key);
   if (!topside.command.empty()) return run_topside(topside);
+  if (app.got_subcommand("test")) {
+    if (test.scenarios.empty() && !test.list_rules) {
+      complain("test needs a scenario file, or a folder of them");
+      return kExitUsage;
+    }
+    return run_tests(test);
+  }
   return run_replay(replay);
 }
 

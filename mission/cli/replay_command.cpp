@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +9,69 @@
 #include "mission/record/replay.h"
 
 namespace dive::mission {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void print_report(const std::string& log, const ReplayReport& report) {
+  print(fmt::format("{}: {} ({} ticks, {} events{})", log,
+                    report.identical ? "identical" : "DIVERGES", report.ticks, report.events,
+                    report.torn ? ", the log's tail is torn" : ""));
+  if (!report.first_divergence.empty()) print("  first at " + report.first_divergence);
+}
+
+std::string in_words(const ReplayedTransition& transition) {
+  const TransitionRecord& record = transition.record;
+  return fmt::format("{:8.2f} s  {}{}{}", transition.t_s, record.from,
+                     record.from.empty() ? "" : " -> ",
+                     record.to + (record.cause.empty() ? "" : " (" + record.cause + ")"));
+}
+
+Json to_json(const std::vector<ReplayedTransition>& transitions) {
+  Json list = Json::array();
+  for (const auto& [t_s, record] : transitions) {
+    list.push_back({{"t", t_s},
+                    {"from", record.from},
+                    {"to", record.to},
+                    {"event", record.event},
+                    {"cause", record.cause}});
+  }
+  return list;
+}
+
+int print_what_if(const ReplayArguments& arguments, LogReader& log) {
+  Diagnostics diagnostics;
+  const std::optional<Mission> mission = load_mission(arguments.mission, diagnostics);
+  if (!mission) {
+    print_diagnostics(diagnostics);
+    return kExitUsage;
+  }
+  const tl::expected<WhatIf, std::string> what_if = replay_with(log, *mission);
+  if (!what_if) {
+    complain(fmt::format("{}: {}", arguments.log, what_if.error()));
+    return kExitUsage;
+  }
+  if (arguments.json) {
+    Json json = to_json(what_if->report);
+    json["logged"] = to_json(what_if->logged);
+    json["replayed"] = to_json(what_if->replayed);
+    print_json(json);
+  } else {
+    print_report(arguments.log, what_if->report);
+    const auto same = [](const ReplayedTransition& a, const ReplayedTransition& b) {
+      return in_words(a) == in_words(b);
+    };
+    const auto [logged, replayed] =
+        std::mismatch(what_if->logged.begin(), what_if->logged.end(), what_if->replayed.begin(),
+                      what_if->replayed.end(), same);
+    for (auto it = what_if->logged.begin(); it != logged; ++it) print("    " + in_words(*it));
+    for (auto it = logged; it != what_if->logged.end(); ++it) print("  - " + in_words(*it));
+    for (auto it = replayed; it != what_if->replayed.end(); ++it) print("  + " + in_words(*it));
+  }
+  return what_if->report.identical ? kExitSuccess : kExitFailed;
+}
+
+}  // namespace
 
 int run_replay(const ReplayArguments& arguments) {
   tl::expected<LogReader, std::string> log = LogReader::open(arguments.log);
@@ -14,6 +79,7 @@ int run_replay(const ReplayArguments& arguments) {
     complain(fmt::format("{}: {}", arguments.log, log.error()));
     return kExitUsage;
   }
+  if (!arguments.mission.empty()) return print_what_if(arguments, *log);
   const tl::expected<ReplayReport, std::string> report = replay(*log);
   if (!report) {
     complain(fmt::format("{}: {}", arguments.log, report.error()));
@@ -22,10 +88,7 @@ int run_replay(const ReplayArguments& arguments) {
   if (arguments.json) {
     print_json(to_json(*report));
   } else {
-    print(fmt::format("{}: {} ({} ticks, {} events{})", arguments.log,
-                      report->identical ? "identical" : "DIVERGES", report->ticks, report->events,
-                      report->torn ? ", the log's tail is torn" : ""));
-    if (!report->first_divergence.empty()) print("  first at " + report->first_divergence);
+    print_report(arguments.log, *report);
   }
   return report->identical ? kExitSuccess : kExitFailed;
 }

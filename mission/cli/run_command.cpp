@@ -62,19 +62,6 @@ std::optional<LogWriter> open_log(const std::string& path, const LogHeader& head
   return std::move(*writer);
 }
 
-LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
-  LogHeader header;
-  header.version = DIVE_VERSION;
-  header.seed = seed;
-  header.mission_name = std::filesystem::path(loaded.mission.source.path()).filename().string();
-  header.mission_xml = loaded.mission.source.content();
-  header.map_name = loaded.mission.map_file.value;
-  header.map_xml = loaded.map.content();
-  header.map_meshes = loaded.map_meshes;
-  header.vehicle_urdf = vehicle::aqua2_urdf().content();
-  return header;
-}
-
 /// A new journal, or the old one and what to go on from in `from`, with its seed in the header;
 /// complains and is empty when that is impossible.
 std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,

@@ -20,7 +20,7 @@ const XmlElement& declaration(const XmlElement& schema, std::string_view kind,
     const XmlAttribute* attribute = element.attribute("name");
     if (element.name == kind && attribute != nullptr && attribute->value == name) return element;
   }
-  DIVE_DEMAND(false && "mission.xsd refers to something it does not declare");
+  DIVE_DEMAND(false && "the schema refers to something it does not declare");
   return schema;
 }
 
@@ -61,7 +61,7 @@ AttributeRule attribute_rule(const XmlElement& schema, const XmlElement& attribu
 
 }  // namespace
 
-const char* mission_schema_text() { return kMissionXsd; }
+SchemaSource mission_schema() { return {"mission.xsd", kMissionXsd, "mission", kMissionNamespace}; }
 
 const AttributeRule* ElementRule::attribute(std::string_view name) const {
   for (const AttributeRule& candidate : attributes) {
@@ -82,10 +82,10 @@ std::vector<std::string> ElementRule::child_names() const {
   return names;
 }
 
-Language::Language() {
+Language::Language(const SchemaSource& source) : source_(source) {
   Diagnostics diagnostics;
   const std::optional<XmlDocument> schema =
-      parse_xml(SourceText("mission.xsd", kMissionXsd), XmlLimits{}, diagnostics);
+      parse_xml(SourceText(source.file, source.text), XmlLimits{}, diagnostics);
   DIVE_DEMAND(schema);
   ElementRule top;
   for (const XmlElement& element : schema->root.children) {

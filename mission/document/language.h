@@ -1,5 +1,5 @@
 #pragma once
-// The mission language as missions/mission.xsd declares it, in a form that error messages and
+// A language of ours as its schema (missions/*.xsd) declares it, in a form that error messages and
 // defaults can be made from: which element may stand where, which attributes it takes, and what is
 // expected of each in words. Judging a document is libxml2's work (schema.h), not this table's.
 
@@ -32,10 +32,20 @@ struct ElementRule {
   [[nodiscard]] std::vector<std::string> child_names() const;
 };
 
+/// A schema that is compiled into the program.
+struct SchemaSource {
+  const char* file = "";           ///< Its name.
+  const char* text = "";           ///< All of it.
+  const char* root = "";           ///< The root element of the documents.
+  const char* namespace_uri = "";  ///< And the namespace.
+};
+
 class Language {
  public:
-  /// Of the schema compiled into the program.
-  Language();
+  /// Demands a schema that is well-formed and declares what it refers to.
+  explicit Language(const SchemaSource& source);
+
+  [[nodiscard]] const SchemaSource& source() const { return source_; }
 
   /// Rule of the element called `name` in an element of type `parent_type`; nullptr where no such
   /// element may stand. The root's parent type is empty.
@@ -56,13 +66,14 @@ class Language {
   void add_type(const XmlElement& schema, const XmlElement& type);
   void collect(const XmlElement& schema, const XmlElement& part, ElementRule& rule) const;
 
+  SchemaSource source_;
   std::map<std::string, ElementRule, std::less<>> types_;
 };
 
-/// The text of missions/mission.xsd.
-[[nodiscard]] const char* mission_schema_text();
-
 /// The namespace of mission files.
 inline constexpr const char* kMissionNamespace = "urn:dive:mission:1";
+
+/// missions/mission.xsd.
+[[nodiscard]] SchemaSource mission_schema();
 
 }  // namespace dive::mission

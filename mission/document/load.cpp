@@ -35,7 +35,7 @@ std::optional<Mission> from_document(XmlDocument written, MapFile map_file,
   const bool has_folder = map_file == MapFile::kMustExist;
   std::optional<XmlDocument> document =
       expand(std::move(written), kLimits, has_folder ? kExpansion : kNoIncludes, diagnostics);
-  const Language language;
+  const Language language(mission_schema());
   if (!document || !check_schema(*document, language, diagnostics)) {
     diagnostics.sort();
     return std::nullopt;

@@ -33,10 +33,9 @@ const char* chars(const xmlChar* text) {
 
 void ignore(void*, xmlErrorPtr) {}
 
-SchemaHandle compile_schema() {
+SchemaHandle compile_schema(const char* text) {
   const std::unique_ptr<xmlSchemaParserCtxt, decltype(&xmlSchemaFreeParserCtxt)> context(
-      xmlSchemaNewMemParserCtxt(mission_schema_text(),
-                                static_cast<int>(std::strlen(mission_schema_text()))),
+      xmlSchemaNewMemParserCtxt(text, static_cast<int>(std::strlen(text))),
       xmlSchemaFreeParserCtxt);
   xmlSchemaSetParserStructuredErrors(context.get(), ignore, nullptr);
   SchemaHandle schema(xmlSchemaParse(context.get()), xmlSchemaFree);
@@ -95,7 +94,7 @@ class Judge {
   Judge(const XmlDocument& document, const Language& language, Diagnostics& diagnostics)
       : words_(document.source, language, diagnostics),
         language_(language),
-        schema_(compile_schema()),
+        schema_(compile_schema(language.source().text)),
         tree_(parse_again(document.source)) {
     xmlNode* root = xmlDocGetRootElement(tree_.get());
     link(root, document.root);
@@ -228,8 +227,9 @@ class Judge {
     return in_language(node) && language_.rule(type_of(node->parent), chars(node->name)) != nullptr;
   }
 
-  static bool in_language(const xmlNode* node) {
-    return node->ns != nullptr && std::strcmp(chars(node->ns->href), kMissionNamespace) == 0;
+  [[nodiscard]] bool in_language(const xmlNode* node) const {
+    return node->ns != nullptr &&
+           std::strcmp(chars(node->ns->href), language_.source().namespace_uri) == 0;
   }
 
   // Does this element only come before one that must be there but is nowhere?
@@ -274,7 +274,8 @@ class Judge {
 }  // namespace
 
 bool check_schema(const XmlDocument& document, const Language& language, Diagnostics& diagnostics) {
-  if (document.root.name != "mission" || document.root.namespace_uri != kMissionNamespace) {
+  const SchemaSource& source = language.source();
+  if (document.root.name != source.root || document.root.namespace_uri != source.namespace_uri) {
     SchemaWords(document.source, language, diagnostics).wrong_root(document.root);
     return false;
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Judges a parsed mission by missions/mission.xsd (libxml2) and says what is wrong in words.
+// Judges a parsed document by the schema of its language (libxml2) and says what is wrong in words.
 
 #include "common/diagnostic.h"
 #include "common/xml.h"

@@ -38,23 +38,27 @@ std::string hint_for_number(std::string_view value, std::string_view expected) {
 }  // namespace
 
 void SchemaWords::wrong_root(const XmlElement& root) {
-  const std::string hint = fmt::format("begin with <mission xmlns=\"{}\">", kMissionNamespace);
-  if (root.name != "mission") {
-    diagnostics_.error(
-        "XSD-ROOT", source_, root.span,
-        fmt::format("this is not a mission: the root element is '{}', not 'mission'", root.name),
-        hint);
+  const SchemaSource& schema = language_.source();
+  const std::string hint =
+      fmt::format("begin with <{} xmlns=\"{}\">", schema.root, schema.namespace_uri);
+  if (root.name != schema.root) {
+    diagnostics_.error("XSD-ROOT", source_, root.span,
+                       fmt::format("this is not a {0}: the root element is '{1}', not '{0}'",
+                                   schema.root, root.name),
+                       hint);
   } else if (root.namespace_uri.empty()) {
-    diagnostics_.error("XSD-ROOT", source_, root.span, "the mission names no namespace", hint);
+    diagnostics_.error("XSD-ROOT", source_, root.span,
+                       fmt::format("the {} names no namespace", schema.root), hint);
   } else {
     const std::size_t written =
         source_.content().find(root.namespace_uri, offset_of(source_, root.span));
-    diagnostics_.error(
-        "XSD-ROOT", source_,
-        written == std::string::npos ? root.span
-                                     : source_.span_at(written, root.namespace_uri.size()),
-        fmt::format("the namespace is {}, not '{}'", quoted(root.namespace_uri), kMissionNamespace),
-        hint);
+    diagnostics_.error("XSD-ROOT", source_,
+                       written == std::string::npos
+                           ? root.span
+                           : source_.span_at(written, root.namespace_uri.size()),
+                       fmt::format("the namespace is {}, not '{}'", quoted(root.namespace_uri),
+                                   schema.namespace_uri),
+                       hint);
   }
 }
 
@@ -68,8 +72,8 @@ std::optional<std::string> SchemaWords::unknown_element(const XmlElement& elemen
   std::optional<std::string> meant;
   std::string hint;
   const std::vector<std::string> homes = language_.parents_of(element.name);
-  if (element.namespace_uri != kMissionNamespace) {
-    hint = fmt::format("it is not in the namespace {}", kMissionNamespace);
+  if (element.namespace_uri != language_.source().namespace_uri) {
+    hint = fmt::format("it is not in the namespace {}", language_.source().namespace_uri);
   } else if (!homes.empty()) {
     hint = fmt::format("'{}' belongs into {}", element.name, fmt::join(homes, ", "));
   } else {

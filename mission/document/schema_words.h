@@ -1,5 +1,5 @@
 #pragma once
-// The sentences about what mission.xsd does not allow.
+// The sentences about what a schema does not allow.
 
 #include <optional>
 #include <string>

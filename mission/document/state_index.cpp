@@ -1,5 +1,7 @@
 #include "mission/document/state_index.h"
 
+#include <fmt/format.h>
+
 namespace dive::mission {
 
 StateIndex::StateIndex(const Mission& mission) {
@@ -85,6 +87,28 @@ std::vector<const Goal*> goals_of(const StateSpec& spec) {
     for (const Goal& goal : leaf->goals) goals.push_back(&goal);
   }
   return goals;
+}
+
+std::set<std::string> possible_events(const StateIndex& index) {
+  std::set<std::string> events = raised_events(index);
+  events.insert({"abort", "operator.pause", "operator.resume", "operator.skip", "map.changed",
+                 "estimator.switched"});
+  for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
+    const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
+    if (traits.in_missions) events.insert(fmt::format("failsafe.{}", traits.name));
+  }
+  for (int state = 0; state < index.size(); ++state) {
+    const StateSpec& spec = index.spec(state);
+    if (is_behavior(spec) || spec.type == StateType::kParallel) {
+      events.insert("done.state." + spec.id.value);
+    }
+    if (spec.type == StateType::kFinal && index.parent(state) >= 0) {
+      events.insert("done.state." + index.spec(index.parent(state)).id.value);
+    }
+    if (is_planning(spec)) events.insert("plan.failed." + spec.id.value);
+    if (state_timeout(spec) != nullptr) events.insert("timeout." + spec.id.value);
+  }
+  return events;
 }
 
 }  // namespace dive::mission

@@ -53,6 +53,8 @@ class StateIndex {
 [[nodiscard]] bool is_planning(const StateSpec& spec);
 /// The events that its actions, and those of all others, raise.
 [[nodiscard]] std::set<std::string> raised_events(const StateIndex& index);
+/// Every event that something may raise while the mission lasts, spelt out.
+[[nodiscard]] std::set<std::string> possible_events(const StateIndex& index);
 /// Its actions on entry, on exit and in transitions.
 [[nodiscard]] std::vector<const ActionSpec*> actions_of(const StateSpec& spec);
 /// Its timeout, or nullptr.

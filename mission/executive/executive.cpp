@@ -641,8 +641,11 @@ struct Executive::Impl final : statechart::Environment {
           progress.plan_failure.empty() ? "the trail never saw open water" : progress.plan_failure;
       return;
     }
-    if (failure == behaviors::Failure::kExhausted) out_of_replans = true;
-    dispatch("plan.failed." + id, fmt::format("no plan for {}: {}", id, progress.plan_failure));
+    const bool is_exhausted = failure == behaviors::Failure::kExhausted;
+    if (is_exhausted) out_of_replans = true;
+    dispatch("plan.failed." + id,
+             fmt::format("no plan for {}: {}", id,
+                         is_exhausted ? "no replans are left" : progress.plan_failure));
   }
 
   void actuate() {

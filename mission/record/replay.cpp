@@ -19,22 +19,30 @@ tl::unexpected<std::string> unreadable(const char* what, const Diagnostics& diag
   return tl::unexpected(fmt::format("the {} in the log is not accepted: {}", what, first));
 }
 
-}  // namespace
+/// What a log's dive was made of.
+struct Dived {
+  planning::World world;
+  vehicle::Model model;
+  ExecutiveOptions options;
+};
 
-tl::expected<ReplayReport, std::string> replay(LogReader& log) {
-  const LogHeader& header = log.header();
+tl::expected<Mission, std::string> mission_of(const LogHeader& header) {
   Diagnostics diagnostics;
-  const std::optional<Mission> mission = parse_mission(
+  std::optional<Mission> mission = parse_mission(
       SourceText(header.mission_name, header.mission_xml), diagnostics, MapFile::kNotNeeded);
   if (!mission) return unreadable("mission", diagnostics);
+  return std::move(*mission);
+}
+
+tl::expected<Dived, std::string> dived_of(const LogHeader& header) {
+  Diagnostics diagnostics;
   planning::MeshBundle meshes(header.map_meshes);
-  const std::optional<planning::World> world =
+  std::optional<planning::World> world =
       planning::parse_sdf(SourceText(header.map_name, header.map_xml), diagnostics, meshes);
   if (!world) return unreadable("map", diagnostics);
-  const std::optional<vehicle::Model> model =
+  std::optional<vehicle::Model> model =
       vehicle::parse_urdf(SourceText("vehicle", header.vehicle_urdf), diagnostics);
   if (!model) return unreadable("vehicle", diagnostics);
-
   ExecutiveOptions options;
   options.seed = header.seed;
   if (!header.resume.empty()) {
@@ -46,21 +54,67 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
           Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
     }
   }
-  Executive executive(*mission, *world, *model, options);
+  return Dived{std::move(*world), std::move(*model), std::move(options)};
+}
+
+/// Feeds the log's inputs to an executive; `compare` is told every tick with what both say, and
+/// ends it by returning false.
+template <typename Compare>
+ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
   ReplayReport report;
   while (const std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
     const StepOutputs& replayed = executive.step(tick->inputs);
-    const std::string difference = first_difference(tick->outputs, replayed);
-    if (difference.empty()) continue;
-    report.first_divergence =
-        fmt::format("t = {:.2f} s: {}", to_seconds(tick->inputs.now), difference);
-    break;
+    if (report.first_divergence.empty()) {
+      const std::string difference = first_difference(tick->outputs, replayed);
+      if (!difference.empty()) {
+        report.first_divergence =
+            fmt::format("t = {:.2f} s: {}", to_seconds(tick->inputs.now), difference);
+      }
+    }
+    if (!compare(*tick, replayed, report)) break;
   }
   report.events = log.events_read();
   report.torn = log.torn();
   report.identical = report.first_divergence.empty() && report.ticks > 0;
   return report;
+}
+
+}  // namespace
+
+tl::expected<ReplayReport, std::string> replay(LogReader& log) {
+  const tl::expected<Mission, std::string> mission = mission_of(log.header());
+  if (!mission) return tl::unexpected(mission.error());
+  const tl::expected<Dived, std::string> dived = dived_of(log.header());
+  if (!dived) return tl::unexpected(dived.error());
+  Executive executive(*mission, dived->world, dived->model, dived->options);
+  return feed(log, executive,
+              [](const LoggedTick&, const StepOutputs&, const ReplayReport& report) {
+                return report.first_divergence.empty();
+              });
+}
+
+tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed) {
+  tl::expected<Dived, std::string> dived = dived_of(log.header());
+  if (!dived) return tl::unexpected(dived.error());
+  if (dived->options.resume) {
+    return tl::unexpected(std::string(
+        "this dive went on from another one: its states may not be those of a changed mission"));
+  }
+  Executive executive(changed, dived->world, dived->model, dived->options);
+  WhatIf what_if;
+  what_if.report = feed(
+      log, executive, [&](const LoggedTick& tick, const StepOutputs& outputs, const ReplayReport&) {
+        const double t_s = to_seconds(tick.inputs.now);
+        for (const TransitionRecord& record : tick.outputs.transitions) {
+          what_if.logged.push_back({t_s, record});
+        }
+        for (const TransitionRecord& record : outputs.transitions) {
+          what_if.replayed.push_back({t_s, record});
+        }
+        return true;
+      });
+  return what_if;
 }
 
 }  // namespace dive::mission

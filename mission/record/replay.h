@@ -4,13 +4,20 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <tl/expected.hpp>
 
 #include "common/clock.h"
+#include "mission/document/mission.h"
 #include "mission/record/log.h"
 
 namespace dive::mission {
+
+struct ReplayedTransition {
+  double t_s = 0.0;
+  TransitionRecord record;
+};
 
 struct ReplayReport {
   bool identical = false;
@@ -22,5 +29,14 @@ struct ReplayReport {
 
 /// Fails with a sentence when the log's mission, map or vehicle cannot be read any more.
 [[nodiscard]] tl::expected<ReplayReport, std::string> replay(LogReader& log);
+
+/// What another mission would have done, had the vehicle and the planner behaved as they did: the
+/// transitions beside those logged. The further from the first divergence, the less it is worth.
+struct WhatIf {
+  ReplayReport report;
+  std::vector<ReplayedTransition> logged;
+  std::vector<ReplayedTransition> replayed;
+};
+[[nodiscard]] tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed);
 
 }  // namespace dive::mission

@@ -112,6 +112,21 @@ TEST(FailsafeLadder, HoldBecomesAnAbortOnlyWhereUpIsAWayOut) {
   EXPECT_TRUE(change->escalated);
 }
 
+// What is gone and only waits to be believed does not escalate meanwhile.
+TEST(FailsafeLadder, AHoldWhoseCauseIsGoneIsTakenBack) {
+  FailsafePolicies policies{};
+  for (FailsafePolicy& policy : policies) policy.rung = Rung::kNone;
+  policies[static_cast<std::size_t>(FailsafeKind::kImuLost)] = {
+      .rung = Rung::kHold, .persistence_s = 0.0, .clear_s = 2.0, .escalate_s = 2.0};
+  FailsafeLadder ladder(policies);
+  EXPECT_TRUE(ladder.update(0, only({FailsafeKind::kImuLost}), true));
+  EXPECT_FALSE(ladder.update(from_seconds(1.5), {}, true));
+  EXPECT_FALSE(ladder.update(from_seconds(3.0), {}, true)) << "overdue, were it still so";
+  const auto change = ladder.update(from_seconds(3.5), {}, true);
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->rung, Rung::kNone);
+}
+
 TEST(FailsafeLadder, ReplanDoesNotGoOnForEver) {
   FailsafeLadder ladder(all(Rung::kReplan));
   const FailsafeConditions stuck = only({FailsafeKind::kStuck});

@@ -102,7 +102,7 @@ Mission read(const std::string& text) {
   std::optional<XmlDocument> document =
       parse_xml(SourceText("m.xml", text), XmlLimits{}, diagnostics);
   RC_ASSERT(document.has_value());
-  return read_mission(std::move(*document), Language(), diagnostics);
+  return read_mission(std::move(*document), Language(mission_schema()), diagnostics);
 }
 
 // Lets guards hold at random, and remembers every state that was ever entered.

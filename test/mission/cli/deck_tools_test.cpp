@@ -90,6 +90,24 @@ TEST(Sarif, PointsAtTheLineOfEveryFinding) {
   }
 }
 
+TEST(Replay, TellsWhatAChangedMissionWouldHaveDone) {
+  ASSERT_EQ(dive("run --log dive.lcmlog " + mission("pool3")).status, 0);
+  EXPECT_EQ(dive("replay --mission " + mission("pool3") + " dive.lcmlog").status, 0);
+  // The same with a leg that must be over sooner than it was.
+  const std::string change = "mkdir -p maps; cp '" DIVE_SOURCE_DIR
+                             "/missions/maps/pool3.sdf' maps; sed 's/timeout=\"200\"/"
+                             "timeout=\"12\"/' " +
+                             mission("pool3") + " > changed.xml;";
+  const Ran ran = dive("replay --mission changed.xml dive.lcmlog", change);
+  EXPECT_EQ(ran.status, 1) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("DIVERGES"));
+  EXPECT_THAT(ran.out, HasSubstr("  - "));
+  EXPECT_THAT(ran.out, HasSubstr("  +    12.06 s  swim -> ascend (swim took longer than 12 s)"));
+  const Ran json = dive("replay --json --mission changed.xml dive.lcmlog");
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("replayed").at(1).at("event"), "timeout.swim");
+  EXPECT_EQ(dive("replay --mission nowhere.xml dive.lcmlog").status, 2);
+}
+
 TEST(PairsOfFaults, AreAllSurvivedInPool3) {
   const Ran ran = dive("check --pairs --json " + mission("pool3"));
   EXPECT_EQ(ran.status, 0) << ran.err;

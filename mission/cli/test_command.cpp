@@ -1,0 +1,338 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/loading.h"
+#include "mission/cli/terminal.h"
+#include "mission/record/log.h"
+#include "mission/scenario/dive_record.h"
+#include "mission/scenario/judge.h"
+#include "mission/scenario/junit.h"
+#include "mission/scenario/scenario.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One scenario on its way through the command.
+struct Trial {
+  std::string path;
+  Diagnostics diagnostics;  ///< Of the scenario and of its mission.
+  std::optional<Scenario> scenario;
+  std::optional<LoadedMission> loaded;
+  std::string log;      ///< Where the log is written; empty: nowhere.
+  std::string problem;  ///< With the log.
+  DiveResult result;
+  std::vector<Judgement> failed;       ///< Did not hold.
+  std::vector<Judgement> cannot_fail;  ///< Held, and turned round as well.
+  bool unmoved = false;                ///< Held though its script did nothing.
+  std::size_t expectations = 0;
+  double seconds = 0.0;  ///< That the dive took on this machine.
+
+  [[nodiscard]] bool is_valid() const { return scenario && loaded; }
+  [[nodiscard]] bool holds() const {
+    return is_valid() && failed.empty() && cannot_fail.empty() && !unmoved && problem.empty();
+  }
+  [[nodiscard]] std::string name() const {
+    return scenario ? scenario->id : fs::path(path).stem().string();
+  }
+};
+
+/// The files named, those of a folder in alphabetical order; complains and is empty when one is
+/// not there or a folder has none.
+std::optional<std::vector<std::string>> files_of(const std::vector<std::string>& named) {
+  std::vector<std::string> files;
+  for (const std::string& name : named) {
+    std::error_code error;
+    if (!fs::is_directory(name, error)) {
+      files.push_back(name);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (fs::directory_iterator entry(name, error), end; !error && entry != end;
+         entry.increment(error)) {
+      if (entry->path().extension() == ".xml") inside.push_back(entry->path().string());
+    }
+    if (error || inside.empty()) {
+      complain(fmt::format("{}: {}", name, error ? error.message() : "holds no scenario (*.xml)"));
+      return std::nullopt;
+    }
+    std::ranges::sort(inside);
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  return files;
+}
+
+void read(Trial& trial) {
+  trial.scenario = load_scenario(trial.path, trial.diagnostics);
+  if (!trial.scenario) return;
+  Scenario& scenario = *trial.scenario;
+  trial.loaded = load(scenario.mission_path, trial.diagnostics);
+  if (!trial.loaded) {
+    trial.diagnostics.error("SCN-MISSION", scenario.source, scenario.mission_file.span,
+                            fmt::format("the mission '{}' is not accepted", scenario.mission_path),
+                            "see above, or ask 'dive check'");
+    return;
+  }
+  const LoadedMission& loaded = *trial.loaded;
+  if (!suit_to_mission(scenario, loaded.mission, loaded.world, trial.diagnostics)) {
+    trial.loaded.reset();
+  }
+}
+
+/// Every log in the folder has the name of its scenario; a second one of that name a number.
+void name_logs(std::vector<Trial>& trials, const std::string& folder) {
+  if (folder.empty()) return;
+  std::set<std::string> taken;
+  for (Trial& trial : trials) {
+    if (!trial.is_valid()) continue;
+    std::string name = trial.scenario->id;
+    for (int copy = 2; !taken.insert(name).second; ++copy) {
+      name = fmt::format("{}-{}", trial.scenario->id, copy);
+    }
+    trial.log = (fs::path(folder) / (name + ".lcmlog")).string();
+  }
+}
+
+DiveRecord dive_and_log(Trial& trial, Script script) {
+  const Scenario& scenario = *trial.scenario;
+  const LoadedMission& loaded = *trial.loaded;
+  std::optional<LogWriter> log;
+  if (!trial.log.empty()) {
+    auto created = LogWriter::create(trial.log, header_of(loaded, scenario.seed));
+    if (created) {
+      log = std::move(*created);
+    } else {
+      trial.problem = fmt::format("{}: {}", trial.log, created.error());
+    }
+  }
+  DiveRecord record = dive_scenario(
+      scenario, loaded.mission, loaded.world, loaded.model, script,
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
+        if (log) log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
+      });
+  if (log && !log->close()) {
+    trial.problem = fmt::format("{}: the log is not complete (disk full?)", trial.log);
+  }
+  return record;
+}
+
+void try_out(Trial& trial, const TestArguments& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
+  trial.result = record.result;
+  for (const Judgement& judgement : judge(*trial.scenario, record)) {
+    ++trial.expectations;
+    if (!judgement.holds) trial.failed.push_back(judgement);
+  }
+  if (arguments.mute && !trial.scenario->steps.empty()) {
+    trial.unmoved = trial.failed.empty();
+    trial.failed.clear();
+  }
+  if (arguments.inverted && trial.failed.empty()) {
+    trial.cannot_fail = holds_turned_round(*trial.scenario, record);
+  }
+  trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!trial.log.empty() && trial.holds() && !arguments.keep_all) {
+    std::error_code ignored;  // one log more than asked for does no harm
+    fs::remove(trial.log, ignored);
+    trial.log.clear();
+  }
+}
+
+std::string at(const Trial& trial, const Judgement& judgement) {
+  return fmt::format("{}:{}:{}", trial.path, judgement.span.line, judgement.span.column);
+}
+
+std::vector<std::string> complaints_of(const Trial& trial) {
+  std::vector<std::string> lines;
+  for (const Judgement& failed : trial.failed) {
+    lines.push_back(
+        fmt::format("{}: expected {}; seen: {}", at(trial, failed), failed.expected, failed.seen));
+  }
+  for (const Judgement& idle : trial.cannot_fail) {
+    lines.push_back(fmt::format("{}: cannot fail, for turned round it holds as well: {}; seen: {}",
+                                at(trial, idle), idle.expected, idle.seen));
+  }
+  if (trial.unmoved) {
+    lines.push_back(trial.path + ": holds as well when its script does nothing");
+  }
+  if (!trial.problem.empty()) lines.push_back(trial.problem);
+  return lines;
+}
+
+void print_trial(const Trial& trial, const TestArguments& arguments) {
+  if (!trial.is_valid()) {
+    print_diagnostics(trial.diagnostics);
+    print(fmt::format("INVALID  {}  ({})", trial.name(), trial.path));
+    return;
+  }
+  const DiveResult& dive = trial.result;
+  print(fmt::format("{:<7}  {:<34} {:6.1f} s  {:<8} {} expectation(s){}",
+                    trial.holds() ? "ok" : "FAILED", trial.name(), dive.duration_s, dive.outcome,
+                    trial.expectations,
+                    arguments.inverted && trial.holds() ? ", each turned round fails" : ""));
+  if (trial.holds()) return;
+  if (!trial.scenario->description.empty()) print("  " + trial.scenario->description);
+  for (const std::string& line : complaints_of(trial)) print("  " + line);
+  print(trial.log.empty() ? "  for a log of it: dive test " + trial.path + " --keep DIR"
+                          : "  why it went so: dive explain " + trial.log);
+}
+
+/// Dives all that can be dived, several at a time, and prints them in their order.
+void try_all(std::vector<Trial>& trials, const TestArguments& arguments) {
+  std::atomic<std::size_t> next = 0;
+  std::mutex telling;
+  std::size_t told = 0;
+  std::vector<bool> done(trials.size(), false);
+  const auto tell = [&](std::size_t index) {
+    const std::lock_guard lock(telling);
+    done[index] = true;
+    for (; told < trials.size() && done[told]; ++told) {
+      if (!arguments.json) print_trial(trials[told], arguments);
+    }
+  };
+  const auto work = [&] {
+    for (std::size_t i = next++; i < trials.size(); i = next++) {
+      if (trials[i].is_valid()) try_out(trials[i], arguments);
+      tell(i);
+    }
+  };
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const int jobs = arguments.jobs > 0 ? arguments.jobs : static_cast<int>(cores);
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < jobs; ++i) workers.emplace_back(work);
+  workers.clear();  // joins
+}
+
+std::vector<TestCase> cases_of(const std::vector<Trial>& trials) {
+  std::vector<TestCase> cases;
+  for (const Trial& trial : trials) {
+    TestCase test;
+    test.name = trial.name();
+    test.folder = fs::path(trial.path).parent_path().string();
+    test.seconds = trial.seconds;
+    test.failures = complaints_of(trial);
+    if (!trial.is_valid()) {
+      const auto& list = trial.diagnostics.list();
+      test.error = list.empty() ? "invalid" : render(list.front(), false);
+    }
+    cases.push_back(std::move(test));
+  }
+  return cases;
+}
+
+nlohmann::ordered_json to_json(const Trial& trial) {
+  nlohmann::ordered_json failures = nlohmann::ordered_json::array();
+  const auto add = [&](const std::vector<Judgement>& judgements, const char* kind) {
+    for (const Judgement& judgement : judgements) {
+      failures.push_back({{"kind", kind},
+                          {"file", trial.path},
+                          {"line", judgement.span.line},
+                          {"column", judgement.span.column},
+                          {"expected", judgement.expected},
+                          {"seen", judgement.seen}});
+    }
+  };
+  add(trial.failed, "failed");
+  add(trial.cannot_fail, "cannot_fail");
+  nlohmann::ordered_json json = {{"id", trial.name()},
+                                 {"file", trial.path},
+                                 {"valid", trial.is_valid()},
+                                 {"ok", trial.holds()},
+                                 {"unmoved", trial.unmoved},
+                                 {"expectations", trial.expectations},
+                                 {"failures", std::move(failures)},
+                                 {"diagnostics", mission::to_json(trial.diagnostics)}};
+  if (!trial.log.empty()) json["log"] = trial.log;
+  if (!trial.problem.empty()) json["problem"] = trial.problem;
+  if (trial.is_valid()) {
+    json["outcome"] = trial.result.outcome;
+    json["final_state"] = trial.result.final_state;
+    json["duration_s"] = trial.result.duration_s;
+  }
+  return json;
+}
+
+int conclude(const std::vector<Trial>& trials, const TestArguments& arguments) {
+  const auto count = [&](auto what) { return std::ranges::count_if(trials, what); };
+  const auto held = count(&Trial::holds);
+  const auto valid = count(&Trial::is_valid);
+  const auto total = static_cast<std::ptrdiff_t>(trials.size());
+  if (arguments.json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const Trial& trial : trials) list.push_back(to_json(trial));
+    print_json({{"ok", held == total},
+                {"held", held},
+                {"failed", valid - held},
+                {"invalid", total - valid},
+                {"scenarios", std::move(list)}});
+  } else {
+    print(fmt::format("{} scenario(s): {} ok, {} failed, {} invalid", total, held, valid - held,
+                      total - valid));
+  }
+  if (!arguments.junit.empty() && !write_file(arguments.junit, to_junit(cases_of(trials)))) {
+    return kExitUsage;
+  }
+  if (valid != total) return kExitUsage;
+  return held == total ? kExitSuccess : kExitFailed;
+}
+
+int list_rules(bool json) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Rule& rule : scenario_rules()) {
+    if (json) {
+      list.push_back({{"code", rule.code},
+                      {"severity", to_string(rule.severity)},
+                      {"sentence", rule.sentence}});
+    } else {
+      print(fmt::format("{:<24} {:<8} {}", rule.code, to_string(rule.severity), rule.sentence));
+    }
+  }
+  if (json) print_json({{"rules", list}});
+  return kExitSuccess;
+}
+
+}  // namespace
+
+int run_tests(const TestArguments& arguments) {
+  if (arguments.list_rules) return list_rules(arguments.json);
+  if (arguments.mute && arguments.inverted) {
+    complain("--mute and --inverted do not go together");
+    return kExitUsage;
+  }
+  if (arguments.keep_all && arguments.keep.empty()) {
+    complain("--keep-all needs --keep DIR");
+    return kExitUsage;
+  }
+  const std::optional<std::vector<std::string>> files = files_of(arguments.scenarios);
+  if (!files) return kExitUsage;
+  if (!arguments.keep.empty()) {
+    std::error_code error;
+    fs::create_directories(arguments.keep, error);
+    if (error) {
+      complain(fmt::format("{}: {}", arguments.keep, error.message()));
+      return kExitUsage;
+    }
+  }
+  std::vector<Trial> trials(files->size());
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    trials[i].path = (*files)[i];
+    read(trials[i]);
+  }
+  name_logs(trials, arguments.keep);
+  try_all(trials, arguments);
+  return conclude(trials, arguments);
+}
+
+}  // namespace dive::mission

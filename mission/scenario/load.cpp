@@ -1,0 +1,296 @@
+#include <array>
+#include <filesystem>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/assert.h"
+#include "mission/document/attribute_reader.h"
+#include "mission/document/language.h"
+#include "mission/document/schema.h"
+#include "mission/scenario/scenario.h"
+
+namespace dive::mission {
+
+extern const char kScenarioXsd[];
+
+namespace {
+
+constexpr XmlLimits kLimits{
+    .max_bytes = 256U << 10U, .max_depth = 8, .max_elements = 5000, .max_attributes = 32};
+
+constexpr SchemaSource kSchema{"scenario.xsd", kScenarioXsd, "scenario", "urn:dive:scenario:1"};
+
+// In the order of SampleStream and of OperatorCommand.
+constexpr std::array<std::string_view, 5> kStreams = {"imu", "depth", "health", "plan", "all"};
+constexpr std::array<std::string_view, 5> kCommands = {"heartbeat", "abort", "pause", "resume",
+                                                       "skip"};
+
+template <class Enum, std::size_t N>
+Enum find_in(const std::array<std::string_view, N>& names, const std::string& name) {
+  const auto found = std::ranges::find(names, name);
+  DIVE_DEMAND(found != names.end());  // the schema lists them
+  return static_cast<Enum>(found - names.begin());
+}
+
+struct WrittenExpectation {
+  std::string_view element;
+  Expectation::Kind kind;
+  std::string_view attribute;  ///< That says what is expected; empty: the element does.
+};
+
+using Kind = Expectation::Kind;
+
+constexpr WrittenExpectation kExpectations[] = {
+    {"outcome", Kind::kOutcome, "is"},
+    {"final_state", Kind::kFinalState, "is"},
+    {"enters", Kind::kEnters, "state"},
+    {"event", Kind::kEvent, "name"},
+    {"rung", Kind::kRung, "is"},
+    {"replan", Kind::kReplan, "cause"},
+    {"payload", Kind::kPayload, "command"},
+    {"line", Kind::kLine, "contains"},
+    {"heads_for", Kind::kHeadsFor, "goal"},
+    {"reaches", Kind::kReaches, "goal"},
+    {"ends_near", Kind::kEndsNear, ""},
+};
+
+// Text with every run of blanks and line breaks made one blank.
+std::string in_one_line(const std::string& text) {
+  std::istringstream words(text);
+  std::string line;
+  for (std::string word; words >> word;) line += (line.empty() ? "" : " ") + word;
+  return line;
+}
+
+class Reader {
+ public:
+  Reader(const SourceText& source, Diagnostics& diagnostics)
+      : source_(source), read_(source), diagnostics_(diagnostics) {}
+
+  void read(const XmlElement& root, Scenario& scenario) {
+    scenario.id = read_.name(root, "id").value;
+    scenario.mission_file = read_.path(root, "mission");
+    scenario.seed = static_cast<std::uint64_t>(read_.number(root, "seed").value);
+    if (const auto rest = read_.optional_number(root, "rest")) scenario.rest_s = rest->value;
+    find_mission(scenario);
+    for (const XmlElement& part : root.children) {
+      if (part.name == "description") scenario.description = in_one_line(part.text);
+      if (part.name == "set") set(part, scenario.conditions);
+      if (part.name == "at") scenario.steps.push_back(step(part));
+      if (part.name != "expect") continue;
+      for (const XmlElement& child : part.children) {
+        scenario.expectations.push_back(expectation(child));
+      }
+    }
+    check_conditions(root, scenario.conditions);
+    if (scenario.expectations.empty()) {
+      error("SCN-EXPECT", root.span, "the scenario expects nothing",
+            "say what must come of it: <expect><outcome is=\"success\"/></expect>");
+    }
+    add_unsaid(root, scenario);
+  }
+
+ private:
+  void error(const char* code, Span span, std::string message, std::string hint = {}) {
+    diagnostics_.error(code, source_, span, std::move(message), std::move(hint));
+  }
+
+  void find_mission(Scenario& scenario) {
+    const std::filesystem::path written = scenario.mission_file.value;
+    if (written.is_absolute()) {
+      error("SCN-MISSION-PATH", scenario.mission_file.span,
+            "the path of the mission is absolute, but must be relative to the scenario",
+            "so that both can be moved together");
+    }
+    const std::filesystem::path folder = std::filesystem::path(source_.path()).parent_path();
+    scenario.mission_path = (folder / written).lexically_normal().string();
+  }
+
+  void set(const XmlElement& element, vehicle::Conditions& conditions) {
+    const bool is_known = conditions.set(read_.name(element, "condition").value,
+                                         read_.number(element, "value").value);
+    DIVE_DEMAND(is_known);  // the schema lists them
+    last_set_ = read_.number(element, "value").span;
+  }
+
+  void check_conditions(const XmlElement& root, const vehicle::Conditions& conditions) {
+    const std::string problem = conditions.validate();
+    if (!problem.empty()) error("SCN-CONDITION", last_set_.value_or(root.span), problem);
+  }
+
+  ScriptStep step(const XmlElement& element) {
+    ScriptStep step;
+    step.span = element.span;
+    if (element.attribute("id") != nullptr) step.id = read_.name(element, "id");
+    step.trigger = trigger(element);
+    for (const XmlElement& child : element.children) step.actions.push_back(action(child));
+    return step;
+  }
+
+  Trigger trigger(const XmlElement& element) {
+    constexpr std::pair<const char*, Trigger::Kind> kWhen[] = {{"time", Trigger::Kind::kTime},
+                                                               {"state", Trigger::Kind::kState},
+                                                               {"event", Trigger::Kind::kEvent},
+                                                               {"goal", Trigger::Kind::kGoal}};
+    Trigger trigger;
+    trigger.after_s = read_.number(element, "after").value;
+    int written = 0;
+    for (const auto& [attribute, kind] : kWhen) {
+      if (element.attribute(attribute) == nullptr) continue;
+      ++written;
+      trigger.kind = kind;
+      if (kind == Trigger::Kind::kTime) {
+        trigger.after_s += read_.number(element, attribute).value;
+      } else {
+        trigger.name = read_.name(element, attribute);
+      }
+    }
+    if (written != 1) {
+      error("SCN-WHEN", element.span,
+            written == 0 ? "'at' does not say when" : "'at' says when in more than one way",
+            "write one of time, state, event and goal");
+    }
+    return trigger;
+  }
+
+  double until(const XmlElement& element) const {
+    const auto seconds = read_.optional_number(element, "for");
+    return seconds ? seconds->value : std::numeric_limits<double>::infinity();
+  }
+
+  ScriptAction action(const XmlElement& element) const {
+    const auto number = [&](const char* name) { return read_.number(element, name).value; };
+    const auto word = [&](const char* name) { return read_.name(element, name).value; };
+    if (element.name == "fault") {
+      const std::optional<FaultKind> kind = find_fault(word("name"));
+      DIVE_DEMAND(kind);  // the schema lists them
+      return FailAction{*kind, until(element)};
+    }
+    if (element.name == "loss") {
+      return LossAction{find_in<SampleStream>(kStreams, word("of")), number("share"),
+                        until(element)};
+    }
+    if (element.name == "operator") {
+      return OperatorAction{find_in<OperatorCommand>(kCommands, word("command"))};
+    }
+    if (element.name == "heartbeat") return HeartbeatAction{number("every"), until(element)};
+    if (element.name == "current") return CurrentAction{{number("x"), number("y"), number("z")}};
+    SeenObstacle obstacle;
+    obstacle.X_WO.p = {number("x"), number("y"), -number("depth")};
+    obstacle.size = {number("east"), number("north"), number("height")};
+    return ObstacleAction{obstacle};
+  }
+
+  Expectation expectation(const XmlElement& element) {
+    Expectation expectation;
+    expectation.span = element.span;
+    expectation.negated = read_.flag(element, "not");
+    expectation.kind = Kind::kBounds;
+    expectation.name = {element.name, element.span};
+    for (const WrittenExpectation& known : kExpectations) {
+      if (known.element != element.name) continue;
+      expectation.kind = known.kind;
+      if (!known.attribute.empty()) expectation.name = what(element, known);
+    }
+    if (expectation.kind == Kind::kRung && element.attribute("cause") != nullptr) {
+      expectation.cause = read_.name(element, "cause").value;
+    }
+    if (element.attribute("radius") != nullptr) {
+      expectation.radius_m = read_.number(element, "radius").value;
+    }
+    if (expectation.kind == Kind::kEndsNear) {
+      expectation.place_W = {read_.number(element, "x").value, read_.number(element, "y").value,
+                             0.0};
+    }
+    read_when(element, expectation);
+    read_bounds(element, expectation);
+    return expectation;
+  }
+
+  [[nodiscard]] Located<std::string> what(const XmlElement& element,
+                                          const WrittenExpectation& known) const {
+    return known.kind == Kind::kLine ? read_.text(element, known.attribute)
+                                     : read_.name(element, known.attribute);
+  }
+
+  void read_when(const XmlElement& element, Expectation& expectation) {
+    if (element.attribute("after") != nullptr) expectation.after = read_.name(element, "after");
+    expectation.within_s = read_.optional_number(element, "within");
+    if (const auto times = read_.optional_number(element, "times")) {
+      expectation.times = static_cast<int>(times->value);
+    }
+  }
+
+  void read_bounds(const XmlElement& element, Expectation& expectation) {
+    if (expectation.kind != Kind::kBounds) return;
+    expectation.at_least = read_.optional_number(element, "at_least");
+    expectation.at_most = read_.optional_number(element, "at_most");
+    if (!expectation.at_least && !expectation.at_most) {
+      error("SCN-BOUNDS", element.span, fmt::format("'{}' has no bound", element.name),
+            "write at_least, at_most or both");
+    } else if (expectation.at_least && expectation.at_most &&
+               expectation.at_least->value > expectation.at_most->value) {
+      error("SCN-BOUNDS", expectation.at_most->span, "at_most is less than at_least");
+    }
+  }
+
+  // No collision, unless collisions are spoken of, and that the script is played to its end.
+  static void add_unsaid(const XmlElement& root, Scenario& scenario) {
+    const bool spoken_of =
+        std::ranges::any_of(scenario.expectations, [](const Expectation& expectation) {
+          return expectation.kind == Kind::kBounds && expectation.name.value == "collisions";
+        });
+    if (!spoken_of) {
+      Expectation unharmed;
+      unharmed.kind = Kind::kBounds;
+      unharmed.name = {"collisions", root.span};
+      unharmed.at_most = Located<double>{0.0, root.span};
+      unharmed.span = root.span;
+      scenario.expectations.push_back(unharmed);
+    }
+    for (std::size_t i = 0; i < scenario.steps.size(); ++i) {
+      Expectation happens;
+      happens.kind = Kind::kStepHappens;
+      happens.step = static_cast<int>(i);
+      happens.span = scenario.steps[i].span;
+      scenario.expectations.push_back(happens);
+    }
+  }
+
+  const SourceText& source_;
+  AttributeReader read_;
+  Diagnostics& diagnostics_;
+  std::optional<Span> last_set_;
+};
+
+std::optional<Scenario> from_document(std::optional<XmlDocument> document,
+                                      Diagnostics& diagnostics) {
+  const Language language(kSchema);
+  if (!document || !check_schema(*document, language, diagnostics)) {
+    diagnostics.sort();
+    return std::nullopt;
+  }
+  language.add_defaults(document->root);
+  const std::size_t errors_before = diagnostics.error_count();
+  Scenario scenario;
+  Reader(document->source, diagnostics).read(document->root, scenario);
+  scenario.source = std::move(document->source);
+  diagnostics.sort();
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
+  return scenario;
+}
+
+}  // namespace
+
+std::optional<Scenario> load_scenario(const std::string& path, Diagnostics& diagnostics) {
+  return from_document(read_xml(path, kLimits, diagnostics), diagnostics);
+}
+
+std::optional<Scenario> parse_scenario(SourceText source, Diagnostics& diagnostics) {
+  return from_document(parse_xml(std::move(source), kLimits, diagnostics), diagnostics);
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,164 @@
+// Every kind of expectation, holding and failing, on dives that were never dived.
+
+#include "mission/scenario/judge.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace dive::mission {
+namespace {
+
+using ::testing::HasSubstr;
+using Kind = Occurrence::Kind;
+
+// A scenario that expects `written`, with a step 'leak' whose id can be measured from.
+Scenario expecting(const std::string& written) {
+  Diagnostics diagnostics;
+  const std::string text =
+      "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">\n"
+      "<at time=\"10\" id=\"leak\"><fault name=\"leak\"/></at>\n<expect>\n" +
+      written + "\n</expect></scenario>";
+  std::optional<Scenario> scenario = parse_scenario(SourceText("s.xml", text), diagnostics);
+  EXPECT_TRUE(scenario) << (diagnostics.list().empty() ? "" : render(diagnostics.list()[0], false));
+  return scenario.value_or(Scenario{});
+}
+
+DiveRecord dive() {
+  DiveRecord record;
+  record.occurrences = {{Kind::kEntered, 0.0, "east"},
+                        {Kind::kHeading, 0.0, "east"},
+                        {Kind::kPayload, 1.0, "camera_on"},
+                        {Kind::kReplan, 4.0, "period"},
+                        {Kind::kReplan, 8.0, "period"},
+                        {Kind::kStep, 10.0, "leak", {}, 0},
+                        {Kind::kRung, 12.0, "abort_and_surface", "leak"},
+                        {Kind::kEvent, 12.0, "failsafe.leak"},
+                        {Kind::kEntered, 12.0, "dive.retrace"},
+                        {Kind::kLine, 13.0, "water in the hull"}};
+  record.nearest_m.assign(8, 0.4);
+  record.max_depth_m = 3.2;
+  record.end_W = {6.0, 5.0, 0.0};
+  record.result.outcome = "aborted";
+  record.result.final_state = "dive.aborted";
+  record.result.cause = "failsafe leak";
+  record.result.duration_s = 40.0;
+  record.result.distance_m = 14.0;
+  record.result.min_clearance_m = 0.8;
+  record.result.energy_wh = 0.6;
+  record.result.plans = 3;
+  record.result.replans = 2;
+  record.result.final_depth_m = 0.1;
+  record.result.estimate_error_m = 0.2;
+  return record;
+}
+
+bool holds(const std::string& written) { return judge(expecting(written), dive()).at(0).holds; }
+
+struct Pair {
+  const char* so;
+  const char* not_so;
+};
+
+class EveryKind : public ::testing::TestWithParam<Pair> {};
+
+TEST_P(EveryKind, HoldsAndFails) {
+  const auto& [so, not_so] = GetParam();
+  EXPECT_TRUE(holds(so)) << so;
+  EXPECT_FALSE(holds(not_so)) << not_so;
+}
+
+TEST_P(EveryKind, IsTheOppositeWhenTurnedRound) {
+  for (const char* written : {GetParam().so, GetParam().not_so}) {
+    std::string negated = written;
+    negated.insert(negated.find("/>"), " not=\"true\"");
+    EXPECT_NE(holds(written), holds(negated)) << written;
+    Scenario scenario = expecting(written);
+    scenario.expectations[0] = turned_round(scenario.expectations[0]);
+    EXPECT_EQ(judge(scenario, dive())[0].holds, holds(negated));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfExpectation, EveryKind,
+    ::testing::Values(
+        Pair{"<outcome is=\"aborted\"/>", "<outcome is=\"success\"/>"},
+        Pair{"<final_state is=\"dive.aborted\"/>", "<final_state is=\"surfaced\"/>"},
+        Pair{"<enters state=\"dive.retrace\"/>", "<enters state=\"dive.surface\"/>"},
+        Pair{"<enters state=\"dive.retrace\" within=\"12\"/>",
+             "<enters state=\"dive.retrace\" within=\"11.9\"/>"},
+        Pair{"<enters state=\"dive.retrace\" within=\"2\" after=\"leak\"/>",
+             "<enters state=\"dive.retrace\" within=\"1.9\" after=\"leak\"/>"},
+        Pair{"<enters state=\"east\"/>", "<enters state=\"east\" after=\"leak\"/>"},
+        Pair{"<event name=\"failsafe.leak\"/>", "<event name=\"failsafe.battery\"/>"},
+        Pair{"<rung is=\"abort_and_surface\"/>", "<rung is=\"hold\"/>"},
+        Pair{"<rung is=\"abort_and_surface\" cause=\"leak\"/>",
+             "<rung is=\"abort_and_surface\" cause=\"battery\"/>"},
+        Pair{"<replan cause=\"period\" times=\"2\"/>", "<replan cause=\"period\" times=\"1\"/>"},
+        Pair{"<replan cause=\"period\" times=\"1\" within=\"5\"/>",
+             "<replan cause=\"deviation\"/>"},
+        Pair{"<payload command=\"camera_on\"/>", "<payload command=\"camera_off\"/>"},
+        Pair{"<line contains=\"in the hull\"/>", "<line contains=\"in the battery\"/>"},
+        Pair{"<heads_for goal=\"east\"/>", "<heads_for goal=\"north\"/>"},
+        Pair{"<reaches goal=\"east\" radius=\"0.5\"/>", "<reaches goal=\"east\" radius=\"0.3\"/>"},
+        Pair{"<ends_near x=\"6\" y=\"4\" radius=\"1.1\"/>",
+             "<ends_near x=\"6\" y=\"4\" radius=\"0.9\"/>"},
+        Pair{"<collisions at_most=\"0\"/>", "<collisions at_least=\"1\"/>"},
+        Pair{"<min_clearance at_least=\"0.7\"/>", "<min_clearance at_least=\"0.9\"/>"},
+        Pair{"<max_depth at_most=\"3.3\"/>", "<max_depth at_most=\"3.1\"/>"},
+        Pair{"<final_depth at_most=\"0.2\"/>", "<final_depth at_least=\"0.2\"/>"},
+        Pair{"<duration at_least=\"30\" at_most=\"50\"/>",
+             "<duration at_least=\"41\" at_most=\"50\"/>"},
+        Pair{"<distance at_most=\"15\"/>", "<distance at_most=\"13\"/>"},
+        Pair{"<energy at_most=\"0.7\"/>", "<energy at_most=\"0.5\"/>"},
+        Pair{"<plans at_least=\"3\" at_most=\"3\"/>", "<plans at_most=\"2\"/>"},
+        Pair{"<replans at_most=\"2\"/>", "<replans at_most=\"1\"/>"},
+        Pair{"<position_error at_most=\"0.3\"/>", "<position_error at_most=\"0.1\"/>"}));
+
+TEST(Judge, SaysWhatThereWasInstead) {
+  const auto seen = [](const char* written) {
+    return judge(expecting(written), dive()).at(0).seen;
+  };
+  EXPECT_EQ(seen("<outcome is=\"success\"/>"), "aborted (failsafe leak)");
+  EXPECT_EQ(seen("<enters state=\"up\"/>"), "never; but east, dive.retrace");
+  EXPECT_EQ(seen("<rung is=\"hold\"/>"), "never; but abort_and_surface (leak)");
+  EXPECT_EQ(seen("<replan cause=\"period\" after=\"leak\"/>"), "nothing of that kind");
+  EXPECT_EQ(seen("<enters state=\"dive.retrace\" within=\"1\" after=\"leak\"/>"),
+            "1 time(s), after 2.00 s");
+  EXPECT_EQ(seen("<max_depth at_most=\"3\"/>"), "3.2");
+}
+
+TEST(Judge, ExpectsWithoutBeingToldThatNothingIsTouchedAndTheScriptIsPlayed) {
+  const Scenario scenario = expecting("<outcome is=\"aborted\"/>");
+  ASSERT_EQ(scenario.expectations.size(), 3U);
+  DiveRecord harmed = dive();
+  harmed.result.collisions = 1;
+  EXPECT_FALSE(judge(scenario, harmed)[1].holds);
+  EXPECT_TRUE(judge(scenario, dive())[1].holds);
+  DiveRecord short_dive = dive();
+  std::erase_if(short_dive.occurrences,
+                [](const Occurrence& one) { return one.kind == Kind::kStep; });
+  EXPECT_TRUE(judge(scenario, dive())[2].holds);
+  EXPECT_FALSE(judge(scenario, short_dive)[2].holds);
+}
+
+TEST(Judge, WhatIsMeasuredFromAStepThatNeverHappenedNeitherIsNorIsNot) {
+  DiveRecord record = dive();
+  std::erase_if(record.occurrences, [](const Occurrence& one) { return one.kind == Kind::kStep; });
+  for (const char* negation : {"", " not=\"true\""}) {
+    const Judgement judgement =
+        judge(expecting("<enters state=\"up\" after=\"leak\"" + std::string(negation) + "/>"),
+              record)
+            .at(0);
+    EXPECT_FALSE(judgement.holds);
+    EXPECT_THAT(judgement.seen, HasSubstr("'leak' never happened"));
+  }
+}
+
+TEST(Judge, NothingThatHoldsHoldsTurnedRound) {
+  EXPECT_TRUE(
+      holds_turned_round(expecting("<outcome is=\"aborted\"/><max_depth at_most=\"4\"/>"), dive())
+          .empty());
+}
+
+}  // namespace
+}  // namespace dive::mission

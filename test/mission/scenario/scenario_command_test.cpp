@@ -1,0 +1,271 @@
+// `dive test` as a user or a script meets it.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "common/xml.h"
+#include "test/mission/cli/run_command.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::HasSubstr;
+using testing::Ran;
+
+const fs::path kShipped = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios";
+const fs::path kMalformed = fs::path(DIVE_SOURCE_DIR) / "test/mission/scenario/malformed";
+
+std::string quoted(const fs::path& path) { return fmt::format("'{}'", path.string()); }
+
+fs::path own_folder() {
+  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path folder = fs::path(::testing::TempDir()) / "dive-scenarios" / test.name();
+  fs::create_directories(folder);
+  return folder;
+}
+
+Ran dive(const std::string& arguments) {
+  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
+  return testing::run_dive(arguments, test.name());
+}
+
+std::string content(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// A scenario of the dart mission, from a folder of the test's own.
+fs::path scenario(const std::string& name, const std::string& body) {
+  const fs::path folder = own_folder();
+  const fs::path mission = fs::relative(kShipped / "missions/dart.xml", folder);
+  std::ofstream(folder / (name + ".xml")) << "<scenario xmlns=\"urn:dive:scenario:1\" id=\"" << name
+                                          << "\" mission=\"" << mission.string() << "\">\n"
+                                          << body << "\n</scenario>\n";
+  return folder / (name + ".xml");
+}
+
+const std::string kLeak = "<at state=\"east\" after=\"3\"><fault name=\"leak\"/></at>\n";
+
+TEST(ScenarioCommand, RefusesEveryMalformedScenarioWithItsCodeAndLine) {
+  struct Error {
+    std::string code;
+    int line = 0;
+    std::string phrase;
+  };
+  std::map<std::string, std::vector<Error>> expected;
+  std::ifstream stream(kMalformed / "expectations.txt");
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream words(line);
+    std::string file;
+    Error error;
+    if (!(words >> file >> error.code >> error.line)) continue;
+    std::getline(words >> std::ws, error.phrase);
+    expected[file].push_back(error);
+  }
+  ASSERT_GE(expected.size(), 40U);
+  for (const auto& entry : fs::directory_iterator(kMalformed)) {
+    if (entry.path().extension() != ".xml") continue;
+    EXPECT_TRUE(expected.contains(entry.path().filename().string())) << entry.path();
+  }
+  for (const auto& [file, errors] : expected) {
+    const Ran ran = dive("test --json " + quoted(kMalformed / file));
+    EXPECT_EQ(ran.status, 2) << file;
+    const auto found = nlohmann::json::parse(ran.out).at("scenarios").at(0).at("diagnostics");
+    ASSERT_EQ(found.size(), errors.size()) << file << found.dump(1);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      EXPECT_EQ(found[i].at("code"), errors[i].code) << file;
+      EXPECT_EQ(found[i].at("line"), errors[i].line) << file;
+      EXPECT_THAT(
+          found[i].at("message").get<std::string>() + found[i].at("hint").get<std::string>(),
+          HasSubstr(errors[i].phrase))
+          << file;
+    }
+  }
+}
+
+TEST(ScenarioCommand, EveryCodeThatIsReportedIsListed) {
+  const Ran rules = dive("test --rules");
+  EXPECT_EQ(rules.status, 0);
+  std::istringstream lines(content(kMalformed / "expectations.txt"));
+  for (std::string file, code, rest; lines >> file >> code; std::getline(lines, rest)) {
+    if (!code.starts_with("SCN-")) continue;
+    EXPECT_THAT(rules.out, HasSubstr(code));
+  }
+}
+
+// The regression tests of the field team: all hold, and each of their expectations is seen to fail
+// when it is turned round.
+TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
+  const Ran ran = dive("test --inverted --json " + quoted(kShipped));
+  EXPECT_EQ(ran.status, 0);
+  const auto report = nlohmann::json::parse(ran.out);
+  EXPECT_GE(report.at("scenarios").size(), 60U);
+  for (const auto& one : report.at("scenarios")) {
+    EXPECT_TRUE(one.at("ok").get<bool>()) << one.dump(1);
+    EXPECT_GE(one.at("expectations").get<int>(), 3) << one.at("id");
+    EXPECT_EQ(one.at("id"), fs::path(one.at("file").get<std::string>()).stem().string());
+  }
+}
+
+// Some say that what happens does not matter; all others fail when it does not happen.
+TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
+  const Ran ran = dive("test --mute --json " + quoted(kShipped));
+  EXPECT_EQ(ran.status, 1);
+  std::vector<std::string> unmoved;
+  const auto report = nlohmann::json::parse(ran.out);
+  for (const auto& one : report.at("scenarios")) {
+    if (one.at("unmoved").get<bool>()) unmoved.push_back(one.at("id"));
+  }
+  EXPECT_THAT(unmoved,
+              ::testing::ElementsAre("depth_loses_half", "depth_silent_for_a_moment",
+                                     "everything_loses_two_fifths", "health_silent_for_a_moment",
+                                     "imu_loses_a_third", "overheated_for_a_moment"));
+}
+
+// Everything that can be scripted or expected is in some shipped scenario.
+TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
+  std::string all;
+  for (const auto& entry : fs::directory_iterator(kShipped)) {
+    if (entry.path().extension() == ".xml") all += content(entry.path());
+  }
+  Diagnostics diagnostics;
+  const auto schema = read_xml(DIVE_SOURCE_DIR "/missions/scenario.xsd", XmlLimits{}, diagnostics);
+  ASSERT_TRUE(schema);
+  const auto listed = [&](const std::string& type) {
+    std::vector<std::string> values;
+    for (const XmlElement& element : schema->root.children) {
+      const XmlAttribute* name = element.attribute("name");
+      if (element.name != "simpleType" || name == nullptr || name->value != type) continue;
+      for (const XmlElement& facet : element.child("restriction")->children) {
+        values.push_back(facet.attribute("value")->value);
+      }
+    }
+    EXPECT_FALSE(values.empty()) << type;
+    return values;
+  };
+  const auto is_used = [&](const std::string& words) {
+    return all.find(words) != std::string::npos;
+  };
+  for (const char* type : {"FaultName", "OperatorCommand", "Stream", "Outcome", "Rung"}) {
+    for (const std::string& value : listed(type)) {
+      EXPECT_TRUE(is_used(fmt::format("\"{}\"", value))) << value;
+    }
+  }
+  for (const std::string& value : listed("FailsafeName")) {
+    if (value == "internal_error") continue;  // nobody can provoke it
+    EXPECT_TRUE(is_used(fmt::format("\"{}\"", value))) << value;
+  }
+  for (const std::string& value : listed("ReplanCause")) {
+    if (value == "estimator_switched") continue;  // there is one estimator
+    EXPECT_TRUE(is_used(fmt::format("<replan cause=\"{}\"", value))) << value;
+  }
+}
+
+TEST(ScenarioCommand, AFailureSaysWhatWasSeenAndWhereItWasExpected) {
+  const fs::path path = scenario(
+      "wrong", kLeak + "<expect>\n<outcome is=\"success\"/>\n<enters state=\"north\"/>\n</expect>");
+  const Ran ran = dive("test " + quoted(path));
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.out, HasSubstr("FAILED   wrong"));
+  EXPECT_THAT(ran.out, HasSubstr(path.string() + ":4:2: expected outcome success; seen: aborted"));
+  EXPECT_THAT(ran.out, HasSubstr(path.string() + ":5:2: expected state north is entered; seen: "));
+  EXPECT_THAT(ran.out, HasSubstr("--keep DIR"));
+}
+
+TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
+  const fs::path wrong = scenario("wrong", kLeak +
+                                               "<at time=\"1\"><loss of=\"imu\" share=\"0.3\"/>"
+                                               "<current x=\"0.1\" y=\"0\"/></at>\n"
+                                               "<expect><outcome is=\"success\"/></expect>");
+  const fs::path right = scenario("right", "<expect><outcome is=\"success\"/></expect>");
+  const fs::path keep = own_folder() / "kept";
+  fs::remove_all(keep);
+  const Ran ran = dive("test " + quoted(wrong) + " " + quoted(right) + " --keep " + quoted(keep));
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.out, HasSubstr("dive explain " + (keep / "wrong.lcmlog").string()));
+  EXPECT_FALSE(fs::exists(keep / "right.lcmlog"));
+  EXPECT_EQ(dive("replay " + quoted(keep / "wrong.lcmlog")).status, 0);
+  EXPECT_THAT(dive("explain " + quoted(keep / "wrong.lcmlog")).out, HasSubstr("water in the hull"));
+  EXPECT_EQ(dive("test " + quoted(right) + " --keep-all --keep " + quoted(keep)).status, 0);
+  EXPECT_TRUE(fs::exists(keep / "right.lcmlog"));
+}
+
+TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {
+  const fs::path path = scenario("late",
+                                 "<at state=\"dive.retrace\"><fault name=\"leak\"/></at>\n"
+                                 "<expect><outcome is=\"success\"/></expect>");
+  const Ran ran = dive("test " + quoted(path));
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.out, HasSubstr(":2:2: expected this step happens; seen: its trigger never came"));
+}
+
+TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
+  const fs::path right = scenario("right", "<expect><outcome is=\"success\"/></expect>");
+  const Ran ran = dive("test " + quoted(kMalformed / "fault_unknown.xml") + " " + quoted(right));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("did you mean 'leak'?"));
+  EXPECT_THAT(ran.err, HasSubstr("^"));
+  EXPECT_THAT(ran.out, HasSubstr("ok       right"));
+  EXPECT_THAT(ran.out, HasSubstr("2 scenario(s): 1 ok, 0 failed, 1 invalid"));
+}
+
+TEST(ScenarioCommand, WrongUsageIsTwo) {
+  EXPECT_EQ(dive("test --mute --inverted " + quoted(kShipped / "dart_nominal.xml")).status, 2);
+  EXPECT_EQ(dive("test").status, 2);
+  EXPECT_EQ(dive("test nowhere.xml").status, 2);
+  EXPECT_EQ(dive("test --keep-all " + quoted(kShipped / "dart_nominal.xml")).status, 2);
+  const Ran empty = dive("test " + quoted(own_folder()));
+  EXPECT_EQ(empty.status, 2);
+  EXPECT_THAT(empty.err, HasSubstr("holds no scenario"));
+}
+
+TEST(ScenarioCommand, TheOutputDoesNotDependOnTheNumberOfJobs) {
+  std::string files;
+  for (const char* name : {"dart_nominal", "hall_nominal", "leak_in_open_water", "no_way_out"}) {
+    files += fmt::format(" '{}/{}.xml'", kShipped.string(), name);
+  }
+  const Ran alone = dive("test --jobs 1" + files);
+  EXPECT_EQ(alone.status, 0) << alone.out;
+  EXPECT_EQ(dive("test --jobs 4" + files).out, alone.out);
+}
+
+TEST(ScenarioCommand, WritesJUnitThatCanBeParsed) {
+  const fs::path wrong = scenario("wrong", kLeak +
+                                               "<description>\"&lt;&amp;\"</description>"
+                                               "<expect><outcome is=\"success\"/></expect>");
+  const fs::path file = own_folder() / "results.xml";
+  const Ran ran =
+      dive("test --junit " + quoted(file) + " " + quoted(wrong) + " " +
+           quoted(kShipped / "dart_nominal.xml") + " " + quoted(kMalformed / "doctype.xml"));
+  EXPECT_EQ(ran.status, 2);
+  Diagnostics diagnostics;
+  const auto report = read_xml(file.string(), XmlLimits{}, diagnostics);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->root.name, "testsuites");
+  EXPECT_EQ(report->root.attribute("tests")->value, "3");
+  EXPECT_EQ(report->root.attribute("failures")->value, "1");
+  EXPECT_EQ(report->root.attribute("errors")->value, "1");
+  const XmlElement& suite = report->root.children.at(0);
+  ASSERT_EQ(suite.children.size(), 3U);
+  EXPECT_THAT(suite.children[0].child("failure")->text, HasSubstr("expected outcome success"));
+  EXPECT_TRUE(suite.children[1].children.empty());
+  EXPECT_NE(suite.children[2].child("error"), nullptr);
+}
+
+TEST(ScenarioCommand, TheUsersQuestionIsAnsweredFirst) {
+  EXPECT_THAT(dive("test --help").out, ::testing::StartsWith("Examples:\n  dive test"));
+  EXPECT_THAT(dive("tset missions").err, HasSubstr("did you mean 'test'?"));
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,107 @@
+// What of a scenario is not a command: its words, its limits, its JUnit.
+
+#include "mission/scenario/scenario.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "behaviors/failsafes.h"
+#include "behaviors/replan_triggers.h"
+#include "common/xml.h"
+#include "mission/scenario/junit.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::UnorderedElementsAreArray;
+
+// The values of an enumeration in the schema.
+std::vector<std::string> listed(const std::string& type) {
+  Diagnostics diagnostics;
+  const auto schema = read_xml(DIVE_SOURCE_DIR "/missions/scenario.xsd", XmlLimits{}, diagnostics);
+  std::vector<std::string> values;
+  for (const XmlElement& element : schema.value().root.children) {
+    const XmlAttribute* name = element.attribute("name");
+    if (element.name != "simpleType" || name == nullptr || name->value != type) continue;
+    for (const XmlElement& facet : element.child("restriction")->children) {
+      values.push_back(facet.attribute("value")->value);
+    }
+  }
+  return values;
+}
+
+TEST(ScenarioSchema, ListsWhatThereIs) {
+  std::vector<std::string> faults;
+  for (std::size_t i = 0; i < kFaultCount; ++i) {
+    faults.emplace_back(to_string(static_cast<FaultKind>(i)));
+  }
+  EXPECT_THAT(listed("FaultName"), UnorderedElementsAreArray(faults));
+
+  std::vector<std::string> failsafes;
+  for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
+    failsafes.emplace_back(to_string(static_cast<behaviors::FailsafeKind>(i)));
+  }
+  EXPECT_THAT(listed("FailsafeName"), UnorderedElementsAreArray(failsafes));
+
+  std::vector<std::string> conditions;
+  for (const auto& [name, value] : vehicle::Conditions{}.list()) conditions.push_back(name);
+  EXPECT_THAT(listed("Condition"), UnorderedElementsAreArray(conditions));
+
+  std::vector<std::string> causes;
+  for (int i = static_cast<int>(behaviors::ReplanCause::kPeriod);
+       i <= static_cast<int>(behaviors::ReplanCause::kDemanded); ++i) {
+    causes.emplace_back(to_string(static_cast<behaviors::ReplanCause>(i)));
+    std::ranges::replace(causes.back(), ' ', '_');
+  }
+  EXPECT_THAT(listed("ReplanCause"), UnorderedElementsAreArray(causes));
+
+  for (const std::string& rung : listed("Rung")) {
+    EXPECT_TRUE(rung == "none" || behaviors::find_rung(rung)) << rung;
+  }
+}
+
+TEST(ScenarioFile, IsBounded) {
+  std::string steps;
+  for (int i = 0; i < 201; ++i) steps += "<description>x</description>";
+  const std::string begin = "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">";
+  Diagnostics many;
+  EXPECT_FALSE(parse_scenario(SourceText("s.xml", begin + steps + "</scenario>"), many));
+  Diagnostics large;
+  EXPECT_FALSE(parse_scenario(
+      SourceText("s.xml", begin + std::string(300'000, ' ') + "</scenario>"), large));
+  EXPECT_EQ(large.list().at(0).code, "XML-SIZE");
+}
+
+TEST(ScenarioFile, FindsItsMissionFromItsOwnFolder) {
+  Diagnostics diagnostics;
+  const auto scenario = parse_scenario(
+      SourceText("a/b/s.xml",
+                 "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"../m.xml\" seed=\"7\">"
+                 "<expect><outcome is=\"success\"/></expect></scenario>"),
+      diagnostics);
+  ASSERT_TRUE(scenario);
+  EXPECT_EQ(scenario->mission_path, "a/m.xml");
+  EXPECT_EQ(scenario->seed, 7U);
+}
+
+TEST(JUnit, IsWellFormedWhateverStandsInIt) {
+  TestCase test;
+  test.name = "a<b>&\"c\"";
+  test.folder = std::string("zero\0byte", 9) + "\xff\xc0\xaf \xed\xa0\x80 \xef\xbf\xbe \x01";
+  test.failures = {"line 1\nline 2 ]]> &amp;", "\xe2\x82"};
+  test.error = "caf\xc3\xa9 \xf0\x9f\x90\x9f";
+  Diagnostics diagnostics;
+  const auto document =
+      parse_xml(SourceText("junit.xml", to_junit({test, {}})), XmlLimits{}, diagnostics);
+  ASSERT_TRUE(document) << render(diagnostics.list().at(0), false);
+  const XmlElement& first = document->root.children.at(0).children.at(0);
+  EXPECT_EQ(first.attribute("name")->value, test.name);
+  EXPECT_EQ(first.child("error")->attribute("message")->value, test.error);
+  EXPECT_EQ(first.child("failure")->text, "line 1\nline 2 ]]> &amp;\n??");
+}
+
+}  // namespace
+}  // namespace dive::mission
