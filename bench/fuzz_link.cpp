@@ -1,0 +1,105 @@
+// Throws packets at every decoder of the link and at the gate: changed copies of real ones and
+// noise. Nothing may crash, allocate beyond its bound, or be obeyed without a seal.
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "test/common/allocations.h"
+#include "vehicle/link/arbiter.h"
+#include "vehicle/link/authority.h"
+
+namespace {
+
+using namespace dive::link;
+
+struct Channel {
+  std::string name;
+  Packet real;
+  std::function<bool(PacketView)> hear;
+};
+
+template <typename Value>
+Channel channel(const char* name, const Value& value) {
+  Packet packet;
+  if (!encode(value, packet)) std::abort();
+  return {name, packet, [](PacketView view) {
+            Value decoded;
+            return decode(view, decoded);
+          }};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Fuzzes the link.");
+  std::int64_t packets = 10'000'000;
+  unsigned seed = 1;
+  app.add_option("--packets", packets, "Into every channel");
+  app.add_option("--seed", seed, "Of the noise");
+  CLI11_PARSE(app, argc, argv);
+
+  const Key key = new_key();
+  Gate gate(key, 42);
+  Arbiter arbiter;
+  std::int64_t forgeries = 0;
+  OperatorRequest skip{42, 1, 0, dive::OperatorCommand::kSkip, {}};
+  seal(key, skip);
+  Packet sealed;
+  if (!encode(skip, sealed)) return 1;
+  static_cast<void>(gate.judge(skip, 0));  // said once, so that saying it again is a replay
+
+  std::vector<Channel> channels = {
+      channel("imu", dive::ImuSample{}),       channel("depth", dive::DepthSample{}),
+      channel("health", dive::HealthSample{}), channel("truth", Truth{}),
+      channel("sim tick", SimTick{}),          channel("heartbeat", Heartbeat{}),
+      channel("answer", OperatorAnswer{}),     channel("path", Path{1, 0.5, {{}, {}, {}}}),
+      channel("command", VehicleCommand{})};
+  channels.push_back({"request", sealed, [&](PacketView view) {
+                        OperatorRequest request;
+                        if (!decode(view, request)) return false;
+                        const Gate::Ruling ruling = gate.judge(request, 0);
+                        const bool is_abort = request.command == dive::OperatorCommand::kAbort;
+                        if (ruling.act && !is_abort) ++forgeries;
+                        return true;
+                      }});
+  channels.push_back({"arbiter", channels[8].real, [&](PacketView view) {
+                        VehicleCommand command;
+                        return decode(view, command) && arbiter.hear(command, 0);
+                      }});
+
+  bool is_well = true;
+  for (Channel& one : channels) {
+    std::mt19937_64 random(seed);
+    std::int64_t accepted = 0;
+    std::size_t largest = 0;
+    Packet packet;
+    packet.reserve(4 * one.real.size());
+    const auto begin = std::chrono::steady_clock::now();
+    for (std::int64_t i = 0; i < packets; ++i) {
+      std::uint64_t bits = random();
+      packet = one.real;
+      if (bits % 8 == 0) packet.resize((bits >> 3U) % (2 * one.real.size()));
+      for (std::uint64_t changes = (bits >> 20U) % 6; changes > 0 && !packet.empty(); --changes) {
+        bits = random();
+        packet[(bits >> 8U) % packet.size()] = static_cast<std::uint8_t>(bits);
+      }
+      dive::testing::reset_allocations();
+      accepted += one.hear(packet) ? 1 : 0;
+      largest = std::max(largest, dive::testing::allocations().largest);
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    const std::size_t bound = 2 * 2 * one.real.size() + 64;
+    is_well = is_well && largest <= bound;
+    fmt::print("{:10} {:>9} packets, {:>9} decoded, largest allocation {} of {} bytes, {:.1f} s\n",
+               one.name, packets, accepted, largest, bound, took.count());
+  }
+  fmt::print("{} forgeries accepted\n", forgeries);
+  return is_well && forgeries == 0 ? 0 : 1;
+}

@@ -1,0 +1,170 @@
+// Dives over the link, hundreds of them, side by side: kills executive or supervisor at a random
+// moment, or aborts, and looks what becomes of the vehicle.
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "common/random.h"
+#include "test/mission/link/process.h"
+#include "vehicle/link/bus.h"
+#include "vehicle/link/codec.h"
+
+namespace {
+
+using dive::mission::testing::Process;
+
+enum class What { kKillExecutive, kKillSupervisor, kAbort };
+
+struct Case {
+  What what = What::kAbort;
+  double at_s = 0.0;  // of real time, after the first command
+};
+
+struct Outcome {
+  bool is_well = false;
+  double abort_ms = 0.0;
+  double lateness_ms = 0.0;  // 99.9th percentile
+  double silent_s = 0.0;     // when the supervisor took over
+  std::string why;
+};
+
+double speed = 1.0;
+
+void sleep_s(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+bool hears_commands(const std::string& url) {
+  auto bus = dive::link::Bus::open(url);
+  if (!bus) return false;
+  bool heard = false;
+  bus->subscribe(dive::link::channel::kCommand, 256, [&](dive::link::PacketView) { heard = true; });
+  dive::SteadyClock clock;
+  return bus->wait(clock, clock.now() + 20 * dive::kMicrosecondsPerSecond, [&] { return heard; });
+}
+
+Outcome run(const Case& one, int index, const std::string& folder) {
+  const std::string url = fmt::format("udpm://239.255.76.67:{}?ttl=0", 30'000 + index);
+  const std::string mission = DIVE_SOURCE_DIR "/missions/pool3.xml";
+  const std::string pace = fmt::format("{}", speed);
+  const auto start = [&](const std::string& name, std::vector<std::string> words) {
+    words.insert(words.begin(), DIVE_COMMAND);
+    words.insert(words.end(), {"--lcm", url, "--json"});
+    return std::make_unique<Process>(words, folder, fmt::format("{}-{}", name, index));
+  };
+  const auto vehicle = start("sim", {"sim", mission, "--speed", pace});
+  const auto supervisor = start("supervise", {"supervise"});
+  const auto executive = start("run", {"run", mission, "--speed", pace, "--stats", "--log",
+                                       fmt::format("{}/{}.lcmlog", folder, index)});
+  Outcome outcome;
+  if (!hears_commands(url)) {
+    outcome.why = "the dive did not begin: " + executive->err();
+    return outcome;
+  }
+  sleep_s(one.at_s);
+  if (one.what == What::kKillExecutive) executive->kill(SIGKILL);
+  if (one.what == What::kKillSupervisor) supervisor->kill(SIGKILL);
+  if (one.what == What::kAbort) {
+    const int status = start("abort", {"abort"})->wait(20.0);
+    if (status != 0) outcome.why = "nobody answered the abort; ";
+  }
+  if (vehicle->wait(180.0) < 0) {
+    outcome.why += "the vehicle is still under way";
+    return outcome;
+  }
+  const auto report = vehicle->json();
+  const double depth = report.at("final_depth_m").get<double>();
+  outcome.is_well = outcome.why.empty() && depth < 0.4;
+  if (depth >= 0.4) outcome.why += fmt::format("it ended {:.2f} m deep", depth);
+  if (one.what == What::kKillExecutive) {
+    if (supervisor->wait(30.0) >= 0) outcome.silent_s = supervisor->json().value("silent_s", 0.0);
+  } else if (executive->wait(30.0) >= 0) {
+    const auto stats = executive->json().at("stats");
+    outcome.abort_ms = stats.at("abort_ms").get<double>();
+    outcome.lateness_ms = stats.at("lateness_ms").at("p999").get<double>();
+  }
+  return outcome;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  return values[rank];
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Kills, or aborts, dives over the link at random moments.");
+  int kills = 200;
+  int aborts = 100;
+  int jobs = 4;
+  std::uint64_t seed = 1;
+  app.add_option("--kills", kills, "Of the executive, and as many of the supervisor");
+  app.add_option("--aborts", aborts, "By an operator without a key");
+  app.add_option("--jobs", jobs, "Dives at a time");
+  app.add_option("--speed", speed, "Times real time");
+  app.add_option("--seed", seed, "Of the moments");
+  CLI11_PARSE(app, argc, argv);
+
+  dive::Random random(seed);
+  std::vector<Case> cases;
+  for (int i = 0; i < kills; ++i) {
+    cases.push_back({What::kKillExecutive, random.uniform(0.0, 30.0) / speed});
+    cases.push_back({What::kKillSupervisor, random.uniform(0.0, 30.0) / speed});
+  }
+  for (int i = 0; i < aborts; ++i) {
+    cases.push_back({What::kAbort, random.uniform(0.0, 25.0) / speed});
+  }
+  const std::string folder = (std::filesystem::temp_directory_path() / "dive-link-study").string();
+  std::vector<Outcome> outcomes(cases.size());
+  std::mutex mutex;
+  std::size_t next = 0;
+  std::vector<std::jthread> threads;
+  for (int job = 0; job < jobs; ++job) {
+    threads.emplace_back([&] {
+      for (;;) {
+        std::size_t index = 0;
+        {
+          const std::lock_guard lock(mutex);
+          if (next == cases.size()) return;
+          index = next++;
+        }
+        outcomes[index] = run(cases[index], static_cast<int>(index), folder);
+      }
+    });
+  }
+  threads.clear();
+
+  int unwell = 0;
+  std::vector<double> abort_ms;
+  std::vector<double> lateness_ms;
+  std::vector<double> silent_s;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Outcome& outcome = outcomes[i];
+    if (!outcome.is_well) {
+      ++unwell;
+      fmt::print("dive {}, {:.2f} s: {}\n", i, cases[i].at_s, outcome.why);
+    }
+    if (cases[i].what == What::kAbort) abort_ms.push_back(outcome.abort_ms);
+    if (cases[i].what != What::kKillExecutive) lateness_ms.push_back(outcome.lateness_ms);
+    if (outcome.silent_s > 0.0) silent_s.push_back(outcome.silent_s);
+  }
+  fmt::print("{} dives, {} not well\n", cases.size(), unwell);
+  fmt::print("abort to command: median {:.1f} ms, 99th percentile {:.1f} ms\n",
+             quantile(abort_ms, 0.5), quantile(abort_ms, 0.99));
+  fmt::print("lateness, 99.9th percentile of a dive: median {:.2f} ms, largest {:.2f} ms\n",
+             quantile(lateness_ms, 0.5), quantile(lateness_ms, 1.0));
+  fmt::print("the supervisor took over after at most {:.2f} s\n", quantile(silent_s, 1.0));
+  return unwell == 0 ? 0 : 1;
+}
