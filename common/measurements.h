@@ -2,6 +2,9 @@
 // What the sensors say. Plain values that several rooms share; each stamped with the time at which
 // it was taken, not at which it arrived.
 
+#include <cstdint>
+#include <vector>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -28,6 +31,22 @@ struct HealthSample {
   bool leak = false;
   double voltage_v = 0.0;  ///< Of the battery; 0 where it is not measured.
   double current_a = 0.0;  ///< Drawn from it; 0 where it is not measured.
+};
+
+struct ImageFrame {
+  enum class Format { kGray8, kRgb8 };
+
+  Utime utime = 0;  ///< Middle of the exposure.
+  int camera = 0;   ///< 0 front left, 1 front right, 2 back.
+  Format format = Format::kGray8;
+  int width = 0;                     ///< Pixels.
+  int height = 0;                    ///< Pixels.
+  std::vector<std::uint8_t> pixels;  ///< Row by row from the top, without gaps.
+};
+
+struct RangeCloud {
+  Utime utime = 0;
+  std::vector<Eigen::Vector3f> points_B;  ///< m.
 };
 
 }  // namespace dive

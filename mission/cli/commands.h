@@ -66,6 +66,7 @@ struct SimArguments {
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
   double max_seconds = 3600.0;
+  std::string clock_jump;  ///< BY@AT, s
   LinkArguments link;
 };
 

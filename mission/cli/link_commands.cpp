@@ -1,11 +1,13 @@
 // What speaks LCM beside `dive run`: the simulated vehicle, the supervisor, topside.
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/xml.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
@@ -37,6 +39,20 @@ std::optional<std::optional<link::Key>> open_key(const std::string& path) {
   const tl::expected<link::Key, std::string> key = link::read_key(path);
   if (key) return *key;
   complain(key.error());
+  return std::nullopt;
+}
+
+std::optional<ClockJump> parse_clock_jump(const std::string& written) {
+  const std::size_t at = written.find('@');
+  const std::optional<double> by_s = parse_number(written.substr(0, at));
+  const std::optional<double> at_s =
+      at == std::string::npos ? std::nullopt : parse_number(written.substr(at + 1));
+  constexpr double kMost = 1e9;
+  if (by_s && at_s && std::abs(*by_s) <= kMost && *at_s >= 0.0 && *at_s <= kMost) {
+    return ClockJump{*at_s, *by_s};
+  }
+  complain(
+      fmt::format("'{}' is no jump of a clock: write SECONDS@SECONDS, e.g. -3600@20", written));
   return std::nullopt;
 }
 
@@ -115,14 +131,16 @@ int run_sim(const SimArguments& arguments) {
   settings.seed = arguments.seed;
   settings.lockstep = arguments.link.lockstep;
   settings.max_seconds = arguments.max_seconds;
-  for (const std::string& written : arguments.faults) {
-    const std::optional<Fault> fault = parse_fault(written);
-    if (!fault) return kExitUsage;
-    settings.faults.push_back(*fault);
-  }
+  const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
+  if (!faults) return kExitUsage;
+  settings.faults = *faults;
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;
+  if (!arguments.clock_jump.empty()) {
+    settings.clock_jump = parse_clock_jump(arguments.clock_jump);
+    if (!settings.clock_jump) return kExitUsage;
+  }
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
   if (!loaded) {

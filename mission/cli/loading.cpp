@@ -16,6 +16,27 @@ namespace {
 
 constexpr std::size_t kMaxMapBytes = 64U << 20U;
 
+std::optional<Fault> parse_fault(const std::string& written) {
+  const std::size_t at = written.find('@');
+  const std::optional<FaultKind> kind = find_fault(written.substr(0, at));
+  if (!kind) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < kFaultCount; ++i) {
+      names.emplace_back(to_string(static_cast<FaultKind>(i)));
+    }
+    complain(fmt::format("there is no fault '{}'; there are {}", written.substr(0, at),
+                         fmt::join(names, ", ")));
+    return std::nullopt;
+  }
+  const std::optional<double> seconds =
+      at == std::string::npos ? std::nullopt : parse_number(written.substr(at + 1));
+  if (!seconds || *seconds < 0.0) {
+    complain(fmt::format("'{}' does not say when: write {}@SECONDS", written, to_string(*kind)));
+    return std::nullopt;
+  }
+  return Fault{*kind, *seconds};
+}
+
 }  // namespace
 
 vehicle::Model load_vehicle() {
@@ -83,25 +104,14 @@ std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::strin
   return conditions;
 }
 
-std::optional<Fault> parse_fault(const std::string& written) {
-  const std::size_t at = written.find('@');
-  const std::optional<FaultKind> kind = find_fault(written.substr(0, at));
-  if (!kind) {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < kFaultCount; ++i) {
-      names.emplace_back(to_string(static_cast<FaultKind>(i)));
-    }
-    complain(fmt::format("there is no fault '{}'; there are {}", written.substr(0, at),
-                         fmt::join(names, ", ")));
-    return std::nullopt;
+std::optional<std::vector<Fault>> parse_faults(const std::vector<std::string>& written) {
+  std::vector<Fault> faults;
+  for (const std::string& one : written) {
+    const std::optional<Fault> fault = parse_fault(one);
+    if (!fault) return std::nullopt;
+    faults.push_back(*fault);
   }
-  const std::optional<double> seconds =
-      at == std::string::npos ? std::nullopt : parse_number(written.substr(at + 1));
-  if (!seconds || *seconds < 0.0) {
-    complain(fmt::format("'{}' does not say when: write {}@SECONDS", written, to_string(*kind)));
-    return std::nullopt;
-  }
-  return Fault{*kind, *seconds};
+  return faults;
 }
 
 }  // namespace dive::mission

@@ -36,7 +36,8 @@ struct LoadedMission {
 [[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
     const std::vector<std::string>& settings);
 
-/// A fault from "NAME@SECONDS"; complains when that is none.
-[[nodiscard]] std::optional<Fault> parse_fault(const std::string& written);
+/// Faults from "NAME@SECONDS"; complains when one is none.
+[[nodiscard]] std::optional<std::vector<Fault>> parse_faults(
+    const std::vector<std::string>& written);
 
 }  // namespace dive::mission

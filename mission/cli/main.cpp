@@ -175,6 +175,10 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
   command->add_option("--for", arguments.max_seconds, "End after so long (default: 3600)")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 1e6).description(""));
+  command
+      ->add_option("--clock-jump", arguments.clock_jump,
+                   "Set the sensors' clock, so many seconds on, at a time, e.g. -3600@20")
+      ->type_name("BY@SECONDS");
   add_url(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep,
                     "Wait for the executive's command at every tick");

@@ -275,13 +275,11 @@ int run_dive(const RunArguments& arguments) {
   const bool is_linked = !arguments.link.url.empty();
   DiveSettings settings;
   settings.seed = arguments.seed;
+  const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
+  if (!faults) return kExitUsage;
+  settings.faults = *faults;
   if (arguments.leak_at_s >= 0.0)
     settings.faults.push_back({FaultKind::kLeak, arguments.leak_at_s});
-  for (const std::string& written : arguments.faults) {
-    const std::optional<Fault> fault = parse_fault(written);
-    if (!fault) return kExitUsage;
-    settings.faults.push_back(*fault);
-  }
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;

@@ -74,8 +74,18 @@ class SimulatedVehicle {
     inputs_.health = samples.health;
     const StepInputs own = inputs_;  // what ails the link does not ail the vehicle's own autopilot
     injector_.apply(simulator_.truth(), inputs_);
+    set_clock();
     meter_.observe(simulator_.truth().X_WB);
     own_ = {own.imu, own.depth};
+  }
+
+  void set_clock() {
+    const std::optional<ClockJump>& jump = settings_.clock_jump;
+    if (!jump || to_seconds(now()) < jump->at_s) return;
+    const Utime by = from_seconds(jump->by_s);
+    if (inputs_.imu) inputs_.imu->utime += by;
+    if (inputs_.depth) inputs_.depth->utime += by;
+    if (inputs_.health) inputs_.health->utime += by;
   }
 
   template <typename Value>

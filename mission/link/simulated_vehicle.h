@@ -16,10 +16,17 @@
 
 namespace dive::mission {
 
+/// The clock of the sensors is set: from `at_s` on its times are so much later.
+struct ClockJump {
+  double at_s = 0.0;
+  double by_s = 0.0;
+};
+
 struct VehicleSettings {
   std::uint64_t seed = 1;
   vehicle::Conditions conditions;
   std::vector<Fault> faults;
+  std::optional<ClockJump> clock_jump;
   /// Waits for the executive's command for every tick, and says the samples again until it comes:
   /// as fast as the machines go, and the same dive as the built-in simulator's, bit for bit.
   bool lockstep = false;

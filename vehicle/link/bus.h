@@ -19,6 +19,8 @@ namespace channel {
 inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle: imu_t
 inline constexpr const char* kDepth = "DIVE_DEPTH";             ///< Vehicle: depth_t
 inline constexpr const char* kHealth = "DIVE_HEALTH";           ///< Vehicle: health_t
+inline constexpr const char* kImage = "DIVE_IMAGE";             ///< Vehicle: image_t
+inline constexpr const char* kRange = "DIVE_RANGE";             ///< Vehicle: range_cloud_t
 inline constexpr const char* kSimTick = "DIVE_SIM_TICK";        ///< Simulated vehicle: sim_tick_t
 inline constexpr const char* kTruth = "DIVE_SIM_TRUTH";         ///< Simulated vehicle: truth_t
 inline constexpr const char* kCommand = "DIVE_COMMAND";         ///< vehicle_command_t

@@ -7,11 +7,13 @@
 #include <dive/depth_t.hpp>
 #include <dive/health_t.hpp>
 #include <dive/heartbeat_t.hpp>
+#include <dive/image_t.hpp>
 #include <dive/imu_t.hpp>
 #include <dive/operator_answer_t.hpp>
 #include <dive/operator_request_t.hpp>
 #include <dive/path_t.hpp>
 #include <dive/pseudo_rates_t.hpp>
+#include <dive/range_cloud_t.hpp>
 #include <dive/sim_tick_t.hpp>
 #include <dive/truth_t.hpp>
 #include <dive/vehicle_command_t.hpp>
@@ -35,6 +37,9 @@ constexpr Run kSimTick[] = {bytes(8 + 3 + 3 * 8)};
 constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
 constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Seal))};
+constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
+constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
+constexpr Run kRange[] = {bytes(8), array(3 * sizeof(float), kMaxCloud)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
 
 template <typename Message>
@@ -46,6 +51,18 @@ Seal read_seal(const Message& in) {
   Seal seal;
   std::copy_n(in.seal, seal.size(), seal.begin());
   return seal;
+}
+
+std::size_t size_of(const ImageFrame& frame) {
+  const std::size_t bytes_a_pixel = frame.format == ImageFrame::Format::kRgb8 ? 3 : 1;
+  return static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height) *
+         bytes_a_pixel;
+}
+
+bool is_frame(const ImageFrame& frame) {
+  const auto is_side = [](int pixels) { return pixels > 0 && pixels <= kMaxImageSide; };
+  return is_side(frame.width) && is_side(frame.height) && frame.camera >= 0 &&
+         frame.camera < kCameras && frame.pixels.size() == size_of(frame);
 }
 
 bool read_mode(std::int8_t byte, Mode& mode) {
@@ -147,6 +164,51 @@ bool decode(PacketView packet, vehicle::PseudoRates& rates) {
   const auto m = unpack<pseudo_rates_t>(packet, kRates);
   if (!m) return false;
   rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
+  return true;
+}
+
+bool encode(const ImageFrame& frame, Packet& packet) {
+  const auto& [utime, camera, format, width, height, pixels] = frame;
+  if (!is_frame(frame)) return false;
+  image_t m;
+  m.utime = utime;
+  m.camera = static_cast<std::int8_t>(camera);
+  m.format = static_cast<std::int8_t>(format);
+  m.width = width;
+  m.height = height;
+  m.size = static_cast<std::int32_t>(pixels.size());
+  m.data = pixels;
+  return pack(m, kImage, packet);
+}
+
+bool decode(PacketView packet, ImageFrame& frame) {
+  auto m = unpack<image_t>(packet, kImage);
+  if (!m) return false;
+  frame.utime = m->utime;
+  frame.camera = m->camera;
+  frame.width = m->width;
+  frame.height = m->height;
+  frame.pixels = std::move(m->data);
+  return read_enum(m->format, ImageFrame::Format::kRgb8, frame.format) && is_frame(frame);
+}
+
+bool encode(const RangeCloud& cloud, Packet& packet) {
+  const auto& [utime, points] = cloud;
+  if (points.size() > kMaxCloud) return false;
+  range_cloud_t m;
+  m.utime = utime;
+  m.n = static_cast<std::int32_t>(points.size());
+  for (const Eigen::Vector3f& p : points) m.points.push_back({p.x(), p.y(), p.z()});
+  return pack(m, kRange, packet);
+}
+
+bool decode(PacketView packet, RangeCloud& cloud) {
+  const auto m = unpack<range_cloud_t>(packet, kRange);
+  if (!m) return false;
+  cloud.utime = m->utime;
+  cloud.points_B.clear();
+  cloud.points_B.reserve(m->points.size());
+  for (const auto& p : m->points) cloud.points_B.emplace_back(p[0], p[1], p[2]);
   return true;
 }
 

@@ -26,6 +26,9 @@ using Packet = std::vector<std::uint8_t>;
 using PacketView = std::span<const std::uint8_t>;
 
 inline constexpr std::size_t kMaxPathLength = 16'384;  ///< Waypoints.
+inline constexpr int kMaxImageSide = 4096;             ///< Pixels.
+inline constexpr int kCameras = 3;
+inline constexpr std::size_t kMaxCloud = 65'536;  ///< Points.
 
 enum class Source { kExecutive, kSupervisor };
 enum class Mode { kRates, kDepthAndAngles };
@@ -105,6 +108,8 @@ struct Path {
 [[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const HealthSample& sample, Packet& packet);
+[[nodiscard]] bool encode(const ImageFrame& frame, Packet& packet);
+[[nodiscard]] bool encode(const RangeCloud& cloud, Packet& packet);
 [[nodiscard]] bool encode(const VehicleCommand& command, Packet& packet);
 [[nodiscard]] bool encode(const Truth& truth, Packet& packet);
 [[nodiscard]] bool encode(const SimTick& tick, Packet& packet);
@@ -119,6 +124,8 @@ struct Path {
 [[nodiscard]] bool decode(PacketView packet, ImuSample& sample);
 [[nodiscard]] bool decode(PacketView packet, DepthSample& sample);
 [[nodiscard]] bool decode(PacketView packet, HealthSample& sample);
+[[nodiscard]] bool decode(PacketView packet, ImageFrame& frame);
+[[nodiscard]] bool decode(PacketView packet, RangeCloud& cloud);
 [[nodiscard]] bool decode(PacketView packet, VehicleCommand& command);
 [[nodiscard]] bool decode(PacketView packet, Truth& truth);
 [[nodiscard]] bool decode(PacketView packet, SimTick& tick);

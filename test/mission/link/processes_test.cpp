@@ -215,6 +215,17 @@ TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
 }
 
+TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
+  const auto vehicle =
+      dive("sim", {"sim", mission("pool3"), "--speed", "4", "--clock-jump=-3600@10"});
+  const auto executive =
+      dive("run", {"run", mission("pool3"), "--speed", "4", "--log", path("log"), "--stats"});
+  EXPECT_EQ(executive->wait(60.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 2);
+  EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"})->wait(20.0), 2);
+}
+
 TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
   const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
   EXPECT_EQ(bad->wait(20.0), 2);

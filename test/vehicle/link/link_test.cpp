@@ -47,11 +47,19 @@ Kind kind(const char* name, const Value& value) {
 
 std::vector<Kind> kinds() {
   Path path{7, 0.6, std::vector<Pose>(3)};
-  return {kind("imu", ImuSample{}),          kind("depth", DepthSample{}),
-          kind("health", HealthSample{}),    kind("truth", Truth{}),
-          kind("command", VehicleCommand{}), kind("sim tick", SimTick{5, 3, std::nullopt, 4}),
-          kind("heartbeat", Heartbeat{}),    kind("request", request(1, 2, OperatorCommand::kSkip)),
-          kind("answer", OperatorAnswer{}),  kind("path", path)};
+  return {kind("imu", ImuSample{}),
+          kind("depth", DepthSample{}),
+          kind("health", HealthSample{}),
+          kind("truth", Truth{}),
+          kind("command", VehicleCommand{}),
+          kind("sim tick", SimTick{5, 3, std::nullopt, 4}),
+          kind("heartbeat", Heartbeat{}),
+          kind("request", request(1, 2, OperatorCommand::kSkip)),
+          kind("answer", OperatorAnswer{}),
+          kind("image",
+               ImageFrame{3, 1, ImageFrame::Format::kRgb8, 2, 2, std::vector<std::uint8_t>(12, 7)}),
+          kind("range", RangeCloud{4, {{1, 2, 3}, {4, 5, 6}}}),
+          kind("path", path)};
 }
 
 TEST(LinkCodec, AcceptsWholePacketsOnly) {
@@ -100,6 +108,35 @@ TEST(LinkCodec, KeepsEveryBitOfACommand) {
   EXPECT_EQ(back.command.d, 3.25);
   EXPECT_EQ(back.rates.yaw, 0.5);
   EXPECT_EQ(back.rates.heave, -0.2);
+}
+
+TEST(LinkCodec, AFrameIsAsLargeAsItSays) {
+  const ImageFrame gray{3, 2, ImageFrame::Format::kGray8, 3, 2, {1, 2, 3, 4, 5, 6}};
+  Packet packet;
+  ImageFrame back;
+  ASSERT_TRUE(encode(gray, packet) && decode(packet, back));
+  EXPECT_EQ(back.pixels, gray.pixels);
+  EXPECT_EQ(back.width, 3);
+  EXPECT_EQ(back.camera, 2);
+  for (const auto& spoil : std::vector<std::function<void(ImageFrame&)>>{
+           [](ImageFrame& f) { f.width = 2; }, [](ImageFrame& f) { f.camera = 3; },
+           [](ImageFrame& f) { f.height = 0; }, [](ImageFrame& f) { f.pixels.clear(); },
+           [](ImageFrame& f) { f.format = ImageFrame::Format::kRgb8; }}) {
+    ImageFrame spoilt = gray;
+    spoil(spoilt);
+    EXPECT_FALSE(encode(spoilt, packet));
+  }
+}
+
+TEST(LinkCodec, KeepsTheFloatsOfACloud) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Packet packet;
+  RangeCloud back;
+  ASSERT_TRUE(encode(RangeCloud{9, {{1.5F, -2.25F, nan}}}, packet) && decode(packet, back));
+  ASSERT_EQ(back.points_B.size(), 1U);
+  EXPECT_EQ(back.points_B[0].head<2>(), Eigen::Vector2f(1.5F, -2.25F));
+  EXPECT_TRUE(std::isnan(back.points_B[0].z()));
+  EXPECT_FALSE(encode(RangeCloud{9, std::vector<Eigen::Vector3f>(kMaxCloud + 1)}, packet));
 }
 
 // --- authority ---
