@@ -33,7 +33,7 @@ function(dive_test name)
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
                                         GTest::gtest_main rapidcheck)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT 600 RUN_SERIAL ${TEST_ALONE})
+                       PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE})
 endfunction()
 
 # dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.
