@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/priority.h"
 #include "common/xml.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -166,6 +167,7 @@ int run_sim(const SimArguments& arguments) {
 }
 
 int run_supervise(const SuperviseArguments& arguments) {
+  if (!run_first()) note("dive: not permitted to run before other processes (root, or rtprio)");
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.speed);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/priority.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -232,6 +233,13 @@ std::optional<LinkSettings> link_settings(const RunArguments& arguments,
 }
 
 int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+  // Before the bus, whose own thread must not wait either.
+  const bool is_first = arguments.link.lockstep || run_first();
+  if (!is_first) {
+    note(
+        "dive: not permitted to run before other processes: commands may come late under load "
+        "(run as root, or with an rtprio limit)");
+  }
   tl::expected<link::Bus, std::string> bus = link::Bus::open(arguments.link.url);
   if (!bus) {
     complain(bus.error());

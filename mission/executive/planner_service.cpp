@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "common/priority.h"
 #include "mission/executive/changed_map.h"
 
 namespace dive::mission {
@@ -38,6 +39,7 @@ void PlannerService::launch(PlanQuery query, Utime now) {
   due_ = now + latency_;
   result_ = std::async(std::launch::async, [this, request = std::move(query.request),
                                             added = std::exchange(added_, {})] {
+    run_as_others();  // a plan may come late, a command may not
     if (!added.empty()) {
       world_.obstacles.insert(world_.obstacles.end(), added.begin(), added.end());
       planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);

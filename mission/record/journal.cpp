@@ -1,5 +1,6 @@
 #include "mission/record/journal.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -83,6 +84,12 @@ Committed committed_from(const json& j) {
   j.at("queries").get_to(c.queries);
   if (j.contains("under_elapsed")) c.under_elapsed_s = j.at("under_elapsed").get<double>();
   return c;
+}
+
+bool has_payload(const StepOutputs& outputs) {
+  return std::ranges::any_of(outputs.actions, [](const ActionRecord& action) {
+    return action.kind == ActionRecord::Kind::kPayload;
+  });
 }
 
 std::string line_of(const json& value) {
@@ -232,7 +239,10 @@ bool JournalWriter::keep(const Executive& executive, const StepOutputs& outputs)
     journal.leg = outputs.status.leg;
     ++journal.commits;
     journal.put(to_json(executive.committed()));
-    if (changed) ::fdatasync(journal.descriptor);
+    // The system keeps a line for a process that dies, but not for a machine without power: one
+    // that comes back was away for too long to go on, and must only not repeat what it did. Waiting
+    // for the disk may take tens of milliseconds.
+    if (has_payload(outputs)) ::fdatasync(journal.descriptor);
   }
   return !journal.failed;
 }

@@ -1,0 +1,22 @@
+#include "common/priority.h"
+
+#include <sched.h>
+
+namespace dive {
+namespace {
+
+constexpr int kPriority = 20;  // below the kernel's own threads, above everything ordinary
+
+}  // namespace
+
+bool run_first() {
+  const sched_param wanted{.sched_priority = kPriority};
+  return ::sched_setscheduler(0, SCHED_FIFO, &wanted) == 0;
+}
+
+void run_as_others() {
+  const sched_param ordinary{.sched_priority = 0};
+  ::sched_setscheduler(0, SCHED_OTHER, &ordinary);
+}
+
+}  // namespace dive
