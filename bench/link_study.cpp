@@ -2,6 +2,7 @@
 // moment, or aborts, and looks what becomes of the vehicle.
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "common/priority.h"
 #include "common/random.h"
 #include "test/mission/link/process.h"
 #include "vehicle/link/bus.h"
@@ -95,6 +97,20 @@ Outcome run(const Case& one, int index, const std::string& folder) {
   return outcome;
 }
 
+// What the machine itself can do: a bare loop that sleeps until every 20 ms, served first like the
+// executive's.
+std::vector<double> bare_lateness_ms(const std::atomic<bool>& wanted) {
+  using Clock = std::chrono::steady_clock;
+  dive::run_first();
+  std::vector<double> late_ms;
+  for (auto due = Clock::now(); wanted;) {
+    due += std::chrono::milliseconds(20);
+    std::this_thread::sleep_until(due);
+    late_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - due).count());
+  }
+  return late_ms;
+}
+
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   std::sort(values.begin(), values.end());
@@ -130,6 +146,9 @@ int main(int argc, char** argv) {
   std::vector<Outcome> outcomes(cases.size());
   std::mutex mutex;
   std::size_t next = 0;
+  std::atomic<bool> wanted = true;
+  std::vector<double> bare_ms;
+  std::jthread bare([&] { bare_ms = bare_lateness_ms(wanted); });
   std::vector<std::jthread> threads;
   for (int job = 0; job < jobs; ++job) {
     threads.emplace_back([&] {
@@ -145,6 +164,8 @@ int main(int argc, char** argv) {
     });
   }
   threads.clear();
+  wanted = false;
+  bare.join();
 
   int unwell = 0;
   std::vector<double> abort_ms;
@@ -165,6 +186,8 @@ int main(int argc, char** argv) {
              quantile(abort_ms, 0.5), quantile(abort_ms, 0.99));
   fmt::print("lateness, 99.9th percentile of a dive: median {:.2f} ms, largest {:.2f} ms\n",
              quantile(lateness_ms, 0.5), quantile(lateness_ms, 1.0));
+  fmt::print("a bare loop beside it: 99.9th percentile {:.2f} ms, largest {:.2f} ms\n",
+             quantile(bare_ms, 0.999), quantile(bare_ms, 1.0));
   fmt::print("the supervisor took over after at most {:.2f} s\n", quantile(silent_s, 1.0));
   return unwell == 0 ? 0 : 1;
 }
