@@ -26,7 +26,7 @@ class HelpFormatter final : public CLI::Formatter {
     for (char& c : sentence) {
       if (c == '\n') c = ' ';
     }
-    return fmt::format("  {:<8} {}\n", command->get_name(), sentence);
+    return fmt::format("  {:<9} {}\n", command->get_name(), sentence);
   }
 };
 
