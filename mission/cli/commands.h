@@ -60,7 +60,8 @@ struct RunArguments {
 };
 
 struct SimArguments {
-  std::string mission;
+  std::string mission;  ///< Or, with `start`, a map.
+  std::string start;
   bool json = false;
   std::uint64_t seed = 1;
   std::vector<std::string> faults;      ///< NAME@SECONDS

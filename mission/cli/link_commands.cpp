@@ -17,6 +17,7 @@
 #include "mission/link/simulated_vehicle.h"
 #include "mission/link/supervisor.h"
 #include "mission/link/topside.h"
+#include "planning/world/sdf.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
@@ -54,6 +55,31 @@ std::optional<ClockJump> parse_clock_jump(const std::string& written) {
   }
   complain(
       fmt::format("'{}' is no jump of a clock: write SECONDS@SECONDS, e.g. -3600@20", written));
+  return std::nullopt;
+}
+
+/// Where the vehicle begins, and among what.
+struct Place {
+  planning::World world;
+  Pose start_X_WB;
+};
+
+/// Prints what is wrong and is empty when something is.
+std::optional<Place> find_place(const SimArguments& arguments) {
+  Diagnostics diagnostics;
+  if (arguments.start.empty()) {
+    std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+    if (loaded) {
+      const Pose start = start_pose(loaded->mission, loaded->world);
+      return Place{std::move(loaded->world), start};
+    }
+  } else {
+    const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
+    if (!start) return std::nullopt;
+    std::optional<planning::World> world = planning::load_sdf(arguments.mission, diagnostics);
+    if (world) return Place{std::move(*world), start->pose};
+  }
+  print_diagnostics(diagnostics);
   return std::nullopt;
 }
 
@@ -142,22 +168,18 @@ int run_sim(const SimArguments& arguments) {
     settings.clock_jump = parse_clock_jump(arguments.clock_jump);
     if (!settings.clock_jump) return kExitUsage;
   }
-  Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
-  if (!loaded) {
-    print_diagnostics(diagnostics);
-    return kExitUsage;
-  }
+  const std::optional<Place> place = find_place(arguments);
+  if (!place) return kExitUsage;
+  const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.speed);
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  note(fmt::format("dive: the vehicle lies at the start of {} and waits for `dive run --lcm`",
-                   loaded->mission.id));
-  const VehicleReport report =
-      simulate_vehicle(loaded->world, loaded->model, start_pose(loaded->mission, loaded->world),
-                       settings, *bus, clock, [] { return !interrupted; });
+  note(fmt::format("dive: the vehicle lies at its start in {} and waits for `dive run --lcm`",
+                   arguments.mission));
+  const VehicleReport report = simulate_vehicle(place->world, model, place->start_X_WB, settings,
+                                                *bus, clock, [] { return !interrupted; });
   if (arguments.json) {
     print_json_report(report);
   } else {

@@ -104,6 +104,29 @@ std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::strin
   return conditions;
 }
 
+std::optional<WrittenPose> parse_pose(const char* option, std::string text) {
+  for (char& c : text) {
+    if (c == ',') c = ' ';
+  }
+  WrittenPose result;
+  if (const auto position = parse_numbers(text, 3)) {
+    result.pose.p = {(*position)[0], (*position)[1], (*position)[2]};
+    return result;
+  }
+  if (const auto all = parse_numbers(text, 6)) {
+    const std::vector<double>& v = *all;
+    result.pose = {{v[0], v[1], v[2]},
+                   from_rpy(deg_to_rad(v[3]), deg_to_rad(v[4]), deg_to_rad(v[5]))};
+    result.has_attitude = true;
+    return result;
+  }
+  complain(
+      fmt::format("{} {}: expected x,y,z or x,y,z,roll,pitch,yaw_deg (metres, z up and "
+                  "negative under water, degrees)",
+                  option, text));
+  return std::nullopt;
+}
+
 std::optional<std::vector<Fault>> parse_faults(const std::vector<std::string>& written) {
   std::vector<Fault> faults;
   for (const std::string& one : written) {

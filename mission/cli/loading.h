@@ -36,6 +36,15 @@ struct LoadedMission {
 [[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
     const std::vector<std::string>& settings);
 
+/// "x,y,z[,roll,pitch,yaw_deg]" in W, metres and degrees.
+struct WrittenPose {
+  Pose pose;
+  bool has_attitude = false;
+};
+
+/// Complains when `text`, given with `option`, is no pose.
+[[nodiscard]] std::optional<WrittenPose> parse_pose(const char* option, std::string text);
+
 /// Faults from "NAME@SECONDS"; complains when one is none.
 [[nodiscard]] std::optional<std::vector<Fault>> parse_faults(
     const std::vector<std::string>& written);

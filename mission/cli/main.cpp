@@ -157,12 +157,16 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       "Examples:\n"
       "  dive sim missions/window.xml                    then, in another terminal:\n"
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
-      "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n\n"
-      "Is the vehicle, at the start of a mission: speaks LCM, obeys, and says in the end what\n"
+      "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n"
+      "  dive sim missions/maps/window.sdf --start -4,-2,-3\n\n"
+      "Is the vehicle, at the start of a mission or anywhere on a map: speaks LCM, obeys, and says "
+      "in the end what\n"
       "really happened. Exit status 0 when it touched nothing.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML): its map and its start")
+  command
+      ->add_option("MISSION", arguments.mission, "Mission file (XML), or a map (SDF) with --start")
       ->type_name("FILE")
       ->required();
+  command->add_option("--start", arguments.start, "Start pose on a map")->type_name("POSE");
   command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")

@@ -14,35 +14,6 @@
 namespace dive::mission {
 namespace {
 
-// "x,y,z[,roll,pitch,yaw_deg]" in W, metres and degrees.
-struct WrittenPose {
-  Pose pose;
-  bool has_attitude = false;
-};
-
-std::optional<WrittenPose> parse_pose(const char* option, std::string text) {
-  for (char& c : text) {
-    if (c == ',') c = ' ';
-  }
-  WrittenPose result;
-  if (const auto position = parse_numbers(text, 3)) {
-    result.pose.p = {(*position)[0], (*position)[1], (*position)[2]};
-    return result;
-  }
-  if (const auto all = parse_numbers(text, 6)) {
-    const std::vector<double>& v = *all;
-    result.pose = {{v[0], v[1], v[2]},
-                   from_rpy(deg_to_rad(v[3]), deg_to_rad(v[4]), deg_to_rad(v[5]))};
-    result.has_attitude = true;
-    return result;
-  }
-  complain(
-      fmt::format("{} {}: expected x,y,z or x,y,z,roll,pitch,yaw_deg (metres, z up and "
-                  "negative under water, degrees)",
-                  option, text));
-  return std::nullopt;
-}
-
 void print_plan(const std::string& name, const planning::PlanResult& plan) {
   if (plan.status != planning::PlanStatus::kSuccess) {
     print(fmt::format("{}: {}: {}", name, planning::to_string(plan.status), plan.reason));

@@ -226,6 +226,16 @@ TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
   EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"})->wait(20.0), 2);
 }
 
+TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
+  const std::string map = DIVE_SOURCE_DIR "/missions/maps/pool2.sdf";
+  const auto vehicle = dive("sim", {"sim", map, "--start", "1.5,0,-1,0,0,0", "--lockstep"});
+  const auto executive = dive("run", {"run", mission("pool2"), "--lockstep", "--log", path("log")});
+  EXPECT_EQ(executive->wait(60.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+  EXPECT_EQ(dive("nowhere", {"sim", map, "--start", "0,0"})->wait(20.0), 2);
+  EXPECT_EQ(dive("nothing", {"sim", "no.sdf", "--start", "0,0,-1"})->wait(20.0), 2);
+}
+
 TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
   const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
   EXPECT_EQ(bad->wait(20.0), 2);
