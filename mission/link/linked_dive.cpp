@@ -19,7 +19,6 @@ constexpr std::size_t kMaxSample = 256;  // bytes of any packet that is listened
 constexpr std::size_t kMaxRequests = 8;  // that wait for a tick of their own
 constexpr int kGoodbyes = 20;
 constexpr Utime kGoodbyePeriod = 10'000;  // us
-constexpr double kGraceSeconds = 120.0;   // for an abort that starts when the time is up
 
 /// What has come since the last tick.
 class Inbox {
@@ -154,7 +153,10 @@ class LinkedDive {
     }
     executive_.emplace(mission_, world_, model_, executive_options());
     start_time();
-    const double longest = 1.5 * mission_.limits.mission_timeout.value + kGraceSeconds;
+    const double longest = longest_dive_s(mission_);
+    if (!settings_.lockstep) {  // nothing grows while diving
+      result_.stats.lateness_ms.reserve(static_cast<std::size_t>(longest / to_seconds(kTick)) + 1);
+    }
     while (executive_->result().outcome == Outcome::kRunning &&
            to_seconds(now_ - began_) < longest) {
       if (!wait_for_tick()) break;
