@@ -157,7 +157,9 @@ class Folder : public ::testing::Test {
     }
   }
 
-  const fs::path folder_ = fs::path(::testing::TempDir()) / "dive-expansion";
+  // Tests run side by side.
+  const fs::path folder_ = fs::path(::testing::TempDir()) / "dive-expansion" /
+                           ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
 std::string times(int count, const std::string& text) {
