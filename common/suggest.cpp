@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace dive {
 namespace {
 
@@ -42,6 +44,11 @@ std::optional<std::string> closest_match(std::string_view word,
     }
   }
   return best;
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
+  const std::optional<std::string> meant = closest_match(word, candidates);
+  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
 }
 
 }  // namespace dive

@@ -13,4 +13,8 @@ namespace dive {
 [[nodiscard]] std::optional<std::string> closest_match(std::string_view word,
                                                        std::span<const std::string> candidates);
 
+/// "did you mean 'goto'?" of that candidate; empty if there is none.
+[[nodiscard]] std::string did_you_mean(std::string_view word,
+                                       std::span<const std::string> candidates);
+
 }  // namespace dive

@@ -293,12 +293,11 @@ void UrdfElements::joint_type(const XmlElement& element, urdf::Joint& joint) {
     error("URDF-JOINT-TYPE", span,
           fmt::format("a {} joint is not read: what hangs on it has no bounded range", type));
   } else {
-    const std::optional<std::string> meant = closest_match(type, kTypes);
     error("URDF-JOINT-TYPE", span,
           fmt::format("'{}' is not a type of joint: expected fixed, revolute, continuous or "
                       "prismatic",
                       type),
-          meant ? fmt::format("did you mean '{}'?", *meant) : "");
+          did_you_mean(type, kTypes));
   }
 }
 

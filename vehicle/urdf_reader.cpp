@@ -93,10 +93,8 @@ class Reader {
     if (found != model_->links_.end()) return found->second;
     std::vector<std::string> names;
     for (const auto& [link, element] : links_) names.push_back(link->name);
-    const std::optional<std::string> meant = closest_match(name, names);
     elements_.error("URDF-LINK", joint.child(end)->attribute("link")->value_span,
-                    fmt::format("there is no link '{}'", name),
-                    meant ? fmt::format("did you mean '{}'?", *meant) : "");
+                    fmt::format("there is no link '{}'", name), did_you_mean(name, names));
     return nullptr;
   }
 

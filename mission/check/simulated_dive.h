@@ -41,11 +41,6 @@ struct DiveSettings {
   [[nodiscard]] std::string validate() const;
 };
 
-struct TimedTransition {
-  double t_s = 0.0;
-  TransitionRecord record;
-};
-
 struct DiveResult {
   std::string outcome;  ///< success, aborted, held, failure
   std::string final_state;

@@ -50,28 +50,13 @@ void print_report(const CheckReport& report) {
   }
 }
 
-int list_rules(bool json) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const std::span<const Rule> rules :
-       {document_rules(), world_rules(), deck_rules(), import_rules()}) {
-    for (const Rule& rule : rules) {
-      if (json) {
-        list.push_back({{"code", rule.code},
-                        {"severity", to_string(rule.severity)},
-                        {"sentence", rule.sentence}});
-      } else {
-        print(fmt::format("{:<24} {:<8} {}", rule.code, to_string(rule.severity), rule.sentence));
-      }
-    }
-  }
-  if (json) print_json({{"rules", list}});
-  return kExitSuccess;
-}
-
 }  // namespace
 
 int run_check(const CheckArguments& arguments) {
-  if (arguments.list_rules) return list_rules(arguments.json);
+  if (arguments.list_rules) {
+    print_rules({document_rules(), world_rules(), deck_rules(), import_rules()}, arguments.json);
+    return kExitSuccess;
+  }
   CheckOptions options;
   options.simulate = !arguments.static_only;
   options.faults = arguments.faults || arguments.pairs;

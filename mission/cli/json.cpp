@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "mission/cli/terminal.h"
@@ -78,15 +79,19 @@ Json to_json(const planning::PlanResult& plan) {
           {"waypoints", std::move(waypoints)}};
 }
 
-Json to_json(const DiveResult& result) {
-  Json transitions = Json::array();
-  for (const TimedTransition& transition : result.transitions) {
-    transitions.push_back({{"t", transition.t_s},
-                           {"from", transition.record.from},
-                           {"to", transition.record.to},
-                           {"event", transition.record.event},
-                           {"cause", transition.record.cause}});
+Json to_json(const std::vector<TimedTransition>& transitions) {
+  Json list = Json::array();
+  for (const auto& [t_s, record] : transitions) {
+    list.push_back({{"t", t_s},
+                    {"from", record.from},
+                    {"to", record.to},
+                    {"event", record.event},
+                    {"cause", record.cause}});
   }
+  return list;
+}
+
+Json to_json(const DiveResult& result) {
   return {{"outcome", result.outcome},
           {"final_state", result.final_state},
           {"cause", result.cause},
@@ -100,7 +105,7 @@ Json to_json(const DiveResult& result) {
           {"final_depth_m", result.final_depth_m},
           {"estimate_error_m", result.estimate_error_m},
           {"estimate_sigma_m", result.estimate_sigma_m},
-          {"transitions", std::move(transitions)}};
+          {"transitions", to_json(result.transitions)}};
 }
 
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
@@ -160,6 +165,22 @@ Json to_json(const ReplayReport& report) {
           {"ticks", report.ticks},
           {"torn", report.torn},
           {"first_divergence", std::move(divergence)}};
+}
+
+void print_rules(const std::vector<std::span<const Rule>>& tables, bool json) {
+  Json list = Json::array();
+  for (const std::span<const Rule> rules : tables) {
+    for (const Rule& rule : rules) {
+      if (json) {
+        list.push_back({{"code", rule.code},
+                        {"severity", to_string(rule.severity)},
+                        {"sentence", rule.sentence}});
+      } else {
+        print(fmt::format("{:<24} {:<8} {}", rule.code, to_string(rule.severity), rule.sentence));
+      }
+    }
+  }
+  if (json) print_json({{"rules", std::move(list)}});
 }
 
 void print_json(const Json& json) {

@@ -22,8 +22,12 @@ namespace dive::mission {
 [[nodiscard]] nlohmann::ordered_json to_json(const planning::PlanResult& plan);
 [[nodiscard]] nlohmann::ordered_json to_json(const CheckReport& report,
                                              const Diagnostics& diagnostics);
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<TimedTransition>& transitions);
 [[nodiscard]] nlohmann::ordered_json to_json(const DiveResult& result);
 [[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+
+/// Rules with their codes on stdout, a line each or as one object.
+void print_rules(const std::vector<std::span<const Rule>>& tables, bool json);
 
 /// Prints it on stdout. Bytes that are not UTF-8 (from a file somebody wrote) are replaced.
 void print_json(const nlohmann::ordered_json& json);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "mission/cli/json.h"
+
 namespace dive::mission {
 namespace {
 
@@ -64,14 +66,6 @@ std::vector<std::string> describe(const LinkStats& stats) {
 }
 
 Json to_json(const LinkedResult& result, bool with_stats) {
-  Json transitions = Json::array();
-  for (const TimedTransition& timed : result.transitions) {
-    transitions.push_back({{"t", timed.t_s},
-                           {"from", timed.record.from},
-                           {"to", timed.record.to},
-                           {"event", timed.record.event},
-                           {"cause", timed.record.cause}});
-  }
   // What only ground truth knows is null: dive sim reports it.
   Json json = {{"outcome", result.outcome},
                {"final_state", result.final_state},
@@ -81,7 +75,7 @@ Json to_json(const LinkedResult& result, bool with_stats) {
                {"min_clearance_m", nullptr},
                {"collisions", nullptr},
                {"replans", result.replans},
-               {"transitions", std::move(transitions)}};
+               {"transitions", to_json(result.transitions)}};
   if (with_stats) json["stats"] = to_json(result.stats);
   return json;
 }

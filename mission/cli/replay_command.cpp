@@ -20,23 +20,11 @@ void print_report(const std::string& log, const ReplayReport& report) {
   if (!report.first_divergence.empty()) print("  first at " + report.first_divergence);
 }
 
-std::string in_words(const ReplayedTransition& transition) {
+std::string in_words(const TimedTransition& transition) {
   const TransitionRecord& record = transition.record;
   return fmt::format("{:8.2f} s  {}{}{}", transition.t_s, record.from,
                      record.from.empty() ? "" : " -> ",
                      record.to + (record.cause.empty() ? "" : " (" + record.cause + ")"));
-}
-
-Json to_json(const std::vector<ReplayedTransition>& transitions) {
-  Json list = Json::array();
-  for (const auto& [t_s, record] : transitions) {
-    list.push_back({{"t", t_s},
-                    {"from", record.from},
-                    {"to", record.to},
-                    {"event", record.event},
-                    {"cause", record.cause}});
-  }
-  return list;
 }
 
 int print_what_if(const ReplayArguments& arguments, LogReader& log) {
@@ -58,7 +46,7 @@ int print_what_if(const ReplayArguments& arguments, LogReader& log) {
     print_json(json);
   } else {
     print_report(arguments.log, what_if->report);
-    const auto same = [](const ReplayedTransition& a, const ReplayedTransition& b) {
+    const auto same = [](const TimedTransition& a, const TimedTransition& b) {
       return in_words(a) == in_words(b);
     };
     const auto [logged, replayed] =

@@ -288,25 +288,13 @@ int conclude(const std::vector<Trial>& trials, const TestArguments& arguments) {
   return held == total ? kExitSuccess : kExitFailed;
 }
 
-int list_rules(bool json) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Rule& rule : scenario_rules()) {
-    if (json) {
-      list.push_back({{"code", rule.code},
-                      {"severity", to_string(rule.severity)},
-                      {"sentence", rule.sentence}});
-    } else {
-      print(fmt::format("{:<24} {:<8} {}", rule.code, to_string(rule.severity), rule.sentence));
-    }
-  }
-  if (json) print_json({{"rules", list}});
-  return kExitSuccess;
-}
-
 }  // namespace
 
 int run_tests(const TestArguments& arguments) {
-  if (arguments.list_rules) return list_rules(arguments.json);
+  if (arguments.list_rules) {
+    print_rules({scenario_rules()}, arguments.json);
+    return kExitSuccess;
+  }
   if (arguments.mute && arguments.inverted) {
     complain("--mute and --inverted do not go together");
     return kExitUsage;

@@ -75,11 +75,6 @@ std::vector<std::string> names_of(const Values& values) {
   return names;
 }
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
-  const std::optional<std::string> meant = closest_match(word, candidates);
-  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
-}
-
 // The text that is being put together, and where its lines come from.
 class Output {
  public:

@@ -1,7 +1,6 @@
 #include "mission/document/file_beneath.h"
 
 #include <algorithm>
-#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -32,8 +31,7 @@ std::string hint_for_missing(const fs::path& path) {
   }
   if (error) return fmt::format("there is no folder {}", path.parent_path().string());
   std::sort(names.begin(), names.end());
-  const std::optional<std::string> meant = closest_match(path.filename().string(), names);
-  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
+  return did_you_mean(path.filename().string(), names);
 }
 
 }  // namespace

@@ -19,11 +19,6 @@ constexpr int kMaxStates = 1000;
 constexpr std::size_t kMaxTransitions = 2000;
 constexpr std::size_t kMaxGoals = 1000;
 
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
-  const std::optional<std::string> meant = closest_match(word, candidates);
-  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
-}
-
 bool is_goal(const StateIndex& index, const std::string& id) {
   for (int state = 0; state < index.size(); ++state) {
     for (const Goal* goal : goals_of(index.spec(state))) {

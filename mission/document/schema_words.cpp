@@ -20,11 +20,6 @@ std::string quoted(std::string_view value) {
   return fmt::format("'{}...'", value.substr(0, end));
 }
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
-  const std::optional<std::string> meant = closest_match(word, candidates);
-  return meant ? fmt::format("did you mean '{}'?", *meant) : std::string();
-}
-
 // What people write for a number that a machine cannot read.
 std::string hint_for_number(std::string_view value, std::string_view expected) {
   if (expected.find("number") == std::string_view::npos) return {};

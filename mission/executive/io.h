@@ -59,6 +59,12 @@ struct TransitionRecord {
   std::string guards;  ///< Evaluated on the way, with their values: "depth > 3 m: false, ...".
 };
 
+/// And when: since the dive began.
+struct TimedTransition {
+  double t_s = 0.0;
+  TransitionRecord record;
+};
+
 /// A change of the failsafe ladder.
 struct FailsafeRecord {
   std::string rung;

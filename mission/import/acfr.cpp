@@ -101,9 +101,8 @@ class Reader {
   void add(const XmlElement& element, ForeignMission& mission) {
     if (std::ranges::find(kRead, element.name) == kRead.end()) {
       const std::vector<std::string> names(kRead.begin(), kRead.end());
-      const std::optional<std::string> meant = closest_match(element.name, names);
       return error(element.span, fmt::format("the primitive '{}' is not known", element.name),
-                   meant ? fmt::format("did you mean '{}'?", *meant) : std::string());
+                   did_you_mean(element.name, names));
     }
     if (std::ranges::find(kKnown, element.name) == kKnown.end()) {
       diagnostics_.warning(

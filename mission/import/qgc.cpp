@@ -132,14 +132,14 @@ std::optional<std::array<double, 3>> place_of(const nlohmann::json& item) {
   return std::nullopt;
 }
 
-void read_items(const nlohmann::json& list, const SourceText& source, std::size_t& from,
-                Builder& builder, std::vector<Item>& items) {
+void read_items(const nlohmann::json& list, bool in_survey, const SourceText& source,
+                std::size_t& from, Builder& builder, std::vector<Item>& items) {
   for (const nlohmann::json& item : list) {
-    // A survey carries the waypoints it was turned into.
-    if (item.is_object() && item.contains("TransectStyleComplexItem")) {
+    // A survey carries the waypoints it was turned into, but no other survey.
+    if (!in_survey && item.is_object() && item.contains("TransectStyleComplexItem")) {
       const nlohmann::json& survey = item["TransectStyleComplexItem"];
       if (survey.is_object() && survey.contains("Items") && survey["Items"].is_array()) {
-        read_items(survey["Items"], source, from, builder, items);
+        read_items(survey["Items"], true, source, from, builder, items);
         continue;
       }
     }
@@ -170,7 +170,7 @@ void read_plan(const SourceText& source, Builder& builder, std::vector<Item>& it
                          "this is not a plan of QGroundControl's: it has no mission.items");
   }
   std::size_t from = 0;
-  read_items(plan["mission"]["items"], source, from, builder, items);
+  read_items(plan["mission"]["items"], false, source, from, builder, items);
 }
 
 }  // namespace

@@ -14,11 +14,6 @@
 
 namespace dive::mission {
 
-struct ReplayedTransition {
-  double t_s = 0.0;
-  TransitionRecord record;
-};
-
 struct ReplayReport {
   bool identical = false;
   std::int64_t ticks = 0;
@@ -34,8 +29,8 @@ struct ReplayReport {
 /// transitions beside those logged. The further from the first divergence, the less it is worth.
 struct WhatIf {
   ReplayReport report;
-  std::vector<ReplayedTransition> logged;
-  std::vector<ReplayedTransition> replayed;
+  std::vector<TimedTransition> logged;
+  std::vector<TimedTransition> replayed;
 };
 [[nodiscard]] tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed);
 

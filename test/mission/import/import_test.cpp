@@ -214,6 +214,15 @@ TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints)
   EXPECT_EQ(mission->legs[2].z, 3.0);
 }
 
+TEST_F(ImportTest, SurveysInSurveysAreRefusedHoweverDeep) {
+  std::string items = "[]";
+  for (int i = 0; i < 5000; ++i) {
+    items = "[{\"TransectStyleComplexItem\":{\"Items\":" + items + "}}]";
+  }
+  EXPECT_FALSE(qgc("{\"mission\": {\"items\": " + items + "}}"));
+  EXPECT_FALSE(diagnostics_.ok());
+}
+
 TEST_F(ImportTest, WhatIsNoPlanIsRefused) {
   for (const char* content :
        {"", "{", "[]", "{\"mission\": 3}", "{\"mission\": {\"items\": [{}]}}",
