@@ -49,7 +49,8 @@ bool hears_commands(const std::string& url) {
   auto bus = dive::link::Bus::open(url);
   if (!bus) return false;
   bool heard = false;
-  bus->subscribe(dive::link::channel::kCommand, 256, [&](dive::link::PacketView) { heard = true; });
+  bus->listen<dive::link::VehicleCommand>(dive::link::channel::kCommand,
+                                          [&](const auto&) { heard = true; });
   dive::SteadyClock clock;
   return bus->wait(clock, clock.now() + 20 * dive::kMicrosecondsPerSecond, [&] { return heard; });
 }

@@ -15,7 +15,6 @@ namespace {
 
 constexpr Utime kTick = 20'000;  // us
 constexpr Utime kHeartbeatPeriod = 100'000;
-constexpr std::size_t kMaxSample = 256;  // bytes of any packet that is listened to
 constexpr std::size_t kMaxRequests = 8;  // that wait for a tick of their own
 constexpr int kGoodbyes = 20;
 constexpr Utime kGoodbyePeriod = 10'000;  // us
@@ -24,24 +23,24 @@ constexpr Utime kGoodbyePeriod = 10'000;  // us
 class Inbox {
  public:
   Inbox(link::Bus& bus, Clock& clock, bool lockstep) : clock_(clock), lockstep_(lockstep) {
-    listen<ImuSample>(bus, link::channel::kImu,
-                      [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
-    listen<DepthSample>(bus, link::channel::kDepth,
-                        [this](const DepthSample& sample) { keep(depth_, depth_clock_, sample); });
-    listen<HealthSample>(bus, link::channel::kHealth, [this](const HealthSample& sample) {
+    bus.listen<ImuSample>(link::channel::kImu,
+                          [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
+    bus.listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
+      keep(depth_, depth_clock_, sample);
+    });
+    bus.listen<HealthSample>(link::channel::kHealth, [this](const HealthSample& sample) {
       keep(health_, health_clock_, sample);
     });
-    listen<link::Truth>(bus, link::channel::kTruth,
-                        [this](const link::Truth& truth) { truth_ = truth; });
-    listen<link::SimTick>(bus, link::channel::kSimTick, [this](const link::SimTick& tick) {
+    bus.listen<link::Truth>(link::channel::kTruth,
+                            [this](const link::Truth& truth) { truth_ = truth; });
+    bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
       is_asked_again_ = tick_ && tick_->utime == tick.utime;
       if (!tick_ || tick.utime >= tick_->utime) tick_ = tick;
     });
-    listen<link::OperatorRequest>(bus, link::channel::kRequest,
-                                  [this](const link::OperatorRequest& request) {
-                                    if (requests_.size() < kMaxRequests)
-                                      requests_.push_back({request, clock_.now()});
-                                  });
+    bus.listen<link::OperatorRequest>(link::channel::kRequest,
+                                      [this](const link::OperatorRequest& request) {
+                                        keep(Request{request, clock_.now()});
+                                      });
   }
 
   struct Request {
@@ -90,19 +89,15 @@ class Inbox {
   [[nodiscard]] int clock_jumps() const {
     return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps();
   }
-  [[nodiscard]] std::int64_t malformed() const { return malformed_; }
 
  private:
-  template <typename Value>
-  void listen(link::Bus& bus, const char* channel, std::function<void(const Value&)> handler) {
-    bus.subscribe(channel, kMaxSample, [this, handler](link::PacketView packet) {
-      Value value;
-      if (link::decode(packet, value)) {
-        handler(value);
-      } else {
-        ++malformed_;
-      }
-    });
+  // No flood of anything else keeps an abort out.
+  void keep(const Request& request) {
+    if (requests_.size() < kMaxRequests) {
+      requests_.push_back(request);
+    } else if (request.request.command == OperatorCommand::kAbort) {
+      requests_.back() = request;
+    }
   }
 
   // The newest, on our clock where the vehicle's may be set.
@@ -127,7 +122,6 @@ class Inbox {
   link::SampleClock depth_clock_;
   link::SampleClock health_clock_;
   std::deque<Request> requests_;
-  std::int64_t malformed_ = 0;
 };
 
 class LinkedDive {
@@ -323,7 +317,7 @@ class LinkedDive {
     result_.duration_s = to_seconds(now_ - began_);
     result_.stats.clock_jumps = inbox_.clock_jumps();
     result_.stats.refused = gate_.refused();
-    result_.stats.malformed = inbox_.malformed() + bus_.too_large();
+    result_.stats.malformed = bus_.malformed();
     return result_;
   }
 

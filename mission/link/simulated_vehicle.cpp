@@ -8,11 +8,10 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kSayAgain = 5'000;       // us of real time, in lock-step
-constexpr Utime kGiveUp = 1'000'000;     // us without an answer: the executive is gone
-constexpr double kAtSurface = 0.3;       // m
-constexpr double kRestAtSurface = 5.0;   // s
-constexpr std::size_t kMaxPacket = 256;  // bytes of what a vehicle listens to
+constexpr Utime kSayAgain = 5'000;      // us of real time, in lock-step
+constexpr Utime kGiveUp = 1'000'000;    // us without an answer: the executive is gone
+constexpr double kAtSurface = 0.3;      // m
+constexpr double kRestAtSurface = 5.0;  // s
 
 class SimulatedVehicle {
  public:
@@ -24,14 +23,12 @@ class SimulatedVehicle {
         simulator_(model, start, settings.conditions, settings.seed),
         meter_(world, model.hull),
         injector_(settings.faults) {
-    bus_.subscribe(link::channel::kCommand, kMaxPacket, [this](link::PacketView packet) {
-      link::VehicleCommand command;
-      if (link::decode(packet, command)) arbiter_.hear(command, simulator_.truth().utime);
-    });
-    bus_.subscribe(link::channel::kHeartbeat, kMaxPacket, [this](link::PacketView packet) {
-      link::Heartbeat heartbeat;
-      if (link::decode(packet, heartbeat)) finished_ = heartbeat.finished;
-    });
+    bus_.listen<link::VehicleCommand>(
+        link::channel::kCommand,
+        [this](const link::VehicleCommand& command) { arbiter_.hear(command, now()); });
+    bus_.listen<link::Heartbeat>(
+        link::channel::kHeartbeat,
+        [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
   }
 
   VehicleReport run(const VehicleWanted& wanted) {

@@ -12,26 +12,27 @@ namespace {
 constexpr Utime kPeriod = 50'000;       // us between its own commands
 constexpr double kAtSurface = 0.3;      // m
 constexpr double kRestAtSurface = 5.0;  // s
-constexpr std::size_t kMaxPacket = 256;
 
 class Supervisor {
  public:
   Supervisor(const SupervisorSettings& settings, link::Bus& bus, Clock& clock)
       : settings_(settings), bus_(bus), clock_(clock) {
-    listen<link::VehicleCommand>(link::channel::kCommand, [this](const link::VehicleCommand& said) {
-      if (said.source != link::Source::kExecutive) return;
-      if (command_ && said.utime <= command_->utime) return;  // it hangs, or an echo of it is heard
-      command_ = said;
-      commanded_at_ = clock_.now();
-    });
-    listen<link::Heartbeat>(link::channel::kHeartbeat, [this](const link::Heartbeat& heartbeat) {
-      finished_ = heartbeat.finished;
-    });
-    listen<ImuSample>(link::channel::kImu, [this](const ImuSample& sample) {
+    bus_.listen<link::VehicleCommand>(link::channel::kCommand,
+                                      [this](const link::VehicleCommand& said) {
+                                        if (said.source != link::Source::kExecutive) return;
+                                        if (command_ && said.utime <= command_->utime)
+                                          return;  // it hangs, or an echo of it is heard
+                                        command_ = said;
+                                        commanded_at_ = clock_.now();
+                                      });
+    bus_.listen<link::Heartbeat>(
+        link::channel::kHeartbeat,
+        [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
+    bus_.listen<ImuSample>(link::channel::kImu, [this](const ImuSample& sample) {
       keep_time(sample.utime);
       yaw_ = to_rpy(sample.q_WB).z();
     });
-    listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
+    bus_.listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
       keep_time(sample.utime);
       depth_m_ = sample.depth_m;
     });
@@ -49,14 +50,6 @@ class Supervisor {
   }
 
  private:
-  template <typename Value>
-  void listen(const char* channel, std::function<void(const Value&)> handler) {
-    bus_.subscribe(channel, kMaxPacket, [handler](link::PacketView packet) {
-      Value value;
-      if (link::decode(packet, value)) handler(value);
-    });
-  }
-
   // The vehicle's time, which its commands must bear.
   void keep_time(Utime utime) {
     vehicle_time_ = utime;

@@ -8,7 +8,6 @@ namespace dive::mission {
 namespace {
 
 constexpr Utime kSayAgain = 100'000;      // us
-constexpr std::size_t kMaxPacket = 256;   // bytes, of what has a fixed size
 constexpr std::size_t kMaxStatus = 2048;  // bytes: names are at most 64 long
 constexpr double kForHealth = 1.5;        // s: it comes once a second
 
@@ -26,13 +25,10 @@ tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
   std::optional<link::Heartbeat> heartbeat;
   std::optional<link::OperatorRequest> request;
   std::optional<link::Verdict> verdict;
-  bus.subscribe(link::channel::kHeartbeat, kMaxPacket, [&](link::PacketView packet) {
-    link::Heartbeat heard;
-    if (link::decode(packet, heard)) heartbeat = heard;
-  });
-  bus.subscribe(link::channel::kAnswer, kMaxPacket, [&](link::PacketView packet) {
-    link::OperatorAnswer answer;
-    if (!link::decode(packet, answer) || !request) return;
+  bus.listen<link::Heartbeat>(link::channel::kHeartbeat,
+                              [&](const link::Heartbeat& heard) { heartbeat = heard; });
+  bus.listen<link::OperatorAnswer>(link::channel::kAnswer, [&](const link::OperatorAnswer& answer) {
+    if (!request) return;
     const bool is_ours = answer.boot == heartbeat->boot && answer.counter == request->counter &&
                          answer.command == command;
     if (is_ours && (!key || link::is_sealed(*key, answer))) verdict = answer.verdict;
@@ -64,15 +60,19 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
   VehicleStatus heard;
   bool has_heartbeat = false;
   bool has_status = false;
-  bus.subscribe(link::channel::kHeartbeat, kMaxPacket, [&](link::PacketView packet) {
-    has_heartbeat |= link::decode(packet, heard.heartbeat);
+  bus.listen<link::Heartbeat>(link::channel::kHeartbeat, [&](const link::Heartbeat& heartbeat) {
+    heard.heartbeat = heartbeat;
+    has_heartbeat = true;
   });
-  bus.subscribe(link::channel::kStatus, kMaxStatus,
-                [&](link::PacketView packet) { has_status |= decode(packet, heard.status); });
-  bus.subscribe(link::channel::kHealth, kMaxPacket, [&](link::PacketView packet) {
-    HealthSample sample;
-    if (link::decode(packet, sample)) heard.health = sample;
+  bus.subscribe(link::channel::kStatus, kMaxStatus, [&](link::PacketView packet) {
+    Status status;
+    const bool is_one = decode(packet, status);
+    if (is_one) heard.status = status;
+    has_status |= is_one;
+    return is_one;
   });
+  bus.listen<HealthSample>(link::channel::kHealth,
+                           [&](const HealthSample& sample) { heard.health = sample; });
   const Utime deadline = clock.now() + from_seconds(patience_s);
   const auto has_both = [&] { return has_heartbeat && has_status; };
   if (!bus.wait(clock, deadline, has_both)) return tl::unexpected(nobody(patience_s));

@@ -20,7 +20,7 @@ constexpr int kQueue =
 struct Subscription {
   std::size_t max_bytes = 0;
   Bus::Handler handler;
-  std::int64_t too_large = 0;
+  std::int64_t malformed = 0;
   std::exception_ptr thrown;
 };
 
@@ -28,11 +28,12 @@ struct Subscription {
 void receive(const lcm_recv_buf_t* buffer, const char* /*channel*/, void* user) {
   auto* subscription = static_cast<Subscription*>(user);
   if (buffer->data_size > subscription->max_bytes) {
-    ++subscription->too_large;
+    ++subscription->malformed;
     return;
   }
   try {
-    subscription->handler({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+    if (!subscription->handler({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size}))
+      ++subscription->malformed;
   } catch (...) {
     subscription->thrown = std::current_exception();
   }
@@ -104,9 +105,9 @@ bool Bus::wait(Clock& clock, Utime deadline, const std::function<bool()>& enough
   }
 }
 
-std::int64_t Bus::too_large() const {
+std::int64_t Bus::malformed() const {
   std::int64_t count = 0;
-  for (const auto& subscription : impl_->subscriptions) count += subscription->too_large;
+  for (const auto& subscription : impl_->subscriptions) count += subscription->malformed;
   return count;
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <tl/expected.hpp>
 
@@ -38,7 +39,8 @@ inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 /// Not thread-safe: one per thread.
 class Bus {
  public:
-  using Handler = std::function<void(PacketView)>;
+  /// False when the packet was none of the channel's.
+  using Handler = std::function<bool(PacketView)>;
 
   /// Fails with a sentence: a URL that LCM does not know, no network.
   [[nodiscard]] static tl::expected<Bus, std::string> open(const std::string& url);
@@ -50,6 +52,17 @@ class Bus {
   /// What it throws comes out of wait().
   void subscribe(const char* channel, std::size_t max_bytes, Handler handler);
 
+  /// The same for values of a fixed size, decoded.
+  template <typename Value>
+  void listen(const char* channel, std::function<void(const Value&)> handler) {
+    subscribe(channel, kMaxFixedSize, [handler = std::move(handler)](PacketView packet) {
+      Value value;
+      const bool is_one = decode(packet, value);
+      if (is_one) handler(value);
+      return is_one;
+    });
+  }
+
   /// False when the system did not take it.
   bool publish(const char* channel, const Packet& packet);
 
@@ -58,10 +71,11 @@ class Bus {
   /// that a flood does not hold up the caller.
   bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
 
-  /// Packets dropped because they were too large.
-  [[nodiscard]] std::int64_t too_large() const;
+  /// Packets that were too large for their channel, or none of it.
+  [[nodiscard]] std::int64_t malformed() const;
 
   static constexpr int kMostPackets = 2000;
+  static constexpr std::size_t kMaxFixedSize = 256;  ///< Bytes; no packet without a list is larger.
 
  private:
   struct Impl;

@@ -51,7 +51,7 @@ class Processes : public ::testing::Test {
     tl::expected<link::Bus, std::string> bus = link::Bus::open(url_);
     if (!bus) return false;
     bool heard = false;
-    bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { heard = true; });
+    bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { return heard = true; });
     bus->publish("DIVE_TEST", link::Packet(8));
     SteadyClock clock;
     return bus->wait(clock, clock.now() + kMicrosecondsPerSecond, [&] { return heard; });
