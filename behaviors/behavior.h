@@ -28,7 +28,8 @@ struct PlanAnswer {
 class PathJudge {
  public:
   virtual ~PathJudge() = default;
-  /// Proved clearance (m) of the motion through `waypoints` to what was added to the map.
+  /// Proved clearance (m) of the motion through `waypoints` to what was added to the map; of what
+  /// is far away it may say no more than that.
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
 };
 
@@ -82,6 +83,8 @@ class Behavior {
   [[nodiscard]] virtual const Progress& progress() const = 0;
   /// How many goals have been left behind.
   [[nodiscard]] virtual int goals_done() const { return 0; }
+  /// Swims where the vehicle has swum before: it need not see what is ahead.
+  [[nodiscard]] virtual bool is_on_trail() const { return false; }
   /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
   [[nodiscard]] virtual bool skip() { return false; }
 };

@@ -31,6 +31,7 @@ constexpr std::array<FailsafeTraits, kFailsafeCount> kTraits = {{
     {Kind::kImuLost, "imu_lost", policy(Rung::kHold, 0.0, 2.0, 2.0), "after", 0.5},
     {Kind::kDepthLost, "depth_lost", policy(Rung::kAbortAndSurface, 0.0), "after", 2.0},
     {Kind::kHealthLost, "health_lost", policy(Rung::kAbortAndSurface, 0.0), "after", 30.0},
+    {Kind::kRangeLost, "range_lost", policy(Rung::kHold, 0.0, 2.0, 20.0), "after", 2.0},
     {Kind::kEstimatorDiverged, "estimator_diverged", policy(Rung::kAbortAndSurface, 2.0),
      "difference", 1.0},
     {Kind::kLocalisationLost, "localisation_lost", policy(Rung::kWarn, 2.0), "sigma", 5.0},
@@ -97,9 +98,9 @@ void FailsafeLadder::advance(Watch& watch, Utime now, bool condition) {
 }
 
 // Has what was meant to pass not passed? What is gone, and only waits to be believed, has.
-bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool open_above) {
+bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool has_way_out) {
   const Rung rung = watch.policy.rung;
-  const bool may = rung == Rung::kReplan || (rung == Rung::kHold && open_above);
+  const bool may = rung == Rung::kReplan || (rung == Rung::kHold && has_way_out);
   return may && watch.true_since.has_value() &&
          to_seconds(now - *watch.active_since) >= watch.policy.escalate_s;
 }
@@ -113,7 +114,9 @@ std::optional<FailsafeLadder::Change> FailsafeLadder::update(Utime now,
     if (watch.policy.rung == Rung::kNone) continue;
     advance(watch, now, conditions[i]);
     if (!watch.active_since) continue;
-    const bool escalated = is_overdue(watch, now, open_above);
+    // Without eyes the vehicle can still go back along its trail.
+    const bool has_way_out = open_above || static_cast<Kind>(i) == Kind::kRangeLost;
+    const bool escalated = is_overdue(watch, now, has_way_out);
     const Rung rung = escalated ? Rung::kAbortAndSurface : watch.policy.rung;
     if (rung <= change.rung) continue;
     change.rung = rung;

@@ -32,6 +32,7 @@ enum class FailsafeKind {
   kImuLost,            ///< No plausible sample for a while.
   kDepthLost,          ///< The same, or a sensor that never changes.
   kHealthLost,         ///< The same.
+  kRangeLost,          ///< In unknown water: nothing new is seen for a while.
   kEstimatorDiverged,  ///< The estimate is not finite, or denies the depth sensor.
   kLocalisationLost,   ///< The position is too uncertain.
   kPlannerFailure,     ///< Plans fail in a row, or none are left.
@@ -40,13 +41,14 @@ enum class FailsafeKind {
   kRetraceFailure,     ///< The way out could not be swum.
   kInternalError,      ///< One of our own assertions failed.
 };
-inline constexpr std::size_t kFailsafeCount = 19;
+inline constexpr std::size_t kFailsafeCount = 20;
 
 struct FailsafePolicy {
   Rung rung = Rung::kAbortAndSurface;  ///< kNone: not watched.
   double persistence_s = 0.0;          ///< The condition must hold without a break that long.
   double clear_s = 5.0;                ///< ... and be gone that long before the rung is taken back.
-  double escalate_s = 60.0;  ///< replan, and hold in open water, become abort_and_surface then.
+  double escalate_s = 60.0;  ///< replan, and hold in open water, become abort_and_surface then;
+                             ///< hold for want of range anywhere, for the way back was swum.
 };
 
 /// What a failsafe is when a mission says nothing about it.
@@ -79,7 +81,7 @@ class FailsafeLadder {
     bool escalated = false;                    ///< The cause's own rung has lasted too long.
   };
   /// One tick; a change of rung or of its cause, if there was one. `open_above`: hold escalates
-  /// only where up is a way out. Allocates only when there is a change.
+  /// only where up is a way out, but for kRangeLost. Allocates only when there is a change.
   [[nodiscard]] std::optional<Change> update(Utime now, const FailsafeConditions& conditions,
                                              bool open_above);
 
@@ -104,7 +106,7 @@ class FailsafeLadder {
     std::optional<Utime> active_since;
   };
   static void advance(Watch& watch, Utime now, bool condition);
-  [[nodiscard]] static bool is_overdue(const Watch& watch, Utime now, bool open_above);
+  [[nodiscard]] static bool is_overdue(const Watch& watch, Utime now, bool has_way_out);
 
   std::array<Watch, kFailsafeCount> watches_;
   Rung rung_ = Rung::kNone;

@@ -1,6 +1,7 @@
 #include "behaviors/leg.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,7 +11,11 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kKept = 0.99;  // of the certified clearance, which two proofs may share
+// What two proofs of the same clearance may differ by: a share of it, and m.
+constexpr double kKept = 0.99;
+constexpr double kTolerance = 0.005;
+
+double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
 
 vehicle::FollowerOptions follower_options(const LegSettings& settings, const LegGoal& goal) {
   vehicle::FollowerOptions options;
@@ -54,6 +59,7 @@ planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& go
   request.min_altitude = settings.min_altitude;
   request.max_z = settings.max_z;
   request.seed = settings.seed;
+  request.goal_tolerance = settings.goal_tolerance;
   return request;
 }
 
@@ -80,17 +86,20 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
 void Leg::take_answer(const BehaviorInput& input) {
   awaiting_plan_ = false;
   const PlanAnswer& plan = *input.plan;
-  // What was planned before something was seen may lead through it.
-  const bool in_the_way = input.seen != nullptr && !plan.waypoints.empty() &&
-                          input.seen->clearance(plan.waypoints) < kKept * plan.clearance_m;
-  if (in_the_way) return;
   if (plan.status != planning::PlanStatus::kSuccess || plan.waypoints.size() < 2) {
     plan_failed(input.now, plan.reason);
     return;  // a path that is being followed stays certified: it is followed on
   }
+  // What was planned before something was seen may lead through it.
+  const double seen_m = input.seen != nullptr ? input.seen->clearance(plan.waypoints)
+                                              : std::numeric_limits<double>::infinity();
+  planned_in_vain_ =
+      seen_m <= 0.0 || seen_m < kept(std::min(plan.clearance_m, settings_.clearance));
+  if (planned_in_vain_) return;
   progress_.plan_failures = 0;
   progress_.plan_failure.clear();
-  progress_.clearance_m = plan.clearance_m;
+  certified_m_ = plan.clearance_m;
+  progress_.clearance_m = std::min(seen_m, plan.clearance_m);
   told_unreachable_ = false;
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
   if (progress_.expected_s == 0.0) {
@@ -125,6 +134,7 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   }
   ++requests_;
   awaiting_plan_ = true;
+  planned_in_vain_ = false;
   asked_at_ = input.now;
   output.plan_request = std::move(request);
   output.plan_cause = cause;
@@ -162,8 +172,8 @@ ReplanSignals Leg::signals(const BehaviorInput& input) {
   if (input.map_changed && input.seen != nullptr) {
     const double clearance = input.seen->clearance(rest_of_path());
     signals.new_clearance_m = clearance;
-    signals.path_blocked = clearance < settings_.clearance;
-    progress_.clearance_m = std::min(progress_.clearance_m, clearance);
+    signals.path_blocked = clearance < kept(settings_.clearance);
+    progress_.clearance_m = std::min(certified_m_, clearance);
   }
   return signals;
 }
@@ -189,6 +199,11 @@ BehaviorOutput Leg::follow(const BehaviorInput& input) {
     return without_path(input);
   }
   const bool retrying = retry_at_ && input.now < *retry_at_;
+  if (planned_in_vain_ && !awaiting_plan_) {
+    planned_in_vain_ = false;
+    if (triggers_.take_one()) ask(input, "the map changed meanwhile", output);
+    return output;
+  }
   const ReplanCause cause =
       awaiting_plan_ || retrying ? ReplanCause::kNone : triggers_.update(input.now, now);
   if (cause != ReplanCause::kNone) ask(input, to_string(cause), output);

@@ -21,8 +21,9 @@ struct LegSettings {
   double min_altitude = 0.0;  ///< m above what is straight below
   double max_z = 0.0;         ///< m
   ReplanPolicy replan;
-  double retry_s = 1.0;       ///< Pause after a failed plan.
-  int unreachable_after = 2;  ///< Failed plans in a row, without a path, that tell so.
+  double goal_tolerance = 0.0;  ///< m that a goal that lacks clearance may be moved by.
+  double retry_s = 1.0;         ///< Pause after a failed plan.
+  int unreachable_after = 2;    ///< Failed plans in a row, without a path, that tell so.
   std::uint64_t seed = 1;
 };
 
@@ -64,6 +65,8 @@ class Leg {
   Progress progress_;
   bool following_ = false;
   bool awaiting_plan_ = false;
+  bool planned_in_vain_ = false;  ///< The answer leads through what was seen since it was asked.
+  double certified_m_ = 0.0;      ///< Of the path, by the planner.
   Utime asked_at_ = 0;
   std::optional<Utime> retry_at_;
   std::optional<Utime> reached_at_;

@@ -27,6 +27,7 @@ struct MonitorLimits {
   double max_depth = 0.0;                          ///< m
   double min_altitude = 0.0;                       ///< m
   double mission_timeout_s = 0.0;
+  bool watches_range = false;          ///< In unknown water.
   std::vector<Eigen::Vector2d> fence;  ///< Corners in W, in order, three or more; empty: none.
 };
 
@@ -56,6 +57,8 @@ class Monitors {
   [[nodiscard]] bool accept(Utime now, const DepthSample& sample);
   [[nodiscard]] bool accept(Utime now, const HealthSample& sample);
   void heartbeat(Utime now) { heartbeat_ = now; }
+  /// Something was seen, at `scan_utime`.
+  void saw(Utime scan_utime) { seen_ = scan_utime; }
   /// Silence counts from here for sensors that never spoke.
   void start(Utime now);
 
@@ -94,6 +97,7 @@ class Monitors {
   Utime last_update_ = 0;
   HealthSample health_;
   std::optional<Utime> heartbeat_;
+  std::optional<Utime> seen_;
   Utime started_ = 0;
   std::optional<Eigen::Vector3d> anchor_W_;  ///< Where it was when it last got anywhere ...
   Utime anchored_ = 0;                       ///< ... and when.

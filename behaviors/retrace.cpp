@@ -52,6 +52,7 @@ bool Retrace::has_stopped(const BehaviorInput& input) const {
 
 void Retrace::begin(const BehaviorInput& input) {
   begun_ = true;
+  on_trail_ = true;
   entered_at_ = input.now;
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
   const Trail::WayOut way = trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
@@ -126,6 +127,7 @@ void Retrace::take_answer(const BehaviorInput& input) {
     progress_.plan_failure = plan.reason;
     return;
   }
+  on_trail_ = false;
   progress_.clearance_m = plan.clearance_m;
   way_.assign(plan.waypoints.begin(), plan.waypoints.end());
   follower_.set_path(way_, input.estimate->X_WB.p);

@@ -29,6 +29,7 @@ class Retrace final : public Behavior {
   /// planned way can be swum.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
+  [[nodiscard]] bool is_on_trail() const override { return on_trail_; }
 
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
@@ -47,6 +48,7 @@ class Retrace final : public Behavior {
   double time_allowed_s_ = 0.0;
   std::optional<Utime> entered_at_;  ///< Of the way being followed.
   std::optional<vehicle::Command> station_;
+  bool on_trail_ = true;   ///< `way_` is the trail's, not the planner's.
   bool planning_ = false;  ///< The trail was given up.
   bool awaiting_plan_ = false;
   Utime asked_at_ = 0;

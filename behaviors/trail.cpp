@@ -12,6 +12,7 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kSamePoint = 1e-6;  // m
+constexpr double kHardly = 0.25;     // m: half of what crumbs are apart
 
 }  // namespace
 
@@ -38,6 +39,18 @@ void Trail::thin_out() {
   for (std::size_t i = 0; i < crumbs_.size(); i += 2) crumbs_[kept++] = crumbs_[i];
   crumbs_.resize(kept);
   spacing_ *= 2.0;
+}
+
+// Where a roof begins two crumbs lie in the same place.
+bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
+  DIVE_DEMAND(!crumbs_.empty());
+  double to_open = std::numeric_limits<double>::infinity();
+  double to_covered = to_open;
+  for (const Crumb& crumb : crumbs_) {
+    double& to = crumb.open_above ? to_open : to_covered;
+    to = std::min(to, (crumb.p_W - p_W).norm());
+  }
+  return to_open <= to_covered + kHardly;
 }
 
 // Dijkstra over the crumbs, from p_W, until the first one with open water is settled.

@@ -33,6 +33,10 @@ class Trail {
   /// 0 while that is the same, and from the first crumb where there is none with open water.
   [[nodiscard]] double penetration_m() const { return penetration_m_; }
 
+  /// Was there open water above the crumb that is nearest to `p_W`, or above one that is hardly
+  /// farther? There is at least one.
+  [[nodiscard]] bool was_open_at(const Eigen::Vector3d& p_W) const;
+
   struct Crumb {
     Eigen::Vector3d p_W;
     bool open_above;

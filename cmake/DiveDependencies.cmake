@@ -49,3 +49,11 @@ endfunction()
 dive_imported_library(dive_ompl ompl/config.h ompl SUFFIXES ompl-1.5)
 dive_imported_library(dive_lcm lcm/lcm.h lcm)
 dive_imported_library(dive_sodium sodium.h sodium)
+
+# Of PCL only what is used: its CMake package would bring VTK, which takes longer to load than all
+# the rest. Greedy projection is a template, compiled here.
+dive_imported_library(dive_pcl_common pcl/point_types.h pcl_common SUFFIXES pcl-1.13)
+dive_imported_library(dive_pcl_kdtree pcl/kdtree/kdtree_flann.h pcl_kdtree SUFFIXES pcl-1.13)
+dive_imported_library(dive_pcl_search pcl/search/kdtree.h pcl_search SUFFIXES pcl-1.13)
+dive_imported_library(dive_embree embree3/rtcore.h embree3)
+dive_imported_library(dive_lzf liblzf/lzf.h lzf)

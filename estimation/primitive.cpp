@@ -66,6 +66,11 @@ void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double su
   if (estimate_.valid) fill_covariance();
 }
 
+void PrimitiveEstimator::moved(const Vector2d& by_W) {
+  DIVE_DEMAND(by_W.allFinite());
+  estimate_.X_WB.p.head<2>() += by_W;
+}
+
 void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;

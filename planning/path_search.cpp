@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kRounding = 1e-9;        // m: what a bound may lose by arithmetic
 constexpr double kStartGrace = 0.02;      // m: what a start in a tight place may lose at first
+constexpr double kVeryTight = 0.5;        // of D_min: a start with less may lose nothing, ...
+constexpr double kWayOut = 2.0;           // ... and m within which it must have D_min again
 constexpr int kMaxRefinements = 3;        // of one attempt
 constexpr double kSmallViolation = 0.05;  // m: likely of a chord, not of a roll
 constexpr double kShortestSegment = 0.3;  // m: shorter ones are not split
@@ -65,8 +67,10 @@ std::string PathSearch::name_of(int obstacle) const {
 bool PathSearch::keeps_clearance(const Attempt& attempt) {
   const double required = problem_.clearance - kRounding;
   if (attempt.certificate.clearance_m >= required) return true;
+  const bool is_very_tight = start_clearance_ < kVeryTight * problem_.clearance;
+  const double grace = is_very_tight ? options_.certify.tolerance : kStartGrace;
   if (start_clearance_ >= problem_.clearance ||
-      attempt.certificate.clearance_m < start_clearance_ - kStartGrace) {
+      attempt.certificate.clearance_m < start_clearance_ - grace) {
     return false;
   }
   const std::span<const Pose> waypoints = attempt.path.waypoints;
@@ -74,6 +78,11 @@ bool PathSearch::keeps_clearance(const Attempt& attempt) {
   while (clear < waypoints.size() &&
          certifier_.certify(waypoints.subspan(clear, 1)).clearance_m < required) {
     ++clear;
+  }
+  // Planned again and again from ever tighter starts, it would get nearer with every plan.
+  if (is_very_tight &&
+      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kWayOut) {
+    return false;
   }
   return clear < waypoints.size() &&
          certifier_.certify(waypoints.subspan(clear)).clearance_m >= required;

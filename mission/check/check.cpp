@@ -26,6 +26,11 @@ constexpr double kSecondsPerHour = 3600.0;
 using Progress = std::function<void(const std::string&)>;
 
 constexpr std::array kDeckRules = {
+    Rule{"CHK-UNKNOWN-WATER", Severity::kWarning,
+         "What is checked and dived in unknown water is the rehearsal: the vehicle will not know "
+         "it."},
+    Rule{"CHK-UNKNOWN-UNREHEARSED", Severity::kWarning,
+         "A mission in unknown water has a rehearsal, without which little can be proved."},
     Rule{"CHK-PLAN", Severity::kError, "Every leg of the nominal route has a certified path."},
     Rule{"CHK-NO-WAY-OUT", Severity::kError,
          "From every point of the route the trail leads back to open water."},
@@ -56,6 +61,22 @@ Span span_of_state(const Mission& mission, const std::string& id) {
   const StateIndex index(mission);
   const int state = index.find(id);
   return state < 0 ? mission.initial.span : index.spec(state).id.span;
+}
+
+void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
+  if (!mission.unknown) return;
+  if (has_rehearsal(mission)) {
+    diagnostics.warning("CHK-UNKNOWN-WATER", mission.source, map_span(mission),
+                        "what is proved here is proved of the rehearsal: the vehicle will know "
+                        "nothing of it when the dive begins, and the water may be another");
+    return;
+  }
+  diagnostics.warning(
+      "CHK-UNKNOWN-UNREHEARSED", mission.source, map_span(mission),
+      "the water is unknown and has no rehearsal: that goals are free, that there "
+      "are ways to them and out of overheads cannot be proved, distances and budget "
+      "are those of straight ways, and there is no dive in simulation",
+      "write rehearsal=\"maps/NAME.sdf\": a world like the one that is expected");
 }
 
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
@@ -362,6 +383,7 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
                           const vehicle::Model& model, const CheckOptions& options,
                           Diagnostics& diagnostics, const Progress& progress) {
   CheckReport report;
+  report_unknown(mission, diagnostics);
   progress("checking the mission against its map");
   check_against_world(mission, world, model.hull, diagnostics);
   if (!diagnostics.ok()) return report;
@@ -380,16 +402,16 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
                               report.way_out, options.dive.conditions);
   check_fence(report.legs, route, mission, model.hull.radius(), diagnostics);
   check_budget(report.budget, report.way_out, mission, options.dive.conditions, diagnostics);
-  if (!options.simulate || !diagnostics.ok()) return report;
+  if (!options.simulate || !diagnostics.ok() || !has_rehearsal(mission)) return report;
 
   progress("diving it in simulation");
   report.dive = simulate_dive(mission, world, model, options.dive, nullptr);
   report_dive(*report.dive, mission, diagnostics);
   if (!options.faults || !diagnostics.ok()) return report;
 
-  std::vector<FaultCase> cases = every_fault_in_every_state(*report.dive);
+  std::vector<FaultCase> cases = every_fault_in_every_state(mission, *report.dive);
   if (options.pairs) {
-    const std::vector<FaultCase> pairs = every_pair_in_every_state(*report.dive);
+    const std::vector<FaultCase> pairs = every_pair_in_every_state(mission, *report.dive);
     cases.insert(cases.end(), pairs.begin(), pairs.end());
   }
   progress(fmt::format("diving {} faults", cases.size()));

@@ -29,6 +29,16 @@ std::vector<Stay> stays_of(const DiveResult& nominal) {
   return stays;
 }
 
+// Those that a vehicle must survive; where the map is known it needs no eyes.
+std::vector<FaultKind> faults_of(const Mission& mission) {
+  std::vector<FaultKind> kinds;
+  for (std::size_t i = 0; i < kSurvivableCount; ++i) {
+    const auto kind = static_cast<FaultKind>(i);
+    if (kind != FaultKind::kRangeSilent || mission.unknown) kinds.push_back(kind);
+  }
+  return kinds;
+}
+
 FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
                       const vehicle::Model& model, DiveSettings settings) {
   settings.faults = fault.faults;
@@ -42,24 +52,25 @@ FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const plan
 
 }  // namespace
 
-std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal) {
+std::vector<FaultCase> every_fault_in_every_state(const Mission& mission,
+                                                  const DiveResult& nominal) {
   std::vector<FaultCase> cases;
   for (const Stay& stay : stays_of(nominal)) {
-    for (std::size_t kind = 0; kind < kSurvivableCount; ++kind) {
-      cases.push_back({stay.state, {{static_cast<FaultKind>(kind), stay.middle_s}}});
+    for (const FaultKind kind : faults_of(mission)) {
+      cases.push_back({stay.state, {{kind, stay.middle_s}}});
     }
   }
   return cases;
 }
 
-std::vector<FaultCase> every_pair_in_every_state(const DiveResult& nominal) {
+std::vector<FaultCase> every_pair_in_every_state(const Mission& mission,
+                                                 const DiveResult& nominal) {
+  const std::vector<FaultKind> kinds = faults_of(mission);
   std::vector<FaultCase> cases;
   for (const Stay& stay : stays_of(nominal)) {
-    for (std::size_t a = 0; a < kSurvivableCount; ++a) {
-      for (std::size_t b = a + 1; b < kSurvivableCount; ++b) {
-        cases.push_back({stay.state,
-                         {{static_cast<FaultKind>(a), stay.middle_s},
-                          {static_cast<FaultKind>(b), stay.middle_s}}});
+    for (std::size_t a = 0; a < kinds.size(); ++a) {
+      for (std::size_t b = a + 1; b < kinds.size(); ++b) {
+        cases.push_back({stay.state, {{kinds[a], stay.middle_s}, {kinds[b], stay.middle_s}}});
       }
     }
   }

@@ -24,11 +24,14 @@ struct FaultVerdict {
   [[nodiscard]] bool is_safe() const { return (surfaced || held) && dive.collisions == 0; }
 };
 
-/// One case for every fault in the middle of every leaf that `nominal` went through.
-[[nodiscard]] std::vector<FaultCase> every_fault_in_every_state(const DiveResult& nominal);
+/// One case for every fault that `mission` can suffer, in the middle of every leaf that `nominal`
+/// went through.
+[[nodiscard]] std::vector<FaultCase> every_fault_in_every_state(const Mission& mission,
+                                                                const DiveResult& nominal);
 
 /// The same for every two of them at once.
-[[nodiscard]] std::vector<FaultCase> every_pair_in_every_state(const DiveResult& nominal);
+[[nodiscard]] std::vector<FaultCase> every_pair_in_every_state(const Mission& mission,
+                                                               const DiveResult& nominal);
 
 /// Dives them, `threads` at a time; `progress` is told how many are done.
 [[nodiscard]] std::vector<FaultVerdict> dive_with_faults(

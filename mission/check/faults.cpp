@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<std::string_view, kFaultCount> kNames = {
     "leak",           "battery",   "temperature",  "imu_silent",    "imu_nan",
     "depth_silent",   "depth_nan", "depth_frozen", "health_silent", "planner_fails",
-    "planner_silent", "blocked",   "abort",        "depth_wild"};
+    "planner_silent", "blocked",   "abort",        "range_silent",  "depth_wild"};
 
 constexpr double kStep = 0.25;   // m between remembered places
 constexpr double kBehind = 2.0;  // m back along the trail, where something falls
@@ -71,6 +71,7 @@ void FaultInjector::spoil_sensors(StepInputs& inputs) {
     if (is_on(FaultKind::kTemperature)) inputs.health->temperature_c = kHot;
   }
   if (is_on(FaultKind::kHealthSilent)) inputs.health.reset();
+  if (is_on(FaultKind::kRangeSilent)) inputs.map_update.reset();
   if (is_on(FaultKind::kImuSilent)) inputs.imu.reset();
   if (is_on(FaultKind::kImuNan) && inputs.imu) inputs.imu->q_WB.w() = kNan;
   if (inputs.depth) spoil_depth(inputs);

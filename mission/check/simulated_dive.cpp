@@ -9,6 +9,7 @@
 
 #include "mission/executive/changed_map.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/mapper_service.h"
 #include "mission/executive/planner_service.h"
 #include "planning/world/scene.h"
 #include "vehicle/simulator/ground_truth.h"
@@ -57,6 +58,65 @@ class ChangedWorld {
   std::optional<vehicle::ClearanceMeter> meter_;
   Touched before_;
 };
+
+/// Who else is in the water.
+class Company {
+ public:
+  Company(const std::optional<vehicle::DiverTrack>& track, const planning::RobotHull& hull) {
+    if (!track) return;
+    diver_.emplace(*track);
+    planning::World alone;
+    alone.obstacles.push_back(vehicle::Diver::shape());
+    meter_.emplace(alone, hull);
+  }
+
+  void observe(Utime now, const Pose& X_WB) {
+    if (!diver_) return;
+    diver_->advance(now, X_WB.p);
+    meter_->observe(diver_->pose().inverse() * X_WB);
+  }
+  [[nodiscard]] std::optional<Pose> pose() const {
+    return diver_ ? std::optional(diver_->pose()) : std::nullopt;
+  }
+  [[nodiscard]] Touched touched() const {
+    return meter_ ? Touched{meter_->min_clearance_m(), meter_->collisions()} : Touched{};
+  }
+
+ private:
+  std::optional<vehicle::Diver> diver_;
+  std::optional<vehicle::ClearanceMeter> meter_;
+};
+
+/// What a vehicle in unknown water sees and makes of it.
+class Eyes {
+ public:
+  Eyes(const planning::World& world, const planning::RobotHull& hull, const DiveSettings& settings,
+       planning::MapperOptions options)
+      : camera_(world, settings.range_camera, settings.seed),
+        mapper_(hull, options,
+                settings.mapper_latency_ticks * from_seconds(vehicle::Simulator::kTick)) {}
+
+  void look(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD,
+            const estimation::StateEstimate& estimate) {
+    mapper_.observe(estimate);
+    if (camera_.due(truth.utime)) {
+      mapper_.submit(camera_.take(truth.utime, truth.X_WB, X_WD), truth.utime);
+    }
+  }
+  [[nodiscard]] MapperService& mapper() { return mapper_; }
+
+ private:
+  vehicle::RangeCamera camera_;
+  MapperService mapper_;
+};
+
+std::optional<Eyes> eyes_for(const Mission& mission, const planning::World& world,
+                             const planning::RobotHull& hull, const DiveSettings& settings) {
+  if (!mission.unknown) return std::nullopt;
+  planning::MapperOptions options = settings.mapper;
+  options.memory_s = mission.memory_s;
+  return std::optional<Eyes>(std::in_place, world, hull, settings, options);
+}
 
 ExecutiveOptions executive_options(const DiveSettings& settings) {
   ExecutiveOptions options;
@@ -116,7 +176,13 @@ Pose start_pose(const Mission& mission, const planning::World& world) {
 
 std::string DiveSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";
+  if (mapper_latency_ticks < 1) return "mapper_latency_ticks must be at least 1";
   if (std::string problem = conditions.validate(); !problem.empty()) return problem;
+  if (std::string problem = range_camera.validate(); !problem.empty()) return problem;
+  if (std::string problem = mapper.validate(); !problem.empty()) return problem;
+  if (diver) {
+    if (std::string problem = diver->validate(); !problem.empty()) return problem;
+  }
   return planner.validate();
 }
 
@@ -133,9 +199,12 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
   vehicle::ClearanceMeter meter(world, model.hull);
   FaultInjector injector(settings.faults);
   ChangedWorld changed(model.hull);
-  PlannerService planner(world, model.hull, settings.planner,
+  Company company(settings.diver, model.hull);
+  std::optional<Eyes> eyes = eyes_for(mission, world, model.hull, settings);
+  const planning::World known = known_world(mission, world);
+  PlannerService planner(known, model.hull, planner_options(mission, settings.planner),
                          settings.planner_latency_ticks * tick);
-  Executive executive(mission, world, model, executive_options(settings));
+  Executive executive(mission, known, model, executive_options(settings));
 
   DiveResult result;
   StepOutputs outputs;
@@ -152,15 +221,22 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     inputs.depth = samples.depth;
     inputs.health = samples.health;
     inputs.plan = planner.poll(truth.utime);
+    if (eyes) inputs.map_update = eyes->mapper().poll(truth.utime);
     if (settings.script) settings.script({inputs, injector, simulator});
     injector.apply(truth, inputs);
     if (!inputs.seen.empty()) {
       planner.add(inputs.seen);
       changed.add(inputs.seen);
     }
+    if (inputs.map_update) {
+      planner.apply(*inputs.map_update);
+      static_cast<void>(result.seen.apply(*inputs.map_update));
+    }
     meter.observe(truth.X_WB);
     changed.observe(truth.X_WB);
+    company.observe(truth.utime, truth.X_WB);
     outputs = executive.step(inputs);
+    if (eyes) eyes->look(truth, company.pose(), outputs.estimate);
     if (keeper) keeper(executive, outputs);
     if (outputs.plan_query) {
       ++result.plans;
@@ -181,8 +257,10 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     }
   }
   finish(result, executive.result(), outputs, simulator.truth(),
-         {std::min(meter.min_clearance_m(), changed.min_clearance_m()),
-          meter.collisions() + changed.collisions()});
+         {std::min({meter.min_clearance_m(), changed.min_clearance_m(),
+                    company.touched().min_clearance_m}),
+          meter.collisions() + changed.collisions() + company.touched().collisions});
+  if (eyes) result.seen_points = eyes->mapper().points();
   if (held && result.collisions == 0) result.outcome = "held";
   return result;
 }

@@ -10,9 +10,13 @@
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/io.h"
+#include "planning/mapping/mapper.h"
 #include "planning/planner.h"
+#include "planning/world/seen.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
+#include "vehicle/simulator/diver.h"
+#include "vehicle/simulator/range_camera.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -37,6 +41,11 @@ struct DiveSettings {
   double rest_s =
       0.0;  ///< Ends, "held", when a failsafe has kept it in one place so long; 0: never.
   planning::PlannerOptions planner;
+  // In unknown water:
+  vehicle::RangeCameraOptions range_camera;
+  planning::MapperOptions mapper;
+  int mapper_latency_ticks = 2;              ///< 40 ms: what a sweep is allowed on the vehicle.
+  std::optional<vehicle::DiverTrack> diver;  ///< Someone else in the water.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -58,6 +67,8 @@ struct DiveResult {
   double estimate_sigma_m = 0.0;  ///< ... and what the estimator believed of it, one sigma.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
+  planning::SeenMap seen;                         ///< In unknown water: the map at the end ...
+  std::vector<Eigen::Vector3f> seen_points = {};  ///< ... and its points, in W.
 };
 
 /// Where the mission has the vehicle begin.
@@ -73,8 +84,9 @@ using DiveObserver =
 /// Half as long again as the mission may last, and the time of an abort that starts at its end.
 [[nodiscard]] double longest_dive_s(const Mission& mission);
 
-/// Dives until the machine has ended, or for as long as the longest dive may last, which is a
-/// failure. A collision is a failure whatever the executive thinks of it.
+/// In unknown water `world` is what is really there: only the range camera and the ground truth
+/// know it. Dives until the machine has ended, or for as long as the longest dive may last, which
+/// is a failure. A collision is a failure whatever the executive thinks of it.
 [[nodiscard]] DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                                        const vehicle::Model& model, const DiveSettings& settings,
                                        const DiveObserver& observer,

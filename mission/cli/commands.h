@@ -24,12 +24,14 @@ struct CheckArguments {
 };
 
 struct PlanArguments {
-  std::string mission;  ///< Or map, start and goal.
+  std::string mission;  ///< Or map or cloud, start and goal.
   std::string map;
+  std::string cloud;
+  std::string unit;  ///< Of the cloud; empty: as it looks.
   std::string start;
   std::string goal;
   double clearance_m = 0.6;
-  double max_depth_m = 50.0;
+  std::optional<double> max_depth_m;  ///< On a map 50 if not said, in a cloud below all of it.
   std::string attitude = "free";
   bool json = false;
   std::string svg;

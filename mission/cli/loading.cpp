@@ -49,6 +49,9 @@ vehicle::Model load_vehicle() {
 std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics) {
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission) return std::nullopt;
+  if (!has_rehearsal(*mission)) {
+    return LoadedMission{std::move(*mission), {}, {}, {}, load_vehicle()};
+  }
   tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
   if (!map) {
     diagnostics.error("MIS-MAP-NOT-FOUND", mission->source, mission->map_file.span,

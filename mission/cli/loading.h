@@ -17,9 +17,9 @@ namespace dive::mission {
 
 struct LoadedMission {
   Mission mission;
-  SourceText map;
+  SourceText map;          ///< In unknown water: of the rehearsal, empty where there is none.
   std::string map_meshes;  ///< For the log.
-  planning::World world;
+  planning::World world;   ///< What is there; see known_world() for what the vehicle knows of it.
   vehicle::Model model;
 };
 

@@ -63,18 +63,32 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "Examples:\n"
       "  dive plan missions/window.xml --svg plan.svg\n"
       "  dive plan --map missions/maps/window.sdf --start -1,-2,-4 --goal 9.8,-2,-4.6 "
-      "--clearance 1 --attitude horizontal\n\n"
-      "Plans every leg of a mission, or one path on a map, and prints its certified clearance.\n"
-      "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).");
+      "--clearance 1 --attitude horizontal\n"
+      "  dive plan --cloud wreck.ply --start 0,-8,-14 --goal 2,9,-12 --clearance 0.8\n"
+      "  dive plan --cloud scan_mm.pcd --unit mm --start 0,0,1.2 --goal 4,1,1.2 --json\n\n"
+      "Plans every leg of a mission, or one path on a map or through a point cloud, and prints\n"
+      "its certified clearance.\n"
+      "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).\n"
+      "With a cloud they are in its own axes, UTM for instance, and so is the path; if it reaches\n"
+      "above z = 0 there is taken to be no surface.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_option("--map", arguments.map, "Map file (SDF) instead of a mission")
       ->type_name("FILE");
-  command->add_option("--start", arguments.start, "Start pose on the map")->type_name("POSE");
-  command->add_option("--goal", arguments.goal, "Goal pose on the map")->type_name("POSE");
+  command->add_option("--cloud", arguments.cloud, "Point cloud (PCD, PLY) instead of a mission")
+      ->type_name("FILE");
+  command
+      ->add_option("--unit", arguments.unit,
+                   "Of the cloud: m, dm, cm, mm, km, ft or in (default: as it looks)")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"m", "dm", "cm", "mm", "km", "ft", "in"}).description(""));
+  command->add_option("--start", arguments.start, "Start pose, on map or cloud")->type_name("POSE");
+  command->add_option("--goal", arguments.goal, "Goal pose, on map or cloud")->type_name("POSE");
   command->add_option("--clearance", arguments.clearance_m, "Clearance to keep, m")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 20.0).description(""));
-  command->add_option("--max-depth", arguments.max_depth_m, "Depth limit, m")
+  command
+      ->add_option("--max-depth", arguments.max_depth_m,
+                   "Depth limit, m (default: 50; with a cloud below all of it)")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 1000.0).description(""));
   command

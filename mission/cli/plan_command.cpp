@@ -1,3 +1,9 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -8,11 +14,18 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
+#include "planning/mapping/cloud_world.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
 
 namespace dive::mission {
 namespace {
+
+constexpr double kMaxDepthOnMap = 50.0;       // m
+constexpr double kRoomAroundCloud = 5.0;      // m above and below it that may be swum in
+constexpr double kFarOff = 10'000.0;          // m that a pose may be away from a cloud
+constexpr double kAroundPath = 25.0;          // m around start and goal that a huge cloud is cut to
+constexpr std::size_t kMostVoxels = 200'000;  // that a planner is given
 
 void print_plan(const std::string& name, const planning::PlanResult& plan) {
   if (plan.status != planning::PlanStatus::kSuccess) {
@@ -67,15 +80,11 @@ int plan_mission(const PlanArguments& arguments) {
   return exit_status(legs);
 }
 
-int plan_on_map(const PlanArguments& arguments) {
+// Where from, where to, and how; in the axes the poses were written in. Depths are the caller's.
+std::optional<planning::PlanRequest> request_of(const PlanArguments& arguments) {
   const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
   const std::optional<WrittenPose> goal = parse_pose("--goal", arguments.goal);
-  if (!start || !goal) return kExitUsage;
-  Diagnostics diagnostics;
-  const std::optional<planning::World> world = planning::load_sdf(arguments.map, diagnostics);
-  print_diagnostics(diagnostics);
-  if (!world) return kExitUsage;
-
+  if (!start || !goal) return std::nullopt;
   planning::PlanRequest request;
   request.start = start->pose;
   request.goal = goal->pose;
@@ -86,37 +95,175 @@ int plan_on_map(const PlanArguments& arguments) {
   request.goal_attitude_fixed = goal->has_attitude;
   request.attitude = attitude_mode(arguments.attitude);
   request.clearance = arguments.clearance_m;
-  request.min_z = -arguments.max_depth_m;
   request.seed = arguments.seed;
+  return request;
+}
 
-  const vehicle::Model model = load_vehicle();
-  SteadyClock clock;
-  planning::Planner planner(*world, model.hull, planning::PlannerOptions{}, clock);
-  const std::vector<PlannedRouteLeg> legs{{"", "goal", planner.plan(request)}};
-  const planning::PlanResult& plan = legs.front().plan;
+// Prints one path, and draws it if asked. `world` lies about `origin` of the axes of the path; that
+// is how it is drawn.
+int show(const PlanArguments& arguments, const std::string& title, const planning::World& world,
+         const vehicle::Model& model, planning::PlanResult plan,
+         const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) {
+  std::vector<PlannedRouteLeg> legs{{"", "goal", std::move(plan)}};
+  planning::PlanResult& shown = legs.front().plan;
   if (arguments.json) {
-    print_json(to_json(plan));
+    print_json(to_json(shown));
   } else {
-    print_plan("goal", plan);
+    print_plan("goal", shown);
   }
   if (!arguments.svg.empty()) {
+    for (Pose& pose : shown.waypoints) pose.p -= origin;
     const DivePicture picture =
-        picture_of_plan(arguments.map, *world, model.hull, arguments.clearance_m, legs);
+        picture_of_plan(title, world, model.hull, arguments.clearance_m, legs);
     if (!write_file(arguments.svg, render_svg(picture))) return kExitUsage;
   }
   return exit_status(legs);
 }
 
+int plan_on_map(const PlanArguments& arguments) {
+  std::optional<planning::PlanRequest> request = request_of(arguments);
+  if (!request) return kExitUsage;
+  Diagnostics diagnostics;
+  const std::optional<planning::World> world = planning::load_sdf(arguments.map, diagnostics);
+  print_diagnostics(diagnostics);
+  if (!world) return kExitUsage;
+  request->min_z = -arguments.max_depth_m.value_or(kMaxDepthOnMap);
+
+  const vehicle::Model model = load_vehicle();
+  SteadyClock clock;
+  planning::Planner planner(*world, model.hull, planning::PlannerOptions{}, clock);
+  return show(arguments, arguments.map, *world, model, planner.plan(*request));
+}
+
+// --- in a cloud ---
+
+std::optional<double> metres_of(std::string_view unit) {
+  static constexpr std::array<std::pair<std::string_view, double>, 7> kUnits{{{"m", 1.0},
+                                                                              {"dm", 0.1},
+                                                                              {"cm", 0.01},
+                                                                              {"mm", 0.001},
+                                                                              {"km", 1000.0},
+                                                                              {"ft", 0.3048},
+                                                                              {"in", 0.0254}}};
+  const auto* at = std::ranges::find(kUnits, unit, &std::pair<std::string_view, double>::first);
+  return at == kUnits.end() ? std::nullopt : std::optional(at->second);
+}
+
+// The request in W. Depths are bounded below and, where there is no surface, above all there is.
+planning::PlanRequest in_world(planning::PlanRequest request, const planning::CloudWorld& cloud,
+                               const std::optional<double>& max_depth_m) {
+  request.start.p -= cloud.origin;
+  request.goal.p -= cloud.origin;
+  Eigen::AlignedBox3d all = cloud.bounds_W;
+  all.extend(request.start.p).extend(request.goal.p);
+  request.min_z = max_depth_m ? -*max_depth_m : all.min().z() - kRoomAroundCloud;
+  request.max_z = cloud.has_surface ? 0.0 : all.max().z() + kRoomAroundCloud;
+  return request;
+}
+
+// Does nothing that was left out of the cloud matter to the path?
+bool is_known_about(const planning::PlanResult& plan, const planning::CloudWorld& cloud,
+                    double reach) {
+  if (!cloud.known_W) return true;
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(reach);
+  const Eigen::AlignedBox3d inner(cloud.known_W->min() + margin, cloud.known_W->max() - margin);
+  return std::ranges::all_of(plan.waypoints,
+                             [&](const Pose& X_WB) { return inner.contains(X_WB.p); });
+}
+
+// Empty, or a sentence: poses in other axes than the cloud's are mostly far away from it.
+std::string far_off(const planning::PlanRequest& request, const planning::CloudFile& cloud) {
+  Eigen::AlignedBox3d bounds;
+  for (const Eigen::Vector3f& p : cloud.points) bounds.extend(cloud.origin + p.cast<double>());
+  for (const auto& [name, pose] : {std::pair("start", request.start), {"goal", request.goal}}) {
+    const double distance = bounds.exteriorDistance(pose.p);
+    if (distance <= kFarOff) continue;
+    return fmt::format(
+        "the {} is {:.0f} km away from it: it lies between {:.1f}, {:.1f}, {:.1f} and {:.1f}, "
+        "{:.1f}, {:.1f}",
+        name, distance / 1000.0, bounds.min().x(), bounds.min().y(), bounds.min().z(),
+        bounds.max().x(), bounds.max().y(), bounds.max().z());
+  }
+  return {};
+}
+
+int plan_in_cloud(const PlanArguments& arguments) {
+  const std::optional<planning::PlanRequest> request = request_of(arguments);
+  if (!request) return kExitUsage;
+  const auto refuse = [&](const std::string& why) {
+    complain(fmt::format("{}: {}", arguments.cloud, why));
+    return kExitUsage;
+  };
+  planning::CloudOptions file;
+  if (!arguments.unit.empty()) file.unit_m = metres_of(arguments.unit);
+  const auto cloud = planning::read_cloud(arguments.cloud, file);
+  if (!cloud) return refuse(cloud.error());
+
+  if (const std::string why = far_off(*request, *cloud); !why.empty()) return refuse(why);
+
+  const vehicle::Model model = load_vehicle();
+  const double reach = model.hull.radius() + arguments.clearance_m;
+  SteadyClock clock;
+  // What is far away is only left out as long as the path stays away from it.
+  for (double around_m = kAroundPath;; around_m *= 2.0) {
+    planning::CloudWorldOptions options;
+    options.max_voxels = kMostVoxels;
+    options.region = Eigen::AlignedBox3d(request->start.p).extend(request->goal.p);
+    options.region.min().array() -= around_m;
+    options.region.max().array() += around_m;
+    auto made = planning::world_from_cloud(*cloud, options);
+    if (!made) return refuse(made.error());
+    if (!made->has_surface && arguments.max_depth_m) {
+      return refuse("it reaches above z = 0: there is no surface for --max-depth to count from");
+    }
+    planning::Planner planner(made->world, model.hull, planning::PlannerOptions{}, clock);
+    planning::PlanResult plan = planner.plan(in_world(*request, *made, arguments.max_depth_m));
+    if (!is_known_about(plan, *made, reach)) continue;
+
+    for (const std::string& warning : made->warnings) {
+      note(fmt::format("dive: {}: {}", arguments.cloud, warning));
+    }
+    note(fmt::format("dive: {}: {} points, {} pieces; z = 0 is {}", arguments.cloud, made->points,
+                     made->world.obstacles.size(),
+                     made->has_surface ? "the surface of the water"
+                                       : "not taken for the surface: the cloud reaches above it"));
+    for (Pose& pose : plan.waypoints) pose.p += made->origin;
+    std::string title = arguments.cloud;
+    if (!made->origin.isZero()) {
+      title += fmt::format(" (drawn about {:.0f}, {:.0f}, {:.0f})", made->origin.x(),
+                           made->origin.y(), made->origin.z());
+    }
+    return show(arguments, title, made->world, model, std::move(plan), made->origin);
+  }
+}
+
+// What there is to plan in, or a complaint.
+bool is_usable(const PlanArguments& arguments) {
+  const auto places = static_cast<int>(!arguments.mission.empty()) +
+                      static_cast<int>(!arguments.map.empty()) +
+                      static_cast<int>(!arguments.cloud.empty());
+  const bool has_poses = !arguments.start.empty() && !arguments.goal.empty();
+  if (places > 1 && !arguments.cloud.empty()) {
+    complain("plan takes one of a mission, --map and --cloud, not several");
+    return false;
+  }
+  if (!arguments.unit.empty() && arguments.cloud.empty()) {
+    complain("--unit is that of a --cloud, and none is given");
+    return false;
+  }
+  if (places != 1 || (arguments.mission.empty() && !has_poses)) {
+    complain("plan needs either a mission or all of --map (or --cloud), --start and --goal");
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 int run_plan(const PlanArguments& arguments) {
-  const bool on_map = !arguments.map.empty();
-  if (on_map == !arguments.mission.empty() ||
-      (on_map && (arguments.start.empty() || arguments.goal.empty()))) {
-    complain("plan needs either a mission or all of --map, --start and --goal");
-    return kExitUsage;
-  }
-  return on_map ? plan_on_map(arguments) : plan_mission(arguments);
+  if (!is_usable(arguments)) return kExitUsage;
+  if (!arguments.cloud.empty()) return plan_in_cloud(arguments);
+  return arguments.map.empty() ? plan_mission(arguments) : plan_on_map(arguments);
 }
 
 }  // namespace dive::mission

@@ -85,6 +85,13 @@ void read(Trial& trial) {
     return;
   }
   const LoadedMission& loaded = *trial.loaded;
+  if (!has_rehearsal(loaded.mission)) {
+    trial.diagnostics.error("SCN-MISSION", scenario.source, scenario.mission_file.span,
+                            "the mission's water is unknown and has no rehearsal to be dived in",
+                            "write rehearsal=\"maps/NAME.sdf\" at its map");
+    trial.loaded.reset();
+    return;
+  }
   if (!suit_to_mission(scenario, loaded.mission, loaded.world, trial.diagnostics)) {
     trial.loaded.reset();
   }

@@ -87,7 +87,7 @@ ReplanPolicy AttributeReader::replan(const XmlElement& element) const {
   policy.no_progress_s = optional_number(element, "no_progress");
   policy.map_change = flag(element, "map_change");
   policy.estimator_switch = flag(element, "estimator_switch");
-  policy.max_replans = number(element, "max_replans");
+  policy.max_replans = optional_number(element, "max_replans");
   return policy;
 }
 

@@ -7,6 +7,7 @@
 namespace dive::mission {
 
 void resolve_map(Mission& mission, Diagnostics& diagnostics) {
+  if (mission.map_file.value.empty()) return;
   const std::filesystem::path folder =
       std::filesystem::absolute(mission.source.path()).parent_path();
   const auto path = file_beneath(folder, folder, mission.map_file.value, "map");

@@ -6,7 +6,7 @@
 
 namespace dive::mission {
 
-/// Sets `mission.map_path`. Codes: MIS-MAP-OUTSIDE, MIS-MAP-NOT-FOUND.
+/// Sets `mission.map_path`, unless no map is named. Codes: MIS-MAP-OUTSIDE, MIS-MAP-NOT-FOUND.
 void resolve_map(Mission& mission, Diagnostics& diagnostics);
 
 }  // namespace dive::mission

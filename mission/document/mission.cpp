@@ -17,6 +17,13 @@ Eigen::Vector3d Position::in_world(double floor_z) const {
   DIVE_DEMAND(false);
 }
 
+int replans_per_leg(const Mission& mission, const ReplanPolicy& policy) {
+  constexpr int kKnown = 50;
+  constexpr int kUnknown = 400;
+  if (policy.max_replans) return static_cast<int>(policy.max_replans->value);
+  return mission.unknown ? kUnknown : kKnown;
+}
+
 double heading_to_yaw(double heading_deg) { return wrap_angle(deg_to_rad(90.0 - heading_deg)); }
 
 planning::AttitudeMode attitude_mode(std::string_view word) {

@@ -101,7 +101,7 @@ struct ReplanPolicy {
   std::optional<Located<double>> no_progress_s;  ///< Without getting nearer to the goal.
   bool map_change = true;                        ///< When the map changed on the path.
   bool estimator_switch = true;
-  Located<double> max_replans;  ///< Per leg.
+  std::optional<Located<double>> max_replans;  ///< Per leg; see replans_per_leg().
 };
 
 struct StateSpec {
@@ -128,6 +128,12 @@ struct Limits {
   Located<double> battery_reserve;  ///< fraction
 };
 
+/// What a mission makes of water that was never seen.
+enum class UnknownPolicy {
+  kCautious,    ///< The vehicle swims no faster than it can stop within what it has seen.
+  kOptimistic,  ///< It is taken for water until something is seen in it.
+};
+
 /// What a restarted executive does.
 enum class ResumePolicy { kContinue, kHold, kSurface };
 
@@ -152,8 +158,12 @@ struct Mission {
   std::string description;
   Located<double> speed;  ///< m/s
   planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
-  Located<std::string> map_file;  ///< As written.
-  std::string map_path;           ///< Resolved beneath the mission's folder.
+  /// Set: nothing is known of the water when the dive begins, and `map_file` is what is there when
+  /// the mission is rehearsed on deck. The vehicle is never told.
+  std::optional<UnknownPolicy> unknown;
+  double memory_s = 600.0;        ///< How long what was seen of unknown water is remembered.
+  Located<std::string> map_file;  ///< As written; empty: unknown water, and no rehearsal.
+  std::string map_path;           ///< Resolved beneath the mission's folder; empty as `map_file`.
   Position start;
   double start_heading_deg = 90.0;  ///< Compass.
   Limits limits;
@@ -177,6 +187,15 @@ enum class MapFile { kMustExist, kNotNeeded };
 /// The same from memory; `source.path()` says where the map is looked for.
 [[nodiscard]] std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
                                                    MapFile map_file = MapFile::kMustExist);
+
+/// Can the mission be dived in simulation? Unknown water without a rehearsal cannot.
+[[nodiscard]] inline bool has_rehearsal(const Mission& mission) {
+  return !mission.unknown || !mission.map_file.value.empty();
+}
+
+/// As the policy says, else what suits the water: where all has to be found out on the way there is
+/// more to be planned anew.
+[[nodiscard]] int replans_per_leg(const Mission& mission, const ReplanPolicy& policy);
 
 /// Compass heading (deg, clockwise from north) to yaw (rad, counter-clockwise from east).
 [[nodiscard]] double heading_to_yaw(double heading_deg);

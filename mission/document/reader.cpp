@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/assert.h"
 #include "mission/document/attribute_reader.h"
 #include "mission/document/state_reader.h"
@@ -25,7 +27,7 @@ class Reader {
     const XmlElement& vehicle = *root.child("vehicle");
     mission.speed = attributes_.number(vehicle, "speed");
     mission.attitude = attitude_mode(attributes_.name(vehicle, "attitude").value);
-    mission.map_file = attributes_.path(*root.child("map"), "file");
+    read_map(*root.child("map"), mission);
     const XmlElement& start = *root.child("start");
     mission.start = attributes_.position(start);
     mission.start_heading_deg = attributes_.number(start, "heading_deg").value;
@@ -43,6 +45,40 @@ class Reader {
   }
 
  private:
+  void read_map(const XmlElement& element, Mission& mission) const {
+    const XmlAttribute* file = element.attribute("file");
+    const XmlAttribute* unknown = element.attribute("unknown");
+    mission.map_file = {{}, element.span};
+    if (unknown != nullptr) {
+      mission.unknown = attributes_.name(element, "unknown").value == "optimistic"
+                            ? UnknownPolicy::kOptimistic
+                            : UnknownPolicy::kCautious;
+    }
+    if (file != nullptr && unknown != nullptr) {
+      diagnostics_.error("MIS-MAP", attributes_.source(), unknown->name_span,
+                         "the map is given by a file, and is said to be unknown as well",
+                         "a world for rehearsals of unknown water is 'rehearsal'");
+    } else if (file == nullptr && unknown == nullptr) {
+      diagnostics_.error("MIS-MAP", attributes_.source(), element.span,
+                         "the map has neither a file nor a policy for unknown water",
+                         "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
+    }
+    if (file != nullptr) mission.map_file = attributes_.path(element, "file");
+    for (const char* name : {"rehearsal", "memory_s"}) {
+      const XmlAttribute* of_unknown = element.attribute(name);
+      if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;
+      diagnostics_.error("MIS-MAP", attributes_.source(), of_unknown->name_span,
+                         fmt::format("'{}' is for unknown water, but the map is known", name));
+    }
+    if (unknown == nullptr || file != nullptr) return;
+    if (element.attribute("rehearsal") != nullptr) {
+      mission.map_file = attributes_.path(element, "rehearsal");
+    }
+    if (const auto memory = attributes_.optional_number(element, "memory_s")) {
+      mission.memory_s = memory->value;
+    }
+  }
+
   Limits limits(const XmlElement& element) const {
     return {attributes_.number(element, "max_depth"), attributes_.number(element, "min_altitude"),
             attributes_.number(element, "clearance"),

@@ -26,6 +26,8 @@ constexpr Rule kRules[] = {
     {"XSD-VALUE", Severity::kError, "Every value is of its type and within its range."},
     {"XSD-TEXT", Severity::kError, "No text stands where only elements may."},
     {"MIS-COND", Severity::kError, "Every condition can be parsed, and is true or false."},
+    {"MIS-MAP", Severity::kError,
+     "The map is either a file or unknown, and what is said of unknown water is said of that."},
     {"MIS-MAP-OUTSIDE", Severity::kError,
      "The map lies beneath the mission's folder, symbolic links followed."},
     {"MIS-MAP-NOT-FOUND", Severity::kError, "The map is there."},
@@ -50,6 +52,8 @@ constexpr Rule kRules[] = {
     {"MIS-TOO-DEEP", Severity::kError, "Start and goals are not deeper than limits/@max_depth."},
     {"MIS-ALTITUDE-OVERHEAD", Severity::kError,
      "Under an overhead no goal is given by altitude, for that is above what a lead line meets."},
+    {"MIS-ALTITUDE-UNKNOWN", Severity::kError,
+     "In unknown water nothing is given by altitude, for no ground is known when the dive begins."},
     {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
     {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
     {"MIS-LIMITS", Severity::kError, "The limits leave room between the surface and max_depth."},
@@ -76,9 +80,9 @@ constexpr DocumentRule kStructureRules[] = {
     histories_remember_their_own, someone_steers,
 };
 constexpr DocumentRule kValueRules[] = {
-    speed_suits_the_vehicle,     positions_are_under_water,  positions_respect_max_depth,
-    altitudes_are_in_open_water, surfacing_is_in_open_water, times_fit_into_the_mission,
-    limits_leave_room,           failsafes_bring_it_up,
+    speed_suits_the_vehicle,     positions_are_under_water,   positions_respect_max_depth,
+    altitudes_are_in_open_water, altitudes_have_known_ground, surfacing_is_in_open_water,
+    times_fit_into_the_mission,  limits_leave_room,           failsafes_bring_it_up,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,

@@ -75,6 +75,26 @@ void altitudes_are_in_open_water(const Subject& subject) {
   }
 }
 
+void altitudes_have_known_ground(const Subject& subject) {
+  if (!subject.mission.unknown) return;
+  Span last;  // of one transect all goals have the same
+  const auto look = [&](const std::string& name, const Position& position) {
+    const Span& span = position.z.span;
+    const bool is_told = span.line == last.line && span.column == last.column;
+    if (position.z_units != ZUnits::kAltitude || is_told) return;
+    last = span;
+    subject.error("MIS-ALTITUDE-UNKNOWN", span,
+                  fmt::format("{} is given by altitude, but in unknown water", name),
+                  "no ground is known when the dive begins: give its DEPTH");
+  };
+  look("the start", subject.mission.start);
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const Goal* goal : goals_of(subject.index.spec(state))) {
+      look(fmt::format("the goal '{}'", goal->id.value), goal->position);
+    }
+  }
+}
+
 void surfacing_is_in_open_water(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);

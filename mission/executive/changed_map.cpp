@@ -8,6 +8,11 @@
 #include "planning/world/sounding.h"
 
 namespace dive::mission {
+namespace {
+
+constexpr int kMaxEvaluations = 4000;  // of FCL, on the control thread
+
+}  // namespace
 
 std::vector<planning::Obstacle> as_obstacles(std::span<const SeenObstacle> seen,
                                              std::size_t before) {
@@ -18,8 +23,13 @@ std::vector<planning::Obstacle> as_obstacles(std::span<const SeenObstacle> seen,
   return obstacles;
 }
 
-ChangedMap::ChangedMap(const planning::World& world, const planning::RobotHull& hull)
-    : hull_(hull), hull_radius_(hull.radius()), scene_(world), ceiling_(world) {}
+ChangedMap::ChangedMap(const planning::World& world, const planning::RobotHull& hull,
+                       double judged_m)
+    : hull_(hull),
+      hull_radius_(hull.radius()),
+      judged_m_(judged_m),
+      scene_(world),
+      ceiling_(world) {}
 
 void ChangedMap::add(std::span<const SeenObstacle> seen) {
   for (planning::Obstacle& obstacle : as_obstacles(seen, added_.obstacles.size())) {
@@ -28,25 +38,53 @@ void ChangedMap::add(std::span<const SeenObstacle> seen) {
   certifier_ = std::make_unique<planning::Certifier>(added_, hull_);
   added_scene_ = std::make_unique<planning::Scene>(added_);
   added_ceiling_.emplace(added_);
+  changed_ = changed_ || !seen.empty();
+}
+
+bool ChangedMap::apply(const planning::MapUpdate& update) {
+  if (!pieces_.apply(update)) return false;
+  changed_ = changed_ || !update.cells.empty();
+  return true;
 }
 
 bool ChangedMap::overhead(const Eigen::Vector3d& p_W, double margin) {
   const double radius = hull_radius_ + margin;
   return ceiling_.is_above(p_W, radius) ||
-         (added_ceiling_ && added_ceiling_->is_above(p_W, radius));
+         (added_ceiling_ && added_ceiling_->is_above(p_W, radius)) || pieces_.is_above(p_W, radius);
 }
 
 std::optional<double> ChangedMap::ground_below(const Eigen::Vector3d& p_W) const {
   std::optional<double> ground = planning::ground_below(scene_, p_W);
-  if (!added_scene_) return ground;
-  const std::optional<double> seen = planning::ground_below(*added_scene_, p_W);
-  if (ground && seen) return std::max(*ground, *seen);
-  return seen ? seen : ground;
+  const auto take = [&ground](const std::optional<double>& other) {
+    if (other && (!ground || *other > *ground)) ground = other;
+  };
+  if (added_scene_) take(planning::ground_below(*added_scene_, p_W));
+  take(pieces_.ground_below(p_W));
+  return ground;
 }
 
 double ChangedMap::clearance(std::span<const Pose> waypoints) {
-  if (!certifier_ || waypoints.empty()) return std::numeric_limits<double>::infinity();
-  return certifier_->certify(waypoints).clearance_m;
+  double clearance = std::numeric_limits<double>::infinity();
+  if (waypoints.empty()) return clearance;
+  if (certifier_) clearance = certifier_->certify(waypoints).clearance_m;
+  if (pieces_.size() > 0) clearance = std::min(clearance, clearance_to_pieces(waypoints));
+  return clearance;
+}
+
+double ChangedMap::clearance_to_pieces(std::span<const Pose> waypoints) {
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(hull_radius_ + judged_m_);
+  planning::World near;
+  pieces_.begin_collection();
+  for (std::size_t i = 0; i < waypoints.size(); ++i) {
+    Eigen::AlignedBox3d motion(waypoints[i].p);
+    if (i > 0) motion.extend(waypoints[i - 1].p);
+    pieces_.collect({motion.min() - reach, motion.max() + reach}, near.obstacles);
+  }
+  if (near.obstacles.empty()) return judged_m_;
+  planning::CertifyOptions options;
+  options.cutoff = judged_m_;
+  options.max_evaluations = kMaxEvaluations;
+  return planning::Certifier(near, hull_, options).certify(waypoints).clearance_m;
 }
 
 }  // namespace dive::mission

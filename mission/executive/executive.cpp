@@ -14,6 +14,7 @@
 #include "behaviors/hold.h"
 #include "behaviors/monitors.h"
 #include "behaviors/retrace.h"
+#include "behaviors/seen_ahead.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
 #include "common/assert.h"
@@ -37,9 +38,10 @@ constexpr Utime kBlind = 100'000;        // us without attitude: then no turning
 constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
 constexpr double kGoesOn =
     0.3;  // s after a commit that a vehicle swims on when nobody steers it ...
-constexpr double kStops = 1.0;   // ... and the time constant, s, with which it then comes to rest
-constexpr double kTilted = 0.2;  // rad
-constexpr double kDrift = 0.2;   // m that a vehicle at rest may drift on its way up
+constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
+constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
+constexpr double kTilted = 0.2;    // rad
+constexpr double kDrift = 0.2;     // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -66,7 +68,7 @@ struct Executive::Impl final : statechart::Environment {
        ExecutiveOptions options_in)
       : mission(mission_in),
         options(std::move(options_in)),
-        map(world, model.hull),
+        map(world, model.hull, judged_clearance(mission_in)),
         machine(build_machine(mission_in)),
         interpreter(machine.chart, *this),
         leaf_context(make_leaf_context(mission_in, map.scene(), options.seed)),
@@ -74,12 +76,14 @@ struct Executive::Impl final : statechart::Environment {
         autopilot(options.autopilot),
         fallback(options.autopilot),
         monitors(monitor_limits(mission_in)),
+        sight(seen_ahead_options(mission_in)),
         ladder(mission_in.failsafes.policies),
         behaviors_by_state(machine.chart.states.size()),
         entered_at(machine.chart.states.size()),
         timeout_told(machine.chart.states.size()),
         done_once(machine.actions.size()) {
     evaluated.reserve(machine.guards.size());
+    if (mission.unknown) declared.emplace();
   }
 
   [[nodiscard]] Eigen::Vector3d first_position() const {
@@ -155,7 +159,10 @@ struct Executive::Impl final : statechart::Environment {
     now = inputs.now;
     if (is_held()) held_for += now - before;
     sense(inputs);
-    if (!inputs.seen.empty()) map.add(inputs.seen);
+    if (estimate().valid) sight.advance(now, position());
+    bool map_changed = !inputs.seen.empty();
+    if (map_changed) map.add(inputs.seen);
+    if (inputs.map_update) map_changed |= look_at(*inputs.map_update);
     if (inputs.plan) kept_plan = *inputs.plan;
     if (estimate().valid) {
       if (!started) start();
@@ -165,7 +172,7 @@ struct Executive::Impl final : statechart::Environment {
       climb_ladder();
       tell_timeouts();
       if (interpreter.running()) settle();
-      run_leaf(!inputs.seen.empty());
+      run_leaf(map_changed);
     }
     actuate();
     fill_status();
@@ -210,6 +217,15 @@ struct Executive::Impl final : statechart::Environment {
     last_estimate = outputs.estimate;
   }
 
+  // True when the map has changed.
+  bool look_at(const planning::MapUpdate& update) {
+    if (update.scan_utime > now + kAhead || !map.apply(update)) return false;
+    monitors.saw(update.scan_utime);
+    estimator.moved(update.off_W);
+    sight.hear(update.scan_utime, update.seen_ahead_m);
+    return !update.cells.empty();
+  }
+
   void start() {
     started = true;
     started_at = now;
@@ -241,7 +257,10 @@ struct Executive::Impl final : statechart::Environment {
     if (!from.gap_s) reckon_gap(committed, gap_s);
     outputs.estimate = last_estimate = estimator.update(now);
     started_at = now - from_seconds(committed.elapsed_s + gap_s);
-    for (const behaviors::Trail::Crumb& crumb : from.trail) trail.add(crumb.p_W, crumb.open_above);
+    for (const behaviors::Trail::Crumb& crumb : from.trail) {
+      trail.add(crumb.p_W, crumb.open_above);
+      if (declared) declared->add(crumb.p_W, crumb.open_above);
+    }
     look_around();
     if (committed.under_elapsed_s && !open_above) {
       under_since =
@@ -337,7 +356,7 @@ struct Executive::Impl final : statechart::Environment {
   // Where the vehicle is, as failsafes and guards want to know it.
   void look_around() {
     const Eigen::Vector3d& p_W = position();
-    is_under = map.overhead(p_W, 0.0);
+    is_under = is_declared_under(p_W) || map.overhead(p_W, 0.0);
     const double margin = kDrift + estimation::horizontal_sigma(estimate());
     open_above = !is_under && !map.overhead(p_W, margin);
     trail.add(p_W, open_above);
@@ -364,6 +383,22 @@ struct Executive::Impl final : statechart::Environment {
     variables.estimator = estimate().source == estimation::EstimatorKind::kPrimitive
                               ? EstimatorName::kPrimitive
                               : EstimatorName::kVisualInertial;
+  }
+
+  // A camera that looks down sees no roof: in unknown water what the mission declares counts. A
+  // leaf that swims to its goals says what is above its way; whatever else is active, that way
+  // knows.
+  bool is_declared_under(const Eigen::Vector3d& p_W) {
+    if (!declared) return false;
+    const std::optional<StateId> leaf = active_leaf();
+    const StateSpec* spec = leaf ? machine.specs[static_cast<std::size_t>(*leaf)] : nullptr;
+    const bool has_goals =
+        spec != nullptr && (std::holds_alternative<GotoState>(spec->leaf) ||
+                            std::holds_alternative<GoalSequenceState>(spec->leaf));
+    if (!has_goals && declared->size() > 0) return !declared->was_open_at(p_W);
+    const bool is_overhead = has_goals && spec->overhead;
+    declared->add(p_W, !is_overhead);
+    return is_overhead;
   }
 
   [[nodiscard]] double state_elapsed() const {
@@ -530,6 +565,8 @@ struct Executive::Impl final : statechart::Environment {
         return fmt::format("no depth for {:g} s", limit);
       case FailsafeKind::kHealthLost:
         return fmt::format("no word on battery and leak for {:g} s", limit);
+      case FailsafeKind::kRangeLost:
+        return fmt::format("nothing new was seen for {:g} s", limit);
       case FailsafeKind::kEstimatorDiverged:
         return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", variables.depth,
                            last_depth ? last_depth->depth_m : 0.0);
@@ -612,6 +649,7 @@ struct Executive::Impl final : statechart::Environment {
     behaviors::BehaviorOutput result = behavior.step(input);
     last_command = result.command;
     progress = behavior.progress();
+    if (mission.unknown && !behavior.is_on_trail() && !progress.leg.empty()) stay_within_sight();
     if (result.plan_request) {
       asked_id = ++queries;
       asked_by = *leaf;
@@ -620,6 +658,18 @@ struct Executive::Impl final : statechart::Environment {
     }
     if (result.done) dispatch("done.state." + id, id + " is done");
     if (result.failed != behaviors::Failure::kNone) leaf_failed(*leaf, result.failed);
+  }
+
+  // No faster than it can stop, and not up to where it did not look.
+  void stay_within_sight() {
+    const double most = sight.max_command(now, estimate().v_WB_B.x());
+    last_command.v = std::min(last_command.v, most);
+    if (most > 0.0) {
+      blocked_depth.reset();
+      return;
+    }
+    if (!blocked_depth) blocked_depth = std::max(variables.depth, 0.0);
+    last_command.d = std::max(last_command.d, *blocked_depth);
   }
 
   // Keeps the place where it was told to; what is answered meanwhile waits.
@@ -734,8 +784,10 @@ struct Executive::Impl final : statechart::Environment {
   vehicle::ReckonedAttitude reckoned;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
+  behaviors::SeenAhead sight;
   behaviors::FailsafeLadder ladder;
   behaviors::Trail trail;
+  std::optional<behaviors::Trail> declared;  ///< In unknown water: by what the mission says.
 
   // By StateId.
   std::vector<std::unique_ptr<behaviors::Behavior>> behaviors_by_state;
@@ -758,6 +810,7 @@ struct Executive::Impl final : statechart::Environment {
   bool map_changed_while_held = false;
   std::optional<vehicle::Command> held;
   std::optional<double> altitude;
+  std::optional<double> blocked_depth;  ///< Where it came to the end of its sight, m.
   std::optional<Usable> under_since;
   estimation::StateEstimate last_estimate;
   std::optional<ImuSample> last_imu;

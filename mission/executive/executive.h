@@ -84,8 +84,8 @@ class Executive {
   /// Control tick at `inputs.now`, which never decreases. Never throws: a failed assertion of our
   /// own is caught, recorded as the failsafe internal_error, and from then on the vehicle is
   /// commanded straight up. What is returned is valid until the next step. A step in which nothing
-  /// begins or ends (no plan asked for or answered, no transition, no change of rung) allocates
-  /// nothing.
+  /// begins or ends (no plan asked for or answered, no transition, no change of rung) and nothing
+  /// new is seen allocates nothing.
   [[nodiscard]] const StepOutputs& step(const StepInputs& inputs);
 
   [[nodiscard]] ExecutiveResult result() const;

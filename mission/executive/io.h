@@ -12,6 +12,7 @@
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
 #include "planning/planner.h"
+#include "planning/world/seen.h"
 #include "vehicle/command.h"
 
 namespace dive::mission {
@@ -48,6 +49,8 @@ struct StepInputs {
   std::optional<PlanReply> plan;
   std::optional<OperatorCommand> operator_command;
   std::vector<SeenObstacle> seen;  ///< Since the last tick.
+  /// Of unknown water, well-formed. Each one counts: where two have come, one waits for its tick.
+  std::optional<planning::MapUpdate> map_update;
 };
 
 /// One transition of the state machine.

@@ -8,12 +8,21 @@
 #include "behaviors/hold.h"
 #include "behaviors/surface.h"
 #include "common/assert.h"
+#include "mission/document/state_index.h"
 #include "planning/world/sounding.h"
 
 namespace dive::mission {
 namespace {
 
-behaviors::ReplanPolicy replan_policy(const ReplanPolicy& written) {
+// s between two replans: in unknown water there is something new all the time.
+constexpr double kUnknownInterval = 0.5;
+constexpr double kUnknownClimb = 0.4;  // rad: the eyes look no higher than a little above the bow
+constexpr double kUnknownGoal = 0.5;   // m that a goal may be moved by, when something is near it
+constexpr double kOptimisticStale = 3.0;  // s
+constexpr double kJudged = 1.5;           // m: clearances are judged as far as that ...
+constexpr double kBeyond = 1.1;           // ... and beyond the largest that is asked for
+
+behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy& written) {
   behaviors::ReplanPolicy policy;
   const auto take = [](const std::optional<Located<double>>& from, std::optional<double>& to) {
     if (from) to = from->value;
@@ -24,7 +33,8 @@ behaviors::ReplanPolicy replan_policy(const ReplanPolicy& written) {
   take(written.no_progress_s, policy.no_progress_s);
   policy.map_change = written.map_change;
   policy.estimator_switch = written.estimator_switch;
-  policy.max_replans = static_cast<int>(written.max_replans.value);
+  policy.max_replans = replans_per_leg(mission, written);
+  if (mission.unknown) policy.min_interval_s = kUnknownInterval;
   return policy;
 }
 
@@ -33,6 +43,7 @@ behaviors::ReplanPolicy replan_policy(const ReplanPolicy& written) {
 LeafContext make_leaf_context(const Mission& mission, const planning::Scene& scene,
                               std::uint64_t seed) {
   LeafContext context;
+  context.mission = &mission;
   context.scene = &scene;
   context.leg.speed = mission.speed.value;
   context.leg.clearance = mission.limits.clearance.value;
@@ -40,7 +51,8 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.leg.min_z = -mission.limits.max_depth.value;
   context.leg.min_altitude = mission.limits.min_altitude.value;
   context.leg.seed = seed;
-  context.leg.replan = replan_policy(mission.replan);
+  if (mission.unknown) context.leg.goal_tolerance = kUnknownGoal;
+  context.leg.replan = replan_policy(mission, mission.replan);
   return context;
 }
 
@@ -61,7 +73,7 @@ behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal) {
 
 behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec& spec) {
   behaviors::LegSettings settings = context.leg;
-  if (spec.replan) settings.replan = replan_policy(*spec.replan);
+  if (spec.replan) settings.replan = replan_policy(*context.mission, *spec.replan);
   return settings;
 }
 
@@ -86,12 +98,46 @@ std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& conte
   return std::make_unique<behaviors::Surface>();
 }
 
+behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission) {
+  behaviors::SeenAheadOptions options;
+  if (mission.unknown != UnknownPolicy::kOptimistic) return options;
+  options.stops_within_sight = false;
+  options.stale_s = kOptimisticStale;
+  return options;
+}
+
+double judged_clearance(const Mission& mission) {
+  const StateIndex index(mission);
+  double most = mission.limits.clearance.value;
+  const auto look = [&most](const ReplanPolicy& policy) {
+    if (policy.clearance_m) most = std::max(most, policy.clearance_m->value);
+  };
+  look(mission.replan);
+  for (int state = 0; state < index.size(); ++state) {
+    if (const auto& replan = index.spec(state).replan) look(*replan);
+  }
+  return std::max(kJudged, kBeyond * most);
+}
+
+planning::World known_world(const Mission& mission, planning::World world) {
+  return mission.unknown ? planning::World{} : std::move(world);
+}
+
+planning::PlannerOptions planner_options(const Mission& mission, planning::PlannerOptions options) {
+  if (mission.unknown) {
+    double& climb = options.trajopt.motion.max_climb_rad;
+    climb = std::min(climb, kUnknownClimb);
+  }
+  return options;
+}
+
 behaviors::MonitorLimits monitor_limits(const Mission& mission) {
   behaviors::MonitorLimits limits;
   limits.threshold = mission.failsafes.threshold;
   limits.max_depth = mission.limits.max_depth.value;
   limits.min_altitude = mission.limits.min_altitude.value;
   limits.mission_timeout_s = mission.limits.mission_timeout.value;
+  limits.watches_range = mission.unknown.has_value();
   for (const auto& [x, y] : mission.failsafes.fence) limits.fence.emplace_back(x.value, y.value);
   return limits;
 }

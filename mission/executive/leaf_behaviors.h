@@ -7,6 +7,7 @@
 #include "behaviors/failsafes.h"
 #include "behaviors/leg.h"
 #include "behaviors/monitors.h"
+#include "behaviors/seen_ahead.h"
 #include "mission/document/mission.h"
 #include "planning/world/scene.h"
 
@@ -14,6 +15,7 @@ namespace dive::mission {
 
 /// What every leaf of a mission shares.
 struct LeafContext {
+  const Mission* mission = nullptr;
   behaviors::LegSettings leg;
   const planning::Scene* scene = nullptr;  ///< For positions given as altitude.
 };
@@ -35,6 +37,21 @@ struct LeafContext {
 [[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
                                                                       const StateSpec& spec,
                                                                       int goals_done);
+
+/// How the speed in unknown water depends on what is seen.
+[[nodiscard]] behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission);
+
+/// Up to which clearance (m) paths are judged against what is seen: beyond all that the mission
+/// asks for.
+[[nodiscard]] double judged_clearance(const Mission& mission);
+
+/// What the vehicle knows of its world when the dive begins: in unknown water, nothing. For the
+/// executive and its planner.
+[[nodiscard]] planning::World known_world(const Mission& mission, planning::World world);
+
+/// In unknown water paths climb no steeper than the vehicle sees where it climbs to.
+[[nodiscard]] planning::PlannerOptions planner_options(const Mission& mission,
+                                                       planning::PlannerOptions options);
 
 [[nodiscard]] behaviors::MonitorLimits monitor_limits(const Mission& mission);
 

@@ -8,12 +8,18 @@
 #include "mission/executive/changed_map.h"
 
 namespace dive::mission {
+namespace {
+
+constexpr double kAround = 12.0;  // m: seen pieces so near to start and goal are planned with
+
+}  // namespace
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
                                planning::PlannerOptions options, Utime latency, Late late)
     : world_(world),
       hull_(hull),
       options_(std::move(options)),
+      known_(world_.obstacles.size()),
       planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),
       latency_(latency),
       late_(late) {}
@@ -37,15 +43,47 @@ void PlannerService::launch(PlanQuery query, Utime now) {
   if (result_.valid()) result_.wait();  // one planner, one plan at a time
   id_ = query.id;
   due_ = now + latency_;
-  result_ = std::async(std::launch::async, [this, request = std::move(query.request),
-                                            added = std::exchange(added_, {})] {
+  take_updates();
+  if (!added_.empty()) {
+    is_renewed_ = false;
+    world_.obstacles.resize(known_);
+    world_.obstacles.insert(world_.obstacles.end(), added_.begin(), added_.end());
+    known_ = world_.obstacles.size();
+    added_.clear();
+  }
+  result_ = std::async(std::launch::async, [this, request = std::move(query.request)] {
     run_as_others();  // a plan may come late, a command may not
-    if (!added.empty()) {
-      world_.obstacles.insert(world_.obstacles.end(), added.begin(), added.end());
-      planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
-    }
+    renew_planner(request);
     return planner_->plan(request);
   });
+}
+
+void PlannerService::apply(const planning::MapUpdate& update) {
+  updates_.push_back(update);
+  if (!is_busy()) take_updates();
+}
+
+// While the worker rests.
+void PlannerService::take_updates() {
+  for (const planning::MapUpdate& update : updates_) {
+    const bool is_taken = seen_map_.apply(update);
+    if (is_taken && !update.cells.empty()) is_renewed_ = false;
+  }
+  updates_.clear();
+}
+
+// What was seen far from the way is left out: there may be much of it.
+void PlannerService::renew_planner(const planning::PlanRequest& request) {
+  Eigen::AlignedBox3d way(request.start.p);
+  way.extend(request.goal.p);
+  const bool is_wide_enough = seen_map_.pieces() == 0 || renewed_within_.contains(way);
+  if (is_renewed_ && is_wide_enough) return;
+  const Eigen::Vector3d around = Eigen::Vector3d::Constant(kAround);
+  renewed_within_ = {way.min() - around, way.max() + around};
+  world_.obstacles.resize(known_);
+  seen_map_.append_within(renewed_within_, world_.obstacles);
+  planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
+  is_renewed_ = true;
 }
 
 bool PlannerService::is_busy() const {

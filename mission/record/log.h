@@ -54,7 +54,8 @@ class LogWriter {
 
   /// Writes one tick: inputs, outputs, truth, in a fixed order, and hands it to the system at once.
   /// False, then and ever after, once the disk refuses or something cannot be represented (a text
-  /// over 64 KiB or with a zero byte, more than 16,384 waypoints); the dive goes on.
+  /// over 64 KiB or with a zero byte, more than 16,384 waypoints, a map update beyond its bounds);
+  /// the dive goes on.
   bool write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
   /// False when anything was lost. Nothing can be written afterwards.

@@ -24,6 +24,9 @@ inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Of the meshes' pie
 inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Of any other text, bytes.
 inline constexpr std::size_t kMaxWaypoints = 16'384;
 inline constexpr std::size_t kMaxSeen = 4096;  ///< Obstacles in one tick.
+/// Of all pieces of a map update; what else bounds one is in planning/world/seen.h.
+inline constexpr std::size_t kMaxSeenVertices =
+    planning::kMaxUpdatePieces * planning::kMaxPieceVertices;
 
 /// No packet of the channel is larger.
 [[nodiscard]] std::size_t max_packet_size(Channel channel);
@@ -54,6 +57,7 @@ using link::encode;
 [[nodiscard]] bool encode(Utime now, const ActionRecord& action, Packet& packet);
 [[nodiscard]] bool encode(Utime now, OperatorCommand command, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const planning::MapUpdate& update, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
 [[nodiscard]] bool decode(PacketView packet, estimation::StateEstimate& estimate);
@@ -66,5 +70,6 @@ using link::encode;
 [[nodiscard]] bool decode(PacketView packet, ActionRecord& action);
 [[nodiscard]] bool decode(PacketView packet, OperatorCommand& command);
 [[nodiscard]] bool decode(PacketView packet, std::vector<SeenObstacle>& seen);
+[[nodiscard]] bool decode(PacketView packet, planning::MapUpdate& update);
 
 }  // namespace dive::mission

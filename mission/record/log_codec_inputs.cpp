@@ -3,6 +3,7 @@
 
 #include <dive/header_t.hpp>
 #include <dive/map_change_t.hpp>
+#include <dive/map_update_t.hpp>
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
 #include <dive/tick_t.hpp>
@@ -30,6 +31,11 @@ constexpr Run kPlanReply[] = {bytes(8 + 8 + 1 + 4 + 2 * sizeof(double)), text(kM
                               array(kPoseSize, kMaxWaypoints)};
 constexpr Run kOperator[] = {bytes(8 + 1)};
 constexpr Run kMap[] = {bytes(8), array(kPoseSize + 3 * sizeof(double), kMaxSeen)};
+// LCM writes two arrays of the same length one after the other.
+constexpr Run kSurroundings[] = {bytes(8 + 8 + 3 * sizeof(double)),
+                                 array(8 + 4, planning::kMaxUpdateCells),
+                                 array(sizeof(double) + 4, planning::kMaxUpdatePieces),
+                                 array(sizeof(double), 3 * kMaxSeenVertices)};
 constexpr Run kTick[] = {bytes(8 + 4 + 8)};
 
 }  // namespace
@@ -128,6 +134,68 @@ bool decode(PacketView packet, std::vector<SeenObstacle>& seen) {
   seen.clear();
   for (const box_t& box : m->boxes) seen.push_back({read_pose(box.pose), read_vector(box.size)});
   return true;
+}
+
+bool encode(Utime now, const planning::MapUpdate& update, Packet& packet) {
+  const auto& [scan_utime, cells, seen_ahead, off_W] = update;
+  map_update_t m;
+  m.utime = now;
+  m.scan_utime = scan_utime;
+  m.seen_ahead = seen_ahead;
+  m.off[0] = off_W.x();
+  m.off[1] = off_W.y();
+  if (cells.size() > planning::kMaxUpdateCells) return false;
+  for (const planning::SeenCell& cell : cells) {
+    const auto& [key, pieces] = cell;
+    if (pieces.size() > planning::kMaxCellPieces) return false;
+    m.keys.push_back(key);
+    m.cell_pieces.push_back(static_cast<std::int32_t>(pieces.size()));
+    for (const planning::Polytope& piece : pieces) {
+      const auto& [vertices, radius] = piece;
+      if (vertices.empty() || vertices.size() > planning::kMaxPieceVertices) return false;
+      m.radii.push_back(radius);
+      m.piece_vertices.push_back(static_cast<std::int32_t>(vertices.size()));
+      for (const Eigen::Vector3d& v : vertices) {
+        m.vertices.insert(m.vertices.end(), v.data(), v.data() + 3);
+      }
+    }
+  }
+  m.cells = static_cast<std::int32_t>(m.keys.size());
+  m.pieces = static_cast<std::int32_t>(m.radii.size());
+  m.numbers = static_cast<std::int32_t>(m.vertices.size());
+  return pack(m, kSurroundings, packet);
+}
+
+bool decode(PacketView packet, planning::MapUpdate& update) {
+  const auto m = unpack<map_update_t>(packet, kSurroundings);
+  if (!m) return false;
+  const auto is_count = [](std::int32_t value, std::size_t least, std::size_t most) {
+    return value >= static_cast<std::int32_t>(least) && value <= static_cast<std::int32_t>(most);
+  };
+  update = {m->scan_utime, {}, m->seen_ahead, {m->off[0], m->off[1]}};
+  update.cells.reserve(m->keys.size());
+  std::size_t piece = 0;
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < m->keys.size(); ++i) {
+    if (!is_count(m->cell_pieces[i], 0, planning::kMaxCellPieces)) return false;
+    const auto pieces = static_cast<std::size_t>(m->cell_pieces[i]);
+    if (pieces > m->radii.size() - piece) return false;
+    planning::SeenCell& cell = update.cells.emplace_back();
+    cell.key = m->keys[i];
+    cell.pieces.reserve(pieces);
+    for (const std::size_t end = piece + pieces; piece < end; ++piece) {
+      if (!is_count(m->piece_vertices[piece], 1, planning::kMaxPieceVertices)) return false;
+      const auto vertices = static_cast<std::size_t>(m->piece_vertices[piece]);
+      if (3 * vertices > m->vertices.size() - number) return false;
+      planning::Polytope& polytope = cell.pieces.emplace_back();
+      polytope.radius = m->radii[piece];
+      polytope.vertices.reserve(vertices);
+      for (std::size_t v = 0; v < vertices; ++v, number += 3) {
+        polytope.vertices.emplace_back(&m->vertices[number]);
+      }
+    }
+  }
+  return piece == m->radii.size() && number == m->vertices.size();
 }
 
 bool encode(const TickMark& mark, Packet& packet) {

@@ -59,6 +59,8 @@ class TickBuilder {
         return decode(event.data, in.operator_command.emplace());
       case Channel::kMap:
         return decode(event.data, in.seen);
+      case Channel::kSurroundings:
+        return decode(event.data, in.map_update.emplace());
       case Channel::kCommand:
         return decode(event.data, out.command);
       case Channel::kRates:

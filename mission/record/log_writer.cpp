@@ -83,7 +83,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   DIVE_DEMAND(impl_ != nullptr);
   Impl& log = *impl_;
   if (log.failed) return false;
-  const auto& [now, imu, depth, health, plan, operator_command, seen] = inputs;
+  const auto& [now, imu, depth, health, plan, operator_command, seen, map_update] = inputs;
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
   if (imu) log.put(Channel::kImu, now, *imu);
@@ -92,6 +92,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (plan) log.put(Channel::kPlan, now, now, *plan);
   if (operator_command) log.put(Channel::kOperator, now, now, *operator_command);
   if (!seen.empty()) log.put(Channel::kMap, now, now, seen);
+  if (map_update) log.put(Channel::kSurroundings, now, now, *map_update);
   log.put(Channel::kCommand, now, now, command);
   log.put(Channel::kRates, now, now, rates);
   log.put(Channel::kEstimate, now, estimate);

@@ -34,12 +34,21 @@ tl::expected<Mission, std::string> mission_of(const LogHeader& header) {
   return std::move(*mission);
 }
 
-tl::expected<Dived, std::string> dived_of(const LogHeader& header) {
+tl::expected<planning::World, std::string> world_of(const LogHeader& header) {
   Diagnostics diagnostics;
   planning::MeshBundle meshes(header.map_meshes);
   std::optional<planning::World> world =
       planning::parse_sdf(SourceText(header.map_name, header.map_xml), diagnostics, meshes);
   if (!world) return unreadable("map", diagnostics);
+  return std::move(*world);
+}
+
+// As the vehicle that dived `mission` knew it.
+tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission& mission) {
+  Diagnostics diagnostics;
+  tl::expected<planning::World, std::string> world;
+  if (!mission.unknown) world = world_of(header);
+  if (!world) return tl::unexpected(world.error());
   std::optional<vehicle::Model> model =
       vehicle::parse_urdf(SourceText("vehicle", header.vehicle_urdf), diagnostics);
   if (!model) return unreadable("vehicle", diagnostics);
@@ -85,7 +94,7 @@ ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
 tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   const tl::expected<Mission, std::string> mission = mission_of(log.header());
   if (!mission) return tl::unexpected(mission.error());
-  const tl::expected<Dived, std::string> dived = dived_of(log.header());
+  const tl::expected<Dived, std::string> dived = dived_of(log.header(), *mission);
   if (!dived) return tl::unexpected(dived.error());
   Executive executive(*mission, dived->world, dived->model, dived->options);
   return feed(log, executive,
@@ -95,7 +104,9 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
 }
 
 tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed) {
-  tl::expected<Dived, std::string> dived = dived_of(log.header());
+  const tl::expected<Mission, std::string> mission = mission_of(log.header());
+  if (!mission) return tl::unexpected(mission.error());
+  tl::expected<Dived, std::string> dived = dived_of(log.header(), *mission);
   if (!dived) return tl::unexpected(dived.error());
   if (dived->options.resume) {
     return tl::unexpected(std::string(

@@ -197,6 +197,24 @@ TEST_F(MonitorsTest, AQuietSensorIsLostAndANanIsSilence) {
   EXPECT_EQ(what(), Only{"health_lost"});
 }
 
+TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
+  run(30.0);
+  EXPECT_EQ(what(), Only{}) << "where the map is known nobody looks";
+  MonitorLimits unknown = limits();
+  unknown.watches_range = true;
+  use(unknown);
+  monitors_.start(now_);
+  run(1.9);
+  EXPECT_EQ(what(), Only{});
+  run(0.2);
+  EXPECT_EQ(what(), Only{"range_lost"}) << "never seen anything";
+  monitors_.saw(now_ - from_seconds(1.5));
+  tick();
+  EXPECT_EQ(what(), Only{});
+  run(0.6);
+  EXPECT_EQ(what(), Only{"range_lost"});
+}
+
 TEST_F(MonitorsTest, ASensorThatNeverSpokeIsMissedAsWell) {
   use(limits());
   monitors_.start(now_);

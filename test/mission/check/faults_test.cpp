@@ -19,6 +19,7 @@ StepInputs healthy(Utime now) {
   reply.status = planning::PlanStatus::kSuccess;
   reply.waypoints.resize(2);
   inputs.plan = reply;
+  inputs.map_update.emplace().scan_utime = now;
   return inputs;
 }
 
@@ -45,6 +46,7 @@ TEST(FaultInjector, ChangesNothingBeforeItsTime) {
     EXPECT_TRUE(inputs.health && !inputs.health->leak) << to_string(kind);
     EXPECT_EQ(inputs.health->battery_fraction, 0.9) << to_string(kind);
     EXPECT_EQ(inputs.plan->status, planning::PlanStatus::kSuccess) << to_string(kind);
+    EXPECT_TRUE(inputs.map_update) << to_string(kind);
     EXPECT_TRUE(inputs.seen.empty() && !inputs.operator_command) << to_string(kind);
   }
 }
@@ -59,6 +61,7 @@ TEST(FaultInjector, SpoilsWhatItSays) {
   EXPECT_TRUE(std::isnan(injected(FaultKind::kDepthNan, 6).depth->depth_m));
   EXPECT_EQ(injected(FaultKind::kDepthFrozen, 6).depth->depth_m, 8.0);
   EXPECT_FALSE(injected(FaultKind::kHealthSilent, 6).health);
+  EXPECT_FALSE(injected(FaultKind::kRangeSilent, 6).map_update);
   EXPECT_EQ(injected(FaultKind::kPlannerFails, 6).plan->status, planning::PlanStatus::kNoPath);
   EXPECT_FALSE(injected(FaultKind::kPlannerSilent, 6).plan);
   EXPECT_EQ(injected(FaultKind::kAbort, 5).operator_command, OperatorCommand::kAbort);

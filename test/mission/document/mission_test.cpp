@@ -98,7 +98,8 @@ TEST(LoadMission, FillsInDefaults) {
   ASSERT_TRUE(mission) << rendered(diagnostics);
   EXPECT_EQ(mission->attitude, planning::AttitudeMode::kFree);
   EXPECT_FALSE(mission->replan.period_s || mission->replan.deviation_m);
-  EXPECT_EQ(mission->replan.max_replans.value, 50.0);
+  EXPECT_EQ(replans_per_leg(*mission, mission->replan), 50);
+  EXPECT_FALSE(mission->unknown);
   for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
     const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
     EXPECT_EQ(mission->failsafes.policies[i].rung, traits.policy.rung) << traits.name;
@@ -146,6 +147,36 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   EXPECT_EQ(failsafes.fence[2][1].value, 9.0);
   EXPECT_EQ(at(mission->source, *failsafes.written[0]), "leak");
   EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.in_world(-20.0).z(), -17.0);
+}
+
+TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
+  const std::string goal = "x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"";
+  const auto with = [&](const std::string& map, const std::string& parts = {}) {
+    std::string text = mission_text(goal, parts);
+    const std::string known = "<map file=\"maps/window.sdf\"/>";
+    Diagnostics diagnostics;
+    auto mission = parse(text.replace(text.find(known), known.size(), map), diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return mission;
+  };
+  const auto rehearsed = with("<map unknown=\"cautious\" rehearsal=\" maps/window.sdf \"/>");
+  EXPECT_EQ(rehearsed->unknown, UnknownPolicy::kCautious);
+  EXPECT_EQ(rehearsed->memory_s, 600.0);
+  EXPECT_EQ(rehearsed->map_file.value, "maps/window.sdf");
+  EXPECT_EQ(at(rehearsed->source, rehearsed->map_file.span), "maps/window.sdf");
+  EXPECT_EQ(rehearsed->map_path,
+            std::filesystem::canonical(DIVE_SOURCE_DIR "/missions/maps/window.sdf").string());
+  EXPECT_TRUE(has_rehearsal(*rehearsed));
+  EXPECT_EQ(replans_per_leg(*rehearsed, rehearsed->replan), 400);
+
+  const auto alone =
+      with("<map unknown=\"optimistic\" memory_s=\"90\"/>", "<replan max_replans=\"7\"/>");
+  EXPECT_EQ(alone->unknown, UnknownPolicy::kOptimistic);
+  EXPECT_EQ(alone->memory_s, 90.0);
+  EXPECT_EQ(alone->map_file.value + alone->map_path, "");
+  EXPECT_EQ(at(alone->source, alone->map_file.span), "map");
+  EXPECT_FALSE(has_rehearsal(*alone));
+  EXPECT_EQ(replans_per_leg(*alone, alone->replan), 7);
 }
 
 TEST(LoadMission, ReadsGuards) {

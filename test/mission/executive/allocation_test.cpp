@@ -37,9 +37,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
 class StepAllocation : public ::testing::Test {
  protected:
   StepAllocation() {
-    Diagnostics diagnostics;
-    model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-    mission_ = *parse_mission(SourceText("test.xml", kMission), diagnostics, MapFile::kNotNeeded);
+    use(kMission);
     world_.obstacles.push_back({"bottom", planning::Box{{400, 40, 1}}, Pose{{0, 0, -8}}});
     world_.obstacles.push_back({"roof", planning::Box{{40, 40, 0.5}}, Pose{{25, 0, -0.5}}});
     executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
@@ -50,12 +48,20 @@ class StepAllocation : public ::testing::Test {
     inputs_.health = HealthSample{};
   }
 
+  void use(const std::string& text) {
+    Diagnostics diagnostics;
+    model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+    mission_ = *parse_mission(SourceText("test.xml", text), diagnostics, MapFile::kNotNeeded);
+    executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  }
+
   const StepOutputs& tick() {
     inputs_.now += 20'000;
     noise_ = -noise_;  // a sensor that works is never quite still
     inputs_.imu->utime = inputs_.depth->utime = inputs_.health->utime = inputs_.now;
     inputs_.imu->q_WB = from_rpy(0, 0, noise_);
     inputs_.depth->depth_m = 3.0 + noise_;
+    if (inputs_.map_update) inputs_.map_update->scan_utime = inputs_.now;
     return executive_->step(inputs_);
   }
 
@@ -74,6 +80,26 @@ class StepAllocation : public ::testing::Test {
     return count;
   }
 
+  // To the far end of the pool.
+  void swim() {
+    const StepOutputs& first = tick();
+    ASSERT_TRUE(first.plan_query);
+    PlanReply reply;
+    reply.id = first.plan_query->id;
+    reply.status = planning::PlanStatus::kSuccess;
+    for (int i = 0; i <= 50; ++i) {
+      Pose waypoint = first.plan_query->request.start;
+      waypoint.p.x() += 2.08 * i;
+      reply.waypoints.push_back(waypoint);
+    }
+    reply.waypoints.back() = first.plan_query->request.goal;
+    reply.clearance_m = 0.9;
+    inputs_.plan = reply;
+    tick();
+    inputs_.plan.reset();
+    tick();  // its strings and lists take their sizes
+  }
+
   vehicle::Model model_;
   Mission mission_;
   planning::World world_;
@@ -84,22 +110,7 @@ class StepAllocation : public ::testing::Test {
 };
 
 TEST_F(StepAllocation, NoneWhileAPathIsFollowedNorWhileTheVehicleHolds) {
-  const StepOutputs& first = tick();
-  ASSERT_TRUE(first.plan_query);
-  PlanReply reply;
-  reply.id = first.plan_query->id;
-  reply.status = planning::PlanStatus::kSuccess;
-  for (int i = 0; i <= 50; ++i) {
-    Pose waypoint = first.plan_query->request.start;
-    waypoint.p.x() += 2.08 * i;
-    reply.waypoints.push_back(waypoint);
-  }
-  reply.waypoints.back() = first.plan_query->request.goal;
-  reply.clearance_m = 0.9;
-  inputs_.plan = reply;
-  tick();
-  inputs_.plan.reset();
-  tick();  // its strings and lists take their sizes
+  swim();
   EXPECT_EQ(ticks_that_allocate(100.0), 0);
   EXPECT_EQ(executive_->step(inputs_).status.state, "the_leg_to_the_far_end_of_the_pool");
   EXPECT_GT(executive_->step(inputs_).status.segment, 10) << "it must have moved on";
@@ -107,6 +118,36 @@ TEST_F(StepAllocation, NoneWhileAPathIsFollowedNorWhileTheVehicleHolds) {
   ASSERT_EQ(executive_->step(inputs_).status.state, "the_wait_for_what_comes_next");
   EXPECT_EQ(ticks_that_allocate(20.0), 0);
   EXPECT_GT(quiet_, 20'000);
+}
+
+// Thousands of pieces below, beside and above, and twenty scans a second that show nothing new.
+TEST_F(StepAllocation, NoneInUnknownWaterWhileNothingNewIsSeen) {
+  world_ = {};
+  std::string text = kMission;
+  const std::string known = "<map file=\"none.sdf\"/>";
+  use(text.replace(text.find(known), known.size(), "<map unknown=\"cautious\"/>"));
+  planning::MapUpdate update;
+  update.seen_ahead_m = 5.0;
+  for (int i = 0; i < 1000; ++i) {
+    planning::SeenCell& cell = update.cells.emplace_back();
+    cell.key = i;
+    for (const Eigen::Vector3d& at :
+         {Eigen::Vector3d(0.1 * i, 0, -6), Eigen::Vector3d(0.1 * i, 2, -3),
+          Eigen::Vector3d(0.1 * i, 0.5, -0.5)}) {
+      planning::Polytope& piece = cell.pieces.emplace_back();
+      for (const double dx : {0.0, 0.1, 0.2, 0.3}) {
+        for (const double dy : {0.0, 0.1, 0.15, 0.3}) {
+          piece.vertices.push_back(at + Eigen::Vector3d(dx, dy, 0.1 * dx * dy));
+        }
+      }
+    }
+  }
+  inputs_.map_update = update;
+  swim();
+  inputs_.map_update->cells.clear();
+  tick();
+  EXPECT_EQ(ticks_that_allocate(100.0), 0);
+  EXPECT_GT(executive_->step(inputs_).status.segment, 10) << "it must have moved on";
 }
 
 }  // namespace

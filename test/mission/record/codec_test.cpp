@@ -40,6 +40,9 @@ std::vector<Kind> kinds() {
   PlanQuery query;
   query.state = "swim";
   query.request.previous.resize(2);
+  planning::Polytope piece;
+  piece.vertices.resize(4);
+  const planning::MapUpdate update{3, {{-1, {piece, piece}}, {7, {}}, {8, {piece}}}, 2.5};
   const Utime now = 5;
   return {kind("header", sample_header()),
           kind("imu", ImuSample{}),
@@ -57,7 +60,8 @@ std::vector<Kind> kinds() {
           kind("failsafe", FailsafeRecord{"a", "b", "c", "d"}, now),
           kind("action", ActionRecord{}, now),
           kind("operator", OperatorCommand::kPause, now),
-          kind("map change", std::vector<SeenObstacle>(2), now)};
+          kind("map change", std::vector<SeenObstacle>(2), now),
+          kind("map update", update, now)};
 }
 
 TEST(Codec, AcceptsWholePacketsOnly) {
@@ -117,6 +121,26 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 5 127 ");  // finished
 }
 
+// Forged counts that add up to the packet's size, but not to one another.
+TEST(Codec, PiecesOfAMapUpdateAreNeitherSharedNorLeftOver) {
+  const std::vector<Kind> all = kinds();
+  const Kind k = *std::ranges::find(all, "map update", &Kind::name);
+  constexpr std::size_t kCounts = 8 + 8 + 8 + 8 + 4 + 3 * 8;  // of pieces, by cell
+  constexpr std::size_t kVertices = kCounts + 3 * 4 + 4 + 3 * 8;
+  for (const auto& [at, value] : {std::pair<std::size_t, int>{kCounts + 3, 1},
+                                  {kCounts + 3, 3},
+                                  {kVertices + 3, 0},
+                                  {kVertices + 3, 3},
+                                  {kVertices + 3, 5},
+                                  {kVertices + 3, 17},
+                                  {kVertices, 255}}) {
+    Packet packet = k.packet;
+    ASSERT_NE(packet.at(at), value);
+    packet.at(at) = static_cast<std::uint8_t>(value);
+    EXPECT_FALSE(k.decodes(packet)) << at << " " << value;
+  }
+}
+
 TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   Packet packet;
   PlanReply reply;
@@ -133,6 +157,23 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   EXPECT_TRUE(encode(0, std::vector<SeenObstacle>(kMaxSeen), packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kMap));
   EXPECT_FALSE(encode(0, std::vector<SeenObstacle>(kMaxSeen + 1), packet));
+
+  planning::Polytope point;
+  point.vertices.resize(1);
+  const auto in_cells = [](std::size_t cells, std::size_t pieces, const planning::Polytope& piece) {
+    planning::MapUpdate update;
+    update.cells.assign(cells, {0, std::vector<planning::Polytope>(pieces, piece)});
+    return update;
+  };
+  EXPECT_TRUE(encode(0, in_cells(planning::kMaxUpdateCells, 0, point), packet));
+  EXPECT_FALSE(encode(0, in_cells(planning::kMaxUpdateCells + 1, 0, point), packet));
+  EXPECT_TRUE(encode(0, in_cells(64, planning::kMaxCellPieces, point), packet));
+  EXPECT_FALSE(encode(0, in_cells(1, planning::kMaxCellPieces + 1, point), packet));
+  EXPECT_FALSE(encode(0, in_cells(65, planning::kMaxCellPieces, point), packet)) << "too many";
+  point.vertices.resize(planning::kMaxPieceVertices + 1);
+  EXPECT_FALSE(encode(0, in_cells(1, 1, point), packet));
+  point.vertices.clear();
+  EXPECT_FALSE(encode(0, in_cells(1, 1, point), packet));
 
   PlanQuery query;
   query.request.previous.resize(kMaxWaypoints + 1);
@@ -167,6 +208,15 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   query.request.previous.resize(kMaxWaypoints);
   ASSERT_TRUE(encode(0, query, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
+  planning::Polytope piece;
+  piece.vertices.resize(planning::kMaxPieceVertices);
+  planning::MapUpdate update;
+  update.cells.resize(planning::kMaxUpdateCells);
+  for (std::size_t i = 0; i < planning::kMaxUpdatePieces; ++i) {
+    update.cells[i / planning::kMaxCellPieces].pieces.push_back(piece);
+  }
+  ASSERT_TRUE(encode(0, update, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kSurroundings));
   ASSERT_TRUE(encode(estimation::StateEstimate{}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kEstimate));
 }

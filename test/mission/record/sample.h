@@ -85,6 +85,19 @@ void each_input(StepInputs& in, F f) {
     each("DIVE_IN_MAP.X_WO", seen.X_WO, f);
     each("DIVE_IN_MAP.size", seen.size, f);
   }
+  if (in.map_update) {
+    f("DIVE_IN_SURROUNDINGS.scan_utime", in.map_update->scan_utime);
+    f("DIVE_IN_SURROUNDINGS.seen_ahead_m", in.map_update->seen_ahead_m);
+    f("DIVE_IN_SURROUNDINGS.off_W", in.map_update->off_W.x());
+    f("DIVE_IN_SURROUNDINGS.off_W", in.map_update->off_W.y());
+    for (planning::SeenCell& cell : in.map_update->cells) {
+      f("DIVE_IN_SURROUNDINGS.key", cell.key);
+      for (planning::Polytope& piece : cell.pieces) {
+        f("DIVE_IN_SURROUNDINGS.radius", piece.radius);
+        for (Eigen::Vector3d& v : piece.vertices) each("DIVE_IN_SURROUNDINGS.vertex", v, f);
+      }
+    }
+  }
 }
 
 template <typename F>
@@ -206,6 +219,13 @@ class SampleMaker {
     tick.outputs.failsafes.resize(below(3));
     if (chance()) tick.inputs.operator_command.emplace();
     tick.inputs.seen.resize(below(3));
+    if (chance()) {
+      tick.inputs.map_update.emplace().cells.resize(below(3));
+      for (planning::SeenCell& cell : tick.inputs.map_update->cells) {
+        cell.pieces.resize(below(3));
+        for (planning::Polytope& piece : cell.pieces) piece.vertices.resize(1 + below(4));
+      }
+    }
     tick.outputs.actions.resize(below(3));
     if (chance()) tick.truth.emplace();
     each_field(tick, [this](const std::string&, auto& value) { fill(value); });

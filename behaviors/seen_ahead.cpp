@@ -1,0 +1,38 @@
+#include "behaviors/seen_ahead.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace dive::behaviors {
+namespace {
+
+constexpr double kBraking = 3.0;
+
+}  // namespace
+
+void SeenAhead::advance(Utime now, const Eigen::Vector3d& p_W) {
+  if (last_W_) swum_m_ += (p_W - *last_W_).norm();
+  last_W_ = p_W;
+  marks_[count_++ % marks_.size()] = {now, swum_m_};
+}
+
+void SeenAhead::hear(Utime scan_utime, double seen_ahead_m) {
+  // The newest mark that is no newer than the scan; of one that is too old, the oldest.
+  const std::size_t kept = std::min(count_, marks_.size());
+  Mark then{scan_utime, swum_m_};
+  for (std::size_t back = 1; back <= kept; ++back) {
+    then = marks_[(count_ - back) % marks_.size()];
+    if (then.utime <= scan_utime) break;
+  }
+  scan_ = Scan{scan_utime, seen_ahead_m, then.swum_m};
+}
+
+double SeenAhead::max_command(Utime now, double speed) const {
+  if (!scan_ || to_seconds(now - scan_->utime) > options_.stale_s) return 0.0;
+  if (!options_.stops_within_sight) return std::numeric_limits<double>::infinity();
+  const double left = scan_->seen_ahead_m - (swum_m_ - scan_->swum_m) - options_.margin_m;
+  const double most = std::max(left / (options_.reaction_s + options_.time_constant_s), 0.0);
+  return std::clamp(most - kBraking * (speed - most), 0.0, most);
+}
+
+}  // namespace dive::behaviors

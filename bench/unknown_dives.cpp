@@ -1,0 +1,231 @@
+// Dives in water that the vehicle does not know, seed after seed, judged by ground truth:
+//   unknown_dives missions/wreck_unknown.xml --dives 100 --jobs 2
+//   unknown_dives missions/wreck_unknown.xml --diver          someone swims into the path
+//   unknown_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "common/random.h"
+#include "mission/check/route.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/document/mission.h"
+#include "planning/planner.h"
+#include "planning/world/sdf.h"
+#include "vehicle/simulator/ground_truth.h"
+
+namespace dive::bench {
+namespace {
+
+struct Site {
+  mission::Mission mission;
+  planning::World world;
+  vehicle::Model model;
+  std::vector<Pose> route;  ///< That a vehicle which knew the world would swim.
+};
+
+Site load(const std::string& path) {
+  Diagnostics diagnostics;
+  auto mission = mission::load_mission(path, diagnostics);
+  if (!mission) throw std::runtime_error(path + " cannot be read");
+  auto world = planning::load_sdf(mission->map_path, diagnostics);
+  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  if (!world || !model) throw std::runtime_error(path + ": no world");
+  Site site{std::move(*mission), std::move(*world), std::move(*model), {}};
+  const planning::Scene scene(site.world);
+  const mission::Route route = mission::nominal_route(site.mission, scene);
+  SteadyClock clock;
+  planning::Planner planner(site.world, site.model.hull, {}, clock);
+  Pose at = route.start;
+  for (const mission::RouteLeg& leg : route.legs) {
+    const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);
+    const planning::PlanResult plan = planner.plan(request);
+    site.route.insert(site.route.end(), plan.waypoints.begin(), plan.waypoints.end());
+    at = request.goal;
+  }
+  return site;
+}
+
+/// From the side onto a place of the route, a while there, and away again on the other side.
+vehicle::DiverTrack diver_for(const Site& site, std::uint64_t seed) {
+  Random random(seed, 0xd1fe);
+  const auto last = static_cast<double>(site.route.size()) - 2.0;
+  const auto at = static_cast<std::size_t>(random.uniform(0.25, 0.75) * last) + 1;
+  const Eigen::Vector3d way = site.route[at].p - site.route[at - 1].p;
+  const Eigen::Vector3d side =
+      Eigen::Vector3d(-way.y(), way.x(), 0.0).normalized() * (random.uniform() < 0.5 ? 1.0 : -1.0);
+  double before = 0.0;
+  for (std::size_t i = 1; i <= at; ++i) before += (site.route[i].p - site.route[i - 1].p).norm();
+  vehicle::DiverTrack track;
+  track.speed = random.uniform(0.2, 0.5);
+  track.start_s = std::max(0.0, before / 0.4 - random.uniform(2.0, 15.0));
+  track.waypoints = {{site.route[at].p + 3.0 * side, 0.0},
+                     {site.route[at].p, random.uniform(3.0, 20.0)},
+                     {site.route[at].p - 3.0 * side, 0.0}};
+  return track;
+}
+
+mission::DiveSettings settings_for(const Site& site, std::uint64_t seed, bool with_diver) {
+  mission::DiveSettings settings;
+  settings.seed = seed;
+  settings.rest_s = 120.0;
+  if (with_diver) settings.diver = diver_for(site, seed);
+  return settings;
+}
+
+nlohmann::json dive(const Site& site, std::uint64_t seed, bool with_diver) {
+  const mission::DiveResult result = mission::simulate_dive(
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver),
+      [](const auto&, const auto&, const auto&) {});
+  return {{"seed", seed},
+          {"outcome", result.outcome},
+          {"state", result.final_state},
+          {"cause", result.cause},
+          {"clearance", result.min_clearance_m},
+          {"collisions", result.collisions},
+          {"duration", result.duration_s},
+          {"depth", result.final_depth_m},
+          {"error", result.estimate_error_m},
+          {"replans", result.replans},
+          {"pieces", result.seen.pieces()}};
+}
+
+void trace(const Site& site, std::uint64_t seed, bool with_diver) {
+  const vehicle::ClearanceMeter meter(site.world, site.model.hull);
+  Utime next = 0;
+  planning::SeenMap seen;
+  std::size_t told = 0;
+  const mission::DiveResult result = mission::simulate_dive(
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver),
+      [&](const mission::StepInputs& in, const mission::StepOutputs& out,
+          const vehicle::GroundTruth& truth) {
+        if (in.map_update) {
+          told += in.map_update->cells.size();
+          static_cast<void>(seen.apply(*in.map_update));
+        }
+        for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
+        for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
+        if (in.plan && in.plan->waypoints.empty())
+          std::cout << "  plan: " << in.plan->reason << '\n';
+        if (in.now < next) return;
+        next = in.now + 500'000;
+        planning::World near;
+        seen.append_within({out.estimate.X_WB.p - Eigen::Vector3d::Constant(2.5),
+                            out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
+                           near.obstacles);
+        const vehicle::ClearanceMeter by_map(near, site.model.hull);
+        const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
+        std::cout << fmt::format(
+            "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
+            "{:5.2f} {:5.2f} v {:.2f} of {:.2f}  clear {:5.2f} map {:5.2f} path {:5.2f} cross "
+            "{:.2f} "
+            "{}  pieces {} (+{})\n",
+            to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
+            truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
+            rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()), off.x(),
+            off.y(), off.z(), truth.v_WB_B.x(), out.command.v, meter.clearance(truth.X_WB),
+            near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
+            out.status.clearance_m, out.status.cross_track_m, out.status.rung, seen.pieces(), told);
+        told = 0;
+      });
+  std::cout << fmt::format("{} in {} ({}), clearance {:.3f}, {} collision(s)\n", result.outcome,
+                           result.final_state, result.cause, result.min_clearance_m,
+                           result.collisions);
+}
+
+// Each job is a process of its own and takes every so many-th seed.
+std::vector<nlohmann::json> dive_all(const Site& site, int first, int dives, int jobs,
+                                     bool with_diver) {
+  const std::string folder = fmt::format("/tmp/unknown_dives.{}", ::getpid());
+  std::vector<pid_t> children;
+  for (int job = 0; job < jobs; ++job) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      std::ofstream out(fmt::format("{}.{}", folder, job));
+      for (int i = job; i < dives; i += jobs) {
+        out << dive(site, static_cast<std::uint64_t>(first + i), with_diver) << std::endl;
+      }
+      ::_exit(0);
+    }
+    children.push_back(child);
+  }
+  std::vector<nlohmann::json> results;
+  for (int job = 0; job < jobs; ++job) {
+    int status = 0;
+    ::waitpid(children[static_cast<std::size_t>(job)], &status, 0);
+    const std::string file = fmt::format("{}.{}", folder, job);
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) results.push_back(nlohmann::json::parse(line));
+    ::unlink(file.c_str());
+    if (status != 0) std::cerr << fmt::format("job {} ended with {}\n", job, status);
+  }
+  return results;
+}
+
+void report(const std::string& name, std::vector<nlohmann::json> results) {
+  std::ranges::sort(results, {}, [](const nlohmann::json& r) { return r["seed"].get<int>(); });
+  std::map<std::string, int> outcomes;
+  std::vector<double> clearances;
+  int collided = 0;
+  for (const nlohmann::json& r : results) {
+    ++outcomes[r["outcome"].get<std::string>()];
+    clearances.push_back(r["clearance"].is_null() ? 0.0 : r["clearance"].get<double>());
+    if (r["collisions"].get<int>() > 0) ++collided;
+    if (r["outcome"] != "success") {
+      std::cout << fmt::format("  seed {}: {} in {} after {:.0f} s, {:.1f} m deep: {}\n",
+                               r["seed"].get<int>(), r["outcome"].get<std::string>(),
+                               r["state"].get<std::string>(), r["duration"].get<double>(),
+                               r["depth"].get<double>(), r["cause"].get<std::string>());
+    }
+  }
+  std::ranges::sort(clearances);
+  const auto at = [&](double share) {
+    return clearances[static_cast<std::size_t>(share * static_cast<double>(clearances.size() - 1))];
+  };
+  std::cout << name << ": " << results.size() << " dives";
+  for (const auto& [outcome, count] : outcomes) std::cout << ", " << count << ' ' << outcome;
+  std::cout << fmt::format(
+      "; {} with a collision; clearance (ground truth) min {:.3f}, p05 {:.3f}, p25 {:.3f}, median "
+      "{:.3f}, max {:.3f} m\n",
+      collided, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
+}
+
+}  // namespace
+}  // namespace dive::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Dives in unknown water, judged by ground truth");
+  std::vector<std::string> missions;
+  int dives = 100;
+  int first = 1;
+  int jobs = 2;
+  int traced = 0;
+  bool with_diver = false;
+  app.add_option("missions", missions)->required();
+  app.add_option("--dives", dives);
+  app.add_option("--first", first, "Seed of the first dive");
+  app.add_option("--jobs", jobs);
+  app.add_option("--trace", traced, "This seed alone, every half second");
+  app.add_flag("--diver", with_diver, "Someone swims into the path");
+  CLI11_PARSE(app, argc, argv);
+  for (const std::string& path : missions) {
+    const dive::bench::Site site = dive::bench::load(path);
+    if (traced > 0) {
+      dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
+    } else {
+      dive::bench::report(path, dive::bench::dive_all(site, first, dives, jobs, with_diver));
+    }
+  }
+  return 0;
+}

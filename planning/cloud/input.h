@@ -1,0 +1,64 @@
+#pragma once
+// A file read once from front to end through a buffer of fixed size, and the numbers in it.
+
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+namespace dive::planning {
+
+class Input {
+ public:
+  /// An error when it is not there, not a regular file, empty or unreadable.
+  [[nodiscard]] static tl::expected<Input, std::string> open(const std::string& path);
+
+  /// The next line without its end (LF or CRLF); valid until the next call. Nothing at the end of
+  /// the file and at a line longer than the buffer, 1 MiB: failure() tells.
+  [[nodiscard]] std::optional<std::string_view> line();
+  /// The next bytes; false when there are not as many.
+  [[nodiscard]] bool read(char* to, std::size_t bytes);
+  [[nodiscard]] bool skip(std::uint64_t bytes);
+  /// What comes next, `bytes` of it at most, without taking it.
+  [[nodiscard]] std::string_view peek(std::size_t bytes);
+
+  [[nodiscard]] std::uint64_t left() const { return size_ - taken_; }
+  [[nodiscard]] std::uint64_t taken() const { return taken_; }
+  [[nodiscard]] std::size_t line_number() const { return line_number_; }
+  [[nodiscard]] const std::string& failure() const { return failure_; }
+
+ private:
+  Input(std::ifstream file, std::uint64_t size);
+  [[nodiscard]] std::size_t buffered() const { return end_ - begin_; }
+  void fill();
+  void take(std::size_t bytes);
+
+  std::ifstream file_;
+  std::uint64_t size_ = 0;
+  std::uint64_t taken_ = 0;
+  std::size_t line_number_ = 0;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  std::string failure_;
+};
+
+/// The words of a line, split at blanks.
+[[nodiscard]] std::vector<std::string_view> words_of(std::string_view line);
+/// The first word, taken off the line; empty where there is none.
+[[nodiscard]] std::string_view take_word(std::string_view& line);
+
+/// A decimal number, nan or inf; nothing where the word is anything else.
+[[nodiscard]] std::optional<double> to_number(std::string_view word);
+/// A whole number, not negative.
+[[nodiscard]] std::optional<std::uint64_t> to_count(std::string_view word);
+
+/// A word of the file as a message can show it: short, without control characters.
+[[nodiscard]] std::string shown(std::string_view word);
+
+}  // namespace dive::planning

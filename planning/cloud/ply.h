@@ -1,0 +1,17 @@
+#pragma once
+// PLY 1.0, the Stanford polygon format: its vertices.
+
+#include <cstddef>
+
+#include <tl/expected.hpp>
+
+#include "planning/cloud/rows.h"
+
+namespace dive::planning {
+
+[[nodiscard]] bool looks_like_ply(std::string_view head);
+
+/// From the first byte of the file; at most `max_points`.
+[[nodiscard]] tl::expected<RawCloud, std::string> read_ply(Input& input, std::size_t max_points);
+
+}  // namespace dive::planning

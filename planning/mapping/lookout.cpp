@@ -1,0 +1,77 @@
+#include "planning/mapping/lookout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dive::planning {
+namespace {
+
+constexpr double kMovedOn = 0.3;    // m
+constexpr double kTurned = 0.25;    // rad
+constexpr double kSwimming = 0.05;  // m/s; slower is at rest
+constexpr float kStep = 0.2F;       // m
+constexpr std::size_t kNewest = 4;  // of the kept sweeps, that say what is seen through
+
+}  // namespace
+
+Lookout::Lookout(const RobotHull& hull) : half_B_(Eigen::Vector3f::Zero()) {
+  for (const ConvexSolid& part : hull.parts) {
+    for (const Eigen::Vector3d& v : part.vertices) {
+      half_B_ = half_B_.cwiseMax(v.cwiseAbs().cast<float>());
+    }
+  }
+}
+
+void Lookout::add(Sight sight) {
+  const bool is_new_place = kept_.empty() ||
+                            (kept_.back().X_WB().p - sight.X_WB().p).norm() > kMovedOn ||
+                            kept_.back().X_WB().q.angularDistance(sight.X_WB().q) > kTurned;
+  latest_ = std::move(sight);
+  latest_.forget_points();
+  if (!is_new_place) return;
+  if (kept_.size() == kMostSights) kept_.pop_front();
+  kept_.push_back(latest_);
+}
+
+bool Lookout::sees_past(const Eigen::Vector3f& p_W, float margin) const {
+  if (latest_.is_past(p_W, margin)) return true;
+  const std::size_t newest = std::min(kNewest, kept_.size());
+  return std::any_of(kept_.end() - static_cast<std::ptrdiff_t>(newest), kept_.end(),
+                     [&](const Sight& sight) { return sight.is_past(p_W, margin); });
+}
+
+bool Lookout::is_known(const Eigen::Vector3f& p_W) const {
+  const auto knows = [&](const Sight& sight) {
+    const Eigen::Vector3f off = sight.X_WB().p.cast<float>() - p_W;
+    const bool has_been = off.head<2>().norm() < kKnown && std::abs(off.z()) < kKnownHeight;
+    return has_been || sight.has_seen(p_W);
+  };
+  return knows(latest_) || std::any_of(kept_.rbegin(), kept_.rend(), knows);
+}
+
+double Lookout::seen_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const {
+  const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f way =
+      v_W.norm() > kSwimming ? Eigen::Vector3f(v_W.normalized().cast<float>()) : R_WB.col(0);
+  // The part of the hull's box that leads.
+  const float lead = (R_WB.transpose() * way).cwiseAbs().dot(half_B_);
+  const Eigen::Vector3f across = R_WB.col(1) * half_B_.y();
+  const Eigen::Vector3f up = R_WB.col(2) * half_B_.z();
+  const Eigen::Vector3f from = X_WB.p.cast<float>();
+  for (float ahead = kStep; ahead <= static_cast<float>(kFurthest); ahead += kStep) {
+    const Eigen::Vector3f middle = from + (lead + ahead) * way;
+    for (const Eigen::Vector3f& p :
+         {middle, Eigen::Vector3f(middle + across), Eigen::Vector3f(middle - across),
+          Eigen::Vector3f(middle + up), Eigen::Vector3f(middle - up)}) {
+      if (!is_known(p)) return static_cast<double>(ahead - kStep);
+    }
+  }
+  return kFurthest;
+}
+
+void Lookout::move(const std::function<Pose(Utime)>& correction) {
+  latest_.move(correction(latest_.utime()) * latest_.X_WB());
+  for (Sight& sight : kept_) sight.move(correction(sight.utime()) * sight.X_WB());
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,591 @@
+#include "planning/mapping/mapper.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "common/assert.h"
+#include "planning/mapping/flat_pieces.h"
+#include "planning/mapping/lookout.h"
+#include "planning/mapping/triangulate.h"
+#include "planning/mapping/voxel_cell.h"
+#include "planning/stopwatch.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3f;
+using Eigen::Vector3i;
+
+constexpr Utime kSettle = 150'000;         // us that a cell waits for more before it is divided
+constexpr Utime kUnconfirmed = 2'000'000;  // us that a candidate waits for another sweep
+constexpr Utime kForgetEvery = 1'000'000;  // us
+constexpr float kSeenPast = 0.05F;         // m beyond a voxel that tell that nothing is there
+constexpr int kFarthestCell = 1 << 20;     // from the origin: a thousand kilometres
+constexpr std::size_t kAligned = 1500;     // points of a sweep that are held against the map
+constexpr int kFewestAligned = 40;
+constexpr std::array<float, 4> kAlignReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one after the other
+constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle against the map
+constexpr float kIndependent = 0.05F;    // of the points: errors of neighbours are alike
+constexpr float kFarthestOff = 0.2F;     // m that one sweep may move the vehicle
+constexpr float kSlack = 2.5F;           // sigma that a point may be moved onto its surface
+constexpr float kMuchBetter = 0.5F;      // of the noise a voxel was seen with
+
+CellKey key_of(const Vector3i& cell) {
+  const auto part = [](int c) { return static_cast<CellKey>(c + kFarthestCell); };
+  return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
+}
+
+Vector3i cell_of(CellKey key) {
+  const auto part = [](CellKey bits) {
+    return static_cast<int>(bits & ((CellKey{1} << 21) - 1)) - kFarthestCell;
+  };
+  return {part(key >> 42), part(key >> 21), part(key)};
+}
+
+std::uint64_t digest(const std::vector<Vector3f>& points) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const Vector3f& p : points) {
+    for (const float c : p) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &c, sizeof bits);
+      hash = (hash ^ bits) * 0x100000001b3ULL;
+    }
+  }
+  return hash;
+}
+
+}  // namespace
+
+std::string MapperOptions::validate() const {
+  const auto outside = [](const char* name, double value, double low, double high) {
+    return value >= low && value <= high
+               ? std::string()
+               : fmt::format("{} must be in [{:g}, {:g}], not {:g}", name, low, high, value);
+  };
+  for (std::string problem :
+       {outside("voxel_m", voxel_m, 0.02, 2.0), outside("min_range_m", min_range_m, 0.0, 5.0),
+        outside("min_neighbours", min_neighbours, 0, 100), outside("confirm", confirm, 1, 6),
+        outside("noise_m", noise_m, 0.0, 1.0), outside("noise_share", noise_share, 0.0, 0.2),
+        outside("on_piece_m", on_piece_m, 0.0, 1.0), outside("flat_m", flat_m, 0.001, 1.0),
+        outside("skin_m", skin_m, 0.0, 1.0), outside("ball_m", ball_m, 0.0, 1.0),
+        outside("longest_edge_m", longest_edge_m, 0.05, 5.0),
+        outside("points_per_update", points_per_update, 1, 1e8),
+        outside("memory_s", memory_s, 1.0, 1e6), outside("max_voxels", max_voxels, 1000, 2e7)}) {
+    if (!problem.empty()) return problem;
+  }
+  return {};
+}
+
+struct Mapper::Impl {
+  Impl(const RobotHull& hull, const MapperOptions& options_in, Clock& clock_in)
+      : clock(clock_in),
+        options(options_in),
+        voxel(static_cast<float>(options.voxel_m)),
+        side(voxel * static_cast<float>(kSide)),
+        lookout(hull) {}
+
+  [[nodiscard]] float noise(float range) const {
+    return static_cast<float>(options.noise_m) + static_cast<float>(options.noise_share) * range;
+  }
+
+  // The cell and voxel of a point; false when it is farther than any vehicle goes.
+  bool locate(const Vector3f& p_W, CellKey& key, int& place) const {
+    const Vector3f at = p_W / voxel;
+    if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kFarthestCell * kSide / 2))) return false;
+    const Vector3i v(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
+                     static_cast<int>(std::floor(at.z())));
+    const auto split = [](int c) {
+      const int cell = c >= 0 ? c / kSide : -((kSide - 1 - c) / kSide);
+      return std::pair(cell, c - cell * kSide);
+    };
+    const auto [cx, x] = split(v.x());
+    const auto [cy, y] = split(v.y());
+    const auto [cz, z] = split(v.z());
+    key = key_of({cx, cy, cz});
+    place = (x * kSide + y) * kSide + z;
+    return true;
+  }
+
+  // --- points ---
+
+  void touch(Cell& cell) {
+    cell.changed = true;
+    if (cell.stale_since == 0) cell.stale_since = std::max<Utime>(now, 1);
+  }
+
+  void believe(Cell& cell, Voxel& v) {
+    v.solid = true;
+    v.meshed = false;
+    touch(cell);
+  }
+
+  void observe(const Vector3f& p_W, float sigma) {
+    CellKey key = 0;
+    int place = 0;
+    if (!locate(p_W, key, place)) return;
+    Cell& cell = cells[key];
+    cell.seen = now;
+    Voxel* v = cell.find(place);
+    const float near = static_cast<float>(options.on_piece_m) + 2.0F * sigma;
+    if (v == nullptr) {
+      if (cell.is_on_surface(p_W, near)) return;
+      v = &cell.insert(place);
+      ++voxels;
+      v->p_W = p_W;
+      v->noise = sigma;
+      v->evidence = 1;
+    } else if (v->seen != now) {
+      v->evidence = static_cast<std::int8_t>(std::min(v->evidence + 1, kMostEvidence));
+      if (sigma < kMuchBetter * v->noise) {  // a closer look
+        v->noise = sigma;
+        v->p_W = p_W;
+        if (v->solid && !cell.is_on_surface(p_W, near)) believe(cell, *v);
+      } else if (!v->solid || !v->meshed) {
+        v->p_W += (p_W - v->p_W) / static_cast<float>(v->evidence);
+      }
+    }
+    v->seen = now;
+    if (!v->solid && v->evidence >= options.confirm) believe(cell, *v);
+  }
+
+  // How far the vehicle is from where it was thought to be: point to plane (Chen, Medioni 1992),
+  // the attitude and the depth being known. Minimise over t, horizontal, from near to nearer,
+  //   |t|^2 / sigma_p^2 + sum of w (n . (p + t) - d)^2
+  // w from the noise of the range, less far off the plane (Huber 1964), and for few of the points
+  // counting as independent.
+  [[nodiscard]] Eigen::Vector2f off_the_map(const RangeScan& scan, const Sight& sight,
+                                            const Pose& X_WB) const {
+    const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
+    const Vector3f p_WB = X_WB.p.cast<float>();
+    const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kAligned);
+    Eigen::Vector2f t = Eigen::Vector2f::Zero();
+    for (const float reach : kAlignReach) {
+      Eigen::Matrix2f H = Eigen::Matrix2f::Identity() / (kDriftPerSweep * kDriftPerSweep);
+      Eigen::Vector2f g = H * t;
+      int used = 0;
+      for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
+        const float range = sight.range(i);
+        if (!(range >= static_cast<float>(options.min_range_m)) || range > scan.reach) continue;
+        const Vector3f p_W = R_WB * scan.points_B[i] + p_WB + Vector3f(t.x(), t.y(), 0.0F);
+        CellKey key = 0;
+        int place = 0;
+        if (!locate(p_W, key, place)) continue;
+        const auto cell = cells.find(key);
+        if (cell == cells.end()) continue;
+        float height = 0.0F;
+        const Facet* facet = cell->second.nearest(p_W, reach, height);
+        if (facet == nullptr) continue;
+        const float sigma = noise(range) + static_cast<float>(options.flat_m);
+        const float robust = std::min(1.0F, 1.5F * sigma / std::max(std::abs(height), 1e-6F));
+        const float weight = kIndependent * robust / (sigma * sigma);
+        const Eigen::Vector2f n = facet->normal().head<2>();
+        H += weight * n * n.transpose();
+        g += weight * height * n;
+        ++used;
+      }
+      if (used < kFewestAligned) return Eigen::Vector2f::Zero();
+      t -= H.ldlt().solve(g);
+    }
+    return t.norm() <= kFarthestOff ? t : Eigen::Vector2f(t * (kFarthestOff / t.norm()));
+  }
+
+  int take(const RangeScan& scan, const Sight& sight, const Pose& X_WB) {
+    const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
+    const Vector3f p_WB = X_WB.p.cast<float>();
+    int taken = 0;
+    for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
+      const float range = sight.range(i);
+      if (!(range >= static_cast<float>(options.min_range_m)) || range > scan.reach) continue;
+      if (sight.neighbours(i) < options.min_neighbours) continue;
+      observe(R_WB * scan.points_B[i] + p_WB, noise(range));
+      ++taken;
+    }
+    return taken;
+  }
+
+  // Candidates that nobody confirms, and what the sweep saw through.
+  void see_through(const Sight& sight) {
+    const Eigen::AlignedBox3f reach(sight.origin_W() - Vector3f::Constant(sight.reach()),
+                                    sight.origin_W() + Vector3f::Constant(sight.reach()));
+    for (auto& [key, cell] : cells) {
+      const Vector3f low = cell_of(key).cast<float>() * side;
+      if (!reach.intersects(Eigen::AlignedBox3f(low, low + Vector3f::Constant(side)))) continue;
+      for (std::size_t i = cell.voxels.size(); i-- > 0;) {
+        Voxel& v = cell.voxels[i];
+        if (v.seen == now) continue;
+        const float margin = 2.0F * noise((v.p_W - sight.origin_W()).norm()) + kSeenPast;
+        const bool is_stale = !v.solid && now - v.seen > kUnconfirmed;
+        if (!is_stale && !sight.is_past(v.p_W, margin)) continue;
+        if (!is_stale && --v.evidence > 0) continue;
+        if (v.solid) touch(cell);
+        cell.erase(i);
+        --voxels;
+      }
+    }
+  }
+
+  // --- surfaces ---
+
+  // Nearest first, as many as there is time for.
+  [[nodiscard]] std::vector<CellKey> choose(const Vector3f& p_W, Utime settle) {
+    std::vector<std::pair<float, CellKey>> stale;
+    for (const auto& [key, cell] : cells) {
+      if (cell.stale_since == 0 || now - cell.stale_since < settle) continue;
+      const Vector3f middle = (cell_of(key).cast<float>() + Vector3f::Constant(0.5F)) * side;
+      stale.emplace_back((middle - p_W).squaredNorm(), key);
+    }
+    std::sort(stale.begin(), stale.end());
+    std::vector<CellKey> chosen;
+    std::size_t points = 0;
+    for (const auto& [distance, key] : stale) {
+      points += cells.at(key).voxels.size();
+      if (!chosen.empty() && points > static_cast<std::size_t>(options.points_per_update)) break;
+      chosen.push_back(key);
+    }
+    stats.waiting_cells = static_cast<int>(stale.size() - chosen.size());
+    std::sort(chosen.begin(), chosen.end());
+    return chosen;
+  }
+
+  struct Gathered {
+    Voxel* voxel;
+    CellKey key;
+  };
+
+  // The voxels of the cells, and those around them that their surfaces go on to.
+  [[nodiscard]] std::vector<Gathered> gather(const std::vector<CellKey>& chosen) {
+    std::vector<CellKey> around = chosen;
+    for (const CellKey key : chosen) {
+      const Vector3i cell = cell_of(key);
+      for (int i = 0; i < 27; ++i) {
+        around.push_back(key_of(cell + Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1)));
+      }
+    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    std::vector<Gathered> gathered;
+    const auto halo = static_cast<float>(options.longest_edge_m);
+    for (const CellKey key : around) {
+      const auto at = cells.find(key);
+      if (at == cells.end()) continue;
+      const bool is_chosen = std::binary_search(chosen.begin(), chosen.end(), key);
+      for (Voxel& v : at->second.voxels) {
+        if (v.solid && (is_chosen || is_near_chosen(v.p_W, key, chosen, halo))) {
+          gathered.push_back({&v, key});
+        }
+      }
+    }
+    return gathered;
+  }
+
+  [[nodiscard]] bool is_near_chosen(const Vector3f& p_W, CellKey key,
+                                    const std::vector<CellKey>& chosen, float halo) const {
+    const Vector3i cell = cell_of(key);
+    for (int i = 0; i < 27; ++i) {
+      const Vector3i other = cell + Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+      const Vector3f low = other.cast<float>() * side;
+      const Eigen::AlignedBox3f box(low, low + Vector3f::Constant(side));
+      if (box.squaredExteriorDistance(p_W) > halo * halo) continue;
+      if (std::binary_search(chosen.begin(), chosen.end(), key_of(other))) return true;
+    }
+    return false;
+  }
+
+  void resurface(const std::vector<CellKey>& chosen) {
+    stats.meshed_cells = static_cast<int>(chosen.size());
+    stats.meshed_points = 0;
+    if (chosen.empty()) return;
+    const std::vector<Gathered> gathered = gather(chosen);
+    stats.meshed_points = static_cast<int>(gathered.size());
+    std::vector<Vector3f> points;
+    std::vector<float> slack;
+    for (const Gathered& one : gathered) {
+      points.push_back(one.voxel->p_W);
+      slack.push_back(kSlack * one.voxel->noise);
+    }
+    TriangulationOptions triangulation;
+    triangulation.longest_edge_m = static_cast<float>(options.longest_edge_m);
+    triangulation.apart_m = 0.5F * voxel;
+    SurfaceMesh mesh;
+    {
+      const Stopwatch stopwatch(clock, times.triangulate_ms);
+      mesh = triangulate(points, slack, triangulation);
+    }
+    const Stopwatch stopwatch(clock, times.divide_ms);
+    std::vector<std::vector<CellKey>> cells_of(mesh.points.size());
+    // A triangle goes to every chosen cell that it touches: a cell covers its own points, whatever
+    // becomes of the cells around it.
+    std::unordered_map<CellKey, std::vector<Triangle>> triangles;
+    for (std::size_t i = 0; i < gathered.size(); ++i) {
+      std::vector<CellKey>& owners = cells_of[mesh.stands_for[i]];
+      if (std::binary_search(chosen.begin(), chosen.end(), gathered[i].key) &&
+          std::find(owners.begin(), owners.end(), gathered[i].key) == owners.end()) {
+        owners.push_back(gathered[i].key);
+      }
+    }
+    std::vector<char> is_corner(mesh.points.size());
+    for (const Triangle& t : mesh.triangles) {
+      const Vector3f middle = (mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3.0F;
+      if (is_bridge(middle)) continue;
+      for (std::size_t i = 0; i < 3; ++i) {
+        is_corner[t[i]] = true;
+        for (const CellKey key : cells_of[t[i]]) {
+          std::vector<Triangle>& mine = triangles[key];
+          if (mine.empty() || mine.back() != t) mine.push_back(t);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < gathered.size(); ++i) {
+      if (std::binary_search(chosen.begin(), chosen.end(), gathered[i].key)) {
+        gathered[i].voxel->meshed = is_corner[mesh.stands_for[i]] != 0;
+      }
+    }
+    const FlatPieceOptions division{options.flat_m, options.skin_m, options.voxel_m};
+    for (const CellKey key : chosen) {
+      Cell& cell = cells.at(key);
+      cell.surface.clear();
+      cell.facets.clear();
+      flat_pieces(mesh.points, triangles[key], division, cell.surface);
+      for (const Polytope& piece : cell.surface) cell.facets.emplace_back(piece);
+      cell.stale_since = 0;
+      cell.changed = true;
+    }
+  }
+
+  // Does a triangle span water that it was looked through?
+  [[nodiscard]] bool is_bridge(const Vector3f& middle) const {
+    const float sigma = noise(sees ? (middle - eye_W).norm() : 0.0F);
+    return sees && lookout.sees_past(middle, 2.0F * sigma + voxel);
+  }
+
+  // --- memory ---
+
+  void forget_old() {
+    if (now < next_forget && voxels <= static_cast<std::size_t>(options.max_voxels)) return;
+    next_forget = now + kForgetEvery;
+    const Utime oldest = now - from_seconds(options.memory_s);
+    std::vector<std::pair<Utime, CellKey>> by_age;
+    for (const auto& [key, cell] : cells) by_age.emplace_back(cell.seen, key);
+    std::sort(by_age.begin(), by_age.end());
+    for (const auto& [seen, key] : by_age) {
+      const bool too_many = voxels > static_cast<std::size_t>(options.max_voxels);
+      if (seen >= oldest && !too_many) break;
+      forget(key);
+    }
+  }
+
+  void forget(CellKey key) {
+    const auto at = cells.find(key);
+    voxels -= at->second.voxels.size();
+    if (has_shown(at->second)) gone.push_back(key);
+    cells.erase(at);
+  }
+
+  [[nodiscard]] static bool has_shown(const Cell& cell) {
+    return !cell.surface.empty() || std::any_of(cell.voxels.begin(), cell.voxels.end(),
+                                                [](const Voxel& v) { return v.solid; });
+  }
+
+  [[nodiscard]] MapUpdate collect() {
+    MapUpdate update;
+    update.scan_utime = now;
+    std::sort(gone.begin(), gone.end());
+    gone.erase(std::unique(gone.begin(), gone.end()), gone.end());
+    for (const CellKey key : gone) {
+      if (!cells.contains(key) || !cells.at(key).changed) update.cells.push_back({key, {}});
+    }
+    gone.clear();
+    for (auto& [key, cell] : cells) {
+      if (std::exchange(cell.changed, false))
+        update.cells.push_back({key, cell.pieces(options.ball_m)});
+    }
+    std::sort(update.cells.begin(), update.cells.end(),
+              [](const SeenCell& a, const SeenCell& b) { return a.key < b.key; });
+    return update;
+  }
+
+  MapUpdate add(const RangeScan& scan, Pose X_WB, const Eigen::Vector3d& v_W) {
+    Eigen::Vector2f off_W = Eigen::Vector2f::Zero();
+    times = {};
+    const Stopwatch stopwatch(clock, times.total_ms);
+    now = scan.utime;
+    {
+      const Stopwatch points(clock, times.points_ms);
+      Sight sight(scan, X_WB);
+      off_W = off_the_map(scan, sight, X_WB);
+      X_WB.p.head<2>() += off_W.cast<double>();
+      sight.move(X_WB);
+      eye_W = sight.origin_W();
+      sees = true;
+      stats.taken = take(scan, sight, X_WB);
+      see_through(sight);
+      lookout.add(std::move(sight));
+      forget_old();
+    }
+    resurface(choose(eye_W, kSettle));
+    MapUpdate update = collect();
+    update.seen_ahead_m = lookout.seen_ahead(X_WB, v_W);
+    update.off_W = off_W.cast<double>();
+    return update;
+  }
+
+  [[nodiscard]] ScanProblem question(const RangeScan& scan) {
+    bool any = false;
+    bool any_near = false;  // open water looks the same again and again
+    for (const Vector3f& p_B : scan.points_B) {
+      if (!p_B.allFinite()) continue;
+      any = true;
+      any_near |= (p_B - scan.origin_B).norm() <= scan.reach;
+    }
+    if (!any || scan.points_B.size() > kMaxScanPoints) return ScanProblem::kEmpty;
+    if (last_utime && scan.utime <= *last_utime) return ScanProblem::kBackwards;
+    const std::uint64_t hash = digest(scan.points_B);
+    if (any_near && last_utime && hash == last_digest) return ScanProblem::kRepeated;
+    last_utime = scan.utime;
+    last_digest = hash;
+    return ScanProblem::kNone;
+  }
+
+  MapUpdate add_cloud(std::span<const Vector3f> points_W) {
+    times = {};
+    const Stopwatch stopwatch(clock, times.total_ms);
+    now = std::max<Utime>(now, 1);
+    for (const Vector3f& p_W : points_W) {
+      CellKey key = 0;
+      int place = 0;
+      if (!locate(p_W, key, place)) continue;
+      Cell& cell = cells[key];
+      cell.seen = now;
+      if (cell.find(place) != nullptr) continue;
+      Voxel& v = cell.insert(place);
+      ++voxels;
+      v.p_W = p_W;
+      v.noise = static_cast<float>(options.noise_m);
+      v.seen = now;
+      v.evidence = kMostEvidence;
+      believe(cell, v);
+    }
+    const int points = std::exchange(options.points_per_update, std::numeric_limits<int>::max());
+    resurface(choose(Vector3f::Zero(), 0));
+    options.points_per_update = points;
+    return collect();
+  }
+
+  void move(const std::function<Pose(Utime)>& correction) {
+    std::unordered_map<CellKey, Cell> before;
+    before.swap(cells);
+    voxels = 0;
+    std::vector<CellKey> keys;
+    for (const auto& [key, cell] : before) {
+      keys.push_back(key);
+      if (has_shown(cell)) gone.push_back(key);
+    }
+    std::sort(keys.begin(), keys.end());
+    for (const CellKey from : keys) {
+      for (const Voxel& old : before.at(from).voxels) {
+        if (!old.solid) continue;
+        const Vector3f p_W = (correction(old.seen) * old.p_W.cast<double>()).cast<float>();
+        CellKey key = 0;
+        int place = 0;
+        if (!locate(p_W, key, place)) continue;
+        Cell& cell = cells[key];
+        cell.seen = std::max(cell.seen, old.seen);
+        if (cell.find(place) != nullptr) continue;
+        Voxel& v = cell.insert(place);
+        ++voxels;
+        const std::int16_t at = v.place;
+        v = old;
+        v.place = at;
+        v.p_W = p_W;
+        believe(cell, v);
+      }
+    }
+    lookout.move(correction);
+  }
+
+  Clock& clock;
+  MapperOptions options;
+  float voxel;
+  float side;  ///< Of a cell, m.
+  std::unordered_map<CellKey, Cell> cells;
+  std::size_t voxels = 0;
+  std::vector<CellKey> gone;  ///< Cells forgotten since the last update.
+  Lookout lookout;
+  Vector3f eye_W = Vector3f::Zero();
+  bool sees = false;  ///< A sweep was taken: there is something to see through.
+  Utime now = 0;
+  Utime next_forget = 0;
+  std::optional<Utime> last_utime;
+  std::uint64_t last_digest = 0;
+  ScanProblem problem = ScanProblem::kNone;
+  MapperStats stats;
+  MapperTimes times;
+};
+
+Mapper::Mapper(const RobotHull& hull, MapperOptions options, Clock& clock) {
+  DIVE_DEMAND(options.validate().empty());
+  impl_ = std::make_unique<Impl>(hull, options, clock);
+}
+Mapper::Mapper(Mapper&&) noexcept = default;
+Mapper& Mapper::operator=(Mapper&&) noexcept = default;
+Mapper::~Mapper() = default;
+
+std::optional<MapUpdate> Mapper::add(const RangeScan& scan, const Pose& X_WB,
+                                     const Eigen::Vector3d& v_W) {
+  impl_->problem = impl_->question(scan);
+  if (impl_->problem != ScanProblem::kNone) return std::nullopt;
+  return impl_->add(scan, X_WB, v_W);
+}
+
+ScanProblem Mapper::problem() const { return impl_->problem; }
+
+MapUpdate Mapper::add_cloud(std::span<const Eigen::Vector3f> points_W) {
+  return impl_->add_cloud(points_W);
+}
+
+void Mapper::move(const std::function<Pose(Utime)>& correction) { impl_->move(correction); }
+
+std::vector<Eigen::Vector3f> Mapper::points() const {
+  std::vector<std::pair<CellKey, const Cell*>> sorted;
+  for (const auto& [key, cell] : impl_->cells) sorted.emplace_back(key, &cell);
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Eigen::Vector3f> points;
+  for (const auto& [key, cell] : sorted) {
+    const std::size_t first = points.size();
+    std::vector<std::pair<int, const Voxel*>> solid;
+    for (const Voxel& v : cell->voxels) {
+      if (v.solid) solid.emplace_back(v.place, &v);
+    }
+    std::sort(solid.begin(), solid.end());
+    points.reserve(first + solid.size());
+    for (const auto& [place, v] : solid) points.push_back(v->p_W);
+  }
+  return points;
+}
+
+MapperStats Mapper::stats() const {
+  MapperStats stats = impl_->stats;
+  stats.cells = impl_->cells.size();
+  stats.voxels = impl_->voxels;
+  for (const auto& [key, cell] : impl_->cells) stats.pieces += cell.surface.size();
+  return stats;
+}
+
+const MapperTimes& Mapper::times() const { return impl_->times; }
+
+void Mapper::rebuild_all() {
+  for (auto& [key, cell] : impl_->cells) {
+    if (!cell.voxels.empty()) cell.stale_since = 1;
+  }
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,139 @@
+#include "planning/mapping/sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace dive::planning {
+namespace {
+
+constexpr float kNotLooked = -1.0F;
+constexpr float kFinest = 2.5F;  // degrees a bin: a range camera's pixels are up to 2 apart
+constexpr float kCoarsest = 10.0F;
+constexpr double kDense = 7500.0;        // points of a sweep that fill bins of kFinest
+constexpr float kAlikeAbsolute = 0.15F;  // m
+constexpr float kAlikeShare = 0.05F;     // of the distance
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+}  // namespace
+
+Sight::Sight(const RangeScan& scan, const Pose& X_WB)
+    : origin_B_(scan.origin_B), reach_(scan.reach), utime_(scan.utime) {
+  move(X_WB);
+  const auto n = static_cast<double>(std::max<std::size_t>(scan.points_B.size(), 1));
+  const float width =
+      std::clamp(kFinest * static_cast<float>(std::sqrt(kDense / n)), kFinest, kCoarsest);
+  columns_ = static_cast<int>(std::ceil(360.0F / width));
+  rows_ = static_cast<int>(std::ceil(180.0F / width));
+  told_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNotLooked);
+  ranges_.resize(scan.points_B.size());
+  std::vector<int> bins(scan.points_B.size(), -1);
+  for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
+    const Eigen::Vector3f ray = scan.points_B[i] - origin_B_;
+    ranges_[i] = ray.norm();
+    if (!std::isfinite(ranges_[i]) || ranges_[i] <= 0.0F) {
+      ranges_[i] = std::numeric_limits<float>::quiet_NaN();
+      continue;
+    }
+    bins[i] = bin(ray);
+    const float told = ranges_[i] > reach_ ? std::numeric_limits<float>::infinity() : ranges_[i];
+    float& nearest = told_[static_cast<std::size_t>(bins[i])];
+    nearest = nearest < 0.0F ? told : std::min(nearest, told);
+  }
+  count_neighbours(bins);
+  spread();
+}
+
+void Sight::move(const Pose& X_WB) {
+  X_WB_ = X_WB;
+  R_BW_ = X_WB.q.conjugate().toRotationMatrix().cast<float>();
+  origin_W_ = (X_WB * origin_B_.cast<double>()).cast<float>();
+}
+
+void Sight::forget_points() {
+  ranges_ = {};
+  neighbours_ = {};
+}
+
+int Sight::bin(const Eigen::Vector3f& direction_B) const {
+  const float azimuth = std::atan2(direction_B.y(), direction_B.x());
+  const float elevation = std::atan2(direction_B.z(), std::hypot(direction_B.x(), direction_B.y()));
+  const int column =
+      std::clamp(static_cast<int>((azimuth + kPi) / (2.0F * kPi) * static_cast<float>(columns_)), 0,
+                 columns_ - 1);
+  const int row = std::clamp(
+      static_cast<int>((elevation + kPi / 2.0F) / kPi * static_cast<float>(rows_)), 0, rows_ - 1);
+  return row * columns_ + column;
+}
+
+// A surface has neighbours in the picture at about its own distance, seen however obliquely: along
+// one of the directions the distance changes little. What drifts in the water stands alone.
+void Sight::count_neighbours(std::span<const int> bins) {
+  std::vector<int> first(told_.size() + 1, 0);
+  for (const int b : bins) {
+    if (b >= 0) ++first[static_cast<std::size_t>(b) + 1];
+  }
+  for (std::size_t b = 1; b < first.size(); ++b) first[b] += first[b - 1];
+  std::vector<float> sorted(static_cast<std::size_t>(first.back()));
+  std::vector<int> next(first.begin(), first.end() - 1);
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] >= 0) {
+      sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(bins[i])]++)] = ranges_[i];
+    }
+  }
+  neighbours_.assign(bins.size(), 0);
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] < 0 || ranges_[i] > reach_) continue;
+    const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
+    const int row = bins[i] / columns_;
+    const int column = bins[i] % columns_;
+    int count = -1;  // itself
+    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+      for (int c = column - 1; c <= column + 1; ++c) {
+        const auto b = static_cast<std::size_t>(r * columns_ + (c + columns_) % columns_);
+        for (int k = first[b]; k < first[b + 1]; ++k) {
+          if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
+        }
+      }
+    }
+    neighbours_[i] = count;
+  }
+}
+
+// Every bin learns the nearest of its neighbours; one that was not looked at stays so.
+void Sight::spread() {
+  nearest_.assign(told_.size(), kNotLooked);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const auto at = static_cast<std::size_t>(row * columns_ + column);
+      if (told_[at] < 0.0F) continue;
+      float least = told_[at];
+      for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+        for (int c = column - 1; c <= column + 1; ++c) {
+          const float other =
+              told_[static_cast<std::size_t>(r * columns_ + (c + columns_) % columns_)];
+          if (other >= 0.0F) least = std::min(least, other);
+        }
+      }
+      nearest_[at] = least;
+    }
+  }
+}
+
+bool Sight::is_past(const Eigen::Vector3f& p_W, float margin) const {
+  const Eigen::Vector3f ray_W = p_W - origin_W_;
+  const float distance = ray_W.norm();
+  if (nearest_.empty() || !(distance > 0.0F && distance <= reach_)) return false;
+  return nearest_[static_cast<std::size_t>(bin(R_BW_ * ray_W))] > distance + margin;
+}
+
+bool Sight::has_seen(const Eigen::Vector3f& p_W) const {
+  const Eigen::Vector3f ray_W = p_W - origin_W_;
+  const float distance = ray_W.norm();
+  if (told_.empty() || !(distance > 0.0F && distance <= reach_)) return false;
+  return told_[static_cast<std::size_t>(bin(R_BW_ * ray_W))] > distance;
+}
+
+}  // namespace dive::planning

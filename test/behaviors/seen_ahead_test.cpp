@@ -1,0 +1,79 @@
+#include "behaviors/seen_ahead.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+namespace dive::behaviors {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(SeenAhead, WaitsForEyesAndForFreshOnes) {
+  SeenAhead sight({});
+  sight.advance(0, Vector3d::Zero());
+  EXPECT_EQ(sight.max_command(0, 0.0), 0.0);
+  sight.hear(0, 5.0);
+  EXPECT_NEAR(sight.max_command(from_seconds(1.0), 0.0), 4.75 / 1.2, 1e-9);
+  EXPECT_EQ(sight.max_command(from_seconds(1.02), 0.0), 0.0);
+}
+
+TEST(SeenAhead, BrakesWhatIsTooFast) {
+  SeenAhead sight({});
+  sight.advance(0, Vector3d::Zero());
+  sight.hear(0, 0.25 + 1.2 * 0.3);
+  EXPECT_NEAR(sight.max_command(0, 0.2), 0.3, 1e-9);
+  EXPECT_NEAR(sight.max_command(0, 0.35), 0.15, 1e-9);
+  EXPECT_EQ(sight.max_command(0, 0.5), 0.0);
+}
+
+TEST(SeenAhead, AnOptimistOnlyWantsToSeeAtAll) {
+  SeenAheadOptions options;
+  options.stops_within_sight = false;
+  options.stale_s = 3.0;
+  SeenAhead sight(options);
+  sight.advance(0, Vector3d::Zero());
+  EXPECT_EQ(sight.max_command(0, 0.0), 0.0);
+  sight.hear(0, 0.0);
+  EXPECT_TRUE(std::isinf(sight.max_command(from_seconds(3.0), 0.0)));
+  EXPECT_EQ(sight.max_command(from_seconds(3.1), 0.0), 0.0);
+}
+
+// A vehicle that obeys after 0.2 s, with its own drag's time constant of 1 s, stops where a wall
+// begins that was `seen` m away when it was first looked at, however late scans are heard.
+RC_GTEST_PROP(SeenAhead, StopsWithinWhatItHasSeen, ()) {
+  const double wall = 0.01 * *rc::gen::inRange(30, 800);
+  const int latency = *rc::gen::inRange(0, 15);  // ticks
+  const int every = *rc::gen::inRange(1, 10);    // ticks
+  SeenAhead sight({});
+  std::vector<double> commands;
+  std::vector<double> places;
+  double x = 0.0;
+  double v = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    const Utime now = 20'000 * i;
+    places.push_back(x);
+    sight.advance(now, {x, 0, 0});
+    if (i >= latency && i % every == 0) {
+      const auto then = static_cast<std::size_t>(i - latency);
+      sight.hear(20'000 * (i - latency), wall - places[then]);
+    }
+    commands.push_back(std::min(0.6, sight.max_command(now, v)));
+    const double command = i >= 10 ? commands[static_cast<std::size_t>(i - 10)] : 0.0;
+    v += 0.02 * (command - v) / 1.0;
+    x += 0.02 * v;
+  }
+  RC_ASSERT(x < wall - 0.15);
+  RC_ASSERT(x > wall - 0.26);  // and it does get there
+}
+
+TEST(SeenAhead, KnowsHowFarItHasSwumSinceALateScan) {
+  SeenAhead sight({});
+  for (int i = 0; i <= 40; ++i) sight.advance(20'000 * i, {0.01 * i, 0, 0});
+  sight.hear(20'000 * 15, 2.0);
+  EXPECT_NEAR(sight.max_command(20'000 * 40, 0.0), (2.0 - 0.25 - 0.25) / 1.2, 1e-9);
+}
+
+}  // namespace
+}  // namespace dive::behaviors

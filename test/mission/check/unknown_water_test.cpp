@@ -1,0 +1,106 @@
+// What can be said on deck of water that nobody knows.
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/check/check.h"
+#include "planning/world/sdf.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Not;
+
+Mission mission_of(const std::string& path) {
+  Diagnostics diagnostics;
+  std::optional<Mission> mission = load_mission(DIVE_SOURCE_DIR + path, diagnostics);
+  EXPECT_TRUE(mission) << path;
+  return std::move(mission.value());
+}
+
+planning::World world_of(const Mission& mission) {
+  Diagnostics diagnostics;
+  return planning::load_sdf(mission.map_path, diagnostics).value();
+}
+
+vehicle::Model model() {
+  Diagnostics diagnostics;
+  return vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics).value();
+}
+
+std::vector<std::string> codes(const Diagnostics& diagnostics) {
+  std::vector<std::string> codes;
+  for (const Diagnostic& one : diagnostics.list()) codes.push_back(one.code);
+  return codes;
+}
+
+const std::string kMurk = "/missions/scenarios/missions/murk.xml";
+
+TEST(InUnknownWater, TheRehearsalIsCheckedAndSaidToBeOne) {
+  const Mission mission = mission_of("/test/mission/accepted/unknown_water.xml");
+  CheckOptions options;
+  options.simulate = false;
+  Diagnostics diagnostics;
+  const CheckReport report = check_mission(mission, world_of(mission), model(), options,
+                                           diagnostics, [](const std::string&) {});
+  EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-WATER"));
+  EXPECT_EQ(report.legs.size(), 1U);
+}
+
+TEST(InUnknownWater, WithoutARehearsalThereIsNoDive) {
+  Mission mission = mission_of("/test/mission/accepted/unknown_water.xml");
+  mission.map_file.value.clear();
+  mission.map_path.clear();
+  Diagnostics diagnostics;
+  const CheckReport report =
+      check_mission(mission, {}, model(), {}, diagnostics, [](const std::string&) {});
+  EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-UNREHEARSED"));
+  EXPECT_FALSE(report.dive);
+  EXPECT_GT(report.budget.duration_s, 0.0) << "that of the straight way";
+}
+
+TEST(InUnknownWater, OnlyThereEyesAreMissed) {
+  DiveResult nominal;
+  nominal.duration_s = 10.0;
+  nominal.transitions.push_back({0.0, {"", "out", "", "", ""}});
+  Mission mission = mission_of("/test/mission/accepted/unknown_water.xml");
+  const auto kinds = [&] {
+    std::vector<FaultKind> all;
+    for (const FaultCase& one : every_fault_in_every_state(mission, nominal)) {
+      all.push_back(one.faults.at(0).kind);
+    }
+    return all;
+  };
+  EXPECT_THAT(kinds(), Contains(FaultKind::kRangeSilent));
+  EXPECT_THAT(kinds(), Not(Contains(FaultKind::kDepthWild)));
+  mission.unknown.reset();
+  EXPECT_THAT(kinds(), Not(Contains(FaultKind::kRangeSilent)));
+  EXPECT_THAT(kinds(), Contains(FaultKind::kAbort));
+}
+
+// With eyes that see nothing but water.
+TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
+  const Mission mission = mission_of(kMurk);
+  const auto dived = [&](std::vector<Fault> faults) {
+    DiveSettings settings;
+    settings.faults = std::move(faults);
+    settings.script = [](const DiveHands& hands) {
+      hands.inputs.map_update = planning::MapUpdate{hands.inputs.now, {}, 6.0};
+    };
+    return simulate_dive(mission, {}, model(), settings, nullptr);
+  };
+  EXPECT_EQ(dived({}).outcome, "success");
+  const DiveResult blind = dived({{FaultKind::kRangeSilent, 8.0}});
+  EXPECT_EQ(blind.outcome, "aborted");
+  EXPECT_LT(blind.final_depth_m, 0.3);
+  ASSERT_EQ(blind.failsafes.size(), 2U);
+  EXPECT_EQ(blind.failsafes[0].rung, "hold");
+  EXPECT_EQ(blind.failsafes[1].rung, "abort_and_surface");
+  EXPECT_EQ(dived({{FaultKind::kRangeSilent, 8.0, 5.0}}).outcome, "success") << "it goes on";
+}
+
+}  // namespace
+}  // namespace dive::mission

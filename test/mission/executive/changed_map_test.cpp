@@ -1,0 +1,174 @@
+// What has been seen, against a list of all of it that is gone through from end to end.
+
+#include "mission/executive/changed_map.h"
+
+#include <limits>
+#include <map>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "common/random.h"
+#include "planning/world/overhead.h"
+#include "planning/world/scene.h"
+#include "planning/world/sounding.h"
+#include "test/planning/boxes.h"
+
+namespace dive::mission {
+namespace {
+
+using dive::testing::PlacedBox;
+using Eigen::Vector3d;
+using planning::MapUpdate;
+
+const Vector3d kHullSize(0.6, 0.4, 0.2);
+
+planning::Polytope polytope_of(const PlacedBox& box) {
+  planning::Polytope polytope;
+  for (const Vector3d& corner : dive::testing::box_corners(box.size)) {
+    polytope.vertices.push_back(box.X_W * corner);
+  }
+  return polytope;
+}
+
+planning::RobotHull hull() { return {{{"body", polytope_of({kHullSize, Pose{}}).vertices}}}; }
+
+// Boxes in cells, changed at random: what a mapper says and what is really there by then.
+class Surroundings {
+ public:
+  explicit Surroundings(std::uint64_t seed) : random_(seed) {}
+
+  MapUpdate next() {
+    MapUpdate update;
+    update.scan_utime = ++utime_;
+    for (planning::CellKey key = -20; key < 20; ++key) {
+      if (random_.bits() % 4 != 0) continue;
+      std::vector<PlacedBox>& boxes = cells_[key];
+      boxes.resize(random_.bits() % 5);
+      planning::SeenCell& cell = update.cells.emplace_back();
+      cell.key = key;
+      for (PlacedBox& box : boxes) {
+        box.size = {between(0.1, 1.0), between(0.1, 1.0), between(0.1, 1.0)};
+        box.X_W = {{between(-8, 8), between(-8, 8), between(-9, 0.2)},
+                   from_rpy(between(-3, 3), between(-1.5, 1.5), between(-3, 3))};
+        cell.pieces.push_back(polytope_of(box));
+      }
+    }
+    return update;
+  }
+
+  [[nodiscard]] std::vector<PlacedBox> boxes() const {
+    std::vector<PlacedBox> all;
+    for (const auto& [key, boxes] : cells_) all.insert(all.end(), boxes.begin(), boxes.end());
+    return all;
+  }
+  [[nodiscard]] planning::World world() const {
+    planning::World world;
+    for (const PlacedBox& box : boxes()) {
+      world.obstacles.push_back({"box", planning::Box{box.size}, box.X_W});
+    }
+    return world;
+  }
+  double between(double low, double high) { return low + (high - low) * random_.uniform(); }
+
+ private:
+  Random random_;
+  Utime utime_ = 0;
+  std::map<planning::CellKey, std::vector<PlacedBox>> cells_;
+};
+
+RC_GTEST_PROP(ChangedMap, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed)) {
+  Surroundings surroundings(seed);
+  const planning::World nothing;
+  const planning::RobotHull robot = hull();
+  ChangedMap map(nothing, robot);
+  for (int round = 0; round < 3; ++round) RC_ASSERT(map.apply(surroundings.next()));
+  std::vector<Pose> way;
+  for (int i = 0; i < 4; ++i) {
+    way.push_back({{-6.0 + 4.0 * i, surroundings.between(-3, 3), surroundings.between(-6, -1)},
+                   from_rpy(0, 0, surroundings.between(-0.5, 0.5))});
+  }
+  constexpr int kSamples = 200;  // of a segment: every 3 cm
+  double least = 1.5;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+    for (int k = 0; k <= kSamples; ++k) {
+      const PlacedBox at{kHullSize,
+                         interpolate(way[i], way[i + 1], static_cast<double>(k) / kSamples)};
+      for (const PlacedBox& box : surroundings.boxes()) {
+        if ((box.X_W.p - at.X_W.p).norm() > 3.5) continue;
+        least = std::min(least, dive::testing::box_to_box(at, box));
+      }
+    }
+  }
+  const double clearance = map.clearance(way);
+  RC_ASSERT(clearance <= least + 1e-6);
+  if (least > 0.05) RC_ASSERT(clearance >= least - 0.05);
+}
+
+RC_GTEST_PROP(ChangedMap, LooksUpAndDownAsIfItLookedAtAll, (std::uint64_t seed)) {
+  Surroundings surroundings(seed);
+  const planning::World nothing;
+  const planning::RobotHull robot = hull();
+  ChangedMap map(nothing, robot);
+  for (int round = 0; round < 3; ++round) {
+    RC_ASSERT(map.apply(surroundings.next()));
+    const planning::World world = surroundings.world();
+    planning::Ceiling ceiling(world);
+    const planning::Scene scene(world);
+    for (int i = 0; i < 50; ++i) {
+      const Vector3d p(surroundings.between(-9, 9), surroundings.between(-9, 9),
+                       surroundings.between(-9, -0.1));
+      const double margin = surroundings.between(0.0, i % 10 == 0 ? 30.0 : 1.0);
+      RC_ASSERT(map.overhead(p, margin) == ceiling.is_above(p, robot.radius() + margin));
+      const std::optional<double> ground = planning::ground_below(scene, p);
+      const std::optional<double> seen = map.ground_below(p);
+      RC_ASSERT(ground.has_value() == seen.has_value());
+      if (ground) RC_ASSERT(std::abs(*ground - *seen) < 0.05);
+    }
+  }
+}
+
+TEST(ChangedMap, ForgetsWhatIsGoneAndTakesNothingTwice) {
+  const planning::World nothing;
+  const planning::RobotHull robot = hull();
+  ChangedMap map(nothing, robot, 2.5);
+  const std::vector<Pose> way = {Pose{{0, 0, -5}}, Pose{{6, 0, -5}}};
+  EXPECT_FALSE(map.has_changed());
+  EXPECT_EQ(map.clearance(way), std::numeric_limits<double>::infinity());
+  const PlacedBox box{{1, 1, 1}, Pose{{3, 2, -5}}};
+  EXPECT_TRUE(map.apply({10, {{7, {polytope_of(box)}}}, 1.0}));
+  EXPECT_TRUE(map.has_changed());
+  EXPECT_NEAR(map.clearance(way), 1.3, 0.01);
+  EXPECT_FALSE(map.apply({10, {{7, {}}}, 1.0})) << "not newer";
+  EXPECT_NEAR(map.clearance(way), 1.3, 0.01);
+  EXPECT_TRUE(map.apply({11, {{8, {polytope_of({{1, 1, 1}, Pose{{3, -4, -5}}})}}}, 1.0}));
+  EXPECT_TRUE(map.apply({12, {{7, {}}}, 1.0}));
+  EXPECT_EQ(map.clearance(way), 2.5) << "all that is left is farther than it looks";
+  EXPECT_TRUE(map.has_changed());
+}
+
+TEST(ChangedMap, RefusesWhatNoMapperSays) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const planning::World nothing;
+  const planning::RobotHull robot = hull();
+  ChangedMap map(nothing, robot);
+  const planning::Polytope good = polytope_of({{1, 1, 1}, Pose{{3, 2, -5}}});
+  planning::Polytope broken = good;
+  broken.vertices[5].y() = nan;
+  planning::Polytope wide = good;
+  wide.vertices[0].x() = 60.0;
+  planning::Polytope round = good;
+  round.vertices.resize(17, round.vertices[0]);
+  planning::Polytope thick = good;
+  thick.radius = nan;
+  for (const planning::Polytope& piece : {broken, wide, round, thick, planning::Polytope{}}) {
+    EXPECT_FALSE(map.apply({1, {{7, {good, piece}}}, 1.0}));
+  }
+  EXPECT_FALSE(map.apply({1, {{7, {good}}, {7, {}}}, 1.0})) << "a cell named twice";
+  EXPECT_FALSE(map.apply({1, {{7, {good}}}, nan}));
+  EXPECT_FALSE(map.has_changed());
+  EXPECT_TRUE(map.apply({1, {{7, {good}}}, 1.0})) << "what was refused does not count as the last";
+}
+
+}  // namespace
+}  // namespace dive::mission

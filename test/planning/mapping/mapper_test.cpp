@@ -1,0 +1,516 @@
+// The map of unknown water against surfaces whose equations are known. Sweeps are made here, ray by
+// ray; distances to pieces are measured here, triangle by triangle.
+
+#include "planning/mapping/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/clock.h"
+#include "common/random.h"
+#include "planning/mapping/flat_pieces.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+/// Distance along a ray to the nearest surface; infinite when there is none.
+using Surface = std::function<double(const Vector3d& from, const Vector3d& way)>;
+
+constexpr double kReach = 10.0;
+constexpr double kOnPiece = 0.04 + 2.0 * (0.01 + 0.005 * 8.0);  // m: the stated tolerance, 8 m off
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+Surface box(const Vector3d& low, const Vector3d& high) {
+  return [=](const Vector3d& from, const Vector3d& way) {
+    double enter = 0.0;
+    double leave = kNever;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double a = (low[axis] - from[axis]) / way[axis];
+      const double b = (high[axis] - from[axis]) / way[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter < leave && enter > 0.0 ? enter : kNever;
+  };
+}
+
+Surface all_of(std::vector<Surface> surfaces) {
+  return [surfaces](const Vector3d& from, const Vector3d& way) {
+    double nearest = kNever;
+    for (const Surface& surface : surfaces) nearest = std::min(nearest, surface(from, way));
+    return nearest;
+  };
+}
+
+/// 100 x 75 rays over 120 x 90 degrees, straight ahead.
+class Eye {
+ public:
+  // No sensor says the same twice, bit for bit.
+  explicit Eye(Surface surface, double noise = 1e-5, std::uint64_t seed = 1)
+      : surface_(std::move(surface)), noise_(noise), random_(seed) {}
+
+  RangeScan look(const Pose& X_WB) {
+    RangeScan scan;
+    scan.utime = now_ += 50'000;
+    scan.origin_B = Vector3f(0.3F, 0.0F, 0.0F);
+    for (int row = 0; row < 75; ++row) {
+      for (int column = 0; column < 100; ++column) {
+        const Vector3d way_B =
+            Vector3d(1.0, std::tan(deg_to_rad(60.0)) * (1.0 - (column + 0.5) / 50.0),
+                     1.0 - (row + 0.5) / 37.5)
+                .normalized();
+        const double range = surface_(X_WB * scan.origin_B.cast<double>(), X_WB.q * way_B) +
+                             noise_ * random_.normal();
+        const double told = range <= kReach ? range : 2.0 * kReach;
+        scan.points_B.push_back(scan.origin_B + (told * way_B).cast<float>());
+      }
+    }
+    return scan;
+  }
+
+  Utime now() const { return now_; }
+  void set_surface(Surface surface) { surface_ = std::move(surface); }
+
+ private:
+  Surface surface_;
+  double noise_;
+  Random random_;
+  Utime now_ = 0;
+};
+
+RobotHull vehicle() {
+  RobotHull hull;
+  ConvexSolid part{"hull", {}};
+  for (const double x : {-0.35, 0.35})
+    for (const double y : {-0.22, 0.22})
+      for (const double z : {-0.07, 0.07}) part.vertices.emplace_back(x, y, z);
+  hull.parts.push_back(part);
+  return hull;
+}
+
+double to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const double length2 = (b - a).squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * (b - a)).norm();
+}
+
+double to_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  double least = std::min({to_segment(p, a, b), to_segment(p, b, c), to_segment(p, c, a)});
+  const Vector3d n = (b - a).cross(c - a);
+  if (n.norm() < 1e-12) return least;
+  const Vector3d q = p - n * (p - a).dot(n) / n.squaredNorm();
+  const bool inside = (b - a).cross(q - a).dot(n) >= 0.0 && (c - b).cross(q - b).dot(n) >= 0.0 &&
+                      (a - c).cross(q - c).dot(n) >= 0.0;
+  return inside ? (p - q).norm() : least;
+}
+
+/// To a piece whose vertices lie on one plane, in order; negative inside its skin.
+double to_piece(const Vector3d& p, const Polytope& piece) {
+  const auto& v = piece.vertices;
+  double least = (p - v.front()).norm();
+  for (std::size_t i = 1; i + 1 < v.size(); ++i) {
+    least = std::min(least, to_triangle(p, v[0], v[i], v[i + 1]));
+  }
+  if (v.size() == 2) least = to_segment(p, v[0], v[1]);
+  return least - piece.radius;
+}
+
+double to_map(const Vector3d& p, const SeenMap& map) {
+  double least = kNever;
+  for (const auto& [key, pieces] : map.cells()) {
+    for (const Polytope& piece : pieces) {
+      if ((p - piece.vertices.front()).norm() > 2.5) continue;
+      least = std::min(least, to_piece(p, piece));
+    }
+  }
+  return least;
+}
+
+/// A mapper fed by an eye.
+struct Dive {
+  explicit Dive(Surface surface, double noise = 1e-5, MapperOptions options = {})
+      : eye(std::move(surface), noise), mapper(vehicle(), options, clock) {}
+
+  std::optional<MapUpdate> look(const Pose& X_WB, const Vector3d& v_W = Vector3d::Zero()) {
+    std::optional<MapUpdate> update = mapper.add(eye.look(X_WB), X_WB, v_W);
+    if (update) map.apply(*update);
+    return update;
+  }
+  void look(const Pose& X_WB, int times) {
+    for (int i = 0; i < times; ++i) static_cast<void>(look(X_WB));
+  }
+
+  SteadyClock clock;
+  Eye eye;
+  Mapper mapper;
+  SeenMap map;
+};
+
+MapperOptions in_one_go() {
+  MapperOptions options;
+  options.points_per_update = 1'000'000;
+  return options;
+}
+
+const Pose kHere{Vector3d(0.0, 0.0, -5.0), Eigen::Quaterniond::Identity()};
+const Surface kPlate = box({3.0, -20.0, -20.0}, {4.0, 20.0, 20.0});
+const Surface kCube = box({3.0, -0.5, -5.5}, {4.0, 0.5, -4.5});
+
+struct Judgement {
+  double worst_m = 0.0;  ///< Farthest that a point of the surface is off the map.
+  double blocked = 0.0;  ///< Share of the free rays, up to 0.1 m before what they hit.
+  int surface = 0;
+  int rays = 0;
+};
+
+// Rays between those of the sweeps, and not the same.
+Judgement judge(const Surface& surface, const SeenMap& map, const Pose& X_WB) {
+  Judgement result;
+  const Vector3d eye = X_WB * Vector3d(0.3, 0.0, 0.0);
+  int blocked = 0;
+  for (int row = 2; row < 73; ++row) {
+    for (int column = 2; column < 98; ++column) {
+      const Vector3d way =
+          X_WB.q *
+          Vector3d(1.0, std::tan(deg_to_rad(60.0)) * (1.0 - column / 50.0), 1.0 - row / 37.5)
+              .normalized();
+      const double range = surface(eye, way);
+      const double end = std::min(range, kReach) - 0.1;
+      ++result.rays;
+      for (double at = 0.3; at < end;) {
+        const double distance = to_map(eye + at * way, map);
+        if (distance <= 0.0) {
+          ++blocked;
+          break;
+        }
+        at += std::max(distance, 0.005);
+      }
+      if (range > kReach) continue;
+      ++result.surface;
+      result.worst_m = std::max(result.worst_m, to_map(eye + range * way, map));
+    }
+  }
+  result.blocked = static_cast<double>(blocked) / result.rays;
+  return result;
+}
+
+TEST(MapperTest, CoversAPlateAndBlocksNoWaterBeforeIt) {
+  Dive dive(box({3.0, -4.0, -8.0}, {4.0, 4.0, -2.0}), 1e-5, in_one_go());
+  dive.look(kHere, 8);
+  const Judgement judgement = judge(box({3.0, -3.8, -7.8}, {4.0, 3.8, -2.2}), dive.map, kHere);
+  EXPECT_GT(judgement.surface, 3000);
+  EXPECT_LE(judgement.worst_m, 0.0);
+  EXPECT_LE(judge(box({3.0, -4.0, -8.0}, {4.0, 4.0, -2.0}), dive.map, kHere).blocked, 0.002);
+}
+
+TEST(MapperTest, CoversACubeAndBlocksNoWaterBesideIt) {
+  Dive dive(kCube, 1e-5, in_one_go());
+  dive.look(kHere, 8);
+  // Up to where the last ray before an edge may have hit it.
+  const Judgement judgement = judge(box({3.0, -0.44, -5.44}, {4.0, 0.44, -4.56}), dive.map, kHere);
+  EXPECT_GT(judgement.surface, 50);
+  EXPECT_LE(judgement.worst_m, 0.03);
+  EXPECT_LE(judge(kCube, dive.map, kHere).blocked, 0.005);
+}
+
+// The measures themselves can fail.
+TEST(MapperTest, TheMeasuresSeeAHoleAndAHullThatIsTooLarge) {
+  const Surface corner =
+      all_of({box({2.0, 1.5, -8.0}, {6.0, 2.0, -2.0}), box({6.0, -2.0, -8.0}, {6.5, 2.0, -2.0})});
+  SeenMap hull;
+  Polytope lid{{{2.0, 1.5, -8.0}, {2.0, 1.5, -2.0}, {6.0, -2.0, -2.0}, {6.0, -2.0, -8.0}}, 0.02};
+  hull.apply({1, {{1, {lid}}}, 0.0});
+  EXPECT_GT(judge(corner, hull, kHere).blocked, 0.1);
+  EXPECT_GT(judge(corner, hull, kHere).worst_m, 0.5);
+}
+
+TEST(MapperTest, EveryPointThatSurvivesIsOnAPieceInSpiteOfNoise) {
+  const Surface room =
+      all_of({box({5.0, -5.0, -9.0}, {6.0, 5.0, 0.0}), box({-5.0, 2.0, -9.0}, {6.0, 3.0, 0.0}),
+              box({-5.0, -9.0, -9.0}, {6.0, 9.0, -7.0}), kCube});
+  Dive dive(room, 0.02);
+  for (int i = 0; i < 40; ++i) {
+    Pose X_WB = kHere;
+    X_WB.p.x() = 0.02 * i;
+    dive.look(X_WB, 1);
+    if (i % 8 != 3) continue;
+    for (const Vector3f& p : dive.mapper.points()) {
+      ASSERT_LE(to_map(p.cast<double>(), dive.map), kOnPiece) << "after sweep " << i;
+    }
+  }
+  EXPECT_GT(dive.mapper.points().size(), 1000U);
+}
+
+TEST(MapperTest, LeavesADoorOpen) {
+  // 0.8 m wide, in a wall that is seen from both sides of it.
+  const Surface wall =
+      all_of({box({3.0, -5.0, -9.0}, {3.2, -0.4, 0.0}), box({3.0, 0.4, -9.0}, {3.2, 5.0, 0.0})});
+  Dive dive(wall, 0.01);
+  dive.look(kHere, 20);
+  for (double x = 2.0; x < 4.0; x += 0.05) {
+    EXPECT_GT(to_map({x, 0.0, -5.0}, dive.map), 0.25) << x;
+  }
+  EXPECT_LT(to_map({3.0, 1.0, -5.0}, dive.map), 0.05);
+}
+
+TEST(MapperTest, WhatIsThereAlreadyChangesNothing) {
+  Dive dive(kPlate);
+  dive.look(kHere, 40);
+  ASSERT_GT(dive.map.pieces(), 10U);
+  for (int i = 0; i < 10; ++i) {
+    Pose X_WB = kHere;
+    X_WB.p.y() = 1e-4 * i;  // no sweep is the same as the last one
+    const std::optional<MapUpdate> update = dive.look(X_WB);
+    ASSERT_TRUE(update.has_value());
+    EXPECT_TRUE(update->cells.empty()) << update->cells.size();
+  }
+}
+
+TEST(MapperTest, LonePointsAreNoObstacles) {
+  Dive dive(kPlate);
+  Random random(3);
+  for (int i = 0; i < 30; ++i) {
+    RangeScan scan = dive.eye.look(kHere);
+    for (int k = 0; k < 40; ++k) {  // snow, elsewhere in each sweep
+      const auto at = static_cast<std::size_t>(random.uniform(0.0, 7499.0));
+      const Vector3f way = (scan.points_B[at] - scan.origin_B).normalized();
+      scan.points_B[at] = scan.origin_B + way * static_cast<float>(random.uniform(0.4, 2.0));
+    }
+    for (int k = 0; k < 100; ++k) {
+      scan.points_B[static_cast<std::size_t>(random.uniform(0.0, 7499.0))].fill(
+          std::numeric_limits<float>::quiet_NaN());
+    }
+    if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) dive.map.apply(*update);
+  }
+  for (const auto& [key, pieces] : dive.map.cells()) {
+    for (const Polytope& piece : pieces) {
+      for (const Vector3d& v : piece.vertices) EXPECT_GT(v.x(), 2.8);
+    }
+  }
+}
+
+TEST(MapperTest, WhatHasGoneAwayIsSeenThrough) {
+  Dive dive(all_of({kPlate, kCube}));
+  const Surface diver = box({1.5, -0.3, -5.3}, {2.0, 0.3, -4.7});
+  dive.eye.set_surface(all_of({kPlate, diver}));
+  dive.look(kHere, 10);
+  EXPECT_LT(to_map({1.5, 0.0, -5.0}, dive.map), 0.0);
+  dive.eye.set_surface(kPlate);
+  Pose X_WB = kHere;
+  for (int i = 0; i < 14; ++i) {
+    X_WB.p.y() += 0.01;
+    static_cast<void>(dive.look(X_WB));
+  }
+  EXPECT_GT(to_map({1.5, 0.0, -5.0}, dive.map), 1.0);
+}
+
+TEST(MapperTest, IsTheSameEveryTime) {
+  Dive one(all_of({kPlate, kCube}), 0.02);
+  Dive other(all_of({kPlate, kCube}), 0.02);
+  for (int i = 0; i < 20; ++i) {
+    Pose X_WB = kHere;
+    X_WB.p.x() = 0.02 * i;
+    const auto a = one.look(X_WB);
+    const auto b = other.look(X_WB);
+    ASSERT_TRUE(a && b);
+    ASSERT_EQ(a->cells.size(), b->cells.size());
+    EXPECT_EQ(a->seen_ahead_m, b->seen_ahead_m);
+    for (std::size_t c = 0; c < a->cells.size(); ++c) {
+      ASSERT_EQ(a->cells[c].key, b->cells[c].key);
+      ASSERT_EQ(a->cells[c].pieces.size(), b->cells[c].pieces.size());
+      for (std::size_t p = 0; p < a->cells[c].pieces.size(); ++p) {
+        EXPECT_EQ(a->cells[c].pieces[p].vertices, b->cells[c].pieces[p].vertices);
+        EXPECT_EQ(a->cells[c].pieces[p].radius, b->cells[c].pieces[p].radius);
+      }
+    }
+  }
+}
+
+TEST(MapperTest, RefusesWhatNoWorkingSensorSays) {
+  Dive dive(kPlate);
+  const RangeScan scan = dive.eye.look(kHere);
+  ASSERT_TRUE(dive.mapper.add(scan, kHere, Vector3d::Zero()));
+  RangeScan again = scan;
+  again.utime += 50'000;
+  EXPECT_FALSE(dive.mapper.add(again, kHere, Vector3d::Zero()));
+  EXPECT_EQ(dive.mapper.problem(), ScanProblem::kRepeated);
+  RangeScan before = scan;
+  before.utime -= 1;
+  before.points_B[5].x() += 0.1F;
+  EXPECT_FALSE(dive.mapper.add(before, kHere, Vector3d::Zero()));
+  EXPECT_EQ(dive.mapper.problem(), ScanProblem::kBackwards);
+  RangeScan empty = scan;
+  empty.utime += 100'000;
+  for (Vector3f& p : empty.points_B) p.fill(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_FALSE(dive.mapper.add(empty, kHere, Vector3d::Zero()));
+  EXPECT_EQ(dive.mapper.problem(), ScanProblem::kEmpty);
+  empty.points_B.clear();
+  EXPECT_FALSE(dive.mapper.add(empty, kHere, Vector3d::Zero()));
+  RangeScan huge = scan;
+  huge.utime += 150'000;
+  huge.points_B.resize(kMaxScanPoints + 1, Vector3f(3.0F, 0.0F, 0.0F));
+  EXPECT_FALSE(dive.mapper.add(huge, kHere, Vector3d::Zero()));
+  EXPECT_EQ(dive.mapper.problem(), ScanProblem::kEmpty);
+  EXPECT_TRUE(dive.look(Pose{Vector3d(0.1, 0.0, -5.0), kHere.q}));
+}
+
+TEST(MapperTest, IsBoundedWhenItIsSurrounded) {
+  Dive dive([](const Vector3d&, const Vector3d&) { return 0.5; });
+  for (int i = 0; i < 10; ++i) {
+    Pose X_WB = kHere;
+    X_WB.q = from_rpy(0.0, 0.0, 0.7 * i);
+    const auto update = dive.look(X_WB);
+    ASSERT_TRUE(update.has_value());
+    EXPECT_LT(update->seen_ahead_m, 1.2);
+  }
+  EXPECT_LT(to_map({0.8, 0.0, -5.0}, dive.map), 0.05);
+}
+
+TEST(MapperTest, ForgetsWhatIsOldAndWhatIsTooMuch) {
+  MapperOptions options;
+  options.memory_s = 5.0;
+  Dive dive(kPlate, 1e-5, options);
+  dive.look(kHere, 10);
+  EXPECT_GT(dive.mapper.stats().voxels, 500U);
+  dive.eye.set_surface([](const Vector3d&, const Vector3d&) { return kNever; });
+  Pose away = kHere;
+  away.q = from_rpy(0.0, 0.0, 3.0);
+  for (int i = 0; i < 140; ++i) {
+    away.p.y() += 1e-3;
+    static_cast<void>(dive.look(away));
+  }
+  EXPECT_EQ(dive.mapper.stats().voxels, 0U);
+  EXPECT_EQ(dive.map.pieces(), 0U);
+
+  options = {};
+  options.max_voxels = 2000;
+  Dive narrow(kPlate, 1e-5, options);
+  for (int i = 0; i < 100; ++i) {
+    Pose X_WB = kHere;
+    X_WB.p.y() = 0.5 * i;
+    static_cast<void>(narrow.look(X_WB));
+    EXPECT_LE(narrow.mapper.stats().voxels, 2000U);
+  }
+}
+
+TEST(MapperTest, MovesWithALoopClosure) {
+  Dive dive(kPlate);
+  dive.look(kHere, 10);
+  const Pose shift{Vector3d(0.0, 0.0, 0.0), from_rpy(0.0, 0.0, 0.5)};
+  dive.mapper.move([&](Utime) { return shift; });
+  static_cast<void>(dive.look(shift * kHere));
+  // The plate x = 3, turned.
+  EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.05);
+  EXPECT_GT(to_map({3.0 * std::cos(0.5) - 1.0, 0.0, -5.0}, dive.map), 0.5);
+  for (const auto& [key, pieces] : dive.map.cells()) {
+    for (const Polytope& piece : pieces) {
+      for (const Vector3d& v : piece.vertices) EXPECT_NEAR((shift.inverse() * v).x(), 3.0, 0.25);
+    }
+  }
+}
+
+TEST(MapperTest, SeesAheadAsFarAsItHasLooked) {
+  Dive dive(kPlate);
+  const auto ahead = dive.look(kHere);
+  ASSERT_TRUE(ahead);
+  EXPECT_NEAR(ahead->seen_ahead_m, 3.0 - 0.35, 0.35);  // up to the plate
+  // Backwards it has not looked: no further than what it knows from being there.
+  Pose X_WB = kHere;
+  X_WB.p.y() += 0.001;
+  const auto back = dive.look(X_WB, Vector3d(-0.4, 0.0, 0.0));
+  ASSERT_TRUE(back);
+  EXPECT_LE(back->seen_ahead_m, 0.7);
+}
+
+TEST(MapperTest, TakesACloudAsItIs) {
+  SteadyClock clock;
+  Mapper mapper(vehicle(), {}, clock);
+  std::vector<Vector3f> points;
+  for (int x = 0; x < 60; ++x)
+    for (int y = 0; y < 60; ++y)
+      points.emplace_back(0.08F * static_cast<float>(x), 0.08F * static_cast<float>(y), -3.0F);
+  points.emplace_back(20.0F, 20.0F, -3.0F);  // a lone one stays
+  SeenMap map;
+  map.apply(mapper.add_cloud(points));
+  for (const Vector3f& p : points) EXPECT_LE(to_map(p.cast<double>(), map), 0.06);
+  EXPECT_LT(map.pieces(), 150U);
+}
+
+// --- flat pieces ---
+
+TEST(FlatPiecesTest, HoldTheirTrianglesAndNothingFarOff) {
+  Random random(5);
+  for (int round = 0; round < 200; ++round) {
+    // A bumpy, folded sheet with holes.
+    std::vector<Vector3f> points;
+    std::vector<Triangle> triangles;
+    const double bump = random.uniform(0.0, 0.1);
+    const double fold = random.uniform(-1.5, 1.5);
+    constexpr std::uint32_t n = 12;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      for (std::uint32_t k = 0; k < n; ++k) {
+        const double x = 0.1 * i;
+        const double y = 0.1 * k;
+        points.emplace_back(static_cast<float>(x), static_cast<float>(y),
+                            static_cast<float>(bump * random.normal() * 0.3 +
+                                               (x > 0.55 ? fold * (x - 0.55) : 0.0)));
+      }
+    }
+    for (std::uint32_t i = 0; i + 1 < n; ++i) {
+      for (std::uint32_t k = 0; k + 1 < n; ++k) {
+        if (random.uniform() < 0.15) continue;
+        triangles.push_back({i * n + k, i * n + k + 1, (i + 1) * n + k});
+        triangles.push_back({(i + 1) * n + k, i * n + k + 1, (i + 1) * n + k + 1});
+      }
+    }
+    FlatPieceOptions options;
+    std::vector<Polytope> pieces;
+    flat_pieces(points, triangles, options, pieces);
+    const auto to_pieces = [&](const Vector3d& p) {
+      double least = kNever;
+      for (const Polytope& piece : pieces) least = std::min(least, to_piece(p, piece));
+      return least;
+    };
+    const auto to_surface = [&](const Vector3d& p) {
+      double least = kNever;
+      for (const Triangle& t : triangles) {
+        least =
+            std::min(least, to_triangle(p, points[t[0]].cast<double>(), points[t[1]].cast<double>(),
+                                        points[t[2]].cast<double>()));
+      }
+      return least;
+    };
+    for (const Triangle& t : triangles) {
+      const double u = random.uniform();
+      const double v = random.uniform() * (1.0 - u);
+      const Vector3d p = (points[t[0]] + static_cast<float>(u) * (points[t[1]] - points[t[0]]) +
+                          static_cast<float>(v) * (points[t[2]] - points[t[0]]))
+                             .cast<double>();
+      EXPECT_LE(to_pieces(p), 1e-4);
+    }
+    for (const Polytope& piece : pieces) {
+      ASSERT_LE(piece.vertices.size(), kMaxPieceVertices);
+      Vector3d p = Vector3d::Zero();
+      double sum = 0.0;
+      for (const Vector3d& vertex : piece.vertices) {
+        const double weight = random.uniform();
+        p += weight * vertex;
+        sum += weight;
+      }
+      EXPECT_LE(to_surface(p / sum), 0.22);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dive::planning
