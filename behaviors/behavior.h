@@ -83,8 +83,8 @@ class Behavior {
   [[nodiscard]] virtual const Progress& progress() const = 0;
   /// How many goals have been left behind.
   [[nodiscard]] virtual int goals_done() const { return 0; }
-  /// Swims where the vehicle has swum before: it need not see what is ahead.
-  [[nodiscard]] virtual bool is_on_trail() const { return false; }
+  /// Swims where the vehicle has not been: in unknown water it must see what is ahead.
+  [[nodiscard]] virtual bool needs_sight() const { return false; }
   /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
   [[nodiscard]] virtual bool skip() { return false; }
 };

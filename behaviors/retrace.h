@@ -29,7 +29,7 @@ class Retrace final : public Behavior {
   /// planned way can be swum.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
-  [[nodiscard]] bool is_on_trail() const override { return on_trail_; }
+  [[nodiscard]] bool needs_sight() const override { return !on_trail_; }
 
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;

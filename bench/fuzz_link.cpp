@@ -63,7 +63,8 @@ int main(int argc, char** argv) {
       channel("command", VehicleCommand{})};
   channels.push_back(channel("image", dive::ImageFrame{1, 0, dive::ImageFrame::Format::kGray8, 8, 4,
                                                        std::vector<std::uint8_t>(32)}));
-  channels.push_back(channel("range", dive::RangeCloud{1, {{1, 2, 3}, {4, 5, 6}}}));
+  channels.push_back(
+      channel("range", dive::RangeScan{1, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}));
   channels.push_back({"request", sealed, [&](PacketView view) {
                         OperatorRequest request;
                         if (!decode(view, request)) return false;

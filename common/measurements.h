@@ -44,9 +44,4 @@ struct ImageFrame {
   std::vector<std::uint8_t> pixels;  ///< Row by row from the top, without gaps.
 };
 
-struct RangeCloud {
-  Utime utime = 0;
-  std::vector<Eigen::Vector3f> points_B;  ///< m.
-};
-
 }  // namespace dive

@@ -54,9 +54,10 @@ class FaultInjector {
   void add(const Fault& fault);
   /// What the executive gets to hear instead of `inputs`.
   void apply(const vehicle::GroundTruth& truth, StepInputs& inputs);
+  /// As of the last apply(): for what is not among the inputs.
+  [[nodiscard]] bool is_on(FaultKind kind) const;
 
  private:
-  [[nodiscard]] bool is_on(FaultKind kind) const;
   [[nodiscard]] bool begins(FaultKind kind);
   void spoil_sensors(StepInputs& inputs);
   void spoil_depth(StepInputs& inputs);

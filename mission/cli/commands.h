@@ -57,6 +57,7 @@ struct RunArguments {
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
+  std::string diver;                    ///< SECONDS:X,Y,Z:X,Y,Z...
   LinkArguments link;                   ///< No URL: the built-in simulator.
   bool stats = false;                   ///< How the control loop kept time.
 };
@@ -70,6 +71,7 @@ struct SimArguments {
   std::vector<std::string> conditions;  ///< NAME=VALUE
   double max_seconds = 3600.0;
   std::string clock_jump;  ///< BY@AT, s
+  bool eyes = false;       ///< Sends scans; in unknown water it does anyway.
   LinkArguments link;
 };
 

@@ -62,6 +62,7 @@ std::optional<ClockJump> parse_clock_jump(const std::string& written) {
 struct Place {
   planning::World world;
   Pose start_X_WB;
+  bool is_unknown = false;  ///< To the vehicle.
 };
 
 /// Prints what is wrong and is empty when something is.
@@ -69,9 +70,17 @@ std::optional<Place> find_place(const SimArguments& arguments) {
   Diagnostics diagnostics;
   if (arguments.start.empty()) {
     std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+    if (loaded && !has_rehearsal(loaded->mission)) {
+      complain(fmt::format(
+          "{}: its water is unknown, and nothing says what to rehearse it in: write "
+          "rehearsal=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map with --start and "
+          "--eyes",
+          arguments.mission));
+      return std::nullopt;
+    }
     if (loaded) {
       const Pose start = start_pose(loaded->mission, loaded->world);
-      return Place{std::move(loaded->world), start};
+      return Place{std::move(loaded->world), start, loaded->mission.unknown.has_value()};
     }
   } else {
     const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
@@ -170,6 +179,7 @@ int run_sim(const SimArguments& arguments) {
   }
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
+  if (arguments.eyes || place->is_unknown) settings.range_camera.emplace();
   const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;

@@ -1,5 +1,6 @@
 #include "mission/cli/loading.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -127,6 +128,29 @@ std::optional<WrittenPose> parse_pose(const char* option, std::string text) {
       fmt::format("{} {}: expected x,y,z or x,y,z,roll,pitch,yaw_deg (metres, z up and "
                   "negative under water, degrees)",
                   option, text));
+  return std::nullopt;
+}
+
+std::optional<vehicle::DiverTrack> parse_diver(const std::string& written) {
+  vehicle::DiverTrack track;
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= written.size();) {
+    const std::size_t end = std::min(written.find(':', begin), written.size());
+    parts.push_back(written.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  const std::optional<double> start = parse_number(parts.front());
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    std::replace(parts[i].begin(), parts[i].end(), ',', ' ');
+    const auto p = parse_numbers(parts[i], 3);
+    if (p) track.waypoints.push_back({{(*p)[0], (*p)[1], (*p)[2]}, 0.0});
+  }
+  track.start_s = start.value_or(-1.0);
+  const bool is_whole = start && track.waypoints.size() + 1 == parts.size();
+  const std::string problem = is_whole ? track.validate() : "";
+  if (is_whole && problem.empty()) return track;
+  complain(fmt::format("--diver {}: expected SECONDS:X,Y,Z:X,Y,Z...{}{}", written,
+                       problem.empty() ? "" : "; ", problem));
   return std::nullopt;
 }
 

@@ -11,6 +11,7 @@
 #include "mission/record/log.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
+#include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -41,6 +42,9 @@ struct WrittenPose {
   Pose pose;
   bool has_attitude = false;
 };
+
+/// "SECONDS:X,Y,Z:X,Y,Z...": someone who swims from place to place from then on; complains.
+[[nodiscard]] std::optional<vehicle::DiverTrack> parse_diver(const std::string& written);
 
 /// Complains when `text`, given with `option`, is no pose.
 [[nodiscard]] std::optional<WrittenPose> parse_pose(const char* option, std::string text);

@@ -127,10 +127,12 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "  dive run missions/window.xml\n"
       "  dive run missions/window.xml --seed 7 --log dive.lcmlog --svg dive.svg\n"
       "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n"
+      "  dive run missions/wreck_unknown.xml --diver 20:4,5,-12:1,5,-12\n"
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key topside.key\n\n"
       "Dives a mission in the built-in simulator, or a vehicle over LCM. Exit status 0 when it "
       "ended as planned, 1 when\n"
-      "it failed or was aborted.");
+      "it failed or was aborted. In unknown water the map that was made is kept beside the log, as "
+      "a map for the next dive.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")
       ->type_name("FILE")
       ->required();
@@ -156,6 +158,10 @@ void add_run(CLI::App& app, RunArguments& arguments) {
                    "Let something fail at a time, e.g. imu_silent@30 (repeatable)")
       ->type_name("NAME@SECONDS")
       ->allow_extra_args(false);
+  command
+      ->add_option("--diver", arguments.diver,
+                   "Someone else in the water: from a time on from place to place")
+      ->type_name("SECONDS:X,Y,Z:X,Y,Z...");
   command->add_option("--lcm", arguments.link.url, "Dive a vehicle at this LCM URL instead")
       ->type_name("URL");
   add_key(command, arguments.link);
@@ -172,15 +178,20 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       "  dive sim missions/window.xml                    then, in another terminal:\n"
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n"
-      "  dive sim missions/maps/window.sdf --start -4,-2,-3\n\n"
+      "  dive sim missions/maps/window.sdf --start -4,-2,-3\n"
+      "  dive sim missions/maps/wreck.sdf --start 0,0,-8 --eyes\n\n"
       "Is the vehicle, at the start of a mission or anywhere on a map: speaks LCM, obeys, and says "
       "in the end what\n"
-      "really happened. Exit status 0 when it touched nothing.");
+      "really happened. In the unknown water of a mission it looks about in what that is rehearsed "
+      "in, and sends what\n"
+      "it sees. Exit status 0 when it touched nothing.");
   command
       ->add_option("MISSION", arguments.mission, "Mission file (XML), or a map (SDF) with --start")
       ->type_name("FILE")
       ->required();
   command->add_option("--start", arguments.start, "Start pose on a map")->type_name("POSE");
+  command->add_flag("--eyes", arguments.eyes,
+                    "Send what a range camera sees (in unknown water it does anyway)");
   command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")

@@ -16,6 +16,7 @@
 #include "mission/record/journal.h"
 #include "mission/record/log.h"
 #include "mission/record/log_digest.h"
+#include "planning/mapping/save_map.h"
 #include "planning/world/scene.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
@@ -172,6 +173,24 @@ void print_linked(const LinkedResult& result, const std::string& log, bool with_
   print("  log " + log);
 }
 
+/// Beside the log: the map that the dive made of unknown water. Complains when it cannot be
+/// written.
+std::optional<std::string> keep_map(const std::string& log, const planning::SeenMap& seen,
+                                    const std::vector<Eigen::Vector3f>& points,
+                                    const LoadedMission& loaded) {
+  if (seen.pieces() == 0) return std::nullopt;
+  const std::string name = std::filesystem::path(log).replace_extension(".map").string();
+  const tl::expected<void, std::string> saved = planning::save_map(
+      name, seen, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION);
+  if (saved) return name + ".sdf";
+  complain(fmt::format("{}: the map is not kept: {}", name, saved.error()));
+  return std::nullopt;
+}
+
+void print_map(const std::optional<std::string>& map, const planning::SeenMap& seen) {
+  if (map) print(fmt::format("  map {} ({} pieces)", *map, seen.pieces()));
+}
+
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
@@ -203,13 +222,17 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
         });
   }
   const bool is_complete = recording->close();
+  const std::optional<std::string> map =
+      keep_map(recording->log_path(), result.seen, result.seen_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result);
     json["log"] = recording->log_path();
     json["seed"] = settings.seed;
+    if (map) json["map"] = *map;
     print_json(json);
   } else {
     print_verdict(result, recording->log_path());
+    print_map(map, result.seen);
   }
   if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
@@ -291,10 +314,15 @@ int run_dive(const RunArguments& arguments) {
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;
-  if (is_linked &&
-      (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty())) {
+  if (!arguments.diver.empty()) {
+    settings.diver = parse_diver(arguments.diver);
+    if (!settings.diver) return kExitUsage;
+  }
+  if (is_linked && (!settings.faults.empty() || !arguments.conditions.empty() ||
+                    !arguments.svg.empty() || settings.diver)) {
     complain(
-        "--fault, --leak-at, --set and --svg are for the built-in simulator: with --lcm give "
+        "--fault, --leak-at, --set, --diver and --svg are for the built-in simulator: with --lcm "
+        "give "
         "them to dive sim");
     return kExitUsage;
   }
@@ -304,6 +332,13 @@ int run_dive(const RunArguments& arguments) {
   if (!loaded) {
     print_diagnostics(diagnostics);
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});
+    return kExitUsage;
+  }
+  if (!is_linked && !has_rehearsal(loaded->mission)) {
+    complain(
+        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
+                    "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+                    arguments.mission));
     return kExitUsage;
   }
   return is_linked ? dive_linked(arguments, *loaded) : simulate(arguments, *loaded, settings);

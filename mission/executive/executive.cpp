@@ -41,7 +41,9 @@ constexpr double kGoesOn =
 constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
 constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
 constexpr double kTilted = 0.2;    // rad
-constexpr double kDrift = 0.2;     // m that a vehicle at rest may drift on its way up
+constexpr double kCreeping = 0.2;  // m/s: faster is getting on
+constexpr double kBlindPatience = 12.0;  // s
+constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -138,6 +140,7 @@ struct Executive::Impl final : statechart::Environment {
   }
   void exited(StateId state) override {
     behaviors_by_state[static_cast<std::size_t>(state)].reset();
+    blind_since.reset();
   }
   void taken(int /*transition*/, const std::string& event) override {
     const std::string here = innermost();
@@ -649,7 +652,8 @@ struct Executive::Impl final : statechart::Environment {
     behaviors::BehaviorOutput result = behavior.step(input);
     last_command = result.command;
     progress = behavior.progress();
-    if (mission.unknown && !behavior.is_on_trail() && !progress.leg.empty()) stay_within_sight();
+    const bool needs_sight = mission.unknown && behavior.needs_sight();
+    if (needs_sight) stay_within_sight();
     if (result.plan_request) {
       asked_id = ++queries;
       asked_by = *leaf;
@@ -657,7 +661,10 @@ struct Executive::Impl final : statechart::Environment {
           PlanQuery{asked_id, id, result.plan_cause, std::move(*result.plan_request)};
     }
     if (result.done) dispatch("done.state." + id, id + " is done");
-    if (result.failed != behaviors::Failure::kNone) leaf_failed(*leaf, result.failed);
+    if (result.failed != behaviors::Failure::kNone)
+      leaf_failed(*leaf, result.failed);
+    else if (needs_sight && !result.done)
+      give_up_unseen(*leaf);
   }
 
   // No faster than it can stop, and not up to where it did not look.
@@ -666,10 +673,21 @@ struct Executive::Impl final : statechart::Environment {
     last_command.v = std::min(last_command.v, most);
     if (most > 0.0) {
       blocked_depth.reset();
+      if (most > kCreeping) blind_since.reset();
       return;
     }
     if (!blocked_depth) blocked_depth = std::max(variables.depth, 0.0);
+    if (!blind_since) blind_since = leaf_now();
     last_command.d = std::max(last_command.d, *blocked_depth);
+  }
+
+  // It has turned to the way that was planned for it, and does not see it: it leads up behind
+  // something, most likely. Where nobody can look nobody swims.
+  void give_up_unseen(StateId leaf) {
+    if (!blind_since || to_seconds(leaf_now() - *blind_since) < kBlindPatience) return;
+    blind_since.reset();
+    progress.plan_failure = "the way that was planned leads where it cannot look";
+    leaf_failed(leaf, behaviors::Failure::kUnreachable);
   }
 
   // Keeps the place where it was told to; what is answered meanwhile waits.
@@ -810,6 +828,7 @@ struct Executive::Impl final : statechart::Environment {
   bool map_changed_while_held = false;
   std::optional<vehicle::Command> held;
   std::optional<double> altitude;
+  std::optional<Utime> blind_since;     ///< Since when it has hardly moved for lack of sight.
   std::optional<double> blocked_depth;  ///< Where it came to the end of its sight, m.
   std::optional<Usable> under_since;
   estimation::StateEstimate last_estimate;

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/mapper_service.h"
 #include "mission/executive/planner_service.h"
 #include "mission/record/log_codec.h"
 #include "vehicle/link/sample_clock.h"
@@ -22,7 +24,9 @@ constexpr Utime kGoodbyePeriod = 10'000;  // us
 /// What has come since the last tick.
 class Inbox {
  public:
-  Inbox(link::Bus& bus, Clock& clock, bool lockstep) : clock_(clock), lockstep_(lockstep) {
+  /// Of scans nothing is heard unless `sees`.
+  Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees)
+      : clock_(clock), lockstep_(lockstep), sees_(sees) {
     bus.listen<ImuSample>(link::channel::kImu,
                           [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
     bus.listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
@@ -31,6 +35,14 @@ class Inbox {
     bus.listen<HealthSample>(link::channel::kHealth, [this](const HealthSample& sample) {
       keep(health_, health_clock_, sample);
     });
+    if (sees_) {
+      bus.listen<RangeScan>(
+          link::channel::kRange,
+          [this](const RangeScan& scan) {
+            if (lockstep_ || ahead_) keep(scan_, range_clock_, scan);
+          },
+          link::kMaxScanPacket);
+    }
     bus.listen<link::Truth>(link::channel::kTruth,
                             [this](const link::Truth& truth) { truth_ = truth; });
     bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
@@ -61,7 +73,8 @@ class Inbox {
       return !utime || (sample && sample->utime == *utime);
     };
     return tick_ && tick_->utime > last && has(imu_, tick_->imu) && has(depth_, tick_->depth) &&
-           has(health_, tick_->health) && truth_ && truth_->utime == tick_->utime;
+           has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) && truth_ &&
+           truth_->utime == tick_->utime;
   }
   /// In lock-step: the tick that the vehicle is at.
   [[nodiscard]] Utime tick() const { return tick_ ? tick_->utime : -1; }
@@ -84,10 +97,16 @@ class Inbox {
     move(health_, tick.health, inputs.health);
   }
 
+  /// The scan of a tick.
+  [[nodiscard]] std::optional<RangeScan> take_scan() {
+    if (lockstep_ && !tick_.value_or(link::SimTick{}).range) return std::nullopt;
+    return std::exchange(scan_, std::nullopt);
+  }
+
   [[nodiscard]] std::deque<Request>& requests() { return requests_; }
   [[nodiscard]] const std::optional<link::Truth>& truth() const { return truth_; }
   [[nodiscard]] int clock_jumps() const {
-    return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps();
+    return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps() + range_clock_.jumps();
   }
 
  private:
@@ -106,21 +125,24 @@ class Inbox {
     if (!lockstep_ && ahead_) {
       sample.utime = sample_clock.ours(sample.utime, clock_.now() + *ahead_);
     }
-    if (!kept || sample.utime >= kept->utime) kept = sample;
+    if (!kept || sample.utime >= kept->utime) kept = std::move(sample);
   }
 
   Clock& clock_;
   bool lockstep_;
+  bool sees_;
   std::optional<Utime> ahead_;  ///< Of the vehicle's time before our clock.
   std::optional<ImuSample> imu_;
   std::optional<DepthSample> depth_;
   std::optional<HealthSample> health_;
+  std::optional<RangeScan> scan_;
   std::optional<link::Truth> truth_;
   std::optional<link::SimTick> tick_;
   bool is_asked_again_ = false;
   link::SampleClock imu_clock_;
   link::SampleClock depth_clock_;
   link::SampleClock health_clock_;
+  link::SampleClock range_clock_;
   std::deque<Request> requests_;
 };
 
@@ -129,15 +151,22 @@ class LinkedDive {
   LinkedDive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
              const LinkSettings& settings, link::Bus& bus, Clock& clock)
       : mission_(mission),
-        world_(world),
+        world_(known_world(mission, world)),
         model_(model),
         settings_(settings),
         bus_(bus),
         clock_(clock),
-        inbox_(bus, clock, settings.lockstep),
+        inbox_(bus, clock, settings.lockstep, mission.unknown.has_value()),
         gate_(settings.key, link::new_boot()),
-        planner_(world, model.hull, settings.planner, settings.planner_latency_ticks * kTick,
-                 settings.lockstep ? PlannerService::Late::kWait : PlannerService::Late::kNotYet) {}
+        planner_(world_, model.hull, planner_options(mission, settings.planner),
+                 settings.planner_latency_ticks * kTick,
+                 settings.lockstep ? PlannerService::Late::kWait : PlannerService::Late::kNotYet) {
+    if (!mission.unknown) return;
+    planning::MapperOptions options = settings.mapper;
+    options.memory_s = mission.memory_s;
+    mapper_.emplace(model.hull, options, settings.mapper_latency_ticks * kTick,
+                    settings.lockstep ? MapperService::Late::kWait : MapperService::Late::kNotYet);
+  }
 
   LinkedResult run(const LinkObserver& observer, const DiveKeeper& keeper) {
     if (!wait_for_vehicle()) {
@@ -221,6 +250,7 @@ class LinkedDive {
     inbox_.take(inputs);
     const std::optional<Utime> abort_arrived = hear_topside(inputs);
     inputs.plan = planner_.poll(now_);
+    if (mapper_) take_map_update(inputs);
     const StepOutputs& outputs = executive_->step(inputs);
     if (keeper) keeper(*executive_, outputs);
     command_ = link::VehicleCommand{
@@ -231,6 +261,7 @@ class LinkedDive {
       result_.stats.abort_ms.push_back(
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived) / 1000.0));
     }
+    if (mapper_) look(outputs.estimate);
     if (outputs.plan_query) {
       ++result_.plans;
       if (!outputs.plan_query->request.previous.empty()) ++result_.replans;
@@ -243,6 +274,20 @@ class LinkedDive {
     ++result_.stats.ticks;
     tell(inputs, outputs);
     if (observer) observer(inputs, outputs, inbox_.truth());
+  }
+
+  void take_map_update(StepInputs& inputs) {
+    inputs.map_update = mapper_->poll(now_);
+    if (!inputs.map_update) return;
+    planner_.apply(*inputs.map_update);
+    static_cast<void>(result_.seen.apply(*inputs.map_update));
+  }
+
+  void look(const estimation::StateEstimate& estimate) {
+    mapper_->observe(estimate);
+    if (std::optional<RangeScan> scan = inbox_.take_scan()) {
+      mapper_->submit(std::move(*scan), now_);
+    }
   }
 
   // One request a tick, an abort before all others. When it arrived, if it was an abort.
@@ -318,11 +363,12 @@ class LinkedDive {
     result_.stats.clock_jumps = inbox_.clock_jumps();
     result_.stats.refused = gate_.refused();
     result_.stats.malformed = bus_.malformed();
+    if (mapper_) result_.seen_points = mapper_->points();
     return result_;
   }
 
   const Mission& mission_;
-  const planning::World& world_;
+  const planning::World world_;  ///< As far as it is known.
   const vehicle::Model& model_;
   const LinkSettings& settings_;
   link::Bus& bus_;
@@ -330,6 +376,7 @@ class LinkedDive {
   Inbox inbox_;
   link::Gate gate_;
   PlannerService planner_;
+  std::optional<MapperService> mapper_;  ///< In unknown water.
   std::optional<Executive> executive_;
   std::optional<link::VehicleCommand> command_;  ///< The last.
   std::int64_t sequence_ = 0;

@@ -14,7 +14,9 @@
 #include "common/clock.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/executive/executive.h"
+#include "planning/mapping/mapper.h"
 #include "planning/planner.h"
+#include "planning/world/seen.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
@@ -28,6 +30,9 @@ struct LinkSettings {
   double patience_s = 60.0;       ///< To wait for the vehicle's first samples.
   int planner_latency_ticks = 5;  ///< At least; in lock-step exactly.
   planning::PlannerOptions planner;
+  // In unknown water:
+  int mapper_latency_ticks = 2;  ///< At least; in lock-step exactly.
+  planning::MapperOptions mapper;
 };
 
 /// How the control loop kept time.
@@ -51,6 +56,8 @@ struct LinkedResult {
   int replans = 0;
   std::vector<TimedTransition> transitions;
   LinkStats stats;
+  planning::SeenMap seen;                         ///< In unknown water: the map at the end ...
+  std::vector<Eigen::Vector3f> seen_points = {};  ///< ... and its points, in W.
 };
 
 /// Told every tick, after its command is out; `truth` only where a simulated vehicle says it.
@@ -58,7 +65,8 @@ using LinkObserver = std::function<void(const StepInputs&, const StepOutputs&,
                                         const std::optional<link::Truth>& truth)>;
 
 /// Dives until the machine has ended or half as long again as the mission may last, which is an
-/// abort that somebody else must finish: the supervisor, or the vehicle itself.
+/// abort that somebody else must finish: the supervisor, or the vehicle itself. In unknown water
+/// nothing of `world` is used: there are the vehicle's scans.
 [[nodiscard]] LinkedResult dive_over_link(const Mission& mission, const planning::World& world,
                                           const vehicle::Model& model, const LinkSettings& settings,
                                           link::Bus& bus, Clock& clock,

@@ -23,6 +23,7 @@ class SimulatedVehicle {
         simulator_(model, start, settings.conditions, settings.seed),
         meter_(world, model.hull),
         injector_(settings.faults) {
+    if (settings.range_camera) camera_.emplace(world, *settings.range_camera, settings.seed);
     bus_.listen<link::VehicleCommand>(
         link::channel::kCommand,
         [this](const link::VehicleCommand& command) { arbiter_.hear(command, now()); });
@@ -71,9 +72,17 @@ class SimulatedVehicle {
     inputs_.health = samples.health;
     const StepInputs own = inputs_;  // what ails the link does not ail the vehicle's own autopilot
     injector_.apply(simulator_.truth(), inputs_);
+    look();
     set_clock();
     meter_.observe(simulator_.truth().X_WB);
     own_ = {own.imu, own.depth};
+  }
+
+  void look() {
+    scan_.reset();
+    if (!camera_ || !camera_->due(now())) return;
+    scan_ = camera_->take(now(), simulator_.truth().X_WB);
+    if (injector_.is_on(FaultKind::kRangeSilent)) scan_.reset();
   }
 
   void set_clock() {
@@ -83,6 +92,7 @@ class SimulatedVehicle {
     if (inputs_.imu) inputs_.imu->utime += by;
     if (inputs_.depth) inputs_.depth->utime += by;
     if (inputs_.health) inputs_.health->utime += by;
+    if (scan_) scan_->utime += by;
   }
 
   template <typename Value>
@@ -101,6 +111,7 @@ class SimulatedVehicle {
     add(link::channel::kImu, inputs_.imu, tick.imu);
     add(link::channel::kDepth, inputs_.depth, tick.depth);
     add(link::channel::kHealth, inputs_.health, tick.health);
+    add(link::channel::kRange, scan_, tick.range);
     publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB});
     if (settings_.lockstep) publish(link::channel::kSimTick, tick);
   }
@@ -171,10 +182,12 @@ class SimulatedVehicle {
   Clock& clock_;
   vehicle::Simulator simulator_;
   vehicle::ClearanceMeter meter_;
+  std::optional<vehicle::RangeCamera> camera_;
   FaultInjector injector_;
   link::Arbiter arbiter_;
   vehicle::PseudoRates rates_;
   StepInputs inputs_;
+  std::optional<RangeScan> scan_;  ///< Of this tick.
   OwnSamples own_;
   link::Packet packet_;
   bool finished_ = false;

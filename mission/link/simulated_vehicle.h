@@ -12,6 +12,7 @@
 #include "planning/world/world.h"
 #include "vehicle/link/bus.h"
 #include "vehicle/model.h"
+#include "vehicle/simulator/range_camera.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -27,6 +28,7 @@ struct VehicleSettings {
   vehicle::Conditions conditions;
   std::vector<Fault> faults;
   std::optional<ClockJump> clock_jump;
+  std::optional<vehicle::RangeCameraOptions> range_camera;  ///< Demands options that validate.
   /// Waits for the executive's command for every tick, and says the samples again until it comes:
   /// as fast as the machines go, and the same dive as the built-in simulator's, bit for bit.
   bool lockstep = false;

@@ -6,11 +6,13 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kMovedOn = 0.3;    // m
-constexpr double kTurned = 0.25;    // rad
-constexpr double kSwimming = 0.05;  // m/s; slower is at rest
-constexpr float kStep = 0.2F;       // m
-constexpr std::size_t kNewest = 4;  // of the kept sweeps, that say what is seen through
+constexpr double kMovedOn = 0.3;     // m
+constexpr double kTurned = 0.25;     // rad
+constexpr double kSwimming = 0.05;   // m/s; slower is at rest
+constexpr float kOffTheBow = 0.9F;   // cosine between bow and motion
+constexpr float kAboveFrom = 12.0F;  // heights of the hull: the eyes look 5 degrees up
+constexpr float kStep = 0.2F;        // m
+constexpr std::size_t kNewest = 4;   // of the kept sweeps, that say what is seen through
 
 }  // namespace
 
@@ -41,18 +43,16 @@ bool Lookout::sees_past(const Eigen::Vector3f& p_W, float margin) const {
 }
 
 bool Lookout::is_known(const Eigen::Vector3f& p_W) const {
-  const auto knows = [&](const Sight& sight) {
-    const Eigen::Vector3f off = sight.X_WB().p.cast<float>() - p_W;
-    const bool has_been = off.head<2>().norm() < kKnown && std::abs(off.z()) < kKnownHeight;
-    return has_been || sight.has_seen(p_W);
-  };
-  return knows(latest_) || std::any_of(kept_.rbegin(), kept_.rend(), knows);
+  const auto has_seen = [&](const Sight& sight) { return sight.has_seen(p_W); };
+  return has_seen(latest_) || std::any_of(kept_.rbegin(), kept_.rend(), has_seen);
 }
 
 double Lookout::seen_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const {
   const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
-  const Eigen::Vector3f way =
-      v_W.norm() > kSwimming ? Eigen::Vector3f(v_W.normalized().cast<float>()) : R_WB.col(0);
+  const Eigen::Vector3f bow = R_WB.col(0);
+  const Eigen::Vector3f v = v_W.cast<float>();
+  const bool leads_elsewhere = v_W.norm() > kSwimming && v.normalized().dot(bow) < kOffTheBow;
+  const Eigen::Vector3f way = leads_elsewhere ? Eigen::Vector3f(v.normalized()) : bow;
   // The part of the hull's box that leads.
   const float lead = (R_WB.transpose() * way).cwiseAbs().dot(half_B_);
   const Eigen::Vector3f across = R_WB.col(1) * half_B_.y();
@@ -60,9 +60,10 @@ double Lookout::seen_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const {
   const Eigen::Vector3f from = X_WB.p.cast<float>();
   for (float ahead = kStep; ahead <= static_cast<float>(kFurthest); ahead += kStep) {
     const Eigen::Vector3f middle = from + (lead + ahead) * way;
+    const bool sees_above = (middle - latest_.origin_W()).norm() > kAboveFrom * half_B_.z();
     for (const Eigen::Vector3f& p :
          {middle, Eigen::Vector3f(middle + across), Eigen::Vector3f(middle - across),
-          Eigen::Vector3f(middle + up), Eigen::Vector3f(middle - up)}) {
+          Eigen::Vector3f(middle - up), sees_above ? Eigen::Vector3f(middle + up) : middle}) {
       if (!is_known(p)) return static_cast<double>(ahead - kStep);
     }
   }

@@ -73,7 +73,8 @@ std::string MapperOptions::validate() const {
   };
   for (std::string problem :
        {outside("voxel_m", voxel_m, 0.02, 2.0), outside("min_range_m", min_range_m, 0.0, 5.0),
-        outside("min_neighbours", min_neighbours, 0, 100), outside("confirm", confirm, 1, 6),
+        outside("min_neighbours", min_neighbours, 0, 100), outside("snow_m", snow_m, 0.0, 20.0),
+        outside("snow_neighbours", snow_neighbours, 0, 100), outside("confirm", confirm, 1, 6),
         outside("noise_m", noise_m, 0.0, 1.0), outside("noise_share", noise_share, 0.0, 0.2),
         outside("on_piece_m", on_piece_m, 0.0, 1.0), outside("flat_m", flat_m, 0.001, 1.0),
         outside("skin_m", skin_m, 0.0, 1.0), outside("ball_m", ball_m, 0.0, 1.0),
@@ -205,7 +206,10 @@ struct Mapper::Impl {
     for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
       const float range = sight.range(i);
       if (!(range >= static_cast<float>(options.min_range_m)) || range > scan.reach) continue;
-      if (sight.neighbours(i) < options.min_neighbours) continue;
+      const bool is_snow_near = range < static_cast<float>(options.snow_m);
+      if (sight.neighbours(i) < (is_snow_near ? options.snow_neighbours : options.min_neighbours)) {
+        continue;
+      }
       observe(R_WB * scan.points_B[i] + p_WB, noise(range));
       ++taken;
     }

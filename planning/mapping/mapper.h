@@ -29,6 +29,8 @@ struct MapperOptions {
   double voxel_m = 0.14;         ///< One point is kept per voxel; a cell is ten voxels wide.
   double min_range_m = 0.3;      ///< Nearer is the vehicle itself, or nothing to be steered round.
   int min_neighbours = 2;        ///< In the picture, at the same distance; fewer is a lone point.
+  double snow_m = 3.0;           ///< So near, what drifts in the water is seen as well: ...
+  int snow_neighbours = 5;       ///< ... a surface has more neighbours there.
   int confirm = 2;               ///< Sweeps that must see a voxel before it is believed.
   double noise_m = 0.01;         ///< One sigma of a range ...
   double noise_share = 0.005;    ///< ... and so much more of the range itself.

@@ -14,12 +14,15 @@
 namespace dive::link {
 namespace {
 
-constexpr int kQueue =
-    500;  // packets of a channel that wait to be handed on; LCM's own limit is 30
+// Packets of a channel that wait to be handed on; LCM's own limit is 30. Of those with lists so few
+// that a flood does not fill the memory.
+constexpr int kQueue = 500;
+constexpr int kListQueue = 16;
 
 struct Subscription {
   std::size_t max_bytes = 0;
   Bus::Handler handler;
+  std::size_t bytes = 0;  ///< Handed on.
   std::int64_t malformed = 0;
   std::exception_ptr thrown;
 };
@@ -27,6 +30,7 @@ struct Subscription {
 // Called by LCM, which is C: nothing may be thrown through it.
 void receive(const lcm_recv_buf_t* buffer, const char* /*channel*/, void* user) {
   auto* subscription = static_cast<Subscription*>(user);
+  subscription->bytes += buffer->data_size;
   if (buffer->data_size > subscription->max_bytes) {
     ++subscription->malformed;
     return;
@@ -57,6 +61,12 @@ struct Bus::Impl {
     return true;
   }
 
+  [[nodiscard]] std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const auto& subscription : subscriptions) sum += subscription->bytes;
+    return sum;
+  }
+
   std::vector<std::unique_ptr<Subscription>> subscriptions;  // LCM keeps their addresses.
   std::unique_ptr<lcm_t, Destroy> lcm;
 };
@@ -83,7 +93,7 @@ void Bus::subscribe(const char* channel, std::size_t max_bytes, Handler handler)
   subscription->max_bytes = max_bytes;
   subscription->handler = std::move(handler);
   lcm_subscription_t* with_lcm = lcm_subscribe(impl_->lcm.get(), channel, receive, subscription);
-  lcm_subscription_set_queue_capacity(with_lcm, kQueue);
+  lcm_subscription_set_queue_capacity(with_lcm, max_bytes > kMaxFixedSize ? kListQueue : kQueue);
 }
 
 bool Bus::publish(const char* channel, const Packet& packet) {
@@ -94,7 +104,8 @@ bool Bus::publish(const char* channel, const Packet& packet) {
 bool Bus::wait(Clock& clock, Utime deadline, const std::function<bool()>& enough) {
   const int descriptor = lcm_get_fileno(impl_->lcm.get());
   for (;;) {
-    for (int i = 0; i < kMostPackets && impl_->hand_on(); ++i) {
+    const std::size_t most = impl_->bytes() + kMostBytes;
+    for (int i = 0; i < kMostPackets && impl_->bytes() < most && impl_->hand_on(); ++i) {
       if (enough && enough()) return true;
     }
     const Utime left = clock.real(deadline - clock.now());

@@ -52,10 +52,11 @@ class Bus {
   /// What it throws comes out of wait().
   void subscribe(const char* channel, std::size_t max_bytes, Handler handler);
 
-  /// The same for values of a fixed size, decoded.
+  /// The same for values, decoded.
   template <typename Value>
-  void listen(const char* channel, std::function<void(const Value&)> handler) {
-    subscribe(channel, kMaxFixedSize, [handler = std::move(handler)](PacketView packet) {
+  void listen(const char* channel, std::function<void(const Value&)> handler,
+              std::size_t max_bytes = kMaxFixedSize) {
+    subscribe(channel, max_bytes, [handler = std::move(handler)](PacketView packet) {
       Value value;
       const bool is_one = decode(packet, value);
       if (is_one) handler(value);
@@ -67,14 +68,15 @@ class Bus {
   bool publish(const char* channel, const Packet& packet);
 
   /// Hands on what has come and what comes until `deadline` of `clock`; returns early, true, once
-  /// `enough` says so (asked after every packet). At most kMostPackets of what has come already, so
-  /// that a flood does not hold up the caller.
+  /// `enough` says so (asked after every packet). At most kMostPackets and hardly more than
+  /// kMostBytes of what has come already, so that a flood does not hold up the caller.
   bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
 
   /// Packets that were too large for their channel, or none of it.
   [[nodiscard]] std::int64_t malformed() const;
 
   static constexpr int kMostPackets = 2000;
+  static constexpr std::size_t kMostBytes = 4U << 20U;
   static constexpr std::size_t kMaxFixedSize = 256;  ///< Bytes; no packet without a list is larger.
 
  private:

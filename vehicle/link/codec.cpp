@@ -33,13 +33,13 @@ constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
 constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
-constexpr Run kSimTick[] = {bytes(8 + 3 + 3 * 8)};
+constexpr Run kSimTick[] = {bytes(8 + 4 + 4 * 8)};
 constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
 constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Seal))};
 constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
 constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
-constexpr Run kRange[] = {bytes(8), array(3 * sizeof(float), kMaxCloud)};
+constexpr Run kRange[] = {bytes(8 + 4 * sizeof(float)), array(sizeof(float), 3 * kMaxScanPoints)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
 
 template <typename Message>
@@ -63,6 +63,11 @@ bool is_frame(const ImageFrame& frame) {
   const auto is_side = [](int pixels) { return pixels > 0 && pixels <= kMaxImageSide; };
   return is_side(frame.width) && is_side(frame.height) && frame.camera >= 0 &&
          frame.camera < kCameras && frame.pixels.size() == size_of(frame);
+}
+
+bool is_scan(const RangeScan& scan) {
+  return scan.origin_B.allFinite() && scan.reach > 0.0F && scan.reach <= kMaxReach &&
+         scan.points_B.size() <= kMaxScanPoints;
 }
 
 bool read_mode(std::int8_t byte, Mode& mode) {
@@ -192,24 +197,31 @@ bool decode(PacketView packet, ImageFrame& frame) {
   return read_enum(m->format, ImageFrame::Format::kRgb8, frame.format) && is_frame(frame);
 }
 
-bool encode(const RangeCloud& cloud, Packet& packet) {
-  const auto& [utime, points] = cloud;
-  if (points.size() > kMaxCloud) return false;
+bool encode(const RangeScan& scan, Packet& packet) {
+  const auto& [utime, origin_B, reach, points] = scan;
+  if (!is_scan(scan)) return false;
   range_cloud_t m;
   m.utime = utime;
-  m.n = static_cast<std::int32_t>(points.size());
-  for (const Eigen::Vector3f& p : points) m.points.push_back({p.x(), p.y(), p.z()});
+  std::copy_n(origin_B.data(), 3, m.origin);
+  m.reach = reach;
+  m.numbers = static_cast<std::int32_t>(3 * points.size());
+  m.points.reserve(3 * points.size());
+  for (const Eigen::Vector3f& p : points) m.points.insert(m.points.end(), p.data(), p.data() + 3);
   return pack(m, kRange, packet);
 }
 
-bool decode(PacketView packet, RangeCloud& cloud) {
+bool decode(PacketView packet, RangeScan& scan) {
   const auto m = unpack<range_cloud_t>(packet, kRange);
-  if (!m) return false;
-  cloud.utime = m->utime;
-  cloud.points_B.clear();
-  cloud.points_B.reserve(m->points.size());
-  for (const auto& p : m->points) cloud.points_B.emplace_back(p[0], p[1], p[2]);
-  return true;
+  if (!m || m->points.size() % 3 != 0) return false;
+  scan.utime = m->utime;
+  scan.origin_B = {m->origin[0], m->origin[1], m->origin[2]};
+  scan.reach = m->reach;
+  scan.points_B.clear();
+  scan.points_B.reserve(m->points.size() / 3);
+  for (std::size_t i = 0; i < m->points.size(); i += 3) {
+    scan.points_B.emplace_back(m->points[i], m->points[i + 1], m->points[i + 2]);
+  }
+  return is_scan(scan);
 }
 
 bool encode(const VehicleCommand& value, Packet& packet) {
@@ -260,15 +272,17 @@ bool decode(PacketView packet, Truth& truth) {
 }
 
 bool encode(const SimTick& tick, Packet& packet) {
-  const auto& [utime, imu, depth, health] = tick;
+  const auto& [utime, imu, depth, health, range] = tick;
   sim_tick_t m;
   m.utime = utime;
   m.imu = imu ? 1 : 0;
   m.depth = depth ? 1 : 0;
   m.health = health ? 1 : 0;
+  m.range = range ? 1 : 0;
   m.imu_utime = imu.value_or(0);
   m.depth_utime = depth.value_or(0);
   m.health_utime = health.value_or(0);
+  m.range_utime = range.value_or(0);
   return pack(m, kSimTick, packet);
 }
 
@@ -278,7 +292,8 @@ bool decode(PacketView packet, SimTick& tick) {
   tick.utime = m->utime;
   return read_time(m->imu, m->imu_utime, tick.imu) &&
          read_time(m->depth, m->depth_utime, tick.depth) &&
-         read_time(m->health, m->health_utime, tick.health);
+         read_time(m->health, m->health_utime, tick.health) &&
+         read_time(m->range, m->range_utime, tick.range);
 }
 
 bool encode(const Heartbeat& heartbeat, Packet& packet) {

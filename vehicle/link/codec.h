@@ -4,8 +4,8 @@
 //
 // encode() fills `packet` anew and is false when the value cannot be represented. decode() is false
 // for anything that encode() would not have made of some value: it neither throws nor allocates
-// more than a few times the packet's size. Doubles keep every bit: whether a value makes sense is
-// the receiver's question.
+// more than a few times the packet's size. Numbers keep every bit: whether a value makes sense is
+// the receiver's question, but for what a list of points needs to be one.
 
 #include <array>
 #include <cstddef>
@@ -17,6 +17,7 @@
 #include "common/clock.h"
 #include "common/measurements.h"
 #include "common/operator_command.h"
+#include "common/range_scan.h"
 #include "common/se3.h"
 #include "vehicle/command.h"
 
@@ -28,7 +29,7 @@ using PacketView = std::span<const std::uint8_t>;
 inline constexpr std::size_t kMaxPathLength = 16'384;  ///< Waypoints.
 inline constexpr int kMaxImageSide = 4096;             ///< Pixels.
 inline constexpr int kCameras = 3;
-inline constexpr std::size_t kMaxCloud = 65'536;  ///< Points.
+inline constexpr float kMaxReach = 1000.0F;  ///< m, of a range sensor.
 
 enum class Source { kExecutive, kSupervisor };
 enum class Mode { kRates, kDepthAndAngles };
@@ -55,6 +56,7 @@ struct SimTick {
   std::optional<Utime> imu;
   std::optional<Utime> depth;
   std::optional<Utime> health;
+  std::optional<Utime> range;
 };
 
 /// How many operator requests were refused, by reason.
@@ -105,11 +107,14 @@ struct Path {
   std::vector<Pose> waypoints;
 };
 
+/// Bytes; no packet of a scan is larger.
+inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
+
 [[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const HealthSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const ImageFrame& frame, Packet& packet);
-[[nodiscard]] bool encode(const RangeCloud& cloud, Packet& packet);
+[[nodiscard]] bool encode(const RangeScan& scan, Packet& packet);
 [[nodiscard]] bool encode(const VehicleCommand& command, Packet& packet);
 [[nodiscard]] bool encode(const Truth& truth, Packet& packet);
 [[nodiscard]] bool encode(const SimTick& tick, Packet& packet);
@@ -125,7 +130,7 @@ struct Path {
 [[nodiscard]] bool decode(PacketView packet, DepthSample& sample);
 [[nodiscard]] bool decode(PacketView packet, HealthSample& sample);
 [[nodiscard]] bool decode(PacketView packet, ImageFrame& frame);
-[[nodiscard]] bool decode(PacketView packet, RangeCloud& cloud);
+[[nodiscard]] bool decode(PacketView packet, RangeScan& scan);
 [[nodiscard]] bool decode(PacketView packet, VehicleCommand& command);
 [[nodiscard]] bool decode(PacketView packet, Truth& truth);
 [[nodiscard]] bool decode(PacketView packet, SimTick& tick);

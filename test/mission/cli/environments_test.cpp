@@ -72,9 +72,42 @@ TEST(EnvironmentTable, HoldsEveryMission) {
   std::set<std::string> in_folder;
   for (const auto& entry :
        std::filesystem::directory_iterator(std::string(DIVE_SOURCE_DIR) + "/missions")) {
-    if (entry.path().extension() == ".xml") in_folder.insert(entry.path().filename());
+    const bool is_known = !entry.path().stem().string().ends_with("_unknown");
+    if (entry.path().extension() == ".xml" && is_known) in_folder.insert(entry.path().filename());
   }
   EXPECT_EQ(in_table, in_folder);
+}
+
+// The same water without a map: what the vehicle knows it has seen. The dive replays, and what it
+// saw is a map for the next one.
+TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
+  struct Water {
+    std::string name, start, goal;
+  };
+  std::string folder = (std::filesystem::temp_directory_path() / "dive-unknown-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  for (const Water& water : {
+           Water{"wreck_unknown", "2,9,-12", "0,1,-13"},
+#ifndef __SANITIZE_ADDRESS__
+           Water{"cluttered_unknown", "0,0.2,-3", "10,0.2,-3"},
+           Water{"maze_unknown", "-2,1.6,-2.5", "14,14.5,-2.5"},
+#endif
+       }) {
+    const std::string log = folder + "/" + water.name + ".lcmlog";
+    const Ran ran =
+        testing::run_dive("run " + path_of(water.name) + " --json --log " + log, water.name);
+    ASSERT_EQ(ran.status, 0) << ran.out << ran.err;
+    const auto result = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(result.at("collisions"), 0);
+    EXPECT_GT(result.at("min_clearance_m").get<double>(), 0.03) << water.name;
+    EXPECT_EQ(testing::run_dive("replay " + log, "replay").status, 0);
+    const Ran plan =
+        testing::run_dive("plan --map " + result.at("map").get<std::string>() + " --start " +
+                              water.start + " --goal " + water.goal + " --clearance 0.2 --json",
+                          "plan");
+    EXPECT_EQ(plan.status, 0) << plan.out << plan.err;
+  }
+  std::filesystem::remove_all(folder);
 }
 
 // A real hull, entered and left by a mission of our own: planned on its convex pieces, dived

@@ -78,6 +78,25 @@ class Processes : public ::testing::Test {
 
   [[nodiscard]] std::string path(const std::string& name) const { return folder_ + "/" + name; }
 
+  /// The mission murk in a bay that is shallower and has a thick post on the straight way: what the
+  /// vehicle does there depends on what it sees.
+  [[nodiscard]] std::string murk() const {
+    const auto box = [](const char* name, const char* at, const char* size) {
+      return fmt::format(
+          "<model name='{}'><static>1</static><pose>{} 0 0 0</pose><link name='l'>"
+          "<collision name='c'><geometry><box><size>{}</size></box></geometry>"
+          "</collision></link></model>",
+          name, at, size);
+    };
+    fs::create_directories(path("maps"));
+    std::ofstream(path("maps/bay.sdf"))
+        << "<sdf version='1.6'><world name='bay'>" << box("seabed", "0 0 -6.5", "60 60 1")
+        << box("post", "3.5 0.2 -3", "1 1 6") << "</world></sdf>";
+    fs::copy_file(mission("scenarios/missions/murk"), path("murk.xml"),
+                  fs::copy_options::overwrite_existing);
+    return path("murk.xml");
+  }
+
   std::string folder_;
   std::string url_;
   std::string far_url_;
@@ -100,6 +119,55 @@ TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
     EXPECT_GT(content(path("linked.lcmlog")).size(), 1'000'000U);
     EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << name;
   }
+}
+
+// The scans as well, and what fails on the vehicle is what fails in it.
+TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
+  const std::string mission = murk();
+  for (const std::string fault : {"range_silent@1000", "range_silent@12"}) {
+    const auto vehicle = dive("sim", {"sim", mission, "--lockstep", "--seed", "3", "--set",
+                                      "current_y=0.02", "--fault", fault});
+    const auto executive =
+        dive("run", {"run", mission, "--lockstep", "--seed", "3", "--log", path("linked.lcmlog")});
+    EXPECT_GE(executive->wait(120.0), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_EQ(vehicle->json().at("ended"), "finished");
+    Process built_in({DIVE_COMMAND, "run", mission, "--seed", "3", "--set", "current_y=0.02",
+                      "--fault", fault, "--log", path("built-in.lcmlog"), "--json"},
+                     folder_, "built-in");
+    EXPECT_EQ(built_in.wait(120.0), executive->wait(0.0)) << built_in.err();
+    EXPECT_GT(built_in.json().at("replans").get<int>(), 0) << "nothing was seen";
+    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << fault;
+  }
+}
+
+TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
+  const std::string mission = murk();
+  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", mission, "--speed", "4"});
+  const auto executive =
+      dive("run", {"run", mission, "--speed", "4", "--lcm", far_url_, "--log", path("log")});
+  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_GT(executive->json().at("replans").get<int>(), 0) << "nothing was seen";
+  EXPECT_EQ(vehicle->json().at("collisions"), 0);
+  EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+}
+
+TEST_F(Processes, WhenTheScansStopTheVehicleHoldsAndComesUp) {
+  const std::string mission = murk();
+  const auto vehicle = dive(
+      "sim", {"sim", mission, "--speed", "4", "--fault", "range_silent@8", "--clock-jump=-3600@4"});
+  const auto executive = dive("run", {"run", mission, "--speed", "4", "--log", path("log")});
+  EXPECT_GE(executive->wait(120.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_EQ(vehicle->json().at("collisions"), 0);
+  EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
+  EXPECT_EQ(explain.wait(20.0), 0);
+  EXPECT_THAT(explain.out(), HasSubstr("range_lost"));
 }
 
 TEST_F(Processes, WithAFifthOfAllPacketsLostTheWindowMissionEndsSurfacedAndUnharmed) {
@@ -234,6 +302,31 @@ TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
   EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
   EXPECT_EQ(dive("nowhere", {"sim", map, "--start", "0,0"})->wait(20.0), 2);
   EXPECT_EQ(dive("nothing", {"sim", "no.sdf", "--start", "0,0,-1"})->wait(20.0), 2);
+}
+
+TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
+  const std::string mission = murk();
+  for (const bool eyes : {true, false}) {
+    std::vector<std::string> words = {"sim", path("maps/bay.sdf"), "--start", "0,0,-2",
+                                      "--lockstep"};
+    if (eyes) words.emplace_back("--eyes");
+    const auto vehicle = dive("sim", words);
+    const auto executive = dive("run", {"run", mission, "--lockstep", "--log", path("log")});
+    EXPECT_GE(executive->wait(60.0), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_EQ(executive->json().at("replans").get<int>() > 0, eyes) << executive->out();
+  }
+}
+
+TEST_F(Processes, ThereIsNoVehicleInWaterThatNothingIsSaidOf) {
+  std::string text = content(murk());
+  const std::string rehearsal = " rehearsal=\"maps/bay.sdf\"";
+  ASSERT_NE(text.find(rehearsal), std::string::npos);
+  text.erase(text.find(rehearsal), rehearsal.size());
+  std::ofstream(path("murk.xml")) << text;
+  const auto vehicle = dive("sim", {"sim", path("murk.xml")});
+  EXPECT_EQ(vehicle->wait(20.0), 2);
+  EXPECT_THAT(vehicle->err(), HasSubstr("rehearsal="));
 }
 
 TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {

