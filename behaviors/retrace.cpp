@@ -12,7 +12,9 @@ constexpr int kMaxArrivals = 5;       // at places that turn out not to be open
 constexpr double kBeyond = 1.0;       // m of open water to be swum into, if the trail has them
 constexpr double kAtRest = 0.08;      // m/s
 constexpr double kStopSeconds = 4.0;  // it has stopped by then, whatever is estimated
-constexpr double kSlow = 4.0;         // times the time at full speed is not getting on
+constexpr double kGotOn = 0.5;        // m along a planned way
+constexpr int kMaxPlannedWays = 40;
+constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
 // Of D_min, one after the other: what is out of reach with all of it may be had with less.
 constexpr std::array<double, 4> kShares = {1.0, 0.6, 0.3, 0.1};
 
@@ -63,11 +65,15 @@ void Retrace::begin(const BehaviorInput& input) {
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
   if (changes_ != nullptr && changes_->clearance(way_) <= 0.0) {
-    give_up_trail("the trail is blocked");
+    give_up_trail("the trail is blocked", input.estimate->X_WB.p);
   }
 }
 
-void Retrace::give_up_trail(const char* why) {
+void Retrace::give_up_trail(const char* why, const Eigen::Vector3d& p_W) {
+  // In unknown water a way that was good shows to be blocked further on: that one is to be tried
+  // anew, and not with less clearance.
+  const bool got_on = planned_at_W_ && (p_W - *planned_at_W_).norm() > kGotOn;
+  if (got_on && planned_ways_ < kMaxPlannedWays) tries_ = 0;
   planning_ = true;
   why_ = why;
   station_.reset();
@@ -96,10 +102,10 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (!planning_ && input.map_changed && input.seen != nullptr &&
       input.seen->clearance(way_) <= 0.0) {
-    give_up_trail("the trail is blocked");
+    give_up_trail("the trail is blocked", input.estimate->X_WB.p);
   }
   if (!planning_ && to_seconds(input.now - *entered_at_) > time_allowed_s_) {
-    give_up_trail("the vehicle does not get on along its trail");
+    give_up_trail("the vehicle does not get on along its trail", X_WB.p);
   }
   return planning_ ? plan_out(input) : follow(input);
 }
@@ -129,6 +135,8 @@ void Retrace::take_answer(const BehaviorInput& input) {
   }
   on_trail_ = false;
   progress_.clearance_m = plan.clearance_m;
+  planned_at_W_ = input.estimate->X_WB.p;
+  ++planned_ways_;
   way_.assign(plan.waypoints.begin(), plan.waypoints.end());
   follower_.set_path(way_, input.estimate->X_WB.p);
   time_allowed_s_ = kGraceSeconds + kSlow * follower_.status().distance_to_go_m / settings_.speed;

@@ -34,7 +34,7 @@ class Retrace final : public Behavior {
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
   void begin(const BehaviorInput& input);
-  void give_up_trail(const char* why);
+  void give_up_trail(const char* why, const Eigen::Vector3d& p_W);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput plan_out(const BehaviorInput& input);
   void take_answer(const BehaviorInput& input);
@@ -54,6 +54,8 @@ class Retrace final : public Behavior {
   Utime asked_at_ = 0;
   const char* why_ = "";
   int tries_ = 0;
+  int planned_ways_ = 0;
+  std::optional<Eigen::Vector3d> planned_at_W_;  ///< Where the last planned way began.
   int arrivals_ = 0;
   Progress progress_;
 };

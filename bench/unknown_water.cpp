@@ -2,12 +2,12 @@
 //   unknown_water stream wreck cluttered     20 sweeps a second along the mission's own route
 //   unknown_water scan wreck cluttered       one sweep: coverage, water blocked, time
 //   unknown_water growth                     an update beside the size of the map
+// and in --help what else.
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,7 +25,6 @@
 namespace dive::bench {
 namespace {
 
-planning::MapperOptions g_options;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 using planning::MapUpdate;
 
@@ -72,17 +71,17 @@ std::vector<Pose> swum(const Environment& environment) {
   return poses;
 }
 
-/// Share of the true surface in view that is off the pieces, and of the free rays that they block.
+/// How well pieces stand for what was in view.
 struct Quality {
-  double uncovered = 0.0;
-  double worst_m = 0.0;
-  double scanned = 0.0;  ///< Of the surface as it was scanned.
-  double scanned_worst_m = 0.0;
-  double blocked = 0.0;          ///< Rays that end 0.1 m before what they hit ...
-  double blocked_upright = 0.0;  ///< ... or 0.1 m off its surface.
+  double off = 0.0;         ///< Share of the true surface farther than kTolerance from them, ...
+  double voxel_off = 0.0;   ///< ... farther than a voxel, ...
+  double farthest_m = 0.0;  ///< ... and the farthest of it.
+  double blocked = 0.0;     ///< Share of the rays that they block 0.1 m before the hit ...
+  double blocked_upright = 0.0;  ///< ... or 0.1 m off the surface that is hit.
 };
 
-constexpr double kTolerance = 0.05;  // m: a surface so near to a piece is covered
+constexpr double kTolerance = 0.05;  // m
+constexpr double kVoxel = 0.14;      // m: MapperOptions::voxel_m
 constexpr double kShort = 0.10;      // m short of the hit ends the water that is known to be free
 
 bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
@@ -98,157 +97,141 @@ bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
   return false;
 }
 
-// Of the surface as it was scanned, half way between neighbouring pixels of one surface and
-// diagonally: the share that is farther off the pieces than the tolerance.
-double off_the_scan(const planning::Scene& scene, const Pose& X_WB, const RangeScan& scan,
-                    double& worst_m) {
-  constexpr int kWidth = 100;
-  constexpr float kOneSurface = 0.3F;  // m between neighbours
-  int count = 0;
-  int off = 0;
-  const auto consider = [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-    if (!((a - b).norm() < kOneSurface)) return;  // also NaN
-    if ((a - scan.origin_B).norm() > scan.reach || (b - scan.origin_B).norm() > scan.reach) return;
-    const double distance = scene.point_distance(X_WB * (0.5F * (a + b)).cast<double>());
-    worst_m = std::max(worst_m, distance);
-    ++count;
-    if (distance > kTolerance) ++off;
-  };
-  for (std::size_t i = 0; i + kWidth + 1 < scan.points_B.size(); ++i) {
-    if (i % kWidth + 1 == kWidth) continue;
-    consider(scan.points_B[i], scan.points_B[i + 1]);
-    consider(scan.points_B[i], scan.points_B[i + kWidth]);
-    consider(scan.points_B[i], scan.points_B[i + kWidth + 1]);
+/// The world as it is, seen between the rays of the sweeps as well.
+struct Truth {
+  Truth(const Environment& environment, const Pose& X_WB_in) : X_WB(X_WB_in) {
+    options.width *= 2;
+    options.height *= 2;
+    options.noise_m = options.noise_share = 0.0;
+    options.dropout_share = options.particles_per_m3 = 0.0;
+    vehicle::RangeCamera camera(environment.world, options, 1);
+    scan = camera.take(0, X_WB);
   }
-  return count > 0 ? static_cast<double>(off) / count : 0.0;
-}
+  [[nodiscard]] std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y * options.width + x);
+  }
+  [[nodiscard]] Eigen::Vector3d point(int x, int y) const {
+    return X_WB * scan.points_B[at(x, y)].cast<double>();
+  }
+  [[nodiscard]] double range(int x, int y) const {
+    return static_cast<double>((scan.points_B[at(x, y)] - scan.origin_B).norm());
+  }
+  [[nodiscard]] bool hits(int x, int y) const { return range(x, y) <= options.reach_m; }
+  /// A surface that the sweep saw to all sides, and not the edge of what hides the rest.
+  [[nodiscard]] bool goes_on(int x, int y) const {
+    constexpr double kOneSurface = 0.4;  // m
+    for (const auto& [dx, dy] : {std::pair(2, 0), {-2, 0}, {0, 2}, {0, -2}}) {
+      if (!((point(x + dx, y + dy) - point(x, y)).norm() < kOneSurface)) return false;
+    }
+    return true;
+  }
+  /// Between the ray and the surface that it hits.
+  [[nodiscard]] double sine(int x, int y, const Eigen::Vector3d& way) const {
+    const Eigen::Vector3d normal =
+        (point(x + 1, y) - point(x, y)).cross(point(x, y + 1) - point(x, y));
+    return std::max(std::abs(normal.normalized().dot(way)), 0.02);
+  }
 
-Quality judge(const Environment& environment, const planning::World& pieces, const Pose& X_WB,
-              const RangeScan& scan) {
+  Pose X_WB;
+  vehicle::RangeCameraOptions options;
+  RangeScan scan;
+};
+
+Quality judge(const Environment& environment, const planning::World& pieces, const Pose& X_WB) {
   const planning::Scene scene(pieces);
+  const Truth truth(environment, X_WB);
+  const Eigen::Vector3d eye_W = X_WB * truth.scan.origin_B.cast<double>();
   Quality quality;
-  const Eigen::Vector3d eye_W = X_WB * scan.origin_B.cast<double>();
-  // Truth, twice as fine.
-  vehicle::RangeCameraOptions fine;
-  fine.width *= 2;
-  fine.height *= 2;
-  fine.noise_m = fine.noise_share = fine.dropout_share = fine.particles_per_m3 = 0.0;
-  vehicle::RangeCamera camera(environment.world, fine, 1);
-  const RangeScan truth = camera.take(scan.utime, X_WB);
-  quality.scanned = off_the_scan(scene, X_WB, scan, quality.scanned_worst_m);
-  const auto range = [&](int x, int y) {
-    const auto i = static_cast<std::size_t>(y * fine.width + x);
-    return (truth.points_B[i] - truth.origin_B).norm();
-  };
-  int surface = 0;
-  int off = 0;
-  int rays = 0;
-  int blocked = 0;
-  int blocked_upright = 0;
-  for (int y = 2; y + 2 < fine.height; ++y) {
-    for (int x = 2; x + 2 < fine.width; ++x) {
-      const auto i = static_cast<std::size_t>(y * fine.width + x);
-      const Eigen::Vector3d p_W = X_WB * truth.points_B[i].cast<double>();
-      const double r = range(x, y);
-      if (!std::isfinite(r)) continue;
-      const bool hit = r <= fine.reach_m;
-      const Eigen::Vector3d end =
-          eye_W + (p_W - eye_W).normalized() * (std::min(r, fine.reach_m) - kShort);
+  double surface = 0.0;
+  double rays = 0.0;
+  for (int y = 2; y + 2 < truth.options.height; ++y) {
+    for (int x = 2; x + 2 < truth.options.width; ++x) {
+      const double range = truth.range(x, y);
+      if (!std::isfinite(range)) continue;
+      const Eigen::Vector3d p_W = truth.point(x, y);
+      const Eigen::Vector3d way = (p_W - eye_W).normalized();
+      const auto blocks = [&](double margin) {
+        const double end = std::min(range, truth.options.reach_m) - margin;
+        return end > 0.0 && is_blocked(scene, eye_W, eye_W + end * way) ? 1.0 : 0.0;
+      };
       ++rays;
-      if (is_blocked(scene, eye_W, end)) ++blocked;
-      if (hit && std::isfinite(range(x + 1, y)) && std::isfinite(range(x, y + 1))) {
-        const Eigen::Vector3d a = X_WB * truth.points_B[i + 1].cast<double>() - p_W;
-        const Eigen::Vector3d b =
-            X_WB * truth.points_B[i + static_cast<std::size_t>(fine.width)].cast<double>() - p_W;
-        const Eigen::Vector3d way = (p_W - eye_W).normalized();
-        const double sine = std::abs(a.cross(b).normalized().dot(way));
-        const Eigen::Vector3d stop = eye_W + way * std::max(0.0, r - kShort / std::max(sine, 0.02));
-        if (is_blocked(scene, eye_W, stop)) ++blocked_upright;
-      }
-      // Surface that goes on to the next pixels: not beyond an edge that hides the rest.
-      if (!hit) continue;
-      bool goes_on = true;
-      const double alike = 0.4;
-      for (const auto& [dx, dy] :
-           {std::pair(2, 0), std::pair(-2, 0), std::pair(0, 2), std::pair(0, -2)}) {
-        const auto k = static_cast<std::size_t>((y + dy) * fine.width + x + dx);
-        goes_on &= (truth.points_B[k] - truth.points_B[i]).norm() < alike;
-      }
-      if (!goes_on) continue;
+      quality.blocked += blocks(kShort);
+      if (!truth.hits(x, y)) continue;
+      quality.blocked_upright += blocks(kShort / truth.sine(x, y, way));
+      if (!truth.goes_on(x, y)) continue;
       ++surface;
       const double distance = scene.point_distance(p_W);
-      quality.worst_m = std::max(quality.worst_m, distance);
-      if (distance > kTolerance) ++off;
+      quality.farthest_m = std::max(quality.farthest_m, distance);
+      if (distance > kTolerance) ++quality.off;
+      if (distance > kVoxel) ++quality.voxel_off;
     }
   }
-  quality.uncovered = surface > 0 ? static_cast<double>(off) / surface : 0.0;
-  quality.blocked = rays > 0 ? static_cast<double>(blocked) / rays : 0.0;
-  quality.blocked_upright = rays > 0 ? static_cast<double>(blocked_upright) / rays : 0.0;
+  quality.off /= std::max(surface, 1.0);
+  quality.voxel_off /= std::max(surface, 1.0);
+  quality.blocked /= std::max(rays, 1.0);
+  quality.blocked_upright /= std::max(rays, 1.0);
   return quality;
 }
 
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+std::string both(const std::vector<double>& values) {
+  return fmt::format("{:.1f} / {:.1f}", quantile(values, 0.5), quantile(values, 0.95));
+}
+
+/// What single sweeps become, all at once.
 void scan_of(const std::string& name, int every, bool clean) {
   const Environment environment = load_environment(name);
   const std::vector<Pose> poses = swum(environment);
   SteadyClock clock;
   vehicle::RangeCameraOptions options;
-  options.rate_hz = kRate;
-  if (clean) options.noise_share = options.dropout_share = options.particles_per_m3 = 0.0;
-  if (clean) options.noise_m = 1e-5;  // no sweep is like the last one
+  planning::MapperOptions mapping;
+  mapping.confirm = 1;
+  mapping.points_per_update = 1'000'000;
+  if (clean) {
+    options.noise_m = 1e-5;  // no sweep is like the last one
+    options.noise_share = options.dropout_share = options.particles_per_m3 = 0.0;
+    mapping.noise_m = mapping.noise_share = 0.0;
+  }
   vehicle::RangeCamera camera(environment.world, options, 1);
-  std::vector<double> scanned, scanned_worst, upright, total, triangulate, divide, uncovered, worst,
-      blocked, points, pieces;
+  std::vector<double> total, triangulate, divide, pieces, off, voxel_off, farthest, blocked,
+      upright;
+  Utime now = 0;
   for (std::size_t i = 0; i < poses.size(); i += static_cast<std::size_t>(every)) {
-    planning::MapperOptions mapping = g_options;
-    mapping.confirm = 1;
-    if (clean) mapping.noise_m = mapping.noise_share = 0.0;
-    mapping.points_per_update = 1'000'000;
     planning::Mapper mapper(environment.hull, mapping, clock);
-    const RangeScan scan = camera.take(from_seconds(static_cast<double>(i) / kRate), poses[i]);
     planning::SeenMap map;
-    if (auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) map.apply(*update);
-    mapper.rebuild_all();
-    RangeScan again = camera.take(scan.utime + 200'000, poses[i]);
-    if (auto update = mapper.add(again, poses[i], Eigen::Vector3d::Zero())) map.apply(*update);
-    const planning::MapperTimes& times = mapper.times();
-    total.push_back(times.total_ms);
-    triangulate.push_back(times.triangulate_ms);
-    divide.push_back(times.divide_ms);
-    points.push_back(mapper.stats().meshed_points);
+    for (int sweep = 0; sweep < 2; ++sweep) {  // the first fills the voxels, the second divides all
+      const RangeScan scan = camera.take(now += 200'000, poses[i]);
+      if (const auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) {
+        static_cast<void>(map.apply(*update));
+      }
+      if (sweep == 0) mapper.rebuild_all();
+    }
+    total.push_back(mapper.times().total_ms);
+    triangulate.push_back(mapper.times().triangulate_ms);
+    divide.push_back(mapper.times().divide_ms);
     pieces.push_back(static_cast<double>(map.pieces()));
-    const Quality quality = judge(environment, world_of(map, poses[i].p), poses[i], scan);
-    uncovered.push_back(quality.uncovered);
-    worst.push_back(quality.worst_m);
-    blocked.push_back(quality.blocked);
-    upright.push_back(quality.blocked_upright);
-    scanned.push_back(quality.scanned);
-    scanned_worst.push_back(quality.scanned_worst_m);
+    const Quality quality = judge(environment, world_of(map, poses[i].p), poses[i]);
+    off.push_back(100.0 * quality.off);
+    voxel_off.push_back(100.0 * quality.voxel_off);
+    farthest.push_back(quality.farthest_m);
+    blocked.push_back(100.0 * quality.blocked);
+    upright.push_back(100.0 * quality.blocked_upright);
   }
   std::cout << fmt::format(
-      "{:<12} {:4} sweeps: voxels {:.0f}, pieces {:.0f}; total {:.1f} ms, triangulate {:.1f}, "
-      "divide "
-      "{:.1f} (medians), p95 {:.1f}, {:.1f}, {:.1f}\n             surface uncovered mean {:.3f} % "
-      "max {:.3f} %, farthest {:.3f} m (median of worst {:.3f}); free rays blocked mean {:.2f} % "
-      "max "
-      "{:.2f} %, off the surface mean {:.2f} %; scanned surface "
-      "uncovered mean {:.3f} % max {:.3f} %, farthest {:.3f} m\n",
-      name, total.size(), quantile(points, 0.5), quantile(pieces, 0.5), quantile(total, 0.5),
-      quantile(triangulate, 0.5), quantile(divide, 0.5), quantile(total, 0.95),
-      quantile(triangulate, 0.95), quantile(divide, 0.95),
-      100.0 * std::accumulate(uncovered.begin(), uncovered.end(), 0.0) /
-          static_cast<double>(uncovered.size()),
-      100.0 * quantile(uncovered, 1.0), quantile(worst, 1.0), quantile(worst, 0.5),
-      100.0 * std::accumulate(blocked.begin(), blocked.end(), 0.0) /
-          static_cast<double>(blocked.size()),
-      100.0 * quantile(blocked, 1.0),
-      100.0 * std::accumulate(upright.begin(), upright.end(), 0.0) /
-          static_cast<double>(upright.size()),
-      100.0 * std::accumulate(scanned.begin(), scanned.end(), 0.0) /
-          static_cast<double>(scanned.size()),
-      100.0 * quantile(scanned, 1.0), quantile(scanned_worst, 1.0));
+      "{}{}: {} sweeps; median / p95 ms: all {}, triangulate {}, divide {}; {:.0f} pieces\n"
+      "  true surface off the pieces: by more than 0.05 m {:.2f} %, more than a voxel {:.3f} %, "
+      "farthest {:.2f} m\n  free rays blocked: up to 0.1 m before the hit {:.2f} % (worst sweep "
+      "{:.2f} %), up to 0.1 m off the surface {:.2f} %\n",
+      name, clean ? " (no noise)" : "", total.size(), both(total), both(triangulate), both(divide),
+      quantile(pieces, 0.5), mean(off), mean(voxel_off), quantile(farthest, 1.0), mean(blocked),
+      quantile(blocked, 1.0), mean(upright));
 }
 
-int g_most = 1000000;
 void stream_of(const std::string& name, bool rebuild) {
   const Environment environment = load_environment(name);
   const std::vector<Pose> poses = swum(environment);
@@ -256,21 +239,21 @@ void stream_of(const std::string& name, bool rebuild) {
   vehicle::RangeCameraOptions options;
   options.rate_hz = kRate;
   vehicle::RangeCamera camera(environment.world, options, 1);
-  planning::MapperOptions mapping = g_options;
+  planning::MapperOptions mapping;
   if (rebuild) mapping.points_per_update = 100'000'000;
   planning::Mapper mapper(environment.hull, mapping, clock);
   planning::SeenMap map;
   planning::PlanResult path;
-  std::vector<double> all, points, triangulate, divide, build, plan, meshed, pieces, blocked;
+  std::vector<double> all, points, triangulate, divide, build, plan, meshed, blocked, upright;
   int failed = 0;
-  for (std::size_t i = 0; i < std::min<std::size_t>(poses.size(),g_most); ++i) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     const RangeScan scan = camera.take(from_seconds(static_cast<double>(i + 1) / kRate), poses[i]);
     if (rebuild) mapper.rebuild_all();
     double to_build = 0.0;
     double to_plan = 0.0;
     const Eigen::Vector3d v_W = poses[i].q * Eigen::Vector3d(kSpeed, 0.0, 0.0);
     all.push_back(timed([&] {
-      if (auto update = mapper.add(scan, poses[i], v_W)) map.apply(*update);
+      if (auto update = mapper.add(scan, poses[i], v_W)) static_cast<void>(map.apply(*update));
       std::optional<planning::Planner> planner;
       planning::World world;
       to_build = timed([&] {
@@ -315,29 +298,51 @@ void stream_of(const std::string& name, bool rebuild) {
     build.push_back(to_build);
     plan.push_back(to_plan);
     meshed.push_back(mapper.stats().meshed_points);
-    pieces.push_back(static_cast<double>(map.pieces()));
-    if (i % 200 == 199) {
-      std::size_t balls = 0, small = 0;
-      for (const auto& [k, ps] : map.cells()) for (const auto& q : ps) { balls += q.vertices.size() == 1; small += q.vertices.size() == 3; }
-      std::cerr << fmt::format("{} cells {} voxels {} surface {} all {} balls {} triangles {} waiting {}\n", i, mapper.stats().cells, mapper.stats().voxels, mapper.stats().pieces, map.pieces(), balls, small, mapper.stats().waiting_cells);
-    }
     if (i % 100 == 50) {
-      blocked.push_back(judge(environment, world_of(map, poses[i].p), poses[i], scan).blocked);
+      const Quality quality = judge(environment, world_of(map, poses[i].p), poses[i]);
+      blocked.push_back(100.0 * quality.blocked);
+      upright.push_back(100.0 * quality.blocked_upright);
     }
   }
-  const auto both = [](const std::vector<double>& values) {
-    return fmt::format("{:.1f} / {:.1f}", quantile(values, 0.5), quantile(values, 0.95));
-  };
   std::cout << fmt::format(
-      "{:<10}{} {} sweeps, median / p95 ms: cloud to certified path {}; points {}, triangulate {}, "
-      "divide {}, world {}, plan {}; meshed {}, pieces {}; {} without a path; free rays blocked "
-      "mean "
-      "{:.2f} % max {:.2f} %\n",
-      name, rebuild ? " (full rebuild)" : "", poses.size(), both(all), both(points),
-      both(triangulate), both(divide), both(build), both(plan), both(meshed), both(pieces), failed,
-      100.0 * std::accumulate(blocked.begin(), blocked.end(), 0.0) /
-          std::max(1.0, static_cast<double>(blocked.size())),
-      100.0 * quantile(blocked, 1.0));
+      "{}{}: {} sweeps; median / p95 ms: sweep to certified path {}; points {}, triangulate {}, "
+      "divide {}, world {}, plan and certify {}\n  {} points divided anew, {} pieces in the end; "
+      "{} "
+      "plans failed; free rays blocked {:.2f} %, off the surface {:.2f} %\n",
+      name, rebuild ? " (all anew each time)" : "", all.size(), both(all), both(points),
+      both(triangulate), both(divide), both(build), both(plan), both(meshed), map.pieces(), failed,
+      mean(blocked), mean(upright));
+}
+
+/// The same sweeps beside more and more that lies elsewhere.
+void grow() {
+  const Environment environment = load_environment("wreck");
+  const std::vector<Pose> poses = swum(environment);
+  SteadyClock clock;
+  for (const int points : {0, 10'000, 100'000, 1'000'000}) {
+    vehicle::RangeCamera camera(environment.world, {}, 1);
+    planning::MapperOptions mapping;
+    mapping.max_voxels = 2'000'000;
+    planning::Mapper mapper(environment.hull, mapping, clock);
+    constexpr int kTile = 100;  // points along its side
+    for (int tile = 0; tile * kTile * kTile < points; ++tile) {
+      std::vector<Eigen::Vector3f> bed;
+      for (int k = 0; k < kTile * kTile; ++k) {
+        bed.emplace_back(100.0F + 0.15F * static_cast<float>(tile % 10 * kTile + k % kTile),
+                         0.15F * static_cast<float>(tile / 10 * kTile + k / kTile), -20.0F);
+      }
+      static_cast<void>(mapper.add_cloud(bed));
+    }
+    std::vector<double> took;
+    for (std::size_t i = 0; i < 100; ++i) {
+      const RangeScan scan =
+          camera.take(from_seconds(static_cast<double>(i + 1) / kRate), poses[i]);
+      static_cast<void>(mapper.add(scan, poses[i], Eigen::Vector3d::Zero()));
+      if (i >= 20) took.push_back(mapper.times().total_ms);
+    }
+    std::cout << fmt::format("beside {} points ({} cells): median / p95 of an update {} ms\n",
+                             points, mapper.stats().cells, both(took));
+  }
 }
 
 }  // namespace
@@ -355,14 +360,11 @@ int main(int argc, char** argv) {
   stream->add_flag("--rebuild", rebuild, "Everything anew with each sweep");
   CLI::App* scan = app.add_subcommand("scan", "Single sweeps");
   scan->add_option("missions", names)->required();
-  scan->add_option("--every", every, "Of so many sweeps one");
+  scan->add_option("--every", every, "Of so many sweeps one")->check(CLI::PositiveNumber);
   scan->add_flag("--clean", clean, "Without noise, dropouts and particles");
-  for (CLI::App* x : {stream, scan}) { x->add_option("--voxel", dive::bench::g_options.voxel_m); x->add_option("--most", dive::bench::g_most);
-  x->add_option("--skin", dive::bench::g_options.skin_m);
-  x->add_option("--flat", dive::bench::g_options.flat_m);
-  x->add_option("--edge", dive::bench::g_options.longest_edge_m);
-  x->add_option("--ball", dive::bench::g_options.ball_m); }
+  CLI::App* growth = app.add_subcommand("growth", "An update beside the size of the map");
   CLI11_PARSE(app, argc, argv);
+  if (growth->parsed()) dive::bench::grow();
   for (const std::string& name : names) {
     if (stream->parsed()) dive::bench::stream_of(name, rebuild);
     if (scan->parsed()) dive::bench::scan_of(name, every, clean);

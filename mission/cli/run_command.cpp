@@ -289,13 +289,17 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         });
   }
   const bool is_complete = recording->close();
+  const std::optional<std::string> map =
+      keep_map(recording->log_path(), result.seen, result.seen_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
     json["seed"] = settings->seed;
+    if (map) json["map"] = *map;
     print_json(json);
   } else {
     print_linked(result, recording->log_path(), arguments.stats);
+    print_map(map, result.seen);
   }
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
@@ -321,9 +325,9 @@ int run_dive(const RunArguments& arguments) {
   if (is_linked && (!settings.faults.empty() || !arguments.conditions.empty() ||
                     !arguments.svg.empty() || settings.diver)) {
     complain(
-        "--fault, --leak-at, --set, --diver and --svg are for the built-in simulator: with --lcm "
-        "give "
-        "them to dive sim");
+        "--diver and --svg are for the built-in simulator, and so are --fault, --leak-at and "
+        "--set: "
+        "with --lcm give those to dive sim");
     return kExitUsage;
   }
 

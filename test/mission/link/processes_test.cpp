@@ -144,7 +144,7 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
 TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
   const std::string mission = murk();
   Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle = dive("sim", {"sim", mission, "--speed", "4"});
+  const auto vehicle = dive("sim", {"sim", mission, "--speed", "4", "--clock-jump=-3600@3"});
   const auto executive =
       dive("run", {"run", mission, "--speed", "4", "--lcm", far_url_, "--log", path("log")});
   EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
@@ -158,8 +158,7 @@ TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
 
 TEST_F(Processes, WhenTheScansStopTheVehicleHoldsAndComesUp) {
   const std::string mission = murk();
-  const auto vehicle = dive(
-      "sim", {"sim", mission, "--speed", "4", "--fault", "range_silent@8", "--clock-jump=-3600@4"});
+  const auto vehicle = dive("sim", {"sim", mission, "--speed", "4", "--fault", "range_silent@8"});
   const auto executive = dive("run", {"run", mission, "--speed", "4", "--log", path("log")});
   EXPECT_GE(executive->wait(120.0), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
