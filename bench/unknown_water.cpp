@@ -30,7 +30,7 @@ using planning::MapUpdate;
 
 constexpr double kSpeed = 0.4;    // m/s
 constexpr double kRate = 20.0;    // Hz
-constexpr double kAround = 25.0;  // m of the map that a plan is given
+constexpr double kAround = 12.0;  // m of the map that a plan is given, as by PlannerService
 
 template <class Work>
 double timed(Work&& work) {

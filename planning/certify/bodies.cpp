@@ -129,12 +129,11 @@ struct MovingBody::Geometry {
 FixedBody::FixedBody(const Obstacle& obstacle)
     : shape_(obstacle.shape),
       X_WO_(obstacle.X_WO),
-      R_OW_(obstacle.X_WO.q.toRotationMatrix().transpose()),
-      geometry_(new Geometry{
-          std::visit([](const auto& s) -> FclShape { return to_fcl(s); }, shape_), to_fcl(X_WO_)}) {
+      R_OW_(obstacle.X_WO.q.toRotationMatrix().transpose()) {
   if (const auto* half_space = std::get_if<HalfSpace>(&shape_)) {
     axes_W_.push_back(X_WO_.q * half_space->normal);
   } else {
+    axes_W_.reserve(6);
     for (int axis = 0; axis < 3; ++axis) {
       axes_W_.push_back(R_OW_.row(axis).transpose());
       axes_W_.push_back(-axes_W_.back());
@@ -148,6 +147,14 @@ FixedBody::FixedBody(const Obstacle& obstacle)
 
 FixedBody::FixedBody(FixedBody&&) noexcept = default;
 FixedBody::~FixedBody() = default;
+
+const FixedBody::Geometry& FixedBody::geometry() const {
+  if (!geometry_) {
+    geometry_.reset(new Geometry{
+        std::visit([](const auto& s) -> FclShape { return to_fcl(s); }, shape_), to_fcl(X_WO_)});
+  }
+  return *geometry_;
+}
 
 double FixedBody::reach(const Vector3d& n_W) const {
   const Vector3d n_O = R_OW_ * n_W;
@@ -207,8 +214,8 @@ Separator MovingBody::nearest(const Pose& X_WB, const FixedBody& other) const {
 Separator MovingBody::ask(const Pose& X_WB_asked, const Pose& X_WB, const FixedBody& other) const {
   const fcl::Transform3d pose = to_fcl(X_WB_asked);
   const Nearest nearest = std::visit(
-      [&](const auto& shape) { return gjk(geometry_->convex, pose, shape, other.geometry_->X_WO); },
-      other.geometry_->shape);
+      [&](const auto& shape) { return gjk(geometry_->convex, pose, shape, other.geometry().X_WO); },
+      other.geometry().shape);
   const double apart = (nearest.on_body - nearest.on_other).norm();
   if (apart < kTouching) return along_axes(X_WB, other);
   const Vector3d n_W = (nearest.on_body - nearest.on_other) / apart;

@@ -32,7 +32,8 @@ class FixedBody {
   Eigen::Matrix3d R_OW_;
   std::vector<Eigen::Vector3d> axes_W_;  // Unit, both ways; of a half-space its normal only.
   Eigen::AlignedBox3d box_W_;
-  std::unique_ptr<Geometry> geometry_;
+  [[nodiscard]] const Geometry& geometry() const;
+  mutable std::unique_ptr<Geometry> geometry_;  // Made when FCL is first asked: seldom.
 };
 
 /// A direction that separates, and by how much.

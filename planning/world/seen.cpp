@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "planning/world/primitives.h"
-
 namespace dive::planning {
 
 namespace {
@@ -21,6 +19,13 @@ bool is_well_formed(const Polytope& piece) {
     box.extend(v);
   }
   return box.sizes().maxCoeff() <= kMaxPieceExtent;
+}
+
+Eigen::AlignedBox3d box_of(const Polytope& piece) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : piece.vertices) box.extend(v);
+  const Eigen::Vector3d skin = Eigen::Vector3d::Constant(piece.radius);
+  return {box.min() - skin, box.max() + skin};
 }
 
 }  // namespace
@@ -63,14 +68,16 @@ bool SeenMap::apply(const MapUpdate& update) {
 
 void SeenMap::append_within(const Eigen::AlignedBox3d& box, std::vector<Obstacle>& out) const {
   for (const auto& [key, pieces] : cells_) {
+    std::string name;  // of the cell: there are many pieces
     for (const Polytope& piece : pieces) {
-      Obstacle obstacle{{}, piece, Pose{}, -1};
-      const Eigen::AlignedBox3d around = bounding_box(obstacle);
+      const Eigen::AlignedBox3d around = box_of(piece);
       if (!around.intersects(box)) continue;
-      const Eigen::Vector3d middle = around.center();
-      obstacle.name = fmt::format("what was seen at {:.1f}, {:.1f}, {:.1f}", middle.x(), middle.y(),
-                                  middle.z());
-      out.push_back(std::move(obstacle));
+      if (name.empty()) {
+        const Eigen::Vector3d middle = around.center();
+        name = fmt::format("what was seen at {:.1f}, {:.1f}, {:.1f}", middle.x(), middle.y(),
+                           middle.z());
+      }
+      out.push_back({name, piece, Pose{}, -1});
     }
   }
 }
