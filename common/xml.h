@@ -63,4 +63,7 @@ struct XmlLimits {
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text,
                                                                std::size_t count);
 
+/// For a text or an attribute between double quotes.
+[[nodiscard]] std::string escape_xml(std::string_view text);
+
 }  // namespace dive

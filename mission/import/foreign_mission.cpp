@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "common/xml.h"
+
 namespace dive::mission {
 namespace {
 
@@ -42,29 +44,6 @@ std::string decimal(double value) {
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
   return text == "-0" ? "0" : text;
-}
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
 }
 
 /// Depths as far as the mission alone tells them.
@@ -120,7 +99,7 @@ std::string write_leg(const ForeignLeg& leg, std::size_t number, std::size_t cou
   if (!leg.payload.empty()) {
     text += "      <onentry>";
     for (const std::string& command : leg.payload) {
-      text += fmt::format("<payload command=\"{}\"/>", escaped(command));
+      text += fmt::format("<payload command=\"{}\"/>", escape_xml(command));
     }
     text += "</onentry>\n";
   }
@@ -171,7 +150,7 @@ Imported write_mission(const ForeignMission& mission, const ImportOptions& optio
       "  <limits max_depth=\"{:g}\" min_altitude=\"0.3\" clearance=\"{:g}\"\n"
       "          mission_timeout=\"{:g}\" battery_reserve=\"0.3\"/>\n"
       "  <states initial=\"leg1\">\n",
-      escaped(from), seabed, mission.id, escaped(mission.description), options.speed,
+      escape_xml(from), seabed, mission.id, escape_xml(mission.description), options.speed,
       result.map_name, decimal(start.x()), decimal(start.y()), std::clamp(max_depth, 0.5, 200.0),
       options.clearance, time);
   Vector2d at = start;

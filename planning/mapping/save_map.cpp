@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "common/fnv.h"
+#include "common/xml.h"
 #include "planning/cloud/cloud_file.h"
 #include "planning/world/mesh.h"
 #include "planning/world/mesh_pieces.h"
@@ -106,29 +107,6 @@ bool is_name(std::string_view name) {
   return true;
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
 // What an XML comment may hold: no two hyphens in a row, and characters only.
 std::string as_comment(std::string_view text) {
   std::string result;
@@ -143,14 +121,14 @@ std::string as_comment(std::string_view text) {
 
 std::string to_sdf(const std::string& name, const std::string& mesh, const std::string& comment) {
   const std::string geometry =
-      fmt::format("<geometry><mesh><uri>{}</uri></mesh></geometry>", escaped(mesh));
+      fmt::format("<geometry><mesh><uri>{}</uri></mesh></geometry>", escape_xml(mesh));
   return fmt::format(
       "<?xml version=\"1.0\"?>\n<!-- {} -->\n<sdf version=\"1.6\">\n  <world name=\"{}\">\n"
       "    <model name=\"seen\">\n      <static>true</static>\n      <link name=\"link\">\n"
       "        <collision name=\"surface\">{}</collision>\n"
       "        <visual name=\"surface\">{}</visual>\n"
       "      </link>\n    </model>\n  </world>\n</sdf>\n",
-      as_comment(comment), escaped(name), geometry, geometry);
+      as_comment(comment), escape_xml(name), geometry, geometry);
 }
 
 // Where MeshFiles looks for the pieces of a mesh in its own size.

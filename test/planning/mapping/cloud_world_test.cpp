@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "test/planning/mapping/flat_distance.h"
 
 namespace dive::planning {
 namespace {
@@ -26,33 +27,6 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
-
-double to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const double length2 = (b - a).squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * (b - a)).norm();
-}
-
-double to_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  double least = std::min({to_segment(p, a, b), to_segment(p, b, c), to_segment(p, c, a)});
-  const Vector3d n = (b - a).cross(c - a);
-  if (n.norm() < 1e-12) return least;
-  const Vector3d q = p - n * (p - a).dot(n) / n.squaredNorm();
-  const bool inside = (b - a).cross(q - a).dot(n) >= 0.0 && (c - b).cross(q - b).dot(n) >= 0.0 &&
-                      (a - c).cross(q - c).dot(n) >= 0.0;
-  return inside ? (p - q).norm() : least;
-}
-
-/// To a piece whose vertices lie on one plane, in order; negative inside its skin.
-double to_piece(const Vector3d& p, const Polytope& piece) {
-  const auto& v = piece.vertices;
-  double least = (p - v.front()).norm();
-  for (std::size_t i = 1; i + 1 < v.size(); ++i) {
-    least = std::min(least, to_triangle(p, v[0], v[i], v[i + 1]));
-  }
-  if (v.size() == 2) least = to_segment(p, v[0], v[1]);
-  return least - piece.radius;
-}
 
 double to_world(const Vector3d& p_W, const World& world) {
   double least = std::numeric_limits<double>::infinity();
