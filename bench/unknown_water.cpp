@@ -81,7 +81,6 @@ struct Quality {
 };
 
 constexpr double kTolerance = 0.05;  // m
-constexpr double kVoxel = 0.14;      // m: MapperOptions::voxel_m
 constexpr double kShort = 0.10;      // m short of the hit ends the water that is known to be free
 
 bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
@@ -163,7 +162,7 @@ Quality judge(const Environment& environment, const planning::World& pieces, con
       const double distance = scene.point_distance(p_W);
       quality.farthest_m = std::max(quality.farthest_m, distance);
       if (distance > kTolerance) ++quality.off;
-      if (distance > kVoxel) ++quality.voxel_off;
+      if (distance > planning::MapperOptions{}.voxel_m) ++quality.voxel_off;
     }
   }
   quality.off /= std::max(surface, 1.0);

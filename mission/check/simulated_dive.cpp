@@ -91,7 +91,7 @@ class Company {
 class Eyes {
  public:
   Eyes(const planning::World& world, const planning::RobotHull& hull, const DiveSettings& settings,
-       planning::MapperOptions options)
+       const planning::MapperOptions& options)
       : camera_(world, settings.range_camera, settings.seed),
         mapper_(hull, options,
                 settings.mapper_latency_ticks * from_seconds(vehicle::Simulator::kTick)) {}
@@ -113,9 +113,8 @@ class Eyes {
 std::optional<Eyes> eyes_for(const Mission& mission, const planning::World& world,
                              const planning::RobotHull& hull, const DiveSettings& settings) {
   if (!mission.unknown) return std::nullopt;
-  planning::MapperOptions options = settings.mapper;
-  options.memory_s = mission.memory_s;
-  return std::optional<Eyes>(std::in_place, world, hull, settings, options);
+  return std::optional<Eyes>(std::in_place, world, hull, settings,
+                             mapper_options(mission, settings.mapper));
 }
 
 ExecutiveOptions executive_options(const DiveSettings& settings) {

@@ -661,10 +661,11 @@ struct Executive::Impl final : statechart::Environment {
           PlanQuery{asked_id, id, result.plan_cause, std::move(*result.plan_request)};
     }
     if (result.done) dispatch("done.state." + id, id + " is done");
-    if (result.failed != behaviors::Failure::kNone)
+    if (result.failed != behaviors::Failure::kNone) {
       leaf_failed(*leaf, result.failed);
-    else if (needs_sight && !result.done)
+    } else if (needs_sight && !result.done) {
       give_up_unseen(*leaf);
+    }
   }
 
   // No faster than it can stop, and not up to where it did not look.

@@ -131,6 +131,11 @@ planning::PlannerOptions planner_options(const Mission& mission, planning::Plann
   return options;
 }
 
+planning::MapperOptions mapper_options(const Mission& mission, planning::MapperOptions options) {
+  options.memory_s = mission.memory_s;
+  return options;
+}
+
 behaviors::MonitorLimits monitor_limits(const Mission& mission) {
   behaviors::MonitorLimits limits;
   limits.threshold = mission.failsafes.threshold;

@@ -9,6 +9,7 @@
 #include "behaviors/monitors.h"
 #include "behaviors/seen_ahead.h"
 #include "mission/document/mission.h"
+#include "planning/mapping/mapper.h"
 #include "planning/world/scene.h"
 
 namespace dive::mission {
@@ -52,6 +53,10 @@ struct LeafContext {
 /// In unknown water paths climb no steeper than the vehicle sees where it climbs to.
 [[nodiscard]] planning::PlannerOptions planner_options(const Mission& mission,
                                                        planning::PlannerOptions options);
+
+/// What was seen is remembered for as long as the mission says.
+[[nodiscard]] planning::MapperOptions mapper_options(const Mission& mission,
+                                                     planning::MapperOptions options);
 
 [[nodiscard]] behaviors::MonitorLimits monitor_limits(const Mission& mission);
 

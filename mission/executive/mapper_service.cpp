@@ -1,7 +1,6 @@
 #include "mission/executive/mapper_service.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <utility>
 
@@ -41,13 +40,8 @@ std::optional<MapperService::Where> MapperService::where_at(Utime utime) const {
   return nearest;
 }
 
-bool MapperService::is_busy() const {
-  return working_.valid() &&
-         working_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
-}
-
 void MapperService::submit(RangeScan scan, Utime now) {
-  if (late_ == Late::kNotYet && is_busy()) {
+  if (late_ == Late::kNotYet && is_busy(working_)) {
     next_.emplace(std::move(scan), now);
   } else {
     launch(std::move(scan), now);
@@ -64,12 +58,7 @@ void MapperService::launch(RangeScan scan, Utime now) {
   working_ = std::async(std::launch::async,
                         [this, scan = std::move(scan), where = *where, due = now + latency_] {
                           run_as_others();  // a map may come late, a command may not
-                          Answer answer;
-                          answer.due = due;
-                          answer.update = mapper_.add(scan, where.X_WB, where.v_W);
-                          answer.problem = mapper_.problem();
-                          answer.took_ms = mapper_.times().total_ms;
-                          return answer;
+                          return Answer{due, mapper_.add(scan, where.X_WB, where.v_W)};
                         });
 }
 
@@ -83,8 +72,8 @@ void MapperService::collect() {
 }
 
 std::optional<planning::MapUpdate> MapperService::poll(Utime now) {
-  if (late_ == Late::kWait || !is_busy()) collect();
-  if (next_ && !is_busy()) {
+  if (late_ == Late::kWait || !is_busy(working_)) collect();
+  if (next_ && !is_busy(working_)) {
     auto [scan, asked] = *std::exchange(next_, std::nullopt);
     launch(std::move(scan), asked);
   }
@@ -97,8 +86,6 @@ std::optional<planning::MapUpdate> MapperService::poll(Utime now) {
     if (untold != corrections_.end()) untold->told = now;
   }
   answers_.pop_front();
-  problem_ = answer.problem;
-  mapping_ms_ += answer.took_ms;
   return std::move(answer.update);
 }
 

@@ -6,22 +6,19 @@
 #include <deque>
 #include <future>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "common/clock.h"
 #include "common/range_scan.h"
 #include "estimation/state_estimate.h"
+#include "mission/executive/worker.h"
 #include "planning/mapping/mapper.h"
 
 namespace dive::mission {
 
 class MapperService {
  public:
-  /// What poll() does when the worker is late: see PlannerService::Late.
-  enum class Late { kWait, kNotYet };
-
   /// `latency`: from submit() to the answer, in dive time, at least.
   MapperService(const planning::RobotHull& hull, const planning::MapperOptions& options,
                 Utime latency, Late late = Late::kWait);
@@ -31,19 +28,16 @@ class MapperService {
   void observe(const estimation::StateEstimate& estimate);
 
   /// Starts mapping. With Late::kNotYet and a worker that is busy the sweep waits; of those that
-  /// wait only the newest is kept. A sweep that was not measured while
-  /// there were estimates is dropped.
+  /// wait only the newest is kept. A sweep that was not measured while there were estimates is
+  /// dropped.
   void submit(RangeScan scan, Utime now);
 
   /// The next update once its time has come. None is ever left out: each tells what changed since
   /// the one before.
   [[nodiscard]] std::optional<planning::MapUpdate> poll(Utime now);
 
-  /// Of the sweep answered last.
-  [[nodiscard]] planning::ScanProblem problem() const { return problem_; }
   /// One point per voxel, in W. Waits for the worker.
   [[nodiscard]] std::vector<Eigen::Vector3f> points();
-  [[nodiscard]] double mapping_ms() const { return mapping_ms_; }  ///< Of this machine, all sweeps.
 
  private:
   struct Where {
@@ -54,12 +48,9 @@ class MapperService {
   struct Answer {
     Utime due = 0;
     std::optional<planning::MapUpdate> update;
-    planning::ScanProblem problem = planning::ScanProblem::kNone;
-    double took_ms = 0.0;
   };
 
   [[nodiscard]] std::optional<Where> where_at(Utime utime) const;
-  [[nodiscard]] bool is_busy() const;
   void launch(RangeScan scan, Utime now);
   void collect();
 
@@ -77,8 +68,6 @@ class MapperService {
   std::future<Answer> working_;
   std::deque<Answer> answers_;
   std::optional<std::pair<RangeScan, Utime>> next_;
-  planning::ScanProblem problem_ = planning::ScanProblem::kNone;
-  double mapping_ms_ = 0.0;
 };
 
 }  // namespace dive::mission

@@ -1,6 +1,5 @@
 #include "mission/executive/planner_service.h"
 
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -32,7 +31,7 @@ void PlannerService::add(std::span<const SeenObstacle> seen) {
 }
 
 void PlannerService::submit(PlanQuery query, Utime now) {
-  if (late_ == Late::kNotYet && is_busy()) {
+  if (late_ == Late::kNotYet && is_busy(result_)) {
     next_ = std::move(query);
   } else {
     launch(std::move(query), now);
@@ -60,7 +59,7 @@ void PlannerService::launch(PlanQuery query, Utime now) {
 
 void PlannerService::apply(const planning::MapUpdate& update) {
   updates_.push_back(update);
-  if (!is_busy()) take_updates();
+  if (!is_busy(result_)) take_updates();
 }
 
 // While the worker rests.
@@ -86,12 +85,8 @@ void PlannerService::renew_planner(const planning::PlanRequest& request) {
   is_renewed_ = true;
 }
 
-bool PlannerService::is_busy() const {
-  return result_.valid() && result_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
-}
-
 std::optional<PlanReply> PlannerService::poll(Utime now) {
-  if (!result_.valid() || (late_ == Late::kNotYet && is_busy())) return std::nullopt;
+  if (!result_.valid() || (late_ == Late::kNotYet && is_busy(result_))) return std::nullopt;
   if (next_) {  // what is ready is an answer to a question that nobody asks any more
     launch(*std::exchange(next_, std::nullopt), now);
     return std::nullopt;

@@ -10,6 +10,7 @@
 
 #include "common/clock.h"
 #include "mission/executive/io.h"
+#include "mission/executive/worker.h"
 #include "planning/planner.h"
 #include "planning/world/seen.h"
 
@@ -17,10 +18,6 @@ namespace dive::mission {
 
 class PlannerService {
  public:
-  /// What poll() does when the worker is late: in simulation it waits, so that a dive does not
-  /// depend on the machine; on a vehicle nothing may hold up the control loop.
-  enum class Late { kWait, kNotYet };
-
   /// `latency`: from query to answer, in dive time, at least.
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
                  planning::PlannerOptions options, Utime latency, Late late = Late::kWait);
@@ -44,7 +41,6 @@ class PlannerService {
 
  private:
   void launch(PlanQuery query, Utime now);
-  [[nodiscard]] bool is_busy() const;
   void take_updates();
   void renew_planner(const planning::PlanRequest& request);
   [[nodiscard]] PlanReply reply();

@@ -159,13 +159,10 @@ class LinkedDive {
         inbox_(bus, clock, settings.lockstep, mission.unknown.has_value()),
         gate_(settings.key, link::new_boot()),
         planner_(world_, model.hull, planner_options(mission, settings.planner),
-                 settings.planner_latency_ticks * kTick,
-                 settings.lockstep ? PlannerService::Late::kWait : PlannerService::Late::kNotYet) {
+                 settings.planner_latency_ticks * kTick, late()) {
     if (!mission.unknown) return;
-    planning::MapperOptions options = settings.mapper;
-    options.memory_s = mission.memory_s;
-    mapper_.emplace(model.hull, options, settings.mapper_latency_ticks * kTick,
-                    settings.lockstep ? MapperService::Late::kWait : MapperService::Late::kNotYet);
+    mapper_.emplace(model.hull, mapper_options(mission, settings.mapper),
+                    settings.mapper_latency_ticks * kTick, late());
   }
 
   LinkedResult run(const LinkObserver& observer, const DiveKeeper& keeper) {
@@ -190,6 +187,8 @@ class LinkedDive {
   }
 
  private:
+  [[nodiscard]] Late late() const { return settings_.lockstep ? Late::kWait : Late::kNotYet; }
+
   bool wait_for_vehicle() {
     const Utime deadline = clock_.now() + from_seconds(settings_.patience_s);
     bus_.wait(clock_, deadline, [this] { return inbox_.first_time().has_value(); });

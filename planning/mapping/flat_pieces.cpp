@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <Eigen/Eigenvalues>
 
@@ -190,16 +189,18 @@ class Division {
       least = least.cwiseMin(p);
       most = most.cwiseMax(p);
     }
-    if (!is_last && !is_filled(least, most)) return false;
+    const auto grain = static_cast<float>(options_.grain_m);
+    if (!is_last && (most - least).maxCoeff() >= static_cast<float>(kBits) * grain) return false;
+    const Picture surface = picture(grain, least);  // sorting loses the triangles
     hull_of(flat_, hull_);
+    if (!is_last && !surface.covers(hull_)) return false;
     if (hull_.size() > kMaxPieceVertices) return false;
     emit(frame, low, high);
     return true;
   }
 
-  [[nodiscard]] bool is_filled(const Vector2f& least, const Vector2f& most) {
-    const auto grain = static_cast<float>(options_.grain_m);
-    if ((most - least).maxCoeff() >= static_cast<float>(kBits) * grain) return false;
+  // Of the triangles whose corners are in flat_, three by three.
+  [[nodiscard]] Picture picture(float grain, const Vector2f& least) const {
     Picture picture(grain, least);
     for (std::size_t i = 0; i + 2 < flat_.size(); i += 3) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -214,9 +215,7 @@ class Division {
       picture.mark((flat_[i] + flat_[i + 1] + flat_[i + 2]) / 3.0F);
     }
     picture.grow();
-    scratch_ = flat_;
-    hull_of(scratch_, hull_);
-    return picture.covers(hull_);
+    return picture;
   }
 
   void emit(const Frame& frame, float low, float high) {
@@ -268,7 +267,6 @@ class Division {
   std::vector<Polytope>& pieces_;
   std::vector<Patch> patches_;
   std::vector<Vector2f> flat_;
-  std::vector<Vector2f> scratch_;
   std::vector<Vector2f> hull_;
 };
 

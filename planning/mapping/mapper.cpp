@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <unordered_map>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "common/fnv.h"
 #include "planning/mapping/flat_pieces.h"
 #include "planning/mapping/lookout.h"
 #include "planning/mapping/triangulate.h"
@@ -52,15 +52,10 @@ Vector3i cell_of(CellKey key) {
 }
 
 std::uint64_t digest(const std::vector<Vector3f>& points) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const Vector3f& p : points) {
-    for (const float c : p) {
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, &c, sizeof bits);
-      hash = (hash ^ bits) * 0x100000001b3ULL;
-    }
-  }
-  return hash;
+  Fnv1a64 digest;
+  digest.add(std::span(reinterpret_cast<const std::uint8_t*>(points.data()),
+                       points.size() * sizeof(Vector3f)));
+  return digest.value();
 }
 
 }  // namespace
@@ -158,6 +153,11 @@ struct Mapper::Impl {
     if (!v->solid && v->evidence >= options.confirm) believe(cell, *v);
   }
 
+  // Of something, and not of the vehicle itself; false for NaN.
+  [[nodiscard]] bool is_told(float range, const RangeScan& scan) const {
+    return range >= static_cast<float>(options.min_range_m) && range <= scan.reach;
+  }
+
   // How far the vehicle is from where it was thought to be: point to plane (Chen, Medioni 1992),
   // the attitude and the depth being known. Minimise over t, horizontal, from near to nearer,
   //   |t|^2 / sigma_p^2 + sum of w (n . (p + t) - d)^2
@@ -175,7 +175,7 @@ struct Mapper::Impl {
       int used = 0;
       for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
         const float range = sight.range(i);
-        if (!(range >= static_cast<float>(options.min_range_m)) || range > scan.reach) continue;
+        if (!is_told(range, scan)) continue;
         const Vector3f p_W = R_WB * scan.points_B[i] + p_WB + Vector3f(t.x(), t.y(), 0.0F);
         CellKey key = 0;
         int place = 0;
@@ -205,7 +205,7 @@ struct Mapper::Impl {
     int taken = 0;
     for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
       const float range = sight.range(i);
-      if (!(range >= static_cast<float>(options.min_range_m)) || range > scan.reach) continue;
+      if (!is_told(range, scan)) continue;
       const bool is_snow_near = range < static_cast<float>(options.snow_m);
       if (sight.neighbours(i) < (is_snow_near ? options.snow_neighbours : options.min_neighbours)) {
         continue;
@@ -367,8 +367,7 @@ struct Mapper::Impl {
 
   // Does a triangle span water that it was looked through?
   [[nodiscard]] bool is_bridge(const Vector3f& middle) const {
-    const float sigma = noise(sees ? (middle - eye_W).norm() : 0.0F);
-    return sees && lookout.sees_past(middle, 2.0F * sigma + voxel);
+    return lookout.sees_past(middle, 2.0F * noise((middle - eye_W).norm()) + voxel);
   }
 
   // --- memory ---
@@ -429,7 +428,6 @@ struct Mapper::Impl {
       X_WB.p.head<2>() += off_W.cast<double>();
       sight.move(X_WB);
       eye_W = sight.origin_W();
-      sees = true;
       stats.taken = take(scan, sight, X_WB);
       see_through(sight);
       lookout.add(std::move(sight));
@@ -525,7 +523,6 @@ struct Mapper::Impl {
   std::vector<CellKey> gone;  ///< Cells forgotten since the last update.
   Lookout lookout;
   Vector3f eye_W = Vector3f::Zero();
-  bool sees = false;  ///< A sweep was taken: there is something to see through.
   Utime now = 0;
   Utime next_forget = 0;
   std::optional<Utime> last_utime;

@@ -19,6 +19,7 @@
 #include "planning/cloud/cloud_file.h"
 #include "planning/world/mesh.h"
 #include "planning/world/mesh_pieces.h"
+#include "planning/world/mesh_source.h"
 
 namespace dive::planning {
 namespace {
@@ -131,13 +132,6 @@ std::string to_sdf(const std::string& name, const std::string& mesh, const std::
       as_comment(comment), escape_xml(name), geometry, geometry);
 }
 
-// Where MeshFiles looks for the pieces of a mesh in its own size.
-std::string pieces_path(const std::string& mesh_path) {
-  Fnv1a64 digest;
-  digest.add("1 1 1");
-  return fmt::format("{}.{:08x}.pieces", mesh_path, digest.value() >> 32U);
-}
-
 // Under another name first, so that nobody reads half of it.
 bool write(const std::string& path, const std::string& content) {
   const std::string draft = path + ".new";
@@ -186,7 +180,8 @@ tl::expected<void, std::string> save_map(const std::string& path, const SeenMap&
     return tl::unexpected(fmt::format("{} cannot be written", file));
   };
   if (!write(mesh_path, mesh)) return failed(mesh_path);
-  if (!write(pieces_path(mesh_path), to_text(pieces))) return failed(pieces_path(mesh_path));
+  const std::string kept = pieces_path(mesh_path, pieces.key.scale);
+  if (!write(kept, to_text(pieces))) return failed(kept);
   const std::string cloud_path = path + ".cloud.ply";
   if (!write_ply(cloud_path, {points.begin(), points.end()}, {as_comment(comment)})) {
     return failed(cloud_path);

@@ -24,7 +24,7 @@ struct Voxel {
   std::int16_t place = 0;    ///< In the cell.
   std::int8_t evidence = 0;  ///< Sweeps that saw it, less those that saw through it.
   bool solid = false;        ///< Believed.
-  bool meshed = false;       ///< Part of the cell's surface, or known to be of none.
+  bool meshed = false;       ///< Part of the cell's surface.
 };
 
 /// A flat piece, to ask whether a point lies on it.

@@ -71,14 +71,6 @@ bool same(const MeshKey& a, const MeshKey& b) {
   return a.uri == b.uri && a.scale == b.scale && a.digest == b.digest;
 }
 
-fs::path pieces_path(const fs::path& mesh, const Eigen::Vector3d& scale) {
-  Fnv1a64 digest;
-  digest.add(fmt::format("{} {} {}", scale.x(), scale.y(), scale.z()));
-  fs::path path = mesh;
-  path += fmt::format(".{:08x}.pieces", digest.value() >> 32U);
-  return path;
-}
-
 // Whatever is wrong with the file, it will be made anew.
 std::optional<std::string> kept_pieces(const fs::path& path, const MeshKey& key) {
   auto text = read_source_text(path.string(), kMaxPiecesBytes);
@@ -118,6 +110,12 @@ tl::expected<MeshPieces, std::string> make_pieces(const TriangleMesh& mesh, cons
 
 }  // namespace
 
+std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& scale) {
+  Fnv1a64 digest;
+  digest.add(fmt::format("{} {} {}", scale.x(), scale.y(), scale.z()));
+  return fmt::format("{}.{:08x}.pieces", mesh_path, digest.value() >> 32U);
+}
+
 MeshFiles::MeshFiles(std::string map_path, std::function<void(const std::string&)> say, Keep keep)
     : map_path_(std::move(map_path)), say_(std::move(say)), keep_(keep) {}
 
@@ -134,7 +132,7 @@ tl::expected<FoundMesh, std::string> MeshFiles::find(const std::string& uri,
   Fnv1a64 digest;
   digest.add(content->content());
   const MeshKey key{uri, scale, digest.value()};
-  const fs::path kept = pieces_path(*path, scale);
+  const fs::path kept = pieces_path(path->string(), scale);
   std::optional<std::string> text = kept_pieces(kept, key);
   if (!text) {
     if (say_) {

@@ -28,6 +28,9 @@ class MeshSource {
                                                                   const Eigen::Vector3d& scale) = 0;
 };
 
+/// Where the pieces of a mesh file are kept, by the scale that they have been made at.
+[[nodiscard]] std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& scale);
+
 /// Mesh files on the disk, and their pieces beside them: what was decomposed once is kept in
 /// FILE.SCALE.pieces (SCALE by digest) and taken from there while the mesh stays the same.
 class MeshFiles final : public MeshSource {

@@ -89,14 +89,18 @@ Eigen::Vector3d half_extents(const Shape& shape) {
                     shape);
 }
 
+Eigen::AlignedBox3d bounding_box(const Polytope& polytope, const Pose& X_WO) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : polytope.vertices) box.extend(X_WO * v);
+  box.min().array() -= polytope.radius;
+  box.max().array() += polytope.radius;
+  return box;
+}
+
 Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle) {
   using Eigen::Vector3d;
   if (const auto* polytope = std::get_if<Polytope>(&obstacle.shape)) {
-    Eigen::AlignedBox3d box;
-    for (const Vector3d& v : polytope->vertices) box.extend(obstacle.X_WO * v);
-    box.min().array() -= polytope->radius;
-    box.max().array() += polytope->radius;
-    return box;
+    return bounding_box(*polytope, obstacle.X_WO);
   }
   const Eigen::Matrix3d R_WO = obstacle.X_WO.q.toRotationMatrix();
   const Vector3d axis = R_WO.col(2);

@@ -13,6 +13,9 @@ namespace dive::planning {
 /// that holds the shape. A half-space is not bounded: every component is infinite.
 [[nodiscard]] Eigen::Vector3d half_extents(const Shape& shape);
 
+/// Smallest box aligned with W that holds the polytope, its radius included.
+[[nodiscard]] Eigen::AlignedBox3d bounding_box(const Polytope& polytope, const Pose& X_WO = {});
+
 /// Smallest box aligned with W that holds the obstacle (exact for every bounded shape).
 [[nodiscard]] Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle);
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "planning/world/primitives.h"
+
 namespace dive::planning {
 
 namespace {
@@ -19,13 +21,6 @@ bool is_well_formed(const Polytope& piece) {
     box.extend(v);
   }
   return box.sizes().maxCoeff() <= kMaxPieceExtent;
-}
-
-Eigen::AlignedBox3d box_of(const Polytope& piece) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& v : piece.vertices) box.extend(v);
-  const Eigen::Vector3d skin = Eigen::Vector3d::Constant(piece.radius);
-  return {box.min() - skin, box.max() + skin};
 }
 
 }  // namespace
@@ -70,7 +65,7 @@ void SeenMap::append_within(const Eigen::AlignedBox3d& box, std::vector<Obstacle
   for (const auto& [key, pieces] : cells_) {
     std::string name;  // of the cell: there are many pieces
     for (const Polytope& piece : pieces) {
-      const Eigen::AlignedBox3d around = box_of(piece);
+      const Eigen::AlignedBox3d around = bounding_box(piece);
       if (!around.intersects(box)) continue;
       if (name.empty()) {
         const Eigen::Vector3d middle = around.center();
