@@ -13,8 +13,7 @@ namespace dive::planning {
 namespace {
 
 constexpr double kRounding = 1e-9;        // m: what a bound may lose by arithmetic
-constexpr double kStartGrace = 0.02;      // m: what a start in a tight place may lose at first
-constexpr double kVeryTight = 0.5;        // of D_min: a start with less may lose nothing, ...
+constexpr double kNearlyEnough = 0.85;    // of D_min: a start with less may lose nothing, ...
 constexpr double kWayOut = 2.0;           // ... and m within which it must have D_min again
 constexpr int kMaxRefinements = 3;        // of one attempt
 constexpr double kSmallViolation = 0.05;  // m: likely of a chord, not of a roll
@@ -63,24 +62,24 @@ std::string PathSearch::name_of(int obstacle) const {
 }
 
 // A vehicle that finds itself nearer to something than D_min must be let out: up to the first
-// waypoint that has D_min again the motion may not come nearer than the start already is.
+// waypoint that has D_min again less will do. How much less does not depend on the start unless it
+// has even less than that: else a vehicle that is planned for again and again gets nearer with
+// every plan, and into a place where it cannot turn.
 bool PathSearch::keeps_clearance(const Attempt& attempt) {
   const double required = problem_.clearance - kRounding;
   if (attempt.certificate.clearance_m >= required) return true;
-  const bool is_very_tight = start_clearance_ < kVeryTight * problem_.clearance;
-  const double grace = is_very_tight ? options_.certify.tolerance : kStartGrace;
-  if (start_clearance_ >= problem_.clearance ||
-      attempt.certificate.clearance_m < start_clearance_ - grace) {
-    return false;
-  }
+  if (start_clearance_ >= problem_.clearance) return false;
+  const double enough = kNearlyEnough * problem_.clearance;
+  const double least = std::min(enough, start_clearance_) - options_.certify.tolerance;
+  if (attempt.certificate.clearance_m < least) return false;
+
   const std::span<const Pose> waypoints = attempt.path.waypoints;
   std::size_t clear = 0;
   while (clear < waypoints.size() &&
          certifier_.certify(waypoints.subspan(clear, 1)).clearance_m < required) {
     ++clear;
   }
-  // Planned again and again from ever tighter starts, it would get nearer with every plan.
-  if (is_very_tight &&
+  if (start_clearance_ < enough &&
       length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kWayOut) {
     return false;
   }

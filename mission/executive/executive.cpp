@@ -41,9 +41,15 @@ constexpr double kGoesOn =
 constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
 constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
 constexpr double kTilted = 0.2;    // rad
-constexpr double kCreeping = 0.2;  // m/s: faster is getting on
 constexpr double kBlindPatience = 12.0;  // s
+constexpr double kGotOn = 1.0;           // m
 constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
+
+/// Since when and where the vehicle waits to see more.
+struct Blind {
+  Utime since = 0;
+  Eigen::Vector3d p_W;
+};
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -140,7 +146,7 @@ struct Executive::Impl final : statechart::Environment {
   }
   void exited(StateId state) override {
     behaviors_by_state[static_cast<std::size_t>(state)].reset();
-    blind_since.reset();
+    blind.reset();
   }
   void taken(int /*transition*/, const std::string& event) override {
     const std::string here = innermost();
@@ -672,21 +678,22 @@ struct Executive::Impl final : statechart::Environment {
   void stay_within_sight() {
     const double most = sight.max_command(now, estimate().v_WB_B.x());
     last_command.v = std::min(last_command.v, most);
+    if (blind && (position() - blind->p_W).norm() > kGotOn) blind.reset();
     if (most > 0.0) {
       blocked_depth.reset();
-      if (most > kCreeping) blind_since.reset();
       return;
     }
     if (!blocked_depth) blocked_depth = std::max(variables.depth, 0.0);
-    if (!blind_since) blind_since = leaf_now();
+    if (!blind) blind = Blind{leaf_now(), position()};
     last_command.d = std::max(last_command.d, *blocked_depth);
   }
 
   // It has turned to the way that was planned for it, and does not see it: it leads up behind
   // something, most likely. Where nobody can look nobody swims.
   void give_up_unseen(StateId leaf) {
-    if (!blind_since || to_seconds(leaf_now() - *blind_since) < kBlindPatience) return;
-    blind_since.reset();
+    if (!blind || !blocked_depth) return;
+    if (to_seconds(leaf_now() - blind->since) < kBlindPatience) return;
+    blind.reset();
     progress.plan_failure = "the way that was planned leads where it cannot look";
     leaf_failed(leaf, behaviors::Failure::kUnreachable);
   }
@@ -829,7 +836,7 @@ struct Executive::Impl final : statechart::Environment {
   bool map_changed_while_held = false;
   std::optional<vehicle::Command> held;
   std::optional<double> altitude;
-  std::optional<Utime> blind_since;     ///< Since when it has hardly moved for lack of sight.
+  std::optional<Blind> blind;           ///< It has hardly moved since, for lack of sight.
   std::optional<double> blocked_depth;  ///< Where it came to the end of its sight, m.
   std::optional<Usable> under_since;
   estimation::StateEstimate last_estimate;

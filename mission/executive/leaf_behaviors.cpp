@@ -16,6 +16,8 @@ namespace {
 
 // s between two replans: in unknown water there is something new all the time.
 constexpr double kUnknownInterval = 0.5;
+constexpr double kUnknownDeviation = 0.5;  // of D_min, without word of the mission, ...
+constexpr double kUnknownWait = 5.0;       // ... and s without progress, after which it plans anew
 constexpr double kUnknownClimb = 0.4;  // rad: the eyes look no higher than a little above the bow
 constexpr double kUnknownGoal = 0.5;   // m that a goal may be moved by, when something is near it
 constexpr double kOptimisticStale = 3.0;  // s
@@ -34,7 +36,11 @@ behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy
   policy.map_change = written.map_change;
   policy.estimator_switch = written.estimator_switch;
   policy.max_replans = replans_per_leg(mission, written);
-  if (mission.unknown) policy.min_interval_s = kUnknownInterval;
+  if (!mission.unknown) return policy;
+  policy.min_interval_s = kUnknownInterval;
+  // Off its path the vehicle is where nothing was certified, and what it waits for may never come.
+  if (!policy.deviation_m) policy.deviation_m = kUnknownDeviation * mission.limits.clearance.value;
+  if (!policy.no_progress_s) policy.no_progress_s = kUnknownWait;
   return policy;
 }
 

@@ -15,6 +15,10 @@ constexpr double kDense = 7500.0;        // points of a sweep that fill bins of 
 constexpr float kAlikeAbsolute = 0.15F;  // m
 constexpr float kAlikeShare = 0.05F;     // of the distance
 
+// A mote that is close to the eyes fills as many pixels as something that matters; its size tells.
+constexpr float kSpeckRange = 1.2F;  // m
+constexpr float kSpeckSize = 0.06F;  // m, diagonal of its box
+
 constexpr float kPi = std::numbers::pi_v<float>;
 
 }  // namespace
@@ -43,6 +47,7 @@ Sight::Sight(const RangeScan& scan, const Pose& X_WB)
     nearest = nearest < 0.0F ? told : std::min(nearest, told);
   }
   count_neighbours(bins);
+  leave_out_specks(scan, bins);
   spread();
 }
 
@@ -99,6 +104,48 @@ void Sight::count_neighbours(std::span<const int> bins) {
       }
     }
     neighbours_[i] = count;
+  }
+}
+
+// What hangs together in the picture, bin by bin, and is small.
+void Sight::leave_out_specks(const RangeScan& scan, std::span<const int> bins) {
+  std::vector<Eigen::AlignedBox3f> boxes(told_.size());
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] < 0) continue;
+    const auto b = static_cast<std::size_t>(bins[i]);
+    if (std::abs(ranges_[i] - told_[b]) <= kAlikeAbsolute) boxes[b].extend(scan.points_B[i]);
+  }
+  std::vector<char> is_known(told_.size(), 0);
+  std::vector<char> is_speck(told_.size(), 0);
+  std::vector<int> patch;
+  for (std::size_t start = 0; start < told_.size(); ++start) {
+    if (told_[start] < 0.0F || told_[start] > kSpeckRange || is_known[start] != 0) continue;
+    Eigen::AlignedBox3f box;
+    patch.assign(1, static_cast<int>(start));
+    is_known[start] = 1;
+    for (std::size_t k = 0; k < patch.size(); ++k) {
+      const auto b = static_cast<std::size_t>(patch[k]);
+      box.extend(boxes[b]);
+      const int row = patch[k] / columns_;
+      const int column = patch[k] % columns_;
+      for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+        for (int c = column - 1; c <= column + 1; ++c) {
+          const int other = r * columns_ + (c + columns_) % columns_;
+          const auto o = static_cast<std::size_t>(other);
+          if (is_known[o] != 0 || told_[o] < 0.0F) continue;
+          if (std::abs(told_[o] - told_[b]) > kAlikeAbsolute) continue;
+          is_known[o] = 1;
+          patch.push_back(other);
+        }
+      }
+    }
+    if (box.diagonal().norm() >= kSpeckSize) continue;
+    for (const int b : patch) is_speck[static_cast<std::size_t>(b)] = 1;
+  }
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] < 0) continue;
+    const auto b = static_cast<std::size_t>(bins[i]);
+    if (is_speck[b] != 0 && std::abs(ranges_[i] - told_[b]) <= kAlikeAbsolute) neighbours_[i] = 0;
   }
 }
 

@@ -23,7 +23,8 @@ class Sight {
   /// Was it looked as far as p_W, in that very direction?
   [[nodiscard]] bool has_seen(const Eigen::Vector3f& p_W) const;
 
-  /// How many of the points in the bins around point i of the sweep are about as far away.
+  /// How many of the points in the bins around point i of the sweep are about as far away; 0 for a
+  /// point of a speck: something near, with nothing beside it, that is too small to be hit.
   [[nodiscard]] int neighbours(std::size_t i) const { return neighbours_[i]; }
   /// Distance of point i from the sensor; NaN where the ray told nothing.
   [[nodiscard]] float range(std::size_t i) const { return ranges_[i]; }
@@ -40,6 +41,7 @@ class Sight {
  private:
   [[nodiscard]] int bin(const Eigen::Vector3f& direction_B) const;
   void count_neighbours(std::span<const int> bins);
+  void leave_out_specks(const RangeScan& scan, std::span<const int> bins);
   void spread();
 
   Pose X_WB_;

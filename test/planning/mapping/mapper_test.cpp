@@ -279,6 +279,36 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
   }
 }
 
+// What fills the pixels around (row, column) of the sweep, so many up and down and to each side.
+void put_before(RangeScan& scan, int row, int column, int tall, int wide, float range) {
+  for (int r = row - tall; r <= row + tall; ++r) {
+    for (int c = column - wide; c <= column + wide; ++c) {
+      const auto at = static_cast<std::size_t>(r * 100 + c);
+      scan.points_B[at] = scan.origin_B + (scan.points_B[at] - scan.origin_B).normalized() * range;
+    }
+  }
+}
+
+TEST(MapperTest, AMoteBeforeTheLensIsNoObstacleAndARodIs) {
+  for (const int tall : {1, 20}) {
+    Dive dive(kPlate);
+    for (int i = 0; i < 20; ++i) {
+      RangeScan scan = dive.eye.look(kHere);
+      put_before(scan, 37, 50, tall, 1, 0.35F);
+      if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+        EXPECT_TRUE(dive.map.apply(*update));
+      }
+    }
+    bool any_near = false;
+    for (const auto& [key, pieces] : dive.map.cells()) {
+      for (const Polytope& piece : pieces) {
+        for (const Vector3d& v : piece.vertices) any_near |= v.x() < 2.0;
+      }
+    }
+    EXPECT_EQ(any_near, tall > 1) << tall;
+  }
+}
+
 TEST(MapperTest, WhatHasGoneAwayIsSeenThrough) {
   Dive dive(all_of({kPlate, kCube}));
   const Surface diver = box({1.5, -0.3, -5.3}, {2.0, 0.3, -4.7});

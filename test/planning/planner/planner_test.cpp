@@ -178,6 +178,42 @@ TEST(Planner, SaysHonestlyThatThereIsNoWay) {
   EXPECT_EQ(plan(with_door, ask({-3, 0, -6}, inside, 0.33)).status, PlanStatus::kSuccess);
 }
 
+// Two long walls, `gap` apart, from x = 0 to 8.
+World corridor(double gap) {
+  World world;
+  for (const double side : {-1.0, 1.0}) {
+    world.obstacles.push_back({side < 0.0 ? "south" : "north", Box{{8.0, 10.0, 60.0}},
+                               still({4.0, side * (5.0 + 0.5 * gap), -6.0})});
+  }
+  return world;
+}
+
+// What was planned in a place that is too narrow leads out of it, not on through it; else whoever
+// plans twice a second would be led in step by step.
+TEST(Planner, LeadsOutOfANarrowPlaceAndNotThroughIt) {
+  const double gap = kBodySize.y() + 2.0 * 0.37;
+  PlanRequest request = ask({0.9, 0, -6}, {12, 0, -6}, 0.6);
+  request.attitude = AttitudeMode::kFlat;
+  EXPECT_EQ(plan(corridor(gap), request).status, PlanStatus::kNoPath);
+  request.goal.p.x() = -4.0;
+  request.start.q = from_rpy(0, 0, M_PI);
+  const PlanResult out = plan(corridor(gap), request);
+  EXPECT_EQ(out.status, PlanStatus::kSuccess) << out.reason;
+  EXPECT_NEAR(out.clearance_m, 0.37, 0.01);
+}
+
+// A little less than asked for is no narrow place: the vehicle need not turn back for it.
+TEST(Planner, GoesOnWhereThereIsNearlyEnough) {
+  const World nearly = corridor(kBodySize.y() + 2.0 * 0.55);
+  PlanRequest request = ask({2, 0, -6}, {12, 0, -6}, 0.6);
+  request.attitude = AttitudeMode::kFlat;
+  const PlanResult within = plan(nearly, request);
+  EXPECT_EQ(within.status, PlanStatus::kSuccess) << within.reason;
+  EXPECT_GE(within.clearance_m, 0.5);
+  request.start.p.x() = -4.0;  // from open water it goes round
+  EXPECT_GE(plan(nearly, request).clearance_m, 0.6 - 1e-6);
+}
+
 // A door w wide and h high leaves a level vehicle min((w - 0.48) / 2, (h - 0.22) / 2), and nobody a
 // centimetre more.
 TEST(Planner, SaysWhatClearanceWouldHaveWorked) {
