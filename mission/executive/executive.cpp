@@ -40,7 +40,10 @@ constexpr double kGoesOn =
     0.3;  // s after a commit that a vehicle swims on when nobody steers it ...
 constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
 constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
-constexpr double kTilted = 0.2;    // rad
+constexpr double kAstern = 0.02;   // m/s; less is let be, more is braked by a command ...
+constexpr double kBrakeAstern = 3.0;     // ... that is so many times as large ...
+constexpr double kMostBraking = 0.3;     // ... and no larger than this, m/s
+constexpr double kTilted = 0.2;          // rad
 constexpr double kBlindPatience = 12.0;  // s
 constexpr double kGotOn = 1.0;           // m
 constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
@@ -182,6 +185,7 @@ struct Executive::Impl final : statechart::Environment {
       tell_timeouts();
       if (interpreter.running()) settle();
       run_leaf(map_changed);
+      if (hears_imu()) stop_astern();
     }
     actuate();
     fill_status();
@@ -696,6 +700,14 @@ struct Executive::Impl final : statechart::Environment {
     blind.reset();
     progress.plan_failure = "the way that was planned leads where it cannot look";
     leaf_failed(leaf, behaviors::Failure::kUnreachable);
+  }
+
+  // Whoever turns about under way slides on stern first, for many seconds and where nobody looks:
+  // the autopilot steers its speed by what it has commanded. No gate may forbid to stop that.
+  void stop_astern() {
+    const double astern = -estimate().v_WB_B.x();
+    if (astern < kAstern) return;
+    last_command.v = std::max(last_command.v, std::min(kBrakeAstern * astern, kMostBraking));
   }
 
   // Keeps the place where it was told to; what is answered meanwhile waits.

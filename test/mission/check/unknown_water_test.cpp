@@ -1,6 +1,9 @@
 // What can be said on deck of water that nobody knows.
 
 #include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,6 +32,11 @@ planning::World world_of(const Mission& mission) {
 vehicle::Model model() {
   Diagnostics diagnostics;
   return vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics).value();
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 std::vector<std::string> codes(const Diagnostics& diagnostics) {
@@ -100,6 +108,37 @@ TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
   EXPECT_EQ(blind.failsafes[0].rung, "hold");
   EXPECT_EQ(blind.failsafes[1].rung, "abort_and_surface");
   EXPECT_EQ(dived({{FaultKind::kRangeSilent, 8.0, 5.0}}).outcome, "success") << "it goes on";
+}
+
+// Under way it is told to go back where it came from, turns about, and then sees nothing: it must
+// not slide on stern first to where it never looked. (Left to its drag it would, by most of a
+// metre.)
+TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideOnSternFirst) {
+  Diagnostics diagnostics;
+  std::string text = content_of(DIVE_SOURCE_DIR + kMurk);
+  const std::string north = R"(<goto id="north" x="6" y="5")";
+  ASSERT_NE(text.find(north), std::string::npos);
+  text.replace(text.find(north), north.size(), R"(<goto id="north" x="-6" y="0")");
+  const std::optional<Mission> mission =
+      parse_mission(SourceText("murk.xml", text), diagnostics, MapFile::kNotNeeded);
+  ASSERT_TRUE(mission);
+  DiveSettings settings;
+  std::optional<Utime> turned;
+  settings.script = [&](const DiveHands& hands) {
+    const bool is_blind = turned && hands.inputs.now < *turned + 8'000'000;
+    hands.inputs.map_update = planning::MapUpdate{hands.inputs.now, {}, is_blind ? 0.0 : 6.0};
+  };
+  double astern_m = 0.0;
+  const DiveResult result = simulate_dive(
+      *mission, {}, model(), settings,
+      [&](const StepInputs& in, const StepOutputs& out, const vehicle::GroundTruth& truth) {
+        if (out.status.state != "north") return;
+        if (!turned && std::abs(to_rpy(truth.X_WB.q).z()) > 2.0) turned = in.now;
+        astern_m += 0.02 * std::max(-truth.v_WB_B.x(), 0.0);
+      });
+  EXPECT_EQ(result.outcome, "success");
+  ASSERT_TRUE(turned);
+  EXPECT_LT(astern_m, 0.4);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
       <transition event="done.state.gate" target="in"/>
     </goto>
     <goto id="in" x="16" y="0" z="3" z_units="DEPTH" timeout="300" on_timeout="back" OVERHEAD>
-      <transition event="done.state.in" target="back"/>
+      <transition event="done.state.in plan.failed.in" target="back"/>
     </goto>
     <retrace id="back">
       <transition event="done.state.back" target="ascend"/>
@@ -146,6 +146,17 @@ TEST_F(UnknownWater, ACautiousVehicleStopsWithinWhatItHasSeen) {
   seen_ahead_ = 5.0;
   EXPECT_GT(swim(1.0).command.v, 0.35);
   EXPECT_TRUE(failsafes_.empty());
+}
+
+TEST_F(UnknownWater, WhereItCannotLookItDoesNotWaitForEver) {
+  swim(30.0);
+  ASSERT_EQ(visited_.back(), "in");
+  // It creeps on along the edge of what it sees, and gets nowhere.
+  for (int i = 0; i < 240 && visited_.back() == "in"; ++i) {
+    seen_ahead_ = i % 2 == 0 ? 0.0 : 0.3;
+    swim(0.1);
+  }
+  EXPECT_THAT(visited_, ::testing::Contains("back"));
 }
 
 TEST_F(UnknownWater, AnOptimistSwimsOn) {
