@@ -9,12 +9,13 @@ namespace {
 constexpr double kMostCorners = 150'000.0;
 constexpr double kLeastCell = 0.4;  // m
 constexpr int kRays = 9;
+constexpr double kWindow = 0.85;  // rad, half the width of Snell's window
 
 // Of equal weight for a sky of equal brightness: the middle, and two rings.
 std::array<Eigen::Vector3d, kRays> directions() {
   std::array<Eigen::Vector3d, kRays> result;
   result[0] = Eigen::Vector3d::UnitZ();
-  const double rim = std::sin(0.85);  // rad, of Snell's window
+  const double rim = std::sin(kWindow);
   for (int i = 1; i < kRays; ++i) {
     const bool is_outer = i > 3;
     const double sine = rim * (is_outer ? 0.82 : 0.47);
@@ -25,13 +26,31 @@ std::array<Eigen::Vector3d, kRays> directions() {
   return result;
 }
 
+// Down to the half-spaces below everything bounded, and as far to the sides as shadows fall there.
+Eigen::AlignedBox3d with_ground(Eigen::AlignedBox3d box, const std::vector<TracedPlane>& planes) {
+  constexpr double kFarthest = 6.0;  // m: a shadow from higher up is faint
+  const Eigen::Vector3d middle = box.center();
+  double ground = box.min().z();
+  for (const auto& [normal, offset] : planes) {
+    if (normal.z() < 0.7) continue;
+    ground = std::min(ground, (offset - normal.head<2>().dot(middle.head<2>())) / normal.z());
+  }
+  if (ground >= box.min().z()) return box;
+  const double aside = std::min(kFarthest, std::tan(kWindow) * (box.max().z() - ground));
+  box.min() -= Eigen::Vector3d(aside, aside, 0.0);
+  box.max() += Eigen::Vector3d(aside, aside, 0.0);
+  box.min().z() = ground;
+  return box;
+}
+
 }  // namespace
 
 SkyLight::SkyLight(const TracedWorld& traced, const Eigen::AlignedBox3d& bounds) {
   if (bounds.isEmpty() || traced.triangles().size() == 0) return;
-  Eigen::Vector3d high = bounds.max();
+  const Eigen::AlignedBox3d shaded = with_ground(bounds, traced.planes());
+  Eigen::Vector3d high = shaded.max();
   high.z() = std::min(high.z(), 0.0);
-  low_ = bounds.min();
+  low_ = shaded.min();
   const Eigen::Vector3d size = (high - low_).cwiseMax(kLeastCell);
   cell_ = std::max(kLeastCell, std::cbrt(size.prod() / kMostCorners));
   for (int k = 0; k < 3; ++k) {
