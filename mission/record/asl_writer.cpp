@@ -55,8 +55,7 @@ std::string head(const std::string& type, const std::string& comment, const Pose
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   }
-  return fmt::format("%YAML:1.0\nsensor_type: {}\ncomment: \"{}\"\n", type, quoted) +
-         pose_yaml(X_BS);
+  return fmt::format("sensor_type: {}\ncomment: \"{}\"\n", type, quoted) + pose_yaml(X_BS);
 }
 
 std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
