@@ -57,3 +57,5 @@ dive_imported_library(dive_pcl_kdtree pcl/kdtree/kdtree_flann.h pcl_kdtree SUFFI
 dive_imported_library(dive_pcl_search pcl/search/kdtree.h pcl_search SUFFIXES pcl-1.13)
 dive_imported_library(dive_embree embree3/rtcore.h embree3)
 dive_imported_library(dive_lzf liblzf/lzf.h lzf)
+dive_imported_library(dive_opencv_core opencv2/core.hpp opencv_core SUFFIXES opencv4)
+dive_imported_library(dive_opencv_imgcodecs opencv2/imgcodecs.hpp opencv_imgcodecs SUFFIXES opencv4)

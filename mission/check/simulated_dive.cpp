@@ -234,6 +234,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     meter.observe(truth.X_WB);
     changed.observe(truth.X_WB);
     company.observe(truth.utime, truth.X_WB);
+    if (settings.sensor_observer) settings.sensor_observer(samples, truth, company.pose());
     outputs = executive.step(inputs);
     if (eyes) eyes->look(truth, company.pose(), outputs.estimate);
     if (keeper) keeper(executive, outputs);

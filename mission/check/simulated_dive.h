@@ -31,6 +31,11 @@ struct DiveHands {
 /// What it does to the inputs is logged with them: a dive with a script is replayed without it.
 using DiveScript = std::function<void(const DiveHands&)>;
 
+/// Told every tick what the simulator has returned, before anything is made of it; X_WD: of the
+/// diver in the water.
+using SensorObserver = std::function<void(const vehicle::SensorSamples&,
+                                          const vehicle::GroundTruth&, const std::optional<Pose>&)>;
+
 struct DiveSettings {
   std::uint64_t seed = 1;
   vehicle::Conditions conditions;
@@ -46,6 +51,7 @@ struct DiveSettings {
   planning::MapperOptions mapper;
   int mapper_latency_ticks = 2;              ///< 40 ms: what a sweep is allowed on the vehicle.
   std::optional<vehicle::DiverTrack> diver;  ///< Someone else in the water.
+  SensorObserver sensor_observer = nullptr;
 
   [[nodiscard]] std::string validate() const;
 };

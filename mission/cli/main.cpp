@@ -126,6 +126,7 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "Examples:\n"
       "  dive run missions/window.xml\n"
       "  dive run missions/window.xml --seed 7 --log dive.lcmlog --svg dive.svg\n"
+      "  dive run missions/wreck.xml --record wreck-data --water dark_wreck\n"
       "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n"
       "  dive run missions/wreck_unknown.xml --diver 20:4,5,-12:1,5,-12\n"
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key topside.key\n\n"
@@ -147,6 +148,14 @@ void add_run(CLI::App& app, RunArguments& arguments) {
                     "Go on from the journal, as the mission's resume policy says");
   command->add_option("--svg", arguments.svg, "Write a picture of plan and dive")
       ->type_name("FILE");
+  command
+      ->add_option("--record", arguments.record,
+                   "Record cameras, inertial unit and depth as an ASL (EuRoC) dataset")
+      ->type_name("DIR");
+  command
+      ->add_option("--water", arguments.water,
+                   "In which it is recorded: clear_pool, coastal_sea, green_lake, dark_wreck")
+      ->type_name("NAME");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/priority.h"
+#include "common/suggest.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -13,6 +14,7 @@
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
+#include "mission/record/dataset_recorder.h"
 #include "mission/record/journal.h"
 #include "mission/record/log.h"
 #include "mission/record/log_digest.h"
@@ -191,11 +193,49 @@ void print_map(const std::optional<std::string>& map, const planning::SeenMap& s
   if (map) print(fmt::format("  map {} ({} pieces)", *map, seen.pieces()));
 }
 
+/// Has the dive recorded as a dataset. False, and complains, when it cannot be.
+bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
+                    DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
+  const std::optional<vehicle::StereoCameraOptions> camera = stereo_camera_in(arguments.water);
+  if (!camera) {
+    const std::string hint = did_you_mean(arguments.water, water_names());
+    complain(fmt::format("--water {}: must be one of {}{}", arguments.water,
+                         fmt::join(water_names(), ", "), hint.empty() ? "" : "; " + hint));
+    return false;
+  }
+  settings.conditions.inertial_unit = vehicle::ImuNoise{};
+  tl::expected<DatasetRecorder, std::string> created = DatasetRecorder::create(
+      arguments.record, loaded.world, *camera, settings.conditions, settings.seed,
+      fmt::format("{} dived with seed {} in simulated {} by dive " DIVE_VERSION, loaded.mission.id,
+                  settings.seed, arguments.water));
+  if (!created) {
+    complain(created.error());
+    return false;
+  }
+  dataset.emplace(std::move(*created));
+  settings.sensor_observer =
+      [&dataset](const vehicle::SensorSamples& samples, const vehicle::GroundTruth& truth,
+                 const std::optional<Pose>& X_WD) { dataset->observe(samples, truth, X_WD); };
+  return true;
+}
+
+/// Complains and is false when something of it was lost.
+bool close_dataset(std::optional<DatasetRecorder>& dataset) {
+  if (!dataset) return true;
+  const tl::expected<void, std::string> closed = dataset->close();
+  if (!closed) complain(closed.error());
+  return closed.has_value();
+}
+
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
   settings.seed = recording->seed();
   settings.resume = recording->resume();
+  std::optional<DatasetRecorder> dataset;
+  if (!arguments.record.empty() && !record_dataset(arguments, loaded, settings, dataset)) {
+    return kExitUsage;
+  }
   DivePicture picture;
   if (!arguments.svg.empty()) {
     const planning::Scene scene(loaded.world);
@@ -221,11 +261,13 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
           recording->keep(executive, outputs);
         });
   }
-  const bool is_complete = recording->close();
+  const bool has_dataset = close_dataset(dataset);
+  const bool is_complete = recording->close() && has_dataset;
   const std::optional<std::string> map =
       keep_map(recording->log_path(), result.seen, result.seen_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result);
+    if (dataset) json["dataset"] = arguments.record;
     json["log"] = recording->log_path();
     json["seed"] = settings.seed;
     if (map) json["map"] = *map;
@@ -233,6 +275,9 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   } else {
     print_verdict(result, recording->log_path());
     print_map(map, result.seen);
+    if (dataset) {
+      print(fmt::format("  dataset {} ({} stereo pairs)", arguments.record, dataset->pairs()));
+    }
   }
   if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
@@ -323,9 +368,10 @@ int run_dive(const RunArguments& arguments) {
     if (!settings.diver) return kExitUsage;
   }
   if (is_linked && (!settings.faults.empty() || !arguments.conditions.empty() ||
-                    !arguments.svg.empty() || settings.diver)) {
+                    !arguments.svg.empty() || !arguments.record.empty() || settings.diver)) {
     complain(
-        "--diver and --svg are for the built-in simulator, and so are --fault, --leak-at and "
+        "--diver, --svg and --record are for the built-in simulator, and so are --fault, --leak-at "
+        "and "
         "--set: "
         "with --lcm give those to dive sim");
     return kExitUsage;

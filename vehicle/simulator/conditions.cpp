@@ -63,6 +63,7 @@ std::string Conditions::validate() const {
     return fmt::format("{} is {} but must be from {} to {}", entry.name, value, entry.low,
                        entry.high);
   }
+  if (inertial_unit) return inertial_unit->validate();
   return {};
 }
 

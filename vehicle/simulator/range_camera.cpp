@@ -4,17 +4,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include "common/assert.h"
 #include "common/random.h"
 #include "vehicle/simulator/diver.h"
-#include "vehicle/simulator/triangulation.h"
+#include "vehicle/simulator/traced_world.h"
 
 namespace dive::vehicle {
 namespace {
@@ -24,134 +22,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kNoiseStream = 21;
 constexpr std::uint64_t kParticleStream = 22;
 constexpr double kSnowSide = 6.0;  // m, of the box of particles around the lens
-
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
-
-// Triangles, and which of them a ray meets first.
-class TriangleScene {
- public:
-  template <typename Vertices, typename Faces>
-  void add(const Vertices& vertices, const Faces& faces) {
-    const std::size_t before = vertices_.size();
-    vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
-    for (const auto& face : faces) {
-      triangles_.push_back({static_cast<std::uint32_t>(before + face[0]),
-                            static_cast<std::uint32_t>(before + face[1]),
-                            static_cast<std::uint32_t>(before + face[2])});
-    }
-  }
-
-  // After the last add().
-  void build(RTCDevice device) {
-    scene_.reset(rtcNewScene(device));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
-    if (!triangles_.empty()) attach(device);
-    rtcCommitScene(scene_.get());
-    DIVE_DEMAND(rtcGetDeviceError(device) == RTC_ERROR_NONE);
-  }
-
-  // Along the unit vector d from o, within [near, far]; infinity: nothing.
-  [[nodiscard]] double range(const Eigen::Vector3d& o, const Eigen::Vector3d& d, double near,
-                             double far) const {
-    RTCRayHit query{};
-    query.ray.org_x = static_cast<float>(o.x());
-    query.ray.org_y = static_cast<float>(o.y());
-    query.ray.org_z = static_cast<float>(o.z());
-    query.ray.dir_x = static_cast<float>(d.x());
-    query.ray.dir_y = static_cast<float>(d.y());
-    query.ray.dir_z = static_cast<float>(d.z());
-    query.ray.tnear = static_cast<float>(near);
-    query.ray.tfar = static_cast<float>(far);
-    query.ray.mask = ~0U;
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_.get(), &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return kInfinity;
-    return to_triangle(triangles_[query.hit.primID], o, d, static_cast<double>(query.ray.tfar));
-  }
-
- private:
-  void attach(RTCDevice device) {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* const corners = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                3 * sizeof(float), vertices_.size()));
-    auto* const indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), triangles_.size()));
-    DIVE_DEMAND(corners != nullptr && indices != nullptr);
-    for (std::size_t i = 0; i < vertices_.size(); ++i) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        corners[3 * i + k] = static_cast<float>(vertices_[i][static_cast<Eigen::Index>(k)]);
-      }
-    }
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      std::copy(triangles_[i].begin(), triangles_[i].end(), indices + 3 * i);
-    }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-  }
-
-  // Embree's range has the last bits of whatever instructions the machine has; this one is the same
-  // on all. They differ by more than rounding only where the ray grazes the triangle.
-  [[nodiscard]] double to_triangle(const std::array<std::uint32_t, 3>& triangle,
-                                   const Eigen::Vector3d& o, const Eigen::Vector3d& d,
-                                   double embree) const {
-    constexpr double kRounding = 1e-3;  // m
-    const Eigen::Vector3d& a = vertices_[triangle[0]];
-    const Eigen::Vector3d normal = (vertices_[triangle[1]] - a).cross(vertices_[triangle[2]] - a);
-    const double along = normal.dot(d);
-    if (along == 0.0) return embree;
-    return std::clamp(normal.dot(a - o) / along, embree - kRounding, embree + kRounding);
-  }
-
-  std::vector<Eigen::Vector3d> vertices_;
-  std::vector<std::array<std::uint32_t, 3>> triangles_;
-  Scene scene_;
-};
-
-// The faces of a convex solid, as the planes x . normal = offset, and a ball around it.
-struct ConvexInside {
-  ConvexInside(const TriangleSolid& solid, const Eigen::Vector3d& middle) : centre(middle) {
-    for (const Eigen::Vector3d& vertex : solid.vertices) {
-      radius = std::max(radius, (vertex - centre).norm());
-    }
-    for (const auto& [a, b, c] : solid.faces) {
-      const Eigen::Vector3d& corner = solid.vertices[a];
-      normals.push_back((solid.vertices[b] - corner).cross(solid.vertices[c] - corner));
-      offsets.push_back(normals.back().dot(corner));
-    }
-  }
-
-  [[nodiscard]] bool contains(const Eigen::Vector3d& p) const {
-    if ((p - centre).norm() > radius) return false;
-    for (std::size_t i = 0; i < normals.size(); ++i) {
-      if (normals[i].dot(p) > offsets[i]) return false;
-    }
-    return true;
-  }
-
-  Eigen::Vector3d centre;
-  double radius = 0.0;
-  std::vector<Eigen::Vector3d> normals;
-  std::vector<double> offsets;
-};
-
-TriangleSolid placed(const planning::Obstacle& obstacle) {
-  TriangleSolid solid = circumscribed_solid(obstacle.shape);
-  for (Eigen::Vector3d& vertex : solid.vertices) vertex = obstacle.X_WO * vertex;
-  return solid;
-}
 
 // Marine snow without a memory: each particle drifts for ever through a space that repeats itself,
 // and the copy that is seen is the one nearest to the lens. What leaves the box on one side enters
@@ -216,11 +86,6 @@ std::string RangeCameraOptions::validate() const {
 }
 
 struct RangeCamera::Impl {
-  struct Plane {
-    Eigen::Vector3d normal_W;  // out of the solid half
-    double offset;             // normal . x of its surface
-  };
-
   Impl(const planning::World& world, RangeCameraOptions options_, std::uint64_t seed)
       : options(std::move(options_)),
         noise(seed, kNoiseStream),
@@ -228,31 +93,11 @@ struct RangeCamera::Impl {
         half_height(std::tan(0.5 * deg_to_rad(options.vertical_deg))),
         q_BC(from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0)),
         particles(snow(options, seed)),
-        device(rtcNewDevice("threads=1")) {  // the order of its work is then always the same
-    DIVE_DEMAND(device != nullptr);
-    for (const planning::Obstacle& obstacle : world.obstacles) {
-      if (obstacle.surface < 0 || world.surfaces.empty()) add(obstacle);
-    }
-    for (const planning::Surface& surface : world.surfaces) {
-      walls.add(surface.mesh.vertices, surface.mesh.triangles);
-    }
-    walls.build(device.get());
-    const TriangleSolid body = placed(Diver::shape());
-    diver.add(body.vertices, body.faces);
-    diver.build(device.get());
-    diver_inside.emplace(body, Eigen::Vector3d::Zero());
+        walls(world),
+        diver_inside(placed_solid(Diver::shape()), Eigen::Vector3d::Zero()) {
+    diver.add(placed_solid(Diver::shape()));
+    diver.build();
     aim();
-  }
-
-  void add(const planning::Obstacle& obstacle) {
-    if (const auto* half = std::get_if<planning::HalfSpace>(&obstacle.shape)) {
-      const Eigen::Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
-      planes.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});
-      return;
-    }
-    const TriangleSolid solid = placed(obstacle);
-    walls.add(solid.vertices, solid.faces);
-    solids.emplace_back(solid, obstacle.X_WO.p);
   }
 
   void aim() {
@@ -272,11 +117,7 @@ struct RangeCamera::Impl {
 
   [[nodiscard]] bool is_covered(const Eigen::Vector3d& lens_W,
                                 const std::optional<Pose>& X_DW) const {
-    return std::any_of(planes.begin(), planes.end(),
-                       [&](const Plane& p) { return p.normal_W.dot(lens_W) <= p.offset; }) ||
-           std::any_of(solids.begin(), solids.end(),
-                       [&](const ConvexInside& solid) { return solid.contains(lens_W); }) ||
-           (X_DW && diver_inside->contains(*X_DW * lens_W));
+    return walls.covers(lens_W) || (X_DW && diver_inside.contains(*X_DW * lens_W));
   }
 
   // Of what is solid, along one ray; infinity: nothing, NaN: not looked.
@@ -292,12 +133,6 @@ struct RangeCamera::Impl {
     }
     double least = walls.range(o, d, near, far);
     if (X_DW) least = std::min(least, diver.range(*X_DW * o, X_DW->q * d, near, far));
-    for (const Plane& plane : planes) {
-      const double along = -plane.normal_W.dot(d);
-      if (along <= 0.0) continue;
-      const double t = (plane.normal_W.dot(o) - plane.offset) / along;
-      if (t >= near && t <= far) least = std::min(least, t);
-    }
     return least;
   }
 
@@ -387,12 +222,9 @@ struct RangeCamera::Impl {
   Eigen::Quaterniond q_BC;
   std::vector<Particle> particles;
   std::vector<Eigen::Vector3d> rays_B;
-  Device device;
-  TriangleScene walls;
-  std::vector<ConvexInside> solids;
-  std::vector<Plane> planes;
+  TracedWorld walls;
   TriangleScene diver;
-  std::optional<ConvexInside> diver_inside;
+  ConvexInside diver_inside;
   std::int64_t last_sequence = -1;
   std::vector<double> ranges;  // of this scan, by pixel; scratch
 };

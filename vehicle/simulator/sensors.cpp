@@ -19,6 +19,9 @@ Sensors::Sensors(const Conditions& conditions, std::uint64_t seed, double tick)
   DIVE_DEMAND(latency_ticks_ < kSlots);
   Random bias(seed, kBiasStream);
   heading_bias_ = deg_to_rad(conditions.heading_bias_sigma_deg) * bias.normal();
+  if (conditions.inertial_unit) {
+    unit_.emplace(*conditions.inertial_unit, seed, tick / InertialSamples::kPerTick);
+  }
 }
 
 Eigen::Vector3d Sensors::noise(double sigma) {
@@ -26,6 +29,16 @@ Eigen::Vector3d Sensors::noise(double sigma) {
   const double y = random_.normal();
   const double z = random_.normal();
   return sigma * Eigen::Vector3d(x, y, z);
+}
+
+void Sensors::feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
+                   const Eigen::Vector3d& specific_force_B) {
+  DIVE_DEMAND(unit_ && felt_.count < felt_.samples.size());
+  ImuSample& sample = felt_.samples[felt_.count++];
+  sample.utime = utime;
+  sample.q_WB = unit_->blurred(from_rpy(0.0, 0.0, heading_bias_) * q_WB,
+                               deg_to_rad(conditions_.attitude_noise_deg));
+  unit_->feel(omega_B, specific_force_B, sample);
 }
 
 SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& specific_force_B,
@@ -39,6 +52,8 @@ SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& s
   now.imu.accel_B = specific_force_B + noise(conditions_.accel_noise);
   now.depth.utime = truth.utime;
   now.depth.depth_m = -truth.X_WB.p.z() + conditions_.depth_noise_m * random_.normal();
+  now.inertial = felt_;
+  felt_.count = 0;
   ++taken_count_;
 
   SensorSamples arriving;
@@ -46,6 +61,7 @@ SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& s
     const Taken& then = taken_[(taken_count_ - 1 - latency_ticks_) % kSlots];
     arriving.imu = then.imu;
     arriving.depth = then.depth;
+    arriving.inertial = then.inertial;
   }
   if (truth.utime >= next_health_) {
     arriving.health = health;

@@ -2,6 +2,7 @@
 // What the sensors make of the truth: noise, a heading bias drawn once per dive, and latency.
 
 #include <array>
+#include <optional>
 
 #include "common/random.h"
 #include "vehicle/simulator/simulator.h"
@@ -15,6 +16,11 @@ class Sensors {
   /// `tick` is the time between two calls of sample(), s.
   Sensors(const Conditions& conditions, std::uint64_t seed, double tick);
 
+  /// What the inertial unit, if there is one, is to sample at `utime`, before the tick's sample().
+  void feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
+            const Eigen::Vector3d& specific_force_B);
+  [[nodiscard]] const std::optional<InertialUnit>& inertial_unit() const { return unit_; }
+
   /// Samples the truth at the end of a tick and returns what arrives at that moment, which was
   /// taken a latency before. `specific_force_B` is what an accelerometer in B feels, m/s^2.
   [[nodiscard]] SensorSamples sample(const GroundTruth& truth,
@@ -25,6 +31,7 @@ class Sensors {
   struct Taken {
     ImuSample imu;
     DepthSample depth;
+    InertialSamples inertial;
   };
   static constexpr std::size_t kSlots = 64;
 
@@ -33,6 +40,8 @@ class Sensors {
   Conditions conditions_;
   Random random_;
   double heading_bias_ = 0.0;  ///< rad
+  std::optional<InertialUnit> unit_;
+  InertialSamples felt_;  ///< In this tick.
   std::size_t latency_ticks_ = 0;
   std::size_t taken_count_ = 0;
   Utime next_health_ = 0;

@@ -42,7 +42,9 @@ struct Simulator::Impl {
     const Vector3d v_before_W = velocity_W();
     for (int i = 0; i < kSubsteps; ++i) {
       flippers.advance(kTick / kSubsteps);
+      const Dynamics::State before = state;
       dynamics.advance(state, flippers.forces(), current_W, kTick / kSubsteps);
+      if (conditions.inertial_unit) feel(before, i);
     }
     DIVE_DEMAND(state.X_WB.is_finite() && state.v.allFinite() && state.omega.allFinite());
     truth.utime += from_seconds(kTick);
@@ -55,7 +57,34 @@ struct Simulator::Impl {
     const Vector3d acceleration_W = (velocity_W() - v_before_W) / kTick;
     const Vector3d specific_force_B =
         state.X_WB.q.conjugate() * (acceleration_W + kGravity * Vector3d::UnitZ());
+    if (conditions.inertial_unit) {
+      truth.gyro_bias_B = sensors.inertial_unit()->gyro_bias();
+      truth.accel_bias_B = sensors.inertial_unit()->accel_bias();
+    }
     return sensors.sample(truth, specific_force_B, health());
+  }
+
+  // What the inertial unit feels in a substep that began at `before` and is done. As long as it
+  // lasts the flippers' forces hold, so that its middle is a shorter step of the same motion; at
+  // its end they leap, and what is felt is halfway.
+  void feel(const Dynamics::State& before, int substep) {
+    constexpr double kStep = kTick / kSubsteps;
+    static_assert(InertialSamples::kPerTick == 2 * kSubsteps);
+    Dynamics::State middle = before;
+    dynamics.advance(middle, flippers.forces(), current_W, 0.5 * kStep);
+    feel_at(middle, flippers.forces(), truth.utime + from_seconds((substep + 0.5) * kStep));
+    Flippers next = flippers;
+    next.advance(kStep);
+    feel_at(state, 0.5 * (flippers.forces() + next.forces()),
+            truth.utime + from_seconds((substep + 1) * kStep));
+  }
+
+  // The current is uniform and steady: the acceleration of B's origin is that through the water.
+  void feel_at(const Dynamics::State& at, const FlipperForces& forces, Utime utime) {
+    const Vector3d rate = dynamics.acceleration(at, forces).head<3>();
+    const Vector3d specific_force_B =
+        rate + at.omega.cross(at.v) + at.X_WB.q.conjugate() * (kGravity * Vector3d::UnitZ());
+    sensors.feel(utime, at.X_WB.q, at.omega, specific_force_B);
   }
 
   [[nodiscard]] Vector3d velocity_W() const { return state.X_WB.q * state.v + current_W; }

@@ -16,6 +16,7 @@
 #include "planning/world/world.h"
 #include "vehicle/command.h"
 #include "vehicle/model.h"
+#include "vehicle/simulator/inertial_unit.h"
 
 namespace dive::vehicle {
 
@@ -33,6 +34,9 @@ struct Conditions {
   double battery_capacity_wh = 200.0;
   double battery_voltage = 28.8;
   double battery_fraction = 1.0;  ///< At the start.
+  /// An inertial unit for a visual-inertial estimator, beside the 50 Hz of the other; it changes
+  /// nothing else. Not among the names.
+  std::optional<ImuNoise> inertial_unit = std::nullopt;
 
   /// Sets one by its name, e.g. "current_x" = 0.1; false when there is no such name.
   [[nodiscard]] bool set(const std::string& name, double value);
@@ -45,6 +49,7 @@ struct SensorSamples {
   std::optional<ImuSample> imu;        ///< 50 Hz.
   std::optional<DepthSample> depth;    ///< 50 Hz.
   std::optional<HealthSample> health;  ///< 1 Hz.
+  InertialSamples inertial = {};       ///< 200 Hz; none without an inertial unit.
 };
 
 struct GroundTruth {
@@ -54,6 +59,8 @@ struct GroundTruth {
   Eigen::Vector3d omega_WB_B = Eigen::Vector3d::Zero();
   double distance_swum_m = 0.0;
   double energy_used_wh = 0.0;
+  Eigen::Vector3d gyro_bias_B = Eigen::Vector3d::Zero();   ///< Of the inertial unit, rad/s ...
+  Eigen::Vector3d accel_bias_B = Eigen::Vector3d::Zero();  ///< ... and m/s^2.
 };
 
 class Simulator {

@@ -1,0 +1,74 @@
+#pragma once
+// A dataset in the ASL format, as the EuRoC data have it (Burri et al. 2016, "The EuRoC micro
+// aerial vehicle datasets", IJRR 35(10)), so that what reads those reads ours:
+//
+//   DIR/mav0/cam0, cam1                    data/NANOSECONDS.png, data.csv, sensor.yaml
+//   DIR/mav0/imu0                          data.csv: gyro (rad/s), specific force (m/s^2)
+//   DIR/mav0/depth0                        data.csv: depth below the surface (m), positive down
+//   DIR/mav0/state_groundtruth_estimate0   data.csv: p, q (w x y z), v in W, both biases
+//
+// Times are in nanoseconds. The body frame is B, in which the inertial unit stands; T_BS is the
+// pose of a sensor in B. W has z up. depth0 is ours: EuRoC has no pressure sensor; its data.csv has
+// the columns "#timestamp [ns],depth [m]", its sensor.yaml the standard deviation noise_sigma (m);
+// it tells the depth of B's origin, wherever the sensor sits.
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "common/camera_model.h"
+#include "common/measurements.h"
+#include "common/se3.h"
+
+namespace dive::mission {
+
+/// What stands in the sensor.yaml files.
+struct AslSensors {
+  std::array<CameraModel, 2> cameras;
+  double camera_rate_hz = 20.0;
+  double imu_rate_hz = 200.0;
+  double gyro_density = 0.0;   ///< rad/s/sqrt(Hz).
+  double gyro_walk = 0.0;      ///< rad/s^2/sqrt(Hz).
+  double accel_density = 0.0;  ///< m/s^2/sqrt(Hz).
+  double accel_walk = 0.0;     ///< m/s^3/sqrt(Hz).
+  double depth_rate_hz = 50.0;
+  double depth_sigma_m = 0.0;
+  std::string comment;  ///< One line: of what this is a recording.
+};
+
+/// One row of the ground truth.
+struct AslTruth {
+  Utime utime = 0;
+  Pose X_WB;
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_B = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_B = Eigen::Vector3d::Zero();
+};
+
+class AslWriter {
+ public:
+  /// Makes the folders and the sensor.yaml files. The error is a sentence: what cannot be written,
+  /// or that the folder holds a dataset already, which is not overwritten.
+  [[nodiscard]] static tl::expected<AslWriter, std::string> create(const std::string& folder,
+                                                                   const AslSensors& sensors);
+  AslWriter(AslWriter&&) noexcept;
+  AslWriter& operator=(AslWriter&&) noexcept;
+  ~AslWriter();
+
+  /// Rows are written in the order in which they come. Grey pictures of camera 0 or 1.
+  void write(const ImageFrame& frame);
+  void write(const ImuSample& sample);
+  void write(const DepthSample& sample);
+  void write(const AslTruth& truth);
+  /// Nothing is written after it. An error names what is not complete.
+  [[nodiscard]] tl::expected<void, std::string> close();
+
+ private:
+  struct Impl;
+  explicit AslWriter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::mission

@@ -1,0 +1,86 @@
+#include "mission/record/dataset_recorder.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "common/assert.h"
+
+namespace dive::mission {
+namespace {
+
+struct NamedWater {
+  const char* name;
+  vehicle::WaterOptics (*optics)();
+};
+constexpr std::array<NamedWater, 4> kWaters{{
+    {"clear_pool", vehicle::clear_pool},
+    {"coastal_sea", vehicle::coastal_sea},
+    {"green_lake", vehicle::green_lake},
+    {"dark_wreck", vehicle::dark_wreck},
+}};
+
+AslSensors sensors_of(const vehicle::StereoCameraOptions& camera,
+                      const vehicle::Conditions& conditions, const std::string& comment) {
+  AslSensors sensors;
+  sensors.cameras = {camera.camera(0), camera.camera(1)};
+  sensors.camera_rate_hz = camera.rate_hz;
+  sensors.imu_rate_hz = vehicle::InertialSamples::kPerTick / vehicle::Simulator::kTick;
+  sensors.gyro_density = conditions.inertial_unit->gyro_density;
+  sensors.gyro_walk = conditions.inertial_unit->gyro_walk;
+  sensors.accel_density = conditions.inertial_unit->accel_density;
+  sensors.accel_walk = conditions.inertial_unit->accel_walk;
+  sensors.depth_rate_hz = 1.0 / vehicle::Simulator::kTick;
+  sensors.depth_sigma_m = conditions.depth_noise_m;
+  sensors.comment = comment;
+  return sensors;
+}
+
+}  // namespace
+
+const std::vector<std::string>& water_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const NamedWater& water : kWaters) result.emplace_back(water.name);
+    return result;
+  }();
+  return names;
+}
+
+std::optional<vehicle::StereoCameraOptions> stereo_camera_in(const std::string& water) {
+  const auto* const found = std::find_if(kWaters.begin(), kWaters.end(),
+                                         [&](const NamedWater& w) { return water == w.name; });
+  if (found == kWaters.end()) return std::nullopt;
+  vehicle::StereoCameraOptions options;
+  options.water = found->optics();
+  if ((options.water.daylight == 0.0).all()) options.lamps = vehicle::bow_lamps();
+  return options;
+}
+
+tl::expected<DatasetRecorder, std::string> DatasetRecorder::create(
+    const std::string& folder, const planning::World& world,
+    const vehicle::StereoCameraOptions& camera, const vehicle::Conditions& conditions,
+    std::uint64_t seed, const std::string& comment) {
+  DIVE_DEMAND(conditions.inertial_unit.has_value());
+  tl::expected<AslWriter, std::string> writer =
+      AslWriter::create(folder, sensors_of(camera, conditions, comment));
+  if (!writer) return tl::unexpected(writer.error());
+  vehicle::StereoCamera eyes(world, camera, seed);
+  eyes.set_current(conditions.current_W);
+  return DatasetRecorder(std::move(*writer), std::move(eyes));
+}
+
+void DatasetRecorder::observe(const vehicle::SensorSamples& samples,
+                              const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
+  writer_.write(AslTruth{truth.utime, truth.X_WB, truth.X_WB.q * truth.v_WB_B, truth.gyro_bias_B,
+                         truth.accel_bias_B});
+  for (const ImuSample& sample : samples.inertial.list()) writer_.write(sample);
+  if (samples.depth) writer_.write(*samples.depth);
+  if (!camera_.due(truth.utime)) return;
+  for (const auto& frame : camera_.take(truth.utime, truth.X_WB, X_WD)) {
+    if (frame) writer_.write(*frame);
+  }
+  ++pairs_;
+}
+
+}  // namespace dive::mission
