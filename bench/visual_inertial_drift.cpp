@@ -1,5 +1,5 @@
-// The visual-inertial filter on 50 analytic dives around an oval of 115 m: drift, consistency, depth,
-// time a frame; then in the dark for seven seconds, in snow, and the law of its covariance.
+// The visual-inertial filter on 50 analytic dives around an oval of 115 m: drift, consistency,
+// depth, time a frame; then in the dark for seven seconds, in snow, and the law of its covariance.
 
 #include <algorithm>
 #include <cmath>
@@ -75,22 +75,26 @@ int laps(const Study& study) {
     offered += result.offered_snow;
     diverged += filter.health().diverged ? 1 : 0;
     if (study.verbose) {
-      fmt::print("seed {}: drift {:.3f} %, yaw/att {:.2f} deg, nees {:.2f} {:.2f} (end {:.2f} {:.2f}), "
-                 "depth {:.3f}, ratio {:.2f}, {}\n",
-                 seed, drift.back(), rad_to_deg(last.attitude), nees_p.back(), nees_a.back(),
-                 final_p.back(), final_a.back(), depth.back(), ratio.back(),
-                 filter.health().reason);
+      fmt::print(
+          "seed {}: drift {:.3f} %, yaw/att {:.2f} deg, nees {:.2f} {:.2f} (end {:.2f} {:.2f}), "
+          "depth {:.3f}, ratio {:.2f}, {}\n",
+          seed, drift.back(), rad_to_deg(last.attitude), nees_p.back(), nees_a.back(),
+          final_p.back(), final_a.back(), depth.back(), ratio.back(), filter.health().reason);
     }
   }
   fmt::print("drift %: mean {:.3f}, median {:.3f}, worst {:.3f}\n", mean(drift),
              quantile(drift, 0.5), quantile(drift, 1.0));
   fmt::print("nees (3): position {:.2f}, attitude {:.2f}; at the end {:.2f}, {:.2f}\n",
              mean(nees_p), mean(nees_a), mean(final_p), mean(final_a));
-  fmt::print("depth rms {:.4f} m; innovation ratio {:.2f}; diverged {}\n", mean(depth),
-             mean(ratio), diverged);
+  fmt::print("depth rms {:.4f} m; innovation ratio {:.2f}; diverged {}\n", mean(depth), mean(ratio),
+             diverged);
   fmt::print("ms a frame: mean {:.2f}, p99 {:.2f}, worst {:.2f}\n", mean(ms), quantile(ms, 0.99),
              quantile(ms, 1.0));
-  fmt::print("used {} landmarks, of them snow {} ({:.2f} % of those used); {} sights of snow\n", used, snow, 100.0*static_cast<double>(snow)/static_cast<double>(std::max<std::int64_t>(used,1)), offered);
+  fmt::print(
+      "used {} landmarks, of them snow {} ({:.2f} % of those used); {} sights of snow\n", used,
+      snow,
+      100.0 * static_cast<double>(snow) / static_cast<double>(std::max<std::int64_t>(used, 1)),
+      offered);
   return 0;
 }
 

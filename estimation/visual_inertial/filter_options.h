@@ -28,7 +28,7 @@ struct VisualInertialOptions {
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Whose height it tells, m.
 
   int max_clones = 11;                 ///< Poses in the window.
-  int max_landmarks = 20;              ///< In the state; 0 leaves a pure MSCKF.
+  int max_landmarks = 12;              ///< In the state; 0 leaves a pure MSCKF.
   int max_features = 400;              ///< Of one frame that are followed.
   int max_update_features = 20;        ///< Of one update with nullspace projection.
   double keyframe_distance_m = 0.15;   ///< A clone is kept when so far from the one before,

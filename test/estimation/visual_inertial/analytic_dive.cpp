@@ -153,8 +153,8 @@ Vector3d AnalyticDive::random_point_before(const Pose& X_WB, double near, double
 void AnalyticDive::follow_points(const Pose& X_WB, std::size_t wanted) {
   Vector2d pixel;
   for (auto i = followed_.begin(); i != followed_.end();) {
-    const bool is_lost = random_.uniform() < options_.loss_share ||
-                         !sees(X_WB, points_[i->second], 0, pixel);
+    const bool is_lost =
+        random_.uniform() < options_.loss_share || !sees(X_WB, points_[i->second], 0, pixel);
     if (is_lost) is_followed_[i->second] = false;
     i = is_lost ? followed_.erase(i) : std::next(i);
   }

@@ -63,7 +63,9 @@ class AnalyticDive {
   [[nodiscard]] const Eigen::Vector3d& accel_bias() const { return accel_bias_; }
   /// Whether a feature's id is of something that moves.
   [[nodiscard]] static bool is_snow(std::int64_t id) { return id >= kSnow; }
-  [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const { return points_[points_of_.at(id)]; }
+  [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const {
+    return points_[points_of_.at(id)];
+  }
 
  private:
   static constexpr std::int64_t kSnow = 1'000'000'000;

@@ -20,10 +20,10 @@ struct ErrorSample {
 struct FilterDiveResult {
   std::vector<ErrorSample> errors;  ///< Once a second.
   double distance_m = 0.0;
-  std::vector<double> frame_ms;    ///< All calls of the filter since the frame before.
-  std::int64_t used = 0;           ///< Landmarks that corrected the state,
-  std::int64_t used_snow = 0;      ///< those among them that move.
-  std::int64_t offered_snow = 0;   ///< Sights of what moves.
+  std::vector<double> frame_ms;   ///< All calls of the filter since the frame before.
+  std::int64_t used = 0;          ///< Landmarks that corrected the state,
+  std::int64_t used_snow = 0;     ///< those among them that move.
+  std::int64_t offered_snow = 0;  ///< Sights of what moves.
 };
 
 /// What the filter is told of the dive.
