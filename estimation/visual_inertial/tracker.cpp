@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 
 constexpr std::uint64_t kRansacStream = 31;
 constexpr int kBorder = 8;            // px: nearer to the edge nothing is tracked
-constexpr std::size_t kSpan = 8;      // pictures, of the check for drift
+constexpr std::size_t kSpan = 16;     // pictures, of the check for drift
 constexpr Utime kStereoSlack = 1000;  // us between left and right
 constexpr int kFewFeatures = 20;      // of fewer, none are missed
 constexpr double kLostShare = 0.1;    // that is left when tracking is lost
@@ -270,12 +270,15 @@ struct Tracker::Impl {
     return static_cast<int>(before - tracks.size());
   }
 
-  // By the rotations since the last picture and since the one kSpan before.
+  // By the rotations since the last picture, since the one kSpan before, and half way.
   [[nodiscard]] int drop_all_moving(const Quaterniond& q) {
     for (Quaterniond& since : turned_since) since = (q * since).normalized();
     turned_since[(count - 1) % kSpan] = q;
-    const int at_once = drop_moving(1, q, options.epipolar_px);
-    return at_once + drop_moving(kSpan, turned_since[count % kSpan], options.drift_px);
+    int dropped = drop_moving(1, q, options.epipolar_px);
+    for (const std::size_t span : {kSpan / 2, kSpan}) {
+      dropped += drop_moving(span, turned_since[(count - span) % kSpan], options.drift_px);
+    }
+    return dropped;
   }
 
   [[nodiscard]] std::string add_new(int& added) {

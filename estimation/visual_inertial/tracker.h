@@ -7,8 +7,8 @@
 //   - is found from where the gyro says it went (infinite homography K R K^-1, and on as it moved
 //     last), and from there back to where it was;
 //   - obeys the epipolar constraint of the gyro's rotation and one translation for all, since the
-//     last picture and since the eighth before: snow that drifts with the water betrays itself in
-//     half a second, not in one picture.
+//     last picture and since the sixteenth before: snow that drifts with the water betrays itself
+//     in a second, not in one picture.
 
 #include <cstdint>
 #include <memory>
@@ -32,7 +32,7 @@ struct TrackerOptions {
   int cells_per_picture = 8;      ///< Of the grid, searched for new features.
   double back_px = 0.8;           ///< Forwards and backwards, a point returns so near.
   double epipolar_px = 1.0;       ///< Since the last picture.
-  double drift_px = 2.0;          ///< Since the eighth picture before: gyro errors add up.
+  double drift_px = 1.5;          ///< Since the sixteenth picture before: gyro errors add up.
   double min_contrast = 3.0;      ///< Standard deviation, grey levels; below that it is noise.
   double max_gap_s = 0.5;         ///< Features are not followed over longer gaps.
   double min_depth_m = 0.25;      ///< Nearer points are not matched in stereo.

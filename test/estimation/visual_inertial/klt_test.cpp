@@ -1,5 +1,6 @@
 #include "estimation/visual_inertial/klt.h"
 
+#include <cmath>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -44,8 +45,10 @@ TEST(Klt, TurnsWhatTheLibraryThrowsIntoAnError) {
 #endif
   constexpr int kSize = 8000;
   std::vector<std::uint8_t> pixels(kSize * kSize);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    pixels[i] = static_cast<std::uint8_t>((i % kSize) * (i / kSize) / 16);
+  for (std::size_t i = 0; i < 64 * 64; ++i) {
+    const double x = static_cast<double>(i % 64);
+    const double y = static_cast<double>(i / 64);
+    pixels[i] = static_cast<std::uint8_t>(120.0 + 50.0 * (std::sin(0.4 * x) + std::cos(0.3 * y)));
   }
   const GrayView large{pixels.data(), kSize, kSize};
   const std::vector<Eigen::Vector2f> points{{40.0F, 40.0F}};

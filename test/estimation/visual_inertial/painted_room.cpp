@@ -89,6 +89,14 @@ Vector3d PaintedRoom::wall_at(const Pose& X_WC, const Vector2d& n) const {
   return X_WC.p + t * d;
 }
 
+bool PaintedRoom::has_flake(const CameraModel& camera, const Pose& X_WC, Utime utime,
+                            const Vector2d& n) const {
+  return std::any_of(flakes_.begin(), flakes_.end(), [&](const Flake& flake) {
+    const auto at = seen_at(X_WC, flake.p_W + to_seconds(utime) * flake.v_W);
+    return at && (pixel_of(camera, *at) - pixel_of(camera, n)).norm() < 3.0;
+  });
+}
+
 ImageFrame PaintedRoom::picture(const CameraModel& camera, const Pose& X_WC, Utime utime,
                                 double noise, double light) {
   const std::vector<Vector2d>& rays = cached_rays(camera);

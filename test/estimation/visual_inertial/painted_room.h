@@ -31,6 +31,10 @@ class PaintedRoom {
   [[nodiscard]] ImageFrame picture(const CameraModel& camera, const Pose& X_WC, Utime utime,
                                    double noise = 1.0, double light = 1.0);
 
+  /// Whether there is a flake within three pixels of n.
+  [[nodiscard]] bool has_flake(const CameraModel& camera, const Pose& X_WC, Utime utime,
+                               const Eigen::Vector2d& n) const;
+
   /// Where the wall is that is seen at normalised coordinates n.
   [[nodiscard]] Eigen::Vector3d wall_at(const Pose& X_WC, const Eigen::Vector2d& n) const;
 

@@ -68,7 +68,7 @@ double median(const std::map<std::int64_t, double>& errors, double share = 0.5) 
   return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
-TEST(Tracker, FollowsPointsToATenthOfAPixel) {
+TEST(Tracker, DriftsByNoMoreThanAFiftiethOfAPixelPerPicture) {
   PaintedRoom room({4, 3, 2});
   const CameraModel camera = test_camera();
   Tracker tracker({}, camera, std::nullopt, 1);
@@ -82,7 +82,7 @@ TEST(Tracker, FollowsPointsToATenthOfAPixel) {
     EXPECT_LE(last.frame.features.size(), 200U);
     const auto errors = truth.errors(last.frame, X_WC);
     if (k == 0) continue;
-    EXPECT_LT(median(errors), 0.1 + 0.01 * k) << k;
+    EXPECT_LT(median(errors), 0.05 + 0.02 * k) << k;
     EXPECT_LT(median(errors, 0.99), 2.0) << k;  // none has gone over to another's point
   }
   EXPECT_GT(last.quality.tracked, 150);
@@ -160,29 +160,28 @@ TEST(Tracker, KeepsThroughAFastTurnWhatItLosesWithoutGyro) {
 }
 
 struct Snowed {
-  int standing = 0;
-  int drifting = 0;
+  int walls = 0;
+  int flakes = 0;
 };
 
-// Features that have been followed for ten pictures, at the end, by whether they stood still.
+// Features that have been followed for 18 pictures and more, in the last ten of forty, by what
+// they were on when they were first seen.
 Snowed snowed(bool gyro) {
   PaintedRoom room({4, 3, 2});
-  room.snow(4000, {1.5, 0.0, 0.0}, 1.5, 0.05);
+  room.snow(400, {1.5, 0.0, 0.0}, 1.5, 0.05);
   const CameraModel camera = test_camera();
   Tracker tracker({}, camera, std::nullopt, 1);
-  Truth truth(room, camera);
+  std::map<std::int64_t, bool> is_flake;
   std::map<std::int64_t, int> seen_for;
   Snowed result;
-  for (int k = 0; k < 24; ++k) {
+  for (int k = 0; k < 40; ++k) {
     const Pose X_WC = camera_pose(camera, swimming, k);
     std::optional<Eigen::Quaterniond> q;
     if (gyro) q = turn(camera, swimming, std::max(0, k - 1), k);
     const TrackedPicture seen = tracker.step(room.picture(camera, X_WC, k * kPeriod), nullptr, q);
-    const auto errors = truth.errors(seen.frame, X_WC);
-    for (const FeatureObservation& f : seen.frame.features) ++seen_for[f.id];
-    if (k < 23) continue;
-    for (const auto& [id, error] : errors) {
-      if (seen_for[id] >= 10) ++(error < 3.0 ? result.standing : result.drifting);
+    for (const FeatureObservation& f : seen.frame.features) {
+      is_flake.try_emplace(f.id, room.has_flake(camera, X_WC, k * kPeriod, f.left));
+      if (++seen_for[f.id] >= 18 && k >= 30) ++(is_flake[f.id] ? result.flakes : result.walls);
     }
   }
   return result;
@@ -191,10 +190,10 @@ Snowed snowed(bool gyro) {
 TEST(Tracker, ThrowsOutSnow) {
   const Snowed without = snowed(false);
   const Snowed with = snowed(true);
-  EXPECT_GT(without.drifting, 0.4 * (without.standing + without.drifting));  // it is a blizzard
-  EXPECT_LT(with.drifting, 0.15 * (with.standing + with.drifting))
-      << with.drifting << " of " << with.standing + with.drifting;
-  EXPECT_GT(with.standing, 0.8 * without.standing);
+
+  EXPECT_GT(without.flakes, 0.4 * (without.walls + without.flakes));  // it is a blizzard
+  EXPECT_LT(with.flakes, 0.15 * (with.walls + with.flakes));
+  EXPECT_GT(with.walls, 0.7 * without.walls);
 }
 
 TEST(Tracker, FollowsAsTheLightGoesDown) {
@@ -203,7 +202,7 @@ TEST(Tracker, FollowsAsTheLightGoesDown) {
   Tracker tracker({}, camera, std::nullopt, 1);
   Truth truth(room, camera);
   double light = 1.0;
-  for (int k = 0; k < 8; ++k, light *= 0.75) {
+  for (int k = 0; k < 8; ++k, light *= 0.85) {
     const Pose X_WC = camera_pose(camera, swimming, k);
     const TrackedPicture seen =
         tracker.step(room.picture(camera, X_WC, k * kPeriod, 0.5, light), nullptr,
@@ -262,7 +261,9 @@ TEST(Tracker, DoesTheSameTwice) {
 class Refusing : public ::testing::Test {
  protected:
   TrackedPicture step(const ImageFrame& picture, const ImageFrame* right = nullptr) {
-    return tracker.step(picture, right, Eigen::Quaterniond::Identity());
+    const auto pose = [&](Utime utime) { return swimming(to_seconds(utime)) * camera.X_BC; };
+    const Utime last = tracker.utime().value_or(picture.utime);
+    return tracker.step(picture, right, pose(picture.utime).q.conjugate() * pose(last).q);
   }
   ImageFrame at(int k, double light = 1.0) {
     return room.picture(camera, camera_pose(camera, swimming, k), k * kPeriod, 1.0, light);
