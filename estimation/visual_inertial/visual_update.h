@@ -1,0 +1,75 @@
+#pragma once
+// From one frame of features to corrections of the state: an MSCKF (Mourikis and Roumeliotis 2007,
+// "A multi-state constraint Kalman filter for vision-aided inertial navigation", ICRA) with a few
+// landmarks in the state (Li and Mourikis 2013, "Optimization-based estimator design", RSS).
+//
+// The window keeps clones some distance apart, and the newest: at 0.4 m/s eleven successive frames
+// would be a baseline of 0.2 m only. A track is used once, when it is lost or when the oldest clone
+// leaves; one that is still seen then may become a landmark of the state instead.
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimation/visual_inertial/feature_frame.h"
+#include "estimation/visual_inertial/feature_tracks.h"
+#include "estimation/visual_inertial/feature_update.h"
+#include "estimation/visual_inertial/filter_state.h"
+
+namespace dive::estimation {
+
+/// A landmark as the map of unknown water takes it.
+struct Landmark {
+  std::int64_t id = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of p_W, that of the vehicle included.
+};
+
+struct VisualReport {
+  int followed = 0;               ///< Features of the frame that were followed.
+  int ignored = 0;                ///< Not finite, twice the same id, or beyond max_features.
+  int used = 0;                   ///< Tracks and landmarks that corrected the state.
+  int rejected = 0;               ///< Those the gate held back.
+  int untriangulated = 0;         ///< Tracks that gave no place.
+  double innovation_ratio = 0.0;  ///< Of those used: r^T S^-1 r over degrees of freedom, mean.
+  std::vector<Landmark> landmarks;
+};
+
+class VisualUpdate {
+ public:
+  explicit VisualUpdate(const VisualInertialOptions& options);
+
+  void reset() { tracks_.clear(); }
+  /// The newest clone of `state` is where `frame`, the `number`-th one, was taken.
+  VisualReport apply(FilterState& state, const FeatureFrame& frame, std::int64_t number);
+
+ private:
+  struct Candidate {
+    const Track* track;
+    bool may_stay;  ///< Still seen: may become a landmark of the state.
+  };
+  struct Gated;
+
+  void follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
+              VisualReport& report);
+  void correct_landmarks(FilterState& state, std::int64_t number, VisualReport& report);
+  [[nodiscard]] std::optional<std::size_t> leaving_clone(const FilterState& state) const;
+  [[nodiscard]] std::vector<Candidate> candidates(const FilterState& state, std::int64_t number,
+                                                  std::optional<std::size_t> leaving) const;
+  void correct_tracks(FilterState& state, std::vector<Candidate> candidates, VisualReport& report);
+  [[nodiscard]] std::optional<Gated> gated(const FilterState& state, const Track& track,
+                                           VisualReport& report) const;
+  void promote(FilterState& state, const Track& track, std::int64_t number, VisualReport& report);
+  void clean(FilterState& state, std::int64_t number, std::optional<std::size_t> leaving);
+  [[nodiscard]] bool is_out(const Eigen::MatrixXd& S, const Eigen::VectorXd& r,
+                            double& distance) const;
+
+  VisualInertialOptions options_;
+  double sigma_;  ///< Of an image coordinate, normalised.
+  FeatureTracks tracks_;
+  std::vector<std::pair<std::size_t, TrackObservation>> landmark_sights_;  ///< Of this frame.
+  double distance_ = 0.0;  ///< Sum of what was used in this frame,
+  double freedom_ = 0.0;   ///< and its degrees of freedom.
+};
+
+}  // namespace dive::estimation
