@@ -110,7 +110,7 @@ TEST_F(Asl, SaysWhereAndWhatIsWrong) {
     std::string text;
     const char* words;
   } bad[] = {
-      {"imu0/data.csv", "1,1,2,3,4,5,6\n2,1,2,3,4,5\n", "data.csv:2: 6 fields; at least 7"},
+      {"imu0/data.csv", "1000,1,2,3,4,5,6\n2000,1,2,3,4,5\n", "data.csv:2: 6 fields; at least 7"},
       {"imu0/data.csv", "1,1,2,3,4,5,six\n", "data.csv:1: field 7 is \"six\""},
       {"imu0/data.csv", "1,1,2,3,4,5,nan\n", "no finite number"},
       {"imu0/data.csv", "1.5,1,2,3,4,5,6\n", "\"1.5\" is no stamp"},

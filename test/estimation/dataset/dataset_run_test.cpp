@@ -45,11 +45,23 @@ Imu imu_at(double t) {
           b.q.conjugate() * (acceleration + Vector3d(0, 0, 9.81))};
 }
 
+// Half the usual size, which makes a picture in a quarter of the time.
+CameraModel small_camera(double y) {
+  CameraModel camera = testing::test_camera(y);
+  camera.width /= 2;
+  camera.height /= 2;
+  camera.fx *= 0.5;
+  camera.fy *= 0.5;
+  camera.cx = 0.5 * camera.cx - 0.25;
+  camera.cy = 0.5 * camera.cy - 0.25;
+  return camera;
+}
+
 const std::string& recording() {
   static const std::string folder = [] {
     const std::string made = testing::fresh_folder();
     testing::PaintedRoom room({4, 3, 2});
-    const CameraModel cameras[] = {testing::test_camera(0.06), testing::test_camera(-0.06)};
+    const CameraModel cameras[] = {small_camera(0.06), small_camera(-0.06)};
     const auto ns = [](double t) { return std::llround((kStart + t) * 1e9); };
     std::string csv[2];
     std::string imu;
