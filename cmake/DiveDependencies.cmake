@@ -57,5 +57,12 @@ dive_imported_library(dive_pcl_kdtree pcl/kdtree/kdtree_flann.h pcl_kdtree SUFFI
 dive_imported_library(dive_pcl_search pcl/search/kdtree.h pcl_search SUFFIXES pcl-1.13)
 dive_imported_library(dive_embree embree3/rtcore.h embree3)
 dive_imported_library(dive_lzf liblzf/lzf.h lzf)
+
+# Of ViSP and OpenCV too: find_package(VISP) would bring all modules of both.
 dive_imported_library(dive_opencv_core opencv2/core.hpp opencv_core SUFFIXES opencv4)
+dive_imported_library(dive_opencv_imgproc opencv2/imgproc.hpp opencv_imgproc SUFFIXES opencv4)
 dive_imported_library(dive_opencv_imgcodecs opencv2/imgcodecs.hpp opencv_imgcodecs SUFFIXES opencv4)
+dive_imported_library(dive_visp_core visp3/core/vpConfig.h visp_core)
+dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
+dive_imported_library(dive_png png.h png)
+dive_imported_library(dive_yaml yaml-cpp/yaml.h yaml-cpp)

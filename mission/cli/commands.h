@@ -129,6 +129,18 @@ struct ImportArguments {
   bool json = false;
 };
 
+struct EstimateArguments {
+  std::string folder;
+  std::string estimator = "visual";  ///< visual or primitive
+  std::string init = "rest";         ///< rest, motion or truth
+  bool mono = false;
+  bool no_depth = false;
+  double speed = 0.4;
+  std::uint64_t seed = 1;
+  std::string output;  ///< Empty: none.
+  bool json = false;
+};
+
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);
@@ -140,6 +152,7 @@ struct ImportArguments {
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
+[[nodiscard]] int run_estimate(const EstimateArguments& arguments);
 [[nodiscard]] int run_tests(const TestArguments& arguments);
 [[nodiscard]] int run_replay(const ReplayArguments& arguments);
 

@@ -358,6 +358,39 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+void add_estimate(CLI::App& app, EstimateArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "estimate",
+      "Examples:\n"
+      "  dive estimate MH_01_easy                                 EuRoC's, at rest at first\n"
+      "  dive estimate recording --init motion --output path.tum  ours, begun while swimming\n"
+      "  dive estimate recording --mono --no-depth --json\n\n"
+      "Runs an estimator on a recording in the ASL (EuRoC) format: where the vehicle was, and how\n"
+      "far that is from the truth, if the recording has it.");
+  command->add_option("DIR", arguments.folder, "Folder with mav0, or with cam0 and imu0")
+      ->type_name("DIR")
+      ->required();
+  command->add_flag("--mono", arguments.mono, "The left camera only");
+  command->add_flag("--no-depth", arguments.no_depth, "Without the depth sensor");
+  command->add_option("--estimator", arguments.estimator, "visual (default) or primitive")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"primitive", "visual"}).description(""));
+  command
+      ->add_option("--init", arguments.init,
+                   "rest (default): it stands still at first; motion: it swims; truth: as recorded")
+      ->type_name("HOW")
+      ->check(CLI::IsMember({"rest", "motion", "truth"}).description(""));
+  command
+      ->add_option("--speed", arguments.speed,
+                   "Forward, m/s: what primitive and --init motion expect (default: 0.4)")
+      ->type_name("M/S")
+      ->check(CLI::Range(-3.0, 3.0).description(""));
+  command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");
+  command->add_option("--output", arguments.output, "Write the trajectory (TUM format)")
+      ->type_name("FILE");
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
 void add_test(CLI::App& app, TestArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "test",
@@ -439,6 +472,7 @@ int dispatch(int argc, char** argv) {
   ExplainArguments explanation;
   GraphArguments graph;
   ImportArguments import;
+  EstimateArguments estimate;
   SimArguments sim;
   SuperviseArguments supervise;
   TopsideArguments topside;
@@ -452,6 +486,7 @@ int dispatch(int argc, char** argv) {
   add_explain(app, explanation);
   add_graph(app, graph);
   add_import(app, import);
+  add_estimate(app, estimate);
   add_sim(app, sim);
   add_supervise(app, supervise);
   add_topside(app, topside);
@@ -474,6 +509,7 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("explain")) return run_explain(explanation);
   if (app.got_subcommand("graph")) return run_graph(graph);
   if (app.got_subcommand("import")) return run_import(import);
+  if (app.got_subcommand("estimate")) return run_estimate(estimate);
   if (app.got_subcommand("sim")) return run_sim(sim);
   if (app.got_subcommand("supervise")) return run_supervise(supervise);
   if (app.got_subcommand("key")) return run_key(key);

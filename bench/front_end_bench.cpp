@@ -1,0 +1,156 @@
+// The visual front end on 752 x 480 pictures with 200 features, one core: the whole step with one
+// camera and with two, then its parts. Pictures are painted before the clock starts.
+
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "estimation/visual_inertial/corners.h"
+#include "estimation/visual_inertial/klt.h"
+#include "estimation/visual_inertial/local_contrast.h"
+#include "estimation/visual_inertial/stereo.h"
+#include "estimation/visual_inertial/tracker.h"
+#include "test/estimation/visual_inertial/painted_room.h"
+
+namespace dive::estimation {
+namespace {
+
+using testing::PaintedRoom;
+
+constexpr Utime kPeriod = 50'000;
+constexpr int kPictures = 24;
+
+// 0.5 m/s past walls two to four metres away, turning by 12 degrees a second.
+Pose X_WB(int k) {
+  const double t = to_seconds(k * kPeriod);
+  return {{0.4 * t, 0.3 * t, 0.1 * std::sin(t)}, from_rpy(0.1 * t, 0.1 * std::sin(t), 0.2 * t)};
+}
+
+struct Recording {
+  CameraModel left = testing::test_camera(0.06);
+  CameraModel right = testing::test_camera(-0.06);
+  std::vector<ImageFrame> lefts;
+  std::vector<ImageFrame> rights;
+
+  Recording() {
+    PaintedRoom room({4, 3, 2});
+    for (int k = 0; k < kPictures; ++k) {
+      lefts.push_back(room.picture(left, X_WB(k) * left.X_BC, k * kPeriod));
+      rights.push_back(room.picture(right, X_WB(k) * right.X_BC, k * kPeriod));
+    }
+  }
+
+  [[nodiscard]] Eigen::Quaterniond turn(int from, int to) const {
+    return (X_WB(to) * left.X_BC).q.conjugate() * (X_WB(from) * left.X_BC).q;
+  }
+};
+
+const Recording& recording() {
+  static const Recording recorded;
+  return recorded;
+}
+
+// Swims back and forth along the recording.
+void step(benchmark::State& state, bool stereo) {
+  const Recording& seen = recording();
+  Tracker tracker({}, seen.left, stereo ? std::optional(seen.right) : std::nullopt, 1);
+  double features = 0.0;
+  double matched = 0.0;
+  int last = 0;
+  std::int64_t n = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    const auto turn = static_cast<int>(n % (2 * kPictures - 2));
+    const int k = turn < kPictures ? turn : 2 * kPictures - 2 - turn;
+    ImageFrame left = seen.lefts[static_cast<std::size_t>(k)];
+    ImageFrame right = seen.rights[static_cast<std::size_t>(k)];
+    left.utime = right.utime = n * kPeriod;
+    state.ResumeTiming();
+    const TrackedPicture tracked =
+        tracker.step(left, stereo ? &right : nullptr, seen.turn(last, k));
+    features += static_cast<double>(tracked.frame.features.size());
+    matched += tracked.quality.stereo;
+    last = k;
+    ++n;
+  }
+  state.counters["features"] = features / static_cast<double>(n);
+  state.counters["stereo"] = matched / static_cast<double>(n);
+}
+BENCHMARK_CAPTURE(step, mono, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(step, stereo, true)->Unit(benchmark::kMillisecond);
+
+struct Prepared {
+  std::vector<std::uint8_t> full;
+  std::vector<std::uint8_t> half;
+
+  explicit Prepared(const ImageFrame& picture) {
+    (void)even_contrast(view(picture.pixels), full);
+    halve(view(full), half);
+  }
+  [[nodiscard]] static GrayView view(const std::vector<std::uint8_t>& pixels) {
+    return {pixels.data(), 752, 480};
+  }
+  [[nodiscard]] PicturePair pair() const { return {view(full), {half.data(), 376, 240}}; }
+};
+
+std::vector<Eigen::Vector2f> corners_of(const Prepared& prepared) {
+  CornerGrid grid({}, 752, 480, 200, 8);
+  return *grid.find(prepared.pair().half, {}, 200, grid.cells());
+}
+
+void contrast(benchmark::State& state) {
+  const ImageFrame& picture = recording().lefts[0];
+  std::vector<std::uint8_t> full;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(even_contrast(Prepared::view(picture.pixels), full));
+  }
+}
+BENCHMARK(contrast)->Unit(benchmark::kMillisecond);
+
+void track(benchmark::State& state) {
+  const Prepared before(recording().lefts[0]);
+  const Prepared after(recording().lefts[1]);
+  const std::vector<Eigen::Vector2f> points = corners_of(before);
+  Klt klt(16);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(klt.follow(before.pair().full, after.pair().full, points, points, 2));
+  }
+  state.counters["points"] = static_cast<double>(points.size());
+}
+BENCHMARK(track)->Unit(benchmark::kMillisecond);
+
+void replenish(benchmark::State& state) {
+  const Prepared prepared(recording().lefts[0]);
+  CornerGrid grid({}, 752, 480, 200, 8);
+  const auto cells = static_cast<int>(state.range(0));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(grid.find(prepared.pair().half, {}, 200, cells));
+  }
+}
+BENCHMARK(replenish)->Arg(8)->Arg(1000)->Unit(benchmark::kMillisecond);
+
+// All depths known, and none.
+void match(benchmark::State& state, bool known) {
+  const Recording& seen = recording();
+  const Prepared left(seen.lefts[0]);
+  const Prepared right(seen.rights[0]);
+  StereoMatcher matcher({}, seen.left, seen.right, 16);
+  std::vector<StereoQuery> queries;
+  for (const Eigen::Vector2f& pixel : corners_of(left)) {
+    queries.push_back({pixel, *seen.left.undistort(pixel.cast<double>())});
+  }
+  if (known) {
+    const auto matches = *matcher.match(left.pair(), right.pair(), queries);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      queries[i].inverse_depth = matches[i] ? matches[i]->inverse_depth : 0.3;
+    }
+  }
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(matcher.match(left.pair(), right.pair(), queries));
+  }
+}
+BENCHMARK_CAPTURE(match, known_depth, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, unknown_depth, false)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace dive::estimation

@@ -1,0 +1,219 @@
+#include "estimation/dataset/asl_dataset.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "estimation/dataset/csv_table.h"
+#include "estimation/dataset/gray_png.h"
+#include "estimation/dataset/sensor_file.h"
+
+namespace dive::estimation {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Failure = tl::unexpected<std::string>;
+
+// Radial-tangential by all the names it goes under.
+bool is_radtan(const std::string& word) {
+  return word == "radial-tangential" || word == "radtan" || word == "plumb_bob";
+}
+
+// Where the camera is, in the files' body frame, and how it sees.
+tl::expected<RecordedCamera, std::string> read_calibration(const std::string& path) {
+  const auto file = SensorFile::open(path);
+  if (!file) return Failure(file.error());
+  for (const auto& [key, wanted] :
+       {std::pair("camera_model", "pinhole"), {"distortion_model", "radial-tangential"}}) {
+    const auto word = file->word(key);
+    if (!word) return Failure(word.error());
+    if (!*word || **word == wanted ||
+        (std::string_view(wanted) != "pinhole" && is_radtan(**word))) {
+      continue;
+    }
+    return Failure(fmt::format("{}: {} is {}; only {} is known", path, key, **word, wanted));
+  }
+  const auto size = file->numbers("resolution", 2);
+  if (!size) return Failure(size.error());
+  const auto intrinsics = file->numbers("intrinsics", 4);
+  if (!intrinsics) return Failure(intrinsics.error());
+  const auto distortion = file->numbers("distortion_coefficients", 4);
+  if (!distortion) return Failure(distortion.error());
+  const auto X_BC = file->X_BS();
+  if (!X_BC) return Failure(X_BC.error());
+  const auto rate = file->number("rate_hz");
+  if (!rate) return Failure(rate.error());
+
+  for (const double side : *size) {
+    if (!(side >= 1.0 && side <= 20'000.0)) {
+      return Failure(fmt::format("{}: a picture of {} x {} pixels", path, (*size)[0], (*size)[1]));
+    }
+  }
+  RecordedCamera camera;
+  CameraModel& model = camera.model;
+  model.width = static_cast<int>((*size)[0]);
+  model.height = static_cast<int>((*size)[1]);
+  model.fx = (*intrinsics)[0];
+  model.fy = (*intrinsics)[1];
+  model.cx = (*intrinsics)[2];
+  model.cy = (*intrinsics)[3];
+  std::copy(distortion->begin(), distortion->end(), model.radtan.begin());
+  model.X_BC = *X_BC;
+  camera.rate_hz = rate->value_or(0.0);
+  if (const std::string why = model.validate(); !why.empty()) {
+    return Failure(fmt::format("{}: {}", path, why));
+  }
+  return camera;
+}
+
+tl::expected<RecordedCamera, std::string> read_camera(const fs::path& folder) {
+  auto camera = read_calibration((folder / "sensor.yaml").string());
+  if (!camera) return camera;
+  const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+    if (row.fields.empty() || row.fields[0].empty()) return std::string("no file of a picture");
+    const fs::path name(row.fields[0]);
+    if (name.is_absolute() || name.has_parent_path()) {
+      return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
+    }
+    camera->pictures.push_back({row.utime, (folder / "data" / name).string()});
+    return std::string();
+  });
+  if (!rows) return Failure(rows.error());
+  if (camera->pictures.empty()) {
+    return Failure(fmt::format("{}: there are no pictures in it", (folder / "data.csv").string()));
+  }
+  return camera;
+}
+
+// Of the IMU in the files' body frame.
+tl::expected<Pose, std::string> read_imu(const fs::path& folder, AslDataset& dataset) {
+  const auto file = SensorFile::open((folder / "sensor.yaml").string());
+  if (!file) return Failure(file.error());
+  RecordedImuNoise& noise = dataset.imu_noise;
+  std::optional<double> rate;
+  const std::pair<const char*, std::optional<double>*> keys[] = {
+      {"gyroscope_noise_density", &noise.gyro},
+      {"gyroscope_random_walk", &noise.gyro_walk},
+      {"accelerometer_noise_density", &noise.accel},
+      {"accelerometer_random_walk", &noise.accel_walk},
+      {"rate_hz", &rate}};
+  for (const auto& [key, value] : keys) {
+    const auto number = file->number(key);
+    if (!number) return Failure(number.error());
+    if (*number && !(**number >= 0.0)) {
+      return Failure(fmt::format("{}: {} is negative", (folder / "sensor.yaml").string(), key));
+    }
+    *value = *number;
+  }
+  dataset.imu_rate_hz = rate.value_or(0.0);
+  const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+    std::array<double, 6> v{};
+    std::string wrong = to_numbers(row, 0, v.size(), v.data());
+    if (!wrong.empty()) return wrong;
+    ImuSample sample;
+    sample.utime = row.utime;
+    sample.gyro_B = {v[0], v[1], v[2]};
+    sample.accel_B = {v[3], v[4], v[5]};
+    dataset.imu.push_back(sample);
+    return wrong;
+  });
+  if (!rows) return Failure(rows.error());
+  if (dataset.imu.empty()) {
+    return Failure(fmt::format("{}: there are no samples in it", (folder / "data.csv").string()));
+  }
+  return file->X_BS();
+}
+
+tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& dataset) {
+  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+    double depth = 0.0;
+    std::string wrong = to_numbers(row, 0, 1, &depth);
+    if (wrong.empty()) dataset.depth.push_back({row.utime, depth});
+    return wrong;
+  });
+}
+
+// Positions, with attitude and velocity where there are fields for them. `X_BI`: of the IMU in the
+// files' body frame; what was measured may be yet another one.
+tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
+                                           AslDataset& dataset) {
+  Pose X_BS = X_BI;
+  const fs::path calibration = folder / "sensor.yaml";
+  if (fs::exists(calibration)) {
+    const auto file = SensorFile::open(calibration.string());
+    if (!file) return Failure(file.error());
+    const auto X_BR = file->X_BS();
+    if (!X_BR) return Failure(X_BR.error());
+    X_BS = X_BR->inverse() * X_BI;
+  }
+  dataset.has_true_attitude = true;
+  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+    std::array<double, 10> v{};
+    const std::size_t n = row.fields.size() >= 10 ? 10 : row.fields.size() >= 7 ? 7 : 3;
+    std::string wrong = to_numbers(row, 0, n, v.data());
+    if (!wrong.empty()) return wrong;
+    TruePose pose;
+    pose.utime = row.utime;
+    pose.X_WB.p = {v[0], v[1], v[2]};
+    if (n >= 7) {
+      const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
+      if (std::abs(q.norm() - 1.0) > 1e-2) return std::string("its quaternion is not of length 1");
+      pose.X_WB.q = q.normalized();
+      pose.X_WB = pose.X_WB * X_BS;
+    } else {
+      dataset.has_true_attitude = false;
+    }
+    if (n == 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
+    dataset.truth.push_back(pose);
+    return wrong;
+  });
+}
+
+}  // namespace
+
+tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder) {
+  const fs::path given(folder);
+  const fs::path root = fs::is_directory(given / "mav0") ? given / "mav0" : given;
+  if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {
+    return Failure(fmt::format(
+        "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
+        folder));
+  }
+  AslDataset dataset;
+  const auto X_BI = read_imu(root / "imu0", dataset);
+  if (!X_BI) return Failure(X_BI.error());
+  for (const char* name : {"cam0", "cam1"}) {
+    if (!fs::is_directory(root / name)) continue;
+    auto camera = read_camera(root / name);
+    if (!camera) return Failure(camera.error());
+    camera->model.X_BC = X_BI->inverse() * camera->model.X_BC;
+    dataset.cameras.push_back(std::move(*camera));
+  }
+  if (fs::is_directory(root / "depth0")) {
+    const auto read = read_depth(root / "depth0", dataset);
+    if (!read) return Failure(read.error());
+  }
+  for (const char* name : {"state_groundtruth_estimate0", "vicon0", "leica0"}) {
+    if (!fs::is_directory(root / name)) continue;
+    const auto read = read_truth(root / name, *X_BI, dataset);
+    if (!read) return Failure(read.error());
+    break;
+  }
+  return dataset;
+}
+
+tl::expected<ImageFrame, std::string> read_picture(const RecordedPicture& picture, int camera) {
+  auto frame = read_gray_png(picture.path);
+  if (!frame) return frame;
+  frame->utime = picture.utime;
+  frame->camera = camera;
+  return frame;
+}
+
+}  // namespace dive::estimation

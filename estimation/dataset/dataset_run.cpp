@@ -1,0 +1,292 @@
+#include "estimation/dataset/dataset_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "estimation/dataset/trajectory.h"
+#include "estimation/primitive.h"
+#include "estimation/visual_inertial/tracker.h"
+#include "estimation/visual_inertial/visual_inertial_filter.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kGravityRate = 0.05;  // 1/s, at which gravity pulls the reckoned attitude
+constexpr double kTruthGap = 0.2;      // s
+constexpr double kStartSigma = 0.01;   // m, of a position that the truth gives
+constexpr double kUnknownSigma = 0.1;  // m, of one that is only agreed on
+constexpr double kLongStep = 0.1;      // s between two IMU samples
+
+using Failure = tl::unexpected<std::string>;
+
+Trajectory true_trajectory(const AslDataset& dataset) {
+  Trajectory trajectory;
+  for (const TruePose& pose : dataset.truth) trajectory.push_back({pose.utime, pose.X_WB});
+  return trajectory;
+}
+
+// Attitude as an IMU's own filter has it, which the format does not record: the gyro integrated,
+// and slowly pulled towards where gravity is (Mahony et al. 2008, proportional part).
+class ReckonedAttitude {
+ public:
+  explicit ReckonedAttitude(std::optional<Quaterniond> start) : q_WB_(std::move(start)) {}
+
+  void add_to(ImuSample& sample) {
+    const Vector3d& up_B = sample.accel_B;
+    if (!q_WB_) q_WB_ = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
+    if (last_) {
+      const double dt = std::min(to_seconds(sample.utime - *last_), kLongStep);
+      const Vector3d expected = q_WB_->conjugate() * Vector3d::UnitZ();
+      const Vector3d pull = up_B.normalized().cross(expected);
+      q_WB_ = (*q_WB_ * so3_exp(dt * (sample.gyro_B + kGravityRate * pull))).normalized();
+    }
+    last_ = sample.utime;
+    sample.q_WB = *q_WB_;
+  }
+
+ private:
+  std::optional<Quaterniond> q_WB_;
+  std::optional<Utime> last_;
+};
+
+// q_B1B0 of the IMU between two times, by samples that hold until the next.
+Quaterniond turn_between(const std::vector<ImuSample>& imu, Utime from, Utime to,
+                         const Vector3d& bias) {
+  auto it = std::upper_bound(imu.begin(), imu.end(), from,
+                             [](Utime t, const ImuSample& s) { return t < s.utime; });
+  if (it != imu.begin()) --it;
+  Quaterniond q_B0B1 = Quaterniond::Identity();
+  for (; it != imu.end() && it->utime < to; ++it) {
+    const Utime end = std::next(it) == imu.end() ? to : std::min(to, std::next(it)->utime);
+    const double dt = to_seconds(end - std::max(from, it->utime));
+    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (it->gyro_B - bias));
+  }
+  return q_B0B1.conjugate().normalized();
+}
+
+// What is known of the beginning.
+struct Beginning {
+  Utime utime = 0;
+  Pose X_WB;
+  bool has_attitude = false;
+  std::optional<Vector3d> v_WB_B;
+};
+
+std::optional<Beginning> true_beginning(const AslDataset& dataset, Utime utime) {
+  const Trajectory truth = true_trajectory(dataset);
+  // The truth may begin later than the pictures do.
+  const auto first = std::find_if(truth.begin(), truth.end(),
+                                  [&](const StampedPose& at) { return at.utime >= utime; });
+  if (first == truth.end()) return std::nullopt;
+  Beginning beginning;
+  beginning.utime = first->utime;
+  beginning.X_WB = first->X_WB;
+  beginning.has_attitude = dataset.has_true_attitude;
+  const TruePose& pose = dataset.truth[static_cast<std::size_t>(first - truth.begin())];
+  const auto next = pose_at(truth, first->utime + 50'000, kTruthGap);
+  const Quaterniond q_BW = first->X_WB.q.conjugate();
+  if (pose.v_W) {
+    beginning.v_WB_B = q_BW * *pose.v_W;
+  } else if (next) {
+    beginning.v_WB_B = q_BW * (next->p - first->X_WB.p) / 0.05;
+  }
+  return beginning;
+}
+
+tl::expected<FilterStart, std::string> start_of(const RunOptions& options,
+                                                const std::optional<Beginning>& truth) {
+  const double sigma = truth ? kStartSigma : kUnknownSigma;
+  const Vector3d position = truth ? truth->X_WB.p : Vector3d::Zero().eval();
+  if (options.start == RunStart::kTruth) {
+    if (!truth || !truth->has_attitude || !truth->v_WB_B) {
+      return Failure("the recording has no true poses with attitude to start from");
+    }
+    KnownStart start;
+    start.utime = truth->utime;
+    start.X_WB = truth->X_WB;
+    start.v_WB_B = *truth->v_WB_B;
+    return start;
+  }
+  if (options.start == RunStart::kMotion) {
+    MotionStart start;
+    start.position_W = position;
+    start.position_sigma_m = sigma;
+    start.v_WB_B = {options.speed, 0.0, 0.0};
+    return start;
+  }
+  RestStart start;
+  start.position_W = position;
+  start.position_sigma_m = sigma;
+  if (truth && truth->has_attitude) start.yaw = to_rpy(truth->X_WB.q).z();
+  return start;
+}
+
+// Either estimator behind the calls that a recording makes.
+class Runner {
+ public:
+  Runner(const AslDataset& dataset, const RunOptions& options, const FilterStart& start,
+         const std::optional<Beginning>& truth)
+      : dataset_(dataset), options_(options) {
+    if (options.estimator == EstimatorKind::kPrimitive) {
+      primitive_.emplace(PrimitiveOptions{}, truth ? truth->X_WB.p : Vector3d::Zero().eval(),
+                         truth ? kStartSigma : kUnknownSigma);
+      primitive_->set_commanded_speed(options.speed);
+      return;
+    }
+    VisualInertialOptions of_filter;
+    const bool stereo = !options.mono && dataset.cameras.size() > 1;
+    for (std::size_t i = 0; i < (stereo ? 2U : 1U); ++i) {
+      of_filter.cameras.push_back(dataset.cameras[i].model);
+    }
+    const RecordedImuNoise& noise = dataset.imu_noise;
+    of_filter.imu.gyro = noise.gyro.value_or(of_filter.imu.gyro);
+    of_filter.imu.accel = noise.accel.value_or(of_filter.imu.accel);
+    of_filter.imu.gyro_walk = noise.gyro_walk.value_or(of_filter.imu.gyro_walk);
+    of_filter.imu.accel_walk = noise.accel_walk.value_or(of_filter.imu.accel_walk);
+    problem_ = of_filter.validate();
+    if (!problem_.empty()) return;
+    filter_.emplace(of_filter, start);
+    tracker_.emplace(TrackerOptions{}, of_filter.cameras[0],
+                     stereo ? std::optional(of_filter.cameras[1]) : std::nullopt, options.seed);
+  }
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] bool needs_pictures() const { return tracker_.has_value(); }
+
+  void add(const ImuSample& sample) {
+    if (filter_) filter_->add(sample);
+    if (primitive_) primitive_->add(sample);
+  }
+
+  void add(const DepthSample& sample) {
+    if (filter_) filter_->add(sample);
+    if (primitive_) primitive_->add(sample);
+  }
+
+  // Of a picture; those of the primitive estimator are only a time.
+  [[nodiscard]] PictureQuality add(const ImageFrame& left, const ImageFrame* right) {
+    std::optional<Quaterniond> q_C1C0;
+    if (const auto last = tracker_->utime(); last && *last < left.utime) {
+      const Quaterniond& q_BC = dataset_.cameras[0].model.X_BC.q;
+      const Quaterniond q_B1B0 =
+          turn_between(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias);
+      q_C1C0 = (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
+    }
+    TrackedPicture tracked = tracker_->step(left, right, q_C1C0);
+    if (!tracked.frame.features.empty()) filter_->add(std::move(tracked.frame));
+    return std::move(tracked.quality);
+  }
+
+  [[nodiscard]] const StateEstimate& update(Utime now) {
+    return filter_ ? filter_->update(now) : primitive_->update(now);
+  }
+
+  [[nodiscard]] std::string diverged() const {
+    return filter_ && filter_->health().diverged ? filter_->health().reason : std::string();
+  }
+
+ private:
+  const AslDataset& dataset_;
+  RunOptions options_;
+  std::optional<PrimitiveEstimator> primitive_;
+  std::optional<VisualInertialFilter> filter_;
+  std::optional<Tracker> tracker_;
+  std::string problem_;
+};
+
+// The right picture that was taken with the left one, if there is one.
+const RecordedPicture* beside(const std::vector<RecordedPicture>& pictures, Utime utime) {
+  constexpr Utime kTogether = 1000;  // us
+  const auto it =
+      std::lower_bound(pictures.begin(), pictures.end(), utime - kTogether,
+                       [](const RecordedPicture& picture, Utime t) { return picture.utime < t; });
+  if (it == pictures.end() || it->utime > utime + kTogether) return nullptr;
+  return &*it;
+}
+
+void take_note(const PictureQuality& quality, DatasetRun& run) {
+  run.mean_features += quality.tracked + quality.added;
+  if (quality.fault == PictureFault::kNone) return;
+  run.last_fault = quality.reason;
+  ++(quality.fault == PictureFault::kLost ? run.lost : run.refused);
+}
+
+}  // namespace
+
+std::string RunOptions::validate() const {
+  if (!(std::abs(speed) <= 3.0)) return fmt::format("a speed of {} m/s; at most 3", speed);
+  return {};
+}
+
+tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const RunOptions& options,
+                                             Clock& clock,
+                                             const std::function<void(double)>& progress) {
+  if (const std::string why = options.validate(); !why.empty()) return Failure(why);
+  const std::vector<RecordedPicture>& pictures = dataset.cameras.at(0).pictures;
+  Utime begin = std::max(pictures.front().utime, dataset.imu.front().utime);
+  const std::optional<Beginning> truth = true_beginning(dataset, begin);
+  if (truth) begin = truth->utime;
+  const auto start = start_of(options, truth);
+  if (!start) return Failure(start.error());
+  Runner runner(dataset, options, *start, truth);
+  if (!runner.problem().empty()) return Failure(runner.problem());
+
+  DatasetRun run;
+  std::optional<Quaterniond> q_WB;
+  if (truth && truth->has_attitude) q_WB = truth->X_WB.q;
+  ReckonedAttitude attitude(q_WB);
+  auto imu = dataset.imu.begin();
+  auto depth = dataset.depth.begin();
+  const auto feed = [&](Utime until) {
+    while (imu != dataset.imu.end() && imu->utime <= until) {
+      for (; options.use_depth && depth != dataset.depth.end() && depth->utime <= imu->utime;
+           ++depth) {
+        runner.add(*depth);
+      }
+      ImuSample sample = *imu++;
+      if (sample.utime < begin) continue;  // before the attitude that it starts with
+      attitude.add_to(sample);
+      runner.add(sample);
+    }
+  };
+  for (const RecordedPicture& picture : pictures) {
+    ++run.frames;
+    if (picture.utime < begin) continue;
+    feed(picture.utime);
+    if (imu != dataset.imu.end()) feed(imu->utime);  // the sample that reaches beyond it
+    std::optional<ImageFrame> left;
+    std::optional<ImageFrame> right;
+    if (runner.needs_pictures()) {
+      auto read = read_picture(picture, 0);
+      if (!read) return Failure(read.error());
+      left = std::move(*read);
+      const RecordedPicture* other = options.mono || dataset.cameras.size() < 2
+                                         ? nullptr
+                                         : beside(dataset.cameras[1].pictures, picture.utime);
+      if (other != nullptr) {
+        auto read_right = read_picture(*other, 1);
+        if (!read_right) return Failure(read_right.error());
+        right = std::move(*read_right);
+      }
+    }
+    const Utime before = clock.now();
+    if (left) take_note(runner.add(*left, right ? &*right : nullptr), run);
+    const StateEstimate& estimate = runner.update(picture.utime);
+    run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
+    if (estimate.valid) run.estimates.push_back(estimate);
+    progress(static_cast<double>(run.frames) / static_cast<double>(pictures.size()));
+  }
+  if (run.frames > 0) run.mean_features /= run.frames;
+  run.diverged = runner.diverged();
+  return run;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,51 @@
+#pragma once
+// An estimator over a recording, fed as it would be on the vehicle: every sample in its turn, and
+// nothing from later than the IMU sample that follows a picture.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "common/clock.h"
+#include "estimation/dataset/asl_dataset.h"
+#include "estimation/state_estimate.h"
+
+namespace dive::estimation {
+
+enum class RunStart {
+  kRest,    ///< At rest for half a second: roll and pitch by gravity.
+  kMotion,  ///< Swimming at RunOptions::speed: attitude as the gyro and gravity have it.
+  kTruth,   ///< Pose and velocity from the recording's truth.
+};
+
+struct RunOptions {
+  EstimatorKind estimator = EstimatorKind::kVisualInertial;
+  RunStart start = RunStart::kRest;
+  bool mono = false;      ///< Only the left camera, though there are two.
+  bool use_depth = true;  ///< Where there is a depth sensor.
+  double speed = 0.4;     ///< m/s forward, that the primitive estimator and kMotion expect.
+  std::uint64_t seed = 1;
+
+  [[nodiscard]] std::string validate() const;
+};
+
+struct DatasetRun {
+  std::vector<StateEstimate> estimates;  ///< At each picture; valid ones only.
+  std::vector<double> frame_ms;          ///< Front end and filter, each picture, without decoding.
+  int frames = 0;                        ///< Pictures, used or not.
+  int refused = 0;                       ///< Pictures in which there was a fault.
+  int lost = 0;                          ///< Of those, where tracking was lost.
+  double mean_features = 0.0;
+  std::string last_fault;  ///< A sentence; empty without one.
+  std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.
+};
+
+/// `clock` measures, nothing else; `progress` is told the share done, now and then. An error is a
+/// file that cannot be read, or a recording that lacks what is asked.
+[[nodiscard]] tl::expected<DatasetRun, std::string> run_on(
+    const AslDataset& dataset, const RunOptions& options, Clock& clock,
+    const std::function<void(double)>& progress);
+
+}  // namespace dive::estimation

@@ -1,0 +1,111 @@
+#include "estimation/dataset/sensor_file.h"
+
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+namespace dive::estimation {
+namespace {
+
+constexpr double kRotation = 1e-3;  // by which a written rotation may miss being one
+
+tl::unexpected<std::string> at(const std::string& path, const YAML::Mark& mark,
+                               const std::string& what) {
+  if (mark.is_null()) return tl::make_unexpected(fmt::format("{}: {}", path, what));
+  return tl::make_unexpected(fmt::format("{}:{}: {}", path, mark.line + 1, what));
+}
+
+bool to_finite(const YAML::Node& node, double& value) {
+  return YAML::convert<double>::decode(node, value) && std::isfinite(value);
+}
+
+}  // namespace
+
+struct SensorFile::Impl {
+  std::string path;
+  YAML::Node root;
+
+  [[nodiscard]] YAML::Node find(const std::string& key) const { return std::as_const(root)[key]; }
+  [[nodiscard]] tl::unexpected<std::string> wrong(const YAML::Node& node,
+                                                  const std::string& what) const {
+    return at(path, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark(), what);
+  }
+};
+
+SensorFile::SensorFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SensorFile::SensorFile(SensorFile&&) noexcept = default;
+SensorFile& SensorFile::operator=(SensorFile&&) noexcept = default;
+SensorFile::~SensorFile() = default;
+
+tl::expected<SensorFile, std::string> SensorFile::open(const std::string& path) {
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  try {
+    impl->root = YAML::LoadFile(path);
+  } catch (const YAML::BadFile&) {
+    return tl::make_unexpected(fmt::format("{}: cannot be opened", path));
+  } catch (const YAML::Exception& e) {
+    return at(path, e.mark, e.msg);
+  }
+  if (!impl->root.IsMap()) return impl->wrong(impl->root, "keys and values are expected");
+  return SensorFile(std::move(impl));
+}
+
+tl::expected<std::vector<double>, std::string> SensorFile::numbers(const std::string& key,
+                                                                   std::size_t n) const {
+  const YAML::Node node = impl_->find(key);
+  if (!node.IsDefined()) return impl_->wrong(node, fmt::format("there is no {}", key));
+  if (!node.IsSequence() || node.size() != n) {
+    return impl_->wrong(node, fmt::format("{} must be a list of {} numbers", key, n));
+  }
+  std::vector<double> values(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!to_finite(node[i], values[i])) {
+      return impl_->wrong(node[i], fmt::format("number {} of {} is none", i + 1, key));
+    }
+  }
+  return values;
+}
+
+tl::expected<std::optional<double>, std::string> SensorFile::number(const std::string& key) const {
+  const YAML::Node node = impl_->find(key);
+  if (!node.IsDefined()) return std::nullopt;
+  double value = 0.0;
+  if (!to_finite(node, value)) return impl_->wrong(node, fmt::format("{} is no number", key));
+  return value;
+}
+
+tl::expected<std::optional<std::string>, std::string> SensorFile::word(
+    const std::string& key) const {
+  const YAML::Node node = impl_->find(key);
+  if (!node.IsDefined()) return std::nullopt;
+  if (!node.IsScalar()) return impl_->wrong(node, fmt::format("{} is no word", key));
+  return node.Scalar();
+}
+
+tl::expected<Pose, std::string> SensorFile::X_BS() const {
+  const YAML::Node node = impl_->find("T_BS");
+  if (!node.IsDefined()) return Pose{};
+  const YAML::Node data = node.IsMap() ? std::as_const(node)["data"] : node;
+  if (!data.IsDefined() || !data.IsSequence() || data.size() != 16) {
+    return impl_->wrong(node, "T_BS must have data of 16 numbers, row by row");
+  }
+  Eigen::Matrix4d T;
+  for (int i = 0; i < 16; ++i) {
+    if (!to_finite(data[i], T(i / 4, i % 4))) {
+      return impl_->wrong(data[i], fmt::format("number {} of T_BS is none", i + 1));
+    }
+  }
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  const bool is_rotation =
+      (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kRotation && R.determinant() > 0.0;
+  if (!is_rotation || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
+    return impl_->wrong(node, "T_BS is no pose: rotation, translation and a row 0 0 0 1");
+  }
+  return Pose{T.topRightCorner<3, 1>(), Eigen::Quaterniond(R).normalized()};
+}
+
+}  // namespace dive::estimation

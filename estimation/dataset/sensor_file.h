@@ -1,0 +1,40 @@
+#pragma once
+// A sensor.yaml in the ASL format.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "common/se3.h"
+
+namespace dive::estimation {
+
+class SensorFile {
+ public:
+  [[nodiscard]] static tl::expected<SensorFile, std::string> open(const std::string& path);
+  SensorFile(SensorFile&&) noexcept;
+  SensorFile& operator=(SensorFile&&) noexcept;
+  ~SensorFile();
+
+  /// T_BS: of the sensor in the files' body frame; identity where it is not said. Errors are
+  /// "FILE:LINE: what".
+  [[nodiscard]] tl::expected<Pose, std::string> X_BS() const;
+  /// A list of exactly n finite numbers.
+  [[nodiscard]] tl::expected<std::vector<double>, std::string> numbers(const std::string& key,
+                                                                       std::size_t n) const;
+  /// Nothing where there is no such key.
+  [[nodiscard]] tl::expected<std::optional<double>, std::string> number(
+      const std::string& key) const;
+  [[nodiscard]] tl::expected<std::optional<std::string>, std::string> word(
+      const std::string& key) const;
+
+ private:
+  struct Impl;
+  explicit SensorFile(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::estimation

@@ -1,0 +1,221 @@
+// Runs an estimator on a recording, and says how far it is from the truth where there is one.
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "common/clock.h"
+#include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/dataset_run.h"
+#include "estimation/dataset/trajectory.h"
+#include "estimation/dataset/trajectory_error.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/terminal.h"
+
+namespace dive::mission {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using estimation::Alignment;
+using estimation::AslDataset;
+using estimation::DatasetRun;
+using estimation::RelativeError;
+using estimation::Trajectory;
+
+constexpr double kStretches_m[] = {1.0, 5.0, 10.0, 25.0, 50.0, 100.0};
+
+struct Accuracy {
+  double distance_m = 0.0;  // of the truth where it is known, else of the estimate
+  std::optional<estimation::AbsoluteError> yaw_aligned;
+  std::optional<estimation::AbsoluteError> rigidly_aligned;
+  std::optional<double> drift_percent;
+  std::optional<estimation::Nees> nees;
+  std::vector<RelativeError> relative;
+};
+
+struct Timing {
+  double mean_ms = 0.0;
+  double p99_ms = 0.0;
+};
+
+Timing timing_of(std::vector<double> ms) {
+  Timing timing;
+  if (ms.empty()) return timing;
+  for (const double value : ms) timing.mean_ms += value / static_cast<double>(ms.size());
+  std::sort(ms.begin(), ms.end());
+  timing.p99_ms = ms[(ms.size() - 1) * 99 / 100];
+  return timing;
+}
+
+Trajectory estimated(const DatasetRun& run) {
+  Trajectory trajectory;
+  for (const estimation::StateEstimate& e : run.estimates) trajectory.push_back({e.utime, e.X_WB});
+  return trajectory;
+}
+
+Accuracy accuracy_of(const AslDataset& dataset, const DatasetRun& run) {
+  const Trajectory estimate = estimated(run);
+  Accuracy accuracy;
+  accuracy.distance_m = estimation::length_of(estimate);
+  Trajectory truth;
+  for (const estimation::TruePose& pose : dataset.truth) truth.push_back({pose.utime, pose.X_WB});
+  const std::vector<estimation::PosePair> pairs = estimation::pair_up(estimate, truth);
+  if (pairs.empty()) return accuracy;
+
+  Trajectory followed;
+  for (const estimation::PosePair& pair : pairs) followed.push_back({pair.utime, pair.truth});
+  accuracy.distance_m = estimation::length_of(followed);
+  if (const auto X = estimation::align(pairs, Alignment::kYawAndTranslation)) {
+    accuracy.yaw_aligned = estimation::absolute_error(pairs, *X);
+  }
+  if (const auto X = estimation::align(pairs, Alignment::kRigid)) {
+    accuracy.rigidly_aligned = estimation::absolute_error(pairs, *X);
+  }
+  if (!dataset.has_true_attitude) return accuracy;
+  accuracy.drift_percent = estimation::drift_percent(pairs);
+  accuracy.nees = estimation::nees(run.estimates, truth);
+  for (const double distance : kStretches_m) {
+    const RelativeError error = estimation::relative_error(pairs, distance);
+    if (error.stretches > 0) accuracy.relative.push_back(error);
+  }
+  return accuracy;
+}
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
+  const Timing timing = timing_of(run.frame_ms);
+  Json relative = Json::array();
+  for (const RelativeError& error : accuracy.relative) {
+    relative.push_back({{"distance_m", error.distance_m},
+                        {"mean_m", error.mean_m},
+                        {"percent", error.percent},
+                        {"mean_deg", error.mean_deg}});
+  }
+  const auto rmse = [](const std::optional<estimation::AbsoluteError>& error) {
+    return error ? Json(error->rmse_m) : Json(nullptr);
+  };
+  return {{"frames", run.frames},
+          {"duration_s", duration_s},
+          {"distance_m", accuracy.distance_m},
+          {"ate_m", rmse(accuracy.yaw_aligned)},
+          {"ate_rigid_m", rmse(accuracy.rigidly_aligned)},
+          {"drift_percent", or_null(accuracy.drift_percent)},
+          {"rpe", std::move(relative)},
+          {"nees_position", accuracy.nees ? Json(accuracy.nees->position) : Json(nullptr)},
+          {"nees_orientation", accuracy.nees ? Json(accuracy.nees->orientation) : Json(nullptr)},
+          {"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
+          {"estimates", run.estimates.size()},
+          {"refused_pictures", run.refused},
+          {"lost_pictures", run.lost},
+          {"mean_features", run.mean_features},
+          {"diverged", run.diverged}};
+}
+
+void print_report(const EstimateArguments& arguments, const DatasetRun& run,
+                  const Accuracy& accuracy, double duration_s) {
+  const Timing timing = timing_of(run.frame_ms);
+  print(fmt::format("{}: {} pictures in {:.1f} s, {} estimates along {:.2f} m", arguments.folder,
+                    run.frames, duration_s, run.estimates.size(), accuracy.distance_m));
+  if (accuracy.yaw_aligned) {
+    print(fmt::format(
+        "  ATE      {:.3f} m, {:.2f} deg (yaw and translation aligned), at most "
+        "{:.3f} m",
+        accuracy.yaw_aligned->rmse_m, accuracy.yaw_aligned->rmse_deg, accuracy.yaw_aligned->max_m));
+  }
+  if (accuracy.rigidly_aligned) {
+    print(fmt::format("           {:.3f} m (rigidly aligned)", accuracy.rigidly_aligned->rmse_m));
+  }
+  for (const RelativeError& error : accuracy.relative) {
+    print(fmt::format("  RPE      {:.3f} m ({:.2f} %), {:.2f} deg in {:g} m", error.mean_m,
+                      error.percent, error.mean_deg, error.distance_m));
+  }
+  if (accuracy.drift_percent) print(fmt::format("  drift    {:.2f} %", *accuracy.drift_percent));
+  if (accuracy.nees) {
+    print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
+                      accuracy.nees->position, accuracy.nees->orientation));
+  }
+  if (!accuracy.yaw_aligned) print("  no truth to compare with");
+  print(fmt::format("  time     {:.2f} ms per picture, 99 % within {:.2f} ms", timing.mean_ms,
+                    timing.p99_ms));
+  if (run.refused + run.lost > 0) {
+    print(fmt::format("  pictures {} refused, tracking lost in {}; the last: {}", run.refused,
+                      run.lost, run.last_fault));
+  }
+}
+
+std::optional<estimation::RunOptions> options_of(const EstimateArguments& arguments) {
+  estimation::RunOptions options;
+  options.estimator = arguments.estimator == "primitive"
+                          ? estimation::EstimatorKind::kPrimitive
+                          : estimation::EstimatorKind::kVisualInertial;
+  options.start = arguments.init == "truth"    ? estimation::RunStart::kTruth
+                  : arguments.init == "motion" ? estimation::RunStart::kMotion
+                                               : estimation::RunStart::kRest;
+  options.mono = arguments.mono;
+  options.use_depth = !arguments.no_depth;
+  options.speed = arguments.speed;
+  options.seed = arguments.seed;
+  if (const std::string why = options.validate(); !why.empty()) {
+    complain(why);
+    return std::nullopt;
+  }
+  return options;
+}
+
+}  // namespace
+
+int run_estimate(const EstimateArguments& arguments) {
+  const auto options = options_of(arguments);
+  if (!options) return kExitUsage;
+  const auto dataset = estimation::read_asl_dataset(arguments.folder);
+  if (!dataset) {
+    complain(dataset.error());
+    return kExitUsage;
+  }
+  SteadyClock clock;
+  ProgressLine line;
+  int tenths = 0;
+  const auto progress = [&](double share) {
+    const int now = static_cast<int>(10.0 * share);
+    if (now == tenths && !line.on_terminal()) return;
+    tenths = now;
+    line.show(fmt::format("estimating: {:.0f} %", 100.0 * share));
+  };
+  const auto run = estimation::run_on(*dataset, *options, clock, progress);
+  if (!run) {
+    complain(run.error());
+    return kExitUsage;
+  }
+  if (!arguments.output.empty() &&
+      !write_file(arguments.output, estimation::to_tum(estimated(*run)))) {
+    return kExitUsage;
+  }
+  const auto& pictures = dataset->cameras[0].pictures;
+  const double duration_s = to_seconds(pictures.back().utime - pictures.front().utime);
+  const Accuracy accuracy = accuracy_of(*dataset, *run);
+  if (arguments.json) {
+    print_json(to_json(*run, accuracy, duration_s));
+  } else {
+    print_report(arguments, *run, accuracy, duration_s);
+  }
+  if (run->estimates.empty()) {
+    complain("the estimator has never started: what it starts from did not come");
+    return kExitFailed;
+  }
+  if (!run->diverged.empty()) {
+    complain(fmt::format("the filter has diverged: {}", run->diverged));
+    return kExitFailed;
+  }
+  return kExitSuccess;
+}
+
+}  // namespace dive::mission

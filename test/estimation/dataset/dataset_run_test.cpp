@@ -1,0 +1,196 @@
+// A recording of a painted room, swum through along a curve, estimated from its files.
+
+#include "estimation/dataset/dataset_run.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimation/dataset/trajectory_error.h"
+#include "test/estimation/dataset/asl_folder.h"
+#include "test/estimation/visual_inertial/painted_room.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+constexpr double kSeconds = 4.0;
+constexpr double kStart = 100.0;
+
+// At rest for a second, then faster and faster to half a metre a second, swaying.
+Pose pose_at_time(double t) {
+  const double s = std::max(0.0, t - 1.0);
+  const double x = 0.25 * s - 0.25 * std::sin(s);
+  return {{-1.0 + x, 0.3 * (1 - std::cos(s)), -1.0 + 0.1 * (1 - std::cos(s))},
+          from_rpy(0.05 * (1 - std::cos(2 * s)), 0.1 * (1 - std::cos(s)), 0.2 * (1 - std::cos(s)))};
+}
+
+struct Imu {
+  Vector3d gyro;
+  Vector3d accel;
+};
+
+// By differences of the poses.
+Imu imu_at(double t) {
+  constexpr double h = 1e-4;
+  const Pose a = pose_at_time(t - h);
+  const Pose b = pose_at_time(t);
+  const Pose c = pose_at_time(t + h);
+  const Vector3d acceleration = (a.p - 2 * b.p + c.p) / (h * h);
+  return {so3_log(a.q.conjugate() * c.q) / (2 * h),
+          b.q.conjugate() * (acceleration + Vector3d(0, 0, 9.81))};
+}
+
+// Half the usual size, which makes a picture in a quarter of the time.
+CameraModel small_camera(double y) {
+  CameraModel camera = testing::test_camera(y);
+  camera.width /= 2;
+  camera.height /= 2;
+  camera.fx *= 0.5;
+  camera.fy *= 0.5;
+  camera.cx = 0.5 * camera.cx - 0.25;
+  camera.cy = 0.5 * camera.cy - 0.25;
+  return camera;
+}
+
+const std::string& recording() {
+  static const std::string folder = [] {
+    const std::string made = testing::fresh_folder();
+    testing::PaintedRoom room({4, 3, 2});
+    const CameraModel cameras[] = {small_camera(0.06), small_camera(-0.06)};
+    const auto ns = [](double t) { return std::llround((kStart + t) * 1e9); };
+    std::string csv[2];
+    std::string imu;
+    std::string depth;
+    std::string truth;
+    for (int k = 0; k <= 20 * kSeconds; ++k) {
+      const double t = 0.05 * k;
+      for (std::size_t c = 0; c < 2; ++c) {
+        csv[c] += fmt::format("{},{}.png\n", ns(t), ns(t));
+        testing::write_png(fmt::format("{}/cam{}/data/{}.png", made, c, ns(t)),
+                           room.picture(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
+      }
+    }
+    Random random(5);
+    for (int k = -2; k <= 200 * kSeconds + 4; ++k) {
+      const double t = 0.005 * k;
+      const Imu at = imu_at(t);
+      const Pose X = pose_at_time(t);
+      const auto noisy = [&](const Vector3d& v, double sigma) {
+        return fmt::format(",{},{},{}", v.x() + sigma * random.normal(),
+                           v.y() + sigma * random.normal(), v.z() + sigma * random.normal());
+      };
+      imu += fmt::format("{}", ns(t)) + noisy(at.gyro, 2e-3) + noisy(at.accel, 2e-2) + "\n";
+      truth += fmt::format("{},{},{},{},{},{},{},{}\n", ns(t), X.p.x(), X.p.y(), X.p.z(), X.q.w(),
+                           X.q.x(), X.q.y(), X.q.z());
+      if (k % 10 == 0) {
+        depth += fmt::format("{},{}\n", ns(t), -X.p.z() + 0.01 * random.normal());
+      }
+    }
+    for (std::size_t c = 0; c < 2; ++c) {
+      testing::write_text(fmt::format("{}/cam{}/data.csv", made, c), csv[c]);
+      testing::write_text(fmt::format("{}/cam{}/sensor.yaml", made, c),
+                          testing::camera_yaml(cameras[c]));
+    }
+    testing::write_text(made + "/imu0/data.csv", imu);
+    testing::write_text(made + "/imu0/sensor.yaml", testing::imu_yaml());
+    testing::write_text(made + "/depth0/data.csv", depth);
+    testing::write_text(made + "/state_groundtruth_estimate0/data.csv", truth);
+    return made;
+  }();
+  return folder;
+}
+
+struct Judged {
+  DatasetRun run;
+  double rmse_m = 1e9;
+  double nees_position = 1e9;
+};
+
+Judged judged(const RunOptions& options) {
+  const auto dataset = read_asl_dataset(recording());
+  EXPECT_TRUE(dataset) << dataset.error();
+  SteadyClock clock;
+  double share = 0.0;
+  auto run = run_on(*dataset, options, clock, [&](double now) { share = now; });
+  EXPECT_TRUE(run) << run.error();
+  EXPECT_EQ(share, 1.0);
+  Trajectory truth;
+  for (const TruePose& pose : dataset->truth) truth.push_back({pose.utime, pose.X_WB});
+  Trajectory estimate;
+  for (const StateEstimate& e : run->estimates) estimate.push_back({e.utime, e.X_WB});
+  Judged result{*run};
+  result.rmse_m = absolute_error(pair_up(estimate, truth), Pose{}).rmse_m;
+  result.nees_position = nees(run->estimates, truth).position;
+  return result;
+}
+
+TEST(DatasetRun, FindsItsWayInStereoFromRest) {
+  const Judged stereo = judged({});
+  EXPECT_EQ(stereo.run.frames, 81);
+  EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
+  EXPECT_EQ(stereo.run.diverged, "");
+  EXPECT_GT(stereo.run.estimates.size(), 60U);
+  EXPECT_GT(stereo.run.mean_features, 150.0);
+  EXPECT_LT(stereo.rmse_m, 0.03);
+  EXPECT_LT(stereo.nees_position, 12.0);
+}
+
+TEST(DatasetRun, FindsItsWayWithOneEyeFromTheTruth) {
+  RunOptions options;
+  options.mono = true;
+  options.start = RunStart::kTruth;
+  const Judged mono = judged(options);
+  EXPECT_GT(mono.run.estimates.size(), 78U);
+  EXPECT_LT(mono.rmse_m, 0.06);
+}
+
+TEST(DatasetRun, BeginsInMotionAtItsSpeed) {
+  RunOptions options;
+  options.start = RunStart::kMotion;
+  options.speed = 0.0;
+  EXPECT_LT(judged(options).rmse_m, 0.06);
+}
+
+// It believes in 0.2 m/s all the time.
+TEST(DatasetRun, DeadReckonsWithThePrimitiveEstimator) {
+  RunOptions options;
+  options.estimator = EstimatorKind::kPrimitive;
+  options.speed = 0.2;
+  const Judged primitive = judged(options);
+  EXPECT_GT(primitive.run.estimates.size(), 75U);
+  EXPECT_GT(primitive.rmse_m, 0.05);
+  EXPECT_LT(primitive.rmse_m, 0.6);
+}
+
+TEST(DatasetRun, DoesTheSameTwice) {
+  const Judged a = judged({});
+  const Judged b = judged({});
+  ASSERT_EQ(a.run.estimates.size(), b.run.estimates.size());
+  EXPECT_EQ(a.rmse_m, b.rmse_m);
+}
+
+TEST(DatasetRun, SaysWhatARecordingLacks) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  SteadyClock clock;
+  const auto nothing = [](double) {};
+  RunOptions options;
+  options.speed = 30.0;
+  EXPECT_THAT(run_on(*dataset, options, clock, nothing).error(), HasSubstr("30 m/s"));
+  options = {};
+  options.start = RunStart::kTruth;
+  AslDataset blind = *dataset;
+  blind.has_true_attitude = false;
+  EXPECT_THAT(run_on(blind, options, clock, nothing).error(), HasSubstr("no true poses"));
+  AslDataset torn = *dataset;
+  torn.cameras[0].pictures[3].path = "/nowhere.png";
+  EXPECT_THAT(run_on(torn, {}, clock, nothing).error(), HasSubstr("/nowhere.png"));
+}
+
+}  // namespace
+}  // namespace dive::estimation
