@@ -20,7 +20,8 @@ constexpr std::size_t kFewestStereo = 4;  // observations of a track that is use
 constexpr std::size_t kFewestMono = 4;
 constexpr int kMostRejections = 3;  // in a row, of a landmark
 constexpr int kMostPromotions = 3;  // to landmarks, in one frame
-// A landmark keeps the Jacobians of where it began: it must begin well.
+// A landmark keeps the Jacobians of where it began: it must begin well, when the speed is known.
+constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 
 std::size_t sights(const Track& track) {
@@ -219,8 +220,13 @@ std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
 
 void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidate>& found,
                                   VisualReport& report) {
-  auto room = std::min(kMostPromotions,
-                       options_.max_landmarks - static_cast<int>(state.landmarks().size()));
+  const double speed_variance =
+      state.covariance().diagonal().segment<3>(imu_error::kVelocity).maxCoeff();
+  int room = 0;
+  if (speed_variance < kLandmarkSpeedSigma * kLandmarkSpeedSigma) {
+    room = std::min(kMostPromotions,
+                    options_.max_landmarks - static_cast<int>(state.landmarks().size()));
+  }
   std::vector<const Track*> staying;
   std::vector<Gated> passed;
   Eigen::Index rows = 0;
