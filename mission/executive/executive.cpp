@@ -185,7 +185,7 @@ struct Executive::Impl final : statechart::Environment {
       tell_timeouts();
       if (interpreter.running()) settle();
       run_leaf(map_changed);
-      if (hears_imu()) stop_astern();
+      if (mission.unknown && hears_imu()) stop_astern();
     }
     actuate();
     fill_status();
@@ -703,7 +703,8 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   // Whoever turns about under way slides on stern first, for many seconds and where nobody looks:
-  // the autopilot steers its speed by what it has commanded. No gate may forbid to stop that.
+  // the autopilot steers its speed by what it has commanded. Where speed is limited by sight, that
+  // must not forbid to stop it.
   void stop_astern() {
     const double astern = -estimate().v_WB_B.x();
     if (astern < kAstern) return;
