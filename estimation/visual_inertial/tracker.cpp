@@ -99,6 +99,7 @@ std::string TrackerOptions::validate() const {
         outside("back_px", back_px, 0.01, 10.0), outside("epipolar_px", epipolar_px, 0.05, 20.0),
         outside("drift_px", drift_px, 0.05, 40.0),
         outside("min_contrast", min_contrast, 0.5, 100.0),
+        outside("min_features", min_features, 0, max_features),
         outside("max_gap_s", max_gap_s, 0.01, 10.0),
         outside("min_depth_m", min_depth_m, 0.01, 10.0)}) {
     if (!why.empty()) return why;
@@ -118,6 +119,8 @@ const char* to_string(PictureFault fault) {
       return "frozen";
     case PictureFault::kNoContrast:
       return "no_contrast";
+    case PictureFault::kFewFeatures:
+      return "few_features";
     case PictureFault::kLost:
       return "lost";
     case PictureFault::kLibraryError:
@@ -409,7 +412,13 @@ struct Tracker::Impl {
     std::swap(last, now);
     raw = picture.pixels;
     last_utime = picture.utime;
-    fill(result.frame);
+    if (static_cast<int>(tracks.size()) >= options.min_features) {
+      fill(result.frame);
+    } else if (quality.fault == PictureFault::kNone) {
+      quality.fault = PictureFault::kFewFeatures;
+      quality.reason =
+          fmt::format("{} features, where {} are needed", tracks.size(), options.min_features);
+    }
     return result;
   }
 

@@ -143,7 +143,7 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
     print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
                       accuracy.nees->position, accuracy.nees->orientation));
   }
-  if (!accuracy.yaw_aligned) print("  no truth to compare with");
+  if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
   print(fmt::format("  time     {:.2f} ms per picture, 99 % within {:.2f} ms", timing.mean_ms,
                     timing.p99_ms));
   if (run.refused + run.lost > 0) {
