@@ -44,7 +44,7 @@ struct VisualInertialOptions {
   double time_offset_sigma_s = 0.003;
 
   double zero_velocity_sigma = 0.01;  ///< m/s, when still.
-  double zero_velocity_pixels = 0.5;  ///< Still: the picture moves less in half a second,
+  double zero_velocity_pixels = 0.8;  ///< Still: the picture moves less in half a second,
   double still_gyro_sigma = 0.02;     ///< the gyro (rad/s) and
   double still_accel_sigma = 0.15;    ///< the accelerometer (m/s^2) scatter less.
 

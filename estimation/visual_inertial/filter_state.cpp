@@ -17,7 +17,8 @@ using imu_error::kSize;
 
 // A copy has no error of its own; so much keeps the covariance positive definite: 1 urad, 1 um.
 constexpr double kCopyVariance = 1e-12;
-constexpr double kLeastPivot = 1e-9;  // of H_f, relative
+constexpr double kFarVelocity = 0.005;  // m/s that a correction moves it
+constexpr double kLeastPivot = 1e-9;    // of H_f, relative
 
 void turn(Eigen::Quaterniond& q, const Vector3d& by) { q = (q * so3_exp(by)).normalized(); }
 
@@ -254,6 +255,15 @@ void FilterState::add_error(const VectorXd& error) {
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     clones_[i].X_WB = corrected(clones_[i].X_WB, error.segment<6>(clone_columns(i).start));
   }
+  if (error.segment<3>(imu_error::kVelocity).norm() > kFarVelocity) move_first_estimates();
+}
+
+// After a start or darkness the first estimates can be so far off that Jacobians taken there cost
+// more than the little heading that one change of place feigns.
+void FilterState::move_first_estimates() {
+  first = imu.motion;
+  for (Clone& clone : clones_) clone.first = clone.X_WB;
+  for (MapLandmark& landmark : landmarks_) landmark.first = landmark.p_W;
 }
 
 bool FilterState::is_finite() const {

@@ -88,6 +88,7 @@ class FilterState {
 
  private:
   void add_error(const Eigen::VectorXd& error);
+  void move_first_estimates();
   void remove(Columns columns);
   [[nodiscard]] int landmarks_start() const;
   [[nodiscard]] int clones_start() const {

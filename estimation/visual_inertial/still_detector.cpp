@@ -1,6 +1,7 @@
 #include "estimation/visual_inertial/still_detector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -9,6 +10,7 @@ namespace {
 
 constexpr double kStill_s = 0.5;
 constexpr std::size_t kFewestFeatures = 10;
+constexpr double kMedianOfNoise = 1.177;  // of a distance, per sigma of each axis (Rayleigh)
 
 // Median distance of the features that both have, normalised; nothing when they are few.
 std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b) {
@@ -30,10 +32,11 @@ std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& 
 
 }  // namespace
 
-// Noise moves a feature by 1.2 sigma in each of two frames, and no more however long one waits.
 bool StillDetector::is_still(const FeatureFrame& frame, const ImuBuffer& imu) {
   const auto motion = motion_between(reference_, frame);
-  const double most = options_.zero_velocity_pixels / options_.cameras.front().fx;
+  const double noise = kMedianOfNoise * std::sqrt(2.0) * options_.pixel_sigma;  // of two frames
+  const double most =
+      std::hypot(options_.zero_velocity_pixels, noise) / options_.cameras.front().fx;
   if (!motion || *motion > most) {
     reference_ = frame;
     return false;

@@ -14,9 +14,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-constexpr double kNearest = 0.1;    // m
-constexpr double kFarthest = 60.0;  // m
-constexpr double kMostDepthSigma = 1.0 / 3.0;
+constexpr double kNearest = 0.1;               // m
+constexpr double kFarthest = 60.0;             // m
+constexpr double kMostDepthShare = 1.0 / 3.0;  // sigma of the depth over the depth
 constexpr int kMostIterations = 10;
 constexpr double kConverged = 1e-9;      // of a step, normalised
 constexpr double kRaysCondition = 1e-8;  // least over largest eigenvalue
@@ -112,15 +112,14 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
   if (x.z() > 1.0 / kNearest) return tl::make_unexpected(Error::kBehind);
   if (x.z() < 1.0 / kFarthest) return tl::make_unexpected(Error::kTooFar);
   const Matrix3d covariance = at.information.inverse();
-  if (!(sigma * std::sqrt(covariance(2, 2)) < kMostDepthSigma * x.z())) {
-    return tl::make_unexpected(Error::kNoParallax);
-  }
+  const double depth_share = std::sqrt(covariance(2, 2)) / x.z();
+  if (!(sigma * depth_share < kMostDepthShare)) return tl::make_unexpected(Error::kNoParallax);
   // p_A = [x0, x1, 1] / x2
   Matrix3d by_x = Matrix3d::Identity() / x.z();
   by_x.col(2) = -Vector3d(x.x(), x.y(), 1.0) / (x.z() * x.z());
   by_x = X_WA.q.toRotationMatrix() * by_x;
   return Triangulated{X_WA * (Vector3d(x.x(), x.y(), 1.0) / x.z()),
-                      by_x * covariance * by_x.transpose(), at.cost};
+                      by_x * covariance * by_x.transpose(), depth_share, at.cost};
 }
 
 }  // namespace dive::estimation

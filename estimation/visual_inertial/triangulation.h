@@ -23,6 +23,8 @@ struct Triangulated {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   /// Of p_W for poses without error and image noise of variance 1.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Sigma of the depth over the depth, likewise.
+  double depth_share = 0.0;
   double cost = 0.0;  ///< Sum of squared image residuals.
 };
 

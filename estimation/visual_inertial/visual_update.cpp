@@ -16,10 +16,13 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFewestStereo = 2;  // observations of a track that is used
-constexpr std::size_t kFewestMono = 3;
+constexpr std::size_t kFewestStereo = 4;  // observations of a track that is used
+constexpr std::size_t kFewestMono = 4;
 constexpr int kMostRejections = 3;  // in a row, of a landmark
 constexpr int kMostPromotions = 3;  // to landmarks, in one frame
+// A landmark keeps the Jacobians of where it began: it must begin well, when the speed is known.
+constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
+constexpr double kLandmarkDepthShare = 0.05;
 
 std::size_t sights(const Track& track) {
   std::size_t count = 0;
@@ -47,6 +50,7 @@ struct VisualUpdate::Gated {
   LinearSystem system;
   Landmark landmark;
   double distance = 0.0;
+  double depth_share = 0.0;  // sigma over depth
 };
 
 VisualUpdate::VisualUpdate(const VisualInertialOptions& options)
@@ -62,10 +66,10 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   follow(state, frame, number, report);
   correct_landmarks(state, number, report);
   const auto leaving = leaving_clone(state);
-  std::vector<Candidate> found = candidates(state, number, leaving);
+  const std::vector<Candidate> found = candidates(state, number, leaving);
   std::vector<std::int64_t> used;
   for (const Candidate& candidate : found) used.push_back(candidate.track->id);
-  correct_tracks(state, std::move(found), report);
+  correct_tracks(state, found, report);
   for (const std::int64_t id : used) tracks_.use_up(id);
   clean(state, number, leaving);
   if (freedom_ > 0.0) report.innovation_ratio = distance_ / freedom_;
@@ -203,6 +207,7 @@ std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
   MatrixXd S = state.innovation(state.view_columns(), system->H.bottomRows(free));
   S.diagonal().array() += sigma_ * sigma_;
   Gated result;
+  result.depth_share = sigma_ * place->depth_share;
   if (is_out(S, system->r.tail(free), result.distance)) {
     ++report.rejected;
     return std::nullopt;
@@ -213,23 +218,26 @@ std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
   return result;
 }
 
-void VisualUpdate::correct_tracks(FilterState& state, std::vector<Candidate> found,
+void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidate>& found,
                                   VisualReport& report) {
-  const auto room = static_cast<std::size_t>(options_.max_landmarks) - state.landmarks().size();
+  const double speed_variance =
+      state.covariance().diagonal().segment<3>(imu_error::kVelocity).maxCoeff();
+  int room = 0;
+  if (speed_variance < kLandmarkSpeedSigma * kLandmarkSpeedSigma) {
+    room = std::min(kMostPromotions,
+                    options_.max_landmarks - static_cast<int>(state.landmarks().size()));
+  }
   std::vector<const Track*> staying;
-  const auto stays = [&](const Candidate& candidate) {
-    const bool is_one =
-        candidate.may_stay && staying.size() < std::min<std::size_t>(room, kMostPromotions);
-    if (is_one) staying.push_back(candidate.track);
-    return is_one;
-  };
-  found.erase(std::remove_if(found.begin(), found.end(), stays), found.end());
-
   std::vector<Gated> passed;
   Eigen::Index rows = 0;
   for (const Candidate& candidate : found) {
     auto one = gated(state, *candidate.track, report);
     if (!one) continue;
+    if (candidate.may_stay && room > 0 && one->depth_share < kLandmarkDepthShare) {
+      staying.push_back(candidate.track);
+      --room;
+      continue;
+    }
     rows += one->system.r.size() - 3;
     passed.push_back(std::move(*one));
   }

@@ -56,7 +56,8 @@ class VisualUpdate {
   [[nodiscard]] std::optional<std::size_t> leaving_clone(const FilterState& state) const;
   [[nodiscard]] std::vector<Candidate> candidates(const FilterState& state, std::int64_t number,
                                                   std::optional<std::size_t> leaving) const;
-  void correct_tracks(FilterState& state, std::vector<Candidate> candidates, VisualReport& report);
+  void correct_tracks(FilterState& state, const std::vector<Candidate>& found,
+                      VisualReport& report);
   [[nodiscard]] std::optional<Gated> gated(const FilterState& state, const Track& track,
                                            VisualReport& report) const;
   void promote(FilterState& state, const Track& track, std::int64_t number, VisualReport& report);

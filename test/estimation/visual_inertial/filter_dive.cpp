@@ -94,7 +94,7 @@ FilterDiveResult run(AnalyticDive& dive, const AnalyticDiveOptions& options,
     estimation::FeatureFrame frame;
     if (is_frame) frame = dive.frame(utime);
     for (const auto& feature : frame.features) {
-      if (AnalyticDive::is_snow(feature.id)) ++result.offered_snow;
+      if (AnalyticDive::is_snow(feature.id)) result.snow.insert(feature.id);
     }
     std::optional<ImuSample> reading;
     std::optional<DepthSample> sounding;
@@ -113,7 +113,9 @@ FilterDiveResult run(AnalyticDive& dive, const AnalyticDiveOptions& options,
       since_frame_s = 0.0;
       for (const auto& landmark : filter.landmarks()) {
         ++result.used;
-        if (AnalyticDive::is_snow(landmark.id)) ++result.used_snow;
+        if (!AnalyticDive::is_snow(landmark.id)) continue;
+        ++result.used_snow;
+        result.believed_snow.insert(landmark.id);
       }
     }
     const DiveTruth truth = dive.truth(t);

@@ -2,6 +2,7 @@
 // The filter on an analytic dive: feeds it, and compares it with the truth.
 
 #include <functional>
+#include <set>
 #include <vector>
 
 #include "estimation/visual_inertial/visual_inertial_filter.h"
@@ -21,9 +22,10 @@ struct FilterDiveResult {
   std::vector<ErrorSample> errors;  ///< Once a second.
   double distance_m = 0.0;
   std::vector<double> frame_ms;   ///< All calls of the filter since the frame before.
-  std::int64_t used = 0;          ///< Landmarks that corrected the state,
-  std::int64_t used_snow = 0;     ///< those among them that move.
-  std::int64_t offered_snow = 0;  ///< Sights of what moves.
+  std::int64_t used = 0;                 ///< Times that a landmark corrected the state,
+  std::int64_t used_snow = 0;            ///< and that one that moves did.
+  std::set<std::int64_t> snow;           ///< All that moved before the camera,
+  std::set<std::int64_t> believed_snow;  ///< and what of it ever corrected the state.
 };
 
 /// What the filter is told of the dive.

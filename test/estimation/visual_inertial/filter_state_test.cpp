@@ -140,7 +140,7 @@ TEST(Landmark, BeginsAsAnUpdateOfOneThatWasUnknown) {
   const Eigen::Matrix3d H_f = random_matrix(random, 3, 3);
   const Vector3d r = 1e-2 * random_matrix(random, 3, 1);
   constexpr double kVariance = 1e-4;
-  constexpr double kUnknown = 1e5;
+  constexpr double kUnknown = 1e7;
 
   MatrixXd prior = MatrixXd::Zero(n + 3, n + 3);  // the landmark last
   prior.topLeftCorner(n, n) = P;
