@@ -63,6 +63,5 @@ dive_imported_library(dive_opencv_core opencv2/core.hpp opencv_core SUFFIXES ope
 dive_imported_library(dive_opencv_imgproc opencv2/imgproc.hpp opencv_imgproc SUFFIXES opencv4)
 dive_imported_library(dive_visp_core visp3/core/vpConfig.h visp_core)
 dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
-dive_imported_library(dive_visp_detection visp3/detection/vpDetectorAprilTag.h visp_detection)
 dive_imported_library(dive_png png.h png)
 dive_imported_library(dive_yaml yaml-cpp/yaml.h yaml-cpp)

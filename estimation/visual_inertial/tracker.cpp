@@ -221,7 +221,8 @@ struct Tracker::Impl {
       back_guesses.push_back(*pixel - (guesses[i] - from[i]));
     }
     tracks.clear();
-    const int back_levels = std::max(0, options.levels - 1);
+    // With a rotation the guess is good to a few pixels, and no pyramid is needed.
+    const int back_levels = q ? 0 : std::max(0, options.levels - 1);
     const auto back = klt.follow(now.view(), last.view(), end, back_guesses, back_levels);
     if (!back) return back.error();
     for (std::size_t i = 0; i < there.size(); ++i) {
@@ -412,9 +413,9 @@ struct Tracker::Impl {
     std::swap(last, now);
     raw = picture.pixels;
     last_utime = picture.utime;
-    if (static_cast<int>(tracks.size()) >= options.min_features) {
-      fill(result.frame);
-    } else if (quality.fault == PictureFault::kNone) {
+    fill(result.frame);
+    if (quality.fault == PictureFault::kNone &&
+        static_cast<int>(tracks.size()) < options.min_features) {
       quality.fault = PictureFault::kFewFeatures;
       quality.reason =
           fmt::format("{} features, where {} are needed", tracks.size(), options.min_features);

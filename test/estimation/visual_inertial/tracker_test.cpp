@@ -346,8 +346,7 @@ TEST_F(Refusing, SaysWhenAllIsLost) {
   EXPECT_GT(seen.quality.lost, 100);
 }
 
-// A few flakes in the dark: whoever believes in them drifts with them.
-TEST_F(Refusing, HandsNoHandfulOfFeaturesOn) {
+TEST_F(Refusing, SaysWhenThereIsOnlyAHandful) {
   ImageFrame picture;
   picture.width = 752;
   picture.height = 480;
@@ -364,8 +363,7 @@ TEST_F(Refusing, HandsNoHandfulOfFeaturesOn) {
   const TrackedPicture seen = careful.step(picture, nullptr, std::nullopt);
   EXPECT_EQ(seen.quality.fault, PictureFault::kFewFeatures);
   EXPECT_THAT(seen.quality.reason, HasSubstr("where 150 are needed"));
-  EXPECT_GT(seen.quality.added, 4);
-  EXPECT_TRUE(seen.frame.features.empty());
+  EXPECT_GT(seen.frame.features.size(), 4U);
 }
 
 TEST_F(Refusing, TellsABlurredPicture) {
