@@ -216,7 +216,9 @@ void take_note(const PictureQuality& quality, DatasetRun& run) {
   run.mean_features += quality.tracked + quality.added;
   if (quality.fault == PictureFault::kNone) return;
   run.last_fault = quality.reason;
-  ++(quality.fault == PictureFault::kLost ? run.lost : run.refused);
+  ++(quality.fault == PictureFault::kLost          ? run.lost
+     : quality.fault == PictureFault::kFewFeatures ? run.poor
+                                                   : run.refused);
 }
 
 }  // namespace

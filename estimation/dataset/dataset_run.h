@@ -35,8 +35,9 @@ struct DatasetRun {
   std::vector<StateEstimate> estimates;  ///< At each picture; valid ones only.
   std::vector<double> frame_ms;          ///< Front end and filter, each picture, without decoding.
   int frames = 0;                        ///< Pictures, used or not.
-  int refused = 0;                       ///< Pictures in which there was a fault.
-  int lost = 0;                          ///< Of those, where tracking was lost.
+  int refused = 0;                       ///< Of those, without features: dark, frozen, broken.
+  int poor = 0;                          ///< With too few to be sure of them.
+  int lost = 0;                          ///< In which tracking was lost.
   double mean_features = 0.0;
   std::string last_fault;  ///< A sentence; empty without one.
   std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.

@@ -12,7 +12,7 @@ namespace {
 constexpr int kColumns = 5;  // of tiles
 constexpr int kRows = 3;
 constexpr float kContrast = 45.0F;  // grey levels, of every tile
-constexpr float kMaxGain = 8.0F;    // noise is not made a texture
+constexpr float kMaxGain = 4.0F;    // noise is not made a texture
 
 struct Tile {
   float gain = 1.0F;

@@ -196,7 +196,7 @@ tl::expected<std::vector<std::optional<StereoMatch>>, std::string> StereoMatcher
     // Back by the shift that was guessed: to start at the place itself would find it too easily.
     back_guesses.push_back(*(*found)[k] - (guesses[k] - from[k]));
   }
-  const auto back = klt_.follow(right.full, left.full, back_from, back_guesses, kLevels);
+  const auto back = klt_.follow(right.full, left.full, back_from, back_guesses, 0);
   if (!back) return tl::make_unexpected(back.error());
   for (std::size_t k = 0; k < there.size(); ++k) {
     const auto& returned = (*back)[k];

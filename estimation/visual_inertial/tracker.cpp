@@ -99,6 +99,7 @@ std::string TrackerOptions::validate() const {
         outside("back_px", back_px, 0.01, 10.0), outside("epipolar_px", epipolar_px, 0.05, 20.0),
         outside("drift_px", drift_px, 0.05, 40.0),
         outside("min_contrast", min_contrast, 0.5, 100.0),
+        outside("min_features", min_features, 0, max_features),
         outside("max_gap_s", max_gap_s, 0.01, 10.0),
         outside("min_depth_m", min_depth_m, 0.01, 10.0)}) {
     if (!why.empty()) return why;
@@ -118,6 +119,8 @@ const char* to_string(PictureFault fault) {
       return "frozen";
     case PictureFault::kNoContrast:
       return "no_contrast";
+    case PictureFault::kFewFeatures:
+      return "few_features";
     case PictureFault::kLost:
       return "lost";
     case PictureFault::kLibraryError:
@@ -218,7 +221,8 @@ struct Tracker::Impl {
       back_guesses.push_back(*pixel - (guesses[i] - from[i]));
     }
     tracks.clear();
-    const int back_levels = std::max(0, options.levels - 1);
+    // With a rotation the guess is good to a few pixels, and no pyramid is needed.
+    const int back_levels = q ? 0 : std::max(0, options.levels - 1);
     const auto back = klt.follow(now.view(), last.view(), end, back_guesses, back_levels);
     if (!back) return back.error();
     for (std::size_t i = 0; i < there.size(); ++i) {
@@ -410,6 +414,12 @@ struct Tracker::Impl {
     raw = picture.pixels;
     last_utime = picture.utime;
     fill(result.frame);
+    if (quality.fault == PictureFault::kNone &&
+        static_cast<int>(tracks.size()) < options.min_features) {
+      quality.fault = PictureFault::kFewFeatures;
+      quality.reason =
+          fmt::format("{} features, where {} are needed", tracks.size(), options.min_features);
+    }
     return result;
   }
 

@@ -27,13 +27,14 @@ struct TrackerOptions {
   int max_features = 200;
   int window_px = 16;             ///< Of KLT; a multiple of 8.
   int levels = 2;                 ///< Of KLT's pyramid, above the picture itself.
-  double min_gradient = 4.0;      ///< Of a corner, grey levels per pixel after evening out.
+  double min_gradient = 6.0;      ///< Of a corner, grey levels per pixel after evening out.
   double min_distance_px = 12.0;  ///< Of a new feature from all others.
   int cells_per_picture = 8;      ///< Of the grid, searched for new features.
   double back_px = 0.8;           ///< Forwards and backwards, a point returns so near.
   double epipolar_px = 1.0;       ///< Since the last picture.
   double drift_px = 1.5;          ///< Since the sixteenth picture before: gyro errors add up.
   double min_contrast = 3.0;      ///< Standard deviation, grey levels; below that it is noise.
+  int min_features = 10;          ///< Fewer are a fault: who can tell what stands still from snow?
   double max_gap_s = 0.5;         ///< Features are not followed over longer gaps.
   double min_depth_m = 0.25;      ///< Nearer points are not matched in stereo.
 
@@ -41,13 +42,15 @@ struct TrackerOptions {
   [[nodiscard]] std::string validate() const;
 };
 
-/// What is wrong with a picture. None but kNone and kLost gives features.
+/// What is wrong with a picture. None but kNone, kFewFeatures and kLost gives features.
 enum class PictureFault {
   kNone,
   kNotAsAgreed,   ///< Size, format or number of pixels.
   kNotLater,      ///< Stamped like the last one or before it.
   kFrozen,        ///< Bit for bit the last one: a camera that stands still has noise.
   kNoContrast,    ///< Dark, dazzled, or nothing but water.
+  kFewFeatures,   ///< Too few to be sure that they stand still; whether to believe them is the
+                  ///< estimator's to say.
   kLost,          ///< Nearly all features are gone at once; those that come are new.
   kLibraryError,  ///< ViSP or OpenCV threw.
 };

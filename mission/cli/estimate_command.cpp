@@ -115,6 +115,7 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
           {"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
           {"estimates", run.estimates.size()},
           {"refused_pictures", run.refused},
+          {"poor_pictures", run.poor},
           {"lost_pictures", run.lost},
           {"mean_features", run.mean_features},
           {"diverged", run.diverged}};
@@ -143,12 +144,13 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
     print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
                       accuracy.nees->position, accuracy.nees->orientation));
   }
-  if (!accuracy.yaw_aligned) print("  no truth to compare with");
+  if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
   print(fmt::format("  time     {:.2f} ms per picture, 99 % within {:.2f} ms", timing.mean_ms,
                     timing.p99_ms));
-  if (run.refused + run.lost > 0) {
-    print(fmt::format("  pictures {} refused, tracking lost in {}; the last: {}", run.refused,
-                      run.lost, run.last_fault));
+  if (run.refused + run.poor + run.lost > 0) {
+    print(fmt::format(
+        "  pictures {} refused, {} with few features, tracking lost in {}; the last: {}",
+        run.refused, run.poor, run.lost, run.last_fault));
   }
 }
 

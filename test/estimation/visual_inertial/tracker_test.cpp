@@ -210,7 +210,7 @@ TEST(Tracker, FollowsAsTheLightGoesDown) {
     const auto errors = truth.errors(seen.frame, X_WC);
     if (k == 0) continue;
     EXPECT_GT(seen.quality.tracked, 130) << k;
-    EXPECT_LT(median(errors), 0.3) << k;
+    EXPECT_LT(median(errors), 0.5) << k;
   }
 }
 
@@ -344,6 +344,26 @@ TEST_F(Refusing, SaysWhenAllIsLost) {
   EXPECT_EQ(seen.quality.fault, PictureFault::kLost);
   EXPECT_THAT(seen.quality.reason, HasSubstr("are left"));
   EXPECT_GT(seen.quality.lost, 100);
+}
+
+TEST_F(Refusing, SaysWhenThereIsOnlyAHandful) {
+  ImageFrame picture;
+  picture.width = 752;
+  picture.height = 480;
+  picture.pixels.assign(752 * 480, 10);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const std::size_t corner = 752 * 100 + 100 * i + 100;
+    for (std::size_t y = 0; y < 30; ++y) {
+      for (std::size_t x = 0; x < 30; ++x) picture.pixels[corner + 752 * y + x] = 200;
+    }
+  }
+  TrackerOptions options;
+  options.min_features = 150;
+  Tracker careful(options, camera, std::nullopt, 1);
+  const TrackedPicture seen = careful.step(picture, nullptr, std::nullopt);
+  EXPECT_EQ(seen.quality.fault, PictureFault::kFewFeatures);
+  EXPECT_THAT(seen.quality.reason, HasSubstr("where 150 are needed"));
+  EXPECT_GT(seen.frame.features.size(), 4U);
 }
 
 TEST_F(Refusing, TellsABlurredPicture) {

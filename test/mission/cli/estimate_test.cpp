@@ -1,0 +1,111 @@
+// `dive estimate`: over a recording that the tests write. The primitive estimator looks at no
+// pictures, so that there are none; the visual one is tested in test/estimation/dataset.
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "test/mission/cli/run_command.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using testing::Ran;
+
+std::string place() {
+  return std::string("estimate-") + ::testing::UnitTest::GetInstance()->current_test_info()->name();
+}
+
+Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
+
+void write(const std::string& name, const std::string& text) {
+  const fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place() / name;
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+/// Twenty seconds along x at 0.4 m/s, 2 m deep, as folder `swim`.
+void write_swim() {
+  const std::string unit = "T_BS:\n  data: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n";
+  std::string imu;
+  std::string pictures;
+  std::string depth;
+  std::string truth = "#timestamp, p, q\n";
+  for (long k = 0; k <= 4000; ++k) {
+    const long ns = 5'000'000 * (k + 1);
+    imu += fmt::format("{},0,0,0,0,0,9.81\n", ns);
+    if (k % 10 != 0) continue;
+    pictures += fmt::format("{},{}.png\n", ns, ns);
+    depth += fmt::format("{},2.0\n", ns);
+    truth += fmt::format("{},{},0,-2,1,0,0,0\n", ns, 0.002 * static_cast<double>(k));
+  }
+  write("swim/mav0/imu0/sensor.yaml", unit);
+  write("swim/mav0/imu0/data.csv", imu);
+  write("swim/mav0/cam0/sensor.yaml",
+        unit +
+            "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
+            "distortion_coefficients: [0, 0, 0, 0]\n");
+  write("swim/mav0/cam0/data.csv", pictures);
+  write("swim/mav0/depth0/data.csv", depth);
+  write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
+}
+
+TEST(Estimate, SaysHowFarOffItIsInJson) {
+  write_swim();
+  const Ran ran = dive("estimate swim --estimator primitive --speed 0.4 --json --output out.tum");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["frames"], 401);
+  EXPECT_NEAR(json["duration_s"].get<double>(), 20.0, 1e-9);
+  EXPECT_NEAR(json["distance_m"].get<double>(), 8.0, 0.05);
+  EXPECT_LT(json["ate_m"].get<double>(), 0.5);
+  // It takes the vehicle to start from rest, where this one swims from the beginning.
+  EXPECT_GT(json["drift_percent"].get<double>(), 0.5);
+  EXPECT_LT(json["drift_percent"].get<double>(), 15.0);
+  EXPECT_GE(json["nees_position"].get<double>(), 0.0);
+  EXPECT_LT(json["nees_orientation"].get<double>(), 3.0);
+  EXPECT_GE(json["ms_per_frame"]["p99"].get<double>(), 0.0);
+  EXPECT_GE(json["ms_per_frame"]["mean"].get<double>(), 0.0);
+
+  std::ifstream tum(fs::path(::testing::TempDir()) / "dive-command" / place() / "out.tum");
+  std::string line;
+  int lines = 0;
+  while (std::getline(tum, line)) ++lines;
+  EXPECT_GT(lines, 390);
+}
+
+TEST(Estimate, SaysItToPeople) {
+  write_swim();
+  const Ran ran = dive("estimate swim --estimator primitive");
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  for (const char* words : {"401 pictures in 20.0 s", "ATE", "RPE", "drift", "NEES", "time"}) {
+    EXPECT_THAT(ran.out, HasSubstr(words));
+  }
+}
+
+TEST(Estimate, RefusesWhatItCannotRead) {
+  const Ran none = dive("estimate nowhere");
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("nowhere: no dataset in the ASL format"));
+  EXPECT_EQ(dive("estimate").status, 2);
+  EXPECT_EQ(dive("estimate swim --init somehow").status, 2);
+  write_swim();
+  const Ran blind = dive("estimate swim");  // there are no pictures
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr(".png"));
+  EXPECT_EQ(blind.out, "");
+  write("swim/mav0/depth0/data.csv", "5000000,deep\n");
+  const Ran bad = dive("estimate swim");
+  EXPECT_EQ(bad.status, 2);
+  EXPECT_THAT(bad.err, HasSubstr("depth0/data.csv:1: field 2 is \"deep\""));
+}
+
+}  // namespace
+}  // namespace dive::mission
