@@ -52,8 +52,9 @@ class PrimitiveEstimator {
   /// The vehicle went on while nobody reckoned: by so much horizontally (m), with so much doubt
   /// (one sigma, m), and it still swims at `surge` (m/s).
   void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
-  /// By what is seen around it the vehicle is so far (m) from where it was thought to be. That holds
-  /// it to a map it has made itself, and says nothing of where the map is: the covariance stays.
+  /// By what is seen around it the vehicle is so far (m) from where it was thought to be. That
+  /// holds it to a map it has made itself, and says nothing of where the map is: the covariance
+  /// stays.
   void moved(const Eigen::Vector2d& by_W);
   /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);

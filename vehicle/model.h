@@ -15,10 +15,10 @@ namespace dive::vehicle {
 
 struct Model {
   std::string name;
-  double mass_kg = 0.0;                  ///< All links.
-  Eigen::Vector3d centre_of_mass_B;      ///< m.
-  Eigen::Matrix3d inertia_B;             ///< About the centre of mass, kg m^2, joints at zero.
-  planning::RobotHull hull;              ///< Collision geometry; moving links over their range.
+  double mass_kg = 0.0;              ///< All links.
+  Eigen::Vector3d centre_of_mass_B;  ///< m.
+  Eigen::Matrix3d inertia_B;         ///< About the centre of mass, kg m^2, joints at zero.
+  planning::RobotHull hull;          ///< Collision geometry; moving links over their range.
   /// Flipper hips, m: the origins of the joints left_front, left_mid, left_rear, right_front,
   /// right_mid, right_rear. NaN for a vehicle that has none of these joints.
   Eigen::Matrix<double, 3, 6> hips_B;

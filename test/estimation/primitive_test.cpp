@@ -12,8 +12,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "common/assert.h"
-#include "test/common/arbitrary.h"
 #include "test/common/allocations.h"
+#include "test/common/arbitrary.h"
 
 namespace dive::estimation {
 namespace {

@@ -8,8 +8,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "common/assert.h"
-#include "test/common/arbitrary.h"
 #include "test/common/allocations.h"
+#include "test/common/arbitrary.h"
 #include "test/vehicle/aqua2.h"
 
 namespace dive::vehicle {

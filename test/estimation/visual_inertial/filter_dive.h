@@ -21,7 +21,7 @@ struct ErrorSample {
 struct FilterDiveResult {
   std::vector<ErrorSample> errors;  ///< Once a second.
   double distance_m = 0.0;
-  std::vector<double> frame_ms;   ///< All calls of the filter since the frame before.
+  std::vector<double> frame_ms;          ///< All calls of the filter since the frame before.
   std::int64_t used = 0;                 ///< Times that a landmark corrected the state,
   std::int64_t used_snow = 0;            ///< and that one that moves did.
   std::set<std::int64_t> snow;           ///< All that moved before the camera,

@@ -29,8 +29,8 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Times real time that a vehicle with eyes can be dived at: the mapper is slow under the sanitizers,
-// and one that is late is rightly taken for one that sees nothing.
+// Times real time that a vehicle with eyes can be dived at: the mapper is slow under the
+// sanitizers, and one that is late is rightly taken for one that sees nothing.
 #ifdef __SANITIZE_ADDRESS__
 constexpr const char* kPaceWithEyes = "1";
 #else
@@ -152,9 +152,10 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
 TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
   const std::string mission = murk();
   Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle = dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--clock-jump=-3600@3"});
-  const auto executive =
-      dive("run", {"run", mission, "--speed", kPaceWithEyes, "--lcm", far_url_, "--log", path("log")});
+  const auto vehicle =
+      dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--clock-jump=-3600@3"});
+  const auto executive = dive(
+      "run", {"run", mission, "--speed", kPaceWithEyes, "--lcm", far_url_, "--log", path("log")});
   EXPECT_EQ(executive->wait(240.0), 0) << executive->err() << executive->out();
   EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
   EXPECT_GT(executive->json().at("replans").get<int>(), 0) << "nothing was seen";
@@ -166,8 +167,10 @@ TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
 
 TEST_F(Processes, WhenTheScansStopTheVehicleHoldsAndComesUp) {
   const std::string mission = murk();
-  const auto vehicle = dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--fault", "range_silent@8"});
-  const auto executive = dive("run", {"run", mission, "--speed", kPaceWithEyes, "--log", path("log")});
+  const auto vehicle =
+      dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--fault", "range_silent@8"});
+  const auto executive =
+      dive("run", {"run", mission, "--speed", kPaceWithEyes, "--log", path("log")});
   EXPECT_GE(executive->wait(240.0), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
