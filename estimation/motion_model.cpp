@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
+#include "common/range_check.h"
 
 namespace dive::estimation {
 namespace {
@@ -13,11 +13,7 @@ double signed_square(double x) { return std::abs(x) * x; }
 }  // namespace
 
 std::string MotionModel::validate() const {
-  std::string problem;
-  const auto check = [&problem](const char* name, double value, double low, double high) {
-    if (!problem.empty() || (value >= low && value <= high)) return;  // false for NaN
-    problem = fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  };
+  RangeCheck check;
   check("speed_time_constant_s", speed_time_constant_s, 0.05, 60.0);
   check("full_speed", full_speed, 0.05, 5.0);
   check("thrust_lag_s", thrust_lag_s, 0.0, 10.0);
@@ -26,7 +22,7 @@ std::string MotionModel::validate() const {
   check("tail_lift_m", tail_lift_m, 0.1, 1e6);
   check("tail_m", tail_m, 0.0, 10.0);
   check("mass_ratio", mass_ratio, 0.1, 10.0);
-  return problem;
+  return check.problem();
 }
 
 void ExpectedMotion::begin_at(double surge) {

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "common/assert.h"
+#include "common/range_check.h"
 
 namespace dive::estimation {
 namespace {
@@ -23,18 +22,14 @@ constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts be
 }  // namespace
 
 std::string PrimitiveOptions::validate() const {
-  std::string problem;
-  const auto check = [&problem](const char* name, double value, double low, double high) {
-    if (!problem.empty() || (value >= low && value <= high)) return;  // false for NaN
-    problem = fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  };
+  RangeCheck check;
   check("speed_scale_sigma", speed_scale_sigma, 0.0, 1.0);
   check("heading_bias_sigma_deg", heading_bias_sigma_deg, 0.0, 90.0);
   check("attitude_sigma_deg", attitude_sigma_deg, 0.001, 90.0);
   check("depth_sigma_m", depth_sigma_m, 1e-4, 10.0);
   check("vertical_acceleration", vertical_acceleration, 1e-4, 10.0);
   check("drift_m_per_sqrt_s", drift_m_per_sqrt_s, 0.0, 1.0);
-  return problem.empty() ? motion.validate() : problem;
+  return check.problem().empty() ? motion.validate() : check.problem();
 }
 
 PrimitiveEstimator::PrimitiveEstimator(PrimitiveOptions options, const Vector3d& position_W,

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "common/assert.h"
+#include "common/range_check.h"
 #include "common/se3.h"
 
 namespace dive::vehicle {
@@ -20,15 +19,7 @@ double effort(double x) { return std::clamp(x, -1.0, 1.0); }
 }  // namespace
 
 std::string AutopilotOptions::validate() const {
-  const auto outside = [](const char* name, double value, double low, double high) {
-    return value >= low && value <= high  // false for NaN
-               ? std::string()
-               : fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  };
-  std::string problem;
-  const auto check = [&](const char* name, double value, double low, double high) {
-    if (problem.empty()) problem = outside(name, value, low, high);
-  };
+  RangeCheck check;
   for (int i = 0; i < 3; ++i) {
     check("attitude_p", attitude_p[i], 0.0, 100.0);
     check("attitude_d", attitude_d[i], 0.0, 100.0);
@@ -50,7 +41,7 @@ std::string AutopilotOptions::validate() const {
   check("full_speed", full_speed, 0.05, 5.0);
   check("coast_length_m", coast_length_m, 0.0, 100.0);
   check("speed_time_constant_s", speed_time_constant_s, 0.05, 60.0);
-  return problem;
+  return check.problem();
 }
 
 // The w with w^2 + heave_lift |u| w = |effort| full_heave^2.

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-
 #include "common/assert.h"
+#include "common/range_check.h"
 
 namespace dive::vehicle {
 namespace {
@@ -32,11 +31,7 @@ double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 }  // namespace
 
 std::string FollowerOptions::validate() const {
-  std::string problem;
-  const auto check = [&problem](const char* name, double value, double low, double high) {
-    if (!problem.empty() || (value >= low && value <= high)) return;  // false for NaN
-    problem = fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  };
+  RangeCheck check;
   check("speed", speed, 0.05, 5.0);
   check("capture_radius", capture_radius, 0.01, 100.0);
   if (last_capture_radius) check("last_capture_radius", *last_capture_radius, 0.01, 100.0);
@@ -47,7 +42,7 @@ std::string FollowerOptions::validate() const {
   check("braking_s", braking_s, 0.01, 60.0);
   check("heave_speed", heave_speed, 0.01, 5.0);
   check("depth_lead_m", depth_lead_m, 0.01, 10.0);
-  return problem;
+  return check.problem();
 }
 
 Follower::Follower(FollowerOptions options) : options_(options) {

@@ -12,6 +12,7 @@
 
 #include "common/assert.h"
 #include "common/random.h"
+#include "common/range_check.h"
 #include "estimation/visual_inertial/corners.h"
 #include "estimation/visual_inertial/epipolar.h"
 #include "estimation/visual_inertial/klt.h"
@@ -84,27 +85,23 @@ std::string disagreement(const ImageFrame& picture, const CameraModel& camera) {
 }  // namespace
 
 std::string TrackerOptions::validate() const {
-  const auto outside = [](const char* name, double value, double low, double high) {
-    return value >= low && value <= high
-               ? std::string()
-               : fmt::format("{} is {}; it must be from {} to {}", name, value, low, high);
-  };
   if (window_px % 8 != 0)
     return fmt::format("window_px is {}; a multiple of 8 is needed", window_px);
-  for (const std::string& why :
-       {outside("max_features", max_features, 16, 5000), outside("window_px", window_px, 8, 64),
-        outside("levels", levels, 0, 5), outside("min_gradient", min_gradient, 0.5, 100.0),
-        outside("min_distance_px", min_distance_px, 2.0, 200.0),
-        outside("cells_per_picture", cells_per_picture, 1, 10'000),
-        outside("back_px", back_px, 0.01, 10.0), outside("epipolar_px", epipolar_px, 0.05, 20.0),
-        outside("drift_px", drift_px, 0.05, 40.0),
-        outside("min_contrast", min_contrast, 0.5, 100.0),
-        outside("min_features", min_features, 0, max_features),
-        outside("max_gap_s", max_gap_s, 0.01, 10.0),
-        outside("min_depth_m", min_depth_m, 0.01, 10.0)}) {
-    if (!why.empty()) return why;
-  }
-  return {};
+  RangeCheck check;
+  check("max_features", max_features, 16, 5000);
+  check("window_px", window_px, 8, 64);
+  check("levels", levels, 0, 5);
+  check("min_gradient", min_gradient, 0.5, 100.0);
+  check("min_distance_px", min_distance_px, 2.0, 200.0);
+  check("cells_per_picture", cells_per_picture, 1, 10'000);
+  check("back_px", back_px, 0.01, 10.0);
+  check("epipolar_px", epipolar_px, 0.05, 20.0);
+  check("drift_px", drift_px, 0.05, 40.0);
+  check("min_contrast", min_contrast, 0.5, 100.0);
+  check("min_features", min_features, 0, max_features);
+  check("max_gap_s", max_gap_s, 0.01, 10.0);
+  check("min_depth_m", min_depth_m, 0.01, 10.0);
+  return check.problem();
 }
 
 const char* to_string(PictureFault fault) {

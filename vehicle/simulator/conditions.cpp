@@ -1,8 +1,7 @@
 #include <array>
 #include <cmath>
 
-#include <fmt/format.h>
-
+#include "common/range_check.h"
 #include "vehicle/simulator/sensors.h"
 #include "vehicle/simulator/simulator.h"
 
@@ -57,12 +56,11 @@ std::vector<std::pair<std::string, double>> Conditions::list() const {
 
 std::string Conditions::validate() const {
   Conditions copy = *this;
+  RangeCheck check;
   for (const Entry& entry : kEntries) {
-    const double value = entry.of(copy);
-    if (value >= entry.low && value <= entry.high) continue;  // false for NaN
-    return fmt::format("{} is {} but must be from {} to {}", entry.name, value, entry.low,
-                       entry.high);
+    check(entry.name, entry.of(copy), entry.low, entry.high);
   }
+  if (!check.problem().empty()) return check.problem();
   if (inertial_unit) return inertial_unit->validate();
   return {};
 }

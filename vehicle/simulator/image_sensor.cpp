@@ -1,23 +1,14 @@
 #include "vehicle/simulator/image_sensor.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
-#include <fmt/format.h>
-
+#include "common/range_check.h"
 #include "vehicle/simulator/ray_batch.h"
 
 namespace dive::vehicle {
 namespace {
-
-struct Bound {
-  const char* name;
-  double value;
-  double low;
-  double high;
-};
 
 // Four bytes of one mixed number: their sum is near enough normal (Irwin and Hall), its variance
 // exact. Mean 0, variance 1.
@@ -48,24 +39,19 @@ DIVE_VECTOR_LOOP void expose(const float* radiance, const float* vignette, std::
 }  // namespace
 
 std::string ImageSensorOptions::validate() const {
-  const std::array<Bound, 11> bounds{{
-      {"exposure_ms", exposure_ms, 1e-4, 1000},
-      {"gain", gain, 1e-3, 1000},
-      {"shortest_ms", shortest_ms, 1e-4, longest_ms},
-      {"longest_ms", longest_ms, 1e-4, 1000},
-      {"highest_gain", highest_gain, 1, 1000},
-      {"lag_s", lag_s, 0, 100},
-      {"target", target, 0.05, 0.9},
-      {"electrons_per_ms", electrons_per_ms, 1, 1e9},
-      {"full_well", full_well, 100, 1e7},
-      {"read_noise", read_noise, 0, 1e4},
-      {"vignetting", vignetting, 0, 4},
-  }};
-  for (const auto& [name, value, low, high] : bounds) {
-    if (value >= low && value <= high) continue;  // false for NaN
-    return fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  }
-  return {};
+  RangeCheck check;
+  check("exposure_ms", exposure_ms, 1e-4, 1000);
+  check("gain", gain, 1e-3, 1000);
+  check("shortest_ms", shortest_ms, 1e-4, longest_ms);
+  check("longest_ms", longest_ms, 1e-4, 1000);
+  check("highest_gain", highest_gain, 1, 1000);
+  check("lag_s", lag_s, 0, 100);
+  check("target", target, 0.05, 0.9);
+  check("electrons_per_ms", electrons_per_ms, 1, 1e9);
+  check("full_well", full_well, 100, 1e7);
+  check("read_noise", read_noise, 0, 1e4);
+  check("vignetting", vignetting, 0, 4);
+  return check.problem();
 }
 
 double AutoExposure::limited(double product) const {

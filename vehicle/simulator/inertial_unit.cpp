@@ -2,37 +2,25 @@
 
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "common/assert.h"
+#include "common/range_check.h"
 
 namespace dive::vehicle {
 namespace {
 
 constexpr std::uint64_t kStream = 0x1e47;
 
-struct Bound {
-  const char* name;
-  double value;
-  double high;
-};
-
 }  // namespace
 
 std::string ImuNoise::validate() const {
-  const std::array<Bound, 6> bounds{{
-      {"gyro_density", gyro_density, 0.1},
-      {"gyro_walk", gyro_walk, 0.1},
-      {"accel_density", accel_density, 1.0},
-      {"accel_walk", accel_walk, 1.0},
-      {"gyro_bias_sigma", gyro_bias_sigma, 1.0},
-      {"accel_bias_sigma", accel_bias_sigma, 5.0},
-  }};
-  for (const auto& [name, value, high] : bounds) {
-    if (value >= 0.0 && value <= high) continue;  // false for NaN
-    return fmt::format("{} is {} but must be from 0 to {}", name, value, high);
-  }
-  return {};
+  RangeCheck check;
+  check("gyro_density", gyro_density, 0.0, 0.1);
+  check("gyro_walk", gyro_walk, 0.0, 0.1);
+  check("accel_density", accel_density, 0.0, 1.0);
+  check("accel_walk", accel_walk, 0.0, 1.0);
+  check("gyro_bias_sigma", gyro_bias_sigma, 0.0, 1.0);
+  check("accel_bias_sigma", accel_bias_sigma, 0.0, 5.0);
+  return check.problem();
 }
 
 InertialUnit::InertialUnit(const ImuNoise& figures, std::uint64_t seed, double dt)

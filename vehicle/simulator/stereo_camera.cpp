@@ -7,6 +7,7 @@
 
 #include "common/assert.h"
 #include "common/random.h"
+#include "common/range_check.h"
 #include "vehicle/simulator/camera_eye.h"
 #include "vehicle/simulator/gaussian_blur.h"
 #include "vehicle/simulator/marine_snow.h"
@@ -52,12 +53,10 @@ CameraModel StereoCameraOptions::camera(int index) const {
 }
 
 std::string StereoCameraOptions::validate() const {
-  if (!(tilt_deg >= -90.0 && tilt_deg <= 90.0)) {
-    return fmt::format("tilt_deg is {} but must be from -90 to 90", tilt_deg);
-  }
-  if (!(rate_hz >= 0.01 && rate_hz <= 1000.0)) {
-    return fmt::format("rate_hz is {} but must be from 0.01 to 1000", rate_hz);
-  }
+  RangeCheck check;
+  check("tilt_deg", tilt_deg, -90, 90);
+  check("rate_hz", rate_hz, 0.01, 1000);
+  if (!check.problem().empty()) return check.problem();
   if (!(left_B.norm() <= 10.0) || !(right_B.norm() <= 10.0)) {
     return "a camera's place in the body is more than 10 m from its origin";
   }

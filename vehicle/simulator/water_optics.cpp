@@ -1,73 +1,51 @@
 #include "vehicle/simulator/water_optics.h"
 
-#include <array>
 #include <cmath>
 
-#include <fmt/format.h>
-
+#include "common/range_check.h"
 #include "common/se3.h"
 
 namespace dive::vehicle {
-namespace {
-
-struct Bound {
-  const char* name;
-  double value;
-  double low;
-  double high;
-};
-
-template <std::size_t N>
-std::string first_outside(const std::array<Bound, N>& bounds) {
-  for (const auto& [name, value, low, high] : bounds) {
-    if (value >= low && value <= high) continue;  // false for NaN
-    return fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  }
-  return {};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::string WaterOptics::validate() const {
-  const std::array<Bound, 25> bounds{{
-      {"beam.red", beam[0], 0, 20},
-      {"beam.green", beam[1], 0, 20},
-      {"beam.blue", beam[2], 0, 20},
-      {"veil.red", veil[0], 0, 20},
-      {"veil.green", veil[1], 0, 20},
-      {"veil.blue", veil[2], 0, 20},
-      {"backscatter.red", backscatter[0], 0, 5},
-      {"backscatter.green", backscatter[1], 0, 5},
-      {"backscatter.blue", backscatter[2], 0, 5},
-      {"lamp_backscatter.red", lamp_backscatter[0], 0, 5},
-      {"lamp_backscatter.green", lamp_backscatter[1], 0, 5},
-      {"lamp_backscatter.blue", lamp_backscatter[2], 0, 5},
-      {"downwelling.red", downwelling[0], 0, 20},
-      {"downwelling.green", downwelling[1], 0, 20},
-      {"downwelling.blue", downwelling[2], 0, 20},
-      {"daylight.red", daylight[0], 0, 10},
-      {"daylight.green", daylight[1], 0, 10},
-      {"daylight.blue", daylight[2], 0, 10},
-      {"halo_per_m", halo_per_m, 0, 10},
-      {"halo_sigma_px", halo_sigma_px, 0, 8},
-      {"caustics", caustics, 0, 1},
-      {"caustics_depth_m", caustics_depth_m, 0.1, 100},
-      {"snow_per_m3", snow_per_m3, 0, 500},
-      {"snow_radius_m", snow_radius_m, 0, 0.02},
-      {"snow_speed", snow_speed, 0, 10},
-  }};
-  return first_outside(bounds);
+  RangeCheck check;
+  check("beam.red", beam[0], 0, 20);
+  check("beam.green", beam[1], 0, 20);
+  check("beam.blue", beam[2], 0, 20);
+  check("veil.red", veil[0], 0, 20);
+  check("veil.green", veil[1], 0, 20);
+  check("veil.blue", veil[2], 0, 20);
+  check("backscatter.red", backscatter[0], 0, 5);
+  check("backscatter.green", backscatter[1], 0, 5);
+  check("backscatter.blue", backscatter[2], 0, 5);
+  check("lamp_backscatter.red", lamp_backscatter[0], 0, 5);
+  check("lamp_backscatter.green", lamp_backscatter[1], 0, 5);
+  check("lamp_backscatter.blue", lamp_backscatter[2], 0, 5);
+  check("downwelling.red", downwelling[0], 0, 20);
+  check("downwelling.green", downwelling[1], 0, 20);
+  check("downwelling.blue", downwelling[2], 0, 20);
+  check("daylight.red", daylight[0], 0, 10);
+  check("daylight.green", daylight[1], 0, 10);
+  check("daylight.blue", daylight[2], 0, 10);
+  check("halo_per_m", halo_per_m, 0, 10);
+  check("halo_sigma_px", halo_sigma_px, 0, 8);
+  check("caustics", caustics, 0, 1);
+  check("caustics_depth_m", caustics_depth_m, 0.1, 100);
+  check("snow_per_m3", snow_per_m3, 0, 500);
+  check("snow_radius_m", snow_radius_m, 0, 0.02);
+  check("snow_speed", snow_speed, 0, 10);
+  return check.problem();
 }
 
 std::string Lamp::validate() const {
-  const std::array<Bound, 5> bounds{{
-      {"a lamp's distance from the vehicle's origin", p_B.norm(), 0, 10},
-      {"the length of a lamp's direction", direction_B.norm(), 1e-6, 1e6},
-      {"a lamp's power", power, 0, 1000},
-      {"a lamp's half_angle_deg", half_angle_deg, 1, 90},
-      {"a lamp's direction", direction_B.sum(), -1e7, 1e7},
-  }};
-  return first_outside(bounds);
+  RangeCheck check;
+  check("a lamp's distance from the vehicle's origin", p_B.norm(), 0, 10);
+  check("the length of a lamp's direction", direction_B.norm(), 1e-6, 1e6);
+  check("a lamp's power", power, 0, 1000);
+  check("a lamp's half_angle_deg", half_angle_deg, 1, 90);
+  check("a lamp's direction", direction_B.sum(), -1e7, 1e7);
+  return check.problem();
 }
 
 std::vector<Lamp> bow_lamps() {
