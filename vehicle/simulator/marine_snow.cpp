@@ -22,9 +22,7 @@ MarineSnow::MarineSnow(const WaterOptics& water, std::uint64_t seed) {
   Random random(seed, kStream);
   specks_.resize(static_cast<std::size_t>(std::round(water.snow_per_m3 * std::pow(kSide, 3))));
   for (Speck& speck : specks_) {
-    for (double& x : speck.p_W) x = random.uniform(0.0, kSide);
-    for (double& x : speck.velocity) x = random.normal();
-    speck.velocity *= water.snow_speed / speck.velocity.norm();
+    speck.place = Drifter::draw(random, kSide, water.snow_speed);
     speck.radius = water.snow_radius_m * std::exp(kSpread * random.normal());
   }
 }
@@ -41,8 +39,7 @@ void MarineSnow::draw(const CameraModel& camera, const Pose& X_WC, const WaterLi
   const Pose X_CW = X_WC.inverse();
   const double t = to_seconds(utime_);
   for (const Speck& speck : specks_) {
-    const Eigen::Vector3d p = speck.p_W + drift_W_ + t * speck.velocity - X_WC.p;
-    const Eigen::Vector3d from_lens_W = p - kSide * (p / kSide).array().round().matrix();
+    const Eigen::Vector3d from_lens_W = speck.place.from_lens(X_WC.p - drift_W_, t, kSide);
     const Eigen::Vector3d p_C = X_CW.q * from_lens_W;
     if (p_C.z() < kNearest || X_WC.p.z() + from_lens_W.z() > 0.0) continue;
     const std::optional<Eigen::Vector2d> centre = camera.project(p_C);

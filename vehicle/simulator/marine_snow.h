@@ -1,8 +1,7 @@
 #pragma once
 // Marine snow: specks that drift with the water and a little on their own, seen as bright discs.
 //
-// Without a memory: each speck drifts for ever through a space that repeats itself every three
-// metres, and the copy that is seen is the one nearest to the lens. A speck of radius r at depth z
+// A speck of radius r at depth z
 // on the axis has an image of radius f r / z, widened to a disc by a lens focused at 2 m (aperture
 // A: circle of confusion f A |1/z - 1/2 m|), over which its light is spread.
 
@@ -11,6 +10,7 @@
 
 #include "common/camera_model.h"
 #include "common/clock.h"
+#include "vehicle/simulator/drifter.h"
 #include "vehicle/simulator/water_light.h"
 
 namespace dive::vehicle {
@@ -29,9 +29,8 @@ class MarineSnow {
 
  private:
   struct Speck {
-    Eigen::Vector3d p_W;
-    Eigen::Vector3d velocity;  // through the water
-    double radius;
+    Drifter place;
+    double radius;  // m
   };
   void draw_disc(const CameraModel& camera, const Eigen::Vector2d& centre, double radius_px,
                  float light, float far, const std::vector<float>& distance,

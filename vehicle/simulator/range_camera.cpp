@@ -1,17 +1,16 @@
 #include "vehicle/simulator/range_camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "common/assert.h"
 #include "common/random.h"
+#include "common/range_check.h"
 #include "vehicle/simulator/diver.h"
+#include "vehicle/simulator/drifter.h"
 #include "vehicle/simulator/traced_world.h"
 
 namespace dive::vehicle {
@@ -23,66 +22,38 @@ constexpr std::uint64_t kNoiseStream = 21;
 constexpr std::uint64_t kParticleStream = 22;
 constexpr double kSnowSide = 6.0;  // m, of the box of particles around the lens
 
-// Marine snow without a memory: each particle drifts for ever through a space that repeats itself,
-// and the copy that is seen is the one nearest to the lens. What leaves the box on one side enters
-// on the other.
-struct Particle {
-  Eigen::Vector3d start;
-  Eigen::Vector3d velocity;
-
-  // From the lens, in W.
-  [[nodiscard]] Eigen::Vector3d seen_from(const Eigen::Vector3d& lens_W, double t) const {
-    const Eigen::Vector3d p = start + t * velocity - lens_W;
-    return p - kSnowSide * (p / kSnowSide).array().round().matrix();
-  }
-};
-
-std::vector<Particle> snow(const RangeCameraOptions& options, std::uint64_t seed) {
+std::vector<Drifter> snow(const RangeCameraOptions& options, std::uint64_t seed) {
   Random random(seed, kParticleStream);
   const double count = std::round(options.particles_per_m3 * std::pow(kSnowSide, 3));
-  std::vector<Particle> particles(static_cast<std::size_t>(count));
-  for (auto& [start, velocity] : particles) {
-    for (double& x : start) x = random.uniform(0.0, kSnowSide);
-    for (double& x : velocity) x = random.normal();
-    velocity *= options.particle_drift / velocity.norm();
+  std::vector<Drifter> particles;
+  for (double i = 0.0; i < count; ++i) {
+    particles.push_back(Drifter::draw(random, kSnowSide, options.particle_drift));
   }
   return particles;
 }
 
-struct Bound {
-  const char* name;
-  double value;
-  double low;
-  double high;
-};
-
 }  // namespace
 
 std::string RangeCameraOptions::validate() const {
-  const std::array<Bound, 17> bounds{{
-      {"width", static_cast<double>(width), 1, kMaxScanPoints},
-      {"height", static_cast<double>(height), 1, kMaxScanPoints},
-      {"pixels", static_cast<double>(width) * height, 1, kMaxScanPoints},
-      {"horizontal_deg", horizontal_deg, 1, 170},
-      {"vertical_deg", vertical_deg, 1, 170},
-      {"tilt_deg", tilt_deg, -90, 90},
-      {"origin_B.x", origin_B.x(), -10, 10},
-      {"origin_B.y", origin_B.y(), -10, 10},
-      {"origin_B.z", origin_B.z(), -10, 10},
-      {"reach_m", reach_m, 0.1, 1000},
-      {"rate_hz", rate_hz, 0.01, 1000},
-      {"noise_m", noise_m, 0, 10},
-      {"noise_share", noise_share, 0, 1},
-      {"dropout_share", dropout_share, 0, 1},
-      {"particles_per_m3", particles_per_m3, 0, 0.9},  // 194 of them
-      {"particle_radius", particle_radius, 0, 0.1},
-      {"particle_drift", particle_drift, 0, 10},
-  }};
-  for (const auto& [name, value, low, high] : bounds) {
-    if (value >= low && value <= high) continue;  // false for NaN
-    return fmt::format("{} is {} but must be from {} to {}", name, value, low, high);
-  }
-  return {};
+  RangeCheck check;
+  check("width", static_cast<double>(width), 1, kMaxScanPoints);
+  check("height", static_cast<double>(height), 1, kMaxScanPoints);
+  check("pixels", static_cast<double>(width) * height, 1, kMaxScanPoints);
+  check("horizontal_deg", horizontal_deg, 1, 170);
+  check("vertical_deg", vertical_deg, 1, 170);
+  check("tilt_deg", tilt_deg, -90, 90);
+  check("origin_B.x", origin_B.x(), -10, 10);
+  check("origin_B.y", origin_B.y(), -10, 10);
+  check("origin_B.z", origin_B.z(), -10, 10);
+  check("reach_m", reach_m, 0.1, 1000);
+  check("rate_hz", rate_hz, 0.01, 1000);
+  check("noise_m", noise_m, 0, 10);
+  check("noise_share", noise_share, 0, 1);
+  check("dropout_share", dropout_share, 0, 1);
+  check("particles_per_m3", particles_per_m3, 0, 0.9);  // 194 of them
+  check("particle_radius", particle_radius, 0, 0.1);
+  check("particle_drift", particle_drift, 0, 10);
+  return check.problem();
 }
 
 struct RangeCamera::Impl {
@@ -167,8 +138,8 @@ struct RangeCamera::Impl {
       ranges[i] = range(lens_W, R_WB * rays_B[i], X_DW);
     }
     const Pose X_CW = (X_WB * Pose{options.origin_B, q_BC}).inverse();
-    for (const Particle& particle : particles) {
-      const Eigen::Vector3d from_lens_W = particle.seen_from(lens_W, to_seconds(now));
+    for (const Drifter& particle : particles) {
+      const Eigen::Vector3d from_lens_W = particle.from_lens(lens_W, to_seconds(now), kSnowSide);
       if (lens_W.z() + from_lens_W.z() < 0.0) drift_before(X_CW.q * from_lens_W);
     }
   }
@@ -220,7 +191,7 @@ struct RangeCamera::Impl {
   double half_width;  // of the image plane, x = 1 in C
   double half_height;
   Eigen::Quaterniond q_BC;
-  std::vector<Particle> particles;
+  std::vector<Drifter> particles;
   std::vector<Eigen::Vector3d> rays_B;
   TracedWorld walls;
   TriangleScene diver;
