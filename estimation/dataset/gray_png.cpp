@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include "common/assert.h"
+
 namespace dive::estimation {
 
 tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
@@ -28,6 +30,18 @@ tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
     return fail(image.message);
   }
   return frame;
+}
+
+bool write_gray_png(const std::string& path, const ImageFrame& frame) {
+  DIVE_DEMAND(frame.format == ImageFrame::Format::kGray8 &&
+              frame.pixels.size() == static_cast<std::size_t>(frame.width * frame.height));
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(frame.width);
+  image.height = static_cast<png_uint_32>(frame.height);
+  image.format = PNG_FORMAT_GRAY;
+  image.flags = PNG_IMAGE_FLAG_FAST;
+  return png_image_write_to_file(&image, path.c_str(), 0, frame.pixels.data(), 0, nullptr) != 0;
 }
 
 }  // namespace dive::estimation

@@ -8,10 +8,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "common/assert.h"
+#include "estimation/dataset/gray_png.h"
 
 namespace dive::mission {
 namespace {
@@ -147,20 +146,10 @@ tl::expected<AslWriter, std::string> AslWriter::create(const std::string& folder
 
 void AslWriter::write(const ImageFrame& frame) {
   DIVE_DEMAND(frame.camera == 0 || frame.camera == 1);
-  DIVE_DEMAND(frame.format == ImageFrame::Format::kGray8 &&
-              frame.pixels.size() == static_cast<std::size_t>(frame.width * frame.height));
   const auto sensor = static_cast<std::size_t>(frame.camera);
   const std::string name = fmt::format("{}.png", nanoseconds(frame.utime));
   const fs::path path = impl_->root / kFolders[sensor] / "data" / name;
-  // OpenCV asks for a pointer to what may be changed, and changes nothing.
-  const cv::Mat picture(frame.height, frame.width, CV_8UC1,
-                        const_cast<std::uint8_t*>(frame.pixels.data()));
-  bool is_written = false;
-  try {
-    is_written = cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  } catch (const cv::Exception&) {
-    is_written = false;  // told below
-  }
+  const bool is_written = estimation::write_gray_png(path.string(), frame);
   if (!is_written && impl_->lost.empty()) impl_->lost = path.string();
   fmt::print(impl_->rows[sensor], "{},{}\n", nanoseconds(frame.utime), name);
 }
