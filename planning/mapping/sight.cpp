@@ -73,6 +73,17 @@ int Sight::bin(const Eigen::Vector3f& direction_B) const {
   return row * columns_ + column;
 }
 
+template <typename Visit>
+void Sight::around(std::size_t bin, Visit visit) const {
+  const int row = static_cast<int>(bin) / columns_;
+  const int column = static_cast<int>(bin) % columns_;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+    for (int c = column - 1; c <= column + 1; ++c) {
+      visit(static_cast<std::size_t>(r * columns_ + (c + columns_) % columns_));
+    }
+  }
+}
+
 // A surface has neighbours in the picture at about its own distance, seen however obliquely: along
 // one of the directions the distance changes little. What drifts in the water stands alone.
 void Sight::count_neighbours(std::span<const int> bins) {
@@ -92,80 +103,72 @@ void Sight::count_neighbours(std::span<const int> bins) {
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] < 0 || ranges_[i] > reach_) continue;
     const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
-    const int row = bins[i] / columns_;
-    const int column = bins[i] % columns_;
     int count = -1;  // itself
-    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
-      for (int c = column - 1; c <= column + 1; ++c) {
-        const auto b = static_cast<std::size_t>(r * columns_ + (c + columns_) % columns_);
-        for (int k = first[b]; k < first[b + 1]; ++k) {
-          if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
-        }
+    around(static_cast<std::size_t>(bins[i]), [&](std::size_t b) {
+      for (int k = first[b]; k < first[b + 1]; ++k) {
+        if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
       }
-    }
+    });
     neighbours_[i] = count;
   }
 }
 
 // What hangs together in the picture, bin by bin, and is small.
 void Sight::leave_out_specks(const RangeScan& scan, std::span<const int> bins) {
+  const auto may_be_speck = [&](std::size_t b) {
+    return told_[b] >= 0.0F && told_[b] <= kSpeckRange;
+  };
+  const auto is_of = [&](std::size_t i, std::size_t b) {
+    return std::abs(ranges_[i] - told_[b]) <= kAlikeAbsolute;
+  };
   std::vector<Eigen::AlignedBox3f> boxes(told_.size());
+  bool any = false;
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] < 0) continue;
     const auto b = static_cast<std::size_t>(bins[i]);
-    if (std::abs(ranges_[i] - told_[b]) <= kAlikeAbsolute) boxes[b].extend(scan.points_B[i]);
+    any |= may_be_speck(b);
+    if (is_of(i, b)) boxes[b].extend(scan.points_B[i]);
   }
+  if (!any) return;
+
   std::vector<char> is_known(told_.size(), 0);
   std::vector<char> is_speck(told_.size(), 0);
-  std::vector<int> patch;
+  std::vector<std::size_t> patch;
   for (std::size_t start = 0; start < told_.size(); ++start) {
-    if (told_[start] < 0.0F || told_[start] > kSpeckRange || is_known[start] != 0) continue;
+    if (!may_be_speck(start) || is_known[start] != 0) continue;
     Eigen::AlignedBox3f box;
-    patch.assign(1, static_cast<int>(start));
+    patch.assign(1, start);
     is_known[start] = 1;
     for (std::size_t k = 0; k < patch.size(); ++k) {
-      const auto b = static_cast<std::size_t>(patch[k]);
+      const std::size_t b = patch[k];
       box.extend(boxes[b]);
-      const int row = patch[k] / columns_;
-      const int column = patch[k] % columns_;
-      for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
-        for (int c = column - 1; c <= column + 1; ++c) {
-          const int other = r * columns_ + (c + columns_) % columns_;
-          const auto o = static_cast<std::size_t>(other);
-          if (is_known[o] != 0 || told_[o] < 0.0F) continue;
-          if (std::abs(told_[o] - told_[b]) > kAlikeAbsolute) continue;
-          is_known[o] = 1;
-          patch.push_back(other);
-        }
-      }
+      around(b, [&](std::size_t other) {
+        if (is_known[other] != 0 || told_[other] < 0.0F) return;
+        if (std::abs(told_[other] - told_[b]) > kAlikeAbsolute) return;
+        is_known[other] = 1;
+        patch.push_back(other);
+      });
     }
     if (box.diagonal().norm() >= kSpeckSize) continue;
-    for (const int b : patch) is_speck[static_cast<std::size_t>(b)] = 1;
+    for (const std::size_t b : patch) is_speck[b] = 1;
   }
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] < 0) continue;
     const auto b = static_cast<std::size_t>(bins[i]);
-    if (is_speck[b] != 0 && std::abs(ranges_[i] - told_[b]) <= kAlikeAbsolute) neighbours_[i] = 0;
+    if (is_speck[b] != 0 && is_of(i, b)) neighbours_[i] = 0;
   }
 }
 
 // Every bin learns the nearest of its neighbours; one that was not looked at stays so.
 void Sight::spread() {
   nearest_.assign(told_.size(), kNotLooked);
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const auto at = static_cast<std::size_t>(row * columns_ + column);
-      if (told_[at] < 0.0F) continue;
-      float least = told_[at];
-      for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
-        for (int c = column - 1; c <= column + 1; ++c) {
-          const float other =
-              told_[static_cast<std::size_t>(r * columns_ + (c + columns_) % columns_)];
-          if (other >= 0.0F) least = std::min(least, other);
-        }
-      }
-      nearest_[at] = least;
-    }
+  for (std::size_t at = 0; at < told_.size(); ++at) {
+    if (told_[at] < 0.0F) continue;
+    float least = told_[at];
+    around(at, [&](std::size_t b) {
+      if (told_[b] >= 0.0F) least = std::min(least, told_[b]);
+    });
+    nearest_[at] = least;
   }
 }
 

@@ -40,6 +40,9 @@ class Sight {
 
  private:
   [[nodiscard]] int bin(const Eigen::Vector3f& direction_B) const;
+  /// Calls visit(b) for `bin` and the up to eight around it.
+  template <typename Visit>
+  void around(std::size_t bin, Visit visit) const;
   void count_neighbours(std::span<const int> bins);
   void leave_out_specks(const RangeScan& scan, std::span<const int> bins);
   void spread();
