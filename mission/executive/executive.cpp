@@ -14,7 +14,7 @@
 #include "behaviors/hold.h"
 #include "behaviors/monitors.h"
 #include "behaviors/retrace.h"
-#include "behaviors/seen_ahead.h"
+#include "behaviors/sight_limit.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
 #include "common/assert.h"
@@ -40,19 +40,8 @@ constexpr double kGoesOn =
     0.3;  // s after a commit that a vehicle swims on when nobody steers it ...
 constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
 constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
-constexpr double kAstern = 0.02;   // m/s; less is let be, more is braked by a command ...
-constexpr double kBrakeAstern = 3.0;     // ... that is so many times as large ...
-constexpr double kMostBraking = 0.3;     // ... and no larger than this, m/s
-constexpr double kTilted = 0.2;          // rad
-constexpr double kBlindPatience = 12.0;  // s
-constexpr double kGotOn = 1.0;           // m
-constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
-
-/// Since when and where the vehicle waits to see more.
-struct Blind {
-  Utime since = 0;
-  Eigen::Vector3d p_W;
-};
+constexpr double kTilted = 0.2;    // rad
+constexpr double kDrift = 0.2;     // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -149,7 +138,7 @@ struct Executive::Impl final : statechart::Environment {
   }
   void exited(StateId state) override {
     behaviors_by_state[static_cast<std::size_t>(state)].reset();
-    blind.reset();
+    sight.stop_waiting();
   }
   void taken(int /*transition*/, const std::string& event) override {
     const std::string here = innermost();
@@ -185,7 +174,9 @@ struct Executive::Impl final : statechart::Environment {
       tell_timeouts();
       if (interpreter.running()) settle();
       run_leaf(map_changed);
-      if (mission.unknown && hears_imu()) stop_astern();
+      if (mission.unknown && hears_imu()) {
+        behaviors::brake_astern(estimate().v_WB_B.x(), last_command);
+      }
     }
     actuate();
     fill_status();
@@ -663,7 +654,7 @@ struct Executive::Impl final : statechart::Environment {
     last_command = result.command;
     progress = behavior.progress();
     const bool needs_sight = mission.unknown && behavior.needs_sight();
-    if (needs_sight) stay_within_sight();
+    if (needs_sight) sight.apply(now, leaf_now(), estimate(), last_command);
     if (result.plan_request) {
       asked_id = ++queries;
       asked_by = *leaf;
@@ -673,42 +664,10 @@ struct Executive::Impl final : statechart::Environment {
     if (result.done) dispatch("done.state." + id, id + " is done");
     if (result.failed != behaviors::Failure::kNone) {
       leaf_failed(*leaf, result.failed);
-    } else if (needs_sight && !result.done) {
-      give_up_unseen(*leaf);
+    } else if (needs_sight && !result.done && sight.waits_in_vain(leaf_now())) {
+      progress.plan_failure = "the way that was planned leads where it cannot look";
+      leaf_failed(*leaf, behaviors::Failure::kUnreachable);
     }
-  }
-
-  // No faster than it can stop, and not up to where it did not look.
-  void stay_within_sight() {
-    const double most = sight.max_command(now, estimate().v_WB_B.x());
-    last_command.v = std::min(last_command.v, most);
-    if (blind && (position() - blind->p_W).norm() > kGotOn) blind.reset();
-    if (most > 0.0) {
-      blocked_depth.reset();
-      return;
-    }
-    if (!blocked_depth) blocked_depth = std::max(variables.depth, 0.0);
-    if (!blind) blind = Blind{leaf_now(), position()};
-    last_command.d = std::max(last_command.d, *blocked_depth);
-  }
-
-  // It has turned to the way that was planned for it, and does not see it: it leads up behind
-  // something, most likely. Where nobody can look nobody swims.
-  void give_up_unseen(StateId leaf) {
-    if (!blind || !blocked_depth) return;
-    if (to_seconds(leaf_now() - blind->since) < kBlindPatience) return;
-    blind.reset();
-    progress.plan_failure = "the way that was planned leads where it cannot look";
-    leaf_failed(leaf, behaviors::Failure::kUnreachable);
-  }
-
-  // Whoever turns about under way slides on stern first, for many seconds and where nobody looks:
-  // the autopilot steers its speed by what it has commanded. Where speed is limited by sight, that
-  // must not forbid to stop it.
-  void stop_astern() {
-    const double astern = -estimate().v_WB_B.x();
-    if (astern < kAstern) return;
-    last_command.v = std::max(last_command.v, std::min(kBrakeAstern * astern, kMostBraking));
   }
 
   // Keeps the place where it was told to; what is answered meanwhile waits.
@@ -823,7 +782,7 @@ struct Executive::Impl final : statechart::Environment {
   vehicle::ReckonedAttitude reckoned;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
-  behaviors::SeenAhead sight;
+  behaviors::SightLimit sight;
   behaviors::FailsafeLadder ladder;
   behaviors::Trail trail;
   std::optional<behaviors::Trail> declared;  ///< In unknown water: by what the mission says.
@@ -849,8 +808,6 @@ struct Executive::Impl final : statechart::Environment {
   bool map_changed_while_held = false;
   std::optional<vehicle::Command> held;
   std::optional<double> altitude;
-  std::optional<Blind> blind;           ///< It has hardly moved since, for lack of sight.
-  std::optional<double> blocked_depth;  ///< Where it came to the end of its sight, m.
   std::optional<Usable> under_since;
   estimation::StateEstimate last_estimate;
   std::optional<ImuSample> last_imu;

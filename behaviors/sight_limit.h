@@ -1,0 +1,51 @@
+#pragma once
+// In unknown water: what a vehicle may do of what it is told, by what it has seen.
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "behaviors/seen_ahead.h"
+#include "estimation/state_estimate.h"
+#include "vehicle/command.h"
+
+namespace dive::behaviors {
+
+/// No faster than it can stop, not up to where it did not look, and not for ever at the edge of its
+/// sight.
+class SightLimit {
+ public:
+  explicit SightLimit(SeenAheadOptions options) : ahead_(options) {}
+
+  /// As SeenAhead's.
+  void advance(Utime now, const Eigen::Vector3d& p_W) { ahead_.advance(now, p_W); }
+  void hear(Utime scan_utime, double seen_ahead_m) { ahead_.hear(scan_utime, seen_ahead_m); }
+
+  /// Takes from `command` what cannot be seen to be safe. `leaf_now` is the behaviours' clock.
+  void apply(Utime now, Utime leaf_now, const estimation::StateEstimate& estimate,
+             vehicle::Command& command);
+  /// It has turned to the way that was planned for it, and does not see it: it leads up behind
+  /// something, most likely. Where nobody can look nobody swims. Waiting counts from here again.
+  [[nodiscard]] bool waits_in_vain(Utime leaf_now);
+  /// Another behaviour begins: it has not waited yet.
+  void stop_waiting() { waiting_.reset(); }
+
+ private:
+  /// Since when and where the vehicle waits to see more.
+  struct Waiting {
+    Utime since = 0;
+    Eigen::Vector3d p_W;
+  };
+
+  SeenAhead ahead_;
+  std::optional<Waiting> waiting_;
+  std::optional<double> blocked_depth_;  ///< Where it came to the end of its sight, m.
+};
+
+/// Whoever turns about under way slides on stern first, for many seconds and where nobody looks:
+/// the autopilot steers its speed by what it has commanded. At `surge` (m/s, negative: astern) this
+/// commands forward speed against it. To be called after any limit by sight: that must not forbid
+/// to stop.
+void brake_astern(double surge, vehicle::Command& command);
+
+}  // namespace dive::behaviors
