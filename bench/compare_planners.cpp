@@ -15,6 +15,7 @@
 
 #include "bench/environments.h"
 #include "bench/peers.h"
+#include "bench/quantile.h"
 #include "common/clock.h"
 
 namespace dive::bench {
@@ -29,12 +30,6 @@ constexpr Case kCases[] = {{"window", 1},   {"window", 2}, {"cluttered", 0}, {"p
                            {"transect", 0}, {"wreck", 0},  {"wreck", 1},     {"wreck", 2}};
 constexpr double kLonger = 1.05;
 constexpr double kCap = 100.0;
-
-double quantile(std::vector<double> values, double share) {
-  std::ranges::sort(values);
-  const auto index = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  return values[index];
-}
 
 struct Ours {
   int solved = 0;

@@ -2,25 +2,18 @@
 // more, where a tick may take 100 us in all.
 
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include "planning/world/sdf.h"
+#include "bench/shipped_map.h"
 #include "vehicle/model.h"
 #include "vehicle/simulator/ground_truth.h"
 
 namespace dive::vehicle {
 namespace {
 
-planning::World window() {
-  Diagnostics diagnostics;
-  std::optional<planning::World> world =
-      planning::load_sdf(DIVE_SOURCE_DIR "/missions/maps/window.sdf", diagnostics);
-  if (!world) throw std::runtime_error("missions/maps/window.sdf is not read");
-  return *world;
-}
+planning::World window() { return bench::shipped_map("window"); }
 
 planning::RobotHull aqua2_hull() {
   Diagnostics diagnostics;

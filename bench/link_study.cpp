@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "bench/quantile.h"
 #include "common/priority.h"
 #include "common/random.h"
 #include "test/mission/link/process.h"
@@ -22,6 +23,7 @@
 
 namespace {
 
+using dive::bench::quantile;
 using dive::mission::testing::Process;
 
 enum class What { kKillExecutive, kKillSupervisor, kAbort };
@@ -110,13 +112,6 @@ std::vector<double> bare_lateness_ms(const std::atomic<bool>& wanted) {
     late_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - due).count());
   }
   return late_ms;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  return values[rank];
 }
 
 }  // namespace

@@ -7,10 +7,10 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/peers.h"
+#include "bench/shipped_map.h"
 #include "common/assert.h"
 #include "common/random.h"
 #include "planning/planner.h"
-#include "planning/world/sdf.h"
 #include "vehicle/model.h"
 
 namespace dive::planning {
@@ -27,12 +27,7 @@ const Leg kToGate{{-4.0, -2.0, -3.0}, {-1.0, -2.0, -4.0}};
 const Leg kIntoRoomB{{-1.0, -2.0, -4.0}, {9.8, -2.0, -4.6}};
 
 const World& window() {
-  static const World world = [] {
-    Diagnostics diagnostics;
-    auto read = load_sdf(DIVE_SOURCE_DIR "/missions/maps/window.sdf", diagnostics);
-    DIVE_DEMAND(read.has_value());
-    return *read;
-  }();
+  static const World world = bench::shipped_map("window");
   return world;
 }
 

@@ -2,31 +2,22 @@
 // simulation that is to run far faster than time.
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include "planning/world/sdf.h"
+#include "bench/shipped_map.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/range_camera.h"
 
 namespace dive::vehicle {
 namespace {
 
-planning::World map(const std::string& name) {
-  const std::string path = DIVE_SOURCE_DIR "/missions/maps/" + name + ".sdf";
-  Diagnostics diagnostics;
-  std::optional<planning::World> world = planning::load_sdf(path, diagnostics);
-  if (!world) throw std::runtime_error(path + " is not read");
-  return *world;
-}
-
 // Scans along a straight line; with a diver, one who swims two metres ahead.
 void scan(benchmark::State& state, const std::string& name, const Eigen::Vector3d& from,
           const Eigen::Vector3d& to, bool with_diver) {
-  RangeCamera camera(map(name), {}, 1);
+  RangeCamera camera(bench::shipped_map(name), {}, 1);
   const Eigen::Quaterniond q = heading_along(to - from);
   std::int64_t count = 0;
   std::int64_t near = 0;
@@ -52,7 +43,7 @@ BENCHMARK_CAPTURE(scan, cluttered_diver, "cluttered", {0, 0.2, -3}, {30, 0.2, -3
     ->Unit(benchmark::kMillisecond);
 
 void build(benchmark::State& state, const std::string& name) {
-  const planning::World world = map(name);
+  const planning::World world = bench::shipped_map(name);
   for (auto _ : state) benchmark::DoNotOptimize(RangeCamera(world, {}, 1));
 }
 BENCHMARK_CAPTURE(build, wreck, "wreck")->Unit(benchmark::kMillisecond);

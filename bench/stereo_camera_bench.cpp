@@ -1,24 +1,15 @@
 // One stereo pair of the simulated cameras, 752 x 480 each, all of the water's optics included:
 // twenty a second in a simulation that should run as fast as time.
 
-#include <stdexcept>
 #include <string>
 
 #include <benchmark/benchmark.h>
 
-#include "planning/world/sdf.h"
+#include "bench/shipped_map.h"
 #include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::vehicle {
 namespace {
-
-planning::World map(const std::string& name) {
-  const std::string path = DIVE_SOURCE_DIR "/missions/maps/" + name + ".sdf";
-  Diagnostics diagnostics;
-  std::optional<planning::World> world = planning::load_sdf(path, diagnostics);
-  if (!world) throw std::runtime_error(path + " is not read");
-  return *world;
-}
 
 // Pairs along a straight line at 0.4 m/s.
 void pair(benchmark::State& state, const std::string& name, const WaterOptics& water,
@@ -26,7 +17,7 @@ void pair(benchmark::State& state, const std::string& name, const WaterOptics& w
   StereoCameraOptions options;
   options.water = water;
   if ((water.daylight == 0.0).all()) options.lamps = bow_lamps();
-  StereoCamera camera(map(name), options, 1);
+  StereoCamera camera(bench::shipped_map(name), options, 1);
   const Eigen::Quaterniond q = heading_along(to - from);
   const Eigen::Vector3d step = 0.02 * (to - from).normalized();
   std::int64_t count = 0;
@@ -45,7 +36,7 @@ BENCHMARK_CAPTURE(pair, clear_pool, "pool1", clear_pool(), {0.8, -0.5, -2}, {6, 
     ->Unit(benchmark::kMillisecond);
 
 void build(benchmark::State& state, const std::string& name) {
-  const planning::World world = map(name);
+  const planning::World world = bench::shipped_map(name);
   for (auto _ : state) benchmark::DoNotOptimize(StereoCamera(world, {}, 1));
 }
 BENCHMARK_CAPTURE(build, wreck, "wreck")->Unit(benchmark::kMillisecond);

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "bench/environments.h"
+#include "bench/quantile.h"
 #include "common/clock.h"
 #include "planning/mapping/mapper.h"
 #include "planning/planner.h"
@@ -37,12 +38,6 @@ double timed(Work&& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();
   return Milliseconds(std::chrono::steady_clock::now() - begin).count();
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::ranges::sort(values);
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 planning::World world_of(const planning::SeenMap& map, const Eigen::Vector3d& p_W) {

@@ -10,12 +10,14 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "bench/quantile.h"
 #include "test/estimation/visual_inertial/covariance_law.h"
 #include "test/estimation/visual_inertial/filter_dive.h"
 
 namespace {
 
 using namespace dive;
+using bench::quantile;
 using namespace dive::testing;
 using estimation::VisualInertialFilter;
 
@@ -47,12 +49,6 @@ struct Figures {
   std::int64_t used = 0, used_snow = 0, snow = 0, believed_snow = 0;
   int diverged = 0, flagged = 0;
 };
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 double mean(const std::vector<double>& values) {
   double sum = 0.0;

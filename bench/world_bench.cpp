@@ -9,25 +9,20 @@
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/narrowphase/distance.h>
 
+#include "bench/shipped_map.h"
 #include "common/random.h"
 #include "planning/certify/certify.h"
 #include "planning/warm_start/warm_start.h"
 #include "planning/world/box_tree.h"
 #include "planning/world/primitives.h"
 #include "planning/world/scene.h"
-#include "planning/world/sdf.h"
 
 namespace dive::planning {
 namespace {
 
 using Eigen::Vector3d;
 
-World window() {
-  Diagnostics diagnostics;
-  auto world = load_sdf(DIVE_SOURCE_DIR "/missions/maps/window.sdf", diagnostics);
-  if (!world) throw std::runtime_error("the Window map cannot be read");
-  return *world;
-}
+World window() { return bench::shipped_map("window"); }
 
 std::vector<Vector3d> box_vertices(const Vector3d& size) {
   std::vector<Vector3d> vertices;
