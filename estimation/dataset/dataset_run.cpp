@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "estimation/dataset/trajectory.h"
 #include "estimation/primitive.h"
 #include "estimation/visual_inertial/tracker.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
@@ -26,12 +25,6 @@ constexpr double kUnknownSigma = 0.1;  // m, of one that is only agreed on
 constexpr double kLongStep = 0.1;      // s between two IMU samples
 
 using Failure = tl::unexpected<std::string>;
-
-Trajectory true_trajectory(const AslDataset& dataset) {
-  Trajectory trajectory;
-  for (const TruePose& pose : dataset.truth) trajectory.push_back({pose.utime, pose.X_WB});
-  return trajectory;
-}
 
 // Attitude as an IMU's own filter has it, which the format does not record: the gyro integrated,
 // and slowly pulled towards where gravity is (Mahony et al. 2008, proportional part).
@@ -222,6 +215,12 @@ void take_note(const PictureQuality& quality, DatasetRun& run) {
 }
 
 }  // namespace
+
+Trajectory true_trajectory(const AslDataset& dataset) {
+  Trajectory trajectory;
+  for (const TruePose& pose : dataset.truth) trajectory.push_back({pose.utime, pose.X_WB});
+  return trajectory;
+}
 
 std::string RunOptions::validate() const {
   if (!(std::abs(speed) <= 3.0)) return fmt::format("a speed of {} m/s; at most 3", speed);

@@ -10,6 +10,7 @@
 
 #include "common/clock.h"
 #include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
 
 namespace dive::estimation {
@@ -42,6 +43,9 @@ struct DatasetRun {
   std::string last_fault;  ///< A sentence; empty without one.
   std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.
 };
+
+/// Empty where the recording has no truth.
+[[nodiscard]] Trajectory true_trajectory(const AslDataset& dataset);
 
 /// `clock` measures, nothing else; `progress` is told the share done, now and then. An error is a
 /// file that cannot be read, or a recording that lacks what is asked.

@@ -16,10 +16,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFewestStereo = 4;  // observations of a track that is used
-constexpr std::size_t kFewestMono = 4;
-constexpr int kMostRejections = 3;  // in a row, of a landmark
-constexpr int kMostPromotions = 3;  // to landmarks, in one frame
+constexpr std::size_t kFewestSights = 4;  // frames that saw a track that is used
+constexpr int kMostRejections = 3;        // in a row, of a landmark
+constexpr int kMostPromotions = 3;        // to landmarks, in one frame
 // A landmark keeps the Jacobians of where it began: it must begin well, when the speed is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
@@ -180,8 +179,7 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
     const bool is_lost = track.last_frame != number;
     const bool is_long = oldest_leaves && track.observations.front().frame == oldest;
     if (!is_lost && !is_long) continue;
-    const std::size_t fewest = track.observations.front().right ? kFewestStereo : kFewestMono;
-    if (track.observations.size() < fewest) continue;
+    if (track.observations.size() < kFewestSights) continue;
     found.push_back({&track, !is_lost});
   }
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {

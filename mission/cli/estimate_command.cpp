@@ -62,8 +62,7 @@ Accuracy accuracy_of(const AslDataset& dataset, const DatasetRun& run) {
   const Trajectory estimate = estimated(run);
   Accuracy accuracy;
   accuracy.distance_m = estimation::length_of(estimate);
-  Trajectory truth;
-  for (const estimation::TruePose& pose : dataset.truth) truth.push_back({pose.utime, pose.X_WB});
+  const Trajectory truth = estimation::true_trajectory(dataset);
   const std::vector<estimation::PosePair> pairs = estimation::pair_up(estimate, truth);
   if (pairs.empty()) return accuracy;
 

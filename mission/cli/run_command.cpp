@@ -371,9 +371,7 @@ int run_dive(const RunArguments& arguments) {
                     !arguments.svg.empty() || !arguments.record.empty() || settings.diver)) {
     complain(
         "--diver, --svg and --record are for the built-in simulator, and so are --fault, --leak-at "
-        "and "
-        "--set: "
-        "with --lcm give those to dive sim");
+        "and --set: with --lcm give those to dive sim");
     return kExitUsage;
   }
 
