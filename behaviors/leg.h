@@ -24,6 +24,7 @@ struct LegSettings {
   double goal_tolerance = 0.0;  ///< m that a goal that lacks clearance may be moved by.
   double retry_s = 1.0;         ///< Pause after a failed plan.
   int unreachable_after = 2;    ///< Failed plans in a row, without a path, that tell so.
+  double way_out_wait_s = 0.0;  ///< A way out that is blocked may be free again by then.
   std::uint64_t seed = 1;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace dive::behaviors {
 namespace {
@@ -14,7 +15,11 @@ constexpr double kAtRest = 0.08;      // m/s
 constexpr double kStopSeconds = 4.0;  // it has stopped by then, whatever is estimated
 constexpr double kGotOn = 0.5;        // m along a planned way
 constexpr int kMaxPlannedWays = 40;
-constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
+constexpr double kLookedBack = 1.0;  // m along the trail that is looked at ...
+constexpr double kLook = 6.0;        // ... s that it takes to look ...
+constexpr int kLooksFirst = 3;       // ... so many times before a way round is planned
+constexpr double kRise = 0.3;        // m above the trail that a way round may lead
+constexpr double kSlow = 4.0;        // times the time at full speed is not getting on
 // Of D_min, one after the other: what is out of reach with all of it may be had with less.
 constexpr std::array<double, 4> kShares = {1.0, 0.6, 0.3, 0.1};
 
@@ -52,31 +57,41 @@ bool Retrace::has_stopped(const BehaviorInput& input) const {
          to_seconds(input.now - *entered_at_) > kStopSeconds;
 }
 
+Trail::WayOut Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
+  return trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
+}
+
 void Retrace::begin(const BehaviorInput& input) {
   begun_ = true;
   on_trail_ = true;
   entered_at_ = input.now;
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
-  const Trail::WayOut way = trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
+  const Trail::WayOut way = way_along_trail(p_W);
   way_.clear();
   progress_.distance_to_go_m = way.length_m;
   if (!way.reaches_open_water || way.points.size() < 2) return;
   way_ = level_poses(way.points);
+  out_W_ = way.points.back();
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
   if (changes_ != nullptr && changes_->clearance(way_) <= 0.0) {
-    give_up_trail("the trail is blocked", input.estimate->X_WB.p);
+    give_up_trail("the trail is blocked", input);
   }
 }
 
-void Retrace::give_up_trail(const char* why, const Eigen::Vector3d& p_W) {
+void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
   // In unknown water a way that was good shows to be blocked further on: that one is to be tried
   // anew, and not with less clearance.
-  const bool got_on = planned_at_W_ && (p_W - *planned_at_W_).norm() > kGotOn;
-  if (got_on && planned_ways_ < kMaxPlannedWays) tries_ = 0;
+  const bool got_on = planned_at_W_ && (input.estimate->X_WB.p - *planned_at_W_).norm() > kGotOn;
+  if (got_on && planned_ways_ < kMaxPlannedWays) {
+    tries_ = 0;
+    looks_ = 0;
+    blocked_since_.reset();
+  }
   planning_ = true;
   why_ = why;
   station_.reset();
+  if (is_patient() && looks_ < kLooksFirst) look_back(input);
 }
 
 BehaviorOutput Retrace::step(const BehaviorInput& input) {
@@ -102,12 +117,46 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (!planning_ && input.map_changed && input.seen != nullptr &&
       input.seen->clearance(way_) <= 0.0) {
-    give_up_trail("the trail is blocked", input.estimate->X_WB.p);
+    give_up_trail("the trail is blocked", input);
+  }
+  if (std::exchange(cannot_look_, false) && !planning_ && !on_trail_) {
+    give_up_trail("the way that was planned leads where it cannot look", input);
   }
   if (!planning_ && to_seconds(input.now - *entered_at_) > time_allowed_s_) {
-    give_up_trail("the vehicle does not get on along its trail", X_WB.p);
+    give_up_trail("the vehicle does not get on along its trail", input);
   }
+  if (looking_since_) return wait(input);
   return planning_ ? plan_out(input) : follow(input);
+}
+
+// To where the trail leads out: what is remembered of somebody who has gone goes when it is looked
+// at.
+void Retrace::look_back(const BehaviorInput& input) {
+  looking_since_ = input.now;
+  if (!blocked_since_) blocked_since_ = input.now;
+  ++looks_;
+  const Pose& X_WB = input.estimate->X_WB;
+  if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
+  for (const Eigen::Vector3d& place_W : way_along_trail(X_WB.p).points) {
+    const Eigen::Vector3d way = place_W - X_WB.p;
+    if (way.head<2>().norm() < kLookedBack) continue;
+    station_->o = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+    return;
+  }
+}
+
+BehaviorOutput Retrace::wait(const BehaviorInput& input) {
+  BehaviorOutput output;
+  output.command = *station_;
+  if (to_seconds(input.now - *blocked_since_) >= settings_.way_out_wait_s) {
+    output.failed = Failure::kExhausted;
+  } else if (to_seconds(input.now - *looking_since_) >= kLook) {
+    looking_since_.reset();
+    planning_ = false;
+    tries_ = 0;
+    begin(input);
+  }
+  return output;
 }
 
 BehaviorOutput Retrace::follow(const BehaviorInput& input) {
@@ -121,7 +170,8 @@ BehaviorOutput Retrace::follow(const BehaviorInput& input) {
   begun_ = false;
   entered_at_ = input.now;
   station_.reset();
-  if (++arrivals_ > kMaxArrivals) output.failed = Failure::kExhausted;
+  const bool is_detour = is_patient() && !on_trail_;
+  if (!is_detour && ++arrivals_ > kMaxArrivals) output.failed = Failure::kExhausted;
   return output;
 }
 
@@ -144,6 +194,24 @@ void Retrace::take_answer(const BehaviorInput& input) {
   planning_ = false;
 }
 
+// To the end of the trail; where only the trail is known, to the first place of it behind what
+// blocks it.
+void Retrace::aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const {
+  goal.position_W = out_W_;
+  if (!is_patient() || changes_ == nullptr) return;
+  const std::vector<Pose> trail = level_poses(way_along_trail(p_W).points);
+  std::size_t behind = 0;
+  for (std::size_t i = 1; i < trail.size(); ++i) {
+    if (changes_->clearance(std::span(trail).subspan(i - 1, 2)) <= 0.0) behind = i + 1;
+  }
+  if (behind + 1 < trail.size()) goal.position_W = trail[behind].p;
+  double highest = p_W.z();
+  for (std::size_t i = 0; i <= behind && i < trail.size(); ++i) {
+    highest = std::max(highest, trail[i].p.z());
+  }
+  settings.max_z = std::min(settings.max_z, highest + kRise);
+}
+
 BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   BehaviorOutput output;
@@ -154,8 +222,8 @@ BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
   if (awaiting_plan_ && to_seconds(input.now - asked_at_) <= kPlanTimeout) return output;
   if (awaiting_plan_) progress_.plan_failure = "the planner does not answer";
   if (tries_ == static_cast<int>(kShares.size())) {
-    output.failed = Failure::kExhausted;
-    return output;
+    look_back(input);
+    return wait(input);
   }
   LegSettings settings = settings_;
   settings.clearance *= kShares[static_cast<std::size_t>(tries_)];
@@ -163,7 +231,7 @@ BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
   settings.seed += static_cast<std::uint64_t>(tries_++);
   LegGoal goal;
   goal.id = progress_.leg;
-  goal.position_W = way_.back().p;
+  aim(X_WB.p, settings, goal);
   output.plan_request = leg_request(settings, goal, X_WB);
   output.plan_cause = why_;
   asked_at_ = input.now;

@@ -27,35 +27,50 @@ class Retrace final : public Behavior {
 
   /// `failed` (kExhausted) when the trail never saw open water, or neither the trail nor any
   /// planned way can be swum.
+  ///
+  /// In unknown water (LegSettings::way_out_wait_s) what is in the way may go away, and no other
+  /// way out is known: it looks along the trail for a while, then plans round what blocks it, back
+  /// onto the trail and hardly higher than that, and so on for as long as it may.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
   [[nodiscard]] bool needs_sight() const override { return !on_trail_; }
+  [[nodiscard]] bool take_another_way() override { return cannot_look_ = true; }
 
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
+  [[nodiscard]] Trail::WayOut way_along_trail(const Eigen::Vector3d& p_W) const;
   void begin(const BehaviorInput& input);
-  void give_up_trail(const char* why, const Eigen::Vector3d& p_W);
+  void give_up_trail(const char* why, const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput plan_out(const BehaviorInput& input);
+  [[nodiscard]] bool is_patient() const { return settings_.way_out_wait_s > 0.0; }
+  void look_back(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput wait(const BehaviorInput& input);
+  void aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const;
   void take_answer(const BehaviorInput& input);
 
   const Trail& trail_;
   PathJudge* changes_;
   LegSettings settings_;
   vehicle::Follower follower_;
-  std::vector<Pose> way_;  ///< Empty: there is none.
-  bool begun_ = false;     ///< The way out was taken from the trail.
+  std::vector<Pose> way_;                            ///< Empty: there is none.
+  Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< The end of the trail's way out.
+  bool begun_ = false;                               ///< The way out was taken from the trail.
   double time_allowed_s_ = 0.0;
   std::optional<Utime> entered_at_;  ///< Of the way being followed.
   std::optional<vehicle::Command> station_;
-  bool on_trail_ = true;   ///< `way_` is the trail's, not the planner's.
-  bool planning_ = false;  ///< The trail was given up.
+  bool on_trail_ = true;      ///< `way_` is the trail's, not the planner's.
+  bool planning_ = false;     ///< The trail was given up.
+  bool cannot_look_ = false;  ///< Where the planned way leads.
   bool awaiting_plan_ = false;
   Utime asked_at_ = 0;
   const char* why_ = "";
   int tries_ = 0;
   int planned_ways_ = 0;
   std::optional<Eigen::Vector3d> planned_at_W_;  ///< Where the last planned way began.
+  std::optional<Utime> blocked_since_;           ///< Without having got on since then.
+  std::optional<Utime> looking_since_;
+  int looks_ = 0;  ///< In a row.
   int arrivals_ = 0;
   Progress progress_;
 };

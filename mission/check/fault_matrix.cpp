@@ -34,7 +34,8 @@ std::vector<FaultKind> faults_of(const Mission& mission) {
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
-    if (kind != FaultKind::kRangeSilent || mission.unknown) kinds.push_back(kind);
+    const bool is_of_eyes = kind == FaultKind::kRangeSilent || kind == FaultKind::kRangeFrozen;
+    if (!is_of_eyes || mission.unknown) kinds.push_back(kind);
   }
   return kinds;
 }

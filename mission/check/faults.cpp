@@ -8,9 +8,9 @@ namespace dive::mission {
 namespace {
 
 constexpr std::array<std::string_view, kFaultCount> kNames = {
-    "leak",           "battery",   "temperature",  "imu_silent",    "imu_nan",
-    "depth_silent",   "depth_nan", "depth_frozen", "health_silent", "planner_fails",
-    "planner_silent", "blocked",   "abort",        "range_silent",  "depth_wild"};
+    "leak",      "battery",      "temperature",   "imu_silent",    "imu_nan",        "depth_silent",
+    "depth_nan", "depth_frozen", "health_silent", "planner_fails", "planner_silent", "blocked",
+    "abort",     "range_silent", "range_frozen",  "depth_wild"};
 
 constexpr double kStep = 0.25;   // m between remembered places
 constexpr double kBehind = 2.0;  // m back along the trail, where something falls

@@ -28,13 +28,14 @@ enum class FaultKind {
   kPlannerSilent,  ///< Does not answer any more.
   kBlocked,        ///< Something falls into the trail behind the vehicle, and is seen.
   kAbort,          ///< Topside says abort.
-  kRangeSilent,    ///< In unknown water: nothing more is seen.
+  kRangeSilent,    ///< In unknown water: nothing more is seen ...
+  kRangeFrozen,    ///< ... or the last sweep, again and again, with new stamps.
   kDepthWild,      ///< To and fro by metres.
 };
-inline constexpr std::size_t kFaultCount = 15;
+inline constexpr std::size_t kFaultCount = 16;
 /// A vehicle must come to safety after each of the first so many, whenever it happens. With a depth
 /// sensor that lies for ever it cannot know where the surface is.
-inline constexpr std::size_t kSurvivableCount = 14;
+inline constexpr std::size_t kSurvivableCount = 15;
 
 [[nodiscard]] std::string_view to_string(FaultKind kind);
 [[nodiscard]] std::optional<FaultKind> find_fault(std::string_view name);

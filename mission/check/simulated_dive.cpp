@@ -97,8 +97,9 @@ class Eyes {
                 settings.mapper_latency_ticks * from_seconds(vehicle::Simulator::kTick)) {}
 
   void look(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD,
-            const estimation::StateEstimate& estimate) {
+            const estimation::StateEstimate& estimate, bool is_frozen) {
     mapper_.observe(estimate);
+    camera_.set_frozen(is_frozen);
     if (camera_.due(truth.utime)) {
       mapper_.submit(camera_.take(truth.utime, truth.X_WB, X_WD), truth.utime);
     }
@@ -236,7 +237,9 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     company.observe(truth.utime, truth.X_WB);
     if (settings.sensor_observer) settings.sensor_observer(samples, truth, company.pose());
     outputs = executive.step(inputs);
-    if (eyes) eyes->look(truth, company.pose(), outputs.estimate);
+    if (eyes) {
+      eyes->look(truth, company.pose(), outputs.estimate, injector.is_on(FaultKind::kRangeFrozen));
+    }
     if (keeper) keeper(executive, outputs);
     if (outputs.plan_query) {
       ++result.plans;

@@ -664,7 +664,8 @@ struct Executive::Impl final : statechart::Environment {
     if (result.done) dispatch("done.state." + id, id + " is done");
     if (result.failed != behaviors::Failure::kNone) {
       leaf_failed(*leaf, result.failed);
-    } else if (needs_sight && !result.done && sight.waits_in_vain(leaf_now())) {
+    } else if (needs_sight && !result.done && sight.waits_in_vain(leaf_now()) &&
+               !behavior.take_another_way()) {
       progress.plan_failure = "the way that was planned leads where it cannot look";
       leaf_failed(*leaf, behaviors::Failure::kUnreachable);
     }

@@ -18,8 +18,9 @@ namespace {
 constexpr double kUnknownInterval = 0.5;
 constexpr double kUnknownDeviation = 0.5;  // of D_min, without word of the mission, ...
 constexpr double kUnknownWait = 5.0;       // ... and s without progress, after which it plans anew
-constexpr double kUnknownClimb = 0.4;  // rad: the eyes look no higher than a little above the bow
-constexpr double kUnknownGoal = 0.5;   // m that a goal may be moved by, when something is near it
+constexpr double kUnknownClimb = 0.4;    // rad: the eyes look no higher than a little above the bow
+constexpr double kUnknownGoal = 0.5;     // m that a goal may be moved by, when something is near it
+constexpr double kUnknownWayOut = 90.0;  // s that a blocked way out is tried again and again
 constexpr double kOptimisticStale = 3.0;  // s
 constexpr double kJudged = 1.5;           // m: clearances are judged as far as that ...
 constexpr double kBeyond = 1.1;           // ... and beyond the largest that is asked for
@@ -57,7 +58,10 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.leg.min_z = -mission.limits.max_depth.value;
   context.leg.min_altitude = mission.limits.min_altitude.value;
   context.leg.seed = seed;
-  if (mission.unknown) context.leg.goal_tolerance = kUnknownGoal;
+  if (mission.unknown) {
+    context.leg.goal_tolerance = kUnknownGoal;
+    context.leg.way_out_wait_s = kUnknownWayOut;
+  }
   context.leg.replan = replan_policy(mission, mission.replan);
   return context;
 }

@@ -81,6 +81,7 @@ class SimulatedVehicle {
   void look() {
     scan_.reset();
     if (!camera_ || !camera_->due(now())) return;
+    camera_->set_frozen(injector_.is_on(FaultKind::kRangeFrozen));
     scan_ = camera_->take(now(), simulator_.truth().X_WB);
     if (injector_.is_on(FaultKind::kRangeSilent)) scan_.reset();
   }

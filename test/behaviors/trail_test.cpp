@@ -1,5 +1,7 @@
 #include "behaviors/trail.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "behaviors/retrace.h"
@@ -179,6 +181,82 @@ TEST(Retrace, AroundWhatBlocksTheTrailWithLessAndLessClearance) {
   EXPECT_EQ(output.failed, Failure::kNone);
   EXPECT_GT((output.command.o * Eigen::Vector3d::UnitX()).y(), 0.9) << "round it, by the north";
   EXPECT_EQ(retrace.progress().clearance_m, 0.4);
+}
+
+// Somebody in the way, between x = 4 and x = 5, until they are gone.
+class Somebody final : public PathJudge {
+ public:
+  double clearance(std::span<const Pose> waypoints) override {
+    for (std::size_t i = 1; i < waypoints.size() && is_there; ++i) {
+      const auto [low, high] = std::minmax(waypoints[i - 1].p.x(), waypoints[i].p.x());
+      if (high > 4.0 && low < 5.0 && std::abs(waypoints[i].p.y()) < 0.5) return -0.1;
+    }
+    return 2.0;
+  }
+  bool is_there = true;
+};
+
+LegSettings patient() {
+  LegSettings patient = settings();
+  patient.way_out_wait_s = 90.0;
+  return patient;
+}
+
+TEST(Retrace, InUnknownWaterItLooksFirstAndThenPlansBackOntoTheTrail) {
+  Somebody somebody;
+  const Trail trail = swum_in();
+  Retrace retrace(trail, patient(), &somebody);
+  Utime now = 0;
+  BehaviorOutput output = step(retrace, now, {8, 0, -4});
+  for (; !output.plan_request && now < from_seconds(60); now += from_seconds(0.5)) {
+    EXPECT_EQ(output.command.v, 0.0);
+    EXPECT_LT((output.command.o * Eigen::Vector3d::UnitX()).x(), -0.9) << "to where it came from";
+    output = step(retrace, now, {8, 0, -4});
+  }
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_GE(to_seconds(now), 15.0);
+  EXPECT_LT(output.plan_request->goal.p.x(), 4.0);
+  EXPECT_GT(output.plan_request->goal.p.x(), 2.0) << "no farther than it must leave the trail";
+  EXPECT_LT(output.plan_request->max_z, -3.5) << "above nothing is known";
+
+  const std::vector<Pose> round = {
+      {{8, 0, -4}, from_rpy(0, 0, 1.57)}, {{8, 2, -4}, {}}, {{3, 0, -4}, {}}};
+  const PlanAnswer found{planning::PlanStatus::kSuccess, "", round, 0.4};
+  output = step(retrace, now, {8, 0, -4}, &found);
+  EXPECT_GT((output.command.o * Eigen::Vector3d::UnitX()).y(), 0.9);
+  EXPECT_TRUE(retrace.needs_sight());
+  EXPECT_TRUE(retrace.take_another_way()) << "it does not see where that leads";
+  output = step(retrace, now += 20'000, {8, 0, -4});
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_NEAR(output.plan_request->clearance, 0.36, 1e-12) << "with less clearance";
+}
+
+TEST(Retrace, InUnknownWaterItGoesOnWhenTheWayIsFreeAgain) {
+  Somebody somebody;
+  const Trail trail = swum_in();
+  Retrace retrace(trail, patient(), &somebody);
+  EXPECT_EQ(step(retrace, 0, {8, 0, -4}).command.v, 0.0);
+  somebody.is_there = false;
+  EXPECT_EQ(step(retrace, from_seconds(3), {8, 0, -4}).command.v, 0.0);
+  static_cast<void>(step(retrace, from_seconds(6), {8, 0, -4}));
+  EXPECT_GT(step(retrace, from_seconds(6.02), {8, 0, -4}).command.v, 0.0);
+  EXPECT_FALSE(retrace.needs_sight());
+}
+
+TEST(Retrace, EvenInUnknownWaterItDoesNotWaitForEver) {
+  Judge blocked(-0.1);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, patient(), &blocked);
+  const PlanAnswer none{planning::PlanStatus::kNoPath, "too tight", {}, 0.0};
+  Utime now = 0;
+  BehaviorOutput output = step(retrace, now, {8, 0, -4});
+  while (output.failed == Failure::kNone && now < from_seconds(200)) {
+    now += from_seconds(0.5);
+    output = step(retrace, now, {8, 0, -4}, output.plan_request ? &none : nullptr);
+  }
+  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_NEAR(to_seconds(now), 90.0, 8.0);
+  EXPECT_EQ(retrace.progress().plan_failure, "too tight");
 }
 
 TEST(Retrace, WithoutAttitudeItWaitsOrGoesUp) {

@@ -365,6 +365,19 @@ TEST(RangeCamera, FallsDueAtItsRate) {
   }
 }
 
+TEST(RangeCamera, FrozenItRepeatsItselfUnderNewStamps) {
+  RangeCamera camera(floor_at(-10.0), {}, 1);
+  camera.set_frozen(true);
+  const RangeScan first = camera.take(200'000, at(0, 0, -8));
+  EXPECT_FALSE(camera.due(200'000));
+  const RangeScan second = camera.take(400'000, at(1, 0, -7));
+  EXPECT_EQ(second.utime, 400'000);
+  EXPECT_FALSE(camera.due(400'000));
+  EXPECT_TRUE(same_bits(first, second));
+  camera.set_frozen(false);
+  EXPECT_FALSE(same_bits(first, camera.take(600'000, at(1, 0, -7))));
+}
+
 TEST(RangeCamera, RefusesOptionsThatMakeNoCamera) {
   EXPECT_EQ(RangeCameraOptions{}.validate(), "");
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -197,7 +197,9 @@ struct RangeCamera::Impl {
   TriangleScene diver;
   ConvexInside diver_inside;
   std::int64_t last_sequence = -1;
-  std::vector<double> ranges;  // of this scan, by pixel; scratch
+  bool is_frozen = false;
+  std::optional<RangeScan> last;  ///< While frozen.
+  std::vector<double> ranges;     // of this scan, by pixel; scratch
 };
 
 RangeCamera::RangeCamera(const planning::World& world, RangeCameraOptions options,
@@ -213,7 +215,20 @@ bool RangeCamera::due(Utime now) const { return impl_->sequence(now) > impl_->la
 
 RangeScan RangeCamera::take(Utime now, const Pose& X_WB, const std::optional<Pose>& X_WD) {
   DIVE_DEMAND(X_WB.is_finite() && (!X_WD || X_WD->is_finite()));
-  return impl_->take(now, X_WB, X_WD);
+  Impl& impl = *impl_;
+  if (impl.is_frozen && impl.last) {
+    impl.last_sequence = impl.sequence(now);
+    impl.last->utime = now;
+    return *impl.last;
+  }
+  RangeScan scan = impl.take(now, X_WB, X_WD);
+  if (impl.is_frozen) impl.last = scan;
+  return scan;
+}
+
+void RangeCamera::set_frozen(bool frozen) {
+  impl_->is_frozen = frozen;
+  if (!frozen) impl_->last.reset();
 }
 
 }  // namespace dive::vehicle

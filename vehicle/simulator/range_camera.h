@@ -70,6 +70,9 @@ class RangeCamera {
   [[nodiscard]] RangeScan take(Utime now, const Pose& X_WB,
                                const std::optional<Pose>& X_WD = std::nullopt);
 
+  /// Until told otherwise the next scan is returned again and again, with new stamps.
+  void set_frozen(bool frozen);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
