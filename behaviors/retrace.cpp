@@ -17,7 +17,9 @@ constexpr double kGotOn = 0.5;        // m along a planned way
 constexpr int kMaxPlannedWays = 40;
 constexpr double kLookedBack = 1.0;  // m along the trail that is looked at ...
 constexpr double kLook = 6.0;        // ... s that it takes to look ...
-constexpr int kLooksFirst = 3;       // ... so many times before a way round is planned
+constexpr int kLooksFirst = 3;       // ... so many times before a way round is planned ...
+constexpr double kLookAgain = 2.0;   // ... and again after so many m
+constexpr double kBeside = 0.4;      // of D_min, from the trail to what was seen since
 constexpr double kRise = 0.3;        // m above the trail that a way round may lead
 constexpr double kSlow = 4.0;        // times the time at full speed is not getting on
 // Of D_min, one after the other: what is out of reach with all of it may be had with less.
@@ -61,6 +63,11 @@ Trail::WayOut Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
   return trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
 }
 
+// Somebody beside the trail is given room; a trail that has no more is swum all the same.
+double Retrace::needed_m() const {
+  return is_patient() && looks_ < kLooksFirst ? kBeside * settings_.clearance : 0.0;
+}
+
 void Retrace::begin(const BehaviorInput& input) {
   begun_ = true;
   on_trail_ = true;
@@ -74,7 +81,7 @@ void Retrace::begin(const BehaviorInput& input) {
   out_W_ = way.points.back();
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
-  if (changes_ != nullptr && changes_->clearance(way_) <= 0.0) {
+  if (changes_ != nullptr && changes_->clearance(way_) <= needed_m()) {
     give_up_trail("the trail is blocked", input);
   }
 }
@@ -85,9 +92,9 @@ void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
   const bool got_on = planned_at_W_ && (input.estimate->X_WB.p - *planned_at_W_).norm() > kGotOn;
   if (got_on && planned_ways_ < kMaxPlannedWays) {
     tries_ = 0;
-    looks_ = 0;
     blocked_since_.reset();
   }
+  if (looked_at_W_ && (input.estimate->X_WB.p - *looked_at_W_).norm() > kLookAgain) looks_ = 0;
   planning_ = true;
   why_ = why;
   station_.reset();
@@ -116,7 +123,7 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   }
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (!planning_ && input.map_changed && input.seen != nullptr &&
-      input.seen->clearance(way_) <= 0.0) {
+      input.seen->clearance(way_) <= (on_trail_ ? needed_m() : 0.0)) {
     give_up_trail("the trail is blocked", input);
   }
   if (std::exchange(cannot_look_, false) && !planning_ && !on_trail_) {
@@ -135,6 +142,7 @@ void Retrace::look_back(const BehaviorInput& input) {
   looking_since_ = input.now;
   if (!blocked_since_) blocked_since_ = input.now;
   ++looks_;
+  looked_at_W_ = input.estimate->X_WB.p;
   const Pose& X_WB = input.estimate->X_WB;
   if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   for (const Eigen::Vector3d& place_W : way_along_trail(X_WB.p).points) {

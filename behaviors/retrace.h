@@ -39,6 +39,7 @@ class Retrace final : public Behavior {
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
   [[nodiscard]] Trail::WayOut way_along_trail(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] double needed_m() const;
   void begin(const BehaviorInput& input);
   void give_up_trail(const char* why, const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
@@ -70,7 +71,8 @@ class Retrace final : public Behavior {
   std::optional<Eigen::Vector3d> planned_at_W_;  ///< Where the last planned way began.
   std::optional<Utime> blocked_since_;           ///< Without having got on since then.
   std::optional<Utime> looking_since_;
-  int looks_ = 0;  ///< In a row.
+  int looks_ = 0;                               ///< In a row ...
+  std::optional<Eigen::Vector3d> looked_at_W_;  ///< ... about here.
   int arrivals_ = 0;
   Progress progress_;
 };

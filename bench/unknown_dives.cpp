@@ -84,12 +84,22 @@ mission::DiveSettings settings_for(const Site& site, std::uint64_t seed, bool wi
   return settings;
 }
 
+// The mission may leave a goal that is out of reach and still end well.
+bool reached_all(const mission::DiveResult& result) {
+  return result.outcome == "success" &&
+         std::ranges::none_of(result.transitions, [](const mission::TimedTransition& transition) {
+           const std::string& event = transition.record.event;
+           return event.starts_with("plan.failed") || event.starts_with("timeout");
+         });
+}
+
 nlohmann::json dive(const Site& site, std::uint64_t seed, bool with_diver) {
   const mission::DiveResult result = mission::simulate_dive(
       site.mission, site.world, site.model, settings_for(site, seed, with_diver),
       [](const auto&, const auto&, const auto&) {});
   return {{"seed", seed},
           {"outcome", result.outcome},
+          {"reached", reached_all(result)},
           {"state", result.final_state},
           {"cause", result.cause},
           {"clearance", result.min_clearance_m},
@@ -178,11 +188,13 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::map<std::string, int> outcomes;
   std::vector<double> clearances;
   int collided = 0;
+  int reached = 0;
   for (const nlohmann::json& r : results) {
     ++outcomes[r["outcome"].get<std::string>()];
     clearances.push_back(r["clearance"].is_null() ? 0.0 : r["clearance"].get<double>());
     if (r["collisions"].get<int>() > 0) ++collided;
-    if (r["outcome"] != "success") {
+    if (r["reached"].get<bool>()) ++reached;
+    if (!r["reached"].get<bool>()) {
       std::cout << fmt::format("  seed {}: {} in {} after {:.0f} s, {:.1f} m deep: {}\n",
                                r["seed"].get<int>(), r["outcome"].get<std::string>(),
                                r["state"].get<std::string>(), r["duration"].get<double>(),
@@ -196,9 +208,10 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::cout << name << ": " << results.size() << " dives";
   for (const auto& [outcome, count] : outcomes) std::cout << ", " << count << ' ' << outcome;
   std::cout << fmt::format(
-      "; {} with a collision; clearance (ground truth) min {:.3f}, p05 {:.3f}, p25 {:.3f}, median "
+      "; {} reached all goals; {} with a collision; clearance (ground truth) min {:.3f}, p05 "
+      "{:.3f}, p25 {:.3f}, median "
       "{:.3f}, max {:.3f} m\n",
-      collided, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
+      reached, collided, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
 }
 
 }  // namespace

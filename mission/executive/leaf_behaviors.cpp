@@ -21,6 +21,7 @@ constexpr double kUnknownWait = 5.0;       // ... and s without progress, after 
 constexpr double kUnknownClimb = 0.4;    // rad: the eyes look no higher than a little above the bow
 constexpr double kUnknownGoal = 0.5;     // m that a goal may be moved by, when something is near it
 constexpr double kUnknownWayOut = 90.0;  // s that a blocked way out is tried again and again
+constexpr int kUnknownUnreachable = 30;  // failed plans: what is in the way may go away
 constexpr double kOptimisticStale = 3.0;  // s
 constexpr double kJudged = 1.5;           // m: clearances are judged as far as that ...
 constexpr double kBeyond = 1.1;           // ... and beyond the largest that is asked for
@@ -61,6 +62,7 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   if (mission.unknown) {
     context.leg.goal_tolerance = kUnknownGoal;
     context.leg.way_out_wait_s = kUnknownWayOut;
+    context.leg.unreachable_after = kUnknownUnreachable;
   }
   context.leg.replan = replan_policy(mission, mission.replan);
   return context;

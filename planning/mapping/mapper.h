@@ -35,8 +35,8 @@ struct MapperOptions {
   double noise_m = 0.01;         ///< One sigma of a range ...
   double noise_share = 0.005;    ///< ... and so much more of the range itself.
   double on_piece_m = 0.04;      ///< Plus two sigma: a point so near to a piece is of it.
-  double flat_m = 0.02;          ///< FlatPieceOptions::flat_m
-  double skin_m = 0.005;         ///< FlatPieceOptions::skin_m
+  double flat_m = 0.018;         ///< FlatPieceOptions::flat_m
+  double skin_m = 0.002;         ///< FlatPieceOptions::skin_m
   double ball_m = 0.03;          ///< Radius of a point that is part of no surface.
   double longest_edge_m = 0.4;   ///< TriangulationOptions::longest_edge_m
   int points_per_update = 1500;  ///< That are triangulated in one update; of one cell always all.
