@@ -2,17 +2,20 @@
 //   unknown_water stream wreck cluttered     20 sweeps a second along the mission's own route
 //   unknown_water scan wreck cluttered       one sweep: coverage, water blocked, time
 //   unknown_water growth                     an update beside the size of the map
+//   unknown_water hours cluttered            two hours to and fro: what memory it takes
 // and in --help what else.
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "bench/environments.h"
 #include "bench/quantile.h"
@@ -308,6 +311,45 @@ void stream_of(const std::string& name, bool rebuild) {
       mean(blocked), mean(upright));
 }
 
+/// Of this process, MB.
+double resident_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0.0;
+  double resident = 0.0;
+  statm >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+/// There and back again, twice a second for two hours, with what is seen carried off its place by a
+/// slow drift, so that there is always something new.
+void swim_for_hours(const std::string& name) {
+  constexpr double kPeriod = 0.5;  // s
+  constexpr double kHours = 2.0;
+  constexpr double kDriftPerHour = 20.0;  // m
+  const Environment environment = load_environment(name);
+  const std::vector<Pose> poses = swum(environment);
+  SteadyClock clock;
+  vehicle::RangeCamera camera(environment.world, {}, 1);
+  planning::Mapper mapper(environment.hull, {}, clock);
+  planning::SeenMap map;
+  const auto stride = static_cast<std::size_t>(kPeriod * kRate);
+  const std::size_t round = 2 * (poses.size() - 1);
+  for (int sweep = 1; sweep <= static_cast<int>(kHours * 3600.0 / kPeriod); ++sweep) {
+    const std::size_t at = static_cast<std::size_t>(sweep) * stride % round;
+    Pose X_WB = poses[std::min(at, round - at)];
+    const double t = sweep * kPeriod;
+    const RangeScan scan = camera.take(from_seconds(t), X_WB);
+    X_WB.p.y() += kDriftPerHour * t / 3600.0;
+    if (const auto update = mapper.add(scan, X_WB, Eigen::Vector3d::Zero())) {
+      static_cast<void>(map.apply(*update));
+    }
+    if (sweep % static_cast<int>(600.0 / kPeriod) != 0) continue;
+    std::cout << fmt::format("{}: {:3.0f} min, {} voxels, {} cells, {} pieces, {:.0f} MB\n", name,
+                             t / 60.0, mapper.stats().voxels, mapper.stats().cells, map.pieces(),
+                             resident_mb());
+  }
+}
+
 /// The same sweeps beside more and more that lies elsewhere.
 void grow() {
   const Environment environment = load_environment("wreck");
@@ -356,11 +398,14 @@ int main(int argc, char** argv) {
   scan->add_option("missions", names)->required();
   scan->add_option("--every", every, "Of so many sweeps one")->check(CLI::PositiveNumber);
   scan->add_flag("--clean", clean, "Without noise, dropouts and particles");
+  CLI::App* hours = app.add_subcommand("hours", "Two hours to and fro: what memory it takes");
+  hours->add_option("missions", names)->required();
   CLI::App* growth = app.add_subcommand("growth", "An update beside the size of the map");
   CLI11_PARSE(app, argc, argv);
   if (growth->parsed()) dive::bench::grow();
   for (const std::string& name : names) {
     if (stream->parsed()) dive::bench::stream_of(name, rebuild);
+    if (hours->parsed()) dive::bench::swim_for_hours(name);
     if (scan->parsed()) dive::bench::scan_of(name, every, clean);
   }
   return 0;

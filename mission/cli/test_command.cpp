@@ -2,6 +2,8 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -29,7 +31,7 @@ struct Trial {
   std::string path;
   Diagnostics diagnostics;  ///< Of the scenario and of its mission.
   std::optional<Scenario> scenario;
-  std::optional<LoadedMission> loaded;
+  std::shared_ptr<const LoadedMission> loaded;
   std::string log;      ///< Where the log is written; empty: nowhere.
   std::string problem;  ///< With the log.
   DiveResult result;
@@ -73,11 +75,34 @@ std::optional<std::vector<std::string>> files_of(const std::vector<std::string>&
   return files;
 }
 
-void read(Trial& trial) {
+/// Many scenarios dive the same mission: each is loaded once.
+class Missions {
+ public:
+  std::shared_ptr<const LoadedMission> get(const std::string& path, Diagnostics& diagnostics) {
+    const auto [at, is_new] = shelf_.try_emplace(path);
+    Shelved& shelved = at->second;
+    if (is_new) {
+      if (std::optional<LoadedMission> loaded = load(path, shelved.diagnostics)) {
+        shelved.loaded = std::make_shared<const LoadedMission>(std::move(*loaded));
+      }
+    }
+    for (const Diagnostic& diagnostic : shelved.diagnostics.list()) diagnostics.add(diagnostic);
+    return shelved.loaded;
+  }
+
+ private:
+  struct Shelved {
+    std::shared_ptr<const LoadedMission> loaded;
+    Diagnostics diagnostics;
+  };
+  std::map<std::string, Shelved> shelf_;
+};
+
+void read(Trial& trial, Missions& missions) {
   trial.scenario = load_scenario(trial.path, trial.diagnostics);
   if (!trial.scenario) return;
   Scenario& scenario = *trial.scenario;
-  trial.loaded = load(scenario.mission_path, trial.diagnostics);
+  trial.loaded = missions.get(scenario.mission_path, trial.diagnostics);
   if (!trial.loaded) {
     trial.diagnostics.error("SCN-MISSION", scenario.source, scenario.mission_file.span,
                             fmt::format("the mission '{}' is not accepted", scenario.mission_path),
@@ -138,6 +163,8 @@ void try_out(Trial& trial, const TestArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
   trial.result = record.result;
+  trial.result.seen = {};  // what is told of it needs no map
+  trial.result.seen_points = {};
   for (const Judgement& judgement : judge(*trial.scenario, record)) {
     ++trial.expectations;
     if (!judgement.holds) trial.failed.push_back(judgement);
@@ -321,9 +348,10 @@ int run_tests(const TestArguments& arguments) {
     }
   }
   std::vector<Trial> trials(files->size());
+  Missions missions;
   for (std::size_t i = 0; i < trials.size(); ++i) {
     trials[i].path = (*files)[i];
-    read(trials[i]);
+    read(trials[i], missions);
   }
   name_logs(trials, arguments.keep);
   try_all(trials, arguments);
