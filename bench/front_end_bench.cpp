@@ -1,10 +1,15 @@
 // The visual front end on 752 x 480 pictures with 200 features, one core: the whole step with one
 // camera and with two, then its parts. Pictures are painted before the clock starts.
 
+#include <ctime>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "bench/quantile.h"
+#include "estimation/visual_inertial/anchor_patch.h"
 #include "estimation/visual_inertial/corners.h"
 #include "estimation/visual_inertial/klt.h"
 #include "estimation/visual_inertial/local_contrast.h"
@@ -56,6 +61,7 @@ void step(benchmark::State& state, bool stereo) {
   Tracker tracker({}, seen.left, stereo ? std::optional(seen.right) : std::nullopt, 1);
   double features = 0.0;
   double matched = 0.0;
+  std::vector<double> times;  // of the processor
   int last = 0;
   std::int64_t n = 0;
   for (auto _ : state) {
@@ -66,8 +72,10 @@ void step(benchmark::State& state, bool stereo) {
     ImageFrame right = seen.rights[static_cast<std::size_t>(k)];
     left.utime = right.utime = n * kPeriod;
     state.ResumeTiming();
+    const std::clock_t begin = std::clock();
     const TrackedPicture tracked =
         tracker.step(left, stereo ? &right : nullptr, seen.turn(last, k));
+    times.push_back(static_cast<double>(std::clock() - begin));
     features += static_cast<double>(tracked.frame.features.size());
     matched += tracked.quality.stereo;
     last = k;
@@ -75,6 +83,8 @@ void step(benchmark::State& state, bool stereo) {
   }
   state.counters["features"] = features / static_cast<double>(n);
   state.counters["stereo"] = matched / static_cast<double>(n);
+  const double sum = std::accumulate(times.begin(), times.end(), 0.0);
+  state.counters["p99_of_mean"] = bench::quantile(times, 0.99) * static_cast<double>(n) / sum;
 }
 BENCHMARK_CAPTURE(step, mono, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(step, stereo, true)->Unit(benchmark::kMillisecond);
@@ -118,6 +128,25 @@ void track(benchmark::State& state) {
   state.counters["points"] = static_cast<double>(points.size());
 }
 BENCHMARK(track)->Unit(benchmark::kMillisecond);
+
+void look_back(benchmark::State& state) {
+  const Prepared before(recording().lefts[0]);
+  const Prepared after(recording().lefts[1]);
+  std::vector<std::pair<AnchorPatch, Eigen::Vector2f>> anchors;
+  const std::vector<Eigen::Vector2f> points = corners_of(before);
+  const auto followed = *Klt(16).follow(before.pair().full, after.pair().full, points, points, 2);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto anchor = AnchorPatch::cut(before.pair().full, points[i]);
+    if (anchor && followed[i]) anchors.emplace_back(*anchor, *followed[i]);
+  }
+  for (auto _ : state) {
+    for (const auto& [anchor, pixel] : anchors) {
+      benchmark::DoNotOptimize(anchor.find(after.pair().full, {pixel}));
+    }
+  }
+  state.counters["points"] = static_cast<double>(anchors.size());
+}
+BENCHMARK(look_back)->Unit(benchmark::kMillisecond);
 
 void replenish(benchmark::State& state) {
   const Prepared prepared(recording().lefts[0]);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "estimation/primitive.h"
+#include "estimation/visual_inertial/gyro_turn.h"
 #include "estimation/visual_inertial/tracker.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
 
@@ -49,21 +50,6 @@ class ReckonedAttitude {
   std::optional<Quaterniond> q_WB_;
   std::optional<Utime> last_;
 };
-
-// q_B1B0 of the IMU between two times, by samples that hold until the next.
-Quaterniond turn_between(const std::vector<ImuSample>& imu, Utime from, Utime to,
-                         const Vector3d& bias) {
-  auto it = std::upper_bound(imu.begin(), imu.end(), from,
-                             [](Utime t, const ImuSample& s) { return t < s.utime; });
-  if (it != imu.begin()) --it;
-  Quaterniond q_B0B1 = Quaterniond::Identity();
-  for (; it != imu.end() && it->utime < to; ++it) {
-    const Utime end = std::next(it) == imu.end() ? to : std::min(to, std::next(it)->utime);
-    const double dt = to_seconds(end - std::max(from, it->utime));
-    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (it->gyro_B - bias));
-  }
-  return q_B0B1.conjugate().normalized();
-}
 
 // What is known of the beginning.
 struct Beginning {
@@ -170,7 +156,7 @@ class Runner {
     if (const auto last = tracker_->utime(); last && *last < left.utime) {
       const Quaterniond& q_BC = dataset_.cameras[0].model.X_BC.q;
       const Quaterniond q_B1B0 =
-          turn_between(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias);
+          turn_by_gyro(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias);
       q_C1C0 = (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
     }
     TrackedPicture tracked = tracker_->step(left, right, q_C1C0);

@@ -13,6 +13,7 @@
 #include "common/assert.h"
 #include "common/random.h"
 #include "common/range_check.h"
+#include "estimation/visual_inertial/anchor_patch.h"
 #include "estimation/visual_inertial/corners.h"
 #include "estimation/visual_inertial/epipolar.h"
 #include "estimation/visual_inertial/klt.h"
@@ -28,12 +29,15 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 
 constexpr std::uint64_t kRansacStream = 31;
-constexpr int kBorder = 8;            // px: nearer to the edge nothing is tracked
-constexpr std::size_t kSpan = 16;     // pictures, of the check for drift
-constexpr Utime kStereoSlack = 1000;  // us between left and right
-constexpr int kFewFeatures = 20;      // of fewer, none are missed
-constexpr double kLostShare = 0.1;    // that is left when tracking is lost
-constexpr int kSearchEvery = 6;       // pictures, for one whose stereo match is not known
+constexpr int kBorder = 8;                 // px: nearer to the edge nothing is tracked
+constexpr std::size_t kSpan = 16;          // pictures, of the check for drift
+constexpr Utime kStereoSlack = 1000;       // us between left and right
+constexpr int kFewFeatures = 20;           // of fewer, none are missed
+constexpr double kLostShare = 0.1;         // that is left when tracking is lost
+constexpr int kSearchEvery = 6;            // pictures, for one whose stereo match is not known
+constexpr int kLookBackEvery = 2;          // pictures, for each feature
+constexpr float kLeastCorrelation = 0.8F;  // of how a feature looks with how it did first
+constexpr float kMostGrowth = 3.0F;        // of its area, or its inverse
 
 struct Track {
   std::int64_t id = 0;
@@ -43,6 +47,8 @@ struct Track {
   std::optional<Vector2d> right;        // in the right camera now
   std::optional<double> inverse_depth;  // when last seen there
   bool is_new = true;
+  std::optional<AnchorPatch> anchor;                    // how it looked at first sight,
+  Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();  // and how that is bent now
   std::size_t turned = 0;            // pictures it was followed over with a rotation known
   std::array<Vector2d, kSpan> past;  // n, by picture modulo kSpan
 };
@@ -232,6 +238,25 @@ struct Tracker::Impl {
     return {};
   }
 
+  // Lays the first patch of every other track on the picture: where that is, is where the track is.
+  // Those that do not look as they did are given up.
+  void look_back() {
+    std::erase_if(tracks, [&](Track& track) {
+      const auto turn = static_cast<std::uint64_t>(track.id) + count;
+      if (turn % kLookBackEvery != 0) return false;
+      const auto found = track.anchor->find(now.view(), {track.pixel, track.shape});
+      if (!found || found->correlation < kLeastCorrelation) return true;
+      const auto n = left.undistort(found->pixel.cast<double>());
+      if (!n || !left.in_picture(found->pixel.cast<double>(), kBorder)) return true;
+      const float growth = found->shape.determinant();
+      if (growth > kMostGrowth || growth < 1.0F / kMostGrowth) return true;
+      track.pixel = found->pixel;
+      track.shape = found->shape;
+      track.n = *n;
+      return false;
+    });
+  }
+
   // The track is at `pixel` now; false where its distortion cannot be undone.
   [[nodiscard]] bool move(Track& track, const Vector2f& pixel, const std::optional<Quaterniond>& q,
                           double dt) const {
@@ -299,6 +324,8 @@ struct Tracker::Impl {
       const auto n = left.undistort(pixel.cast<double>());
       if (!n) continue;
       Track track;
+      track.anchor = AnchorPatch::cut(now.view(), pixel);
+      if (!track.anchor) continue;
       track.id = next_id++;
       track.pixel = pixel;
       track.n = *n;
@@ -366,6 +393,7 @@ struct Tracker::Impl {
       quality.reason = thrown;
       return;
     }
+    look_back();
     quality.lost = before - static_cast<int>(tracks.size());
     if (q) quality.moving = drop_all_moving(*q);
     quality.tracked = static_cast<int>(tracks.size());

@@ -1,0 +1,18 @@
+#pragma once
+// How the vehicle has turned between two pictures, by the gyro alone: what the tracker predicts by.
+
+#include <span>
+
+#include <Eigen/Geometry>
+
+#include "common/clock.h"
+#include "common/measurements.h"
+
+namespace dive::estimation {
+
+/// q_B1B0 (p_B1 = q_B1B0 p_B0) from `from` to `to`. Samples in the order of time, each holds until
+/// the next one, the last one for good; `bias` (rad/s) is taken off.
+[[nodiscard]] Eigen::Quaterniond turn_by_gyro(std::span<const ImuSample> samples, Utime from,
+                                              Utime to, const Eigen::Vector3d& bias);
+
+}  // namespace dive::estimation
