@@ -2,6 +2,7 @@
 // How the filter fares: what came in, what was believed, and whether it has diverged.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "estimation/visual_inertial/filter_state.h"
@@ -33,6 +34,13 @@ struct FilterHealth {
   bool is_blind = false;        ///< That is more than a second ago.
   bool is_still = false;
   InputFaults faults;
+  /// Depth has been refused for max_rejection_s while what is seen agrees with the filter: the
+  /// depth sensor is wrong, and the filter goes on by its eyes. Until a sample is accepted again.
+  bool depth_fault = false;
+  /// Within the last 10 s something was unlike what the filter was told of its sensors; the
+  /// covariance is then not to be trusted.
+  bool doubtful = false;
+  std::string doubt;      ///< Of that, a sentence; stays when the doubt is gone.
   bool diverged = false;  ///< Stays so until the filter is started again.
   std::string reason;     ///< Of that, a sentence.
 };
@@ -53,12 +61,18 @@ class HealthWatch {
 
  private:
   void diverge(std::string reason);
+  /// What is unlike what was told; empty when nothing is.
+  [[nodiscard]] std::string doubt_of(Utime utime, const FilterState& state) const;
 
   VisualInertialOptions options_;
   Utime visual_ = 0;                 ///< When a feature last corrected the state.
   Utime depth_ = 0;                  ///< When a depth sample did.
   std::int64_t depth_refused_ = 0;   ///< In a row.
   std::int64_t visual_refused_ = 0;  ///< Features in a row.
+  double refused_share_ = 0.0;       ///< Of the features judged lately, smoothed.
+  std::int64_t unmeasured_ = 0;      ///< Samples of the IMU saturated or missing, until now.
+  Utime begun_ = 0;
+  std::optional<Utime> doubted_;  ///< When there was a doubt last.
 };
 
 }  // namespace dive::estimation

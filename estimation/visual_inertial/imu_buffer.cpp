@@ -44,6 +44,9 @@ ImuVerdict ImuBuffer::add(const ImuSample& sample) {
   entry.sample.gyro_B = sample.gyro_B.cwiseMax(-options_.gyro_limit).cwiseMin(options_.gyro_limit);
   entry.sample.accel_B =
       sample.accel_B.cwiseMax(-options_.accel_limit).cwiseMin(options_.accel_limit);
+  const bool goes_on =
+      !entries_.empty() && (entries_.back().gyro_saturated || entries_.back().accel_saturated);
+  entry.saturated_since = goes_on ? entries_.back().saturated_since : sample.utime;
   const bool is_gap =
       !entries_.empty() && to_seconds(sample.utime - newest().utime) > options_.longest_imu_step_s;
   entries_.push_back(entry);
@@ -57,7 +60,10 @@ void ImuBuffer::append(const Entry& a, const Entry& b, Utime from, Utime to,
                        std::vector<ImuInterval>& out) const {
   const double span = to_seconds(std::max(b.sample.utime, to) - std::min(a.sample.utime, from));
   const double doubt = span > options_.longest_imu_step_s ? std::sqrt(span) : 0.0;
-  const double saturated = std::sqrt(span);
+  // A saturated sensor errs on one side for as long as it lasts.
+  const bool is_saturated = b.gyro_saturated || b.accel_saturated;
+  const Utime since = is_saturated ? b.saturated_since : a.saturated_since;
+  const double saturated = std::sqrt(std::max(span, to_seconds(b.sample.utime - since)));
   const Utime longest = std::max(kLongestStep, (to - from) / kMostSteps + 1);
   for (Utime begin = from; begin < to;) {
     const Utime end = std::min(begin + longest, to);

@@ -50,6 +50,7 @@ class ImuBuffer {
     ImuSample sample;
     bool gyro_saturated = false;
     bool accel_saturated = false;
+    Utime saturated_since = 0;  ///< When that began, if one is.
   };
   void append(const Entry& a, const Entry& b, Utime from, Utime to,
               std::vector<ImuInterval>& out) const;

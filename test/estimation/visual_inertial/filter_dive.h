@@ -21,7 +21,7 @@ struct ErrorSample {
 struct FilterDiveResult {
   std::vector<ErrorSample> errors;  ///< Once a second.
   double distance_m = 0.0;
-  std::vector<double> frame_ms;          ///< All calls of the filter since the frame before.
+  std::vector<double> frame_ms;          ///< Processor time of all calls since the frame before.
   std::int64_t used = 0;                 ///< Times that a landmark corrected the state,
   std::int64_t used_snow = 0;            ///< and that one that moves did.
   std::set<std::int64_t> snow;           ///< All that moved before the camera,
@@ -40,8 +40,13 @@ struct FilterDiveResult {
 /// What to withhold or spoil; called before each is handed over.
 struct Hooks {
   std::function<bool(double t)> has_frame = [](double) { return true; };
+  std::function<void(double t, ImuSample&)> spoil_imu = [](double, ImuSample&) {};
+  std::function<void(double t, DepthSample&)> spoil_depth = [](double, DepthSample&) {};
+  std::function<void(double t, estimation::FeatureFrame&)> spoil_frame =
+      [](double, estimation::FeatureFrame&) {};
   std::function<void(double t, estimation::VisualInertialFilter&)> each_tick =
       [](double, estimation::VisualInertialFilter&) {};
+  std::function<void(const ErrorSample&)> each_second = [](const ErrorSample&) {};
 };
 
 /// From `begin` to `end` (s), from an estimate every IMU sample (each 4th at 200 Hz).

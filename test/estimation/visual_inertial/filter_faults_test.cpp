@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "test/estimation/visual_inertial/filter_dive.h"
+#include "test/estimation/visual_inertial/sensor_faults.h"
 
 namespace dive::estimation {
 namespace {
@@ -144,14 +145,54 @@ TEST(Faults, ADepthThatJumpsForAWhile) {
   EXPECT_FALSE(d.health().diverged) << d.health().reason;
 }
 
-TEST(Faults, ADepthThatStaysWrong) {
+TEST(Faults, ADepthThatStaysWrongIsLeftOutWhileThereIsSight) {
   SpoiledDive d;
   d.spoil_depth = [](double t, DepthSample& sample) {
     if (t > 5.0) sample.depth_m += 1.5;
   };
   EXPECT_LT(d.go(), 0.1);
+  EXPECT_TRUE(d.health().depth_fault);
+  EXPECT_TRUE(d.health().doubtful);
+  EXPECT_FALSE(d.health().diverged) << d.health().reason;
+  EXPECT_THAT(d.faults().last, HasSubstr("the sensor is left out"));
+}
+
+TEST(Faults, ADepthThatIsRightAgainIsTakenAgain) {
+  SpoiledDive d;
+  d.spoil_depth = [](double t, DepthSample& sample) {
+    if (within(t, 4.0, 8.0)) sample.depth_m += 1.5;
+  };
+  EXPECT_LT(d.go(9.0), 0.1);
+  EXPECT_FALSE(d.health().depth_fault);
+  EXPECT_FALSE(d.health().diverged) << d.health().reason;
+}
+
+TEST(Faults, ADepthThatStaysWrongInTheDarkIsADivergence) {
+  SpoiledDive d;
+  d.spoil_depth = [](double t, DepthSample& sample) {
+    if (t > 5.0) sample.depth_m += 4.0;
+  };
+  d.spoil_frame = [](double t, FeatureFrame& frame) {
+    if (t > 5.0) frame.features.clear();
+  };
+  d.go(9.0);
   EXPECT_TRUE(d.health().diverged);
+  EXPECT_FALSE(d.health().depth_fault);
   EXPECT_THAT(d.health().reason, HasSubstr("depth"));
+}
+
+TEST(Faults, WhateverGoesWrongIsToldBeforeItIsFiveSigma) {
+  for (const std::string& fault : testing::sensor_faults()) {
+    const testing::FaultDive dive = testing::dive_with(fault, 71);
+    EXPECT_GT(dive.seconds, 10) << fault;
+    EXPECT_EQ(dive.untold, 0) << fault << ": " << dive.far << " s far";
+  }
+}
+
+TEST(Faults, NothingIsToldOfADiveWithoutThem) {
+  const testing::FaultDive dive = testing::dive_with("none", 72);
+  EXPECT_EQ(dive.far, 0);
+  EXPECT_EQ(dive.flagged, 0) << dive.told;
 }
 
 TEST(Faults, FramesThatAreLateOrSpoiled) {
