@@ -23,14 +23,14 @@ struct VisualInertialOptions {
   double gravity = 9.81;                                     ///< m/s^2
   double gyro_bias_sigma = 0.005;                            ///< rad/s, at the start.
   double accel_bias_sigma = 0.05;                            ///< m/s^2, at the start.
-  double pixel_sigma = 1.0;                                  ///< Of a feature, per axis.
+  double pixel_sigma = 0.5;                                  ///< Of a feature, per axis.
   double depth_sigma_m = 0.02;                               ///< Of a depth sample.
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Whose height it tells, m.
 
   int max_clones = 11;                 ///< Poses in the window.
   int max_landmarks = 12;              ///< In the state; 0 leaves a pure MSCKF.
   int max_features = 400;              ///< Of one frame that are followed.
-  int max_update_features = 20;        ///< Of one update with nullspace projection.
+  int max_update_features = 8;         ///< Of one update with nullspace projection.
   double keyframe_distance_m = 0.15;   ///< A clone is kept when so far from the one before,
   double keyframe_rotation_deg = 6.0;  ///< or turned by so much.
   double gate_sigma = 2.0;  ///< Features beyond this quantile of chi^2, as of a normal, are out.

@@ -172,19 +172,21 @@ std::optional<std::size_t> VisualUpdate::leaving_clone(const FilterState& state)
 std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
     const FilterState& state, std::int64_t number, std::optional<std::size_t> leaving) const {
   std::vector<Candidate> found;
-  const bool oldest_leaves = leaving == 0U;
+  // Of those that reach back to the oldest clone a few are used in every frame, not all of them
+  // when it leaves: a track that is not used then loses one sight, and waits on.
   const std::int64_t oldest = state.clones().front().frame;
   for (const auto& [id, track] : tracks_.all()) {
     if (track.observations.empty()) continue;
     const bool is_lost = track.last_frame != number;
-    const bool is_long = oldest_leaves && track.observations.front().frame == oldest;
+    const bool is_long = leaving && track.observations.front().frame == oldest;
     if (!is_lost && !is_long) continue;
     if (track.observations.size() < kFewestSights) continue;
     found.push_back({&track, !is_lost});
   }
+  // Those that are lost cannot wait.
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-    return std::make_tuple(sights(*b.track), a.track->id) <
-           std::make_tuple(sights(*a.track), b.track->id);
+    return std::make_tuple(a.may_stay, sights(*b.track), a.track->id) <
+           std::make_tuple(b.may_stay, sights(*a.track), b.track->id);
   });
   const std::size_t most = static_cast<std::size_t>(options_.max_update_features);
   if (found.size() > most) found.resize(most);
