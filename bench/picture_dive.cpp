@@ -1,0 +1,151 @@
+#include "bench/picture_dive.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/random.h"
+#include "mission/check/simulated_dive.h"
+#include "planning/world/sdf.h"
+#include "vehicle/model.h"
+
+namespace dive::bench {
+namespace {
+
+constexpr double kUnderWay = 0.1;  // m/s
+
+// Where the pictures of a stretch are kept, one pair after the other.
+std::string file_of(const std::string& folder, const Site& site, const std::string& water,
+                    std::uint64_t seed, Utime begin, double seconds) {
+  return fmt::format("{}/{}-{}-{}-{}-{:g}.gray", folder, site.name, water, seed, begin, seconds);
+}
+
+// A camera, or what it saw the last time.
+class Eyes {
+ public:
+  Eyes(const Site& site, const vehicle::StereoCameraOptions& options, std::uint64_t seed,
+       const std::string& file)
+      : camera_(site.world, options, seed), file_(file) {
+    if (file.empty()) return;
+    if (std::filesystem::exists(file)) {
+      in_.open(file, std::ios::binary);
+    } else {
+      out_.open(file + ".part", std::ios::binary);
+    }
+  }
+
+  ~Eyes() {
+    if (!out_.is_open()) return;
+    out_.close();
+    std::filesystem::rename(file_ + ".part", file_);
+  }
+  Eyes(const Eyes&) = delete;
+  Eyes& operator=(const Eyes&) = delete;
+
+  [[nodiscard]] std::optional<Pictures> look(Utime now, const Pose& X_WB) {
+    const auto due = static_cast<std::int64_t>(to_seconds(now) * camera_.options().rate_hz + 1e-9);
+    if (due <= last_) return std::nullopt;
+    last_ = due;
+    Pictures pictures;
+    if (in_.is_open()) {
+      for (std::size_t k = 0; k < 2; ++k) pictures[k] = read(now, static_cast<int>(k));
+      return pictures;
+    }
+    vehicle::StereoFrames frames = camera_.take(now, X_WB);
+    for (std::size_t k = 0; k < 2; ++k) {
+      pictures[k] = std::move(*frames[k]);
+      if (!out_.is_open()) continue;
+      out_.write(reinterpret_cast<const char*>(pictures[k].pixels.data()),
+                 static_cast<std::streamsize>(pictures[k].pixels.size()));
+    }
+    return pictures;
+  }
+
+ private:
+  [[nodiscard]] ImageFrame read(Utime now, int which) {
+    const vehicle::StereoCameraOptions& options = camera_.options();
+    ImageFrame frame{now, which, ImageFrame::Format::kGray8, options.width, options.height, {}};
+    frame.pixels.resize(static_cast<std::size_t>(options.width * options.height));
+    in_.read(reinterpret_cast<char*>(frame.pixels.data()),
+             static_cast<std::streamsize>(frame.pixels.size()));
+    if (!in_) throw std::runtime_error(file_ + " is cut off");
+    return frame;
+  }
+
+  vehicle::StereoCamera camera_;
+  std::string file_;
+  std::ifstream in_;
+  std::ofstream out_;
+  std::int64_t last_ = -1;
+};
+
+}  // namespace
+
+Site load_site(const std::string& name) {
+  const std::string path = DIVE_SOURCE_DIR "/missions/" + name + ".xml";
+  Diagnostics diagnostics;
+  auto mission = mission::load_mission(path, diagnostics);
+  if (!mission) throw std::runtime_error(path + " cannot be read");
+  auto world = planning::load_sdf(mission->map_path, diagnostics);
+  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  if (!world || !model) throw std::runtime_error(path + ": no world");
+  return {name, std::move(*mission), std::move(*world), std::move(*model)};
+}
+
+std::vector<SwumTick> swim(const Site& site, std::uint64_t seed) {
+  std::vector<SwumTick> ticks;
+  mission::DiveSettings settings;
+  settings.seed = seed;
+  settings.conditions.inertial_unit = vehicle::ImuNoise{};
+  settings.sensor_observer = [&](const vehicle::SensorSamples& samples,
+                                 const vehicle::GroundTruth& truth, const std::optional<Pose>&) {
+    ticks.push_back({truth, samples});
+  };
+  static_cast<void>(mission::simulate_dive(site.mission, site.world, site.model, settings,
+                                           [](const auto&, const auto&, const auto&) {}));
+  return ticks;
+}
+
+std::vector<SwumTick> stretch_of(const std::vector<SwumTick>& dive, double seconds,
+                                 std::uint64_t seed) {
+  double deepest = 0.0;
+  for (const SwumTick& tick : dive) deepest = std::min(deepest, tick.truth.X_WB.p.z());
+  const auto swims = [&](const SwumTick& tick) {
+    return tick.truth.X_WB.p.z() < 0.5 * deepest && tick.truth.v_WB_B.norm() > kUnderWay;
+  };
+  const auto first = std::find_if(dive.begin(), dive.end(), swims);
+  const auto last = std::find_if(dive.rbegin(), dive.rend(), swims).base();
+  const auto all = last - first;
+  const auto wanted =
+      std::min(all, static_cast<std::ptrdiff_t>(seconds / vehicle::Simulator::kTick));
+  Random random(seed, 0x57e7);
+  const auto begin =
+      first + static_cast<std::ptrdiff_t>(random.uniform() * static_cast<double>(all - wanted));
+  return {begin, begin + wanted};
+}
+
+void look(const Site& site, const std::vector<SwumTick>& stretch,
+          const vehicle::StereoCameraOptions& camera, const std::string& water, std::uint64_t seed,
+          const std::string& folder,
+          const std::function<void(const SwumTick&, const Pictures*)>& see) {
+  if (stretch.empty()) return;
+  const Utime begin = stretch.front().truth.utime;
+  const double seconds = to_seconds(stretch.back().truth.utime - begin);
+  std::string file;
+  if (!folder.empty()) {
+    std::filesystem::create_directories(folder);
+    file = file_of(folder, site, water, seed, begin, seconds);
+  }
+  Eyes eyes(site, camera, seed, file);
+  for (const SwumTick& tick : stretch) {
+    const std::optional<Pictures> pictures = eyes.look(tick.truth.utime, tick.truth.X_WB);
+    see(tick, pictures ? &*pictures : nullptr);
+  }
+}
+
+}  // namespace dive::bench
