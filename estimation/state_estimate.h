@@ -12,6 +12,11 @@ namespace dive::estimation {
 
 enum class EstimatorKind { kPrimitive, kVisualInertial };
 
+/// As missions write it.
+[[nodiscard]] constexpr const char* to_string(EstimatorKind kind) {
+  return kind == EstimatorKind::kPrimitive ? "primitive" : "visual_inertial";
+}
+
 struct StateEstimate {
   Utime utime = 0;
   bool valid = false;  ///< False until the first attitude and depth have come.

@@ -1,0 +1,43 @@
+#pragma once
+// What a visual-inertial estimator says of one pair of pictures.
+
+#include "common/clock.h"
+#include "estimation/state_estimate.h"
+
+namespace dive::estimation {
+
+/// Why it is not to be believed.
+enum class VisionFault {
+  kNone,
+  kStarting,     ///< It has not begun yet.
+  kNoPictures,   ///< None have come.
+  kLate,         ///< What is said is of long ago.
+  kBadPicture,   ///< Not as agreed, stamped wrongly, or a library failed on it.
+  kFrozen,       ///< The same picture again.
+  kDark,         ///< No contrast: dark, dazzled, nothing but water.
+  kBlurred,      ///< Much less sharp than those before.
+  kFewFeatures,  ///< Too few to be sure that they stand still.
+  kLost,         ///< Nearly all that was followed is gone at once.
+  kRefused,      ///< Features are seen, but the filter does not believe them.
+  kDiverged,     ///< The filter says so of itself.
+  kImplausible,  ///< It is none of a vehicle that swims here.
+};
+
+/// For people: "the cameras see nothing: it is dark, or there is only water".
+[[nodiscard]] const char* to_sentence(VisionFault fault);
+
+struct VisionEstimate {
+  Utime frame_utime = 0;   ///< When the pictures were taken.
+  StateEstimate estimate;  ///< Soon after that, at its own utime.
+  /// Of the published estimate that the filter began from. Another one: it was begun anew.
+  Utime begun_from = 0;
+  double period_s = 0.05;  ///< From one pair of pictures to the next, as they are to come.
+  VisionFault fault = VisionFault::kStarting;
+  int tracked = 0;  ///< Features known from before.
+  int stereo = 0;   ///< Features seen by both cameras.
+  int used = 0;     ///< Tracks and landmarks that corrected the filter.
+
+  [[nodiscard]] bool is_good() const { return estimate.valid && fault == VisionFault::kNone; }
+};
+
+}  // namespace dive::estimation
