@@ -1,0 +1,197 @@
+#include "estimation/visual_inertial/vision_pipeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/assert.h"
+#include "common/range_check.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr Utime kRecent = 2'000'000;       // us of IMU samples
+constexpr Utime kAhead = 100'000;          // us
+constexpr double kLeastSigma = 0.01;       // m
+constexpr double kLeastYawSigma = 0.1;     // deg
+constexpr double kTiltSigma = 0.5;         // deg
+constexpr double kSpeedSigma = 0.05;       // m/s
+constexpr double kSmoothing = 0.05;        // share of the newest picture
+constexpr double kSharpnessMemory = 0.02;  // likewise
+constexpr Utime kInTheDark = 300'000;      // us without a picture of use
+
+std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
+  return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
+}
+
+KnownStart start_from(const StateEstimate& published) {
+  KnownStart start;
+  start.utime = published.utime;
+  start.X_WB = published.X_WB;
+  start.v_WB_B = published.v_WB_B;
+  start.position_sigma_m = std::max(horizontal_sigma(published), kLeastSigma);
+  const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
+  const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
+  start.yaw_sigma_deg =
+      std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kLeastYawSigma);
+  start.tilt_sigma_deg = kTiltSigma;
+  start.speed_sigma = kSpeedSigma;
+  return start;
+}
+
+VisionFault of_picture(PictureFault fault) {
+  switch (fault) {
+    case PictureFault::kNone:
+      return VisionFault::kNone;
+    case PictureFault::kFrozen:
+      return VisionFault::kFrozen;
+    case PictureFault::kNoContrast:
+      return VisionFault::kDark;
+    case PictureFault::kFewFeatures:
+      return VisionFault::kFewFeatures;
+    case PictureFault::kLost:
+      return VisionFault::kLost;
+    case PictureFault::kNotAsAgreed:
+    case PictureFault::kNotLater:
+    case PictureFault::kLibraryError:
+      return VisionFault::kBadPicture;
+  }
+  return VisionFault::kBadPicture;
+}
+
+}  // namespace
+
+std::string VisionOptions::validate() const {
+  RangeCheck check;
+  check("period_s", period_s, 0.005, 2.0);
+  check("blurred_share", blurred_share, 0.0, 1.0);
+  check("grace_s", grace_s, 0.0, 10.0);
+  check("refused_s", refused_s, 0.1, 10.0);
+  check("refused_share", refused_share, 0.0, 1.0);
+  check("max_dark_s", max_dark_s, 0.1, 1000.0);
+  check("expected_sigma", expected_sigma, 1e-3, 10.0);
+  check("expected_hz", expected_hz, 0.1, 100.0);
+  if (!check.problem().empty()) return check.problem();
+  if (filter.cameras.empty()) return "there is no camera";
+  if (std::string problem = filter.validate(); !problem.empty()) return problem;
+  return tracker.validate();
+}
+
+VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
+    : options_((DIVE_DEMAND(options.validate().empty()), options)),
+      filter_(options_.filter, KnownStart{}),
+      tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
+               seed) {}
+
+void VisionPipeline::begin(const StateEstimate& published) {
+  filter_.restart(start_from(published));
+  begun_from_ = published.utime;
+  has_begun_ = true;
+  ++beginnings_;
+  refused_ = 0.0;
+  sees_since_ = last_picture_ = newest_;
+}
+
+void VisionPipeline::hear(const VisionInput& input) {
+  for (const ImuSample& sample : input.imu) {
+    if (sample.utime > input.published.utime + kAhead) continue;  // no clock of ours
+    filter_.add(sample);
+    if (!sample.gyro_B.allFinite() || sample.utime <= newest_) continue;
+    newest_ = sample.utime;
+    recent_.push_back(sample);
+  }
+  while (!recent_.empty() && recent_.front().utime < newest_ - kRecent) recent_.pop_front();
+  for (const DepthSample& sample : input.depth) filter_.add(sample);
+}
+
+// What one swims at, where nothing is seen.
+void VisionPipeline::expect_speed(const StateEstimate& published) {
+  const bool is_dark = newest_ - last_picture_ > kInTheDark;
+  const bool is_due = to_seconds(published.utime - told_speed_) >= 1.0 / options_.expected_hz;
+  if (!is_dark || !is_due || !published.valid || !published.v_WB_B.allFinite()) return;
+  told_speed_ = published.utime;
+  filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
+}
+
+// q_C1C0 of the left camera since the tracker's last picture, by samples that hold until the next.
+std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
+  const std::optional<Utime> from = tracker_.utime();
+  if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {
+    return std::nullopt;
+  }
+  const Vector3d& bias = filter_.state().imu.gyro_bias;
+  Quaterniond q_B0B1 = Quaterniond::Identity();
+  for (std::size_t i = 0; i < recent_.size() && recent_[i].utime < utime; ++i) {
+    const Utime end = i + 1 < recent_.size() ? std::min(utime, recent_[i + 1].utime) : utime;
+    const double dt = to_seconds(end - std::max(*from, recent_[i].utime));
+    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (recent_[i].gyro_B - bias));
+  }
+  const Quaterniond& q_BC = options_.filter.cameras[0].X_BC.q;
+  return (q_BC.conjugate() * q_B0B1.conjugate() * q_BC).normalized();
+}
+
+PictureQuality VisionPipeline::look(const VisionInput& input) {
+  const ImageFrame* right = input.right ? &*input.right : nullptr;
+  TrackedPicture tracked = tracker_.step(*input.left, right, turn_to(input.left->utime));
+  if (!tracked.frame.features.empty()) filter_.add(std::move(tracked.frame));
+  return std::move(tracked.quality);
+}
+
+VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
+  const VisionFault fault = of_picture(quality.fault);
+  if (fault != VisionFault::kNone) return fault;
+  const bool is_blurred = quality.sharpness < options_.blurred_share * sharpness_;
+  if (is_blurred) return VisionFault::kBlurred;
+  sharpness_ = sharpness_ == 0.0 ? quality.sharpness
+                                 : sharpness_ + kSharpnessMemory * (quality.sharpness - sharpness_);
+  return VisionFault::kNone;
+}
+
+VisionFault VisionPipeline::judge_filter(Utime now) {
+  const FilterHealth& health = filter_.health();
+  const int used = health.visual.used;
+  const int rejected = health.visual.rejected;
+  if (used + rejected > 0) {
+    refused_ += kSmoothing * (static_cast<double>(rejected) / (used + rejected) - refused_);
+  }
+  if (health.diverged) return VisionFault::kDiverged;
+  const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
+  const bool is_refused =
+      health.since_visual_s > options_.refused_s || refused_ > options_.refused_share;
+  return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
+}
+
+VisionEstimate VisionPipeline::step(const VisionInput& input) {
+  hear(input);
+  const Utime dark = newest_ - last_picture_;
+  const bool is_lost =
+      filter_.health().diverged || (input.left && to_seconds(dark) > options_.max_dark_s);
+  if (input.published.valid && (!has_begun_ || is_lost)) begin(input.published);
+  VisionEstimate word;
+  word.frame_utime = input.left ? input.left->utime : newest_;
+  word.period_s = options_.period_s;
+  word.fault = VisionFault::kNoPictures;
+  if (input.left) {
+    const PictureQuality quality = look(input);
+    word.tracked = quality.tracked;
+    word.stereo = quality.stereo;
+    word.fault = judge_picture(quality);
+  }
+  expect_speed(input.published);
+  word.estimate = filter_.update(newest_);
+  word.begun_from = begun_from_;
+  word.used = filter_.health().visual.used;
+  if (word.fault != VisionFault::kNone) {
+    sees_since_ = newest_;
+    if (filter_.health().diverged) word.fault = VisionFault::kDiverged;
+    return word;
+  }
+  last_picture_ = newest_;
+  word.fault = judge_filter(newest_);
+  return word;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,86 @@
+#pragma once
+// Pictures, inertial samples and depth to a word of vision: front end and filter, how they begin,
+// and when they are not to be believed.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/measurements.h"
+#include "estimation/state_estimate.h"
+#include "estimation/vision_estimate.h"
+#include "estimation/visual_inertial/tracker.h"
+#include "estimation/visual_inertial/visual_inertial_filter.h"
+
+namespace dive::estimation {
+
+struct VisionOptions {
+  VisualInertialOptions filter;  ///< With one camera, or two.
+  TrackerOptions tracker;
+  double period_s = 0.05;        ///< From one pair of pictures to the next.
+  double blurred_share = 0.35;   ///< Of the sharpness that there was: less is a blurred picture.
+  double grace_s = 3.0;          ///< So soon after it sees again the filter has used a feature,
+  double refused_s = 2.0;        ///< and then at least so often.
+  double refused_share = 0.8;    ///< Of the features of some seconds: more are too many.
+  double max_dark_s = 15.0;      ///< After a longer time without a picture it begins anew.
+  double expected_sigma = 0.12;  ///< m/s per axis, of the speed expected where nothing is seen;
+  double expected_hz = 5.0;      ///< told so often. Its errors last: more often is not better.
+
+  /// Empty when usable, else a sentence.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// All that has come since the last one.
+struct VisionInput {
+  std::vector<ImuSample> imu;
+  std::vector<DepthSample> depth;
+  /// The newest estimate that was published, from which it begins, and what speed to expect.
+  StateEstimate published;
+  std::optional<ImageFrame> left;  ///< None: none has come.
+  std::optional<ImageFrame> right;
+};
+
+/// Same options and seed, same calls: the same words, bit for bit, on one machine.
+class VisionPipeline {
+ public:
+  /// Demands options that validate.
+  VisionPipeline(const VisionOptions& options, std::uint64_t seed);
+
+  /// Its word on the picture of `input`, or that there was none. Whatever comes in, it is finite
+  /// or says that it is not to be believed.
+  [[nodiscard]] VisionEstimate step(const VisionInput& input);
+
+  /// Of the last picture, in the filter's frame, which may be some way off the published one.
+  [[nodiscard]] std::span<const Landmark> landmarks() const { return filter_.landmarks(); }
+  [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
+  /// Begun so many times.
+  [[nodiscard]] int beginnings() const { return beginnings_; }
+
+ private:
+  void begin(const StateEstimate& published);
+  void expect_speed(const StateEstimate& published);
+  void hear(const VisionInput& input);
+  [[nodiscard]] PictureQuality look(const VisionInput& input);
+  [[nodiscard]] std::optional<Eigen::Quaterniond> turn_to(Utime utime) const;
+  [[nodiscard]] VisionFault judge_picture(const PictureQuality& quality);
+  [[nodiscard]] VisionFault judge_filter(Utime now);
+
+  VisionOptions options_;
+  VisualInertialFilter filter_;
+  Tracker tracker_;
+  std::deque<ImuSample> recent_;  ///< For the turn from one picture to the next.
+  bool has_begun_ = false;
+  int beginnings_ = 0;
+  Utime begun_from_ = 0;
+  Utime newest_ = 0;        ///< IMU sample.
+  Utime last_picture_ = 0;  ///< That was of use.
+  Utime sees_since_ = 0;    ///< Without a break.
+  Utime told_speed_ = 0;
+  double sharpness_ = 0.0;  ///< Usual.
+  double refused_ = 0.0;    ///< Share of features, of some seconds.
+};
+
+}  // namespace dive::estimation
