@@ -1,24 +1,11 @@
 #include "mission/record/dataset_recorder.h"
 
-#include <algorithm>
-#include <array>
 #include <utility>
 
 #include "common/assert.h"
 
 namespace dive::mission {
 namespace {
-
-struct NamedWater {
-  const char* name;
-  vehicle::WaterOptics (*optics)();
-};
-constexpr std::array<NamedWater, 4> kWaters{{
-    {"clear_pool", vehicle::clear_pool},
-    {"coastal_sea", vehicle::coastal_sea},
-    {"green_lake", vehicle::green_lake},
-    {"dark_wreck", vehicle::dark_wreck},
-}};
 
 AslSensors sensors_of(const vehicle::StereoCameraOptions& camera,
                       const vehicle::Conditions& conditions, const std::string& comment) {
@@ -37,25 +24,6 @@ AslSensors sensors_of(const vehicle::StereoCameraOptions& camera,
 }
 
 }  // namespace
-
-const std::vector<std::string>& water_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> result;
-    for (const NamedWater& water : kWaters) result.emplace_back(water.name);
-    return result;
-  }();
-  return names;
-}
-
-std::optional<vehicle::StereoCameraOptions> stereo_camera_in(const std::string& water) {
-  const auto* const found = std::find_if(kWaters.begin(), kWaters.end(),
-                                         [&](const NamedWater& w) { return water == w.name; });
-  if (found == kWaters.end()) return std::nullopt;
-  vehicle::StereoCameraOptions options;
-  options.water = found->optics();
-  if ((options.water.daylight == 0.0).all()) options.lamps = vehicle::bow_lamps();
-  return options;
-}
 
 tl::expected<DatasetRecorder, std::string> DatasetRecorder::create(
     const std::string& folder, const planning::World& world,

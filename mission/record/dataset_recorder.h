@@ -4,7 +4,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <tl/expected.hpp>
 
@@ -14,13 +13,6 @@
 #include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
-
-/// Names of kinds of water: "clear_pool", "coastal_sea", "green_lake", "dark_wreck".
-[[nodiscard]] const std::vector<std::string>& water_names();
-/// The stereo pair in one of them, with the vehicle's lamps on where it is dark; nothing for
-/// another name.
-[[nodiscard]] std::optional<vehicle::StereoCameraOptions> stereo_camera_in(
-    const std::string& water);
 
 class DatasetRecorder {
  public:

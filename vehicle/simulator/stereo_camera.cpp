@@ -37,6 +37,17 @@ DIVE_VECTOR_LOOP void add_halo(const float* blurred, const float* distance, floa
 
 }  // namespace
 
+StereoCameraOptions StereoCameraOptions::scaled(double factor) const {
+  StereoCameraOptions result = *this;
+  result.width = static_cast<int>(std::lround(factor * width));
+  result.height = static_cast<int>(std::lround(factor * height));
+  result.fx *= factor;
+  result.fy *= factor;
+  result.cx = factor * (cx + 0.5) - 0.5;  // pixel (0, 0) is the middle of the first one
+  result.cy = factor * (cy + 0.5) - 0.5;
+  return result;
+}
+
 CameraModel StereoCameraOptions::camera(int index) const {
   DIVE_DEMAND(index == 0 || index == 1);
   CameraModel model;

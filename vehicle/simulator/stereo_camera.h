@@ -40,6 +40,8 @@ struct StereoCameraOptions {
   std::vector<Lamp> lamps;  ///< None: see bow_lamps().
   ImageSensorOptions sensor;
 
+  /// The same view with so many times the pixels along each side: coarser cameras cost less.
+  [[nodiscard]] StereoCameraOptions scaled(double factor) const;
   /// Of camera 0 (left) or 1 (right).
   [[nodiscard]] CameraModel camera(int index) const;
   /// What is wrong with them, for people; empty when they are usable.

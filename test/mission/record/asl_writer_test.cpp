@@ -15,6 +15,7 @@
 
 #include "mission/record/dataset_recorder.h"
 #include "test/vehicle/aqua2.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -179,9 +180,9 @@ TEST_F(Dataset, SaysWhenAPictureIsLost) {
 TEST_F(Dataset, OfASimulatedDive) {
   const planning::World world{{{"seabed", planning::HalfSpace{Eigen::Vector3d::UnitZ()},
                                 Pose{{0, 0, -6}, Eigen::Quaterniond::Identity()}}}};
-  std::optional<vehicle::StereoCameraOptions> camera = stereo_camera_in("dark_wreck");
+  std::optional<vehicle::StereoCameraOptions> camera = vehicle::stereo_camera_in("dark_wreck");
   ASSERT_TRUE(camera && camera->lamps.size() == 2);
-  EXPECT_FALSE(stereo_camera_in("mud"));
+  EXPECT_FALSE(vehicle::stereo_camera_in("mud"));
   camera->width = camera->height = 64;
   vehicle::Conditions conditions;
   conditions.inertial_unit = vehicle::ImuNoise{};
