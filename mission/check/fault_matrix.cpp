@@ -29,13 +29,21 @@ std::vector<Stay> stays_of(const DiveResult& nominal) {
   return stays;
 }
 
-// Those that a vehicle must survive; where the map is known it needs no eyes.
+bool is_of_cameras(FaultKind kind) {
+  return kind >= FaultKind::kCameraBlackout && kind <= FaultKind::kCameraOneEye;
+}
+
+// Those that a vehicle must survive, but for those of what it does not use.
 std::vector<FaultKind> faults_of(const Mission& mission) {
+  const bool has_cameras = mission.estimator.value == EstimatorName::kVisualInertial;
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
-    const bool is_of_eyes = kind == FaultKind::kRangeSilent || kind == FaultKind::kRangeFrozen;
-    if (!is_of_eyes || mission.unknown) kinds.push_back(kind);
+    const bool is_of_range = kind == FaultKind::kRangeSilent || kind == FaultKind::kRangeFrozen;
+    const bool is_used = is_of_cameras(kind) ? has_cameras
+                         : is_of_range       ? mission.unknown.has_value()
+                                             : true;
+    if (is_used) kinds.push_back(kind);
   }
   return kinds;
 }

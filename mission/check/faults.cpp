@@ -8,9 +8,12 @@ namespace dive::mission {
 namespace {
 
 constexpr std::array<std::string_view, kFaultCount> kNames = {
-    "leak",      "battery",      "temperature",   "imu_silent",    "imu_nan",        "depth_silent",
-    "depth_nan", "depth_frozen", "health_silent", "planner_fails", "planner_silent", "blocked",
-    "abort",     "range_silent", "range_frozen",  "depth_wild"};
+    "leak",          "battery",        "temperature",    "imu_silent",
+    "imu_nan",       "depth_silent",   "depth_nan",      "depth_frozen",
+    "health_silent", "planner_fails",  "planner_silent", "blocked",
+    "abort",         "range_silent",   "range_frozen",   "camera_blackout",
+    "camera_frozen", "camera_missing", "camera_blur",    "camera_one_eye",
+    "depth_wild"};
 
 constexpr double kStep = 0.25;   // m between remembered places
 constexpr double kBehind = 2.0;  // m back along the trail, where something falls
@@ -62,6 +65,12 @@ void FaultInjector::apply(const vehicle::GroundTruth& truth, StepInputs& inputs)
   spoil_plan(inputs);
   if (begins(FaultKind::kBlocked)) drop_something(inputs);
   if (begins(FaultKind::kAbort)) inputs.operator_command = OperatorCommand::kAbort;
+}
+
+void FaultInjector::apply(vehicle::InertialSamples& samples) const {
+  if (is_on(FaultKind::kImuSilent)) samples.count = 0;
+  if (!is_on(FaultKind::kImuNan)) return;
+  for (ImuSample& sample : samples.samples) sample.gyro_B.x() = kNan;
 }
 
 void FaultInjector::spoil_sensors(StepInputs& inputs) {

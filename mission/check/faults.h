@@ -30,12 +30,18 @@ enum class FaultKind {
   kAbort,          ///< Topside says abort.
   kRangeSilent,    ///< In unknown water: nothing more is seen ...
   kRangeFrozen,    ///< ... or the last sweep, again and again, with new stamps.
-  kDepthWild,      ///< To and fro by metres.
+  // Where the cameras' estimator is used:
+  kCameraBlackout,  ///< Black pictures ...
+  kCameraFrozen,    ///< ... the last one again and again ...
+  kCameraMissing,   ///< ... none ...
+  kCameraBlur,      ///< ... blurred ones ...
+  kCameraOneEye,    ///< ... or none of the right camera.
+  kDepthWild,       ///< To and fro by metres.
 };
-inline constexpr std::size_t kFaultCount = 16;
+inline constexpr std::size_t kFaultCount = 21;
 /// A vehicle must come to safety after each of the first so many, whenever it happens. With a depth
 /// sensor that lies for ever it cannot know where the surface is.
-inline constexpr std::size_t kSurvivableCount = 15;
+inline constexpr std::size_t kSurvivableCount = 20;
 
 [[nodiscard]] std::string_view to_string(FaultKind kind);
 [[nodiscard]] std::optional<FaultKind> find_fault(std::string_view name);
@@ -57,6 +63,8 @@ class FaultInjector {
   void apply(const vehicle::GroundTruth& truth, StepInputs& inputs);
   /// As of the last apply(): for what is not among the inputs.
   [[nodiscard]] bool is_on(FaultKind kind) const;
+  /// Likewise, what is heard of the inertial unit.
+  void apply(vehicle::InertialSamples& samples) const;
 
  private:
   [[nodiscard]] bool begins(FaultKind kind);

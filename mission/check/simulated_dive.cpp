@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "mission/check/simulated_sight.h"
 #include "mission/executive/changed_map.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/mapper_service.h"
@@ -118,6 +119,43 @@ std::optional<Eyes> eyes_for(const Mission& mission, const planning::World& worl
                              mapper_options(mission, settings.mapper));
 }
 
+std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::World& world,
+                                        const DiveSettings& settings) {
+  if (mission.estimator.value != EstimatorName::kVisualInertial) return std::nullopt;
+  SightSettings of_sight;
+  of_sight.cameras = settings.cameras.value_or(*vehicle::stereo_camera_in(mission.water));
+  of_sight.latency = settings.vision_latency_ticks * from_seconds(vehicle::Simulator::kTick);
+  return std::optional<SimulatedSight>(std::in_place, world, of_sight, settings.conditions,
+                                       settings.seed);
+}
+
+vehicle::Conditions conditions_of(const DiveSettings& settings, bool has_sight) {
+  vehicle::Conditions conditions = settings.conditions;
+  if (has_sight && !conditions.inertial_unit) conditions.inertial_unit = vehicle::ImuNoise{};
+  return conditions;
+}
+
+/// What is told of the estimates of a dive.
+class EstimateWatch {
+ public:
+  explicit EstimateWatch(DiveResult& result) : result_(result) {}
+
+  void observe(const estimation::StateEstimate& estimate) {
+    if (!estimate.valid) return;
+    if (last_) {
+      const double step_m = (estimate.X_WB.p - last_->X_WB.p).norm();
+      result_.largest_step_m = std::max(result_.largest_step_m, step_m);
+      result_.estimator_switches += last_->source != estimate.source ? 1 : 0;
+    }
+    last_ = estimate;
+    result_.estimator = estimation::to_string(estimate.source);
+  }
+
+ private:
+  DiveResult& result_;
+  std::optional<estimation::StateEstimate> last_;
+};
+
 ExecutiveOptions executive_options(const DiveSettings& settings) {
   ExecutiveOptions options;
   options.seed = settings.seed;
@@ -177,6 +215,10 @@ Pose start_pose(const Mission& mission, const planning::World& world) {
 std::string DiveSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";
   if (mapper_latency_ticks < 1) return "mapper_latency_ticks must be at least 1";
+  if (vision_latency_ticks < 1) return "vision_latency_ticks must be at least 1";
+  if (cameras) {
+    if (std::string problem = cameras->validate(); !problem.empty()) return problem;
+  }
   if (std::string problem = conditions.validate(); !problem.empty()) return problem;
   if (std::string problem = range_camera.validate(); !problem.empty()) return problem;
   if (std::string problem = mapper.validate(); !problem.empty()) return problem;
@@ -195,7 +237,9 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                          const DiveObserver& observer, const DiveKeeper& keeper) {
   const Utime tick = from_seconds(vehicle::Simulator::kTick);
   const Pose start = settings.resume ? settings.resume->committed.X_WB : start_pose(mission, world);
-  vehicle::Simulator simulator(model, start, settings.conditions, settings.seed);
+  std::optional<SimulatedSight> sight = sight_for(mission, world, settings);
+  vehicle::Simulator simulator(model, start, conditions_of(settings, sight.has_value()),
+                               settings.seed);
   vehicle::ClearanceMeter meter(world, model.hull);
   FaultInjector injector(settings.faults);
   ChangedWorld changed(model.hull);
@@ -207,6 +251,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
   Executive executive(mission, known, model, executive_options(settings));
 
   DiveResult result;
+  EstimateWatch watch(result);
   StepOutputs outputs;
   Rest rest;
   bool held = false;
@@ -222,6 +267,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     inputs.health = samples.health;
     inputs.plan = planner.poll(truth.utime);
     if (eyes) inputs.map_update = eyes->mapper().poll(truth.utime);
+    if (sight) inputs.vision = sight->poll(truth.utime);
     if (settings.script) settings.script({inputs, injector, simulator});
     injector.apply(truth, inputs);
     if (!inputs.seen.empty()) {
@@ -237,8 +283,13 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     company.observe(truth.utime, truth.X_WB);
     if (settings.sensor_observer) settings.sensor_observer(samples, truth, company.pose());
     outputs = executive.step(inputs);
+    watch.observe(outputs.estimate);
     if (eyes) {
       eyes->look(truth, company.pose(), outputs.estimate, injector.is_on(FaultKind::kRangeFrozen));
+    }
+    if (sight) {
+      sight->hear(samples.inertial, inputs.depth, injector);
+      sight->look(truth, company.pose(), injector, outputs.estimate);
     }
     if (keeper) keeper(executive, outputs);
     if (outputs.plan_query) {

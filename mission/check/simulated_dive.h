@@ -18,6 +18,7 @@
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/range_camera.h"
 #include "vehicle/simulator/simulator.h"
+#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
 
@@ -51,6 +52,9 @@ struct DiveSettings {
   planning::MapperOptions mapper;
   int mapper_latency_ticks = 2;              ///< 40 ms: what a sweep is allowed on the vehicle.
   std::optional<vehicle::DiverTrack> diver;  ///< Someone else in the water.
+  // Where the mission asks for the visual-inertial estimator:
+  std::optional<vehicle::StereoCameraOptions> cameras = {};  ///< Absent: as the water has them.
+  int vision_latency_ticks = 4;  ///< 80 ms: what a pair of pictures is allowed on the vehicle.
   SensorObserver sensor_observer = nullptr;
 
   [[nodiscard]] std::string validate() const;
@@ -71,6 +75,9 @@ struct DiveResult {
   double final_depth_m = 0.0;     ///< Ground truth.
   double estimate_error_m = 0.0;  ///< |p - p_true| at the end ...
   double estimate_sigma_m = 0.0;  ///< ... and what the estimator believed of it, one sigma.
+  std::string estimator;          ///< That was believed at the end.
+  int estimator_switches = 0;
+  double largest_step_m = 0.0;  ///< Of the estimated position from one tick to the next.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
   planning::SeenMap seen;                         ///< In unknown water: the map at the end ...

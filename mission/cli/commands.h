@@ -54,8 +54,8 @@ struct RunArguments {
   std::string journal;  ///< Empty: beside the log.
   bool resume = false;
   std::string svg;
-  std::string record;                 ///< A folder for a dataset; empty: none.
-  std::string water = "coastal_sea";  ///< In which it is recorded.
+  std::string record;  ///< A folder for a dataset; empty: none.
+  std::string water;   ///< That the cameras see through; empty: the mission's.
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE

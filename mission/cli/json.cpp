@@ -105,6 +105,8 @@ Json to_json(const DiveResult& result) {
           {"final_depth_m", result.final_depth_m},
           {"estimate_error_m", result.estimate_error_m},
           {"estimate_sigma_m", result.estimate_sigma_m},
+          {"estimator", result.estimator},
+          {"estimator_switches", result.estimator_switches},
           {"transitions", to_json(result.transitions)}};
 }
 

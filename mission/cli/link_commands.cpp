@@ -122,7 +122,9 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
     complain(heard.error());
     return kExitFailed;
   }
-  const auto& [heartbeat, status, health] = *heard;
+  const auto& [heartbeat, status, estimate, health] = *heard;
+  const char* const estimator = estimation::to_string(estimate.source);
+  const double sigma_m = estimation::horizontal_sigma(estimate);
   if (arguments.json) {
     nlohmann::ordered_json json = {{"state", status.state},
                                    {"leg", status.leg},
@@ -132,6 +134,8 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                                    {"depth_m", status.depth_m},
                                    {"clearance_m", status.clearance_m},
                                    {"cross_track_m", status.cross_track_m},
+                                   {"estimator", estimator},
+                                   {"position_sigma_m", sigma_m},
                                    {"finished", heartbeat.finished},
                                    {"keyed", heartbeat.keyed},
                                    {"battery_fraction", nullptr}};
@@ -149,6 +153,7 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                     heartbeat.finished ? " (finished)" : ""));
   print(fmt::format("  {:.1f} m deep, to go {:.1f} m and {:.0f} s, failsafe rung {}",
                     status.depth_m, status.distance_to_go_m, status.time_to_go_s, status.rung));
+  print(fmt::format("  where it is: {} estimator, one sigma {:.2f} m", estimator, sigma_m));
   if (health) {
     print(fmt::format("  battery {:.0f} %, {:.1f} V, {:.1f} A, {:.0f} degrees, {}",
                       100.0 * health->battery_fraction, health->voltage_v, health->current_a,

@@ -153,8 +153,10 @@ void add_run(CLI::App& app, RunArguments& arguments) {
                    "Record cameras, inertial unit and depth as an ASL (EuRoC) dataset")
       ->type_name("DIR");
   command
-      ->add_option("--water", arguments.water,
-                   "In which it is recorded: clear_pool, coastal_sea, green_lake, dark_wreck")
+      ->add_option(
+          "--water", arguments.water,
+          "That the cameras see through (default: the mission's): clear_pool, coastal_sea, "
+          "green_lake, dark_wreck")
       ->type_name("NAME");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")

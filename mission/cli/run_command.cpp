@@ -8,6 +8,7 @@
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/dive_progress.h"
 #include "mission/cli/json.h"
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
@@ -22,30 +23,10 @@
 #include "planning/world/scene.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
-
-// Once a second of dive time on a terminal, every ten elsewhere.
-class DiveProgress {
- public:
-  void observe(const StepInputs& inputs, const Status& status) {
-    if (inputs.now < next_) return;
-    next_ = inputs.now + (line_.on_terminal() ? 1 : 10) * kMicrosecondsPerSecond;
-    const std::string leg = status.leg.empty() ? "" : " -> " + status.leg;
-    const std::string clearance =
-        status.clearance_m > 0.0 ? fmt::format("{:.2f} m", status.clearance_m) : "-";
-    line_.show(fmt::format(
-        "{:6.1f} s  {:<28} to go {:5.1f} m {:4.0f} s  depth {:4.1f} m  "
-        "clearance {}{}",
-        to_seconds(inputs.now), status.state + leg, status.distance_to_go_m, status.time_to_go_s,
-        status.depth_m, clearance, status.rung == "none" ? "" : "  [" + status.rung + "]"));
-  }
-
- private:
-  ProgressLine line_;
-  Utime next_ = 0;
-};
 
 std::string default_log_path(const Mission& mission, std::uint64_t seed) {
   return fmt::format("dive-runs/{}-seed{}.lcmlog", mission.id, seed);
@@ -193,21 +174,31 @@ void print_map(const std::optional<std::string>& map, const planning::SeenMap& s
   if (map) print(fmt::format("  map {} ({} pieces)", *map, seen.pieces()));
 }
 
+const std::string& water_of(const RunArguments& arguments, const Mission& mission) {
+  return arguments.water.empty() ? mission.water : arguments.water;
+}
+
+/// The cameras in the water that is asked for; complains and is empty when there is no such water.
+std::optional<vehicle::StereoCameraOptions> cameras_of(const RunArguments& arguments,
+                                                       const Mission& mission) {
+  const std::string& water = water_of(arguments, mission);
+  const std::optional<vehicle::StereoCameraOptions> cameras = vehicle::stereo_camera_in(water);
+  if (cameras) return cameras;
+  const std::vector<std::string>& names = vehicle::water_names();
+  const std::string hint = did_you_mean(water, names);
+  complain(fmt::format("--water {}: must be one of {}{}", water, fmt::join(names, ", "),
+                       hint.empty() ? "" : "; " + hint));
+  return std::nullopt;
+}
+
 /// Has the dive recorded as a dataset. False, and complains, when it cannot be.
 bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
                     DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
-  const std::optional<vehicle::StereoCameraOptions> camera = stereo_camera_in(arguments.water);
-  if (!camera) {
-    const std::string hint = did_you_mean(arguments.water, water_names());
-    complain(fmt::format("--water {}: must be one of {}{}", arguments.water,
-                         fmt::join(water_names(), ", "), hint.empty() ? "" : "; " + hint));
-    return false;
-  }
   settings.conditions.inertial_unit = vehicle::ImuNoise{};
   tl::expected<DatasetRecorder, std::string> created = DatasetRecorder::create(
-      arguments.record, loaded.world, *camera, settings.conditions, settings.seed,
+      arguments.record, loaded.world, *settings.cameras, settings.conditions, settings.seed,
       fmt::format("{} dived with seed {} in simulated {} by dive " DIVE_VERSION, loaded.mission.id,
-                  settings.seed, arguments.water));
+                  settings.seed, water_of(arguments, loaded.mission)));
   if (!created) {
     complain(created.error());
     return false;
@@ -228,6 +219,8 @@ bool close_dataset(std::optional<DatasetRecorder>& dataset) {
 }
 
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
+  settings.cameras = cameras_of(arguments, loaded.mission);
+  if (!settings.cameras) return kExitUsage;
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
   settings.seed = recording->seed();
@@ -254,7 +247,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
         [&](const StepInputs& inputs, const StepOutputs& outputs,
             const vehicle::GroundTruth& truth) {
           recording->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
-          if (!arguments.json) progress.observe(inputs, outputs.status);
+          if (!arguments.json) progress.observe(inputs, outputs);
           if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
@@ -327,7 +320,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         [&](const StepInputs& inputs, const StepOutputs& outputs,
             const std::optional<link::Truth>& truth) {
           recording->write(inputs, outputs, truth);
-          if (!arguments.json) progress.observe(inputs, outputs.status);
+          if (!arguments.json) progress.observe(inputs, outputs);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);
@@ -386,6 +379,13 @@ int run_dive(const RunArguments& arguments) {
     complain(
         fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
                     "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+                    arguments.mission));
+    return kExitUsage;
+  }
+  if (is_linked && loaded->mission.estimator.value == EstimatorName::kVisualInertial) {
+    complain(
+        fmt::format("{}: its estimator is visual_inertial, but over the link no pictures come: "
+                    "write estimator=\"primitive\", or dive it in the built-in simulator",
                     arguments.mission));
     return kExitUsage;
   }

@@ -164,6 +164,8 @@ struct Mission {
   double memory_s = 600.0;        ///< How long what was seen of unknown water is remembered.
   Located<std::string> map_file;  ///< As written; empty: unknown water, and no rehearsal.
   std::string map_path;           ///< Resolved beneath the mission's folder; empty as `map_file`.
+  std::string water = "coastal_sea";  ///< That is looked through in simulation.
+  Located<EstimatorName> estimator;
   Position start;
   double start_heading_deg = 90.0;  ///< Compass.
   Limits limits;

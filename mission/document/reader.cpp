@@ -28,6 +28,8 @@ class Reader {
     mission.speed = attributes_.number(vehicle, "speed");
     mission.attitude = attitude_mode(attributes_.name(vehicle, "attitude").value);
     read_map(*root.child("map"), mission);
+    mission.water = attributes_.name(*root.child("map"), "water").value;
+    read_estimator(root, mission);
     const XmlElement& start = *root.child("start");
     mission.start = attributes_.position(start);
     mission.start_heading_deg = attributes_.number(start, "heading_deg").value;
@@ -77,6 +79,15 @@ class Reader {
     if (const auto memory = attributes_.optional_number(element, "memory_s")) {
       mission.memory_s = memory->value;
     }
+  }
+
+  void read_estimator(const XmlElement& root, Mission& mission) const {
+    const XmlElement* element = root.child("estimation");
+    if (element == nullptr) return;
+    const Located<std::string> word = attributes_.name(*element, "estimator");
+    mission.estimator = {word.value == "visual_inertial" ? EstimatorName::kVisualInertial
+                                                         : EstimatorName::kPrimitive,
+                         word.span};
   }
 
   Limits limits(const XmlElement& element) const {

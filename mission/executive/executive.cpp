@@ -19,8 +19,10 @@
 #include "behaviors/trail.h"
 #include "common/assert.h"
 #include "mission/executive/changed_map.h"
+#include "mission/executive/failsafe_words.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
+#include "mission/executive/navigator.h"
 #include "mission/executive/surfacing_fallback.h"
 #include "mission/statechart/interpreter.h"
 #include "vehicle/reckoned_attitude.h"
@@ -72,7 +74,7 @@ struct Executive::Impl final : statechart::Environment {
         machine(build_machine(mission_in)),
         interpreter(machine.chart, *this),
         leaf_context(make_leaf_context(mission_in, map.scene(), options.seed)),
-        estimator(options.estimator, first_position(), first_sigma()),
+        navigator(mission_in.estimator.value, options.estimator, first_position(), first_sigma()),
         autopilot(options.autopilot),
         fallback(options.autopilot),
         monitors(monitor_limits(mission_in)),
@@ -169,6 +171,7 @@ struct Executive::Impl final : statechart::Environment {
       if (!started) start();
       look_around();
       if (inputs.operator_command) obey(*inputs.operator_command);
+      if (navigator.has_switched()) tell_switch();
       if (!inputs.seen.empty()) tell("map.changed", "something was seen that the map did not know");
       climb_ladder();
       tell_timeouts();
@@ -202,7 +205,7 @@ struct Executive::Impl final : statechart::Environment {
 
   void sense(const StepInputs& inputs) {
     if (inputs.imu && monitors.accept(now, *inputs.imu)) {
-      estimator.add(*inputs.imu);
+      navigator.add(*inputs.imu);
       last_imu = *inputs.imu;
       imu_heard = now;
     }
@@ -210,14 +213,14 @@ struct Executive::Impl final : statechart::Environment {
       last_depth = *inputs.depth;
       depth_heard = now;
       // One that is lost may go on talking: the same, again and again.
-      if (!monitors.is_true(FailsafeKind::kDepthLost)) estimator.add(*inputs.depth);
+      if (!monitors.is_true(FailsafeKind::kDepthLost)) navigator.add(*inputs.depth);
     }
     if (inputs.health) static_cast<void>(monitors.accept(now, *inputs.health));
-    estimator.set_commanded_speed(last_command.v);
+    if (inputs.vision) navigator.add(now, *inputs.vision);
     const double lift = last_rates.heave - autopilot.trim_effort();
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
-    estimator.set_expected_heave(expected_heave);
-    outputs.estimate = estimator.update(now);
+    navigator.expect(last_command.v, expected_heave);
+    outputs.estimate = navigator.update(now);
     last_estimate = outputs.estimate;
   }
 
@@ -225,7 +228,7 @@ struct Executive::Impl final : statechart::Environment {
   bool look_at(const planning::MapUpdate& update) {
     if (update.scan_utime > now + kAhead || !map.apply(update)) return false;
     monitors.saw(update.scan_utime);
-    estimator.moved(update.off_W);
+    navigator.moved(update.off_W);
     sight.hear(update.scan_utime, update.seen_ahead_m);
     return !update.cells.empty();
   }
@@ -251,7 +254,7 @@ struct Executive::Impl final : statechart::Environment {
     const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
     const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
     const double surge = (committed.X_WB.q.conjugate() * committed.v_W).x() * (1.0 - stopping);
-    estimator.went_on(committed.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge);
+    navigator.went_on(committed.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge);
     autopilot.begin_at(surge);
   }
 
@@ -259,7 +262,7 @@ struct Executive::Impl final : statechart::Environment {
     const Committed& committed = from.committed;
     const double gap_s = gap_of(from);
     if (!from.gap_s) reckon_gap(committed, gap_s);
-    outputs.estimate = last_estimate = estimator.update(now);
+    outputs.estimate = last_estimate = navigator.update(now);
     started_at = now - from_seconds(committed.elapsed_s + gap_s);
     for (const behaviors::Trail::Crumb& crumb : from.trail) {
       trail.add(crumb.p_W, crumb.open_above);
@@ -384,9 +387,7 @@ struct Executive::Impl final : statechart::Environment {
     variables.overhead = is_under;
     variables.penetration = trail.penetration_m();
     variables.spent = spent();
-    variables.estimator = estimate().source == estimation::EstimatorKind::kPrimitive
-                              ? EstimatorName::kPrimitive
-                              : EstimatorName::kVisualInertial;
+    variables.estimator = name_of(estimate().source);
   }
 
   // A camera that looks down sees no roof: in unknown water what the mission declares counts. A
@@ -441,6 +442,12 @@ struct Executive::Impl final : statechart::Environment {
   /// An event that is worth a mention but not a state of its own.
   void tell(const std::string& event, const std::string& cause) {
     if (interpreter.running()) dispatch(event, cause);
+  }
+
+  void tell_switch() {
+    const std::string cause = navigator.describe_switch();
+    note("estimator " + cause);
+    tell("estimator.switched", cause);
   }
 
   void note(std::string text) {
@@ -538,59 +545,18 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   [[nodiscard]] std::string describe(FailsafeKind kind) const {
-    const double limit = mission.failsafes.threshold[static_cast<std::size_t>(kind)];
-    switch (kind) {
-      case FailsafeKind::kLeak:
-        return "water in the hull";
-      case FailsafeKind::kBattery:
-        return fmt::format("{:.0f} % of charge left, less than {:.0f} %",
-                           100.0 * monitors.health().battery_fraction, 100.0 * limit);
-      case FailsafeKind::kTemperature:
-        return fmt::format("{:.0f} degrees in the hull, more than {:g}",
-                           monitors.health().temperature_c, limit);
-      case FailsafeKind::kOverdepth:
-        return fmt::format("deeper than {:g} m", mission.limits.max_depth.value);
-      case FailsafeKind::kUnderAltitude:
-        return fmt::format("{:.2f} m above the ground, less than {:g} m", altitude.value_or(0.0),
-                           mission.limits.min_altitude.value);
-      case FailsafeKind::kGeofence:
-        return fmt::format("({:.1f}, {:.1f}) is outside of the fence", position().x(),
-                           position().y());
-      case FailsafeKind::kOvertime:
-        return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
-      case FailsafeKind::kOverdueLeg:
-        return fmt::format("{:.0f} s on a leg of {:.0f} s", progress.elapsed_s,
-                           progress.expected_s);
-      case FailsafeKind::kStuck:
-        return fmt::format("in the same place for {:g} s", limit);
-      case FailsafeKind::kImuLost:
-        return fmt::format("no attitude for {:g} s", limit);
-      case FailsafeKind::kDepthLost:
-        return fmt::format("no depth for {:g} s", limit);
-      case FailsafeKind::kHealthLost:
-        return fmt::format("no word on battery and leak for {:g} s", limit);
-      case FailsafeKind::kRangeLost:
-        return fmt::format("nothing new was seen for {:g} s", limit);
-      case FailsafeKind::kEstimatorDiverged:
-        return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", variables.depth,
-                           last_depth ? last_depth->depth_m : 0.0);
-      case FailsafeKind::kLocalisationLost:
-        return fmt::format("position uncertain by {:.1f} m, more than {:g} m",
-                           variables.position_sigma, limit);
-      case FailsafeKind::kPlannerFailure:
-        return out_of_replans ? "no replans are left for this leg"
-                              : fmt::format("{} plans failed in a row, the last one: {}",
-                                            progress.plan_failures, progress.plan_failure);
-      case FailsafeKind::kCommsLost:
-        return fmt::format("nothing heard from topside for {:g} s", limit);
-      case FailsafeKind::kOperatorAbort:
-        return "topside says abort";
-      case FailsafeKind::kRetraceFailure:
-        return fmt::format("there is no way out: {}", retrace_failure);
-      case FailsafeKind::kInternalError:
-        return internal_error;
-    }
-    return {};
+    FailsafeFigures figures;
+    figures.health = monitors.health();
+    figures.altitude_m = altitude;
+    figures.p_W = position();
+    figures.estimated_depth_m = variables.depth;
+    figures.measured_depth_m = last_depth ? last_depth->depth_m : 0.0;
+    figures.position_sigma_m = variables.position_sigma;
+    figures.progress = &progress;
+    figures.out_of_replans = out_of_replans;
+    figures.retrace_failure = &retrace_failure;
+    figures.internal_error = &internal_error;
+    return mission::describe(kind, mission, figures);
   }
 
   void tell_timeouts() {
@@ -778,7 +744,7 @@ struct Executive::Impl final : statechart::Environment {
   Machine machine;
   statechart::Interpreter interpreter;
   LeafContext leaf_context;
-  estimation::PrimitiveEstimator estimator;
+  Navigator navigator;
   vehicle::Autopilot autopilot;
   vehicle::ReckonedAttitude reckoned;
   SurfacingFallback fallback;

@@ -11,6 +11,7 @@
 #include "common/measurements.h"
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
+#include "estimation/vision_estimate.h"
 #include "planning/planner.h"
 #include "planning/world/seen.h"
 #include "vehicle/command.h"
@@ -51,6 +52,8 @@ struct StepInputs {
   std::vector<SeenObstacle> seen;  ///< Since the last tick.
   /// Of unknown water, well-formed. Each one counts: where two have come, one waits for its tick.
   std::optional<planning::MapUpdate> map_update;
+  /// What the cameras' estimator says of one pair of pictures. Each one counts as well.
+  std::optional<estimation::VisionEstimate> vision = {};
 };
 
 /// One transition of the state machine.

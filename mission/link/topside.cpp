@@ -60,6 +60,7 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
   VehicleStatus heard;
   bool has_heartbeat = false;
   bool has_status = false;
+  bool has_estimate = false;
   bus.listen<link::Heartbeat>(link::channel::kHeartbeat, [&](const link::Heartbeat& heartbeat) {
     heard.heartbeat = heartbeat;
     has_heartbeat = true;
@@ -71,11 +72,18 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
     has_status |= is_one;
     return is_one;
   });
+  bus.subscribe(link::channel::kEstimate, kMaxStatus, [&](link::PacketView packet) {
+    estimation::StateEstimate estimate;
+    const bool is_one = decode(packet, estimate);
+    if (is_one) heard.estimate = estimate;
+    has_estimate |= is_one;
+    return is_one;
+  });
   bus.listen<HealthSample>(link::channel::kHealth,
                            [&](const HealthSample& sample) { heard.health = sample; });
   const Utime deadline = clock.now() + from_seconds(patience_s);
-  const auto has_both = [&] { return has_heartbeat && has_status; };
-  if (!bus.wait(clock, deadline, has_both)) return tl::unexpected(nobody(patience_s));
+  const auto has_all = [&] { return has_heartbeat && has_status && has_estimate; };
+  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(nobody(patience_s));
   bus.wait(clock, std::min(deadline, clock.now() + from_seconds(kForHealth)),
            [&] { return heard.health.has_value(); });
   return heard;

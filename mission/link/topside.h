@@ -24,6 +24,7 @@ namespace dive::mission {
 struct VehicleStatus {
   link::Heartbeat heartbeat;
   Status status;
+  estimation::StateEstimate estimate;
   std::optional<HealthSample> health;
 };
 

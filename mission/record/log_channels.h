@@ -17,6 +17,7 @@ enum class Channel {
   kOperator,
   kMap,
   kSurroundings,
+  kVision,
   kCommand,  ///< ... the outputs of every tick ...
   kRates,
   kEstimate,
@@ -29,13 +30,14 @@ enum class Channel {
   kTick,   ///< ... and the end of the tick.
 };
 
-inline constexpr std::array<std::string_view, 18> kChannelNames = {
-    "DIVE_HEADER",         "DIVE_IN_IMU",          "DIVE_IN_DEPTH",
-    "DIVE_IN_HEALTH",      "DIVE_IN_PLAN",         "DIVE_IN_OPERATOR",
-    "DIVE_IN_MAP",         "DIVE_IN_SURROUNDINGS", "DIVE_OUT_COMMAND",
-    "DIVE_OUT_RATES",      "DIVE_OUT_ESTIMATE",    "DIVE_OUT_STATUS",
-    "DIVE_OUT_PLAN_QUERY", "DIVE_OUT_TRANSITION",  "DIVE_OUT_FAILSAFE",
-    "DIVE_OUT_ACTION",     "DIVE_TRUTH",           "DIVE_TICK"};
+inline constexpr std::array<std::string_view, 19> kChannelNames = {
+    "DIVE_HEADER",       "DIVE_IN_IMU",          "DIVE_IN_DEPTH",
+    "DIVE_IN_HEALTH",    "DIVE_IN_PLAN",         "DIVE_IN_OPERATOR",
+    "DIVE_IN_MAP",       "DIVE_IN_SURROUNDINGS", "DIVE_IN_VISION",
+    "DIVE_OUT_COMMAND",  "DIVE_OUT_RATES",       "DIVE_OUT_ESTIMATE",
+    "DIVE_OUT_STATUS",   "DIVE_OUT_PLAN_QUERY",  "DIVE_OUT_TRANSITION",
+    "DIVE_OUT_FAILSAFE", "DIVE_OUT_ACTION",      "DIVE_TRUTH",
+    "DIVE_TICK"};
 
 [[nodiscard]] constexpr std::string_view to_string(Channel channel) {
   return kChannelNames[static_cast<std::size_t>(channel)];

@@ -58,6 +58,7 @@ using link::encode;
 [[nodiscard]] bool encode(Utime now, OperatorCommand command, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const planning::MapUpdate& update, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
 [[nodiscard]] bool decode(PacketView packet, estimation::StateEstimate& estimate);
@@ -71,5 +72,6 @@ using link::encode;
 [[nodiscard]] bool decode(PacketView packet, OperatorCommand& command);
 [[nodiscard]] bool decode(PacketView packet, std::vector<SeenObstacle>& seen);
 [[nodiscard]] bool decode(PacketView packet, planning::MapUpdate& update);
+[[nodiscard]] bool decode(PacketView packet, estimation::VisionEstimate& vision);
 
 }  // namespace dive::mission

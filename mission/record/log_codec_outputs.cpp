@@ -4,7 +4,6 @@
 #include <dive/action_t.hpp>
 #include <dive/failsafe_t.hpp>
 #include <dive/plan_query_t.hpp>
-#include <dive/state_estimate_t.hpp>
 #include <dive/status_t.hpp>
 #include <dive/transition_t.hpp>
 
@@ -17,7 +16,6 @@ using namespace link::detail;
 
 namespace {
 
-constexpr Run kEstimate[] = {bytes(8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double))};
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(5 * sizeof(double) + 4 + 1)};
 constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 5 * sizeof(double)), text(kMaxText),
@@ -29,32 +27,6 @@ constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMax
 constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText)};
 
 }  // namespace
-
-bool encode(const estimation::StateEstimate& estimate, Packet& packet) {
-  const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
-  state_estimate_t m;
-  m.utime = utime;
-  m.valid = valid ? 1 : 0;
-  m.source = static_cast<std::int8_t>(source);
-  write_pose(X_WB, m.pose);
-  write_vector(v_WB_B, m.v);
-  write_vector(omega_WB_B, m.omega);
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance) = covariance;
-  return pack(m, kEstimate, packet);
-}
-
-bool decode(PacketView packet, estimation::StateEstimate& estimate) {
-  const auto m = unpack<state_estimate_t>(packet, kEstimate);
-  if (!m) return false;
-  estimate.utime = m->utime;
-  estimate.X_WB = read_pose(m->pose);
-  estimate.v_WB_B = read_vector(m->v);
-  estimate.omega_WB_B = read_vector(m->omega);
-  estimate.covariance =
-      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m->covariance);
-  return read_flag(m->valid, estimate.valid) &&
-         read_enum(m->source, estimation::EstimatorKind::kVisualInertial, estimate.source);
-}
 
 bool encode(Utime now, const Status& status, Packet& packet) {
   const auto& [state, leg, distance_to_go, time_to_go, depth, clearance, cross_track, segment, rung,

@@ -61,6 +61,8 @@ class TickBuilder {
         return decode(event.data, in.seen);
       case Channel::kSurroundings:
         return decode(event.data, in.map_update.emplace());
+      case Channel::kVision:
+        return decode(event.data, in.vision.emplace());
       case Channel::kCommand:
         return decode(event.data, out.command);
       case Channel::kRates:

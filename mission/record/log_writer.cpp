@@ -83,7 +83,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   DIVE_DEMAND(impl_ != nullptr);
   Impl& log = *impl_;
   if (log.failed) return false;
-  const auto& [now, imu, depth, health, plan, operator_command, seen, map_update] = inputs;
+  const auto& [now, imu, depth, health, plan, operator_command, seen, map_update, vision] = inputs;
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
   if (imu) log.put(Channel::kImu, now, *imu);
@@ -93,6 +93,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (operator_command) log.put(Channel::kOperator, now, now, *operator_command);
   if (!seen.empty()) log.put(Channel::kMap, now, now, seen);
   if (map_update) log.put(Channel::kSurroundings, now, now, *map_update);
+  if (vision) log.put(Channel::kVision, now, now, *vision);
   log.put(Channel::kCommand, now, now, command);
   log.put(Channel::kRates, now, now, rates);
   log.put(Channel::kEstimate, now, estimate);

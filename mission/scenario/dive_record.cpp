@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mission/scenario/script.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 
@@ -106,6 +107,8 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
   settings.seed = scenario.seed;
   settings.conditions = scenario.conditions;
   settings.rest_s = scenario.rest_s;
+  settings.cameras = vehicle::stereo_camera_in(mission.water)->scaled(scenario.camera_scale);
+  settings.cameras->rate_hz = scenario.camera_hz;
   settings.script = [&](const DiveHands& hands) { player.play(hands); };
   record.result = simulate_dive(
       mission, world, model, settings,

@@ -154,6 +154,8 @@ double quantity(const DiveRecord& record, const std::string& name) {
   if (name == "energy") return result.energy_wh;
   if (name == "plans") return result.plans;
   if (name == "replans") return result.replans;
+  if (name == "largest_step") return result.largest_step_m;
+  if (name == "estimator_switches") return result.estimator_switches;
   DIVE_DEMAND(name == "position_error");  // the schema lists them
   return result.estimate_error_m;
 }

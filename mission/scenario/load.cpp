@@ -79,6 +79,10 @@ class Reader {
     for (const XmlElement& part : root.children) {
       if (part.name == "description") scenario.description = in_one_line(part.text);
       if (part.name == "set") set(part, scenario.conditions);
+      if (part.name == "cameras") {
+        scenario.camera_scale = read_.number(part, "scale").value;
+        scenario.camera_hz = read_.number(part, "rate").value;
+      }
       if (part.name == "at") scenario.steps.push_back(step(part));
       if (part.name != "expect") continue;
       for (const XmlElement& child : part.children) {

@@ -102,6 +102,8 @@ struct Scenario {
   std::uint64_t seed = 1;
   double rest_s = 0.0;  ///< 0: never held.
   vehicle::Conditions conditions;
+  double camera_scale = 1.0;  ///< Of the pixels along each side ...
+  double camera_hz = 20.0;    ///< ... and pairs a second, where the mission uses the cameras.
   std::vector<ScriptStep> steps;
   std::vector<Expectation> expectations;  ///< With those that go without saying, at the end.
 };

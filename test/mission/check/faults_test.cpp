@@ -68,6 +68,23 @@ TEST(FaultInjector, SpoilsWhatItSays) {
   EXPECT_FALSE(injected(FaultKind::kAbort, 6).operator_command) << "said once";
 }
 
+TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
+  const auto heard = [](FaultKind kind) {
+    FaultInjector injector({{kind, 5.0}});
+    StepInputs inputs = healthy(from_seconds(6.0));
+    vehicle::GroundTruth truth;
+    truth.utime = inputs.now;
+    injector.apply(truth, inputs);
+    vehicle::InertialSamples samples;
+    samples.count = 4;
+    injector.apply(samples);
+    return samples;
+  };
+  EXPECT_EQ(heard(FaultKind::kImuSilent).count, 0U);
+  EXPECT_FALSE(heard(FaultKind::kImuNan).samples[3].gyro_B.allFinite());
+  EXPECT_TRUE(heard(FaultKind::kCameraMissing).samples[3].gyro_B.allFinite());
+}
+
 TEST(FaultInjector, DropsSomethingIntoTheTrailBehind) {
   const StepInputs inputs = injected(FaultKind::kBlocked, 5);
   ASSERT_EQ(inputs.seen.size(), 1U);

@@ -87,6 +87,9 @@ TEST(InUnknownWater, OnlyThereEyesAreMissed) {
   mission.unknown.reset();
   EXPECT_THAT(kinds(), Not(Contains(FaultKind::kRangeSilent)));
   EXPECT_THAT(kinds(), Contains(FaultKind::kAbort));
+  EXPECT_THAT(kinds(), Not(Contains(FaultKind::kCameraBlur)));
+  mission.estimator.value = EstimatorName::kVisualInertial;
+  EXPECT_THAT(kinds(), Contains(FaultKind::kCameraBlur));
 }
 
 // With eyes that see nothing but water.

@@ -61,7 +61,8 @@ std::vector<Kind> kinds() {
           kind("action", ActionRecord{}, now),
           kind("operator", OperatorCommand::kPause, now),
           kind("map change", std::vector<SeenObstacle>(2), now),
-          kind("map update", update, now)};
+          kind("map update", update, now),
+          kind("vision", estimation::VisionEstimate{}, now)};
 }
 
 TEST(Codec, AcceptsWholePacketsOnly) {

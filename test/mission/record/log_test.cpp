@@ -114,7 +114,7 @@ TEST(Log, IsAnLcmEventLog) {
     }
   }
   EXPECT_EQ(tick, ticks.size());
-  EXPECT_EQ(channels.size(), 17U);
+  EXPECT_EQ(channels.size(), 18U);
   EXPECT_EQ(read_log(file.path()).events, number);
 }
 

@@ -53,6 +53,24 @@ void each(const std::string& name, Pose& pose, F f) {
 }
 
 template <typename F>
+void each_vision(estimation::VisionEstimate& vision, F f) {
+  f("DIVE_IN_VISION.frame_utime", vision.frame_utime);
+  f("DIVE_IN_VISION.begun_from", vision.begun_from);
+  f("DIVE_IN_VISION.period_s", vision.period_s);
+  f("DIVE_IN_VISION.fault", vision.fault);
+  f("DIVE_IN_VISION.tracked", vision.tracked);
+  f("DIVE_IN_VISION.stereo", vision.stereo);
+  f("DIVE_IN_VISION.used", vision.used);
+  f("DIVE_IN_VISION.utime", vision.estimate.utime);
+  f("DIVE_IN_VISION.valid", vision.estimate.valid);
+  f("DIVE_IN_VISION.source", vision.estimate.source);
+  each("DIVE_IN_VISION.X_WB", vision.estimate.X_WB, f);
+  each("DIVE_IN_VISION.v_WB_B", vision.estimate.v_WB_B, f);
+  each("DIVE_IN_VISION.omega_WB_B", vision.estimate.omega_WB_B, f);
+  for (double& value : vision.estimate.covariance.reshaped()) f("DIVE_IN_VISION.covariance", value);
+}
+
+template <typename F>
 void each_input(StepInputs& in, F f) {
   f("now", in.now);
   if (in.imu) {
@@ -98,6 +116,7 @@ void each_input(StepInputs& in, F f) {
       }
     }
   }
+  if (in.vision) each_vision(*in.vision, f);
 }
 
 template <typename F>
@@ -226,6 +245,7 @@ class SampleMaker {
         for (planning::Polytope& piece : cell.pieces) piece.vertices.resize(1 + below(4));
       }
     }
+    if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
     if (chance()) tick.truth.emplace();
     each_field(tick, [this](const std::string&, auto& value) { fill(value); });
@@ -259,6 +279,9 @@ class SampleMaker {
   void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(3)); }
   void fill(planning::AttitudeMode& value) {
     value = static_cast<planning::AttitudeMode>(below(2));
+  }
+  void fill(estimation::VisionFault& value) {
+    value = static_cast<estimation::VisionFault>(below(13));
   }
   void fill(estimation::EstimatorKind& value) {
     value = static_cast<estimation::EstimatorKind>(below(2));

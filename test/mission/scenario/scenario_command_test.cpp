@@ -166,7 +166,6 @@ TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
     EXPECT_TRUE(is_used(fmt::format("\"{}\"", value))) << value;
   }
   for (const std::string& value : listed("ReplanCause")) {
-    if (value == "estimator_switched") continue;  // there is one estimator
     EXPECT_TRUE(is_used(fmt::format("<replan cause=\"{}\"", value))) << value;
   }
 }
@@ -198,6 +197,18 @@ TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
   EXPECT_THAT(dive("explain " + quoted(keep / "wrong.lcmlog")).out, HasSubstr("water in the hull"));
   EXPECT_EQ(dive("test " + quoted(right) + " --keep-all --keep " + quoted(keep)).status, 0);
   EXPECT_TRUE(fs::exists(keep / "right.lcmlog"));
+}
+
+// What the cameras' estimator said is in the log, so that a replay needs no cameras.
+TEST(ScenarioCommand, ADiveBySightReplays) {
+  const fs::path keep = own_folder() / "by_sight";
+  fs::remove_all(keep);
+  const Ran ran = dive("test --keep-all --keep " + quoted(keep) + " " +
+                       quoted(kShipped / "camera_frozen_for_a_moment.xml"));
+  EXPECT_EQ(ran.status, 0) << ran.out;
+  const fs::path log = keep / "camera_frozen_for_a_moment.lcmlog";
+  EXPECT_EQ(dive("replay " + quoted(log)).status, 0);
+  EXPECT_THAT(dive("explain " + quoted(log)).out, HasSubstr("estimator primitive: the same"));
 }
 
 TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {

@@ -1,0 +1,244 @@
+// Dives by sight through a while without it, seed after seed, judged by ground truth:
+//   vision_dives missions/scenarios/missions/lookout.xml --runs 10 --fault camera_blackout --at 10
+//   vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include "bench/quantile.h"
+#include "common/random.h"
+#include "mission/check/simulated_dive.h"
+#include "mission/document/mission.h"
+#include "planning/world/sdf.h"
+#include "vehicle/simulator/named_waters.h"
+
+namespace dive::bench {
+namespace {
+
+constexpr double kStartSigma = 0.05;  // m: as the executive has it
+
+struct Study {
+  std::string mission = "missions/scenarios/missions/lookout.xml";
+  std::string fault = "camera_blackout";
+  int runs = 10;
+  double at_s = 10.0;
+  double for_s = 7.0;
+  double scale = 1.0;
+  double rate_hz = 20.0;
+  double current = 0.0;
+  bool is_verbose = false;
+};
+
+struct Site {
+  mission::Mission mission;
+  planning::World world;
+  vehicle::Model model;
+};
+
+Site load(const std::string& path) {
+  Diagnostics diagnostics;
+  auto mission = mission::load_mission(path, diagnostics);
+  if (!mission) throw std::runtime_error(path + " cannot be read");
+  auto world = planning::load_sdf(mission->map_path, diagnostics);
+  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  if (!world || !model) throw std::runtime_error(path + ": no world");
+  return {std::move(*mission), std::move(*world), std::move(*model)};
+}
+
+/// Of one dive; times in s, lengths in m.
+struct Figures {
+  std::optional<double> first;     ///< By sight since.
+  std::optional<double> switched;  ///< After sight was lost ...
+  std::optional<double> back;      ///< ... and after it was there again.
+  double step_excess = 0.0;        ///< Largest step of a tick beyond what its velocity explains.
+  double error_before = 0.0;
+  double error_after = 0.0;
+  double cost = 0.0;  ///< By which the error changed while nothing was seen.
+  double end = 0.0;
+  double sigma_after = 0.0;  ///< Horizontal, believed.
+  std::vector<double> nees_position, nees_heading, error;
+  int switches = 0;
+  std::string outcome;
+};
+
+/// Put into the water somewhat beside where it was meant to be: in the simulator it never is.
+class Judge {
+ public:
+  Judge(const Study& study, std::uint64_t seed, Figures& figures)
+      : study_(study), figures_(figures) {
+    Random random(seed, 0x57a47);
+    start_error_W_ = kStartSigma * Eigen::Vector3d(random.normal(), random.normal(), 0.0);
+  }
+
+  void observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth) {
+    const estimation::StateEstimate& estimate = out.estimate;
+    if (!estimate.valid) return;
+    const double t = to_seconds(truth.utime);
+    const Eigen::Vector3d error_W = truth.X_WB.p - estimate.X_WB.p;
+    const bool sees = estimate.source == estimation::EstimatorKind::kVisualInertial;
+    if (last_) note_step(estimate);
+    const double end = study_.at_s + study_.for_s;
+    if (sees && !figures_.first) figures_.first = t;
+    if (t <= study_.at_s) before_W_ = error_W;
+    if (t > study_.at_s && !sees && !figures_.switched) figures_.switched = t - study_.at_s;
+    if (t <= end) {
+      figures_.cost = (error_W - before_W_).head<2>().norm();
+      figures_.error_after = error_W.norm();
+      figures_.error_before = before_W_.norm();
+      figures_.sigma_after = estimation::horizontal_sigma(estimate);
+    }
+    if (t > end && sees && !figures_.back) figures_.back = t - end;
+    figures_.end = error_W.norm();
+    if (last_ && last_->source != estimate.source) ++figures_.switches;
+    if (figures_.first && t >= next_) sample(t, estimate, truth, error_W);
+    last_ = estimate;
+  }
+
+ private:
+  void note_step(const estimation::StateEstimate& estimate) {
+    const double dt = to_seconds(estimate.utime - last_->utime);
+    const double speed = std::max(estimate.v_WB_B.norm(), last_->v_WB_B.norm());
+    const double step = (estimate.X_WB.p - last_->X_WB.p).head<2>().norm();
+    figures_.step_excess = std::max(figures_.step_excess, step - speed * dt);
+  }
+
+  void sample(double t, const estimation::StateEstimate& estimate,
+              const vehicle::GroundTruth& truth, const Eigen::Vector3d& error_W) {
+    next_ = t + 1.0;
+    const Eigen::Vector3d e = error_W + start_error_W_;
+    const Eigen::Matrix3d P = estimate.covariance.topLeftCorner<3, 3>();
+    figures_.nees_position.push_back(e.dot(P.inverse() * e));
+    const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
+    const double yaw = so3_log(estimate.X_WB.q.conjugate() * truth.X_WB.q).dot(up_B);
+    const double variance = up_B.dot(estimate.covariance.bottomRightCorner<3, 3>() * up_B);
+    figures_.nees_heading.push_back(yaw * yaw / variance);
+    figures_.error.push_back(error_W.norm());
+  }
+
+  const Study& study_;
+  Figures& figures_;
+  Eigen::Vector3d start_error_W_;
+  Eigen::Vector3d before_W_ = Eigen::Vector3d::Zero();
+  std::optional<estimation::StateEstimate> last_;
+  double next_ = 0.0;
+};
+
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+void trace(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
+  const Eigen::Vector3d e = truth.X_WB.p - estimate.X_WB.p;
+  const Eigen::Matrix3d P = estimate.covariance.topLeftCorner<3, 3>();
+  const Eigen::Vector3d v = truth.X_WB.q * truth.v_WB_B;
+  const Eigen::Vector3d v_e = v - estimate.X_WB.q * estimate.v_WB_B;
+  fmt::print(
+      "  {:3.0f} s error {:7.4f} {:7.4f} {:7.4f} m, sigma {:.4f} {:.4f} {:.4f}; at {:.2f} {:.2f} "
+      "m/s, off by {:6.3f} {:6.3f}; heading off by {:6.3f} deg\n",
+      to_seconds(truth.utime), e.x(), e.y(), e.z(), std::sqrt(P(0, 0)), std::sqrt(P(1, 1)),
+      std::sqrt(P(2, 2)), v.x(), v.y(), v_e.x(), v_e.y(),
+      rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()));
+}
+
+Figures dive_once(const Site& site, const Study& study, std::uint64_t seed) {
+  mission::DiveSettings settings;
+  settings.seed = seed;
+  settings.conditions.current_W.y() = study.current;
+  settings.cameras = vehicle::stereo_camera_in(site.mission.water)->scaled(study.scale);
+  settings.cameras->rate_hz = study.rate_hz;
+  if (const auto kind = mission::find_fault(study.fault)) {
+    settings.faults.push_back({*kind, study.at_s, study.for_s});
+  }
+  Figures figures;
+  Judge judge(study, seed, figures);
+  figures.outcome =
+      mission::simulate_dive(site.mission, site.world, site.model, settings,
+                             [&](const mission::StepInputs& in, const mission::StepOutputs& out,
+                                 const vehicle::GroundTruth& truth) {
+                               judge.observe(out, truth);
+                               if (!study.is_verbose) return;
+                               if (in.now % 1'000'000 == 0) trace(out.estimate, truth);
+                               for (const auto& a : out.actions) {
+                                 fmt::print("  {:.2f} s {}\n", to_seconds(in.now), a.text);
+                               }
+                             })
+          .outcome;
+  return figures;
+}
+
+std::string told(const std::optional<double>& value, double per) {
+  return value ? fmt::format("{:.2f}", *value / per) : "never";
+}
+
+void report(const Study& study, const std::vector<Figures>& all) {
+  const auto column = [&](auto of) {
+    std::vector<double> values;
+    for (const Figures& one : all) values.push_back(of(one));
+    return values;
+  };
+  const auto line = [](const char* what, const std::vector<double>& values) {
+    fmt::print("{:<46} median {:.3f}, largest {:.3f}\n", what, quantile(values, 0.5),
+               quantile(values, 1.0));
+  };
+  line("by sight for the first time after, s",
+       column([](auto& f) { return f.first.value_or(1e9); }));
+  line("to the primitive estimator after, pictures",
+       column([&](auto& f) { return f.switched.value_or(1e9) * study.rate_hz; }));
+  line("by sight again after, s", column([](auto& f) { return f.back.value_or(1e9); }));
+  line("step of a tick beyond its velocity, mm",
+       column([](auto& f) { return 1e3 * f.step_excess; }));
+  line("error before, m", column([](auto& f) { return f.error_before; }));
+  line("cost of it, m", column([](auto& f) { return f.cost; }));
+  line("sigma after, m", column([](auto& f) { return f.sigma_after; }));
+  line("error at the end, m", column([](auto& f) { return f.end; }));
+  const double band = 1.96 * std::sqrt(6.0 / static_cast<double>(all.size()));
+  fmt::print(
+      "NEES of position {:.2f} (3; {:.2f} to {:.2f} of so many dives), of heading {:.2f} (1)\n",
+      mean(column([](auto& f) { return mean(f.nees_position); })), 3.0 - band, 3.0 + band,
+      mean(column([](auto& f) { return mean(f.nees_heading); })));
+}
+
+}  // namespace
+}  // namespace dive::bench
+
+int main(int argc, char** argv) {
+  using namespace dive::bench;
+  CLI::App app("Dives by sight through a while without it.");
+  Study study;
+  app.add_option("MISSION", study.mission, "By sight");
+  app.add_option("--runs", study.runs, "Dives, seeds from 1");
+  app.add_option("--fault", study.fault, "Of the cameras; none: nothing happens");
+  app.add_option("--at", study.at_s, "s");
+  app.add_option("--for", study.for_s, "s");
+  app.add_option("--scale", study.scale, "Of the pictures");
+  app.add_option("--rate", study.rate_hz, "Pairs a second");
+  app.add_option("--current", study.current, "m/s northwards");
+  app.add_flag("-v,--verbose", study.is_verbose, "What the executive notes");
+  CLI11_PARSE(app, argc, argv);
+  const Site site = load(study.mission);
+  std::vector<Figures> all;
+  for (int i = 0; i < study.runs; ++i) {
+    const Figures one = dive_once(site, study, static_cast<std::uint64_t>(1 + i));
+    fmt::print(
+        "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
+        "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, NEES "
+        "{:.2f} {:.2f}\n",
+        1 + i, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
+        told(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
+        one.end, one.switches, mean(one.nees_position), mean(one.nees_heading));
+    std::fflush(stdout);
+    all.push_back(one);
+  }
+  report(study, all);
+  return 0;
+}

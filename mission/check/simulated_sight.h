@@ -1,0 +1,50 @@
+#pragma once
+// The cameras and the inertial unit of a simulated vehicle, and the estimator that looks through
+// them.
+
+#include <optional>
+
+#include "common/clock.h"
+#include "mission/check/faults.h"
+#include "mission/executive/vision_service.h"
+#include "planning/world/world.h"
+#include "vehicle/simulator/named_waters.h"
+#include "vehicle/simulator/simulator.h"
+#include "vehicle/simulator/stereo_camera.h"
+
+namespace dive::mission {
+
+struct SightSettings {
+  vehicle::StereoCameraOptions cameras;
+  Utime latency = 80'000;           ///< From a pair of pictures to its answer.
+  RangeMaker make_range = nullptr;  ///< May be empty.
+};
+
+/// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
+[[nodiscard]] estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
+                                                       const vehicle::ImuNoise& unit);
+
+class SimulatedSight {
+ public:
+  /// Demands cameras that validate. `conditions` are those of the dive.
+  SimulatedSight(const planning::World& world, const SightSettings& settings,
+                 const vehicle::Conditions& conditions, std::uint64_t seed);
+
+  /// What comes in a tick; the depth as the executive gets to hear it.
+  void hear(vehicle::InertialSamples samples, const std::optional<DepthSample>& depth,
+            const FaultInjector& faults);
+  /// After hear(): takes pictures where they are due, spoiled by what ails the cameras.
+  void look(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD,
+            const FaultInjector& faults, const estimation::StateEstimate& published);
+  [[nodiscard]] std::optional<estimation::VisionEstimate> poll(Utime now) {
+    return service_.poll(now);
+  }
+  /// As VisionService has it.
+  [[nodiscard]] std::optional<RangeScan> take_scan() { return service_.take_scan(); }
+
+ private:
+  vehicle::StereoCamera cameras_;
+  VisionService service_;
+};
+
+}  // namespace dive::mission

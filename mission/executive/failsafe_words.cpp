@@ -1,0 +1,65 @@
+#include "mission/executive/failsafe_words.h"
+
+#include <fmt/format.h>
+
+namespace dive::mission {
+
+using behaviors::FailsafeKind;
+
+std::string describe(FailsafeKind kind, const Mission& mission, const FailsafeFigures& figures) {
+  const double limit = mission.failsafes.threshold[static_cast<std::size_t>(kind)];
+  const behaviors::Progress& progress = *figures.progress;
+  switch (kind) {
+    case FailsafeKind::kLeak:
+      return "water in the hull";
+    case FailsafeKind::kBattery:
+      return fmt::format("{:.0f} % of charge left, less than {:.0f} %",
+                         100.0 * figures.health.battery_fraction, 100.0 * limit);
+    case FailsafeKind::kTemperature:
+      return fmt::format("{:.0f} degrees in the hull, more than {:g}", figures.health.temperature_c,
+                         limit);
+    case FailsafeKind::kOverdepth:
+      return fmt::format("deeper than {:g} m", mission.limits.max_depth.value);
+    case FailsafeKind::kUnderAltitude:
+      return fmt::format("{:.2f} m above the ground, less than {:g} m",
+                         figures.altitude_m.value_or(0.0), mission.limits.min_altitude.value);
+    case FailsafeKind::kGeofence:
+      return fmt::format("({:.1f}, {:.1f}) is outside of the fence", figures.p_W.x(),
+                         figures.p_W.y());
+    case FailsafeKind::kOvertime:
+      return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
+    case FailsafeKind::kOverdueLeg:
+      return fmt::format("{:.0f} s on a leg of {:.0f} s", progress.elapsed_s, progress.expected_s);
+    case FailsafeKind::kStuck:
+      return fmt::format("in the same place for {:g} s", limit);
+    case FailsafeKind::kImuLost:
+      return fmt::format("no attitude for {:g} s", limit);
+    case FailsafeKind::kDepthLost:
+      return fmt::format("no depth for {:g} s", limit);
+    case FailsafeKind::kHealthLost:
+      return fmt::format("no word on battery and leak for {:g} s", limit);
+    case FailsafeKind::kRangeLost:
+      return fmt::format("nothing new was seen for {:g} s", limit);
+    case FailsafeKind::kEstimatorDiverged:
+      return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", figures.estimated_depth_m,
+                         figures.measured_depth_m);
+    case FailsafeKind::kLocalisationLost:
+      return fmt::format("position uncertain by {:.1f} m, more than {:g} m",
+                         figures.position_sigma_m, limit);
+    case FailsafeKind::kPlannerFailure:
+      return figures.out_of_replans ? "no replans are left for this leg"
+                                    : fmt::format("{} plans failed in a row, the last one: {}",
+                                                  progress.plan_failures, progress.plan_failure);
+    case FailsafeKind::kCommsLost:
+      return fmt::format("nothing heard from topside for {:g} s", limit);
+    case FailsafeKind::kOperatorAbort:
+      return "topside says abort";
+    case FailsafeKind::kRetraceFailure:
+      return fmt::format("there is no way out: {}", *figures.retrace_failure);
+    case FailsafeKind::kInternalError:
+      return *figures.internal_error;
+  }
+  return {};
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,56 @@
+#include "mission/executive/navigator.h"
+
+#include <fmt/format.h>
+
+namespace dive::mission {
+
+EstimatorName name_of(estimation::EstimatorKind kind) {
+  return kind == estimation::EstimatorKind::kPrimitive ? EstimatorName::kPrimitive
+                                                       : EstimatorName::kVisualInertial;
+}
+
+Navigator::Navigator(EstimatorName estimator, const estimation::PrimitiveOptions& options,
+                     const Eigen::Vector3d& position_W, double position_sigma_m)
+    : primitive_(options, position_W, position_sigma_m) {
+  if (estimator == EstimatorName::kVisualInertial) {
+    hand_over_.emplace(estimation::HandOverOptions{}, options);
+  }
+}
+
+void Navigator::add(Utime now, const estimation::VisionEstimate& vision) {
+  if (hand_over_) hand_over_->add(now, vision);
+}
+
+void Navigator::expect(double speed, double heave) {
+  primitive_.set_commanded_speed(speed);
+  primitive_.set_expected_heave(heave);
+}
+
+void Navigator::went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge) {
+  primitive_.went_on(by_W, sigma_m, surge);
+}
+
+void Navigator::moved(const Eigen::Vector2d& by_W) {
+  if (hand_over_) {
+    hand_over_->moved(by_W);
+  } else {
+    primitive_.moved(by_W);
+  }
+}
+
+const estimation::StateEstimate& Navigator::update(Utime now) {
+  const estimation::StateEstimate& primitive = primitive_.update(now);
+  const estimation::StateEstimate& published =
+      hand_over_ ? hand_over_->update(primitive) : primitive;
+  has_switched_ = published.source != source_;
+  source_ = published.source;
+  return published;
+}
+
+std::string Navigator::describe_switch() const {
+  if (!hand_over_) return {};
+  return fmt::format("{}: {}", estimation::to_string(source_),
+                     estimation::to_sentence(hand_over_->fault()));
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,112 @@
+#include "mission/executive/vision_service.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/priority.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kBeyond = 10'000;         // us that inertial samples reach beyond a picture ...
+constexpr Utime kPatience = 60'000;       // ... for which it waits so long
+constexpr double kMissed = 2.0;           // periods without pictures: they are missed
+constexpr std::size_t kMostImu = 4096;    // twenty seconds that a worker may be late
+constexpr std::size_t kMostDepth = 1024;  // likewise
+
+template <class Sample>
+void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) {
+  if (samples.size() == most) samples.erase(samples.begin());
+  samples.push_back(sample);
+}
+
+}  // namespace
+
+VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
+                             Utime latency, Late late, RangeMaker make_range)
+    : pipeline_(options, seed),
+      period_s_(options.period_s),
+      latency_(latency),
+      late_(late),
+      make_range_(std::move(make_range)) {}
+
+VisionService::~VisionService() {
+  if (working_.valid()) working_.wait();
+}
+
+void VisionService::hear(std::span<const ImuSample> samples) {
+  for (const ImuSample& sample : samples) {
+    keep(imu_, sample, kMostImu);
+    newest_imu_ = sample.utime;
+  }
+}
+
+void VisionService::hear(const DepthSample& sample) { keep(depth_, sample, kMostDepth); }
+
+void VisionService::submit(std::optional<ImageFrame> left, std::optional<ImageFrame> right,
+                           Utime now) {
+  if (!left) return;  // it is missed
+  next_ = Pair{std::move(left), std::move(right), now};
+}
+
+// The filter can deal with a picture once it knows how the vehicle moved up to it.
+bool VisionService::is_ripe(Utime now) const {
+  return newest_imu_ >= next_->left->utime + kBeyond || now - next_->asked >= kPatience;
+}
+
+void VisionService::observe(const estimation::StateEstimate& published) {
+  published_ = published;
+  const Utime now = published.utime;
+  if (late_ == Late::kNotYet && is_busy(working_)) return;
+  if (next_) {
+    if (is_ripe(now)) launch(next_->asked, std::exchange(next_, std::nullopt));
+  } else if (to_seconds(now - launched_) > kMissed * period_s_) {
+    launch(now, std::nullopt);
+  }
+}
+
+void VisionService::launch(Utime asked, std::optional<Pair> pair) {
+  collect();
+  launched_ = published_.utime;
+  estimation::VisionInput input;
+  input.imu = std::exchange(imu_, {});
+  input.depth = std::exchange(depth_, {});
+  input.published = published_;
+  if (pair) {
+    input.left = std::move(pair->left);
+    input.right = std::move(pair->right);
+  }
+  due_ = asked + latency_;
+  working_ = std::async(std::launch::async, [this, input = std::move(input), due = due_] {
+    run_as_others();  // a word may come late, a command may not
+    return work(input, due);
+  });
+}
+
+VisionService::Answer VisionService::work(const estimation::VisionInput& input, Utime due) {
+  Answer answer{due, pipeline_.step(input), std::nullopt};
+  if (make_range_ && input.left) {
+    answer.scan = make_range_(
+        {&*input.left, input.right ? &*input.right : nullptr, &answer.word, pipeline_.landmarks()});
+  }
+  return answer;
+}
+
+// Waits for the worker, if there is one.
+void VisionService::collect() {
+  if (working_.valid()) answers_.push_back(working_.get());
+}
+
+std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
+  const bool may_wait = late_ == Late::kWait && now >= due_;
+  if (may_wait || !is_busy(working_)) collect();
+  if (answers_.empty() || now < answers_.front().due) return std::nullopt;
+  Answer answer = std::move(answers_.front());
+  answers_.pop_front();
+  if (answer.scan) scan_ = std::move(answer.scan);
+  return answer.word;
+}
+
+std::optional<RangeScan> VisionService::take_scan() { return std::exchange(scan_, std::nullopt); }
+
+}  // namespace dive::mission

@@ -1,0 +1,83 @@
+// What estimators say. Values are taken apart by structured bindings, so that a new member does not
+// compile before it is logged.
+
+#include <dive/state_estimate_t.hpp>
+#include <dive/vision_estimate_t.hpp>
+
+#include "mission/record/log_codec.h"
+#include "vehicle/link/packet_detail.h"
+
+namespace dive::mission {
+
+using namespace link::detail;
+
+namespace {
+
+constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double);
+constexpr Run kEstimate[] = {bytes(kEstimateSize)};
+constexpr Run kVision[] = {bytes(3 * 8 + sizeof(double) + 1 + 3 * 4 + kEstimateSize)};
+
+void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t& m) {
+  const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
+  m.utime = utime;
+  m.valid = valid ? 1 : 0;
+  m.source = static_cast<std::int8_t>(source);
+  write_pose(X_WB, m.pose);
+  write_vector(v_WB_B, m.v);
+  write_vector(omega_WB_B, m.omega);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance) = covariance;
+}
+
+bool read_estimate(const state_estimate_t& m, estimation::StateEstimate& estimate) {
+  estimate.utime = m.utime;
+  estimate.X_WB = read_pose(m.pose);
+  estimate.v_WB_B = read_vector(m.v);
+  estimate.omega_WB_B = read_vector(m.omega);
+  estimate.covariance =
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance);
+  return read_flag(m.valid, estimate.valid) &&
+         read_enum(m.source, estimation::EstimatorKind::kVisualInertial, estimate.source);
+}
+
+}  // namespace
+
+bool encode(const estimation::StateEstimate& estimate, Packet& packet) {
+  state_estimate_t m;
+  write_estimate(estimate, m);
+  return pack(m, kEstimate, packet);
+}
+
+bool decode(PacketView packet, estimation::StateEstimate& estimate) {
+  const auto m = unpack<state_estimate_t>(packet, kEstimate);
+  return m && read_estimate(*m, estimate);
+}
+
+bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet) {
+  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used] = vision;
+  vision_estimate_t m;
+  m.utime = now;
+  m.frame_utime = frame_utime;
+  m.begun_from = begun_from;
+  m.period = period;
+  m.fault = static_cast<std::int8_t>(fault);
+  m.tracked = tracked;
+  m.stereo = stereo;
+  m.used = used;
+  write_estimate(estimate, m.estimate);
+  return pack(m, kVision, packet);
+}
+
+bool decode(PacketView packet, estimation::VisionEstimate& vision) {
+  const auto m = unpack<vision_estimate_t>(packet, kVision);
+  if (!m) return false;
+  vision.frame_utime = m->frame_utime;
+  vision.begun_from = m->begun_from;
+  vision.period_s = m->period;
+  vision.tracked = m->tracked;
+  vision.stereo = m->stereo;
+  vision.used = m->used;
+  return read_enum(m->fault, estimation::VisionFault::kImplausible, vision.fault) &&
+         read_estimate(m->estimate, vision.estimate);
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,135 @@
+// The executive and words of vision that are written here: who is believed is an event of the
+// machine, a variable of guards, a reason to plan anew.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/executive/executive.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test">
+  <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
+  <map file="none.sdf"/>
+  <start x="0" y="0" z="3" z_units="DEPTH" heading_deg="90"/>
+  <limits max_depth="6" min_altitude="0.3" clearance="0.6" mission_timeout="100"
+          battery_reserve="0.2"/>
+  <estimation estimator="visual_inertial"/>
+  <failsafes><localisation_lost rung="hold" sigma="0.2" persistence="0.2"/></failsafes>
+  <states initial="far">
+    <goto id="far" x="30" y="0" z="3" z_units="DEPTH">
+      <transition event="estimator.switched" cond="estimator == primitive and elapsed &gt; 6 s"
+                  target="wait"/>
+    </goto>
+    <hold id="wait" duration="50"><transition event="done.state.wait" target="up"/></hold>
+    <surface id="up"><transition event="done.state.up" target="end"/></surface>
+    <final id="end"/>
+  </states>
+</mission>)";
+
+class SightTest : public ::testing::Test {
+ protected:
+  void SetUp() override { use(kMission); }
+
+  void use(const std::string& text) {
+    Diagnostics diagnostics;
+    model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+    mission_ = *parse_mission(SourceText("test.xml", text), diagnostics, MapFile::kNotNeeded);
+    executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  }
+
+  StepOutputs tick() {
+    now_ += 20'000;
+    StepInputs inputs;
+    inputs.now = now_;
+    noise_ = -noise_;
+    inputs.imu = ImuSample{now_, from_rpy(0, 0, noise_), {}, {0, 0, 9.81}};
+    inputs.depth = DepthSample{now_, 3.0 + noise_};
+    inputs.health = HealthSample{now_, 1.0, 20.0, false};
+    if (query_) {
+      PlanReply reply;
+      reply.id = query_->id;
+      reply.status = planning::PlanStatus::kSuccess;
+      reply.waypoints = {query_->request.start, query_->request.goal};
+      reply.clearance_m = 1.0;
+      inputs.plan = reply;
+      query_.reset();
+    }
+    if (sees_ && now_ % 60'000 == 0) inputs.vision = word();
+    StepOutputs outputs = executive_->step(inputs);
+    if (outputs.plan_query) {
+      query_ = outputs.plan_query;
+      causes_.push_back(query_->cause);
+    }
+    for (const auto& t : outputs.transitions) events_.push_back(t.event);
+    for (const auto& a : outputs.actions) notes_.push_back(a.text);
+    for (const auto& f : outputs.failsafes) rungs_.push_back(f.rung + " " + f.cause);
+    return outputs;
+  }
+
+  [[nodiscard]] estimation::VisionEstimate word() const {
+    estimation::VisionEstimate word;
+    word.frame_utime = now_ - 40'000;
+    word.period_s = 0.06;
+    word.fault = fault_;
+    word.estimate.utime = word.frame_utime;
+    word.estimate.valid = true;
+    word.estimate.X_WB.p = {0.0, 0.1, -3.0};
+    word.estimate.covariance = sigma_ * sigma_ * Matrix6d::Identity();
+    return word;
+  }
+
+  StepOutputs run(double seconds) {
+    StepOutputs outputs;
+    for (const Utime end = now_ + from_seconds(seconds); now_ < end;) outputs = tick();
+    return outputs;
+  }
+
+  Mission mission_;
+  planning::World world_;
+  vehicle::Model model_;
+  std::optional<Executive> executive_;
+  Utime now_ = 0;
+  double noise_ = 1e-4;
+  bool sees_ = true;
+  double sigma_ = 0.03;
+  estimation::VisionFault fault_ = estimation::VisionFault::kNone;
+  std::optional<PlanQuery> query_;
+  std::vector<std::string> events_, notes_, causes_, rungs_;
+};
+
+TEST_F(SightTest, WhoIsBelievedIsAnEventAVariableAndAReasonToPlanAnew) {
+  EXPECT_EQ(run(1.0).estimate.source, estimation::EstimatorKind::kVisualInertial);
+  EXPECT_THAT(notes_, Contains("estimator visual_inertial: the cameras see well"));
+  run(5.0);
+  EXPECT_THAT(causes_, Contains("estimator switched"));
+  EXPECT_THAT(events_, ::testing::Not(Contains("estimator.switched"))) << "its guard is false";
+  fault_ = estimation::VisionFault::kBlurred;
+  const StepOutputs outputs = run(0.5);
+  EXPECT_EQ(outputs.estimate.source, estimation::EstimatorKind::kPrimitive);
+  EXPECT_THAT(notes_, Contains("estimator primitive: the pictures are blurred"));
+  EXPECT_THAT(events_, Contains("estimator.switched"));
+  EXPECT_EQ(outputs.status.state, "wait");
+}
+
+TEST_F(SightTest, TheFailsafeOfAnUncertainPositionHearsWhatIsPublished) {
+  sigma_ = 0.5;
+  run(2.0);
+  EXPECT_THAT(rungs_, Contains("hold localisation_lost"));
+}
+
+TEST_F(SightTest, AMissionThatDoesNotAskForVisionHearsNothingOfIt) {
+  std::string text = kMission;
+  const std::string asks = "<estimation estimator=\"visual_inertial\"/>";
+  text.replace(text.find(asks), asks.size(), "<estimation estimator=\"primitive\"/>");
+  use(text);
+  EXPECT_EQ(run(2.0).estimate.source, estimation::EstimatorKind::kPrimitive);
+  EXPECT_THAT(notes_, ::testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,228 @@
+// The cameras' estimator as a service, in a painted room, on pictures and samples whose truth is
+// known.
+
+#include "mission/executive/vision_service.h"
+
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "test/estimation/visual_inertial/painted_room.h"
+
+namespace dive::mission {
+namespace {
+
+using estimation::VisionEstimate;
+using estimation::VisionFault;
+
+constexpr Utime kTick = 20'000;
+constexpr Utime kPeriod = 100'000;
+constexpr Utime kLatency = 80'000;
+constexpr double kSpeed = 0.3;
+
+CameraModel small_camera(double y) {
+  CameraModel camera = estimation::testing::test_camera(y);
+  camera.width = 320;
+  camera.height = 208;
+  camera.fx = camera.fy = 190.0;
+  camera.cx = 159.5;
+  camera.cy = 103.5;
+  camera.radtan = {};
+  return camera;
+}
+
+estimation::VisionOptions options() {
+  estimation::VisionOptions options;
+  options.period_s = to_seconds(kPeriod);
+  options.filter.cameras = {small_camera(0.07), small_camera(-0.07)};
+  return options;
+}
+
+// Swims along y past the wall ahead, and keeps its heading.
+Pose pose_at(Utime t) {
+  return {{0.0, kSpeed * to_seconds(t), -1.0}, Eigen::Quaterniond::Identity()};
+}
+
+/// What a test lays hands on.
+struct Taken {
+  std::optional<ImageFrame> left;
+  std::optional<ImageFrame> right;
+};
+
+class VisionServiceTest : public ::testing::Test {
+ protected:
+  void use(Late late, RangeMaker make_range = nullptr) {
+    service_.emplace(options(), 1, kLatency, late, std::move(make_range));
+  }
+
+  [[nodiscard]] estimation::StateEstimate published() const {
+    estimation::StateEstimate estimate;
+    estimate.utime = now_;
+    estimate.valid = true;
+    estimate.X_WB = pose_at(now_);
+    estimate.v_WB_B = {0.0, kSpeed, 0.0};
+    estimate.covariance = 1e-4 * Matrix6d::Identity();
+    return estimate;
+  }
+
+  void hear() {
+    for (int i = 1; i <= 4; ++i) {
+      ImuSample sample;
+      sample.utime = now_ - kTick + i * 5'000;
+      sample.accel_B.z() = 9.81;
+      if (imu_is_nan_) sample.gyro_B.x() = std::numeric_limits<double>::quiet_NaN();
+      if (imu_speaks_) service_->hear({&sample, 1});
+    }
+    service_->hear(DepthSample{now_, 1.0});
+  }
+
+  [[nodiscard]] Taken take() {
+    const auto picture = [&](double y, int index) {
+      const CameraModel camera = small_camera(y);
+      ImageFrame frame = room_.picture(camera, pose_at(now_) * camera.X_BC, now_, 1.0, light_);
+      frame.camera = index;
+      return frame;
+    };
+    return {picture(0.07, 0), picture(-0.07, 1)};
+  }
+
+  // The words of so many seconds; `spoil` is given each pair.
+  std::vector<VisionEstimate> run(double seconds,
+                                  const std::function<void(Taken&)>& spoil = nullptr) {
+    std::vector<VisionEstimate> words;
+    for (const Utime end = now_ + from_seconds(seconds); now_ < end;) {
+      now_ += kTick;
+      hear();
+      if (auto word = service_->poll(now_)) {
+        arrived_.push_back(now_ - word->frame_utime);
+        words.push_back(*word);
+        if (service_->take_scan()) ++scans_;
+      }
+      service_->observe(published());
+      if (now_ % kPeriod != 0) continue;
+      Taken taken = take();
+      if (spoil) spoil(taken);
+      service_->submit(std::move(taken.left), std::move(taken.right), now_);
+    }
+    return words;
+  }
+
+  [[nodiscard]] static std::vector<VisionFault> faults(const std::vector<VisionEstimate>& words) {
+    std::vector<VisionFault> result;
+    for (const VisionEstimate& word : words) result.push_back(word.fault);
+    return result;
+  }
+
+  estimation::testing::PaintedRoom room_{{3, 4, 2}};
+  std::optional<VisionService> service_;
+  Utime now_ = 0;
+  double light_ = 1.0;
+  bool imu_speaks_ = true;
+  bool imu_is_nan_ = false;
+  std::vector<Utime> arrived_;
+  int scans_ = 0;
+};
+
+TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
+  use(Late::kWait);
+  const std::vector<VisionEstimate> words = run(2.0);
+  ASSERT_GE(words.size(), 18U);
+  EXPECT_THAT(arrived_, ::testing::Each(kLatency));
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
+    const estimation::StateEstimate& estimate = words[i].estimate;
+    EXPECT_LT((estimate.X_WB.p - pose_at(estimate.utime).p).norm(), 0.02) << i;
+    EXPECT_EQ(words[i].begun_from, words[4].begun_from);
+  }
+}
+
+TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
+  use(Late::kWait);
+  const std::vector<VisionEstimate> first = run(1.0);
+  now_ = 0;
+  use(Late::kWait);
+  const std::vector<VisionEstimate> second = run(1.0);
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].estimate.X_WB.p, second[i].estimate.X_WB.p) << i;
+    EXPECT_EQ(first[i].estimate.covariance, second[i].estimate.covariance) << i;
+    EXPECT_EQ(first[i].used, second[i].used) << i;
+  }
+}
+
+TEST_F(VisionServiceTest, SaysWhatIsWrongWithThePictures) {
+  use(Late::kWait);
+  run(1.0);
+  const auto spoiled = [&](const std::function<void(Taken&)>& spoil) {
+    run(0.1, spoil);
+    std::vector<VisionEstimate> words = run(0.4, spoil);
+    run(1.0);
+    return faults(words);
+  };
+  using ::testing::Each;
+  EXPECT_THAT(spoiled([](Taken& t) {
+                for (auto& p : t.left->pixels) p = 3;
+              }),
+              Each(VisionFault::kDark));
+  std::optional<ImageFrame> kept;
+  EXPECT_THAT(spoiled([&](Taken& t) {
+                if (kept) t.left->pixels = kept->pixels;
+                kept = t.left;
+              }),
+              ::testing::Contains(VisionFault::kFrozen).Times(::testing::Ge(3)));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->width = 160; }), Each(VisionFault::kBadPicture));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->utime = 900'000; }), Each(VisionFault::kBadPicture));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left.reset(); }), Each(VisionFault::kNoPictures));
+  EXPECT_THAT(spoiled([](Taken& t) { t.right.reset(); }), Each(VisionFault::kNone))
+      << "one eye will do";
+  EXPECT_TRUE(run(0.3).back().is_good());
+}
+
+TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
+  use(Late::kWait);
+  run(1.0);
+  const Utime begun = run(0.2).back().begun_from;
+  imu_is_nan_ = true;
+  for (const VisionEstimate& word : run(1.0)) {
+    EXPECT_TRUE(word.estimate.X_WB.is_finite() && word.estimate.covariance.allFinite());
+  }
+  imu_is_nan_ = false;
+  imu_speaks_ = false;
+  for (const VisionEstimate& word : run(4.0)) EXPECT_TRUE(word.estimate.X_WB.is_finite());
+  imu_speaks_ = true;
+  run(1.5);
+  const VisionEstimate last = run(0.2).back();
+  EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
+  EXPECT_GT(last.begun_from, begun);
+  EXPECT_LT((last.estimate.X_WB.p - pose_at(last.estimate.utime).p).norm(), 0.1);
+}
+
+TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
+  std::size_t landmarks = 0;
+  use(Late::kWait, [&](const SeenPair& pair) -> std::optional<RangeScan> {
+    EXPECT_EQ(pair.left->utime, pair.word->frame_utime);
+    EXPECT_EQ(pair.right->camera, 1);
+    landmarks += pair.landmarks.size();
+    RangeScan scan;
+    scan.utime = pair.left->utime;
+    return scan;
+  });
+  const std::vector<VisionEstimate> words = run(2.0);
+  EXPECT_EQ(scans_, static_cast<int>(words.size()));
+  EXPECT_GT(landmarks, 0U);
+}
+
+TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {
+  use(Late::kNotYet);
+  Utime last = 0;
+  for (const VisionEstimate& word : run(1.0)) {
+    EXPECT_GE(word.frame_utime, last);
+    last = word.frame_utime;
+  }
+}
+
+}  // namespace
+}  // namespace dive::mission
