@@ -143,7 +143,7 @@ class EstimateWatch {
   void observe(const estimation::StateEstimate& estimate) {
     if (!estimate.valid) return;
     if (last_) {
-      const double step_m = (estimate.X_WB.p - last_->X_WB.p).norm();
+      const double step_m = (estimate.X_WB.p - last_->X_WB.p).head<2>().norm();
       result_.largest_step_m = std::max(result_.largest_step_m, step_m);
       result_.estimator_switches += last_->source != estimate.source ? 1 : 0;
     }

@@ -77,7 +77,7 @@ struct DiveResult {
   double estimate_sigma_m = 0.0;  ///< ... and what the estimator believed of it, one sigma.
   std::string estimator;          ///< That was believed at the end.
   int estimator_switches = 0;
-  double largest_step_m = 0.0;  ///< Of the estimated position from one tick to the next.
+  double largest_step_m = 0.0;  ///< Of the estimate from one tick to the next, horizontally.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
   planning::SeenMap seen;                         ///< In unknown water: the map at the end ...

@@ -204,9 +204,9 @@ TEST(ScenarioCommand, ADiveBySightReplays) {
   const fs::path keep = own_folder() / "by_sight";
   fs::remove_all(keep);
   const Ran ran = dive("test --keep-all --keep " + quoted(keep) + " " +
-                       quoted(kShipped / "camera_frozen_for_a_moment.xml"));
+                       quoted(kShipped / "cameras_fail_in_turn.xml"));
   EXPECT_EQ(ran.status, 0) << ran.out;
-  const fs::path log = keep / "camera_frozen_for_a_moment.lcmlog";
+  const fs::path log = keep / "cameras_fail_in_turn.lcmlog";
   EXPECT_EQ(dive("replay " + quoted(log)).status, 0);
   EXPECT_THAT(dive("explain " + quoted(log)).out, HasSubstr("estimator primitive: the same"));
 }
