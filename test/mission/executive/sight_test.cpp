@@ -21,7 +21,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
   <estimation estimator="visual_inertial"/>
   <failsafes><localisation_lost rung="hold" sigma="0.2" persistence="0.2"/></failsafes>
   <states initial="far">
-    <goto id="far" x="30" y="0" z="3" z_units="DEPTH">
+    <goto id="far" x="30" y="0" z="3" z_units="DEPTH" timeout="90" on_timeout="up">
       <transition event="estimator.switched" cond="estimator == primitive and elapsed &gt; 6 s"
                   target="wait"/>
     </goto>
@@ -38,7 +38,8 @@ class SightTest : public ::testing::Test {
   void use(const std::string& text) {
     Diagnostics diagnostics;
     model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-    mission_ = *parse_mission(SourceText("test.xml", text), diagnostics, MapFile::kNotNeeded);
+    mission_ =
+        parse_mission(SourceText("test.xml", text), diagnostics, MapFile::kNotNeeded).value();
     executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   }
 
