@@ -153,12 +153,13 @@ void HandOver::believe(const VisionEstimate& vision) {
   anchor_ = at;
   yaw_target_ = turn_between(q_WB, at.q_WB);
   drift_W_ = (q_WB * estimate.v_WB_B).head<2>() - turned(yaw_target_) * at.v_W;
-  const double weight = std::clamp(since / options_.drift_time_s, 0.0, 1.0);
-  mean_drift_W_ += weight * (drift_W_ - mean_drift_W_);
+  averaged_s_ = std::min(averaged_s_ + since, options_.drift_time_s);
+  if (averaged_s_ > 0.0) mean_drift_W_ += since / averaged_s_ * (drift_W_ - mean_drift_W_);
   base_W_ = estimate.X_WB.p.head<2>() + shift_W_ - begun_shift_W_ +
             drift_W_ * to_seconds(newest().utime - at.utime);
   offset_W_ = estimate_.X_WB.p.head<2>() - target();
   base_covariance_ = horizontal(estimate.covariance, q_WB.conjugate() * Vector3d::UnitZ());
+  drift_doubt_ = 0.0;
   estimate_.source = EstimatorKind::kVisualInertial;
   has_begun_ = true;
   fault_ = VisionFault::kNone;
@@ -171,6 +172,7 @@ void HandOver::give_up(VisionFault fault) {
   base_W_ = estimate_.X_WB.p.head<2>();
   offset_W_.setZero();
   yaw_target_ = yaw_;
+  drift_doubt_ = (drift_W_ - mean_drift_W_).norm();
   drift_W_ = mean_drift_W_ = at_most(mean_drift_W_, options_.max_drift);
   const bool was_short =
       believed_since_ && to_seconds(newest().utime - *believed_since_) < options_.soon_s;
@@ -253,7 +255,7 @@ Matrix3d HandOver::uncertainty() const {
   Matrix3d F = Matrix3d::Identity();
   F.block<2, 1>(0, 2) = Vector2d(-D.y(), D.x());
   Matrix3d P = F * base_covariance_ * F.transpose();
-  const double drift = options_.drift_sigma + options_.drift_share * drift_W_.norm();
+  const double drift = options_.drift_sigma + options_.drift_share * drift_W_.norm() + drift_doubt_;
   const double walk = primitive_.drift_m_per_sqrt_s;
   P.topLeftCorner<2, 2>() += std::pow(primitive_.speed_scale_sigma, 2) * D * D.transpose();
   P.diagonal().head<2>().array() += std::pow(drift * t, 2) + walk * walk * t;

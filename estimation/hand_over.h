@@ -117,6 +117,8 @@ class HandOver {
   double yaw_ = 0.0;                                        ///< c, rad,
   double yaw_target_ = 0.0;                                 ///< and what vision says of it.
   Eigen::Vector2d mean_drift_W_ = Eigen::Vector2d::Zero();  ///< Of d while there is vision, m/s.
+  double averaged_s_ = 0.0;                                 ///< Over which, at most drift_time_s.
+  double drift_doubt_ = 0.0;  ///< m/s that d was off its mean when vision was lost.
   /// At t_f, of the errors of x, y (W, m) and heading (rad).
   Eigen::Matrix3d base_covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Vector2d shift_W_ = Eigen::Vector2d::Zero();        ///< By moved(), so far.

@@ -185,10 +185,10 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   word.begun_from = begun_from_;
   word.used = filter_.health().visual.used;
   if (word.fault != VisionFault::kNone) {
-    sees_since_ = newest_;
     if (filter_.health().diverged) word.fault = VisionFault::kDiverged;
     return word;
   }
+  if (newest_ - last_picture_ > kInTheDark) sees_since_ = newest_;
   last_picture_ = newest_;
   word.fault = judge_filter(newest_);
   return word;

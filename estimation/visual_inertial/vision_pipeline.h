@@ -77,7 +77,7 @@ class VisionPipeline {
   Utime begun_from_ = 0;
   Utime newest_ = 0;        ///< IMU sample.
   Utime last_picture_ = 0;  ///< That was of use.
-  Utime sees_since_ = 0;    ///< Without a break.
+  Utime sees_since_ = 0;    ///< But for single pictures.
   Utime told_speed_ = 0;
   double sharpness_ = 0.0;  ///< Usual.
   double refused_ = 0.0;    ///< Share of features, of some seconds.

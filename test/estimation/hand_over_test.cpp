@@ -159,7 +159,7 @@ TEST_F(HandOverTest, OneBadWordIsNone) {
 // What the water does goes on, and is known.
 TEST_F(HandOverTest, InTheDarkTheWaterGoesOnAsItDid) {
   current_ = 0.2;
-  run(20.0);
+  run(4.0);
   speaks_ = false;
   run(7.0);
   EXPECT_EQ(hand_over_.estimate().source, kReckoned);
