@@ -272,6 +272,10 @@ TEST_F(HandOverTest, AMapMovesVisionWithIt) {
   run(0.02);
   EXPECT_NEAR(hand_over_.estimate().X_WB.p.y(), 0.3, 1e-3);
   EXPECT_LT(hand_over_.offset_m(), 0.01);
+  speaks_ = false;
+  const double before = run(1.0).X_WB.p.y();
+  hand_over_.moved({0.0, -0.2});
+  EXPECT_NEAR(run(0.02).X_WB.p.y(), before - 0.2, 0.01) << "in the dark as well";
 }
 
 TEST_F(HandOverTest, AllocatesNothing) {

@@ -3,7 +3,6 @@
 
 #include "mission/executive/vision_service.h"
 
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -83,8 +82,7 @@ class VisionServiceTest : public ::testing::Test {
   [[nodiscard]] Taken take() {
     const auto picture = [&](double y, int index) {
       const CameraModel camera = small_camera(y);
-      const Pose X_WB = pose_at(now_) * Pose{{}, from_rpy(0.0, 0.0, shown_turn_)};
-      ImageFrame frame = room_.picture(camera, X_WB * camera.X_BC, now_);
+      ImageFrame frame = room_.picture(camera, pose_at(now_) * camera.X_BC, now_);
       frame.camera = index;
       return frame;
     };
@@ -121,7 +119,6 @@ class VisionServiceTest : public ::testing::Test {
   estimation::testing::PaintedRoom room_{{3, 4, 2}};
   std::optional<VisionService> service_;
   Utime now_ = 0;
-  double shown_turn_ = 0.0;  ///< rad that the pictures show, and the gyro does not.
   bool imu_speaks_ = true;
   bool imu_is_nan_ = false;
   std::vector<Utime> arrived_;
@@ -201,19 +198,6 @@ TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
   EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
   EXPECT_GT(last.begun_from, begun);
   EXPECT_LT((last.estimate.X_WB.p - pose_at(last.estimate.utime).p).norm(), 0.1);
-}
-
-TEST_F(VisionServiceTest, PicturesThatTurnWhereTheGyroFeelsNothingAreNotBelievedForLong) {
-  use(Late::kWait);
-  run(1.0);
-  int good = 0;
-  const auto turning = [&](Taken&) { shown_turn_ += 0.04 * std::sin(6.0 * to_seconds(now_)); };
-  run(4.0, turning);
-  for (const VisionEstimate& word : run(1.0, turning)) good += word.is_good() ? 1 : 0;
-  EXPECT_LE(good, 2);
-  shown_turn_ = 0.0;
-  run(3.0);
-  EXPECT_TRUE(run(0.2).back().is_good());
 }
 
 TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
