@@ -71,7 +71,7 @@ std::string MapperOptions::validate() const {
         outside("min_neighbours", min_neighbours, 0, 100), outside("snow_m", snow_m, 0.0, 20.0),
         outside("snow_neighbours", snow_neighbours, 0, 100), outside("confirm", confirm, 1, 6),
         outside("noise_m", noise_m, 0.0, 1.0), outside("noise_share", noise_share, 0.0, 0.2),
-        outside("on_piece_m", on_piece_m, 0.0, 1.0), outside("flat_m", flat_m, 0.001, 1.0),
+        outside("noise_square", noise_square, 0.0, 0.2), outside("on_piece_m", on_piece_m, 0.0, 1.0), outside("flat_m", flat_m, 0.001, 1.0),
         outside("skin_m", skin_m, 0.0, 1.0), outside("ball_m", ball_m, 0.0, 1.0),
         outside("longest_edge_m", longest_edge_m, 0.05, 5.0),
         outside("points_per_update", points_per_update, 1, 1e8),
@@ -90,7 +90,8 @@ struct Mapper::Impl {
         lookout(hull) {}
 
   [[nodiscard]] float noise(float range) const {
-    return static_cast<float>(options.noise_m) + static_cast<float>(options.noise_share) * range;
+    return static_cast<float>(options.noise_m) + static_cast<float>(options.noise_share) * range +
+           static_cast<float>(options.noise_square) * range * range;
   }
 
   // The cell and voxel of a point; false when it is farther than any vehicle goes.

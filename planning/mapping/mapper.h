@@ -33,7 +33,8 @@ struct MapperOptions {
   int snow_neighbours = 5;       ///< ... a surface has more neighbours there.
   int confirm = 2;               ///< Sweeps that must see a voxel before it is believed.
   double noise_m = 0.01;         ///< One sigma of a range ...
-  double noise_share = 0.005;    ///< ... and so much more of the range itself.
+  double noise_share = 0.005;    ///< ... and so much more of the range itself ...
+  double noise_square = 0.0;     ///< ... and of its square, 1/m: a stereo pair's.
   double on_piece_m = 0.04;      ///< Plus two sigma: a point so near to a piece is of it.
   double flat_m = 0.018;         ///< FlatPieceOptions::flat_m
   double skin_m = 0.002;         ///< FlatPieceOptions::skin_m
