@@ -63,6 +63,7 @@ dive_imported_library(dive_opencv_core opencv2/core.hpp opencv_core SUFFIXES ope
 dive_imported_library(dive_opencv_imgproc opencv2/imgproc.hpp opencv_imgproc SUFFIXES opencv4)
 dive_imported_library(dive_opencv_imgcodecs opencv2/imgcodecs.hpp opencv_imgcodecs SUFFIXES opencv4)
 dive_imported_library(dive_opencv_calib3d opencv2/calib3d.hpp opencv_calib3d SUFFIXES opencv4)
+dive_imported_library(dive_opencv_features2d opencv2/features2d.hpp opencv_features2d SUFFIXES opencv4)
 dive_imported_library(dive_visp_core visp3/core/vpConfig.h visp_core)
 dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
 dive_imported_library(dive_png png.h png)

@@ -10,6 +10,7 @@
 
 #include "estimation/primitive.h"
 #include "estimation/visual_inertial/gyro_turn.h"
+#include "estimation/visual_inertial/loop_closer.h"
 #include "estimation/visual_inertial/tracker.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
 
@@ -168,6 +169,9 @@ class Runner {
     return filter_ ? filter_->update(now) : primitive_->update(now);
   }
 
+  /// As the filter has calibrated them.
+  [[nodiscard]] const std::vector<Pose>& cameras_B() const { return filter_->state().cameras_B; }
+
   [[nodiscard]] std::string diverged() const {
     return filter_ && filter_->health().diverged ? filter_->health().reason : std::string();
   }
@@ -179,6 +183,44 @@ class Runner {
   std::optional<VisualInertialFilter> filter_;
   std::optional<Tracker> tracker_;
   std::string problem_;
+};
+
+// Loops over a recording: each keyframe is looked at before the next picture comes.
+class Loops {
+ public:
+  Loops(const AslDataset& dataset, bool has_depth)
+      : viewer_({}, dataset.cameras[0].model, dataset.cameras[1].model),
+        closer_(options_of(has_depth), dataset.cameras[0].model, dataset.cameras[1].model) {}
+
+  void add(const ImageFrame& left, const ImageFrame& right, const StateEstimate& filter,
+           const std::vector<Pose>& cameras_B, Clock& clock, DatasetRun& run) {
+    if (!closer_.is_due(filter)) return;
+    const Utime before = clock.now();
+    closer_.calibrate(cameras_B[0], cameras_B[1]);
+    if (auto view = viewer_.view(left, right)) {
+      if (auto correction = closer_.add(std::move(*view), filter)) {
+        correction_ = std::move(*correction);
+        run.closures.push_back(correction_->closure);
+      }
+      ++run.keyframes;
+    }
+    run.loop_ms.push_back(1e3 * to_seconds(clock.now() - before));
+  }
+
+  [[nodiscard]] StateEstimate corrected(const StateEstimate& filter) const {
+    return correction_ ? correction_->apply(filter) : filter;
+  }
+
+ private:
+  static LoopCloserOptions options_of(bool has_depth) {
+    LoopCloserOptions options;
+    options.has_depth = has_depth;
+    return options;
+  }
+
+  PlaceViewer viewer_;
+  LoopCloser closer_;
+  std::optional<LoopCorrection> correction_;
 };
 
 // The right picture that was taken with the left one, if there is one.
@@ -225,6 +267,13 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
   if (!start) return Failure(start.error());
   Runner runner(dataset, options, *start, truth);
   if (!runner.problem().empty()) return Failure(runner.problem());
+  std::optional<Loops> loops;
+  if (options.loops) {
+    if (options.mono || dataset.cameras.size() < 2 || !runner.needs_pictures()) {
+      return Failure("loops are closed by the visual-inertial estimator with two cameras only");
+    }
+    loops.emplace(dataset, options.use_depth && !dataset.depth.empty());
+  }
 
   DatasetRun run;
   std::optional<Quaterniond> q_WB;
@@ -269,6 +318,8 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
     const StateEstimate& estimate = runner.update(picture.utime);
     run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
     if (estimate.valid) run.estimates.push_back(estimate);
+    if (loops && left && right) loops->add(*left, *right, estimate, runner.cameras_B(), clock, run);
+    if (loops && estimate.valid) run.corrected.push_back(loops->corrected(estimate));
     progress(static_cast<double>(run.frames) / static_cast<double>(pictures.size()));
   }
   if (run.frames > 0) run.mean_features /= run.frames;

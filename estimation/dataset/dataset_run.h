@@ -12,6 +12,7 @@
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
+#include "estimation/visual_inertial/loop_correction.h"
 
 namespace dive::estimation {
 
@@ -26,6 +27,7 @@ struct RunOptions {
   RunStart start = RunStart::kRest;
   bool mono = false;      ///< Only the left camera, though there are two.
   bool use_depth = true;  ///< Where there is a depth sensor.
+  bool loops = false;     ///< Close loops; needs two cameras.
   double speed = 0.4;     ///< m/s forward, that the primitive estimator and kMotion expect.
   std::uint64_t seed = 1;
 
@@ -34,11 +36,16 @@ struct RunOptions {
 
 struct DatasetRun {
   std::vector<StateEstimate> estimates;  ///< At each picture; valid ones only.
-  std::vector<double> frame_ms;          ///< Front end and filter, each picture, without decoding.
-  int frames = 0;                        ///< Pictures, used or not.
-  int refused = 0;                       ///< Of those, without features: dark, frozen, broken.
-  int poor = 0;                          ///< With too few to be sure of them.
-  int lost = 0;                          ///< In which tracking was lost.
+  /// The same, corrected by the loops closed until then; empty without RunOptions::loops.
+  std::vector<StateEstimate> corrected;
+  int keyframes = 0;
+  std::vector<LoopClosure> closures;  ///< In the order in which they were believed.
+  std::vector<double> loop_ms;        ///< Of each keyframe, off the critical path.
+  std::vector<double> frame_ms;       ///< Front end and filter, each picture, without decoding.
+  int frames = 0;                     ///< Pictures, used or not.
+  int refused = 0;                    ///< Of those, without features: dark, frozen, broken.
+  int poor = 0;                       ///< With too few to be sure of them.
+  int lost = 0;                       ///< In which tracking was lost.
   double mean_features = 0.0;
   std::string last_fault;  ///< A sentence; empty without one.
   std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.

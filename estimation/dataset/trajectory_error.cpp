@@ -159,4 +159,16 @@ Nees nees(const std::vector<StateEstimate>& estimates, const Trajectory& truth) 
   return result;
 }
 
+std::vector<double> closure_errors(const std::vector<LoopClosure>& closures,
+                                   const Trajectory& truth) {
+  std::vector<double> errors;
+  for (const LoopClosure& closure : closures) {
+    const auto then = pose_at(truth, closure.utime_old, kMaxGap);
+    const auto now = pose_at(truth, closure.utime_new, kMaxGap);
+    if (!then || !now) continue;
+    errors.push_back(((then->inverse() * *now).p - closure.X_B0B1.p).norm());
+  }
+  return errors;
+}
+
 }  // namespace dive::estimation

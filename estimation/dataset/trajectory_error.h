@@ -10,6 +10,7 @@
 #include "common/se3.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
+#include "estimation/visual_inertial/loop_correction.h"
 
 namespace dive::estimation {
 
@@ -59,5 +60,10 @@ struct Nees {
   double orientation = 0.0;
 };
 [[nodiscard]] Nees nees(const std::vector<StateEstimate>& estimates, const Trajectory& truth);
+
+/// Of loops against the truth: by how many metres one puts the later body off, seen from the
+/// earlier one. Those for which the truth is known.
+[[nodiscard]] std::vector<double> closure_errors(const std::vector<LoopClosure>& closures,
+                                                 const Trajectory& truth);
 
 }  // namespace dive::estimation

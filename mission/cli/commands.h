@@ -135,6 +135,7 @@ struct EstimateArguments {
   std::string init = "rest";         ///< rest, motion or truth
   bool mono = false;
   bool no_depth = false;
+  bool loops = false;
   double speed = 0.4;
   std::uint64_t seed = 1;
   std::string output;  ///< Empty: none.

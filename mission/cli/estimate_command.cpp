@@ -26,6 +26,7 @@ using estimation::AslDataset;
 using estimation::DatasetRun;
 using estimation::RelativeError;
 using estimation::Trajectory;
+using Estimates = std::vector<estimation::StateEstimate>;
 
 constexpr double kStretches_m[] = {1.0, 5.0, 10.0, 25.0, 50.0, 100.0};
 
@@ -52,14 +53,14 @@ Timing timing_of(std::vector<double> ms) {
   return timing;
 }
 
-Trajectory estimated(const DatasetRun& run) {
+Trajectory estimated(const Estimates& estimates) {
   Trajectory trajectory;
-  for (const estimation::StateEstimate& e : run.estimates) trajectory.push_back({e.utime, e.X_WB});
+  for (const estimation::StateEstimate& e : estimates) trajectory.push_back({e.utime, e.X_WB});
   return trajectory;
 }
 
-Accuracy accuracy_of(const AslDataset& dataset, const DatasetRun& run) {
-  const Trajectory estimate = estimated(run);
+Accuracy accuracy_of(const AslDataset& dataset, const Estimates& estimates) {
+  const Trajectory estimate = estimated(estimates);
   Accuracy accuracy;
   accuracy.distance_m = estimation::length_of(estimate);
   const Trajectory truth = estimation::true_trajectory(dataset);
@@ -77,7 +78,7 @@ Accuracy accuracy_of(const AslDataset& dataset, const DatasetRun& run) {
   }
   if (!dataset.has_true_attitude) return accuracy;
   accuracy.drift_percent = estimation::drift_percent(pairs);
-  accuracy.nees = estimation::nees(run.estimates, truth);
+  accuracy.nees = estimation::nees(estimates, truth);
   for (const double distance : kStretches_m) {
     const RelativeError error = estimation::relative_error(pairs, distance);
     if (error.stretches > 0) accuracy.relative.push_back(error);
@@ -90,8 +91,7 @@ Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
-  const Timing timing = timing_of(run.frame_ms);
+Json to_json(const Accuracy& accuracy) {
   Json relative = Json::array();
   for (const RelativeError& error : accuracy.relative) {
     relative.push_back({{"distance_m", error.distance_m},
@@ -102,29 +102,49 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
   const auto rmse = [](const std::optional<estimation::AbsoluteError>& error) {
     return error ? Json(error->rmse_m) : Json(nullptr);
   };
-  return {{"frames", run.frames},
-          {"duration_s", duration_s},
-          {"distance_m", accuracy.distance_m},
-          {"ate_m", rmse(accuracy.yaw_aligned)},
+  return {{"ate_m", rmse(accuracy.yaw_aligned)},
           {"ate_rigid_m", rmse(accuracy.rigidly_aligned)},
           {"drift_percent", or_null(accuracy.drift_percent)},
           {"rpe", std::move(relative)},
           {"nees_position", accuracy.nees ? Json(accuracy.nees->position) : Json(nullptr)},
-          {"nees_orientation", accuracy.nees ? Json(accuracy.nees->orientation) : Json(nullptr)},
-          {"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
-          {"estimates", run.estimates.size()},
-          {"refused_pictures", run.refused},
-          {"poor_pictures", run.poor},
-          {"lost_pictures", run.lost},
-          {"mean_features", run.mean_features},
-          {"diverged", run.diverged}};
+          {"nees_orientation", accuracy.nees ? Json(accuracy.nees->orientation) : Json(nullptr)}};
 }
 
-void print_report(const EstimateArguments& arguments, const DatasetRun& run,
-                  const Accuracy& accuracy, double duration_s) {
+Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
   const Timing timing = timing_of(run.frame_ms);
-  print(fmt::format("{}: {} pictures in {:.1f} s, {} estimates along {:.2f} m", arguments.folder,
-                    run.frames, duration_s, run.estimates.size(), accuracy.distance_m));
+  Json all = {
+      {"frames", run.frames}, {"duration_s", duration_s}, {"distance_m", accuracy.distance_m}};
+  all.update(to_json(accuracy));
+  all.update({{"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
+              {"estimates", run.estimates.size()},
+              {"refused_pictures", run.refused},
+              {"poor_pictures", run.poor},
+              {"lost_pictures", run.lost},
+              {"mean_features", run.mean_features},
+              {"diverged", run.diverged}});
+  return all;
+}
+
+// The largest by which a loop was closed wrongly, m.
+std::optional<double> worst_closure(const AslDataset& dataset, const DatasetRun& run) {
+  const auto errors =
+      estimation::closure_errors(run.closures, estimation::true_trajectory(dataset));
+  if (errors.empty() || !dataset.has_true_attitude) return std::nullopt;
+  return *std::max_element(errors.begin(), errors.end());
+}
+
+Json loops_to_json(const DatasetRun& run, const Accuracy& accuracy,
+                   const std::optional<double>& worst) {
+  const Timing timing = timing_of(run.loop_ms);
+  Json all = {{"keyframes", run.keyframes},
+              {"closures", run.closures.size()},
+              {"worst_closure_m", or_null(worst)}};
+  all.update(to_json(accuracy));
+  all["ms_per_keyframe"] = {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}};
+  return all;
+}
+
+void print_accuracy(const Accuracy& accuracy) {
   if (accuracy.yaw_aligned) {
     print(fmt::format(
         "  ATE      {:.3f} m, {:.2f} deg (yaw and translation aligned), at most "
@@ -143,6 +163,14 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
     print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
                       accuracy.nees->position, accuracy.nees->orientation));
   }
+}
+
+void print_report(const EstimateArguments& arguments, const DatasetRun& run,
+                  const Accuracy& accuracy, double duration_s) {
+  const Timing timing = timing_of(run.frame_ms);
+  print(fmt::format("{}: {} pictures in {:.1f} s, {} estimates along {:.2f} m", arguments.folder,
+                    run.frames, duration_s, run.estimates.size(), accuracy.distance_m));
+  print_accuracy(accuracy);
   if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
   print(fmt::format("  time     {:.2f} ms per picture, 99 % within {:.2f} ms", timing.mean_ms,
                     timing.p99_ms));
@@ -151,6 +179,17 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
         "  pictures {} refused, {} with few features, tracking lost in {}; the last: {}",
         run.refused, run.poor, run.lost, run.last_fault));
   }
+}
+
+void print_loops(const DatasetRun& run, const Accuracy& accuracy,
+                 const std::optional<double>& worst) {
+  const Timing timing = timing_of(run.loop_ms);
+  print(fmt::format("with {} loops closed among {} keyframes, each estimate by those until then:",
+                    run.closures.size(), run.keyframes));
+  print_accuracy(accuracy);
+  if (worst) print(fmt::format("  loops    at most {:.3f} m off the truth", *worst));
+  print(fmt::format("  time     {:.2f} ms per keyframe, 99 % within {:.2f} ms", timing.mean_ms,
+                    timing.p99_ms));
 }
 
 std::optional<estimation::RunOptions> options_of(const EstimateArguments& arguments) {
@@ -163,6 +202,7 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
                                                : estimation::RunStart::kRest;
   options.mono = arguments.mono;
   options.use_depth = !arguments.no_depth;
+  options.loops = arguments.loops;
   options.speed = arguments.speed;
   options.seed = arguments.seed;
   if (const std::string why = options.validate(); !why.empty()) {
@@ -197,16 +237,23 @@ int run_estimate(const EstimateArguments& arguments) {
     return kExitUsage;
   }
   if (!arguments.output.empty() &&
-      !write_file(arguments.output, estimation::to_tum(estimated(*run)))) {
+      !write_file(arguments.output, estimation::to_tum(estimated(
+                                        options->loops ? run->corrected : run->estimates)))) {
     return kExitUsage;
   }
   const auto& pictures = dataset->cameras[0].pictures;
   const double duration_s = to_seconds(pictures.back().utime - pictures.front().utime);
-  const Accuracy accuracy = accuracy_of(*dataset, *run);
+  const Accuracy accuracy = accuracy_of(*dataset, run->estimates);
+  std::optional<Accuracy> with_loops;
+  if (options->loops) with_loops = accuracy_of(*dataset, run->corrected);
+  const std::optional<double> worst = worst_closure(*dataset, *run);
   if (arguments.json) {
-    print_json(to_json(*run, accuracy, duration_s));
+    Json all = to_json(*run, accuracy, duration_s);
+    if (with_loops) all["loops"] = loops_to_json(*run, *with_loops, worst);
+    print_json(all);
   } else {
     print_report(arguments, *run, accuracy, duration_s);
+    if (with_loops) print_loops(*run, *with_loops, worst);
   }
   if (run->estimates.empty()) {
     complain("the estimator has never started: what it starts from did not come");

@@ -374,6 +374,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->required();
   command->add_flag("--mono", arguments.mono, "The left camera only");
   command->add_flag("--no-depth", arguments.no_depth, "Without the depth sensor");
+  command->add_flag("--loops", arguments.loops,
+                    "Close loops as well: places that are seen again (two cameras)");
   command->add_option("--estimator", arguments.estimator, "visual (default) or primitive")
       ->type_name("NAME")
       ->check(CLI::IsMember({"primitive", "visual"}).description(""));

@@ -174,6 +174,26 @@ TEST(DatasetRun, DoesTheSameTwice) {
   EXPECT_EQ(a.rmse_m, b.rmse_m);
 }
 
+// In four seconds nothing is seen again: keyframes, and what the filter says.
+TEST(DatasetRun, LooksForLoopsAndLeavesTheFilterAlone) {
+  RunOptions options;
+  options.loops = true;
+  const Judged stereo = judged(options);
+  EXPECT_GE(stereo.run.keyframes, 2);
+  EXPECT_TRUE(stereo.run.closures.empty());
+  EXPECT_EQ(stereo.run.loop_ms.size(), static_cast<std::size_t>(stereo.run.keyframes));
+  ASSERT_EQ(stereo.run.corrected.size(), stereo.run.estimates.size());
+  EXPECT_EQ(stereo.run.corrected.back().X_WB.p, stereo.run.estimates.back().X_WB.p);
+
+  const auto dataset = read_asl_dataset(recording());
+  SteadyClock clock;
+  options.mono = true;
+  EXPECT_FALSE(run_on(*dataset, options, clock, [](double) {}));
+  options.mono = false;
+  options.estimator = EstimatorKind::kPrimitive;
+  EXPECT_FALSE(run_on(*dataset, options, clock, [](double) {}));
+}
+
 TEST(DatasetRun, SaysWhatARecordingLacks) {
   auto dataset = read_asl_dataset(recording());
   ASSERT_TRUE(dataset);

@@ -182,5 +182,21 @@ TEST(Nees, IsThreeForAnHonestCovariance) {
   EXPECT_EQ(nees(estimates, truth).samples, 3999);
 }
 
+TEST(ClosureErrors, AreSeenFromTheEarlierPose) {
+  const Eigen::Quaterniond left = from_rpy(0, 0, M_PI / 2);
+  const Trajectory truth = {{0, {{0, 0, 0}, left}}, {100'000, {{0, 2, 0}, left}}};
+  LoopClosure right;
+  right.utime_new = 100'000;
+  right.X_B0B1.p = {2, 0, 0};
+  LoopClosure wrong = right;
+  wrong.X_B0B1.p = {2, 0.5, 0};
+  LoopClosure unknown = right;
+  unknown.utime_new = 900'000;
+  const std::vector<double> errors = closure_errors({right, wrong, unknown}, truth);
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_NEAR(errors[0], 0.0, 1e-12);
+  EXPECT_NEAR(errors[1], 0.5, 1e-12);
+}
+
 }  // namespace
 }  // namespace dive::estimation

@@ -97,6 +97,9 @@ TEST(Estimate, RefusesWhatItCannotRead) {
   EXPECT_EQ(dive("estimate").status, 2);
   EXPECT_EQ(dive("estimate swim --init somehow").status, 2);
   write_swim();
+  const Ran loops = dive("estimate swim --estimator primitive --loops");
+  EXPECT_EQ(loops.status, 2);
+  EXPECT_THAT(loops.err, HasSubstr("two cameras"));
   const Ran blind = dive("estimate swim");  // there are no pictures
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr(".png"));
