@@ -366,7 +366,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "Examples:\n"
       "  dive estimate MH_01_easy                                 EuRoC's, at rest at first\n"
       "  dive estimate recording --init motion --output path.tum  ours, begun while swimming\n"
-      "  dive estimate recording --mono --no-depth --json\n\n"
+      "  dive estimate recording --mono --no-depth --json\n"
+      "  dive estimate recording --loops                          closed loops as well\n\n"
       "Runs an estimator on a recording in the ASL (EuRoC) format: where the vehicle was, and how\n"
       "far that is from the truth, if the recording has it.");
   command->add_option("DIR", arguments.folder, "Folder with mav0, or with cam0 and imu0")

@@ -197,6 +197,24 @@ TEST(LoopCloser, ARepetitionFartherOffThanTheFilterCanBeIsNoLoop) {
   }
 }
 
+// As if the walls had been turned over: what the points say of roll is not what gravity says.
+TEST(LoopCloser, APlaceThatLeansIsNoLoop) {
+  Random random(4);
+  const MarkedWorld world = around_the_circle(random);
+  Filter filter(0.002, 0.0005, 4);
+  LoopCloser loops = closer();
+  const double lap = 2.0 * M_PI * kRadius;
+  int refused = 0;
+  const Swum swum = swim(loops, filter, 1.3 * lap, [&](double at) {
+    refused += loops.report().refused;
+    if (at > lap - 5.0 && at < lap) return PlaceView{from_seconds(at / kSpeed), {}};
+    const Pose lean{Vector3d::Zero(), from_rpy(at > lap ? 0.1 : 0.0, 0, 0)};
+    return world.view(from_seconds(at / kSpeed), on_circle(at) * lean, random);
+  });
+  EXPECT_EQ(swum.closures, 0);
+  EXPECT_GT(refused, 0);
+}
+
 // Both the place and its copy were seen, and the filter does not know which of the two this is.
 TEST(LoopCloser, TwoPlacesThatFitAreNone) {
   Random random(5);
