@@ -20,6 +20,7 @@
 #include "estimation/visual_inertial/tracker.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
 #include "mission/record/dataset_recorder.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace {
 
@@ -168,7 +169,7 @@ class Eyes {
 
 void dive_once(const Study& study, const bench::Site& site, const std::string& water,
                std::uint64_t seed, bench::TrackTruth& truth, Figures& all) {
-  const vehicle::StereoCameraOptions camera = *mission::stereo_camera_in(water);
+  const vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(water);
   const std::vector<SwumTick> stretch =
       bench::stretch_of(bench::swim(site, seed), study.seconds, seed);
   Random random(seed, 5);
@@ -248,7 +249,7 @@ int main(int argc, char** argv) {
   if (!only.mission.empty()) all = {only};
   for (const Where& where : all) {
     const bench::Site site = bench::load_site(where.mission);
-    const vehicle::StereoCameraOptions camera = *mission::stereo_camera_in(where.water);
+    const vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(where.water);
     bench::TrackTruth truth(site.world, camera.camera(0), camera.camera(1));
     Figures figures;
     for (int i = 0; i < study.runs; ++i) {

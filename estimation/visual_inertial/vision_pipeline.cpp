@@ -6,6 +6,7 @@
 
 #include "common/assert.h"
 #include "common/range_check.h"
+#include "estimation/visual_inertial/gyro_turn.h"
 
 namespace dive::estimation {
 namespace {
@@ -15,6 +16,7 @@ using Eigen::Vector3d;
 
 constexpr Utime kRecent = 2'000'000;       // us of IMU samples
 constexpr Utime kAhead = 100'000;          // us
+constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it begins anew
 constexpr double kLeastSigma = 0.01;       // m
 constexpr double kLeastYawSigma = 0.1;     // deg
 constexpr double kTiltSigma = 0.5;         // deg
@@ -90,6 +92,7 @@ void VisionPipeline::begin(const StateEstimate& published) {
   filter_.restart(start_from(published));
   begun_from_ = published.utime;
   has_begun_ = true;
+  has_gap_ = false;
   ++beginnings_;
   refused_ = 0.0;
   sees_since_ = last_picture_ = newest_;
@@ -100,10 +103,11 @@ void VisionPipeline::hear(const VisionInput& input) {
     if (sample.utime > input.published.utime + kAhead) continue;  // no clock of ours
     filter_.add(sample);
     if (!sample.gyro_B.allFinite() || sample.utime <= newest_) continue;
+    has_gap_ |= sample.utime - newest_ > kLongGap;
     newest_ = sample.utime;
     recent_.push_back(sample);
   }
-  while (!recent_.empty() && recent_.front().utime < newest_ - kRecent) recent_.pop_front();
+  std::erase_if(recent_, [&](const ImuSample& s) { return s.utime < newest_ - kRecent; });
   for (const DepthSample& sample : input.depth) filter_.add(sample);
 }
 
@@ -116,21 +120,15 @@ void VisionPipeline::expect_speed(const StateEstimate& published) {
   filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
 }
 
-// q_C1C0 of the left camera since the tracker's last picture, by samples that hold until the next.
+// q_C1C0 of the left camera since the tracker's last picture.
 std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
   const std::optional<Utime> from = tracker_.utime();
   if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {
     return std::nullopt;
   }
-  const Vector3d& bias = filter_.state().imu.gyro_bias;
-  Quaterniond q_B0B1 = Quaterniond::Identity();
-  for (std::size_t i = 0; i < recent_.size() && recent_[i].utime < utime; ++i) {
-    const Utime end = i + 1 < recent_.size() ? std::min(utime, recent_[i + 1].utime) : utime;
-    const double dt = to_seconds(end - std::max(*from, recent_[i].utime));
-    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (recent_[i].gyro_B - bias));
-  }
+  const Quaterniond q_B1B0 = turn_by_gyro(recent_, *from, utime, filter_.state().imu.gyro_bias);
   const Quaterniond& q_BC = options_.filter.cameras[0].X_BC.q;
-  return (q_BC.conjugate() * q_B0B1.conjugate() * q_BC).normalized();
+  return (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
 }
 
 PictureQuality VisionPipeline::look(const VisionInput& input) {
@@ -142,9 +140,11 @@ PictureQuality VisionPipeline::look(const VisionInput& input) {
 
 VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
   const VisionFault fault = of_picture(quality.fault);
-  if (fault != VisionFault::kNone) return fault;
+  const bool has_features = fault == VisionFault::kNone || fault == VisionFault::kFewFeatures ||
+                            fault == VisionFault::kLost;
   const bool is_blurred = quality.sharpness < options_.blurred_share * sharpness_;
-  if (is_blurred) return VisionFault::kBlurred;
+  if (has_features && is_blurred) return VisionFault::kBlurred;
+  if (fault != VisionFault::kNone) return fault;
   sharpness_ = sharpness_ == 0.0 ? quality.sharpness
                                  : sharpness_ + kSharpnessMemory * (quality.sharpness - sharpness_);
   return VisionFault::kNone;
@@ -159,16 +159,16 @@ VisionFault VisionPipeline::judge_filter(Utime now) {
   }
   if (health.diverged) return VisionFault::kDiverged;
   const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
-  const bool is_refused =
-      health.since_visual_s > options_.refused_s || refused_ > options_.refused_share;
+  const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s ||
+                          refused_ > options_.refused_share;
   return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
 }
 
 VisionEstimate VisionPipeline::step(const VisionInput& input) {
   hear(input);
   const Utime dark = newest_ - last_picture_;
-  const bool is_lost =
-      filter_.health().diverged || (input.left && to_seconds(dark) > options_.max_dark_s);
+  const bool is_lost = filter_.health().diverged || has_gap_ ||
+                       (input.left && to_seconds(dark) > options_.max_dark_s);
   if (input.published.valid && (!has_begun_ || is_lost)) begin(input.published);
   VisionEstimate word;
   word.frame_utime = input.left ? input.left->utime : newest_;

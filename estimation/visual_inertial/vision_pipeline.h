@@ -3,7 +3,6 @@
 // and when they are not to be believed.
 
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +22,7 @@ struct VisionOptions {
   double period_s = 0.05;        ///< From one pair of pictures to the next.
   double blurred_share = 0.35;   ///< Of the sharpness that there was: less is a blurred picture.
   double grace_s = 3.0;          ///< So soon after it sees again the filter has used a feature,
-  double refused_s = 2.0;        ///< and then at least so often.
+  double refused_s = 5.0;        ///< and then at least so often.
   double refused_share = 0.8;    ///< Of the features of some seconds: more are too many.
   double max_dark_s = 15.0;      ///< After a longer time without a picture it begins anew.
   double expected_sigma = 0.12;  ///< m/s per axis, of the speed expected where nothing is seen;
@@ -71,8 +70,9 @@ class VisionPipeline {
   VisionOptions options_;
   VisualInertialFilter filter_;
   Tracker tracker_;
-  std::deque<ImuSample> recent_;  ///< For the turn from one picture to the next.
+  std::vector<ImuSample> recent_;  ///< For the turn from one picture to the next.
   bool has_begun_ = false;
+  bool has_gap_ = false;  ///< The IMU was silent for long.
   int beginnings_ = 0;
   Utime begun_from_ = 0;
   Utime newest_ = 0;        ///< IMU sample.
