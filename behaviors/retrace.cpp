@@ -101,12 +101,17 @@ void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
   if (is_patient() && looks_ < kLooksFirst) look_back(input);
 }
 
+// Where it is, as long as it is kept there.
+vehicle::Command& Retrace::station(const Pose& X_WB) {
+  if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
+  return *station_;
+}
+
 BehaviorOutput Retrace::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   if (!entered_at_) entered_at_ = input.now;
-  if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   BehaviorOutput output;
-  output.command = *station_;
+  output.command = station(X_WB);
   const bool is_crippled = !input.attitude_known || !input.depth_known;
   if (input.can_go_up && (is_crippled || !begun_)) {  // no better place will be found in the dark
     output.done = is_crippled || has_stopped(input);
@@ -142,13 +147,13 @@ void Retrace::look_back(const BehaviorInput& input) {
   looking_since_ = input.now;
   if (!blocked_since_) blocked_since_ = input.now;
   ++looks_;
-  looked_at_W_ = input.estimate->X_WB.p;
   const Pose& X_WB = input.estimate->X_WB;
-  if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
+  looked_at_W_ = X_WB.p;
+  vehicle::Command& station_here = station(X_WB);
   for (const Eigen::Vector3d& place_W : way_along_trail(X_WB.p).points) {
     const Eigen::Vector3d way = place_W - X_WB.p;
     if (way.head<2>().norm() < kLookedBack) continue;
-    station_->o = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+    station_here.o = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
     return;
   }
 }
@@ -223,10 +228,7 @@ void Retrace::aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& go
 BehaviorOutput Retrace::plan_out(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   BehaviorOutput output;
-  if (!station_) {
-    station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
-  }
-  output.command = *station_;
+  output.command = station(X_WB);
   if (awaiting_plan_ && to_seconds(input.now - asked_at_) <= kPlanTimeout) return output;
   if (awaiting_plan_) progress_.plan_failure = "the planner does not answer";
   if (tries_ == static_cast<int>(kShares.size())) {

@@ -45,6 +45,7 @@ class Retrace final : public Behavior {
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput plan_out(const BehaviorInput& input);
   [[nodiscard]] bool is_patient() const { return settings_.way_out_wait_s > 0.0; }
+  vehicle::Command& station(const Pose& X_WB);
   void look_back(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput wait(const BehaviorInput& input);
   void aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const;

@@ -4,15 +4,12 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "common/random.h"
 #include "mission/check/simulated_dive.h"
-#include "planning/world/sdf.h"
-#include "vehicle/model.h"
 
 namespace dive::bench {
 namespace {
@@ -22,7 +19,8 @@ constexpr double kUnderWay = 0.1;  // m/s
 // Where the pictures of a stretch are kept, one pair after the other.
 std::string file_of(const std::string& folder, const Site& site, const std::string& water,
                     std::uint64_t seed, Utime begin, double seconds) {
-  return fmt::format("{}/{}-{}-{}-{}-{:g}.gray", folder, site.name, water, seed, begin, seconds);
+  return fmt::format("{}/{}-{}-{}-{}-{:g}.gray", folder, site.mission.id, water, seed, begin,
+                     seconds);
 }
 
 // A camera, or what it saw the last time.
@@ -85,17 +83,6 @@ class Eyes {
 };
 
 }  // namespace
-
-Site load_site(const std::string& name) {
-  const std::string path = DIVE_SOURCE_DIR "/missions/" + name + ".xml";
-  Diagnostics diagnostics;
-  auto mission = mission::load_mission(path, diagnostics);
-  if (!mission) throw std::runtime_error(path + " cannot be read");
-  auto world = planning::load_sdf(mission->map_path, diagnostics);
-  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-  if (!world || !model) throw std::runtime_error(path + ": no world");
-  return {name, std::move(*mission), std::move(*world), std::move(*model)};
-}
 
 std::vector<SwumTick> swim(const Site& site, std::uint64_t seed) {
   std::vector<SwumTick> ticks;

@@ -8,24 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "bench/site.h"
 #include "common/measurements.h"
-#include "mission/document/mission.h"
-#include "planning/world/world.h"
-#include "vehicle/model.h"
 #include "vehicle/simulator/simulator.h"
 #include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::bench {
-
-struct Site {
-  std::string name;
-  mission::Mission mission;
-  planning::World world;
-  vehicle::Model model;
-};
-
-/// missions/NAME.xml; throws where it cannot be read.
-[[nodiscard]] Site load_site(const std::string& name);
 
 /// One control tick.
 struct SwumTick {

@@ -17,32 +17,22 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/site.h"
 #include "common/random.h"
 #include "mission/check/route.h"
 #include "mission/check/simulated_dive.h"
-#include "mission/document/mission.h"
 #include "planning/planner.h"
-#include "planning/world/sdf.h"
 #include "vehicle/simulator/ground_truth.h"
 
 namespace dive::bench {
 namespace {
 
-struct Site {
-  mission::Mission mission;
-  planning::World world;
-  vehicle::Model model;
+struct UnknownSite : Site {
   std::vector<Pose> route;  ///< That a vehicle which knew the world would swim.
 };
 
-Site load(const std::string& path) {
-  Diagnostics diagnostics;
-  auto mission = mission::load_mission(path, diagnostics);
-  if (!mission) throw std::runtime_error(path + " cannot be read");
-  auto world = planning::load_sdf(mission->map_path, diagnostics);
-  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-  if (!world || !model) throw std::runtime_error(path + ": no world");
-  Site site{std::move(*mission), std::move(*world), std::move(*model), {}};
+UnknownSite load(const std::string& path) {
+  UnknownSite site{load_site(path), {}};
   const planning::Scene scene(site.world);
   const mission::Route route = mission::nominal_route(site.mission, scene);
   SteadyClock clock;
@@ -58,7 +48,7 @@ Site load(const std::string& path) {
 }
 
 /// From the side onto a place of the route, a while there, and away again on the other side.
-vehicle::DiverTrack diver_for(const Site& site, std::uint64_t seed) {
+vehicle::DiverTrack diver_for(const UnknownSite& site, std::uint64_t seed) {
   Random random(seed, 0xd1fe);
   const auto last = static_cast<double>(site.route.size()) - 2.0;
   const auto at = static_cast<std::size_t>(random.uniform(0.25, 0.75) * last) + 1;
@@ -76,7 +66,7 @@ vehicle::DiverTrack diver_for(const Site& site, std::uint64_t seed) {
   return track;
 }
 
-mission::DiveSettings settings_for(const Site& site, std::uint64_t seed, bool with_diver) {
+mission::DiveSettings settings_for(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
   mission::DiveSettings settings;
   settings.seed = seed;
   settings.rest_s = 120.0;
@@ -93,7 +83,7 @@ bool reached_all(const mission::DiveResult& result) {
          });
 }
 
-nlohmann::json dive(const Site& site, std::uint64_t seed, bool with_diver) {
+nlohmann::json dive(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
   const mission::DiveResult result = mission::simulate_dive(
       site.mission, site.world, site.model, settings_for(site, seed, with_diver),
       [](const auto&, const auto&, const auto&) {});
@@ -111,7 +101,7 @@ nlohmann::json dive(const Site& site, std::uint64_t seed, bool with_diver) {
           {"pieces", result.seen.pieces()}};
 }
 
-void trace(const Site& site, std::uint64_t seed, bool with_diver) {
+void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
   const vehicle::ClearanceMeter meter(site.world, site.model.hull);
   Utime next = 0;
   planning::SeenMap seen;
@@ -155,7 +145,7 @@ void trace(const Site& site, std::uint64_t seed, bool with_diver) {
 }
 
 // Each job is a process of its own and takes every so many-th seed.
-std::vector<nlohmann::json> dive_all(const Site& site, int first, int dives, int jobs,
+std::vector<nlohmann::json> dive_all(const UnknownSite& site, int first, int dives, int jobs,
                                      bool with_diver) {
   const std::string folder = fmt::format("/tmp/unknown_dives.{}", ::getpid());
   std::vector<pid_t> children;
@@ -233,7 +223,7 @@ int main(int argc, char** argv) {
   app.add_flag("--diver", with_diver, "Someone swims into the path");
   CLI11_PARSE(app, argc, argv);
   for (const std::string& path : missions) {
-    const dive::bench::Site site = dive::bench::load(path);
+    const dive::bench::UnknownSite site = dive::bench::load(path);
     if (traced > 0) {
       dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
     } else {

@@ -14,10 +14,9 @@
 #include <fmt/format.h>
 
 #include "bench/quantile.h"
+#include "bench/site.h"
 #include "common/random.h"
 #include "mission/check/simulated_dive.h"
-#include "mission/document/mission.h"
-#include "planning/world/sdf.h"
 #include "vehicle/simulator/named_waters.h"
 
 namespace dive::bench {
@@ -36,22 +35,6 @@ struct Study {
   double current = 0.0;
   bool is_verbose = false;
 };
-
-struct Site {
-  mission::Mission mission;
-  planning::World world;
-  vehicle::Model model;
-};
-
-Site load(const std::string& path) {
-  Diagnostics diagnostics;
-  auto mission = mission::load_mission(path, diagnostics);
-  if (!mission) throw std::runtime_error(path + " cannot be read");
-  auto world = planning::load_sdf(mission->map_path, diagnostics);
-  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-  if (!world || !model) throw std::runtime_error(path + ": no world");
-  return {std::move(*mission), std::move(*world), std::move(*model)};
-}
 
 /// Of one dive; times in s, lengths in m.
 struct Figures {
@@ -225,7 +208,7 @@ int main(int argc, char** argv) {
   app.add_option("--current", study.current, "m/s northwards");
   app.add_flag("-v,--verbose", study.is_verbose, "What the executive notes");
   CLI11_PARSE(app, argc, argv);
-  const Site site = load(study.mission);
+  const Site site = load_site(study.mission);
   std::vector<Figures> all;
   for (int i = 0; i < study.runs; ++i) {
     const Figures one = dive_once(site, study, static_cast<std::uint64_t>(1 + i));

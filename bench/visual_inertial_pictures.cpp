@@ -135,9 +135,8 @@ class Eyes {
     const bench::Pictures pictures = *std::exchange(waiting_, std::nullopt);
     std::optional<Eigen::Quaterniond> q_C1C0;
     if (const auto last = tracker_.utime()) {
-      const Eigen::Quaterniond q_B1B0 =
-          estimation::turn_by_gyro(imu_, *last, pictures[0].utime, filter.state().imu.gyro_bias);
-      q_C1C0 = (q_BC_.conjugate() * q_B1B0 * q_BC_).normalized();
+      q_C1C0 = estimation::turn_by_gyro(imu_, *last, pictures[0].utime,
+                                        filter.state().imu.gyro_bias, q_BC_);
     }
     std::erase_if(imu_, [&](const ImuSample& s) { return s.utime < pictures[0].utime - 100'000; });
     auto tracked = tracker_.step(pictures[0], study_.is_mono ? nullptr : &pictures[1], q_C1C0);
@@ -248,7 +247,7 @@ int main(int argc, char** argv) {
       {"pool3", "clear_pool"}, {"wreck", "coastal_sea"}, {"wreck", "dark_wreck"}};
   if (!only.mission.empty()) all = {only};
   for (const Where& where : all) {
-    const bench::Site site = bench::load_site(where.mission);
+    const bench::Site site = bench::load_shipped_site(where.mission);
     const vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(where.water);
     bench::TrackTruth truth(site.world, camera.camera(0), camera.camera(1));
     Figures figures;

@@ -155,10 +155,8 @@ class Runner {
   [[nodiscard]] PictureQuality add(const ImageFrame& left, const ImageFrame* right) {
     std::optional<Quaterniond> q_C1C0;
     if (const auto last = tracker_->utime(); last && *last < left.utime) {
-      const Quaterniond& q_BC = dataset_.cameras[0].model.X_BC.q;
-      const Quaterniond q_B1B0 =
-          turn_by_gyro(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias);
-      q_C1C0 = (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
+      q_C1C0 = turn_by_gyro(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias,
+                            dataset_.cameras[0].model.X_BC.q);
     }
     TrackedPicture tracked = tracker_->step(left, right, q_C1C0);
     if (!tracked.frame.features.empty()) filter_->add(std::move(tracked.frame));

@@ -10,9 +10,11 @@
 
 namespace dive::estimation {
 
-/// q_B1B0 (p_B1 = q_B1B0 p_B0) from `from` to `to`. Samples in the order of time, each holds until
-/// the next one, the last one for good; `bias` (rad/s) is taken off.
+/// q_C1C0 (p_C1 = q_C1C0 p_C0) from `from` to `to` of a camera that stands turned by q_BC in the
+/// IMU's frame. Samples in the order of time, each holds until the next one, the last one for good;
+/// `bias` (rad/s) is taken off.
 [[nodiscard]] Eigen::Quaterniond turn_by_gyro(std::span<const ImuSample> samples, Utime from,
-                                              Utime to, const Eigen::Vector3d& bias);
+                                              Utime to, const Eigen::Vector3d& bias,
+                                              const Eigen::Quaterniond& q_BC);
 
 }  // namespace dive::estimation

@@ -21,8 +21,7 @@ constexpr double kLeastSigma = 0.01;       // m
 constexpr double kLeastYawSigma = 0.1;     // deg
 constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
-constexpr double kSmoothing = 0.05;        // share of the newest picture
-constexpr double kSharpnessMemory = 0.02;  // likewise
+constexpr double kSharpnessMemory = 0.02;  // share of the newest picture
 constexpr Utime kInTheDark = 300'000;      // us without a picture of use
 
 std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
@@ -72,7 +71,6 @@ std::string VisionOptions::validate() const {
   check("blurred_share", blurred_share, 0.0, 1.0);
   check("grace_s", grace_s, 0.0, 10.0);
   check("refused_s", refused_s, 0.1, 10.0);
-  check("refused_share", refused_share, 0.0, 1.0);
   check("max_dark_s", max_dark_s, 0.1, 1000.0);
   check("expected_sigma", expected_sigma, 1e-3, 10.0);
   check("expected_hz", expected_hz, 0.1, 100.0);
@@ -94,7 +92,6 @@ void VisionPipeline::begin(const StateEstimate& published) {
   has_begun_ = true;
   has_gap_ = false;
   ++beginnings_;
-  refused_ = 0.0;
   sees_since_ = last_picture_ = newest_;
 }
 
@@ -126,9 +123,8 @@ std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
   if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {
     return std::nullopt;
   }
-  const Quaterniond q_B1B0 = turn_by_gyro(recent_, *from, utime, filter_.state().imu.gyro_bias);
-  const Quaterniond& q_BC = options_.filter.cameras[0].X_BC.q;
-  return (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
+  return turn_by_gyro(recent_, *from, utime, filter_.state().imu.gyro_bias,
+                      options_.filter.cameras[0].X_BC.q);
 }
 
 PictureQuality VisionPipeline::look(const VisionInput& input) {
@@ -152,15 +148,9 @@ VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
 
 VisionFault VisionPipeline::judge_filter(Utime now) {
   const FilterHealth& health = filter_.health();
-  const int used = health.visual.used;
-  const int rejected = health.visual.rejected;
-  if (used + rejected > 0) {
-    refused_ += kSmoothing * (static_cast<double>(rejected) / (used + rejected) - refused_);
-  }
   if (health.diverged) return VisionFault::kDiverged;
   const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
-  const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s ||
-                          refused_ > options_.refused_share;
+  const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s;
   return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
 }
 

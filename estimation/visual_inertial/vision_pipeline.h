@@ -23,7 +23,6 @@ struct VisionOptions {
   double blurred_share = 0.35;   ///< Of the sharpness that there was: less is a blurred picture.
   double grace_s = 3.0;          ///< So soon after it sees again the filter has used a feature,
   double refused_s = 5.0;        ///< and then at least so often.
-  double refused_share = 0.8;    ///< Of the features of some seconds: more are too many.
   double max_dark_s = 15.0;      ///< After a longer time without a picture it begins anew.
   double expected_sigma = 0.12;  ///< m/s per axis, of the speed expected where nothing is seen;
   double expected_hz = 5.0;      ///< told so often. Its errors last: more often is not better.
@@ -80,7 +79,6 @@ class VisionPipeline {
   Utime sees_since_ = 0;    ///< But for single pictures.
   Utime told_speed_ = 0;
   double sharpness_ = 0.0;  ///< Usual.
-  double refused_ = 0.0;    ///< Share of features, of some seconds.
 };
 
 }  // namespace dive::estimation

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
-#include <fmt/format.h>
 
 #include "common/assert.h"
 #include "common/fnv.h"
+#include "common/range_check.h"
 #include "planning/mapping/flat_pieces.h"
 #include "planning/mapping/lookout.h"
 #include "planning/mapping/triangulate.h"
@@ -61,25 +61,25 @@ std::uint64_t digest(const std::vector<Vector3f>& points) {
 }  // namespace
 
 std::string MapperOptions::validate() const {
-  const auto outside = [](const char* name, double value, double low, double high) {
-    return value >= low && value <= high
-               ? std::string()
-               : fmt::format("{} must be in [{:g}, {:g}], not {:g}", name, low, high, value);
-  };
-  for (std::string problem :
-       {outside("voxel_m", voxel_m, 0.02, 2.0), outside("min_range_m", min_range_m, 0.0, 5.0),
-        outside("min_neighbours", min_neighbours, 0, 100), outside("snow_m", snow_m, 0.0, 20.0),
-        outside("snow_neighbours", snow_neighbours, 0, 100), outside("confirm", confirm, 1, 6),
-        outside("noise_m", noise_m, 0.0, 1.0), outside("noise_share", noise_share, 0.0, 0.2),
-        outside("noise_square", noise_square, 0.0, 0.2),
-        outside("on_piece_m", on_piece_m, 0.0, 1.0), outside("flat_m", flat_m, 0.001, 1.0),
-        outside("skin_m", skin_m, 0.0, 1.0), outside("ball_m", ball_m, 0.0, 1.0),
-        outside("longest_edge_m", longest_edge_m, 0.05, 5.0),
-        outside("points_per_update", points_per_update, 1, 1e8),
-        outside("memory_s", memory_s, 1.0, 1e6), outside("max_voxels", max_voxels, 1000, 2e7)}) {
-    if (!problem.empty()) return problem;
-  }
-  return {};
+  RangeCheck check;
+  check("voxel_m", voxel_m, 0.02, 2.0);
+  check("min_range_m", min_range_m, 0.0, 5.0);
+  check("min_neighbours", min_neighbours, 0, 100);
+  check("snow_m", snow_m, 0.0, 20.0);
+  check("snow_neighbours", snow_neighbours, 0, 100);
+  check("confirm", confirm, 1, 6);
+  check("noise_m", noise_m, 0.0, 1.0);
+  check("noise_share", noise_share, 0.0, 0.2);
+  check("noise_square", noise_square, 0.0, 0.2);
+  check("on_piece_m", on_piece_m, 0.0, 1.0);
+  check("flat_m", flat_m, 0.001, 1.0);
+  check("skin_m", skin_m, 0.0, 1.0);
+  check("ball_m", ball_m, 0.0, 1.0);
+  check("longest_edge_m", longest_edge_m, 0.05, 5.0);
+  check("points_per_update", points_per_update, 1, 1e8);
+  check("memory_s", memory_s, 1.0, 1e6);
+  check("max_voxels", max_voxels, 1000, 2e7);
+  return check.problem();
 }
 
 struct Mapper::Impl {

@@ -1,0 +1,36 @@
+#pragma once
+// What a study dives: a mission, what is there, and the vehicle.
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "mission/document/mission.h"
+#include "planning/world/sdf.h"
+#include "vehicle/model.h"
+
+namespace dive::bench {
+
+struct Site {
+  mission::Mission mission;
+  planning::World world;
+  vehicle::Model model;
+};
+
+/// Throws where it cannot be read.
+[[nodiscard]] inline Site load_site(const std::string& path) {
+  Diagnostics diagnostics;
+  auto mission = mission::load_mission(path, diagnostics);
+  if (!mission) throw std::runtime_error(path + " cannot be read");
+  auto world = planning::load_sdf(mission->map_path, diagnostics);
+  auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  if (!world || !model) throw std::runtime_error(path + ": no world");
+  return {std::move(*mission), std::move(*world), std::move(*model)};
+}
+
+/// Of missions/NAME.xml.
+[[nodiscard]] inline Site load_shipped_site(const std::string& name) {
+  return load_site(DIVE_SOURCE_DIR "/missions/" + name + ".xml");
+}
+
+}  // namespace dive::bench
