@@ -146,6 +146,7 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
 void Retrace::look_back(const BehaviorInput& input) {
   looking_since_ = input.now;
   if (!blocked_since_) blocked_since_ = input.now;
+  awaiting_plan_ = false;  // what comes now was planned for another moment
   ++looks_;
   const Pose& X_WB = input.estimate->X_WB;
   looked_at_W_ = X_WB.p;

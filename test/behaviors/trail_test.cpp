@@ -243,6 +243,28 @@ TEST(Retrace, InUnknownWaterItGoesOnWhenTheWayIsFreeAgain) {
   EXPECT_FALSE(retrace.needs_sight());
 }
 
+TEST(Retrace, InUnknownWaterAnAnswerThatComesWhenItIsOnItsTrailAgainIsTooLate) {
+  Somebody somebody;
+  const Trail trail = swum_in();
+  Retrace retrace(trail, patient(), &somebody);
+  Utime now = 0;
+  bool has_asked = false;
+  BehaviorOutput output = step(retrace, now, {8, 0, -4});
+  while (output.command.v == 0.0 && now < from_seconds(89)) {
+    has_asked |= output.plan_request.has_value();
+    somebody.is_there = now < from_seconds(60);  // by then it has given up on the planner
+    output = step(retrace, now += from_seconds(0.5), {8, 0, -4});
+  }
+  ASSERT_TRUE(has_asked);
+  ASSERT_GT(output.command.v, 0.0);
+  const std::vector<Pose> round = {
+      {{8, 0, -4}, from_rpy(0, 0, 1.57)}, {{8, 5, -4}, {}}, {{3, 5, -4}, {}}};
+  const PlanAnswer late{planning::PlanStatus::kSuccess, "", round, 0.4};
+  output = step(retrace, now += 20'000, {8, 0, -4}, &late);
+  EXPECT_FALSE(retrace.needs_sight());
+  EXPECT_LT((output.command.o * Eigen::Vector3d::UnitX()).x(), -0.9) << "along the trail";
+}
+
 TEST(Retrace, EvenInUnknownWaterItDoesNotWaitForEver) {
   Judge blocked(-0.1);
   const Trail trail = swum_in();
