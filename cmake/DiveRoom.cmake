@@ -32,7 +32,7 @@ function(dive_test name)
                                              DIVE_SHARED_DATA="${DIVE_SHARED_DATA}")
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
                                         GTest::gtest_main rapidcheck)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
                        PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE})
 endfunction()
 

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "test/common/sanitizers.h"
 #include "test/estimation/visual_inertial/filter_dive.h"
 #include "test/estimation/visual_inertial/sensor_faults.h"
 
@@ -182,6 +183,7 @@ TEST(Faults, ADepthThatStaysWrongInTheDarkIsADivergence) {
 }
 
 TEST(Faults, WhateverGoesWrongIsToldBeforeItIsFiveSigma) {
+  DIVE_SKIP_UNDER_SANITIZERS("eight dives, and the faults above take each step");
   for (const std::string& fault : testing::sensor_faults()) {
     const testing::FaultDive dive = testing::dive_with(fault, 71);
     EXPECT_GT(dive.seconds, 10) << fault;

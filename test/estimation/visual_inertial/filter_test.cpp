@@ -9,6 +9,7 @@
 
 #include "common/assert.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
+#include "test/common/sanitizers.h"
 #include "test/estimation/visual_inertial/filter_dive.h"
 
 namespace dive::estimation {
@@ -54,6 +55,7 @@ constexpr double kLeastNees = 1.49;
 constexpr double kMostNees = 5.14;
 
 TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInStereo) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   const Consistency mean = ends({}, 12, 20.0);
   EXPECT_GT(mean.nees_position, kLeastNees);
   EXPECT_LT(mean.nees_position, kMostNees);
@@ -63,6 +65,7 @@ TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInStereo) {
 }
 
 TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInMonoAt50Hz) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   AnalyticDiveOptions options;
   options.is_stereo = false;
   options.imu_hz = 50.0;

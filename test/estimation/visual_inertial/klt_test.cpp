@@ -8,6 +8,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "test/common/sanitizers.h"
+
 namespace dive::estimation {
 namespace {
 
@@ -40,9 +42,7 @@ TEST(Klt, GivesNothingForNothing) {
 
 // The memory that a large picture's gradients need is not there.
 TEST(Klt, TurnsWhatTheLibraryThrowsIntoAnError) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "its allocator ends the process instead";
-#endif
+  DIVE_SKIP_UNDER_SANITIZERS("their allocator ends the process instead");
   constexpr int kSize = 8000;
   std::vector<std::uint8_t> pixels(kSize * kSize);
   for (std::size_t i = 0; i < 64 * 64; ++i) {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -109,6 +110,7 @@ TEST(Replay, TellsWhatAChangedMissionWouldHaveDone) {
 }
 
 TEST(PairsOfFaults, AreAllSurvivedInPool3) {
+  DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
   const Ran ran = dive("check --pairs --json " + mission("pool3"));
   EXPECT_EQ(ran.status, 0) << ran.err;
   const auto faults = nlohmann::json::parse(ran.out).at("faults");

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -55,9 +56,9 @@ TEST_P(Environments, EveryLegIsPlannedAtItsClearance) {
 
 TEST_P(Environments, SurviveEveryFaultInEveryStateOrSayWhyTheyAreNotReady) {
   const auto& [name, clearance, legs, diveable] = GetParam();
-#ifdef __SANITIZE_ADDRESS__
-  if (name == "blocks") GTEST_SKIP() << "minutes under the sanitizers, and the code is survey's";
-#endif
+  if (name == "blocks" || name == "survey") {
+    DIVE_SKIP_UNDER_SANITIZERS("the code is that of the smaller missions");
+  }
   const Ran ran = testing::run_dive("check --faults " + path_of(name), name);
   EXPECT_EQ(ran.status, diveable ? 0 : 1) << ran.err;
   EXPECT_EQ(ran.err.find("[CHK-DIVE]") == std::string::npos, diveable) << ran.err;
@@ -83,6 +84,7 @@ TEST(EnvironmentTable, HoldsEveryMission) {
 // The same water without a map: what the vehicle knows it has seen. The dive replays, and what it
 // saw is a map for the next one.
 TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
+  DIVE_SKIP_UNDER_SANITIZERS("the scenarios dive in unknown water too");
   struct Water {
     std::string name, start, goal;
   };
@@ -90,10 +92,8 @@ TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   for (const Water& water : {
            Water{"wreck_unknown", "2,9,-12", "0,1,-13"},
-#ifndef __SANITIZE_ADDRESS__
            Water{"cluttered_unknown", "0,0.2,-3", "10,0.2,-3"},
            Water{"maze_unknown", "-2,1.6,-2.5", "14,14.5,-2.5"},
-#endif
        }) {
     const std::string log = folder + "/" + water.name + ".lcmlog";
     const Ran ran =

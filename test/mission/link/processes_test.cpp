@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "test/common/sanitizers.h"
 #include "test/mission/link/process.h"
 #include "vehicle/link/bus.h"
 
@@ -31,11 +32,7 @@ std::string content(const std::string& path) {
 
 // Times real time that a vehicle with eyes can be dived at: the mapper is slow under the
 // sanitizers, and one that is late is rightly taken for one that sees nothing.
-#ifdef __SANITIZE_ADDRESS__
-constexpr const char* kPaceWithEyes = "1";
-#else
-constexpr const char* kPaceWithEyes = "2";
-#endif
+constexpr const char* kPaceWithEyes = testing::kUnderSanitizers ? "1" : "2";
 
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));

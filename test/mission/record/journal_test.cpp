@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "test/common/sanitizers.h"
 #include "test/mission/record/killed_dive.h"
 
 namespace dive::mission {
@@ -105,6 +106,7 @@ TEST_F(JournalTest, GoesOnAfterATornEnd) {
 }
 
 TEST_F(JournalTest, KilledAfterEveryLineTheLastCommitIsThere) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of dives");
   const auto lines = std::ranges::count(whole_, '\n');
   for (std::int64_t line = 1; line <= lines; line += 3) {
     dive_.kill_after_line(path_, line);
@@ -134,6 +136,7 @@ TEST_F(JournalTest, KilledAtAnyMomentTheLastCommitIsThere) {
 }
 
 TEST_F(JournalTest, TheDiveGoesOnFromAnyCommitAndRepeatsNothing) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of dives");
   std::vector<std::size_t> ends;
   for (std::size_t at = 0; (at = whole_.find('\n', at)) != std::string::npos; ++at) {
     ends.push_back(at + 1);

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/xml.h"
+#include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -119,9 +120,7 @@ TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
 
 // Some say that what happens does not matter; all others fail when it does not happen.
 TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "minutes under the sanitizers, and the code is that of the scenarios that hold";
-#endif
+  DIVE_SKIP_UNDER_SANITIZERS("the code is that of the scenarios that hold");
   const Ran ran = dive("test --mute --json " + quoted(kShipped));
   EXPECT_EQ(ran.status, 1);
   std::vector<std::string> unmoved;

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "test/common/sanitizers.h"
 #include "test/planning/mapping/flat_distance.h"
 
 namespace dive::planning {
@@ -150,6 +151,7 @@ TEST(CloudWorldTest, InAirThereIsNoSurface) {
 }
 
 TEST(CloudWorldTest, AHugeCloudIsCutToItsRegionOrMadeCoarser) {
+  DIVE_SKIP_UNDER_SANITIZERS("ten million points");
   const CloudFile cloud = bed(1000, 0.3);  // a million points, 300 m x 300 m
   const auto begin = std::chrono::steady_clock::now();
   const auto whole = world_from_cloud(cloud, {});

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "planning/planner.h"
+#include "test/common/sanitizers.h"
 #include "test/planning/brute_force.h"
 #include "test/planning/random_world.h"
 #include "vehicle/model.h"
@@ -19,6 +20,7 @@ constexpr double kGrace = 0.005;        // m
 class RandomWorlds : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomWorlds, HoldNoPathThatIsNearerThanCertified) {
+  if (GetParam() > 20'000) DIVE_SKIP_UNDER_SANITIZERS("ten worlds will do");
   Diagnostics diagnostics;
   const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
   ASSERT_TRUE(model);
