@@ -16,6 +16,8 @@
 
 namespace dive::behaviors {
 
+class Trail;
+
 /// The planner's answer to a behaviour's last request.
 struct PlanAnswer {
   planning::PlanStatus status = planning::PlanStatus::kInvalid;
@@ -40,6 +42,7 @@ struct BehaviorInput {
   Utime now = 0;  ///< On the behaviours' clock, which stands still while the vehicle is held.
   const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
   const PlanAnswer* plan = nullptr;                     ///< Null when none came this tick.
+  const Trail* trail = nullptr;                         ///< Where it has been; null: not known.
   PathJudge* seen = nullptr;   ///< Of what the map did not know; null: nothing was seen.
   bool map_changed = false;    ///< Since the last tick.
   bool replan = false;         ///< A failsafe demands it.

@@ -15,6 +15,8 @@ namespace {
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
+constexpr int kMostBackOffs = 5;
+
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
 
 vehicle::FollowerOptions follower_options(const LegSettings& settings, const LegGoal& goal) {
@@ -67,7 +69,8 @@ Leg::Leg(const LegSettings& settings, LegGoal goal)
     : settings_(settings),
       goal_(std::move(goal)),
       follower_(follower_options(settings, goal_)),
-      triggers_(settings.replan) {
+      triggers_(settings.replan),
+      back_off_(settings.clearance, settings.speed) {
   DIVE_DEMAND(goal_.position_W.allFinite() && goal_.capture_radius > 0.0);
   progress_.leg = goal_.id;
 }
@@ -80,6 +83,9 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
     plan_failed(input.now, fmt::format("the planner did not answer within {:g} s", kPlanTimeout));
   }
   if (reached_at_) return dwell(input);
+  if (settings_.backs_off) {
+    if (std::optional<BehaviorOutput> output = back_off(input)) return std::move(*output);
+  }
   return following_ ? follow(input) : without_path(input);
 }
 
@@ -138,6 +144,27 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   asked_at_ = input.now;
   output.plan_request = std::move(request);
   output.plan_cause = cause;
+}
+
+// Nothing when the vehicle has room where it is, or no way back.
+std::optional<BehaviorOutput> Leg::back_off(const BehaviorInput& input) {
+  BehaviorOutput output;
+  if (!back_off_.is_under_way()) {
+    if (!back_off_.is_needed(input) || !back_off_.begin(input)) return std::nullopt;
+    awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
+    station_.reset();
+    if (back_off_.count() > kMostBackOffs && !told_unreachable_) {
+      told_unreachable_ = true;
+      progress_.plan_failure = "the way there has too little room, again and again";
+      output.failed = Failure::kUnreachable;
+    }
+  }
+  const std::optional<vehicle::Command> command = back_off_.follow(input);
+  if (!command) return std::nullopt;
+  output.command = *command;
+  progress_.clearance_m = back_off_.room_m();
+  progress_.cross_track_m = 0.0;
+  return output;
 }
 
 BehaviorOutput Leg::without_path(const BehaviorInput& input) {

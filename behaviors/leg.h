@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "behaviors/back_off.h"
 #include "behaviors/behavior.h"
 #include "behaviors/replan_triggers.h"
 #include "vehicle/follower.h"
@@ -24,6 +25,7 @@ struct LegSettings {
   double goal_tolerance = 0.0;  ///< m that a goal that lacks clearance may be moved by.
   double retry_s = 1.0;         ///< Pause after a failed plan.
   int unreachable_after = 2;    ///< Failed plans in a row, without a path, that tell so.
+  bool backs_off = false;       ///< In unknown water: see BackOff.
   double way_out_wait_s = 0.0;  ///< A way out that is blocked may be free again by then.
   std::uint64_t seed = 1;
 };
@@ -48,10 +50,13 @@ class Leg {
   /// path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
+  /// Goes back along the trail, and not to where it has not been.
+  [[nodiscard]] bool is_backing_off() const { return back_off_.is_under_way(); }
 
  private:
   void take_answer(const BehaviorInput& input);
   void plan_failed(Utime now, std::string why);
+  [[nodiscard]] std::optional<BehaviorOutput> back_off(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
@@ -63,6 +68,7 @@ class Leg {
   LegGoal goal_;
   vehicle::Follower follower_;
   ReplanTriggers triggers_;
+  BackOff back_off_;
   Progress progress_;
   bool following_ = false;
   bool awaiting_plan_ = false;

@@ -32,17 +32,6 @@ vehicle::FollowerOptions follower_options(double speed) {
   return options;
 }
 
-// Level poses along the way, each heading for the next.
-std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
-  std::vector<Pose> poses(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d way = i + 1 < points.size() ? Eigen::Vector3d(points[i + 1] - points[i])
-                                                      : Eigen::Vector3d(points[i] - points[i - 1]);
-    poses[i] = Pose{points[i], from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))};
-  }
-  return poses;
-}
-
 }  // namespace
 
 Retrace::Retrace(const Trail& trail, const LegSettings& settings, PathJudge* changes)
@@ -59,7 +48,7 @@ bool Retrace::has_stopped(const BehaviorInput& input) const {
          to_seconds(input.now - *entered_at_) > kStopSeconds;
 }
 
-Trail::WayOut Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
+Trail::Way Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
   return trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
 }
 
@@ -73,10 +62,10 @@ void Retrace::begin(const BehaviorInput& input) {
   on_trail_ = true;
   entered_at_ = input.now;
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
-  const Trail::WayOut way = way_along_trail(p_W);
+  const Trail::Way way = way_along_trail(p_W);
   way_.clear();
   progress_.distance_to_go_m = way.length_m;
-  if (!way.reaches_open_water || way.points.size() < 2) return;
+  if (!way.arrives || way.points.size() < 2) return;
   way_ = level_poses(way.points);
   out_W_ = way.points.back();
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;

@@ -15,10 +15,6 @@
 
 namespace dive::behaviors {
 
-/// Of D_min: so near to the trail all is as free as on it, so that it may be left out what lies
-/// between two places of it that are no further apart.
-inline constexpr double kTrailLinkShare = 0.8;
-
 class Retrace final : public Behavior {
  public:
   /// Keeps a reference to the trail. `changes` judges it against all that the map has shown since
@@ -38,7 +34,7 @@ class Retrace final : public Behavior {
 
  private:
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
-  [[nodiscard]] Trail::WayOut way_along_trail(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] Trail::Way way_along_trail(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double needed_m() const;
   void begin(const BehaviorInput& input);
   void give_up_trail(const char* why, const BehaviorInput& input);

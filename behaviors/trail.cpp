@@ -16,6 +16,17 @@ constexpr double kHardly = 0.25;     // m: half of what crumbs are apart
 
 }  // namespace
 
+std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
+  DIVE_DEMAND(points.size() >= 2);
+  std::vector<Pose> poses(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d way = i + 1 < points.size() ? Eigen::Vector3d(points[i + 1] - points[i])
+                                                      : Eigen::Vector3d(points[i] - points[i - 1]);
+    poses[i] = Pose{points[i], from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))};
+  }
+  return poses;
+}
+
 Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity_(capacity) {
   DIVE_DEMAND(spacing > 0.0 && capacity >= 4);
   crumbs_.reserve(capacity);  // nothing is allocated while diving
@@ -53,8 +64,9 @@ bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
   return to_open <= to_covered + kHardly;
 }
 
-// Dijkstra over the crumbs, from p_W, until the first one with open water is settled.
-Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m) const {
+// Dijkstra over the crumbs, from p_W, until the first one that will do is settled.
+Trail::Found Trail::find(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                         const std::function<bool(const Crumb&)>& is_there) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const std::size_t count = crumbs_.size();
   const std::size_t here = count;  // p_W comes after the newest crumb
@@ -69,9 +81,8 @@ Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double b
     const auto [length, at] = open.top();
     open.pop();
     if (length > distance[at]) continue;
-    if (at != here && crumbs_[at].open_above) {
-      return further(traced(before, at, length, p_W), at, beyond_m);
-    }
+    if (length > most_m) break;
+    if (at != here && is_there(crumbs_[at])) return {traced(before, at, length, p_W), at};
     const Eigen::Vector3d from = place(at);
     for (std::size_t i = 0; i < count; ++i) {
       const double step = (crumbs_[i].p_W - from).norm();
@@ -82,13 +93,26 @@ Trail::WayOut Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double b
       open.emplace(distance[i], i);
     }
   }
-  WayOut none;
-  none.points = {p_W};
+  Found none;
+  none.way.points = {p_W};
+  none.end = count;
   return none;
 }
 
+Trail::Way Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m) const {
+  Found found = find(p_W, link_m, std::numeric_limits<double>::infinity(),
+                     [](const Crumb& crumb) { return crumb.open_above; });
+  if (!found.way.arrives) return std::move(found.way);
+  return further(std::move(found.way), found.end, beyond_m);
+}
+
+Trail::Way Trail::way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                         const std::function<bool(const Eigen::Vector3d&)>& is_there) const {
+  return find(p_W, link_m, most_m, [&](const Crumb& crumb) { return is_there(crumb.p_W); }).way;
+}
+
 // The way on from the open crumb `end`, to older ones.
-Trail::WayOut Trail::further(WayOut way, std::size_t end, double beyond_m) const {
+Trail::Way Trail::further(Way way, std::size_t end, double beyond_m) const {
   double gone = 0.0;
   for (std::size_t i = end; i-- > 0 && crumbs_[i].open_above && gone < beyond_m;) {
     const double step = (crumbs_[i].p_W - way.points.back()).norm();
@@ -100,10 +124,10 @@ Trail::WayOut Trail::further(WayOut way, std::size_t end, double beyond_m) const
   return way;
 }
 
-Trail::WayOut Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,
-                            const Eigen::Vector3d& p_W) const {
-  WayOut way;
-  way.reaches_open_water = true;
+Trail::Way Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,
+                         const Eigen::Vector3d& p_W) const {
+  Way way;
+  way.arrives = true;
   way.length_m = length;
   for (std::size_t at = end; at != crumbs_.size(); at = before[at]) {
     if (way.points.empty() || (crumbs_[at].p_W - way.points.back()).norm() > kSamePoint) {

@@ -2,11 +2,21 @@
 // The breadcrumb trail: where the vehicle has been, so that it can go back the way it came. Under
 // an overhead the way out is back along it to the last point with open water above.
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "common/se3.h"
+
 namespace dive::behaviors {
+
+/// Of D_min: so near to the trail all is as free as on it, so that it may be left out what lies
+/// between two places of it that are no further apart.
+inline constexpr double kTrailLinkShare = 0.8;
+
+/// Level poses at two or more points, each heading for the next.
+[[nodiscard]] std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points);
 
 class Trail {
  public:
@@ -17,17 +27,21 @@ class Trail {
   /// `open_above`: nothing solid between here and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
 
-  /// The shortest way from `p_W` along the trail to a crumb with open water above it, both
-  /// included; nothing but `p_W` when there is none (then `reaches_open_water` is false). Where the
-  /// trail comes within `link_m` of itself it may be left out what lies between: a vehicle that is
-  /// on its way out must not go in again to follow the way it came.
-  struct WayOut {
+  struct Way {
     std::vector<Eigen::Vector3d> points;
-    bool reaches_open_water = false;
+    bool arrives = false;
     double length_m = 0.0;
   };
-  [[nodiscard]] WayOut way_out(const Eigen::Vector3d& p_W, double link_m,
-                               double beyond_m = 0.0) const;
+  /// The shortest way from `p_W` along the trail to a crumb with open water above it, both
+  /// included, and up to `beyond_m` of open water on; nothing but `p_W` when there is none (then it
+  /// does not arrive). Where the trail comes within `link_m` of itself it may be left out what lies
+  /// between: a vehicle that is on its way out must not go in again to follow the way it came.
+  [[nodiscard]] Way way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m = 0.0) const;
+
+  /// As way_out, to the first crumb for which `is_there` holds, asked from the nearest on, none
+  /// farther along the trail than `most_m`.
+  [[nodiscard]] Way way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                           const std::function<bool(const Eigen::Vector3d&)>& is_there) const;
 
   /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
   /// 0 while that is the same, and from the first crumb where there is none with open water.
@@ -48,10 +62,17 @@ class Trail {
   [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
 
  private:
+  /// The way to a crumb, and which; crumbs_.size(): it does not arrive.
+  struct Found {
+    Way way;
+    std::size_t end = 0;
+  };
   void thin_out();
-  [[nodiscard]] WayOut further(WayOut way, std::size_t end, double beyond_m) const;
-  [[nodiscard]] WayOut traced(const std::vector<std::size_t>& before, std::size_t end,
-                              double length, const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] Found find(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                           const std::function<bool(const Crumb&)>& is_there) const;
+  [[nodiscard]] Way further(Way way, std::size_t end, double beyond_m) const;
+  [[nodiscard]] Way traced(const std::vector<std::size_t>& before, std::size_t end, double length,
+                           const Eigen::Vector3d& p_W) const;
 
   double spacing_;
   double penetration_m_ = 0.0;

@@ -60,7 +60,7 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   DIVE_DEMAND(dt > 0.0 && std::isfinite(depth_m) && q_WB.coeffs().allFinite());
   DIVE_DEMAND(std::isfinite(command.v) && std::isfinite(command.d));
   const Eigen::Vector3d up_B = q_WB.conjugate() * Eigen::Vector3d::UnitZ();
-  const double surge = speed_effort(command.v, dt);
+  const double surge = speed_effort(command.v + surge_for_depth_, dt);
   const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
   observe_depth(command.d, depth_m, dt);
   track_depth(command.d, climb, dt);
@@ -73,7 +73,11 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
   const double trim = -options_.heave_trim * speed_reference_ * heave;
   const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
-  return {effort(surge + hovering * lift * up_B.x()), effort(lift * up_B.z()), effort(turn.x()),
+  // Steep, x is what holds the weight; else it leads away more than up or down.
+  const double push = hovering * lift * up_B.x();
+  const double steep = std::clamp(2.0 * std::abs(up_B.x()) - 1.0, 0.0, 1.0);
+  surge_for_depth_ = (1.0 - steep) * push * speed_of_push();
+  return {effort(surge + steep * push), effort(lift * up_B.z()), effort(turn.x()),
           effort(turn.y() + trim), effort(turn.z())};
 }
 
@@ -94,6 +98,13 @@ double Autopilot::speed_effort(double speed, double dt) {
       options_.coast_length_m > 0.0 ? (result * full - drag) / options_.coast_length_m : wanted;
   speed_reference_ += rate * dt;
   return result;
+}
+
+// That the speed loop lets full effort become, m/s.
+double Autopilot::speed_of_push() const {
+  if (options_.coast_length_m == 0.0) return 0.0;
+  return options_.full_speed * options_.full_speed * options_.speed_time_constant_s /
+         options_.coast_length_m;
 }
 
 double Autopilot::heave_within_reach() const {

@@ -11,7 +11,9 @@
 //             moving at that rate costs fed forward, and an integral bounded to the size of a trim
 //             error. The vertical effort goes to heave as far as z of B points up, to surge
 //             likewise while the vehicle hovers (under way the speed is the command's), and what
-//             points along y, where the flippers cannot push, turns the nose up or down instead
+//             points along y, where the flippers cannot push, turns the nose up or down instead.
+//             Surge in a pose that is not steep leads away, and nothing measures how fast: there
+//             it is asked for as a speed beside the commanded one, which keeps the reference true
 
 #include <string>
 
@@ -62,9 +64,12 @@ class Autopilot {
   void begin_at(double speed) { speed_reference_ = speed; }
   /// The part of the vertical effort that holds the vehicle's trim (buoyancy), in [-1, 1].
   [[nodiscard]] double trim_effort() const { return depth_integral_; }
+  /// The forward speed that the depth loop asks for beside the commanded one, m/s.
+  [[nodiscard]] double surge_for_depth() const { return surge_for_depth_; }
 
  private:
   [[nodiscard]] double speed_effort(double speed, double dt);
+  [[nodiscard]] double speed_of_push() const;
   [[nodiscard]] double heave_within_reach() const;
   void observe_depth(double commanded_depth, double depth_m, double dt);
   void track_depth(double commanded_depth, double climb, double dt);
@@ -74,6 +79,7 @@ class Autopilot {
 
   AutopilotOptions options_;
   double speed_reference_ = 0.0;
+  double surge_for_depth_ = 0.0;
   double depth_reference_ = 0.0;
   double depth_reference_rate_ = 0.0;
   double depth_ = 0.0;  ///< Observed, m, and its rate, m/s.

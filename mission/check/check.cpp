@@ -117,8 +117,8 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
   WayOutProof proof;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     trail.add(p_W, !ceiling.is_above(p_W, radius));
-    const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));
-    if (!way.reaches_open_water) proof.exists = false;
+    const behaviors::Trail::Way way = trail.way_out(p_W, link_of(mission));
+    if (!way.arrives) proof.exists = false;
     const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
     const double seconds = way.length_m / mission.speed.value + up_s;
     if (seconds > proof.longest_s) {
@@ -194,7 +194,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     const bool open = !ceiling.is_above(p_W, radius);
     trail.add(p_W, open);
     if (open) entered_s = t;
-    const behaviors::Trail::WayOut way = trail.way_out(p_W, link_of(mission));
+    const behaviors::Trail::Way way = trail.way_out(p_W, link_of(mission));
     const double out_s = way.length_m / mission.speed.value -
                          way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
     if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {

@@ -219,7 +219,7 @@ struct Executive::Impl final : statechart::Environment {
     if (inputs.vision) navigator.add(now, *inputs.vision);
     const double lift = last_rates.heave - autopilot.trim_effort();
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
-    navigator.expect(last_command.v, expected_heave);
+    navigator.expect(last_command.v + autopilot.surge_for_depth(), expected_heave);
     outputs.estimate = navigator.update(now);
     last_estimate = outputs.estimate;
   }
@@ -611,6 +611,7 @@ struct Executive::Impl final : statechart::Environment {
     input.plan = answered ? &answer : nullptr;
     const bool was_changed = std::exchange(map_changed_while_held, false);
     input.map_changed = map_changed || was_changed;
+    input.trail = &trail;
     input.seen = map.has_changed() ? &map : nullptr;
     input.replan = ladder.rung() == behaviors::Rung::kReplan;
     input.depth_known = hears_depth();

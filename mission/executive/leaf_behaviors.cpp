@@ -60,6 +60,7 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.leg.min_altitude = mission.limits.min_altitude.value;
   context.leg.seed = seed;
   if (mission.unknown) {
+    context.leg.backs_off = true;
     context.leg.goal_tolerance = kUnknownGoal;
     context.leg.way_out_wait_s = kUnknownWayOut;
     context.leg.unreachable_after = kUnknownUnreachable;

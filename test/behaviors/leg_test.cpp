@@ -1,8 +1,12 @@
 #include "behaviors/leg.h"
 
+#include <algorithm>
+#include <functional>
+
 #include <gtest/gtest.h>
 
 #include "behaviors/goal_sequence.h"
+#include "behaviors/trail.h"
 
 namespace dive::behaviors {
 namespace {
@@ -32,6 +36,7 @@ class PerfectVehicle {
   template <class B>
   BehaviorOutput tick(B& behavior, const PlanAnswer* plan = nullptr) {
     now_ += 20'000;
+    if (trail_ != nullptr) trail_->add(estimate_.X_WB.p, true);
     const BehaviorOutput output = behavior.step(input(plan));
     estimate_.X_WB.q = output.command.o;
     estimate_.X_WB.p += output.command.o * Eigen::Vector3d(0.02 * output.command.v, 0, 0);
@@ -44,7 +49,14 @@ class PerfectVehicle {
     input.now = now_;
     input.estimate = &estimate_;
     input.plan = plan;
+    input.trail = trail_;
+    input.seen = seen_;
+    input.map_changed = seen_ != nullptr;
     return input;
+  }
+  void look(PathJudge* seen, Trail* trail) {
+    seen_ = seen;
+    trail_ = trail;
   }
   void move_to(const Eigen::Vector3d& p_W) { estimate_.X_WB.p = p_W; }
   [[nodiscard]] const Eigen::Vector3d& position() const { return estimate_.X_WB.p; }
@@ -52,6 +64,8 @@ class PerfectVehicle {
 
  private:
   Utime now_ = 0;
+  PathJudge* seen_ = nullptr;
+  Trail* trail_ = nullptr;
   estimation::StateEstimate estimate_;
 };
 
@@ -176,6 +190,99 @@ TEST(Leg, PlansAgainWhenItMissedTheGoal) {
   for (int i = 0; i < 50 && !output.plan_request; ++i) output = vehicle.tick(leg);
   ASSERT_TRUE(output.plan_request);
   EXPECT_FALSE(output.done);
+}
+
+// Room by how far east one is, as far as the vehicle sees.
+class Room final : public PathJudge {
+ public:
+  explicit Room(std::function<double(double)> at) : at_(std::move(at)) {}
+  double clearance(std::span<const Pose> waypoints) override {
+    double least = 10.0;
+    for (const Pose& pose : waypoints) {
+      if (pose.p.x() < seen_to_) least = std::min(least, at_(pose.p.x()));
+    }
+    return least;
+  }
+  void look_from(double x) { seen_to_ = std::max(seen_to_, x + 1.0); }
+
+ private:
+  std::function<double(double)> at_;
+  double seen_to_ = 0.0;
+};
+
+struct Narrowing {
+  double least_room = 10.0;
+  int turned_back = 0;
+  bool unreachable = false;
+  double farthest = 0.0;
+};
+
+// A planner that lets the vehicle on from wherever it is, with the room that it has there.
+Narrowing swim_into(Room& room, bool with_trail, double seconds) {
+  LegSettings unknown = settings();
+  unknown.backs_off = true;
+  unknown.replan.map_change = true;
+  unknown.replan.min_interval_s = 0.5;
+  unknown.replan.max_replans = 1000;
+  GoalSequence sequence(unknown, {goal_at(30, 0)});
+  PerfectVehicle vehicle({0, 0, -3});
+  Trail trail;
+  vehicle.look(&room, with_trail ? &trail : nullptr);
+  Narrowing result;
+  BehaviorOutput output;
+  std::vector<Pose> path;
+  bool was_back = false;
+  while (vehicle.seconds() < seconds && !result.unreachable) {
+    PlanAnswer answer;
+    room.look_from(vehicle.position().x());
+    if (output.plan_request) {
+      path = straight(output.plan_request->start.p, {30, 0, -3});
+      answer = success(path);
+      answer.clearance_m = room.clearance(path);
+    }
+    output = vehicle.tick(sequence, output.plan_request ? &answer : nullptr);
+    const bool is_back = !sequence.needs_sight();
+    if (is_back && !was_back) ++result.turned_back;
+    was_back = is_back;
+    const Pose here{vehicle.position(), Eigen::Quaterniond::Identity()};
+    result.least_room = std::min(result.least_room, room.clearance({&here, 1}));
+    result.farthest = std::max(result.farthest, here.p.x());
+    result.unreachable = output.failed == Failure::kUnreachable;
+  }
+  return result;
+}
+
+// Each plan is let out of its start by what that has: without going back it would end in contact.
+TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTooTight) {
+  Room funnel([](double x) { return std::clamp(0.2 * (10.0 - x), 0.0, 1.2); });
+  const Narrowing result = swim_into(funnel, true, 600.0);
+  EXPECT_GT(result.least_room, 0.4) << "of a clearance of 1 m";
+  EXPECT_GT(result.farthest, 7.0) << "it does try";
+  EXPECT_GE(result.turned_back, 5);
+  EXPECT_TRUE(result.unreachable) << "and not for ever";
+}
+
+TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTightForTooLong) {
+  Room tunnel([](double x) { return x < 6.0 ? 1.2 : 0.7; });
+  const Narrowing result = swim_into(tunnel, true, 60.0);
+  EXPECT_GE(result.turned_back, 1);
+  EXPECT_LT(result.farthest, 6.0 + 2.0 + 0.5);
+}
+
+TEST(Leg, InUnknownWaterGoesOnThroughAShortNarrows) {
+  Room gate([](double x) { return x > 5.0 && x < 6.5 ? 0.7 : 1.2; });
+  const Narrowing result = swim_into(gate, true, 40.0);
+  EXPECT_EQ(result.turned_back, 0);
+  EXPECT_GT(result.farthest, 10.0);
+}
+
+TEST(Leg, InUnknownWaterGoesOnWhereItHasNoWayBack) {
+  Room narrow([](double /*x*/) { return 0.4; });  // it was put there
+  EXPECT_EQ(swim_into(narrow, true, 20.0).turned_back, 0);
+  Room behind([](double x) { return x < 6.0 ? -0.1 : 0.4; });
+  EXPECT_EQ(swim_into(behind, true, 20.0).turned_back, 0);
+  Room funnel([](double x) { return std::clamp(0.2 * (10.0 - x), 0.1, 1.2); });
+  EXPECT_EQ(swim_into(funnel, false, 30.0).turned_back, 0);
 }
 
 TEST(GoalSequence, TakesItsGoalsInOrder) {

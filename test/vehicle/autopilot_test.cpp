@@ -119,6 +119,33 @@ TEST(Autopilot, HoldsDepthInAnyPose) {
   }
 }
 
+// On its side the flippers push neither up nor down; what x could do would lead it away, astern.
+TEST(Autopilot, ThatHangsOnItsSideDoesNotSlideAway) {
+  Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(1.3, -0.37, 0.0)});
+  flight.command.d = 5.5;
+  flight.command.v = 0.05;
+  for (int i = 0; i < 600; ++i) {
+    flight.tick();
+    ASSERT_GT(flight.sim.truth().v_WB_B.x(), -0.15) << i;
+  }
+}
+
+// Whoever reckons with the commanded speed and that finds it.
+TEST(Autopilot, SaysWhatSpeedItAddsForDepth) {
+  Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(0.0, -0.4, 0.0)});
+  flight.command.d = 6.0;
+  flight.fly(3.0);
+  double expected = 0.0;
+  double swum = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    flight.tick();
+    expected += flight.autopilot.surge_for_depth();
+    swum += flight.sim.truth().v_WB_B.x();
+  }
+  EXPECT_LT(expected / 100.0, -0.03);
+  EXPECT_NEAR(swum / 100.0, expected / 100.0, 0.05);
+}
+
 TEST(Autopilot, TurnsOverThroughTheGimbalLockOfEulerAngles) {
   Flight flight;
   flight.command.o = from_rpy(0.0, deg_to_rad(150.0), 0.0);

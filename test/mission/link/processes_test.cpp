@@ -32,7 +32,7 @@ std::string content(const std::string& path) {
 
 // Times real time that a vehicle with eyes can be dived at: the mapper is slow under the
 // sanitizers, and one that is late is rightly taken for one that sees nothing.
-constexpr const char* kPaceWithEyes = testing::kUnderSanitizers ? "1" : "2";
+constexpr const char* kPaceWithEyes = dive::testing::kUnderSanitizers ? "1" : "2";
 
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));

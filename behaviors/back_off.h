@@ -1,0 +1,52 @@
+#pragma once
+// In unknown water: back to where there was room. A plan lets a vehicle out of a tight start with
+// no more clearance than the start has, and only so far. One that is planned for again and again
+// on the way uses that up each time: it works its way into a narrowing, a little nearer to things
+// with every plan, until it cannot turn. So whoever has come too near, or has been near for too
+// long, goes back along its trail, which is free, and plans from there with what it has seen since.
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "behaviors/behavior.h"
+#include "behaviors/trail.h"
+#include "vehicle/follower.h"
+
+namespace dive::behaviors {
+
+class BackOff {
+ public:
+  BackOff(double clearance, double speed);
+
+  /// One tick, before any other use. True when the vehicle should go back; whether it can is
+  /// begin()'s word. Looks when the map has changed.
+  [[nodiscard]] bool is_needed(const BehaviorInput& input);
+  /// Along BehaviorInput::trail to the nearest place that has room, or if there is none within
+  /// reach, the one that has most. False when none has more than here, or the way there is blocked.
+  [[nodiscard]] bool begin(const BehaviorInput& input);
+  /// One tick on the way back; nothing once it has come to an end.
+  [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
+
+  [[nodiscard]] bool is_under_way() const { return under_way_; }
+  /// m; where the vehicle was when it was last looked.
+  [[nodiscard]] double room_m() const { return room_m_; }
+  /// How often it went back.
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  [[nodiscard]] Trail::Way way_back(const BehaviorInput& input) const;
+
+  double clearance_;
+  double speed_;
+  vehicle::Follower follower_;
+  bool under_way_ = false;
+  double room_m_ = 0.0;
+  double tight_m_ = 0.0;  ///< Swum since there was room.
+  std::optional<Eigen::Vector3d> last_W_;
+  std::optional<Utime> tried_at_;
+  Utime until_ = 0;
+  int count_ = 0;
+};
+
+}  // namespace dive::behaviors
