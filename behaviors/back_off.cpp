@@ -1,40 +1,31 @@
 #include "behaviors/back_off.h"
 
+#include <algorithm>
 #include <cmath>
-#include <span>
-#include <vector>
 
 namespace dive::behaviors {
 namespace {
 
-constexpr double kTooNear = 0.5;   // of D_min
-constexpr double kRoom = 0.85;     // of D_min: with that much a start is as good as any ...
-constexpr double kNearFor = 2.0;   // ... and with less it may swim so many m
-constexpr double kFarthest = 8.0;  // m back along the trail
-constexpr double kWorthIt = 0.05;  // m more room than here
-constexpr double kTryAgain = 2.0;  // s
+constexpr double kTooNear = 0.5;    // of D_min
+constexpr double kRoom = 0.85;      // of D_min: with that much a start is as good as any ...
+constexpr double kNearFor = 2.0;    // ... and with less it may swim so many m
+constexpr double kFarthest = 8.0;   // m back along the trail
+constexpr double kWorthIt = 0.05;   // m more room than here
+constexpr double kTryAgain = 2.0;   // s
+constexpr double kSpeed = 0.15;     // m/s, bow or stern first
+constexpr double kLookahead = 0.4;  // m
+constexpr double kArrived = 0.2;    // m
+constexpr double kOffCourse = 0.5;  // rad: turns first
 constexpr double kGraceSeconds = 15.0;
-constexpr double kSlow = 4.0;  // times the time at full speed is not getting on
-constexpr double kCaptureRadius = 0.3;
-
-vehicle::FollowerOptions follower_options(double speed) {
-  vehicle::FollowerOptions options;
-  options.speed = speed;
-  options.capture_radius = kCaptureRadius;
-  return options;
-}
-
-// First on the spot to where the way leads: the turn needs room as well.
-std::vector<Pose> poses_of(const Trail::Way& way, const Pose& from_X_WB) {
-  std::vector<Pose> poses = level_poses(way.points);
-  poses.insert(poses.begin(), from_X_WB);
-  return poses;
-}
+constexpr double kSlow = 3.0;  // times as long as it should take is not getting on
 
 }  // namespace
 
-BackOff::BackOff(double clearance, double speed)
-    : clearance_(clearance), speed_(speed), follower_(follower_options(speed)) {}
+// On the way back, headed along `way`, or astern with its nose the other way.
+Pose BackOff::pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way) const {
+  const Eigen::Vector3d nose = astern_ ? Eigen::Vector3d(-way) : way;
+  return {p_W, from_rpy(0.0, 0.0, std::atan2(nose.y(), nose.x()))};
+}
 
 bool BackOff::is_needed(const BehaviorInput& input) {
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
@@ -52,8 +43,7 @@ Trail::Way BackOff::way_back(const BehaviorInput& input) const {
   double most_m = room_m_ + kWorthIt;
   Eigen::Vector3d roomiest_W = X_WB.p;
   const auto has_room = [&](const Eigen::Vector3d& p_W) {
-    const Eigen::Vector3d way = X_WB.p - p_W;
-    const Pose there{p_W, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))};
+    const Pose there{p_W, X_WB.q};
     const double room_m = input.seen->clearance({&there, 1});
     if (room_m > most_m) {
       most_m = room_m;
@@ -70,28 +60,58 @@ Trail::Way BackOff::way_back(const BehaviorInput& input) const {
 
 bool BackOff::begin(const BehaviorInput& input) {
   tried_at_ = input.now;
-  const Trail::Way way = way_back(input);
+  Trail::Way way = way_back(input);
   if (!way.arrives || way.points.size() < 2) return false;
-  const std::vector<Pose> poses = poses_of(way, input.estimate->X_WB);
-  if (input.seen->clearance(poses) <= 0.0) return false;
-  follower_.set_path(std::span(poses).subspan(1), input.estimate->X_WB.p);
-  until_ = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / speed_);
-  under_way_ = true;
+  const Pose& X_WB = input.estimate->X_WB;
+  way_ = std::move(way.points);
+  next_ = 1;
+  astern_ = (X_WB.q * Eigen::Vector3d::UnitX()).dot(way_[1] - X_WB.p) < 0.0;
+  if (clearance_of_rest(input) <= 0.0) {
+    way_.clear();
+    return false;
+  }
+  until_ = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
   ++count_;
   return true;
 }
 
+// From here on, with the turn on the spot to where it begins.
+double BackOff::clearance_of_rest(const BehaviorInput& input) const {
+  std::vector<Pose> poses = {input.estimate->X_WB};
+  Eigen::Vector3d from = poses.front().p;
+  for (std::size_t i = next_; i < way_.size(); ++i) {
+    poses.push_back(pose_at(from, way_[i] - from));
+    from = way_[i];
+  }
+  poses.push_back({from, poses.back().q});
+  return input.seen->clearance(poses);
+}
+
+// Leaves behind what is nearer than the lookahead.
+Eigen::Vector3d BackOff::point_ahead(const Eigen::Vector3d& p_W) {
+  while (next_ + 1 < way_.size() && (way_[next_] - p_W).norm() < kLookahead) ++next_;
+  return way_[next_];
+}
+
 std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
-  const vehicle::Command command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B);
-  const vehicle::FollowerStatus& status = follower_.status();
-  const auto ahead = static_cast<std::size_t>(status.segment) - 1;
-  const bool blocked = input.map_changed && input.seen != nullptr &&
-                       input.seen->clearance(follower_.path().subspan(ahead)) <= 0.0;
-  if (!status.finished && !blocked && input.now < until_) return command;
-  under_way_ = false;
-  tight_m_ = 0.0;
-  last_W_.reset();
-  return std::nullopt;
+  const Pose& X_WB = input.estimate->X_WB;
+  const Eigen::Vector3d way = point_ahead(X_WB.p) - X_WB.p;
+  const bool arrived = next_ + 1 == way_.size() && way.norm() < kArrived;
+  const bool blocked =
+      input.map_changed && input.seen != nullptr && clearance_of_rest(input) <= 0.0;
+  if (arrived || blocked || input.now >= until_) {
+    way_.clear();
+    tight_m_ = 0.0;
+    last_W_.reset();
+    return std::nullopt;
+  }
+  vehicle::Command command;
+  command.o = pose_at(X_WB.p, way).q;
+  command.d = std::max(-way_[next_].z(), 0.0);
+  const double off = std::abs(wrap_angle(to_rpy(command.o).z() - to_rpy(X_WB.q).z()));
+  const double speed = kSpeed * std::max(1.0 - off / kOffCourse, 0.0);
+  command.v = astern_ ? -speed : speed;
+  return command;
 }
 
 }  // namespace dive::behaviors

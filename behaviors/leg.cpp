@@ -70,13 +70,16 @@ Leg::Leg(const LegSettings& settings, LegGoal goal)
       goal_(std::move(goal)),
       follower_(follower_options(settings, goal_)),
       triggers_(settings.replan),
-      back_off_(settings.clearance, settings.speed) {
+      back_off_(settings.clearance) {
   DIVE_DEMAND(goal_.position_W.allFinite() && goal_.capture_radius > 0.0);
   progress_.leg = goal_.id;
 }
 
 BehaviorOutput Leg::step(const BehaviorInput& input) {
-  if (!began_) began_ = input.now;
+  if (!began_) {
+    began_ = input.now;
+    began_z_ = input.estimate->X_WB.p.z();
+  }
   progress_.elapsed_s = to_seconds(input.now - *began_);
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (awaiting_plan_ && to_seconds(input.now - asked_at_) > kPlanTimeout) {
@@ -130,8 +133,17 @@ std::span<const Pose> Leg::rest_of_path() const {
   return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
 }
 
+// That a path may lead; from where it is there must be a way.
+double Leg::highest(const Eigen::Vector3d& p_W) const {
+  if (!settings_.max_rise) return settings_.max_z;
+  const double level = std::max(began_z_, goal_.position_W.z()) + *settings_.max_rise;
+  return std::min(settings_.max_z, std::max(level, p_W.z()));
+}
+
 void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output) {
-  planning::PlanRequest request = leg_request(settings_, goal_, input.estimate->X_WB);
+  LegSettings settings = settings_;
+  settings.max_z = highest(input.estimate->X_WB.p);
+  planning::PlanRequest request = leg_request(settings, goal_, input.estimate->X_WB);
   request.seed += requests_;
   if (following_) {
     request.previous.push_back(request.start);

@@ -21,6 +21,9 @@ struct LegSettings {
   double min_z = -50.0;       ///< Depth limit, m
   double min_altitude = 0.0;  ///< m above what is straight below
   double max_z = 0.0;         ///< m
+  /// m that a path may lead above both where the leg began and its goal. Under a roof that nobody
+  /// has charted the way up looks free: the eyes look down.
+  std::optional<double> max_rise;
   ReplanPolicy replan;
   double goal_tolerance = 0.0;  ///< m that a goal that lacks clearance may be moved by.
   double retry_s = 1.0;         ///< Pause after a failed plan.
@@ -61,6 +64,7 @@ class Leg {
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
   void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output);
+  [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
 
@@ -80,6 +84,7 @@ class Leg {
   std::optional<vehicle::Command> station_;  ///< Held while there is no path.
   std::uint64_t requests_ = 0;
   std::optional<Utime> began_;
+  double began_z_ = 0.0;
   std::optional<estimation::EstimatorKind> estimator_;
   bool told_unreachable_ = false;
 };

@@ -7,8 +7,8 @@ namespace {
 
 constexpr double kPatience = 12.0;    // s without getting on ...
 constexpr double kGotOn = 1.0;        // ... which is m
-constexpr double kAstern = 0.02;      // m/s; less is let be, more is braked by a command ...
-constexpr double kBrakeAstern = 3.0;  // ... that is so many times as large ...
+constexpr double kSlack = 0.03;       // m/s; less is let be, more is braked by a command ...
+constexpr double kBraking = 2.0;      // ... that is so many times as large ...
 constexpr double kMostBraking = 0.3;  // ... and no larger than this, m/s
 
 }  // namespace
@@ -35,9 +35,11 @@ bool SightLimit::waits_in_vain(Utime leaf_now) {
   return true;
 }
 
-void brake_astern(double surge, vehicle::Command& command) {
-  if (-surge < kAstern) return;
-  command.v = std::max(command.v, std::min(-kBrakeAstern * surge, kMostBraking));
+void brake(double surge, vehicle::Command& command) {
+  const double excess = surge - command.v;
+  const bool is_too_fast = surge > 0.0 ? excess > kSlack : excess < -kSlack;
+  if (!is_too_fast) return;
+  command.v = std::clamp(command.v - kBraking * excess, -kMostBraking, kMostBraking);
 }
 
 }  // namespace dive::behaviors

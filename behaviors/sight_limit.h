@@ -42,10 +42,10 @@ class SightLimit {
   std::optional<double> blocked_depth_;  ///< Where it came to the end of its sight, m.
 };
 
-/// Whoever turns about under way slides on stern first, for many seconds and where nobody looks:
-/// the autopilot steers its speed by what it has commanded. At `surge` (m/s, negative: astern) this
-/// commands forward speed against it. To be called after any limit by sight: that must not forbid
-/// to stop.
-void brake_astern(double surge, vehicle::Command& command);
+/// Whoever turns under way slides on, for many seconds, stern first or towards what it should stop
+/// before: the autopilot steers its speed by what it has commanded, and the drag of a slow hull is
+/// next to nothing. At `surge` (m/s, negative: astern) this commands speed against what is more of
+/// it than was commanded. To be called after any limit by sight: that must not forbid to stop.
+void brake(double surge, vehicle::Command& command);
 
 }  // namespace dive::behaviors

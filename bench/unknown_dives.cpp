@@ -128,13 +128,15 @@ void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
-            "{:5.2f} {:5.2f} v {:.2f} of {:.2f}  clear {:5.2f} map {:5.2f} path {:5.2f} cross "
+            "{:5.2f} {:5.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear {:5.2f} map "
+            "{:5.2f} path {:5.2f} cross "
             "{:.2f} "
             "{}  pieces {} (+{})\n",
             to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
             truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
             rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()), off.x(),
-            off.y(), off.z(), truth.v_WB_B.x(), out.command.v, meter.clearance(truth.X_WB),
+            off.y(), off.z(), truth.v_WB_B.x(), truth.v_WB_B.y(), out.estimate.v_WB_B.x(),
+            out.estimate.v_WB_B.y(), out.command.v, meter.clearance(truth.X_WB),
             near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
             out.status.clearance_m, out.status.cross_track_m, out.status.rung, seen.pieces(), told);
         told = 0;

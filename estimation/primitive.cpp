@@ -17,6 +17,9 @@ constexpr double kMaxExtrapolation = 0.5;  // s that a turn rate is believed bey
 constexpr double kDepthSilence = 0.5;      // s, after which the height is reckoned
 constexpr double kReckonedHeave = 0.05;    // m/s, one sigma
 constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth says nothing of heave
+constexpr double kSlipIsLearnt = 1.0;      // s
+constexpr double kSlipLasts = 4.0;         // s: drag takes it away
+constexpr double kMostSlip = 0.3;          // m/s
 constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts better than that
 
 }  // namespace
@@ -64,6 +67,8 @@ void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double su
 void PrimitiveEstimator::moved(const Vector2d& by_W) {
   DIVE_DEMAND(by_W.allFinite());
   estimate_.X_WB.p.head<2>() += by_W;
+  slip_W_ += by_W / kSlipIsLearnt;
+  slip_W_ *= kMostSlip / std::max(slip_W_.norm(), kMostSlip);
 }
 
 void PrimitiveEstimator::add(const ImuSample& sample) {
@@ -93,7 +98,8 @@ const StateEstimate& PrimitiveEstimator::update(Utime now) {
   silence_s_ = hears_depth ? 0.0 : silence_s_ + dt;
   if (hears_depth) estimate_.X_WB.p.z() = depth_.at(now).z;
   for (double left = dt; left > 0.0; left -= kMaxStep) reckon(std::min(left, kMaxStep));
-  estimate_.v_WB_B = velocity_B();
+  estimate_.v_WB_B =
+      velocity_B() + estimate_.X_WB.q.conjugate() * Vector3d(slip_W_.x(), slip_W_.y(), 0.0);
   fill_covariance();
   return estimate_;
 }
@@ -108,7 +114,8 @@ void PrimitiveEstimator::reckon(double dt) {
   motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
-  estimate_.X_WB.p.head<2>() += step.head<2>();
+  slip_W_ *= std::exp(-dt / kSlipLasts);
+  estimate_.X_WB.p.head<2>() += step.head<2>() + slip_W_ * dt;
   if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
 }

@@ -54,7 +54,10 @@ class PrimitiveEstimator {
   void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// By what is seen around it the vehicle is so far (m) from where it was thought to be. That
   /// holds it to a map it has made itself, and says nothing of where the map is: the covariance
-  /// stays.
+  /// stays. Who is off in the same direction again and again is not where it was thought to be
+  /// because it is faster than was thought: with d the displacements told,
+  ///   s' = -s / 4 s + sum of d delta(t) / 1 s
+  /// is added to the velocity expected (an alpha-beta filter with alpha 1).
   void moved(const Eigen::Vector2d& by_W);
   /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);
@@ -76,6 +79,7 @@ class PrimitiveEstimator {
   double silence_s_ = 0.0;  ///< That the height has been reckoned for.
   double start_variance_;   ///< m^2
   Eigen::Vector2d displacement_W_ = Eigen::Vector2d::Zero();  ///< D, m
+  Eigen::Vector2d slip_W_ = Eigen::Vector2d::Zero();          ///< s, m/s
   double elapsed_s_ = 0.0;
   std::optional<ImuSample> imu_;
   StateEstimate estimate_;

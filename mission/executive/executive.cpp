@@ -178,7 +178,7 @@ struct Executive::Impl final : statechart::Environment {
       if (interpreter.running()) settle();
       run_leaf(map_changed);
       if (mission.unknown && hears_imu()) {
-        behaviors::brake_astern(estimate().v_WB_B.x(), last_command);
+        behaviors::brake(estimate().v_WB_B.x(), last_command);
       }
     }
     actuate();

@@ -20,6 +20,7 @@ constexpr double kUnknownDeviation = 0.5;  // of D_min, without word of the miss
 constexpr double kUnknownWait = 5.0;       // ... and s without progress, after which it plans anew
 constexpr double kUnknownClimb = 0.4;    // rad: the eyes look no higher than a little above the bow
 constexpr double kUnknownGoal = 0.5;     // m that a goal may be moved by, when something is near it
+constexpr double kUnknownRise = 0.3;     // m, under an overhead
 constexpr double kUnknownWayOut = 90.0;  // s that a blocked way out is tried again and again
 constexpr int kUnknownUnreachable = 30;  // failed plans: what is in the way may go away
 constexpr double kOptimisticStale = 3.0;  // s
@@ -87,6 +88,7 @@ behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal) {
 behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec& spec) {
   behaviors::LegSettings settings = context.leg;
   if (spec.replan) settings.replan = replan_policy(*context.mission, *spec.replan);
+  if (context.mission->unknown && spec.overhead) settings.max_rise = kUnknownRise;
   return settings;
 }
 

@@ -214,6 +214,7 @@ struct Narrowing {
   double least_room = 10.0;
   int turned_back = 0;
   bool unreachable = false;
+  double fastest_astern = 0.0;
   double farthest = 0.0;
 };
 
@@ -244,6 +245,10 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
     const bool is_back = !sequence.needs_sight();
     if (is_back && !was_back) ++result.turned_back;
     was_back = is_back;
+    if (is_back)
+      result.fastest_astern = std::max(result.fastest_astern, -output.command.v);
+    else
+      EXPECT_GE(output.command.v, 0.0);
     const Pose here{vehicle.position(), Eigen::Quaterniond::Identity()};
     result.least_room = std::min(result.least_room, room.clearance({&here, 1}));
     result.farthest = std::max(result.farthest, here.p.x());
@@ -260,6 +265,7 @@ TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTooTight) {
   EXPECT_GT(result.farthest, 7.0) << "it does try";
   EXPECT_GE(result.turned_back, 5);
   EXPECT_TRUE(result.unreachable) << "and not for ever";
+  EXPECT_GT(result.fastest_astern, 0.1) << "there is no room to turn about";
 }
 
 TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTightForTooLong) {

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "behaviors/sight_limit.h"
+
 namespace dive::behaviors {
 namespace {
 
@@ -73,6 +75,26 @@ TEST(SeenAhead, KnowsHowFarItHasSwumSinceALateScan) {
   for (int i = 0; i <= 40; ++i) sight.advance(20'000 * i, {0.01 * i, 0, 0});
   sight.hear(20'000 * 15, 2.0);
   EXPECT_NEAR(sight.max_command(20'000 * 40, 0.0), (2.0 - 0.25 - 0.25) / 1.2, 1e-9);
+}
+
+TEST(Brake, CommandsAgainstWhatIsMoreThanWasWanted) {
+  const auto braked = [](double surge, double wanted) {
+    vehicle::Command command;
+    command.v = wanted;
+    brake(surge, command);
+    return command.v;
+  };
+  EXPECT_EQ(braked(0.4, 0.4), 0.4);
+  EXPECT_EQ(braked(0.2, 0.4), 0.4) << "slower is not its business";
+  EXPECT_EQ(braked(0.02, 0.0), 0.0) << "nor is next to nothing";
+  EXPECT_LT(braked(0.1, 0.0), -0.1);
+  EXPECT_GT(braked(-0.1, 0.0), 0.1);
+  EXPECT_GT(braked(-0.1, 0.05), 0.15) << "it should swim ahead";
+  EXPECT_EQ(braked(-0.15, -0.15), -0.15) << "astern on purpose";
+  EXPECT_GT(braked(-0.3, -0.15), -0.15);
+  EXPECT_LT(braked(0.1, -0.15), -0.15);
+  EXPECT_GE(braked(5.0, 0.0), -0.3);
+  EXPECT_LE(braked(-5.0, 0.0), 0.3);
 }
 
 }  // namespace

@@ -94,6 +94,28 @@ TEST(PrimitiveEstimator, TakesHeaveFromTheDepthWhenPitched) {
   EXPECT_NEAR(e.update(5'000'000).v_WB_B.x(), 0.0, 1e-9);
 }
 
+// It lies still, as it thinks, and slides sideways at 0.1 m/s, as it sees ten times a second.
+TEST(PrimitiveEstimator, LearnsHowItSlidesFromWhatItSees) {
+  PrimitiveEstimator e = estimator();
+  const double heading = deg_to_rad(90.0);
+  Utime now = 0;
+  Vector2d off;
+  for (int look = 0; look < 60; ++look) {
+    now = swim(e, now, heading, 0.0, 0.1);
+    off = Vector2d(1.0 - 0.1 * to_seconds(now), 2.0) - e.update(now).X_WB.p.head<2>();
+    e.moved(off);
+  }
+  const Vector3d v_B = e.update(now).v_WB_B;
+  EXPECT_NEAR(v_B.y(), 0.08, 0.005) << "what drag would take of it in the meantime is not believed";
+  EXPECT_NEAR(v_B.x(), 0.0, 1e-3);
+  EXPECT_LT(off.norm(), 0.003) << "0.01 when nothing is learnt";
+  now = swim(e, now, heading, 0.0, 10.0);
+  EXPECT_LT(e.update(now).v_WB_B.norm(), 0.01) << "without eyes it is forgotten";
+
+  e.moved({50.0, 0.0});
+  EXPECT_LE(e.update(now).v_WB_B.norm(), 0.3 + 1e-9) << "a jump is no speed";
+}
+
 TEST(PrimitiveEstimator, IgnoresWhatIsNoMeasurement) {
   PrimitiveEstimator e = estimator();
   const Utime now = swim(e, 0, 0.3, 0.4, 5.0);

@@ -1,4 +1,5 @@
 #include "planning/world/sdf.h"
+#include "test/common/sanitizers.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -217,6 +218,7 @@ TEST(LoadSdf, SaysThatAFileIsNotThere) {
 
 // Worlds and models that other people made: each is read, or refused with a place and a reason.
 TEST(LoadSdf, ReadsOrRefusesRealFiles) {
+  DIVE_SKIP_UNDER_SANITIZERS("large meshes, and small ones take the same steps");
   const std::string data = DIVE_SHARED_DATA;
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "the shared data is not here";
   int read = 0;
