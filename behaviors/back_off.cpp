@@ -6,12 +6,12 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kTooNear = 0.5;    // of D_min
+constexpr double kTooNear = 0.65;   // of D_min
 constexpr double kRoom = 0.85;      // of D_min: with that much a start is as good as any ...
 constexpr double kNearFor = 2.0;    // ... and with less it may swim so many m
-constexpr double kFarthest = 8.0;   // m back along the trail
 constexpr double kWorthIt = 0.05;   // m more room than here
 constexpr double kTryAgain = 2.0;   // s
+constexpr double kElsewhere = 3.0;  // m
 constexpr double kSpeed = 0.15;     // m/s, bow or stern first
 constexpr double kLookahead = 0.4;  // m
 constexpr double kArrived = 0.2;    // m
@@ -38,29 +38,32 @@ bool BackOff::is_needed(const BehaviorInput& input) {
   return room_m_ < kTooNear * clearance_ || tight_m_ > kNearFor;
 }
 
-Trail::Way BackOff::way_back(const BehaviorInput& input) const {
+Trail::Way BackOff::way_back(const BehaviorInput& input, const Asked& asked) const {
   const Pose& X_WB = input.estimate->X_WB;
   double most_m = room_m_ + kWorthIt;
   Eigen::Vector3d roomiest_W = X_WB.p;
-  const auto has_room = [&](const Eigen::Vector3d& p_W) {
+  const auto has_room = [&](const Trail::Crumb& crumb) {
+    const Eigen::Vector3d& p_W = crumb.p_W;
+    if ((p_W - X_WB.p).norm() < asked.least_m || (asked.open && !crumb.open_above)) return false;
     const Pose there{p_W, X_WB.q};
     const double room_m = input.seen->clearance({&there, 1});
     if (room_m > most_m) {
       most_m = room_m;
       roomiest_W = p_W;
     }
-    return room_m >= kRoom * clearance_ && room_m > room_m_ + kWorthIt;
+    return room_m >= kRoom * clearance_ && (asked.least_m > 0.0 || room_m > room_m_ + kWorthIt);
   };
   const double link_m = kTrailLinkShare * clearance_;
-  Trail::Way way = input.trail->way_to(X_WB.p, link_m, kFarthest, has_room);
+  Trail::Way way = input.trail->way_to(X_WB.p, link_m, asked.most_m, has_room);
   if (way.arrives || roomiest_W == X_WB.p) return way;
-  return input.trail->way_to(X_WB.p, link_m, kFarthest,
-                             [&](const Eigen::Vector3d& p_W) { return p_W == roomiest_W; });
+  return input.trail->way_to(X_WB.p, link_m, asked.most_m,
+                             [&](const Trail::Crumb& crumb) { return crumb.p_W == roomiest_W; });
 }
 
-bool BackOff::begin(const BehaviorInput& input) {
+bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
   tried_at_ = input.now;
-  Trail::Way way = way_back(input);
+  if (input.seen == nullptr || input.trail == nullptr) return false;
+  Trail::Way way = way_back(input, asked);
   if (!way.arrives || way.points.size() < 2) return false;
   const Pose& X_WB = input.estimate->X_WB;
   way_ = std::move(way.points);
@@ -71,6 +74,8 @@ bool BackOff::begin(const BehaviorInput& input) {
     return false;
   }
   until_ = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
+  if (last_place_W_ && (X_WB.p - *last_place_W_).norm() > kElsewhere) count_ = 0;
+  last_place_W_ = X_WB.p;
   ++count_;
   return true;
 }

@@ -27,20 +27,25 @@ class BackOff {
   /// One tick, before any other use. True when the vehicle should go back; whether it can is
   /// begin()'s word. Looks when the map has changed.
   [[nodiscard]] bool is_needed(const BehaviorInput& input);
-  /// Along BehaviorInput::trail to the nearest place that has room, or if there is none within
-  /// reach, the one that has most. False when none has more than here, or the way there is blocked.
-  [[nodiscard]] bool begin(const BehaviorInput& input);
+  /// Along BehaviorInput::trail to the nearest place that has room and is asked for, or if there is
+  /// none, the one that has most. False when none has more than here, or the way there is blocked.
+  struct Asked {
+    double least_m = 0.0;  ///< Away from here ...
+    double most_m = 8.0;   ///< ... and no farther along the trail.
+    bool open = false;     ///< With open water above.
+  };
+  [[nodiscard]] bool begin(const BehaviorInput& input, const Asked& asked);
   /// One tick on the way back; nothing once it has come to an end. Speeds below 0 are astern.
   [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
 
   [[nodiscard]] bool is_under_way() const { return !way_.empty(); }
   /// m; where the vehicle was when it was last looked.
   [[nodiscard]] double room_m() const { return room_m_; }
-  /// How often it went back.
+  /// How often in a row it went back from about the same place.
   [[nodiscard]] int count() const { return count_; }
 
  private:
-  [[nodiscard]] Trail::Way way_back(const BehaviorInput& input) const;
+  [[nodiscard]] Trail::Way way_back(const BehaviorInput& input, const Asked& asked) const;
   [[nodiscard]] Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way) const;
   [[nodiscard]] double clearance_of_rest(const BehaviorInput& input) const;
   [[nodiscard]] Eigen::Vector3d point_ahead(const Eigen::Vector3d& p_W);
@@ -52,6 +57,7 @@ class BackOff {
   double room_m_ = 0.0;
   double tight_m_ = 0.0;  ///< Swum since there was room.
   std::optional<Eigen::Vector3d> last_W_;
+  std::optional<Eigen::Vector3d> last_place_W_;  ///< That it went back from.
   std::optional<Utime> tried_at_;
   Utime until_ = 0;
   int count_ = 0;

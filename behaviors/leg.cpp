@@ -16,6 +16,7 @@ constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
 constexpr int kMostBackOffs = 5;
+constexpr double kBackForAnother = 1.0;  // m
 
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
 
@@ -89,6 +90,10 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
   if (settings_.backs_off) {
     if (std::optional<BehaviorOutput> output = back_off(input)) return std::move(*output);
   }
+  return follow_on(input);
+}
+
+BehaviorOutput Leg::follow_on(const BehaviorInput& input) {
   return following_ ? follow(input) : without_path(input);
 }
 
@@ -158,11 +163,27 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   output.plan_cause = cause;
 }
 
+bool Leg::take_another_way() {
+  another_way_ = settings_.backs_off && back_off_.count() < kMostBackOffs;
+  return another_way_;
+}
+
 // Nothing when the vehicle has room where it is, or no way back.
 std::optional<BehaviorOutput> Leg::back_off(const BehaviorInput& input) {
   BehaviorOutput output;
   if (!back_off_.is_under_way()) {
-    if (!back_off_.is_needed(input) || !back_off_.begin(input)) return std::nullopt;
+    const bool is_needed = back_off_.is_needed(input);
+    const bool for_another = std::exchange(another_way_, false);
+    if (!is_needed && !for_another) return std::nullopt;
+    BackOff::Asked asked;
+    if (for_another) asked.least_m = kBackForAnother;
+    if (!back_off_.begin(input, asked)) {
+      if (!for_another) return std::nullopt;
+      progress_.plan_failure = "the way that was planned leads where it cannot look";
+      output = follow_on(input);
+      output.failed = Failure::kUnreachable;
+      return output;
+    }
     awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
     station_.reset();
     if (back_off_.count() > kMostBackOffs && !told_unreachable_) {

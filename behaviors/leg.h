@@ -53,6 +53,9 @@ class Leg {
   /// path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
+  /// The way that was planned leads where it cannot look: goes back a little and plans from there.
+  /// False when it has done so too often.
+  [[nodiscard]] bool take_another_way();
   /// Goes back along the trail, and not to where it has not been.
   [[nodiscard]] bool is_backing_off() const { return back_off_.is_under_way(); }
 
@@ -60,6 +63,7 @@ class Leg {
   void take_answer(const BehaviorInput& input);
   void plan_failed(Utime now, std::string why);
   [[nodiscard]] std::optional<BehaviorOutput> back_off(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput follow_on(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
@@ -87,6 +91,7 @@ class Leg {
   double began_z_ = 0.0;
   std::optional<estimation::EstimatorKind> estimator_;
   bool told_unreachable_ = false;
+  bool another_way_ = false;  ///< To be looked for.
 };
 
 }  // namespace dive::behaviors

@@ -1,15 +1,17 @@
 #include "behaviors/sight_limit.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dive::behaviors {
 namespace {
 
-constexpr double kPatience = 12.0;    // s without getting on ...
-constexpr double kGotOn = 1.0;        // ... which is m
-constexpr double kSlack = 0.03;       // m/s; less is let be, more is braked by a command ...
-constexpr double kBraking = 2.0;      // ... that is so many times as large ...
-constexpr double kMostBraking = 0.3;  // ... and no larger than this, m/s
+constexpr double kPatience = 12.0;  // s without getting on ...
+constexpr double kGotOn = 1.0;      // ... which is m
+constexpr double kElsewhere = 0.8;  // rad
+constexpr double kSlack = 0.015;    // m/s; less is let be, ...
+constexpr double kPush = 2.0;       // ... what is missing is asked for so many times over ...
+constexpr double kMostPush = 0.3;   // ... and no more than that, or than was told, m/s
 
 }  // namespace
 
@@ -18,13 +20,17 @@ void SightLimit::apply(Utime now, Utime leaf_now, const estimation::StateEstimat
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
   const double most = ahead_.max_command(now, estimate.v_WB_B.x());
   command.v = std::min(command.v, most);
-  if (waiting_ && (p_W - waiting_->p_W).norm() > kGotOn) waiting_.reset();
+  const double yaw = to_rpy(command.o).z();
+  const bool got_on = waiting_ && (p_W - waiting_->p_W).norm() > kGotOn;
+  if (got_on || (waiting_ && std::abs(wrap_angle(yaw - waiting_->yaw)) > kElsewhere)) {
+    waiting_.reset();
+  }
   if (most > 0.0) {
     blocked_depth_.reset();
     return;
   }
   if (!blocked_depth_) blocked_depth_ = std::max(-p_W.z(), 0.0);
-  if (!waiting_) waiting_ = Waiting{leaf_now, p_W};
+  if (!waiting_) waiting_ = Waiting{leaf_now, p_W, yaw};
   command.d = std::max(command.d, *blocked_depth_);
 }
 
@@ -35,11 +41,11 @@ bool SightLimit::waits_in_vain(Utime leaf_now) {
   return true;
 }
 
-void brake(double surge, vehicle::Command& command) {
-  const double excess = surge - command.v;
-  const bool is_too_fast = surge > 0.0 ? excess > kSlack : excess < -kSlack;
-  if (!is_too_fast) return;
-  command.v = std::clamp(command.v - kBraking * excess, -kMostBraking, kMostBraking);
+void hold_speed(double surge, vehicle::Command& command) {
+  const double missing = command.v - surge;
+  if (std::abs(missing) < kSlack) return;
+  const double most = std::max(std::abs(command.v), kMostPush);
+  command.v = std::clamp(command.v + kPush * missing, -most, most);
 }
 
 }  // namespace dive::behaviors

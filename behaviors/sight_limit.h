@@ -25,7 +25,8 @@ class SightLimit {
   void apply(Utime now, Utime leaf_now, const estimation::StateEstimate& estimate,
              vehicle::Command& command);
   /// It has turned to the way that was planned for it, and does not see it: it leads up behind
-  /// something, most likely. Where nobody can look nobody swims. Waiting counts from here again.
+  /// something, most likely. Where nobody can look nobody swims. Waiting counts from here again,
+  /// and from where it is told to look elsewhere.
   [[nodiscard]] bool waits_in_vain(Utime leaf_now);
   /// Another behaviour begins: it has not waited yet.
   void stop_waiting() { waiting_.reset(); }
@@ -35,6 +36,7 @@ class SightLimit {
   struct Waiting {
     Utime since = 0;
     Eigen::Vector3d p_W;
+    double yaw = 0.0;  ///< rad, that it is told.
   };
 
   SeenAhead ahead_;
@@ -43,9 +45,10 @@ class SightLimit {
 };
 
 /// Whoever turns under way slides on, for many seconds, stern first or towards what it should stop
-/// before: the autopilot steers its speed by what it has commanded, and the drag of a slow hull is
-/// next to nothing. At `surge` (m/s, negative: astern) this commands speed against what is more of
-/// it than was commanded. To be called after any limit by sight: that must not forbid to stop.
-void brake(double surge, vehicle::Command& command);
+/// before; and a slow vehicle that is pushed back stays behind: the autopilot steers its speed by
+/// what it has commanded, and the drag of a slow hull is next to nothing. At `surge` (m/s,
+/// negative: astern) this asks for more, or less, than was commanded. To be called after any limit
+/// by sight: that must not forbid to stop.
+void hold_speed(double surge, vehicle::Command& command);
 
 }  // namespace dive::behaviors

@@ -6,16 +6,41 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kAboveSurface = -1.0;     // m of depth, to be pushed against
+constexpr double kFarthestForRoom = 3.0;   // m
 constexpr double kPatience = 2.0;          // times the ascent it should take ...
 constexpr double kPatienceSeconds = 10.0;  // ... and so long besides
 
 }  // namespace
 
-Surface::Surface(SurfaceOptions options) : options_(options) { progress_.leg = "surface"; }
+Surface::Surface(SurfaceOptions options) : options_(options), back_off_(options.room) {
+  progress_.leg = "surface";
+}
+
+// Nothing when there is enough of it, or it cannot be had.
+std::optional<vehicle::Command> Surface::make_room(const BehaviorInput& input) {
+  if (!input.depth_known || !input.attitude_known) may_make_room_ = false;
+  if (!may_make_room_ || options_.room <= 0.0) return std::nullopt;
+  if (!back_off_.is_under_way()) {
+    BehaviorInput now = input;
+    now.map_changed = input.seen != nullptr;  // it looks at once
+    may_make_room_ = back_off_.is_needed(now) &&
+                     back_off_.begin(now, {.most_m = kFarthestForRoom, .open = true});
+    if (!may_make_room_) return std::nullopt;
+  }
+  std::optional<vehicle::Command> command = back_off_.follow(input);
+  may_make_room_ = command.has_value();  // once
+  return command;
+}
 
 BehaviorOutput Surface::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   const double depth = -X_WB.p.z();
+  if (const std::optional<vehicle::Command> command = make_room(input)) {
+    BehaviorOutput output;
+    output.command = *command;
+    progress_.distance_to_go_m = std::max(depth, 0.0);
+    return output;
+  }
   if (!entered_at_) {
     entered_at_ = input.now;
     entry_depth_ = depth;

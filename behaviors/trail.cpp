@@ -107,8 +107,8 @@ Trail::Way Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double beyo
 }
 
 Trail::Way Trail::way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                         const std::function<bool(const Eigen::Vector3d&)>& is_there) const {
-  return find(p_W, link_m, most_m, [&](const Crumb& crumb) { return is_there(crumb.p_W); }).way;
+                         const std::function<bool(const Crumb&)>& is_there) const {
+  return find(p_W, link_m, most_m, is_there).way;
 }
 
 // The way on from the open crumb `end`, to older ones.

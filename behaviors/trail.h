@@ -27,6 +27,11 @@ class Trail {
   /// `open_above`: nothing solid between here and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
 
+  struct Crumb {
+    Eigen::Vector3d p_W;
+    bool open_above;
+  };
+
   struct Way {
     std::vector<Eigen::Vector3d> points;
     bool arrives = false;
@@ -41,7 +46,7 @@ class Trail {
   /// As way_out, to the first crumb for which `is_there` holds, asked from the nearest on, none
   /// farther along the trail than `most_m`.
   [[nodiscard]] Way way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                           const std::function<bool(const Eigen::Vector3d&)>& is_there) const;
+                           const std::function<bool(const Crumb&)>& is_there) const;
 
   /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
   /// 0 while that is the same, and from the first crumb where there is none with open water.
@@ -51,10 +56,6 @@ class Trail {
   /// farther? There is at least one.
   [[nodiscard]] bool was_open_at(const Eigen::Vector3d& p_W) const;
 
-  struct Crumb {
-    Eigen::Vector3d p_W;
-    bool open_above;
-  };
   /// How many crumbs have ever been dropped, and the newest of them (there is one).
   [[nodiscard]] std::size_t dropped() const { return dropped_; }
   [[nodiscard]] const Crumb& newest() const { return crumbs_.back(); }

@@ -2,6 +2,7 @@
 //   unknown_dives missions/wreck_unknown.xml --dives 100 --jobs 2
 //   unknown_dives missions/wreck_unknown.xml --diver          someone swims into the path
 //   unknown_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
+//   unknown_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
 
 #include <algorithm>
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/real_waters.h"
 #include "bench/site.h"
 #include "common/random.h"
 #include "mission/check/route.h"
@@ -217,13 +219,20 @@ int main(int argc, char** argv) {
   int jobs = 2;
   int traced = 0;
   bool with_diver = false;
-  app.add_option("missions", missions)->required();
+  std::string data;
+  app.add_option("missions", missions);
+  app.add_option("--real", data, "Folder of the shared data: dives the waters made of it");
   app.add_option("--dives", dives);
   app.add_option("--first", first, "Seed of the first dive");
   app.add_option("--jobs", jobs);
   app.add_option("--trace", traced, "This seed alone, every half second");
   app.add_flag("--diver", with_diver, "Someone swims into the path");
   CLI11_PARSE(app, argc, argv);
+  if (!data.empty()) {
+    for (std::string& path : dive::bench::write_real_waters(data)) {
+      missions.push_back(std::move(path));
+    }
+  }
   for (const std::string& path : missions) {
     const dive::bench::UnknownSite site = dive::bench::load(path);
     if (traced > 0) {

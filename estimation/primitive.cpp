@@ -17,8 +17,7 @@ constexpr double kMaxExtrapolation = 0.5;  // s that a turn rate is believed bey
 constexpr double kDepthSilence = 0.5;      // s, after which the height is reckoned
 constexpr double kReckonedHeave = 0.05;    // m/s, one sigma
 constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth says nothing of heave
-constexpr double kSlipIsLearnt = 1.0;      // s
-constexpr double kSlipLasts = 4.0;         // s: drag takes it away
+constexpr double kSlipFilter = 1.0;        // s
 constexpr double kMostSlip = 0.3;          // m/s
 constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts better than that
 
@@ -67,7 +66,7 @@ void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double su
 void PrimitiveEstimator::moved(const Vector2d& by_W) {
   DIVE_DEMAND(by_W.allFinite());
   estimate_.X_WB.p.head<2>() += by_W;
-  slip_W_ += by_W / kSlipIsLearnt;
+  slip_W_ += by_W / kSlipFilter;
   slip_W_ *= kMostSlip / std::max(slip_W_.norm(), kMostSlip);
 }
 
@@ -114,8 +113,8 @@ void PrimitiveEstimator::reckon(double dt) {
   motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
-  slip_W_ *= std::exp(-dt / kSlipLasts);
-  estimate_.X_WB.p.head<2>() += step.head<2>() + slip_W_ * dt;
+  slip_W_ *= std::exp(-dt / kSlipFilter);
+  estimate_.X_WB.p.head<2>() += step.head<2>();
   if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
 }

@@ -55,9 +55,10 @@ class PrimitiveEstimator {
   /// By what is seen around it the vehicle is so far (m) from where it was thought to be. That
   /// holds it to a map it has made itself, and says nothing of where the map is: the covariance
   /// stays. Who is off in the same direction again and again is not where it was thought to be
-  /// because it is faster than was thought: with d the displacements told,
-  ///   s' = -s / 4 s + sum of d delta(t) / 1 s
-  /// is added to the velocity expected (an alpha-beta filter with alpha 1).
+  /// because it is faster than was thought: the displacements d told, low-passed over T = 1 s,
+  ///   T s' = -s + sum of d delta(t),
+  /// are added to the velocity published. They are not reckoned with: along a smooth wall what is
+  /// seen says that nothing moves, and whoever believed his own map in that would come to rest.
   void moved(const Eigen::Vector2d& by_W);
   /// Samples that are not finite or older than the last one are ignored.
   void add(const ImuSample& sample);

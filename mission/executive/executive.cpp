@@ -178,7 +178,7 @@ struct Executive::Impl final : statechart::Environment {
       if (interpreter.running()) settle();
       run_leaf(map_changed);
       if (mission.unknown && hears_imu()) {
-        behaviors::brake(estimate().v_WB_B.x(), last_command);
+        behaviors::hold_speed(estimate().v_WB_B.x(), last_command);
       }
     }
     actuate();
@@ -734,8 +734,10 @@ struct Executive::Impl final : statechart::Environment {
       }
     } else if (id == kWaitState) {
       behavior = std::make_unique<behaviors::Hold>(kRetreatWait);
-    } else {
+    } else if (id == kEmergencyState) {
       behavior = std::make_unique<behaviors::Surface>();
+    } else {
+      behavior = make_surface(leaf_context);
     }
   }
 

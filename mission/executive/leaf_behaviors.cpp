@@ -92,6 +92,12 @@ behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec&
   return settings;
 }
 
+std::unique_ptr<behaviors::Behavior> make_surface(const LeafContext& context) {
+  behaviors::SurfaceOptions options;
+  if (context.leg.backs_off) options.room = context.leg.clearance;
+  return std::make_unique<behaviors::Surface>(options);
+}
+
 std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
                                                         const StateSpec& spec, int goals_done) {
   if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) {
@@ -110,7 +116,7 @@ std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& conte
     return std::make_unique<behaviors::Hold>(leaf->duration_s.value);
   }
   DIVE_DEMAND(std::holds_alternative<SurfaceState>(spec.leaf));
-  return std::make_unique<behaviors::Surface>();
+  return make_surface(context);
 }
 
 behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission) {

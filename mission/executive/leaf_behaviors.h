@@ -33,6 +33,9 @@ struct LeafContext {
 [[nodiscard]] behaviors::LegSettings leg_settings(const LeafContext& context,
                                                   const StateSpec& spec);
 
+/// Surfacing, in unknown water from where there is room.
+[[nodiscard]] std::unique_ptr<behaviors::Behavior> make_surface(const LeafContext& context);
+
 /// The behaviour of a leaf state as written, but for its first `goals_done` goals; retrace is the
 /// executive's own to make.
 [[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,

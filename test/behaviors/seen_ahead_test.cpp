@@ -77,24 +77,25 @@ TEST(SeenAhead, KnowsHowFarItHasSwumSinceALateScan) {
   EXPECT_NEAR(sight.max_command(20'000 * 40, 0.0), (2.0 - 0.25 - 0.25) / 1.2, 1e-9);
 }
 
-TEST(Brake, CommandsAgainstWhatIsMoreThanWasWanted) {
-  const auto braked = [](double surge, double wanted) {
+TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
+  const auto told = [](double surge, double wanted) {
     vehicle::Command command;
     command.v = wanted;
-    brake(surge, command);
+    hold_speed(surge, command);
     return command.v;
   };
-  EXPECT_EQ(braked(0.4, 0.4), 0.4);
-  EXPECT_EQ(braked(0.2, 0.4), 0.4) << "slower is not its business";
-  EXPECT_EQ(braked(0.02, 0.0), 0.0) << "nor is next to nothing";
-  EXPECT_LT(braked(0.1, 0.0), -0.1);
-  EXPECT_GT(braked(-0.1, 0.0), 0.1);
-  EXPECT_GT(braked(-0.1, 0.05), 0.15) << "it should swim ahead";
-  EXPECT_EQ(braked(-0.15, -0.15), -0.15) << "astern on purpose";
-  EXPECT_GT(braked(-0.3, -0.15), -0.15);
-  EXPECT_LT(braked(0.1, -0.15), -0.15);
-  EXPECT_GE(braked(5.0, 0.0), -0.3);
-  EXPECT_LE(braked(-5.0, 0.0), 0.3);
+  EXPECT_EQ(told(0.4, 0.4), 0.4);
+  EXPECT_EQ(told(0.01, 0.0), 0.0) << "next to nothing";
+  EXPECT_LT(told(0.1, 0.0), -0.1);
+  EXPECT_GT(told(-0.1, 0.0), 0.1);
+  EXPECT_GT(told(-0.1, 0.05), 0.15) << "it should swim ahead";
+  EXPECT_GT(told(0.0, 0.14), 0.25) << "and be there soon";
+  EXPECT_EQ(told(0.2, 0.4), 0.4) << "no faster than it was told, if that is fast";
+  EXPECT_EQ(told(-0.15, -0.15), -0.15) << "astern on purpose";
+  EXPECT_GT(told(-0.3, -0.15), -0.15);
+  EXPECT_LT(told(0.1, -0.15), -0.15);
+  EXPECT_EQ(told(5.0, 0.0), -0.3);
+  EXPECT_EQ(told(-5.0, 0.0), 0.3);
 }
 
 }  // namespace

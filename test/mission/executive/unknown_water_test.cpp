@@ -139,7 +139,7 @@ TEST_F(UnknownWater, ACautiousVehicleStopsWithinWhatItHasSeen) {
   EXPECT_GT(swim(3.0).command.v, 0.35);
   seen_ahead_ = 0.49;
   const double v = swim(1.0).command.v;
-  EXPECT_LT(v, 0.2);
+  EXPECT_LT(v, 0.25);
   EXPECT_GT(v, 0.15);
   seen_ahead_ = 0.1;
   EXPECT_LE(swim(0.1).command.v, 0.0) << "it brakes";

@@ -1,0 +1,14 @@
+#pragma once
+// Waters that other people made, for studies: a wreck's hull, a cave and a dock, from the shared
+// data.
+
+#include <string>
+#include <vector>
+
+namespace dive::bench {
+
+/// Writes a mission in unknown water for each of them into a folder of its own, and returns the
+/// missions' paths. `data` is the folder of the shared data. Throws when it lacks one.
+[[nodiscard]] std::vector<std::string> write_real_waters(const std::string& data);
+
+}  // namespace dive::bench
