@@ -64,8 +64,6 @@ class Autopilot {
   void begin_at(double speed) { speed_reference_ = speed; }
   /// The part of the vertical effort that holds the vehicle's trim (buoyancy), in [-1, 1].
   [[nodiscard]] double trim_effort() const { return depth_integral_; }
-  /// The forward speed that the depth loop asks for beside the commanded one, m/s.
-  [[nodiscard]] double surge_for_depth() const { return surge_for_depth_; }
 
  private:
   [[nodiscard]] double speed_effort(double speed, double dt);
@@ -79,7 +77,7 @@ class Autopilot {
 
   AutopilotOptions options_;
   double speed_reference_ = 0.0;
-  double surge_for_depth_ = 0.0;
+  double surge_for_depth_ = 0.0;  ///< m/s, beside the commanded speed.
   double depth_reference_ = 0.0;
   double depth_reference_rate_ = 0.0;
   double depth_ = 0.0;  ///< Observed, m, and its rate, m/s.

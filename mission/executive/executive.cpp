@@ -219,7 +219,7 @@ struct Executive::Impl final : statechart::Environment {
     if (inputs.vision) navigator.add(now, *inputs.vision);
     const double lift = last_rates.heave - autopilot.trim_effort();
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
-    navigator.expect(last_command.v + autopilot.surge_for_depth(), expected_heave);
+    navigator.expect(last_command.v, expected_heave);
     outputs.estimate = navigator.update(now);
     last_estimate = outputs.estimate;
   }

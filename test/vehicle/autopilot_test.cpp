@@ -130,22 +130,6 @@ TEST(Autopilot, ThatHangsOnItsSideDoesNotSlideAway) {
   }
 }
 
-// Whoever reckons with the commanded speed and that finds it.
-TEST(Autopilot, SaysWhatSpeedItAddsForDepth) {
-  Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(0.0, -0.4, 0.0)});
-  flight.command.d = 6.0;
-  flight.fly(3.0);
-  double expected = 0.0;
-  double swum = 0.0;
-  for (int i = 0; i < 100; ++i) {
-    flight.tick();
-    expected += flight.autopilot.surge_for_depth();
-    swum += flight.sim.truth().v_WB_B.x();
-  }
-  EXPECT_LT(expected / 100.0, -0.03);
-  EXPECT_NEAR(swum / 100.0, expected / 100.0, 0.05);
-}
-
 TEST(Autopilot, TurnsOverThroughTheGimbalLockOfEulerAngles) {
   Flight flight;
   flight.command.o = from_rpy(0.0, deg_to_rad(150.0), 0.0);
