@@ -73,13 +73,12 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
   const double trim = -options_.heave_trim * speed_reference_ * heave;
   const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
-  // Steep, x is what holds the vehicle; else what is more than its trim leads it away.
-  const double share = std::clamp(2.0 * std::abs(up_B.x()) - 1.0, 0.0, 1.0);
-  const double led_away = (1.0 - share) * (lift - depth_integral_);
-  surge_for_depth_ = hovering * led_away * up_B.x() * speed_of_push();
-  const double push = hovering * (lift - led_away) * up_B.x();
-  return {effort(surge + push), effort(lift * up_B.z()), effort(turn.x()), effort(turn.y() + trim),
-          effort(turn.z())};
+  const double push = hovering * lift * up_B.x();
+  // On its side nothing else can hold the depth, and that little leads it away.
+  const double on_side = std::clamp(2.0 * std::abs(up_B.y()) - 1.0, 0.0, 1.0);
+  surge_for_depth_ = on_side * push * speed_of_push();
+  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()), effort(turn.x()),
+          effort(turn.y() + trim), effort(turn.z())};
 }
 
 Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,

@@ -12,8 +12,8 @@
 //             error. The vertical effort goes to heave as far as z of B points up, to surge
 //             likewise while the vehicle hovers (under way the speed is the command's), and what
 //             points along y, where the flippers cannot push, turns the nose up or down instead.
-//             Surge in a pose that is not steep leads away, and nothing measures how fast: there
-//             it is asked for as a speed beside the commanded one, which keeps the reference true
+//             On its side hardly anything holds it: there surge is asked for as a speed beside the
+//             commanded one, so that the vehicle is not led away faster than its reference knows
 
 #include <string>
 
