@@ -14,6 +14,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+constexpr double kLeastProof = 4.0;  // s that a filter is not believed after one that diverged, ...
+constexpr double kMostProof = 30.0;  // ... at most so many, when that goes on, ...
+constexpr double kForgiven = 60.0;   // ... and forgotten after that
 constexpr Utime kRecent = 2'000'000;       // us of IMU samples
 constexpr Utime kAhead = 100'000;          // us
 constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it begins anew
@@ -89,6 +92,7 @@ VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
 void VisionPipeline::begin(const StateEstimate& published) {
   filter_.restart(start_from(published));
   begun_from_ = published.utime;
+  began_at_ = newest_;
   has_begun_ = true;
   has_gap_ = false;
   ++beginnings_;
@@ -149,6 +153,10 @@ VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
 VisionFault VisionPipeline::judge_filter(Utime now) {
   const FilterHealth& health = filter_.health();
   if (health.diverged) return VisionFault::kDiverged;
+  // What made one filter diverge may still be there, and a young one takes it for its biases.
+  const double seen_s = to_seconds(now - began_at_);
+  if (seen_s < proof_s_) return VisionFault::kRefused;
+  if (seen_s > kForgiven) proof_s_ = 0.0;
   const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
   const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s;
   return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
@@ -159,7 +167,10 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   const Utime dark = newest_ - last_picture_;
   const bool is_lost = filter_.health().diverged || has_gap_ ||
                        (input.left && to_seconds(dark) > options_.max_dark_s);
-  if (input.published.valid && (!has_begun_ || is_lost)) begin(input.published);
+  if (input.published.valid && (!has_begun_ || is_lost)) {
+    if (filter_.health().diverged) proof_s_ = std::clamp(2.0 * proof_s_, kLeastProof, kMostProof);
+    begin(input.published);
+  }
   VisionEstimate word;
   word.frame_utime = input.left ? input.left->utime : newest_;
   word.period_s = options_.period_s;

@@ -74,6 +74,8 @@ class VisionPipeline {
   bool has_gap_ = false;  ///< The IMU was silent for long.
   int beginnings_ = 0;
   Utime begun_from_ = 0;
+  Utime began_at_ = 0;
+  double proof_s_ = 0.0;    ///< That it has to see before it is believed.
   Utime newest_ = 0;        ///< IMU sample.
   Utime last_picture_ = 0;  ///< That was of use.
   Utime sees_since_ = 0;    ///< But for single pictures.

@@ -44,7 +44,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const FailsafeFi
       return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", figures.estimated_depth_m,
                          figures.measured_depth_m);
     case FailsafeKind::kLocalisationLost:
-      return fmt::format("position uncertain by {:.1f} m, more than {:g} m",
+      return fmt::format("position uncertain by {:.2f} m, more than {:g} m",
                          figures.position_sigma_m, limit);
     case FailsafeKind::kPlannerFailure:
       return figures.out_of_replans ? "no replans are left for this leg"

@@ -3,6 +3,7 @@
 
 #include "mission/executive/vision_service.h"
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -82,7 +83,7 @@ class VisionServiceTest : public ::testing::Test {
   [[nodiscard]] Taken take() {
     const auto picture = [&](double y, int index) {
       const CameraModel camera = small_camera(y);
-      ImageFrame frame = room_.picture(camera, pose_at(now_) * camera.X_BC, now_);
+      ImageFrame frame = room_.picture(camera, eyes_at(now_) * camera.X_BC, now_);
       frame.camera = index;
       return frame;
     };
@@ -116,6 +117,7 @@ class VisionServiceTest : public ::testing::Test {
     return result;
   }
 
+  std::function<Pose(Utime)> eyes_at = pose_at;  ///< Where the pictures are taken from.
   estimation::testing::PaintedRoom room_{{3, 4, 2}};
   std::optional<VisionService> service_;
   Utime now_ = 0;
@@ -124,6 +126,25 @@ class VisionServiceTest : public ::testing::Test {
   std::vector<Utime> arrived_;
   int scans_ = 0;
 };
+
+// What the cameras see turns, the inertial unit does not: good pictures, and nothing to be
+// believed.
+TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
+  use(Late::kWait);
+  ASSERT_TRUE(run(3.0).back().is_good());
+  eyes_at = [](Utime t) {
+    const double turned = 0.35 * std::sin(1.2 * (to_seconds(t) - 3.0));
+    return Pose{pose_at(t).p, from_rpy(0.0, 0.0, turned)};
+  };
+  run(1.0);
+  const std::vector<VisionEstimate> words = run(8.0);
+  EXPECT_THAT(faults(words), ::testing::Contains(VisionFault::kRefused));
+  for (const VisionEstimate& word : words) {
+    EXPECT_FALSE(word.is_good()) << "not even when it has begun anew, and takes it for its biases";
+  }
+  eyes_at = pose_at;
+  EXPECT_TRUE(run(12.0).back().is_good()) << "in the end it is believed again";
+}
 
 TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
   use(Late::kWait);
