@@ -1,15 +1,19 @@
 // `dive estimate`: over a recording that the tests write. The primitive estimator looks at no
-// pictures, so that there are none; the visual one is tested in test/estimation/dataset.
+// pictures, so that there are none; the visual one is tested in test/estimation/dataset, and here
+// on what `dive run --record` wrote.
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -55,6 +59,42 @@ void write_swim() {
   write("swim/mav0/cam0/data.csv", pictures);
   write("swim/mav0/depth0/data.csv", depth);
   write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
+}
+
+std::string content(const fs::path& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The whole way: a dive, its pictures on the disk, and what anybody's estimator would make of them.
+TEST(Estimate, FindsItsWayOnARecordingOfADive) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and written");
+  const fs::path missions = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios/missions";
+  std::string mission = content(missions / "lookout.xml");
+  for (const auto& [from, to] :
+       {std::pair{"visual_inertial", "primitive"},
+        std::pair{R"(<goto id="east" x="4")", R"(<goto id="east" x="1")"}}) {
+    ASSERT_NE(mission.find(from), std::string::npos) << from;
+    mission.replace(mission.find(from), std::string(from).size(), to);
+  }
+  write("short.xml", mission);
+  write("maps/basin.sdf", content(missions / "maps/basin.sdf"));
+  const Ran dived = dive("run short.xml --record data --json");
+  ASSERT_EQ(dived.status, 0) << dived.out << dived.err;
+
+  const Ran ran = dive("estimate data --init truth --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  const double seconds = nlohmann::json::parse(dived.out).at("duration_s").get<double>();
+  EXPECT_NEAR(json["frames"].get<double>(), 20.0 * seconds, 25.0) << "twenty pairs a second";
+  EXPECT_NEAR(json["duration_s"].get<double>(), seconds, 1.0);
+  EXPECT_LT(json["ate_m"].get<double>(), 0.05);
+  EXPECT_GT(json["mean_features"].get<double>(), 30.0);
+
+  const Ran again = dive("estimate data --estimator primitive --speed 0.25 --json");
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_LT(nlohmann::json::parse(again.out).at("ate_m").get<double>(), 0.5);
+  fs::remove_all(fs::path(::testing::TempDir()) / "dive-command" / place() / "data");
 }
 
 TEST(Estimate, SaysHowFarOffItIsInJson) {
