@@ -1,6 +1,8 @@
 #include "behaviors/leg.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -17,6 +19,8 @@ constexpr double kTolerance = 0.005;
 
 constexpr int kMostBackOffs = 5;
 constexpr double kBackForAnother = 1.0;  // m
+constexpr double kNearlyThere = 0.3;     // m
+constexpr double kRoomToTurn = 0.1;      // m
 
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
 
@@ -218,8 +222,21 @@ BehaviorOutput Leg::without_path(const BehaviorInput& input) {
     output.failed = Failure::kExhausted;
     return output;
   }
+  if (settings_.backs_off && progress_.plan_failures > 0) look_at_goal(input);
+  output.command = *station_;
   ask(input, requests_ == 0 ? "the leg begins" : "there is no path", output);
   return output;
+}
+
+// What is remembered of somebody who was there goes when it is seen through.
+void Leg::look_at_goal(const BehaviorInput& input) {
+  const Pose& X_WB = input.estimate->X_WB;
+  const Eigen::Vector3d way = goal_.position_W - X_WB.p;
+  if (way.head<2>().norm() < kNearlyThere) return;
+  const std::array<Pose, 2> turn = {X_WB,
+                                    Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))}};
+  if (input.seen != nullptr && input.seen->clearance(turn) < kRoomToTurn) return;
+  station_->o = turn.back().q;
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input) {

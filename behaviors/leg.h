@@ -67,6 +67,7 @@ class Leg {
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
+  void look_at_goal(const BehaviorInput& input);
   void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output);
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);

@@ -1,6 +1,7 @@
 #include "behaviors/leg.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -325,6 +326,27 @@ TEST(Leg, TakesAnotherWayByGoingBackALittle) {
     EXPECT_TRUE(output.plan_request) << "and plans anew from there";
   }
   EXPECT_EQ(others, 5) << "then it is out of reach";
+}
+
+// Somebody was where it wants to go, and it stands with its back to that.
+TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
+  LegSettings unknown = settings();
+  unknown.backs_off = true;
+  const PlanAnswer failure{planning::PlanStatus::kNoPath, "occupied", {}, 0.0};
+  for (const double room : {1.0, 0.05}) {
+    Leg leg(unknown, goal_at(-6, 0));
+    PerfectVehicle vehicle({0, 0, -3});
+    Room around([&](double /*x*/) { return room; });
+    around.look_from(0.0);
+    Trail trail;
+    vehicle.look(&around, &trail);
+    BehaviorOutput output = vehicle.tick(leg);
+    while (vehicle.seconds() < 5.0) {
+      output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
+    }
+    const double yaw = std::abs(to_rpy(output.command.o).z());
+    EXPECT_NEAR(yaw, room > 0.1 ? M_PI : 0.0, 1e-9) << "where there is room to turn";
+  }
 }
 
 TEST(Leg, WithoutAWayBackThereIsNoOther) {
