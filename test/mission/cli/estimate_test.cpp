@@ -79,6 +79,8 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   }
   write("short.xml", mission);
   write("maps/basin.sdf", content(missions / "maps/basin.sdf"));
+  const fs::path data = fs::path(::testing::TempDir()) / "dive-command" / place() / "data";
+  fs::remove_all(data);  // of a run that was interrupted
   const Ran dived = dive("run short.xml --record data --json");
   ASSERT_EQ(dived.status, 0) << dived.out << dived.err;
 
@@ -94,7 +96,7 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   const Ran again = dive("estimate data --estimator primitive --speed 0.25 --json");
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_LT(nlohmann::json::parse(again.out).at("ate_m").get<double>(), 0.5);
-  fs::remove_all(fs::path(::testing::TempDir()) / "dive-command" / place() / "data");
+  fs::remove_all(data);  // 50 MB
 }
 
 TEST(Estimate, SaysHowFarOffItIsInJson) {
