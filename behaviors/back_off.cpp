@@ -6,9 +6,7 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kTooNear = 0.65;   // of D_min
-constexpr double kRoom = 0.85;      // of D_min: with that much a start is as good as any ...
-constexpr double kNearFor = 2.0;    // ... and with less it may swim so many m
+constexpr double kTooNear = 0.65;   // of D_min; with less than planning::kRoomAtStart only so far
 constexpr double kWorthIt = 0.05;   // m more room than here
 constexpr double kTryAgain = 2.0;   // s
 constexpr double kElsewhere = 3.0;  // m
@@ -33,9 +31,9 @@ bool BackOff::is_needed(const BehaviorInput& input) {
   last_W_ = p_W;
   if (!input.map_changed || input.seen == nullptr || input.trail == nullptr) return false;
   room_m_ = input.seen->clearance({&input.estimate->X_WB, 1});
-  if (room_m_ >= kRoom * clearance_) tight_m_ = 0.0;
+  if (room_m_ >= planning::kRoomAtStart * clearance_) tight_m_ = 0.0;
   if (tried_at_ && to_seconds(input.now - *tried_at_) < kTryAgain) return false;
-  return room_m_ < kTooNear * clearance_ || tight_m_ > kNearFor;
+  return room_m_ < kTooNear * clearance_ || tight_m_ > planning::kWayToRoom;
 }
 
 Trail::Way BackOff::way_back(const BehaviorInput& input, const Asked& asked) const {
@@ -51,13 +49,18 @@ Trail::Way BackOff::way_back(const BehaviorInput& input, const Asked& asked) con
       most_m = room_m;
       roomiest_W = p_W;
     }
-    return room_m >= kRoom * clearance_ && (asked.least_m > 0.0 || room_m > room_m_ + kWorthIt);
+    return room_m >= planning::kRoomAtStart * clearance_ &&
+           (asked.least_m > 0.0 || room_m > room_m_ + kWorthIt);
   };
   const double link_m = kTrailLinkShare * clearance_;
   Trail::Way way = input.trail->way_to(X_WB.p, link_m, asked.most_m, has_room);
   if (way.arrives || roomiest_W == X_WB.p) return way;
   return input.trail->way_to(X_WB.p, link_m, asked.most_m,
                              [&](const Trail::Crumb& crumb) { return crumb.p_W == roomiest_W; });
+}
+
+int BackOff::count_at(const Eigen::Vector3d& p_W) const {
+  return last_place_W_ && (p_W - *last_place_W_).norm() <= kElsewhere ? count_ : 0;
 }
 
 bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
@@ -74,9 +77,8 @@ bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
     return false;
   }
   until_ = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
-  if (last_place_W_ && (X_WB.p - *last_place_W_).norm() > kElsewhere) count_ = 0;
+  count_ = count_at(X_WB.p) + 1;
   last_place_W_ = X_WB.p;
-  ++count_;
   return true;
 }
 

@@ -27,13 +27,14 @@ class BackOff {
   /// One tick, before any other use. True when the vehicle should go back; whether it can is
   /// begin()'s word. Looks when the map has changed.
   [[nodiscard]] bool is_needed(const BehaviorInput& input);
-  /// Along BehaviorInput::trail to the nearest place that has room and is asked for, or if there is
-  /// none, the one that has most. False when none has more than here, or the way there is blocked.
+  /// Which places will do.
   struct Asked {
     double least_m = 0.0;  ///< Away from here ...
     double most_m = 8.0;   ///< ... and no farther along the trail.
     bool open = false;     ///< With open water above.
   };
+  /// Along BehaviorInput::trail to the nearest place that has room and is asked for, or if there is
+  /// none, the one that has most. False when none has more than here, or the way there is blocked.
   [[nodiscard]] bool begin(const BehaviorInput& input, const Asked& asked);
   /// One tick on the way back; nothing once it has come to an end. Speeds below 0 are astern.
   [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
@@ -41,8 +42,8 @@ class BackOff {
   [[nodiscard]] bool is_under_way() const { return !way_.empty(); }
   /// m; where the vehicle was when it was last looked.
   [[nodiscard]] double room_m() const { return room_m_; }
-  /// How often in a row it went back from about the same place.
-  [[nodiscard]] int count() const { return count_; }
+  /// How often in a row it went back from about there.
+  [[nodiscard]] int count_at(const Eigen::Vector3d& p_W) const;
 
  private:
   [[nodiscard]] Trail::Way way_back(const BehaviorInput& input, const Asked& asked) const;

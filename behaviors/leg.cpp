@@ -17,10 +17,14 @@ namespace {
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
-constexpr int kMostBackOffs = 5;
-constexpr double kBackForAnother = 1.0;  // m
-constexpr double kNearlyThere = 0.3;     // m
-constexpr double kRoomToTurn = 0.1;      // m
+constexpr int kMostBackOffs = 5;         // in a row from one place
+constexpr double kBackForAnother = 1.0;  // m, to look for another way
+constexpr double kNearlyThere = 0.3;     // m from the goal: it is in no direction
+constexpr double kRoomToTurn = 0.1;      // m that a turn towards the goal must leave
+constexpr int kFailuresToApproach = 5;   // each time
+constexpr double kApproachStep = 0.25;   // m
+constexpr double kLookFrom = 2.0;  // m from the goal: who is there, is in view and not in touch
+constexpr double kWorthApproaching = 1.0;  // m nearer
 
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
 
@@ -86,6 +90,7 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
     began_z_ = input.estimate->X_WB.p.z();
   }
   progress_.elapsed_s = to_seconds(input.now - *began_);
+  last_W_ = input.estimate->X_WB.p;
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
   if (awaiting_plan_ && to_seconds(input.now - asked_at_) > kPlanTimeout) {
     plan_failed(input.now, fmt::format("the planner did not answer within {:g} s", kPlanTimeout));
@@ -114,8 +119,12 @@ void Leg::take_answer(const BehaviorInput& input) {
   planned_in_vain_ =
       seen_m <= 0.0 || seen_m < kept(std::min(plan.clearance_m, settings_.clearance));
   if (planned_in_vain_) return;
-  progress_.plan_failures = 0;
-  progress_.plan_failure.clear();
+  approaching_ = asked_near_;
+  if (!approaching_) {
+    progress_.plan_failures = approached_after_ = 0;
+    progress_.plan_failure.clear();
+    way_there_.assign(plan.waypoints.begin(), plan.waypoints.end());
+  }
   certified_m_ = plan.clearance_m;
   progress_.clearance_m = std::min(seen_m, plan.clearance_m);
   told_unreachable_ = false;
@@ -149,10 +158,15 @@ double Leg::highest(const Eigen::Vector3d& p_W) const {
   return std::min(settings_.max_z, std::max(level, p_W.z()));
 }
 
-void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output) {
-  LegSettings settings = settings_;
-  settings.max_z = highest(input.estimate->X_WB.p);
-  planning::PlanRequest request = leg_request(settings, goal_, input.estimate->X_WB);
+void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output,
+              const std::optional<Eigen::Vector3d>& near_W) {
+  LegGoal goal = goal_;
+  if (near_W) {
+    goal.position_W = *near_W;
+    goal.yaw.reset();
+  }
+  planning::PlanRequest request = leg_request(settings_, goal, input.estimate->X_WB);
+  request.max_z = highest(request.start.p);
   request.seed += requests_;
   if (following_) {
     request.previous.push_back(request.start);
@@ -162,13 +176,14 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   ++requests_;
   awaiting_plan_ = true;
   planned_in_vain_ = false;
+  asked_near_ = near_W.has_value();
   asked_at_ = input.now;
   output.plan_request = std::move(request);
   output.plan_cause = cause;
 }
 
 bool Leg::take_another_way() {
-  another_way_ = settings_.backs_off && back_off_.count() < kMostBackOffs;
+  another_way_ = settings_.backs_off && back_off_.count_at(last_W_) < kMostBackOffs;
   return another_way_;
 }
 
@@ -190,7 +205,7 @@ std::optional<BehaviorOutput> Leg::back_off(const BehaviorInput& input) {
     }
     awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
     station_.reset();
-    if (back_off_.count() > kMostBackOffs && !told_unreachable_) {
+    if (back_off_.count_at(input.estimate->X_WB.p) > kMostBackOffs && !told_unreachable_) {
       told_unreachable_ = true;
       progress_.plan_failure = "the way there has too little room, again and again";
       output.failed = Failure::kUnreachable;
@@ -224,8 +239,35 @@ BehaviorOutput Leg::without_path(const BehaviorInput& input) {
   }
   if (settings_.backs_off && progress_.plan_failures > 0) look_at_goal(input);
   output.command = *station_;
+  if (settings_.backs_off && progress_.plan_failures >= approached_after_ + kFailuresToApproach) {
+    approached_after_ = progress_.plan_failures;
+    if (const auto near_W = nearest_on_the_way(input)) {
+      ask(input, "the goal cannot be had: looks from nearer", output, near_W);
+      return output;
+    }
+  }
   ask(input, requests_ == 0 ? "the leg begins" : "there is no path", output);
   return output;
+}
+
+// The last way there, or where there never was one the straight line, as far as there is room.
+std::optional<Eigen::Vector3d> Leg::nearest_on_the_way(const BehaviorInput& input) const {
+  if (input.seen == nullptr) return std::nullopt;
+  const Pose& X_WB = input.estimate->X_WB;
+  std::vector<Pose> way = way_there_;
+  if (way.empty()) way = {X_WB, Pose{goal_.position_W, X_WB.q}};
+  for (std::size_t i = way.size() - 1; i > 0; --i) {
+    const Eigen::Vector3d leg = way[i - 1].p - way[i].p;
+    const int steps = std::max(static_cast<int>(leg.norm() / kApproachStep), 1);
+    for (int k = 1; k <= steps; ++k) {
+      const Pose there{way[i].p + leg * k / steps, way[i].q};
+      if ((there.p - goal_.position_W).norm() < kLookFrom) continue;
+      if (input.seen->clearance({&there, 1}) < settings_.clearance) continue;
+      if ((there.p - X_WB.p).norm() < kWorthApproaching) return std::nullopt;
+      return there.p;
+    }
+  }
+  return std::nullopt;
 }
 
 // What is remembered of somebody who was there goes when it is seen through.
@@ -264,14 +306,15 @@ BehaviorOutput Leg::follow(const BehaviorInput& input) {
   progress_.cross_track_m = status.cross_track_m;
   progress_.segment = status.segment;
 
-  if (status.finished && !status.missed) {
+  if (status.finished && !status.missed && !approaching_) {
     reached_at_ = input.now;
     station_ = station_keeping(-goal_.position_W.z(), yaw_of(estimate.X_WB));
     return dwell(input);
   }
   const ReplanSignals now = signals(input);
   const bool blocked = now.new_clearance_m && *now.new_clearance_m <= 0.0;
-  if (status.finished || blocked) {  // passed the goal too far off, or something is in the way
+  // Only near the goal, or passed it too far off, or something is in the way.
+  if (status.finished || blocked) {
     following_ = false;
     return without_path(input);
   }

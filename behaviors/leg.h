@@ -54,7 +54,7 @@ class Leg {
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
   /// The way that was planned leads where it cannot look: goes back a little and plans from there.
-  /// False when it has done so too often.
+  /// False where it does not go back, and when it has gone back from here too often.
   [[nodiscard]] bool take_another_way();
   /// Goes back along the trail, and not to where it has not been.
   [[nodiscard]] bool is_backing_off() const { return back_off_.is_under_way(); }
@@ -68,7 +68,9 @@ class Leg {
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
   void look_at_goal(const BehaviorInput& input);
-  void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output);
+  [[nodiscard]] std::optional<Eigen::Vector3d> nearest_on_the_way(const BehaviorInput& input) const;
+  void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output,
+           const std::optional<Eigen::Vector3d>& near_W = {});
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
@@ -82,10 +84,14 @@ class Leg {
   bool following_ = false;
   bool awaiting_plan_ = false;
   bool planned_in_vain_ = false;  ///< The answer leads through what was seen since it was asked.
+  bool asked_near_ = false;       ///< For a way nearer to a goal that cannot be had, ...
+  bool approaching_ = false;      ///< ... and this is it.
+  int approached_after_ = 0;      ///< Failures.
   double certified_m_ = 0.0;      ///< Of the path, by the planner.
   Utime asked_at_ = 0;
   std::optional<Utime> retry_at_;
   std::optional<Utime> reached_at_;
+  std::vector<Pose> way_there_;              ///< The last one that led to the goal.
   std::optional<vehicle::Command> station_;  ///< Held while there is no path.
   std::uint64_t requests_ = 0;
   std::optional<Utime> began_;
@@ -93,6 +99,7 @@ class Leg {
   std::optional<estimation::EstimatorKind> estimator_;
   bool told_unreachable_ = false;
   bool another_way_ = false;  ///< To be looked for.
+  Eigen::Vector3d last_W_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace dive::behaviors

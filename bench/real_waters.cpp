@@ -3,11 +3,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "common/source_text.h"
 
 namespace dive::bench {
 namespace {
@@ -38,13 +39,10 @@ constexpr Water kWaters[] = {
      R"(max_depth="12" min_altitude="0")", R"(x="0" y="0" z="7" z_units="DEPTH" heading_deg="90")",
      R"(x="6" y="0" z="7.2")", R"(x="10" y="0" z="8")"}};
 
-std::string content(const std::string& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 std::string mission_for(const Water& water) {
-  std::string text = content(DIVE_SOURCE_DIR "/missions/wreck_unknown.xml");
+  const auto source = read_source_text(DIVE_SOURCE_DIR "/missions/wreck_unknown.xml", 1U << 20U);
+  if (!source) throw std::runtime_error("missions/wreck_unknown.xml: " + source.error());
+  std::string text = source->content();
   const std::pair<const char*, std::string> changes[] = {
       {"maps/wreck.sdf", fmt::format("{}.sdf", water.name)},
       {R"(max_depth="14.8" min_altitude="0.2")", water.limits},

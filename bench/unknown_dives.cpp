@@ -29,6 +29,8 @@
 namespace dive::bench {
 namespace {
 
+constexpr double kSamePlace = 0.01;  // m: of waypoints; between those there is no direction
+
 struct UnknownSite : Site {
   std::vector<Pose> route;  ///< That a vehicle which knew the world would swim.
 };
@@ -43,7 +45,11 @@ UnknownSite load(const std::string& path) {
   for (const mission::RouteLeg& leg : route.legs) {
     const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);
     const planning::PlanResult plan = planner.plan(request);
-    site.route.insert(site.route.end(), plan.waypoints.begin(), plan.waypoints.end());
+    for (const Pose& waypoint : plan.waypoints) {
+      const bool is_new =
+          site.route.empty() || (waypoint.p - site.route.back().p).norm() > kSamePlace;
+      if (is_new) site.route.push_back(waypoint);
+    }
     at = request.goal;
   }
   return site;
@@ -105,6 +111,15 @@ nlohmann::json dive(const UnknownSite& site, std::uint64_t seed, bool with_diver
 
 void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
   const vehicle::ClearanceMeter meter(site.world, site.model.hull);
+  if (with_diver) {
+    const vehicle::DiverTrack track = diver_for(site, seed);
+    std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
+    for (const auto& [p_W, pause_s] : track.waypoints) {
+      std::cout << fmt::format(" ({:.2f} {:.2f} {:.2f}), {:.0f} s", p_W.x(), p_W.y(), p_W.z(),
+                               pause_s);
+    }
+    std::cout << '\n';
+  }
   Utime next = 0;
   planning::SeenMap seen;
   std::size_t told = 0;
@@ -232,6 +247,10 @@ int main(int argc, char** argv) {
     for (std::string& path : dive::bench::write_real_waters(data)) {
       missions.push_back(std::move(path));
     }
+  }
+  if (missions.empty()) {
+    std::cerr << "give missions, or --real DATA\n";
+    return 2;
   }
   for (const std::string& path : missions) {
     const dive::bench::UnknownSite site = dive::bench::load(path);

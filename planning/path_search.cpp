@@ -13,8 +13,6 @@ namespace dive::planning {
 namespace {
 
 constexpr double kRounding = 1e-9;        // m: what a bound may lose by arithmetic
-constexpr double kNearlyEnough = 0.85;    // of D_min: a start with less may lose nothing, ...
-constexpr double kWayOut = 2.0;           // ... and m within which it must have D_min again
 constexpr int kMaxRefinements = 3;        // of one attempt
 constexpr double kSmallViolation = 0.05;  // m: likely of a chord, not of a roll
 constexpr double kShortestSegment = 0.3;  // m: shorter ones are not split
@@ -69,7 +67,7 @@ bool PathSearch::keeps_clearance(const Attempt& attempt) {
   const double required = problem_.clearance - kRounding;
   if (attempt.certificate.clearance_m >= required) return true;
   if (start_clearance_ >= problem_.clearance) return false;
-  const double enough = kNearlyEnough * problem_.clearance;
+  const double enough = kRoomAtStart * problem_.clearance;
   const double least = std::min(enough, start_clearance_) - options_.certify.tolerance;
   if (attempt.certificate.clearance_m < least) return false;
 
@@ -80,7 +78,7 @@ bool PathSearch::keeps_clearance(const Attempt& attempt) {
     ++clear;
   }
   if (start_clearance_ < enough &&
-      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kWayOut) {
+      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kWayToRoom) {
     return false;
   }
   return clear < waypoints.size() &&

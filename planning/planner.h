@@ -44,6 +44,10 @@ struct PlanRequest {
 inline constexpr double kMaxGoalTolerance = 5.0;  ///< m
 inline constexpr double kMaxAltitude = 100.0;     ///< m
 
+/// Of D_min: a start that has less may lose nothing on its way to where there is D_min again, ...
+inline constexpr double kRoomAtStart = 0.85;
+inline constexpr double kWayToRoom = 2.0;  ///< ... which must not be farther off than that, m.
+
 enum class PlanStatus {
   kSuccess,  ///< The path is certified at `clearance` or better; from a start that lacks it, the
              ///< way out of there at no less than the start has.

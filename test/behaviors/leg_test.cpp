@@ -349,6 +349,77 @@ TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
   }
 }
 
+// From where it waits it cannot see that whoever was at its goal has gone.
+TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
+  LegSettings unknown = settings();
+  unknown.backs_off = true;
+  unknown.unreachable_after = 40;
+  unknown.replan.max_replans = 1000;
+  for (const bool leaves : {true, false}) {
+    GoalSequence sequence(unknown, {goal_at(20, 0)});
+    PerfectVehicle vehicle({0, 0, -3});
+    bool is_there = false;
+    Room water([&](double x) { return is_there ? std::clamp(18.0 - x, -1.0, 1.2) : 1.2; });
+    water.look_from(30.0);
+    Trail trail;
+    vehicle.look(&water, &trail);
+    std::vector<Pose> path;
+    BehaviorOutput output;
+    int near = 0;
+    double farthest = 0.0;
+    while (vehicle.seconds() < 400.0 && !output.done && output.failed == Failure::kNone) {
+      PlanAnswer answer{planning::PlanStatus::kNoPath, "the goal is occupied", {}, 0.0};
+      if (output.plan_request) {
+        const Pose& goal = output.plan_request->goal;
+        path = straight(output.plan_request->start.p, goal.p);
+        if (water.clearance({&goal, 1}) >= unknown.clearance) answer = success(path);
+        if (goal.p.x() < 19.0) ++near;
+      }
+      output = vehicle.tick(sequence, output.plan_request ? &answer : nullptr);
+      const double x = vehicle.position().x();
+      farthest = std::max(farthest, x);
+      if (x > 9.0 && x < 10.0) is_there = true;
+      if (leaves && x > 15.0) is_there = false;
+    }
+    EXPECT_EQ(output.done, leaves);
+    EXPECT_EQ(near, 1) << "nearer than that it cannot come";
+    if (leaves) continue;
+    EXPECT_EQ(output.failed, Failure::kUnreachable) << "near it is not there";
+    EXPECT_GT(farthest, 16.0);
+    EXPECT_LT(farthest, 17.1) << "and keeps its clearance";
+  }
+}
+
+TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
+  LegSettings unknown = settings();
+  unknown.backs_off = true;
+  GoalSequence sequence(unknown, {goal_at(30, 0)});
+  PerfectVehicle vehicle({0, 0, -3});
+  Trail trail;
+  Room open([](double /*x*/) { return 1.2; });
+  open.look_from(30.0);
+  vehicle.look(&open, &trail);
+  std::vector<Pose> path;
+  BehaviorOutput output;
+  const auto swim_beyond = [&](double x) {
+    do {
+      const bool asked = output.plan_request.has_value();
+      if (asked) path = straight(output.plan_request->start.p, {30, 0, -3});
+      const PlanAnswer answer = success(path);
+      output = vehicle.tick(sequence, asked ? &answer : nullptr);
+    } while ((vehicle.position().x() < x || !sequence.needs_sight()) && vehicle.seconds() < 300.0);
+  };
+  for (const double x : {4.0, 12.0}) {
+    for (int i = 0; i < 5; ++i) {
+      swim_beyond(x);
+      EXPECT_TRUE(sequence.take_another_way()) << x;
+      output = vehicle.tick(sequence);
+    }
+  }
+  swim_beyond(12.0);
+  EXPECT_FALSE(sequence.take_another_way());
+}
+
 TEST(Leg, WithoutAWayBackThereIsNoOther) {
   LegSettings unknown = settings();
   EXPECT_FALSE(GoalSequence(unknown, {goal_at(30, 0)}).take_another_way()) << "on a known map";

@@ -126,8 +126,7 @@ TEST(RealHull, IsEnteredAndLeft) {
       << "<sdf version='1.6'><model name='wreck'><static>true</static>"
          "<pose>0 0 -20 0 0 0</pose><link name='l'><collision name='steel'><geometry>"
          "<mesh><uri>hull.dae</uri></mesh></geometry></collision></link></model></sdf>";
-  std::ifstream wreck(std::string(DIVE_SOURCE_DIR) + "/missions/wreck.xml");
-  std::string mission((std::istreambuf_iterator<char>(wreck)), std::istreambuf_iterator<char>());
+  std::string mission = testing::content_of(std::string(DIVE_SOURCE_DIR) + "/missions/wreck.xml");
   const auto replace = [&](const std::string& from, const std::string& to) {
     ASSERT_NE(mission.find(from), std::string::npos) << from;
     mission.replace(mission.find(from), from.size(), to);

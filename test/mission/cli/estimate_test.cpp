@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <utility>
 
@@ -20,6 +19,7 @@ namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::content_of;
 using ::testing::HasSubstr;
 using testing::Ran;
 
@@ -61,16 +61,11 @@ void write_swim() {
   write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
 }
 
-std::string content(const fs::path& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // The whole way: a dive, its pictures on the disk, and what anybody's estimator would make of them.
 TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and written");
   const fs::path missions = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios/missions";
-  std::string mission = content(missions / "lookout.xml");
+  std::string mission = content_of(missions / "lookout.xml");
   for (const auto& [from, to] :
        {std::pair{"visual_inertial", "primitive"},
         std::pair{R"(<goto id="east" x="4")", R"(<goto id="east" x="1")"}}) {
@@ -78,7 +73,7 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
     mission.replace(mission.find(from), std::string(from).size(), to);
   }
   write("short.xml", mission);
-  write("maps/basin.sdf", content(missions / "maps/basin.sdf"));
+  write("maps/basin.sdf", content_of(missions / "maps/basin.sdf"));
   const fs::path data = fs::path(::testing::TempDir()) / "dive-command" / place() / "data";
   fs::remove_all(data);  // of a run that was interrupted
   const Ran dived = dive("run short.xml --record data --json");

@@ -9,16 +9,13 @@
 #include <sys/wait.h>
 
 namespace dive::mission::testing {
-namespace {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& path) {
+std::string content_of(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
-
-}  // namespace
 
 Ran run_dive(const std::string& arguments, const std::string& place, const std::string& setup) {
   const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / place;
@@ -27,7 +24,7 @@ Ran run_dive(const std::string& arguments, const std::string& place, const std::
                               arguments + " >out.txt 2>err.txt </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          content(folder / "out.txt"), content(folder / "err.txt")};
+          content_of(folder / "out.txt"), content_of(folder / "err.txt")};
 }
 
 }  // namespace dive::mission::testing

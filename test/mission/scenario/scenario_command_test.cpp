@@ -40,11 +40,6 @@ Ran dive(const std::string& arguments) {
   return testing::run_dive(arguments, test.name());
 }
 
-std::string content(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // A scenario of the dart mission, from a folder of the test's own.
 fs::path scenario(const std::string& name, const std::string& body) {
   const fs::path folder = own_folder();
@@ -97,7 +92,7 @@ TEST(ScenarioCommand, RefusesEveryMalformedScenarioWithItsCodeAndLine) {
 TEST(ScenarioCommand, EveryCodeThatIsReportedIsListed) {
   const Ran rules = dive("test --rules");
   EXPECT_EQ(rules.status, 0);
-  std::istringstream lines(content(kMalformed / "expectations.txt"));
+  std::istringstream lines(testing::content_of(kMalformed / "expectations.txt"));
   for (std::string file, code, rest; lines >> file >> code; std::getline(lines, rest)) {
     if (!code.starts_with("SCN-")) continue;
     EXPECT_THAT(rules.out, HasSubstr(code));
@@ -138,7 +133,7 @@ TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
 TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
   std::string all;
   for (const auto& entry : fs::directory_iterator(kShipped)) {
-    if (entry.path().extension() == ".xml") all += content(entry.path());
+    if (entry.path().extension() == ".xml") all += testing::content_of(entry.path());
   }
   Diagnostics diagnostics;
   const auto schema = read_xml(DIVE_SOURCE_DIR "/missions/scenario.xsd", XmlLimits{}, diagnostics);

@@ -1,11 +1,12 @@
 #include "planning/world/sdf.h"
-#include "test/common/sanitizers.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "test/common/sanitizers.h"
 
 namespace dive::planning {
 namespace {
