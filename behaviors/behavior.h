@@ -88,6 +88,8 @@ class Behavior {
   [[nodiscard]] virtual int goals_done() const { return 0; }
   /// Swims where the vehicle has not been: in unknown water it must see what is ahead.
   [[nodiscard]] virtual bool needs_sight() const { return false; }
+  /// Goes straight up in open water.
+  [[nodiscard]] virtual bool rises() const { return false; }
   /// It has waited in vain to see where it is led; false: it has no other way.
   [[nodiscard]] virtual bool take_another_way() { return false; }
   /// Topside wants what is being done now to be left out; false: there is nothing but the whole.

@@ -121,7 +121,7 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   set(FailsafeKind::kHealthLost,
       is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
   set(FailsafeKind::kRangeLost,
-      limits_.watches_range &&
+      limits_.watches_range && !input.rises &&
           to_seconds(input.now - seen_.value_or(started_)) > threshold(FailsafeKind::kRangeLost));
 }
 

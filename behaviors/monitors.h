@@ -44,6 +44,7 @@ struct MonitorInput {
   int plan_failures = 0;             ///< In a row.
   bool out_of_replans = false;
   bool operator_abort = false;
+  bool rises = false;  ///< Straight up, in open water: it needs no eyes for that.
   bool retrace_failed = false;
 };
 

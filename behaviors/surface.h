@@ -23,6 +23,7 @@ class Surface final : public Behavior {
 
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
+  [[nodiscard]] bool rises() const override { return !back_off_.is_under_way(); }
 
  private:
   [[nodiscard]] std::optional<vehicle::Command> make_room(const BehaviorInput& input);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/mapper_service.h"
 #include "mission/executive/planner_service.h"
+#include "mission/executive/stereo_eyes.h"
 #include "planning/world/scene.h"
 #include "vehicle/simulator/ground_truth.h"
 
@@ -91,39 +93,66 @@ class Company {
 /// What a vehicle in unknown water sees and makes of it.
 class Eyes {
  public:
-  Eyes(const planning::World& world, const planning::RobotHull& hull, const DiveSettings& settings,
-       const planning::MapperOptions& options)
-      : camera_(world, settings.range_camera, settings.seed),
+  Eyes(const planning::RobotHull& hull, const DiveSettings& settings,
+       const planning::MapperOptions& options, std::optional<vehicle::RangeCamera> camera)
+      : camera_(std::move(camera)),
         mapper_(hull, options,
                 settings.mapper_latency_ticks * from_seconds(vehicle::Simulator::kTick)) {}
 
   void look(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD,
             const estimation::StateEstimate& estimate, bool is_frozen) {
     mapper_.observe(estimate);
-    camera_.set_frozen(is_frozen);
-    if (camera_.due(truth.utime)) {
-      mapper_.submit(camera_.take(truth.utime, truth.X_WB, X_WD), truth.utime);
+    if (!camera_) return;
+    camera_->set_frozen(is_frozen);
+    if (camera_->due(truth.utime)) {
+      mapper_.submit(camera_->take(truth.utime, truth.X_WB, X_WD), truth.utime);
     }
+  }
+  /// What was made of pictures.
+  void look(std::optional<RangeScan> scan, Utime now) {
+    if (scan) mapper_.submit(std::move(*scan), now);
   }
   [[nodiscard]] MapperService& mapper() { return mapper_; }
 
  private:
-  vehicle::RangeCamera camera_;
+  std::optional<vehicle::RangeCamera> camera_;  ///< None where the cameras are the eyes.
   MapperService mapper_;
 };
 
-std::optional<Eyes> eyes_for(const Mission& mission, const planning::World& world,
-                             const planning::RobotHull& hull, const DiveSettings& settings) {
-  if (!mission.unknown) return std::nullopt;
-  return std::optional<Eyes>(std::in_place, world, hull, settings,
-                             mapper_options(mission, settings.mapper));
+vehicle::StereoCameraOptions cameras_of(const Mission& mission, const DiveSettings& settings) {
+  return settings.cameras.value_or(*vehicle::stereo_camera_in(mission.water));
+}
+
+/// The eyes of the mission, if it needs any, and what makes sweeps of pictures, if that does.
+struct Sighted {
+  std::unique_ptr<Eyes> eyes;
+  RangeMaker make_range;
+};
+
+Sighted eyes_for(const Mission& mission, const planning::World& world,
+                 const planning::RobotHull& hull, const DiveSettings& settings) {
+  Sighted sighted;
+  if (!mission.unknown) return sighted;
+  planning::MapperOptions options = mapper_options(mission, settings.mapper);
+  std::optional<vehicle::RangeCamera> camera;
+  if (mission.eyes.value == EyesName::kCameras) {
+    const vehicle::StereoCameraOptions cameras = cameras_of(mission, settings);
+    StereoEyes eyes = stereo_eyes(cameras.camera(0), cameras.camera(1), options);
+    sighted.make_range = std::move(eyes.make_range);
+    options = eyes.mapper;
+  } else {
+    camera.emplace(world, settings.range_camera, settings.seed);
+  }
+  sighted.eyes = std::make_unique<Eyes>(hull, settings, options, std::move(camera));
+  return sighted;
 }
 
 std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::World& world,
-                                        const DiveSettings& settings) {
+                                        const DiveSettings& settings, RangeMaker make_range) {
   if (mission.estimator.value != EstimatorName::kVisualInertial) return std::nullopt;
   SightSettings of_sight;
-  of_sight.cameras = settings.cameras.value_or(*vehicle::stereo_camera_in(mission.water));
+  of_sight.cameras = cameras_of(mission, settings);
+  of_sight.make_range = std::move(make_range);
   of_sight.latency = settings.vision_latency_ticks * from_seconds(vehicle::Simulator::kTick);
   return std::optional<SimulatedSight>(std::in_place, world, of_sight, settings.conditions,
                                        settings.seed);
@@ -237,14 +266,14 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                          const DiveObserver& observer, const DiveKeeper& keeper) {
   const Utime tick = from_seconds(vehicle::Simulator::kTick);
   const Pose start = settings.resume ? settings.resume->committed.X_WB : start_pose(mission, world);
-  std::optional<SimulatedSight> sight = sight_for(mission, world, settings);
+  auto [eyes, make_range] = eyes_for(mission, world, model.hull, settings);
+  std::optional<SimulatedSight> sight = sight_for(mission, world, settings, std::move(make_range));
   vehicle::Simulator simulator(model, start, conditions_of(settings, sight.has_value()),
                                settings.seed);
   vehicle::ClearanceMeter meter(world, model.hull);
   FaultInjector injector(settings.faults);
   ChangedWorld changed(model.hull);
   Company company(settings.diver, model.hull);
-  std::optional<Eyes> eyes = eyes_for(mission, world, model.hull, settings);
   const planning::World known = known_world(mission, world);
   PlannerService planner(known, model.hull, planner_options(mission, settings.planner),
                          settings.planner_latency_ticks * tick);
@@ -268,6 +297,7 @@ DiveResult simulate_dive(const Mission& mission, const planning::World& world,
     inputs.plan = planner.poll(truth.utime);
     if (eyes) inputs.map_update = eyes->mapper().poll(truth.utime);
     if (sight) inputs.vision = sight->poll(truth.utime);
+    if (eyes && sight) eyes->look(sight->take_scan(), truth.utime);
     if (settings.script) settings.script({inputs, injector, simulator});
     injector.apply(truth, inputs);
     if (!inputs.seen.empty()) {

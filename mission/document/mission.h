@@ -129,6 +129,8 @@ struct Limits {
 };
 
 /// What a mission makes of water that was never seen.
+enum class EyesName { kRangeCamera, kCameras };
+
 enum class UnknownPolicy {
   kCautious,    ///< The vehicle swims no faster than it can stop within what it has seen.
   kOptimistic,  ///< It is taken for water until something is seen in it.
@@ -161,6 +163,7 @@ struct Mission {
   /// Set: nothing is known of the water when the dive begins, and `map_file` is what is there when
   /// the mission is rehearsed on deck. The vehicle is never told.
   std::optional<UnknownPolicy> unknown;
+  Located<EyesName> eyes = {EyesName::kRangeCamera, {}};  ///< That unknown water is seen with.
   double memory_s = 600.0;        ///< How long what was seen of unknown water is remembered.
   Located<std::string> map_file;  ///< As written; empty: unknown water, and no rehearsal.
   std::string map_path;           ///< Resolved beneath the mission's folder; empty as `map_file`.

@@ -66,7 +66,7 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    for (const char* name : {"rehearsal", "memory_s"}) {
+    for (const char* name : {"rehearsal", "memory_s", "eyes"}) {
       const XmlAttribute* of_unknown = element.attribute(name);
       if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;
       diagnostics_.error("MIS-MAP", attributes_.source(), of_unknown->name_span,
@@ -75,6 +75,10 @@ class Reader {
     if (unknown == nullptr || file != nullptr) return;
     if (element.attribute("rehearsal") != nullptr) {
       mission.map_file = attributes_.path(element, "rehearsal");
+    }
+    if (element.attribute("eyes") != nullptr) {
+      const Located<std::string> eyes = attributes_.name(element, "eyes");
+      if (eyes.value == "cameras") mission.eyes = {EyesName::kCameras, eyes.span};
     }
     if (const auto memory = attributes_.optional_number(element, "memory_s")) {
       mission.memory_s = memory->value;

@@ -53,6 +53,7 @@ void positions_are_under_water(const Subject& subject);
 void positions_respect_max_depth(const Subject& subject);
 void altitudes_are_in_open_water(const Subject& subject);
 void altitudes_have_known_ground(const Subject& subject);
+void eyes_are_looked_through(const Subject& subject);
 void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);
 void limits_leave_room(const Subject& subject);

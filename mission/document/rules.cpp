@@ -54,6 +54,8 @@ constexpr Rule kRules[] = {
      "Under an overhead no goal is given by altitude, for that is above what a lead line meets."},
     {"MIS-ALTITUDE-UNKNOWN", Severity::kError,
      "In unknown water nothing is given by altitude, for no ground is known when the dive begins."},
+    {"MIS-EYES", Severity::kError,
+     "Where the cameras are the eyes, they are looked through: by estimator=\"visual_inertial\"."},
     {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
     {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
     {"MIS-LIMITS", Severity::kError, "The limits leave room between the surface and max_depth."},
@@ -81,8 +83,9 @@ constexpr DocumentRule kStructureRules[] = {
 };
 constexpr DocumentRule kValueRules[] = {
     speed_suits_the_vehicle,     positions_are_under_water,   positions_respect_max_depth,
-    altitudes_are_in_open_water, altitudes_have_known_ground, surfacing_is_in_open_water,
-    times_fit_into_the_mission,  limits_leave_room,           failsafes_bring_it_up,
+    altitudes_are_in_open_water, altitudes_have_known_ground, eyes_are_looked_through,
+    surfacing_is_in_open_water,  times_fit_into_the_mission,  limits_leave_room,
+    failsafes_bring_it_up,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,

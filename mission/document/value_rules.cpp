@@ -95,6 +95,15 @@ void altitudes_have_known_ground(const Subject& subject) {
   }
 }
 
+void eyes_are_looked_through(const Subject& subject) {
+  const Mission& mission = subject.mission;
+  if (mission.eyes.value != EyesName::kCameras) return;
+  if (mission.estimator.value == EstimatorName::kVisualInertial) return;
+  subject.error("MIS-EYES", mission.eyes.span,
+                "the map is to be made of what the cameras see, but nothing looks through them",
+                "write <estimation estimator=\"visual_inertial\"/>, or leave 'eyes' out");
+}
+
 void surfacing_is_in_open_water(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);

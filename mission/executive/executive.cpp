@@ -177,7 +177,7 @@ struct Executive::Impl final : statechart::Environment {
       tell_timeouts();
       if (interpreter.running()) settle();
       run_leaf(map_changed);
-      if (mission.unknown && hears_imu()) {
+      if (mission.unknown && hears_imu() && sees_its_speed()) {
         behaviors::hold_speed(estimate().v_WB_B.x(), last_command);
       }
     }
@@ -196,6 +196,12 @@ struct Executive::Impl final : statechart::Environment {
   }
   [[nodiscard]] bool hears_imu() const {
     return now - imu_heard <= kBlind && !monitors.is_true(FailsafeKind::kImuLost);
+  }
+
+  // By the map, or by the cameras while they see; what is remembered of them is not to be held.
+  [[nodiscard]] bool sees_its_speed() const {
+    return mission.estimator.value == EstimatorName::kPrimitive ||
+           estimate().source == estimation::EstimatorKind::kVisualInertial;
   }
 
   // A vehicle that cannot steer well does better to rise where it is, if only just.
@@ -515,6 +521,8 @@ struct Executive::Impl final : statechart::Environment {
     input.out_of_replans = out_of_replans;
     input.operator_abort = operator_abort;
     input.retrace_failed = retrace_failed;
+    const std::optional<StateId> leaf = active_leaf();
+    input.rises = leaf && behaviors_by_state[static_cast<std::size_t>(*leaf)]->rises();
     const auto change = ladder.update(now, monitors.update(input), can_go_up());
     if (change) take_rung(*change);
   }

@@ -213,6 +213,9 @@ TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
   EXPECT_EQ(what(), Only{});
   run(0.6);
   EXPECT_EQ(what(), Only{"range_lost"});
+  input_.rises = true;
+  tick();
+  EXPECT_EQ(what(), Only{}) << "for straight up in open water nothing need be seen";
 }
 
 TEST_F(MonitorsTest, ASensorThatNeverSpokeIsMissedAsWell) {

@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "mission/executive/stereo_eyes.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
 namespace dive::mission {
@@ -234,6 +235,39 @@ TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
   const std::vector<VisionEstimate> words = run(2.0);
   EXPECT_EQ(scans_, static_cast<int>(words.size()));
   EXPECT_GT(landmarks, 0U);
+}
+
+// Of the walls, at their distance from where the vehicle was when the pictures were taken.
+TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
+  planning::MapperOptions mapper;
+  mapper.min_neighbours = 3;
+  const StereoEyes eyes = stereo_eyes(small_camera(0.07), small_camera(-0.07), mapper);
+  EXPECT_GT(eyes.mapper.noise_square, 0.002) << "1/m";
+  EXPECT_EQ(eyes.mapper.validate(), "");
+  EXPECT_EQ(eyes.mapper.min_neighbours, 3) << "the rest is the caller's";
+  int told = 0;
+  int wrong = 0;
+  use(Late::kWait, [&](const SeenPair& pair) {
+    std::optional<RangeScan> scan = eyes.make_range(pair);
+    EXPECT_EQ(scan.has_value(), pair.right != nullptr);
+    if (!scan) return scan;
+    EXPECT_EQ(scan->utime, pair.left->utime);
+    const Pose X_WB = pose_at(scan->utime);
+    for (const Eigen::Vector3f& p_B : scan->points_B) {
+      const Eigen::Vector3d p_W = X_WB * p_B.cast<double>();
+      const double r = (p_B - scan->origin_B).norm();
+      if (!p_W.allFinite() || r > scan->reach) continue;
+      ++told;
+      const double off = (p_W.cwiseAbs() - Eigen::Vector3d(3, 4, 2)).cwiseAbs().minCoeff();
+      if (off > 0.01 + 3.0 * eyes.mapper.noise_square * r * r) ++wrong;
+    }
+    return scan;
+  });
+  run(2.0);
+  EXPECT_GT(scans_, 15);
+  EXPECT_GT(told, scans_ * 500) << "of 7,500 rays each";
+  EXPECT_LT(wrong, told / 50);
+  run(0.5, [](Taken& taken) { taken.right.reset(); });
 }
 
 TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {
