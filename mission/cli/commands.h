@@ -74,6 +74,7 @@ struct SimArguments {
   double max_seconds = 3600.0;
   std::string clock_jump;  ///< BY@AT, s
   bool eyes = false;       ///< Sends scans; in unknown water it does anyway.
+  std::string water;       ///< Sends pictures; of a mission by sight it does anyway.
   LinkArguments link;
 };
 

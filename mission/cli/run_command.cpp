@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/priority.h"
-#include "common/suggest.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -23,7 +22,6 @@
 #include "planning/world/scene.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
-#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -178,19 +176,6 @@ const std::string& water_of(const RunArguments& arguments, const Mission& missio
   return arguments.water.empty() ? mission.water : arguments.water;
 }
 
-/// The cameras in the water that is asked for; complains and is empty when there is no such water.
-std::optional<vehicle::StereoCameraOptions> cameras_of(const RunArguments& arguments,
-                                                       const Mission& mission) {
-  const std::string& water = water_of(arguments, mission);
-  const std::optional<vehicle::StereoCameraOptions> cameras = vehicle::stereo_camera_in(water);
-  if (cameras) return cameras;
-  const std::vector<std::string>& names = vehicle::water_names();
-  const std::string hint = did_you_mean(water, names);
-  complain(fmt::format("--water {}: must be one of {}{}", water, fmt::join(names, ", "),
-                       hint.empty() ? "" : "; " + hint));
-  return std::nullopt;
-}
-
 /// Has the dive recorded as a dataset. False, and complains, when it cannot be.
 bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
                     DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
@@ -219,7 +204,7 @@ bool close_dataset(std::optional<DatasetRecorder>& dataset) {
 }
 
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
-  settings.cameras = cameras_of(arguments, loaded.mission);
+  settings.cameras = parse_water(water_of(arguments, loaded.mission));
   if (!settings.cameras) return kExitUsage;
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
@@ -301,7 +286,8 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         "dive: not permitted to run before other processes: commands may come late under load "
         "(run as root, or with an rtprio limit)");
   }
-  tl::expected<link::Bus, std::string> bus = link::Bus::open(arguments.link.url);
+  tl::expected<link::Bus, std::string> bus = link::Bus::open(
+      arguments.link.url, goes_by_sight(loaded.mission) ? link::Bus::kPictureBuffer : 0);
   if (!bus) {
     complain(bus.error());
     return kExitUsage;
@@ -360,11 +346,13 @@ int run_dive(const RunArguments& arguments) {
     settings.diver = parse_diver(arguments.diver);
     if (!settings.diver) return kExitUsage;
   }
-  if (is_linked && (!settings.faults.empty() || !arguments.conditions.empty() ||
-                    !arguments.svg.empty() || !arguments.record.empty() || settings.diver)) {
+  if (is_linked &&
+      (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
+       !arguments.record.empty() || !arguments.water.empty() || settings.diver)) {
     complain(
-        "--diver, --svg and --record are for the built-in simulator, and so are --fault, --leak-at "
-        "and --set: with --lcm give those to dive sim");
+        "--diver, --svg and --record are for the built-in simulator, and so are --fault, "
+        "--leak-at, "
+        "--set and --water: with --lcm give those to dive sim");
     return kExitUsage;
   }
 
@@ -379,13 +367,6 @@ int run_dive(const RunArguments& arguments) {
     complain(
         fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
                     "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
-                    arguments.mission));
-    return kExitUsage;
-  }
-  if (is_linked && loaded->mission.estimator.value == EstimatorName::kVisualInertial) {
-    complain(
-        fmt::format("{}: its estimator is visual_inertial, but over the link no pictures come: "
-                    "write estimator=\"primitive\", or dive it in the built-in simulator",
                     arguments.mission));
     return kExitUsage;
   }
