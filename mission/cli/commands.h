@@ -61,6 +61,7 @@ struct RunArguments {
   std::vector<std::string> conditions;  ///< NAME=VALUE
   std::string diver;                    ///< SECONDS:X,Y,Z:X,Y,Z...
   LinkArguments link;                   ///< No URL: the built-in simulator.
+  std::string cameras;                  ///< A folder with their calibration; empty: the simulated.
   bool stats = false;                   ///< How the control loop kept time.
 };
 

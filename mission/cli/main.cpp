@@ -175,6 +175,11 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       ->type_name("SECONDS:X,Y,Z:X,Y,Z...");
   command->add_option("--lcm", arguments.link.url, "Dive a vehicle at this LCM URL instead")
       ->type_name("URL");
+  command
+      ->add_option("--cameras", arguments.cameras,
+                   "Calibration of that vehicle's cameras and inertial unit, in the ASL format "
+                   "(default: of the simulated ones)")
+      ->type_name("DIR");
   add_key(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep, "With a vehicle of dive sim --lockstep");
   add_pace(command, arguments.link);

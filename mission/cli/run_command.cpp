@@ -4,6 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/priority.h"
+#include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/dataset_run.h"
+#include "estimation/visual_inertial/vision_pipeline.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -261,6 +264,27 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
 
+/// Of the cameras and the inertial unit that are calibrated in a folder; complains and is empty
+/// when something is wrong.
+std::optional<estimation::VisionOptions> read_vision(const std::string& folder) {
+  const auto sensors = estimation::read_asl_calibration(folder);
+  if (!sensors) {
+    complain(sensors.error());
+    return std::nullopt;
+  }
+  estimation::VisionOptions options;
+  options.filter = estimation::filter_options(*sensors, 2);
+  if (const double rate_hz = sensors->cameras[0].rate_hz; rate_hz > 0.0) {
+    options.period_s = 1.0 / rate_hz;
+  }
+  const std::string problem = sensors->cameras.size() < 2
+                                  ? "the front cameras are two, and there is no folder cam1"
+                                  : options.validate();
+  if (problem.empty()) return options;
+  complain(fmt::format("{}: {}", folder, problem));
+  return std::nullopt;
+}
+
 /// Of a vehicle that is there; complains and is empty when something is wrong.
 std::optional<LinkSettings> link_settings(const RunArguments& arguments,
                                           const Recording& recording) {
@@ -279,6 +303,11 @@ std::optional<LinkSettings> link_settings(const RunArguments& arguments,
 }
 
 int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+  std::optional<estimation::VisionOptions> vision;
+  if (!arguments.cameras.empty()) {
+    vision = read_vision(arguments.cameras);
+    if (!vision) return kExitUsage;
+  }
   // Before the bus, whose own thread must not wait either.
   const bool is_first = arguments.link.lockstep || run_first();
   if (!is_first) {
@@ -294,8 +323,9 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   }
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
-  const std::optional<LinkSettings> settings = link_settings(arguments, *recording);
+  std::optional<LinkSettings> settings = link_settings(arguments, *recording);
   if (!settings) return kExitUsage;
+  settings->vision = vision;
   if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
   FastClock clock(arguments.link.speed);
   LinkedResult result;
@@ -356,6 +386,11 @@ int run_dive(const RunArguments& arguments) {
     return kExitUsage;
   }
 
+  if (!is_linked && !arguments.cameras.empty()) {
+    complain("--cameras are those of a vehicle: give its --lcm URL");
+    return kExitUsage;
+  }
+
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
   if (!loaded) {
@@ -367,6 +402,13 @@ int run_dive(const RunArguments& arguments) {
     complain(
         fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
                     "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+                    arguments.mission));
+    return kExitUsage;
+  }
+  if (!arguments.cameras.empty() && !goes_by_sight(loaded->mission)) {
+    complain(
+        fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
+                    "write estimator=\"visual_inertial\"",
                     arguments.mission));
     return kExitUsage;
   }

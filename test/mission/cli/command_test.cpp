@@ -66,6 +66,19 @@ TEST(Command, WaterIsOneThatThereIsAndOfTheSimulator) {
   EXPECT_THAT(muddy.err, HasSubstr("did you mean 'green_lake'?"));
 }
 
+TEST(Command, CamerasAreThoseOfAVehicleThatGoesBySight) {
+  const std::string by_sight = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_by_sight.xml'";
+  const std::string linked = "run --lcm memq:// --cameras nowhere ";
+  for (const auto& [line, words] :
+       {std::pair("run --cameras nowhere" + by_sight, "give its --lcm URL"),
+        {linked + kWindow, "its estimator is primitive"},
+        {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
+    const Ran ran = dive(line);
+    EXPECT_EQ(ran.status, 2) << line;
+    EXPECT_THAT(ran.err, HasSubstr(words)) << line;
+  }
+}
+
 TEST(Command, UnreadableFilesAreTwo) {
   for (const char* command : {"check", "run", "plan", "replay"}) {
     const Ran ran = dive(std::string(command) + " nowhere.xml");
