@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "mission/link/sight_inbox.h"
 #include "test/common/allocations.h"
 #include "vehicle/link/arbiter.h"
 #include "vehicle/link/authority.h"
@@ -55,16 +56,34 @@ int main(int argc, char** argv) {
   if (!encode(skip, sealed)) return 1;
   static_cast<void>(gate.judge(skip, 0));  // said once, so that saying it again is a replay
 
-  std::vector<Channel> channels = {
-      channel("imu", dive::ImuSample{}),       channel("depth", dive::DepthSample{}),
-      channel("health", dive::HealthSample{}), channel("truth", Truth{}),
-      channel("sim tick", SimTick{}),          channel("heartbeat", Heartbeat{}),
-      channel("answer", OperatorAnswer{}),     channel("path", Path{1, 0.5, {{}, {}, {}}}),
-      channel("command", VehicleCommand{})};
+  std::vector<Channel> channels = {channel("imu", dive::ImuSample{}),
+                                   channel("depth", dive::DepthSample{}),
+                                   channel("health", dive::HealthSample{}),
+                                   channel("truth", Truth{}),
+                                   channel("sim tick", SimTick{1, 2, 3, 4, 5, 6, 7, 4, 8}),
+                                   channel("heartbeat", Heartbeat{}),
+                                   channel("answer", OperatorAnswer{}),
+                                   channel("path", Path{1, 0.5, {{}, {}, {}}}),
+                                   channel("command", VehicleCommand{})};
   channels.push_back(channel("image", dive::ImageFrame{1, 0, dive::ImageFrame::Format::kGray8, 8, 4,
                                                        std::vector<std::uint8_t>(32)}));
   channels.push_back(
       channel("range", dive::RangeScan{1, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}));
+  // Those that decode are put in pairs, which hold two of each camera at most.
+  dive::mission::SightInbox sight;
+  const dive::ImageFrame picture{1,  0,  dive::ImageFrame::Format::kGray8,
+                                 16, 16, std::vector<std::uint8_t>(256)};
+  channels.push_back(
+      {"sight", channel("", picture).real, [&, now = dive::Utime{0}](PacketView view) mutable {
+         dive::ImageFrame frame;
+         if (!decode(view, frame)) return false;
+         now += 1000;
+         sight.hear(dive::ImuSample{now}, now);
+         sight.hear(std::move(frame), now);
+         static_cast<void>(sight.take_inertial());
+         static_cast<void>(sight.take_pair(now));
+         return true;
+       }});
   channels.push_back({"request", sealed, [&](PacketView view) {
                         OperatorRequest request;
                         if (!decode(view, request)) return false;

@@ -72,27 +72,24 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
   return camera;
 }
 
-tl::expected<RecordedCamera, std::string> read_camera(const fs::path& folder) {
-  auto camera = read_calibration((folder / "sensor.yaml").string());
-  if (!camera) return camera;
+tl::expected<void, std::string> read_pictures(const fs::path& folder, RecordedCamera& camera) {
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     if (row.fields.empty() || row.fields[0].empty()) return std::string("no file of a picture");
     const fs::path name(row.fields[0]);
     if (name.is_absolute() || name.has_parent_path()) {
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
     }
-    camera->pictures.push_back({row.utime, (folder / "data" / name).string()});
+    camera.pictures.push_back({row.utime, (folder / "data" / name).string()});
     return std::string();
   });
-  if (!rows) return Failure(rows.error());
-  if (camera->pictures.empty()) {
+  if (rows && camera.pictures.empty()) {
     return Failure(fmt::format("{}: there are no pictures in it", (folder / "data.csv").string()));
   }
-  return camera;
+  return rows;
 }
 
 // Of the IMU in the files' body frame.
-tl::expected<Pose, std::string> read_imu(const fs::path& folder, AslDataset& dataset) {
+tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDataset& dataset) {
   const auto file = SensorFile::open((folder / "sensor.yaml").string());
   if (!file) return Failure(file.error());
   RecordedImuNoise& noise = dataset.imu_noise;
@@ -112,6 +109,10 @@ tl::expected<Pose, std::string> read_imu(const fs::path& folder, AslDataset& dat
     *value = *number;
   }
   dataset.imu_rate_hz = rate.value_or(0.0);
+  return file->X_BS();
+}
+
+tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dataset) {
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 6> v{};
     std::string wrong = to_numbers(row, 0, v.size(), v.data());
@@ -123,11 +124,10 @@ tl::expected<Pose, std::string> read_imu(const fs::path& folder, AslDataset& dat
     dataset.imu.push_back(sample);
     return wrong;
   });
-  if (!rows) return Failure(rows.error());
-  if (dataset.imu.empty()) {
+  if (rows && dataset.imu.empty()) {
     return Failure(fmt::format("{}: there are no samples in it", (folder / "data.csv").string()));
   }
-  return file->X_BS();
+  return rows;
 }
 
 tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& dataset) {
@@ -175,25 +175,49 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
   });
 }
 
-}  // namespace
-
-tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder) {
+fs::path root_of(const std::string& folder) {
   const fs::path given(folder);
-  const fs::path root = fs::is_directory(given / "mav0") ? given / "mav0" : given;
+  return fs::is_directory(given / "mav0") ? given / "mav0" : given;
+}
+
+// Of the IMU in the files' body frame; what the sensors' files say is in `dataset`.
+tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDataset& dataset) {
+  const fs::path root = root_of(folder);
   if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {
     return Failure(fmt::format(
         "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
         folder));
   }
-  AslDataset dataset;
-  const auto X_BI = read_imu(root / "imu0", dataset);
-  if (!X_BI) return Failure(X_BI.error());
+  auto X_BI = read_imu_noise(root / "imu0", dataset);
+  if (!X_BI) return X_BI;
   for (const char* name : {"cam0", "cam1"}) {
     if (!fs::is_directory(root / name)) continue;
-    auto camera = read_camera(root / name);
+    auto camera = read_calibration((root / name / "sensor.yaml").string());
     if (!camera) return Failure(camera.error());
     camera->model.X_BC = X_BI->inverse() * camera->model.X_BC;
     dataset.cameras.push_back(std::move(*camera));
+  }
+  return X_BI;
+}
+
+}  // namespace
+
+tl::expected<AslDataset, std::string> read_asl_calibration(const std::string& folder) {
+  AslDataset dataset;
+  const auto X_BI = read_sensors(folder, dataset);
+  if (!X_BI) return Failure(X_BI.error());
+  return dataset;
+}
+
+tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder) {
+  const fs::path root = root_of(folder);
+  AslDataset dataset;
+  const auto X_BI = read_sensors(folder, dataset);
+  if (!X_BI) return Failure(X_BI.error());
+  if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
+  for (std::size_t i = 0; i < dataset.cameras.size(); ++i) {
+    const auto read = read_pictures(root / fmt::format("cam{}", i), dataset.cameras[i]);
+    if (!read) return Failure(read.error());
   }
   if (fs::is_directory(root / "depth0")) {
     const auto read = read_depth(root / "depth0", dataset);

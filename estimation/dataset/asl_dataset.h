@@ -61,6 +61,10 @@ struct AslDataset {
 /// expected there.
 [[nodiscard]] tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder);
 
+/// Only what the sensors' files sensor.yaml say: no pictures, samples or truth, of which there need
+/// be none. Errors likewise.
+[[nodiscard]] tl::expected<AslDataset, std::string> read_asl_calibration(const std::string& folder);
+
 /// Decodes a picture to grey. `camera`: its index, for ImageFrame::camera.
 [[nodiscard]] tl::expected<ImageFrame, std::string> read_picture(const RecordedPicture& picture,
                                                                  int camera);

@@ -121,16 +121,8 @@ class Runner {
       primitive_->set_commanded_speed(options.speed);
       return;
     }
-    VisualInertialOptions of_filter;
-    const bool stereo = !options.mono && dataset.cameras.size() > 1;
-    for (std::size_t i = 0; i < (stereo ? 2U : 1U); ++i) {
-      of_filter.cameras.push_back(dataset.cameras[i].model);
-    }
-    const RecordedImuNoise& noise = dataset.imu_noise;
-    of_filter.imu.gyro = noise.gyro.value_or(of_filter.imu.gyro);
-    of_filter.imu.accel = noise.accel.value_or(of_filter.imu.accel);
-    of_filter.imu.gyro_walk = noise.gyro_walk.value_or(of_filter.imu.gyro_walk);
-    of_filter.imu.accel_walk = noise.accel_walk.value_or(of_filter.imu.accel_walk);
+    const VisualInertialOptions of_filter = filter_options(dataset, options.mono ? 1 : 2);
+    const bool stereo = of_filter.cameras.size() > 1;
     problem_ = of_filter.validate();
     if (!problem_.empty()) return;
     filter_.emplace(of_filter, start);
@@ -241,6 +233,19 @@ void take_note(const PictureQuality& quality, DatasetRun& run) {
 }
 
 }  // namespace
+
+VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t cameras) {
+  VisualInertialOptions options;
+  for (std::size_t i = 0; i < std::min(cameras, dataset.cameras.size()); ++i) {
+    options.cameras.push_back(dataset.cameras[i].model);
+  }
+  const RecordedImuNoise& noise = dataset.imu_noise;
+  options.imu.gyro = noise.gyro.value_or(options.imu.gyro);
+  options.imu.accel = noise.accel.value_or(options.imu.accel);
+  options.imu.gyro_walk = noise.gyro_walk.value_or(options.imu.gyro_walk);
+  options.imu.accel_walk = noise.accel_walk.value_or(options.imu.accel_walk);
+  return options;
+}
 
 Trajectory true_trajectory(const AslDataset& dataset) {
   Trajectory trajectory;

@@ -12,6 +12,7 @@
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
+#include "estimation/visual_inertial/filter_options.h"
 #include "estimation/visual_inertial/loop_correction.h"
 
 namespace dive::estimation {
@@ -50,6 +51,9 @@ struct DatasetRun {
   std::string last_fault;  ///< A sentence; empty without one.
   std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.
 };
+
+/// Of so many of its cameras, at most.
+[[nodiscard]] VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t cameras);
 
 /// Empty where the recording has no truth.
 [[nodiscard]] Trajectory true_trajectory(const AslDataset& dataset);

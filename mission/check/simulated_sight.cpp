@@ -7,15 +7,6 @@ namespace {
 
 constexpr std::uint64_t kTrackerStream = 0x7ac4;
 
-vehicle::CameraFault fault_of(const FaultInjector& faults, int camera) {
-  if (faults.is_on(FaultKind::kCameraMissing)) return vehicle::CameraFault::kMissing;
-  if (camera == 1 && faults.is_on(FaultKind::kCameraOneEye)) return vehicle::CameraFault::kMissing;
-  if (faults.is_on(FaultKind::kCameraBlackout)) return vehicle::CameraFault::kBlackout;
-  if (faults.is_on(FaultKind::kCameraFrozen)) return vehicle::CameraFault::kFrozen;
-  if (faults.is_on(FaultKind::kCameraBlur)) return vehicle::CameraFault::kBlur;
-  return vehicle::CameraFault::kNone;
-}
-
 }  // namespace
 
 estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
@@ -27,14 +18,14 @@ estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cam
   return options;
 }
 
+std::uint64_t tracker_seed(std::uint64_t seed) { return seed ^ kTrackerStream; }
+
 SimulatedSight::SimulatedSight(const planning::World& world, const SightSettings& settings,
                                const vehicle::Conditions& conditions, std::uint64_t seed)
-    : cameras_(world, settings.cameras, seed),
+    : cameras_(world, settings.cameras, conditions, seed),
       service_(
           vision_options(settings.cameras, conditions.inertial_unit.value_or(vehicle::ImuNoise{})),
-          seed ^ kTrackerStream, settings.latency, Late::kWait, settings.make_range) {
-  cameras_.set_current(conditions.current_W);
-}
+          tracker_seed(seed), settings.latency, Late::kWait, settings.make_range) {}
 
 void SimulatedSight::hear(vehicle::InertialSamples samples, const std::optional<DepthSample>& depth,
                           const FaultInjector& faults) {
@@ -46,9 +37,7 @@ void SimulatedSight::hear(vehicle::InertialSamples samples, const std::optional<
 void SimulatedSight::look(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD,
                           const FaultInjector& faults, const estimation::StateEstimate& published) {
   service_.observe(published);
-  if (!cameras_.due(truth.utime)) return;
-  for (const int camera : {0, 1}) cameras_.set_fault(camera, fault_of(faults, camera));
-  auto [left, right] = cameras_.take(truth.utime, truth.X_WB, X_WD);
+  auto [left, right] = cameras_.look(truth, X_WD, faults);
   service_.submit(std::move(left), std::move(right), truth.utime);
 }
 

@@ -2,10 +2,12 @@
 // The cameras and the inertial unit of a simulated vehicle, and the estimator that looks through
 // them.
 
+#include <cstdint>
 #include <optional>
 
 #include "common/clock.h"
 #include "mission/check/faults.h"
+#include "mission/check/simulated_cameras.h"
 #include "mission/executive/vision_service.h"
 #include "planning/world/world.h"
 #include "vehicle/simulator/named_waters.h"
@@ -23,6 +25,9 @@ struct SightSettings {
 /// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
 [[nodiscard]] estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
                                                        const vehicle::ImuNoise& unit);
+
+/// Of the tracker, by that of the dive.
+[[nodiscard]] std::uint64_t tracker_seed(std::uint64_t seed);
 
 class SimulatedSight {
  public:
@@ -43,7 +48,7 @@ class SimulatedSight {
   [[nodiscard]] std::optional<RangeScan> take_scan() { return service_.take_scan(); }
 
  private:
-  vehicle::StereoCamera cameras_;
+  SimulatedCameras cameras_;
   VisionService service_;
 };
 

@@ -61,6 +61,7 @@ struct RunArguments {
   std::vector<std::string> conditions;  ///< NAME=VALUE
   std::string diver;                    ///< SECONDS:X,Y,Z:X,Y,Z...
   LinkArguments link;                   ///< No URL: the built-in simulator.
+  std::string cameras;                  ///< A folder with their calibration; empty: the simulated.
   bool stats = false;                   ///< How the control loop kept time.
 };
 
@@ -74,6 +75,7 @@ struct SimArguments {
   double max_seconds = 3600.0;
   std::string clock_jump;  ///< BY@AT, s
   bool eyes = false;       ///< Sends scans; in unknown water it does anyway.
+  std::string water;       ///< Sends pictures; of a mission by sight it does anyway.
   LinkArguments link;
 };
 

@@ -63,6 +63,7 @@ struct Place {
   planning::World world;
   Pose start_X_WB;
   bool is_unknown = false;  ///< To the vehicle.
+  std::string water = {};   ///< That the cameras look through; empty where there are none.
 };
 
 /// Prints what is wrong and is empty when something is.
@@ -80,7 +81,8 @@ std::optional<Place> find_place(const SimArguments& arguments) {
     }
     if (loaded) {
       const Pose start = start_pose(loaded->mission, loaded->world);
-      return Place{std::move(loaded->world), start, loaded->mission.unknown.has_value()};
+      return Place{std::move(loaded->world), start, loaded->mission.unknown.has_value(),
+                   goes_by_sight(loaded->mission) ? loaded->mission.water : ""};
     }
   } else {
     const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
@@ -185,6 +187,11 @@ int run_sim(const SimArguments& arguments) {
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
   if (arguments.eyes || place->is_unknown) settings.range_camera.emplace();
+  if (const std::string& water = arguments.water.empty() ? place->water : arguments.water;
+      !water.empty()) {
+    settings.cameras = parse_water(water);
+    if (!settings.cameras) return kExitUsage;
+  }
   const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;

@@ -22,22 +22,32 @@ double quantile(std::vector<float> values, double share) {
   return static_cast<double>(*at);
 }
 
+Json to_json(const SightStats& sight) {
+  return {{"pairs", sight.pairs},
+          {"alone", sight.alone},
+          {"pictures_dropped", sight.pictures_dropped},
+          {"inertial", sight.inertial},
+          {"inertial_dropped", sight.inertial_dropped}};
+}
+
 Json to_json(const LinkStats& stats) {
-  return {{"ticks", stats.ticks},
-          {"skipped", stats.skipped},
-          {"lateness_ms",
-           {{"p50", quantile(stats.lateness_ms, 0.5)},
-            {"p99", quantile(stats.lateness_ms, 0.99)},
-            {"p999", quantile(stats.lateness_ms, 0.999)},
-            {"max", quantile(stats.lateness_ms, 1.0)}}},
-          {"abort_ms", quantile(stats.abort_ms, 1.0)},
-          {"clock_jumps", stats.clock_jumps},
-          {"malformed", stats.malformed},
-          {"refused",
-           {{"forged", stats.refused.forged},
-            {"replayed", stats.refused.replayed},
-            {"stale", stats.refused.stale},
-            {"too_many", stats.refused.too_many}}}};
+  Json json = {{"ticks", stats.ticks},
+               {"skipped", stats.skipped},
+               {"lateness_ms",
+                {{"p50", quantile(stats.lateness_ms, 0.5)},
+                 {"p99", quantile(stats.lateness_ms, 0.99)},
+                 {"p999", quantile(stats.lateness_ms, 0.999)},
+                 {"max", quantile(stats.lateness_ms, 1.0)}}},
+               {"abort_ms", quantile(stats.abort_ms, 1.0)},
+               {"clock_jumps", stats.clock_jumps},
+               {"malformed", stats.malformed},
+               {"refused",
+                {{"forged", stats.refused.forged},
+                 {"replayed", stats.refused.replayed},
+                 {"stale", stats.refused.stale},
+                 {"too_many", stats.refused.too_many}}}};
+  if (stats.sight) json["sight"] = to_json(*stats.sight);
+  return json;
 }
 
 }  // namespace
@@ -62,6 +72,11 @@ std::vector<std::string> describe(const LinkStats& stats) {
       "malformed packet(s), {} jump(s) of a sensor's clock",
       refused.forged, refused.replayed, refused.stale, refused.too_many, stats.malformed,
       stats.clock_jumps));
+  if (!stats.sight) return lines;
+  const SightStats& sight = *stats.sight;
+  lines.push_back(fmt::format(
+      "pictures: {} pair(s), {} left one(s) alone, {} dropped; inertial samples: {}, {} dropped",
+      sight.pairs, sight.alone, sight.pictures_dropped, sight.inertial, sight.inertial_dropped));
   return lines;
 }
 

@@ -11,6 +11,7 @@
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
 #include "planning/world/sdf.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -106,6 +107,16 @@ std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::strin
     return std::nullopt;
   }
   return conditions;
+}
+
+std::optional<vehicle::StereoCameraOptions> parse_water(const std::string& name) {
+  const std::optional<vehicle::StereoCameraOptions> cameras = vehicle::stereo_camera_in(name);
+  if (cameras) return cameras;
+  const std::vector<std::string>& names = vehicle::water_names();
+  const std::string hint = did_you_mean(name, names);
+  complain(fmt::format("--water {}: must be one of {}{}", name, fmt::join(names, ", "),
+                       hint.empty() ? "" : "; " + hint));
+  return std::nullopt;
 }
 
 std::optional<WrittenPose> parse_pose(const char* option, std::string text) {

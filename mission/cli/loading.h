@@ -13,6 +13,7 @@
 #include "vehicle/model.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/simulator.h"
+#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
 
@@ -45,6 +46,9 @@ struct WrittenPose {
 
 /// "SECONDS:X,Y,Z:X,Y,Z...": someone who swims from place to place from then on; complains.
 [[nodiscard]] std::optional<vehicle::DiverTrack> parse_diver(const std::string& written);
+
+/// The cameras in the water of that name; complains when there is no such water.
+[[nodiscard]] std::optional<vehicle::StereoCameraOptions> parse_water(const std::string& name);
 
 /// Complains when `text`, given with `option`, is no pose.
 [[nodiscard]] std::optional<WrittenPose> parse_pose(const char* option, std::string text);

@@ -175,6 +175,11 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       ->type_name("SECONDS:X,Y,Z:X,Y,Z...");
   command->add_option("--lcm", arguments.link.url, "Dive a vehicle at this LCM URL instead")
       ->type_name("URL");
+  command
+      ->add_option("--cameras", arguments.cameras,
+                   "Calibration of that vehicle's cameras and inertial unit, in the ASL format "
+                   "(default: of the simulated ones)")
+      ->type_name("DIR");
   add_key(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep, "With a vehicle of dive sim --lockstep");
   add_pace(command, arguments.link);
@@ -190,12 +195,14 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n"
       "  dive sim missions/maps/window.sdf --start -4,-2,-3\n"
-      "  dive sim missions/maps/wreck.sdf --start 0,0,-8 --eyes\n\n"
+      "  dive sim missions/maps/wreck.sdf --start 0,0,-8 --eyes\n"
+      "  dive sim missions/pool_by_sight.xml --water coastal_sea\n\n"
       "Is the vehicle, at the start of a mission or anywhere on a map: speaks LCM, obeys, and says "
       "in the end what\n"
       "really happened. In the unknown water of a mission it looks about in what that is rehearsed "
       "in, and sends what\n"
-      "it sees. Exit status 0 when it touched nothing.");
+      "it sees; for a mission by sight it sends pictures and what the inertial unit says. Exit "
+      "status 0 when it touched nothing.");
   command
       ->add_option("MISSION", arguments.mission, "Mission file (XML), or a map (SDF) with --start")
       ->type_name("FILE")
@@ -203,6 +210,11 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
   command->add_option("--start", arguments.start, "Start pose on a map")->type_name("POSE");
   command->add_flag("--eyes", arguments.eyes,
                     "Send what a range camera sees (in unknown water it does anyway)");
+  command
+      ->add_option("--water", arguments.water,
+                   "Send the pictures of the front cameras in such water (for a mission by sight: "
+                   "instead of its own): clear_pool, coastal_sea, green_lake, dark_wreck")
+      ->type_name("NAME");
   command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")

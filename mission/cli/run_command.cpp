@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/priority.h"
-#include "common/suggest.h"
+#include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/dataset_run.h"
+#include "estimation/visual_inertial/vision_pipeline.h"
 #include "mission/check/check.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
@@ -23,7 +25,6 @@
 #include "planning/world/scene.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
-#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -178,19 +179,6 @@ const std::string& water_of(const RunArguments& arguments, const Mission& missio
   return arguments.water.empty() ? mission.water : arguments.water;
 }
 
-/// The cameras in the water that is asked for; complains and is empty when there is no such water.
-std::optional<vehicle::StereoCameraOptions> cameras_of(const RunArguments& arguments,
-                                                       const Mission& mission) {
-  const std::string& water = water_of(arguments, mission);
-  const std::optional<vehicle::StereoCameraOptions> cameras = vehicle::stereo_camera_in(water);
-  if (cameras) return cameras;
-  const std::vector<std::string>& names = vehicle::water_names();
-  const std::string hint = did_you_mean(water, names);
-  complain(fmt::format("--water {}: must be one of {}{}", water, fmt::join(names, ", "),
-                       hint.empty() ? "" : "; " + hint));
-  return std::nullopt;
-}
-
 /// Has the dive recorded as a dataset. False, and complains, when it cannot be.
 bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
                     DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
@@ -219,7 +207,7 @@ bool close_dataset(std::optional<DatasetRecorder>& dataset) {
 }
 
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
-  settings.cameras = cameras_of(arguments, loaded.mission);
+  settings.cameras = parse_water(water_of(arguments, loaded.mission));
   if (!settings.cameras) return kExitUsage;
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
@@ -276,6 +264,27 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
 
+/// Of the cameras and the inertial unit that are calibrated in a folder; complains and is empty
+/// when something is wrong.
+std::optional<estimation::VisionOptions> read_vision(const std::string& folder) {
+  const auto sensors = estimation::read_asl_calibration(folder);
+  if (!sensors) {
+    complain(sensors.error());
+    return std::nullopt;
+  }
+  estimation::VisionOptions options;
+  options.filter = estimation::filter_options(*sensors, 2);
+  if (const double rate_hz = sensors->cameras[0].rate_hz; rate_hz > 0.0) {
+    options.period_s = 1.0 / rate_hz;
+  }
+  const std::string problem = sensors->cameras.size() < 2
+                                  ? "the front cameras are two, and there is no folder cam1"
+                                  : options.validate();
+  if (problem.empty()) return options;
+  complain(fmt::format("{}: {}", folder, problem));
+  return std::nullopt;
+}
+
 /// Of a vehicle that is there; complains and is empty when something is wrong.
 std::optional<LinkSettings> link_settings(const RunArguments& arguments,
                                           const Recording& recording) {
@@ -294,6 +303,11 @@ std::optional<LinkSettings> link_settings(const RunArguments& arguments,
 }
 
 int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+  std::optional<estimation::VisionOptions> vision;
+  if (!arguments.cameras.empty()) {
+    vision = read_vision(arguments.cameras);
+    if (!vision) return kExitUsage;
+  }
   // Before the bus, whose own thread must not wait either.
   const bool is_first = arguments.link.lockstep || run_first();
   if (!is_first) {
@@ -301,15 +315,17 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         "dive: not permitted to run before other processes: commands may come late under load "
         "(run as root, or with an rtprio limit)");
   }
-  tl::expected<link::Bus, std::string> bus = link::Bus::open(arguments.link.url);
+  tl::expected<link::Bus, std::string> bus = link::Bus::open(
+      arguments.link.url, goes_by_sight(loaded.mission) ? link::Bus::kPictureBuffer : 0);
   if (!bus) {
     complain(bus.error());
     return kExitUsage;
   }
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
-  const std::optional<LinkSettings> settings = link_settings(arguments, *recording);
+  std::optional<LinkSettings> settings = link_settings(arguments, *recording);
   if (!settings) return kExitUsage;
+  settings->vision = vision;
   if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
   FastClock clock(arguments.link.speed);
   LinkedResult result;
@@ -360,11 +376,18 @@ int run_dive(const RunArguments& arguments) {
     settings.diver = parse_diver(arguments.diver);
     if (!settings.diver) return kExitUsage;
   }
-  if (is_linked && (!settings.faults.empty() || !arguments.conditions.empty() ||
-                    !arguments.svg.empty() || !arguments.record.empty() || settings.diver)) {
+  if (is_linked &&
+      (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
+       !arguments.record.empty() || !arguments.water.empty() || settings.diver)) {
     complain(
-        "--diver, --svg and --record are for the built-in simulator, and so are --fault, --leak-at "
-        "and --set: with --lcm give those to dive sim");
+        "--diver, --svg and --record are for the built-in simulator, and so are --fault, "
+        "--leak-at, "
+        "--set and --water: with --lcm give those to dive sim");
+    return kExitUsage;
+  }
+
+  if (!is_linked && !arguments.cameras.empty()) {
+    complain("--cameras are those of a vehicle: give its --lcm URL");
     return kExitUsage;
   }
 
@@ -382,10 +405,10 @@ int run_dive(const RunArguments& arguments) {
                     arguments.mission));
     return kExitUsage;
   }
-  if (is_linked && loaded->mission.estimator.value == EstimatorName::kVisualInertial) {
+  if (!arguments.cameras.empty() && !goes_by_sight(loaded->mission)) {
     complain(
-        fmt::format("{}: its estimator is visual_inertial, but over the link no pictures come: "
-                    "write estimator=\"primitive\", or dive it in the built-in simulator",
+        fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
+                    "write estimator=\"visual_inertial\"",
                     arguments.mission));
     return kExitUsage;
   }

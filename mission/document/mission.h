@@ -193,6 +193,11 @@ enum class MapFile { kMustExist, kNotNeeded };
 [[nodiscard]] std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
                                                    MapFile map_file = MapFile::kMustExist);
 
+/// Does the cameras' estimator say where the vehicle is, where it can?
+[[nodiscard]] inline bool goes_by_sight(const Mission& mission) {
+  return mission.estimator.value == EstimatorName::kVisualInertial;
+}
+
 /// Can the mission be dived in simulation? Unknown water without a rehearsal cannot.
 [[nodiscard]] inline bool has_rehearsal(const Mission& mission) {
   return !mission.unknown || !mission.map_file.value.empty();

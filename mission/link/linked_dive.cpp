@@ -6,11 +6,14 @@
 
 #include <fmt/format.h>
 
+#include "mission/check/simulated_sight.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/mapper_service.h"
 #include "mission/executive/planner_service.h"
+#include "mission/executive/vision_service.h"
 #include "mission/record/log_codec.h"
 #include "vehicle/link/sample_clock.h"
+#include "vehicle/simulator/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -24,8 +27,10 @@ constexpr Utime kGoodbyePeriod = 10'000;  // us
 /// What has come since the last tick.
 class Inbox {
  public:
-  /// Of scans nothing is heard unless `sees`.
-  Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees)
+  /// Of scans nothing is heard unless `sees`, of pictures and the fast inertial samples nothing but
+  /// with cameras, whose pictures are of so many bytes at most.
+  Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
+        std::optional<std::size_t> picture_bytes)
       : clock_(clock), lockstep_(lockstep), sees_(sees) {
     bus.listen<ImuSample>(link::channel::kImu,
                           [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
@@ -43,6 +48,7 @@ class Inbox {
           },
           link::kMaxScanPacket);
     }
+    if (picture_bytes) listen_for_sight(bus, *picture_bytes);
     bus.listen<link::Truth>(link::channel::kTruth,
                             [this](const link::Truth& truth) { truth_ = truth; });
     bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
@@ -73,8 +79,8 @@ class Inbox {
       return !utime || (sample && sample->utime == *utime);
     };
     return tick_ && tick_->utime > last && has(imu_, tick_->imu) && has(depth_, tick_->depth) &&
-           has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) && truth_ &&
-           truth_->utime == tick_->utime;
+           has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) &&
+           (!sight_ || sight_->has(*tick_)) && truth_ && truth_->utime == tick_->utime;
   }
   /// In lock-step: the tick that the vehicle is at.
   [[nodiscard]] Utime tick() const { return tick_ ? tick_->utime : -1; }
@@ -103,13 +109,35 @@ class Inbox {
     return std::exchange(scan_, std::nullopt);
   }
 
+  /// Where there are cameras: what they and the inertial unit have said.
+  [[nodiscard]] std::vector<ImuSample> take_inertial() { return sight_->take_inertial(); }
+  [[nodiscard]] StereoPair take_pair(Utime now) {
+    return lockstep_ ? sight_->take_pair(*tick_) : sight_->take_pair(now);
+  }
+  [[nodiscard]] const std::optional<SightInbox>& sight() const { return sight_; }
+
   [[nodiscard]] std::deque<Request>& requests() { return requests_; }
   [[nodiscard]] const std::optional<link::Truth>& truth() const { return truth_; }
   [[nodiscard]] int clock_jumps() const {
-    return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps() + range_clock_.jumps();
+    return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps() +
+           range_clock_.jumps() + (sight_ ? sight_->clock_jumps() : 0);
   }
 
  private:
+  void listen_for_sight(link::Bus& bus, std::size_t picture_bytes) {
+    sight_.emplace();
+    // Before our time is known nothing can be put on it.
+    const auto hear = [this](auto sample) {
+      if (lockstep_) {
+        sight_->hear(std::move(sample), std::nullopt);
+      } else if (ahead_) {
+        sight_->hear(std::move(sample), clock_.now() + *ahead_);
+      }
+    };
+    bus.listen<ImuSample>(link::channel::kInertial, hear);
+    bus.listen<ImageFrame>(link::channel::kImage, hear, link::image_packet_size(picture_bytes));
+  }
+
   // No flood of anything else keeps an abort out.
   void keep(const Request& request) {
     if (requests_.size() < kMaxRequests) {
@@ -136,6 +164,7 @@ class Inbox {
   std::optional<DepthSample> depth_;
   std::optional<HealthSample> health_;
   std::optional<RangeScan> scan_;
+  std::optional<SightInbox> sight_;
   std::optional<link::Truth> truth_;
   std::optional<link::SimTick> tick_;
   bool is_asked_again_ = false;
@@ -145,6 +174,25 @@ class Inbox {
   link::SampleClock range_clock_;
   std::deque<Request> requests_;
 };
+
+/// Where the mission goes by sight: the vehicle's cameras, or the simulated ones.
+std::optional<estimation::VisionOptions> vision_of(const Mission& mission,
+                                                   const LinkSettings& settings) {
+  if (!goes_by_sight(mission)) return std::nullopt;
+  if (settings.vision) return settings.vision;
+  return vision_options(*vehicle::stereo_camera_in(mission.water), vehicle::ImuNoise{});
+}
+
+/// Of the largest picture of theirs: grey, a byte a pixel.
+std::optional<std::size_t> picture_bytes(const std::optional<estimation::VisionOptions>& vision) {
+  if (!vision) return std::nullopt;
+  std::size_t most = 0;
+  for (const CameraModel& camera : vision->filter.cameras) {
+    most = std::max(
+        most, static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  }
+  return most;
+}
 
 class LinkedDive {
  public:
@@ -156,10 +204,16 @@ class LinkedDive {
         settings_(settings),
         bus_(bus),
         clock_(clock),
-        inbox_(bus, clock, settings.lockstep, mission.unknown.has_value()),
+        vision_options_(vision_of(mission, settings)),
+        inbox_(bus, clock, settings.lockstep, mission.unknown.has_value(),
+               picture_bytes(vision_options_)),
         gate_(settings.key, link::new_boot()),
         planner_(world_, model.hull, planner_options(mission, settings.planner),
                  settings.planner_latency_ticks * kTick, late()) {
+    if (vision_options_) {
+      vision_.emplace(*vision_options_, tracker_seed(settings.seed),
+                      settings.vision_latency_ticks * kTick, late());
+    }
     if (!mission.unknown) return;
     mapper_.emplace(model.hull, mapper_options(mission, settings.mapper),
                     settings.mapper_latency_ticks * kTick, late());
@@ -250,6 +304,7 @@ class LinkedDive {
     const std::optional<Utime> abort_arrived = hear_topside(inputs);
     inputs.plan = planner_.poll(now_);
     if (mapper_) take_map_update(inputs);
+    if (vision_) inputs.vision = vision_->poll(now_);
     const StepOutputs& outputs = executive_->step(inputs);
     if (keeper) keeper(*executive_, outputs);
     command_ = link::VehicleCommand{
@@ -261,6 +316,7 @@ class LinkedDive {
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived) / 1000.0));
     }
     if (mapper_) look(outputs.estimate);
+    if (vision_) watch(inputs.depth, outputs.estimate);
     if (outputs.plan_query) {
       ++result_.plans;
       if (!outputs.plan_query->request.previous.empty()) ++result_.replans;
@@ -287,6 +343,14 @@ class LinkedDive {
     if (std::optional<RangeScan> scan = inbox_.take_scan()) {
       mapper_->submit(std::move(*scan), now_);
     }
+  }
+
+  void watch(const std::optional<DepthSample>& depth, const estimation::StateEstimate& estimate) {
+    vision_->hear(inbox_.take_inertial());
+    if (depth) vision_->hear(*depth);
+    vision_->observe(estimate);
+    auto [left, right] = inbox_.take_pair(now_);
+    vision_->submit(std::move(left), std::move(right), now_);
   }
 
   // One request a tick, an abort before all others. When it arrived, if it was an abort.
@@ -362,6 +426,7 @@ class LinkedDive {
     result_.stats.clock_jumps = inbox_.clock_jumps();
     result_.stats.refused = gate_.refused();
     result_.stats.malformed = bus_.malformed();
+    if (inbox_.sight() && !settings_.lockstep) result_.stats.sight = inbox_.sight()->stats();
     if (mapper_) result_.seen_points = mapper_->points();
     return result_;
   }
@@ -372,10 +437,12 @@ class LinkedDive {
   const LinkSettings& settings_;
   link::Bus& bus_;
   Clock& clock_;
+  const std::optional<estimation::VisionOptions> vision_options_;  ///< Where it goes by sight.
   Inbox inbox_;
   link::Gate gate_;
   PlannerService planner_;
   std::optional<MapperService> mapper_;  ///< In unknown water.
+  std::optional<VisionService> vision_;  ///< Where it goes by sight.
   std::optional<Executive> executive_;
   std::optional<link::VehicleCommand> command_;  ///< The last.
   std::int64_t sequence_ = 0;

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "estimation/visual_inertial/vision_pipeline.h"
 #include "mission/check/simulated_dive.h"
 #include "mission/executive/executive.h"
+#include "mission/link/sight_inbox.h"
 #include "planning/mapping/mapper.h"
 #include "planning/planner.h"
 #include "planning/world/seen.h"
@@ -33,6 +35,9 @@ struct LinkSettings {
   // In unknown water:
   int mapper_latency_ticks = 2;  ///< At least; in lock-step exactly.
   planning::MapperOptions mapper;
+  // Where the mission asks for the visual-inertial estimator:
+  std::optional<estimation::VisionOptions> vision = {};  ///< Absent: of the simulated cameras.
+  int vision_latency_ticks = 4;                          ///< At least; in lock-step exactly.
 };
 
 /// How the control loop kept time.
@@ -44,6 +49,7 @@ struct LinkStats {
   int clock_jumps = 0;             ///< Of sensors.
   link::Refusals refused;          ///< Of operator requests.
   std::int64_t malformed = 0;      ///< Packets that were none.
+  std::optional<SightStats> sight = {};  ///< Where it goes by sight, not in lock-step.
 };
 
 struct LinkedResult {

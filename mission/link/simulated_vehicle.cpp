@@ -2,16 +2,25 @@
 
 #include <algorithm>
 
+#include "mission/check/simulated_cameras.h"
 #include "vehicle/link/arbiter.h"
 #include "vehicle/simulator/ground_truth.h"
 
 namespace dive::mission {
 namespace {
 
-constexpr Utime kSayAgain = 5'000;      // us of real time, in lock-step
-constexpr Utime kGiveUp = 1'000'000;    // us without an answer: the executive is gone
+constexpr Utime kSayAgain = 5'000;      // us of real time, in lock-step, ...
+constexpr Utime kSeldomAgain = 80'000;  // ... twice as long each time, up to so long: who waits for
+                                        // a worker of his own has heard it
+constexpr Utime kGiveUp = 10'000'000;   // us without an answer: the executive is gone
 constexpr double kAtSurface = 0.3;      // m
 constexpr double kRestAtSurface = 5.0;  // s
+
+vehicle::Conditions conditions_of(const VehicleSettings& settings) {
+  vehicle::Conditions conditions = settings.conditions;
+  if (settings.cameras) conditions.inertial_unit = vehicle::ImuNoise{};
+  return conditions;
+}
 
 class SimulatedVehicle {
  public:
@@ -20,10 +29,13 @@ class SimulatedVehicle {
       : settings_(settings),
         bus_(bus),
         clock_(clock),
-        simulator_(model, start, settings.conditions, settings.seed),
+        simulator_(model, start, conditions_of(settings), settings.seed),
         meter_(world, model.hull),
         injector_(settings.faults) {
     if (settings.range_camera) camera_.emplace(world, *settings.range_camera, settings.seed);
+    if (settings.cameras) {
+      cameras_.emplace(world, *settings.cameras, settings.conditions, settings.seed);
+    }
     bus_.listen<link::VehicleCommand>(
         link::channel::kCommand,
         [this](const link::VehicleCommand& command) { arbiter_.hear(command, now()); });
@@ -72,6 +84,8 @@ class SimulatedVehicle {
     inputs_.health = samples.health;
     const StepInputs own = inputs_;  // what ails the link does not ail the vehicle's own autopilot
     injector_.apply(simulator_.truth(), inputs_);
+    inertial_ = samples.inertial;
+    injector_.apply(inertial_);
     look();
     set_clock();
     meter_.observe(simulator_.truth().X_WB);
@@ -79,6 +93,7 @@ class SimulatedVehicle {
   }
 
   void look() {
+    if (cameras_) pictures_ = cameras_->look(simulator_.truth(), std::nullopt, injector_);
     scan_.reset();
     if (!camera_ || !camera_->due(now())) return;
     camera_->set_frozen(injector_.is_on(FaultKind::kRangeFrozen));
@@ -94,6 +109,10 @@ class SimulatedVehicle {
     if (inputs_.depth) inputs_.depth->utime += by;
     if (inputs_.health) inputs_.health->utime += by;
     if (scan_) scan_->utime += by;
+    for (ImuSample& sample : inertial_.samples) sample.utime += by;
+    for (std::optional<ImageFrame>& picture : pictures_) {
+      if (picture) picture->utime += by;
+    }
   }
 
   template <typename Value>
@@ -113,6 +132,13 @@ class SimulatedVehicle {
     add(link::channel::kDepth, inputs_.depth, tick.depth);
     add(link::channel::kHealth, inputs_.health, tick.health);
     add(link::channel::kRange, scan_, tick.range);
+    for (const ImuSample& sample : inertial_.list()) {
+      publish(link::channel::kInertial, sample);
+      ++tick.inertial;
+      tick.last_inertial = sample.utime;
+    }
+    add(link::channel::kImage, pictures_[0], tick.left);
+    add(link::channel::kImage, pictures_[1], tick.right);
     publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB});
     if (settings_.lockstep) publish(link::channel::kSimTick, tick);
   }
@@ -132,9 +158,11 @@ class SimulatedVehicle {
 
   void wait_for_command(const VehicleWanted& wanted) {
     const Utime asked = clock_.now();
+    Utime pause = kSayAgain;
     while (!is_answered() && !finished_ && is_wanted(wanted)) {
       say();
-      bus_.wait(clock_, clock_.now() + kSayAgain, [this] { return is_answered() || finished_; });
+      bus_.wait(clock_, clock_.now() + pause, [this] { return is_answered() || finished_; });
+      pause = std::min(2 * pause, kSeldomAgain);
       const bool has_begun = arbiter_.executive().has_value();
       if (has_begun && clock_.now() - asked > kGiveUp) {
         is_alone_ = true;
@@ -188,7 +216,10 @@ class SimulatedVehicle {
   link::Arbiter arbiter_;
   vehicle::PseudoRates rates_;
   StepInputs inputs_;
-  std::optional<RangeScan> scan_;  ///< Of this tick.
+  std::optional<SimulatedCameras> cameras_;
+  std::optional<RangeScan> scan_;      ///< Of this tick ...
+  vehicle::StereoFrames pictures_;     ///< ... and so are these ...
+  vehicle::InertialSamples inertial_;  ///< ... and these.
   OwnSamples own_;
   link::Packet packet_;
   bool finished_ = false;

@@ -14,6 +14,7 @@
 #include "vehicle/model.h"
 #include "vehicle/simulator/range_camera.h"
 #include "vehicle/simulator/simulator.h"
+#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
 
@@ -29,6 +30,8 @@ struct VehicleSettings {
   std::vector<Fault> faults;
   std::optional<ClockJump> clock_jump;
   std::optional<vehicle::RangeCameraOptions> range_camera;  ///< Demands options that validate.
+  /// Sends pictures and what the inertial unit says; demands options that validate.
+  std::optional<vehicle::StereoCameraOptions> cameras = {};
   /// Waits for the executive's command for every tick, and says the samples again until it comes:
   /// as fast as the machines go, and the same dive as the built-in simulator's, bit for bit.
   bool lockstep = false;

@@ -27,6 +27,14 @@ struct Subscription {
   std::exception_ptr thrown;
 };
 
+std::string with_buffer(const std::string& url, int receive_bytes) {
+  constexpr const char* kOption = "recv_buf_size";
+  const bool is_udp = url.starts_with("udpm:");
+  if (receive_bytes == 0 || !is_udp || url.find(kOption) != std::string::npos) return url;
+  const char joint = url.find('?') == std::string::npos ? '?' : '&';
+  return fmt::format("{}{}{}={}", url, joint, kOption, receive_bytes);
+}
+
 // Called by LCM, which is C: nothing may be thrown through it.
 void receive(const lcm_recv_buf_t* buffer, const char* /*channel*/, void* user) {
   auto* subscription = static_cast<Subscription*>(user);
@@ -76,9 +84,9 @@ Bus::Bus(Bus&&) noexcept = default;
 Bus& Bus::operator=(Bus&&) noexcept = default;
 Bus::~Bus() = default;
 
-tl::expected<Bus, std::string> Bus::open(const std::string& url) {
+tl::expected<Bus, std::string> Bus::open(const std::string& url, int receive_bytes) {
   auto impl = std::make_unique<Impl>();
-  impl->lcm.reset(lcm_create(url.c_str()));
+  impl->lcm.reset(lcm_create(with_buffer(url, receive_bytes).c_str()));
   if (impl->lcm == nullptr) {
     return tl::unexpected(
         fmt::format("no link over '{}': is it an LCM URL such as {}, and is multicast routed?", url,

@@ -21,6 +21,7 @@ inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle: im
 inline constexpr const char* kDepth = "DIVE_DEPTH";             ///< Vehicle: depth_t
 inline constexpr const char* kHealth = "DIVE_HEALTH";           ///< Vehicle: health_t
 inline constexpr const char* kImage = "DIVE_IMAGE";             ///< Vehicle: image_t
+inline constexpr const char* kInertial = "DIVE_INERTIAL";       ///< Vehicle, 200 Hz: imu_t
 inline constexpr const char* kRange = "DIVE_RANGE";             ///< Vehicle: range_cloud_t
 inline constexpr const char* kSimTick = "DIVE_SIM_TICK";        ///< Simulated vehicle: sim_tick_t
 inline constexpr const char* kTruth = "DIVE_SIM_TRUTH";         ///< Simulated vehicle: truth_t
@@ -43,7 +44,10 @@ class Bus {
   using Handler = std::function<bool(PacketView)>;
 
   /// Fails with a sentence: a URL that LCM does not know, no network.
-  [[nodiscard]] static tl::expected<Bus, std::string> open(const std::string& url);
+  /// `receive_bytes`: what the system is asked to keep until it is read, unless the URL says; 0: as
+  /// much as it does by itself.
+  [[nodiscard]] static tl::expected<Bus, std::string> open(const std::string& url,
+                                                           int receive_bytes = 0);
   Bus(Bus&&) noexcept;
   Bus& operator=(Bus&&) noexcept;
   ~Bus();
@@ -77,6 +81,7 @@ class Bus {
 
   static constexpr int kMostPackets = 2000;
   static constexpr std::size_t kMostBytes = 4U << 20U;
+  static constexpr int kPictureBuffer = 4 << 20;     ///< Bytes, for a few pairs of pictures.
   static constexpr std::size_t kMaxFixedSize = 256;  ///< Bytes; no packet without a list is larger.
 
  private:

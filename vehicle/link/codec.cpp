@@ -3,6 +3,8 @@
 
 #include "vehicle/link/codec.h"
 
+#include <limits>
+
 #include <dive/command_t.hpp>
 #include <dive/depth_t.hpp>
 #include <dive/health_t.hpp>
@@ -33,7 +35,7 @@ constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
 constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
-constexpr Run kSimTick[] = {bytes(8 + 4 + 4 * 8)};
+constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
 constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
 constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Seal))};
@@ -80,6 +82,11 @@ bool read_time(std::int8_t byte, Utime utime, std::optional<Utime>& out) {
   if (!read_flag(byte, is_there)) return false;
   out = is_there ? std::optional(utime) : std::nullopt;
   return is_there || utime == 0;
+}
+
+bool is_count(int samples, Utime last) {
+  return samples >= 0 && samples <= std::numeric_limits<std::int8_t>::max() &&
+         (samples > 0 || last == 0);
 }
 
 }  // namespace
@@ -272,17 +279,24 @@ bool decode(PacketView packet, Truth& truth) {
 }
 
 bool encode(const SimTick& tick, Packet& packet) {
-  const auto& [utime, imu, depth, health, range] = tick;
+  const auto& [utime, imu, depth, health, range, left, right, inertial, last_inertial] = tick;
+  if (!is_count(inertial, last_inertial)) return false;
   sim_tick_t m;
   m.utime = utime;
   m.imu = imu ? 1 : 0;
   m.depth = depth ? 1 : 0;
   m.health = health ? 1 : 0;
   m.range = range ? 1 : 0;
+  m.left = left ? 1 : 0;
+  m.right = right ? 1 : 0;
   m.imu_utime = imu.value_or(0);
   m.depth_utime = depth.value_or(0);
   m.health_utime = health.value_or(0);
   m.range_utime = range.value_or(0);
+  m.left_utime = left.value_or(0);
+  m.right_utime = right.value_or(0);
+  m.inertial = static_cast<std::int8_t>(inertial);
+  m.inertial_utime = last_inertial;
   return pack(m, kSimTick, packet);
 }
 
@@ -290,10 +304,14 @@ bool decode(PacketView packet, SimTick& tick) {
   const auto m = unpack<sim_tick_t>(packet, kSimTick);
   if (!m) return false;
   tick.utime = m->utime;
-  return read_time(m->imu, m->imu_utime, tick.imu) &&
+  tick.inertial = m->inertial;
+  tick.last_inertial = m->inertial_utime;
+  return is_count(tick.inertial, tick.last_inertial) && read_time(m->imu, m->imu_utime, tick.imu) &&
          read_time(m->depth, m->depth_utime, tick.depth) &&
          read_time(m->health, m->health_utime, tick.health) &&
-         read_time(m->range, m->range_utime, tick.range);
+         read_time(m->range, m->range_utime, tick.range) &&
+         read_time(m->left, m->left_utime, tick.left) &&
+         read_time(m->right, m->right_utime, tick.right);
 }
 
 bool encode(const Heartbeat& heartbeat, Packet& packet) {

@@ -57,6 +57,10 @@ struct SimTick {
   std::optional<Utime> depth;
   std::optional<Utime> health;
   std::optional<Utime> range;
+  std::optional<Utime> left;
+  std::optional<Utime> right;
+  int inertial = 0;         ///< Samples, 0 to 127 ...
+  Utime last_inertial = 0;  ///< ... and when the last was taken; 0 without any.
 };
 
 /// How many operator requests were refused, by reason.
@@ -109,6 +113,10 @@ struct Path {
 
 /// Bytes; no packet of a scan is larger.
 inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
+/// Bytes of the packet of a frame of so many.
+[[nodiscard]] constexpr std::size_t image_packet_size(std::size_t pixel_bytes) {
+  return 30 + pixel_bytes;
+}
 
 [[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);

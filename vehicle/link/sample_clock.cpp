@@ -3,23 +3,32 @@
 #include <algorithm>
 
 namespace dive::link {
+namespace {
+
+constexpr Utime kLongest = from_seconds(SampleClock::kMaxAge);
+
+// Forged or broken times must not overflow: beyond a few centuries nothing is a time.
+Utime bounded(Utime utime) {
+  constexpr Utime kCentury = Utime{100} * 366 * 86'400 * kMicrosecondsPerSecond;
+  return std::clamp(utime, -kCentury, kCentury);
+}
+
+}  // namespace
 
 Utime SampleClock::ours(Utime utime, Utime arrived) {
-  // Forged or broken times must not overflow: beyond a few centuries nothing is a time.
-  constexpr Utime kCentury = Utime{100} * 366 * 86'400 * kMicrosecondsPerSecond;
-  const Utime theirs = std::clamp(utime, -kCentury, kCentury);
-  const Utime longest = from_seconds(kMaxAge);
-  if (offset_) {
-    const Utime age = arrived - (theirs + *offset_);
-    if (age >= 0 && age <= longest) return theirs + *offset_;
-    if (age < 0 && age >= -longest) {  // quicker under way than any before
-      offset_ = arrived - theirs;
-      return arrived;
-    }
-    ++jumps_;
-  }
-  offset_ = arrived - theirs;
+  if (const std::optional<Utime> taken = follow(utime, arrived)) return *taken;
+  if (offset_) ++jumps_;
+  offset_ = arrived - bounded(utime);
   return arrived;
+}
+
+std::optional<Utime> SampleClock::follow(Utime utime, Utime arrived) {
+  if (!offset_) return std::nullopt;
+  const Utime theirs = bounded(utime);
+  const Utime age = arrived - (theirs + *offset_);
+  if (age > kLongest || age < -kLongest) return std::nullopt;
+  if (age < 0) offset_ = arrived - theirs;  // quicker under way than any before
+  return theirs + *offset_;
 }
 
 }  // namespace dive::link

@@ -17,6 +17,10 @@ class SampleClock {
   /// later than that. Times that go back a little are packets out of order, and stay so.
   [[nodiscard]] Utime ours(Utime utime, Utime arrived);
 
+  /// Likewise of another sensor that goes by the same clock, but never sets it: nothing for what is
+  /// older than things that are under way, or of a time to come.
+  [[nodiscard]] std::optional<Utime> follow(Utime utime, Utime arrived);
+
   /// How often it was set so far.
   [[nodiscard]] int jumps() const { return jumps_; }
 

@@ -156,6 +156,20 @@ TEST_F(Asl, SaysWhatIsMissing) {
   }
 }
 
+TEST_F(Asl, ACalibrationNeedsNoRecording) {
+  write("cam1/sensor.yaml", camera_yaml(testing::test_camera(-0.05)));
+  for (const char* file : {"imu0/data.csv", "cam0/data.csv"}) fs::remove(folder + "/mav0/" + file);
+  const auto sensors = read_asl_calibration(folder);
+  ASSERT_TRUE(sensors) << sensors.error();
+  ASSERT_EQ(sensors->cameras.size(), 2U);
+  EXPECT_EQ(sensors->cameras[1].model.width, 752);
+  EXPECT_NEAR(sensors->cameras[1].model.X_BC.p.y(), -0.05, 1e-9);
+  EXPECT_DOUBLE_EQ(sensors->imu_noise.gyro.value_or(0.0), 1.6968e-04);
+  fs::remove(folder + "/mav0/cam1/sensor.yaml");
+  EXPECT_THAT(read_asl_calibration(folder).error(),
+              HasSubstr("cam1/sensor.yaml: cannot be opened"));
+}
+
 TEST_F(Asl, DecodesPicturesWhenTheyAreAskedFor) {
   ImageFrame gray;
   gray.width = 3;

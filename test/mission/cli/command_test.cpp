@@ -56,14 +56,27 @@ TEST(Command, WrongUsageIsTwoWithAHint) {
               HasSubstr("expected x,y,z"));
 }
 
-TEST(Command, AMissionBySightIsNotDivedWhereNoPicturesCome) {
+TEST(Command, WaterIsOneThatThereIsAndOfTheSimulator) {
   const std::string by_sight = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_by_sight.xml'";
-  const Ran linked = dive("run --lcm memq://" + by_sight);
+  const Ran linked = dive("run --lcm memq:// --water green_lake" + by_sight);
   EXPECT_EQ(linked.status, 2);
-  EXPECT_THAT(linked.err, HasSubstr("its estimator is visual_inertial, but over the link"));
+  EXPECT_THAT(linked.err, HasSubstr("with --lcm give those to dive sim"));
   const Ran muddy = dive("run --water green_lakes" + by_sight);
   EXPECT_EQ(muddy.status, 2);
   EXPECT_THAT(muddy.err, HasSubstr("did you mean 'green_lake'?"));
+}
+
+TEST(Command, CamerasAreThoseOfAVehicleThatGoesBySight) {
+  const std::string by_sight = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_by_sight.xml'";
+  const std::string linked = "run --lcm memq:// --cameras nowhere ";
+  for (const auto& [line, words] :
+       {std::pair("run --cameras nowhere" + by_sight, "give its --lcm URL"),
+        {linked + kWindow, "its estimator is primitive"},
+        {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
+    const Ran ran = dive(line);
+    EXPECT_EQ(ran.status, 2) << line;
+    EXPECT_THAT(ran.err, HasSubstr(words)) << line;
+  }
 }
 
 TEST(Command, UnreadableFilesAreTwo) {

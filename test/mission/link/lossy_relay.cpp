@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
   Side forth{vehicle, executive};
   Side back{executive, vehicle};
   // What one side says is never taken for the other's: no packet goes round in a circle.
-  subscribe(forth, "DIVE_(IMU|DEPTH|HEALTH|RANGE|SIM_TICK|SIM_TRUTH|OPERATOR)");
+  subscribe(forth, "DIVE_(IMU|DEPTH|HEALTH|RANGE|IMAGE|INERTIAL|SIM_TICK|SIM_TRUTH|OPERATOR)");
   subscribe(back, "DIVE_(COMMAND|HEARTBEAT|STATUS|ESTIMATE|PATH|OPERATOR_ANSWER)");
   for (;;) {
     pollfd readable[2] = {{lcm_get_fileno(vehicle), POLLIN, 0},

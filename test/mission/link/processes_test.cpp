@@ -34,6 +34,9 @@ std::string content(const std::string& path) {
 // sanitizers, and one that is late is rightly taken for one that sees nothing.
 constexpr const char* kPaceWithEyes = dive::testing::kUnderSanitizers ? "1" : "2";
 
+// Likewise with one that draws pictures.
+constexpr const char* kPaceBySight = dive::testing::kUnderSanitizers ? "0.1" : "0.5";
+
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
@@ -144,6 +147,100 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
     EXPECT_GT(built_in.json().at("replans").get<int>(), 0) << "nothing was seen";
     EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << fault;
   }
+}
+
+// What no camera and no inertial unit of the vehicle's would say.
+class Rubbish {
+ public:
+  explicit Rubbish(const std::string& url) : bus_(*link::Bus::open(url)) {}
+
+  void publish() {
+    bus_.publish(link::channel::kImage, link::Packet(1000, 7));
+    bus_.publish(link::channel::kInertial, link::Packet(50, 7));
+    publish(frame(0, 752, 480), 29);    // cut short
+    publish(frame(0, 800, 600), 0);     // larger than the cameras' ...
+    publish(frame(0, 752, 480, 3), 0);  // ... and so are those in colour
+    publish(frame(2, 752, 480), 0);     // of another camera
+    for (const int camera : {0, 1}) publish(frame(camera, 8, 4), 0);  // of long ago
+  }
+
+ private:
+  static ImageFrame frame(int camera, int width, int height, int bytes = 1) {
+    return {
+        0,     camera, bytes == 3 ? ImageFrame::Format::kRgb8 : ImageFrame::Format::kGray8,
+        width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width * height * bytes))};
+  }
+  void publish(const ImageFrame& frame, std::size_t cut) {
+    link::Packet packet;
+    ASSERT_TRUE(link::encode(frame, packet));
+    packet.resize(packet.size() - cut);
+    bus_.publish(link::channel::kImage, packet);
+  }
+
+  link::Bus bus_;
+};
+
+// The pictures and the inertial samples as well: in pairs, of one eye, and none any more.
+TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
+  const std::string lookout = mission("scenarios/missions/lookout");
+  const std::vector<std::string> conditions = {
+      "--seed",           "3", "--set", "current_y=0.02", "--fault", "camera_one_eye@10", "--fault",
+      "camera_missing@13"};
+  std::vector<std::string> sim = {"sim", lookout, "--lockstep"};
+  sim.insert(sim.end(), conditions.begin(), conditions.end());
+  const auto vehicle = dive("sim", sim);
+  const auto executive = dive("run", {"run", lookout, "--lockstep", "--seed", "3", "--stats",
+                                      "--log", path("linked.lcmlog")});
+  Rubbish rubbish(url_);
+  int status = -1;
+  for (int i = 0; i < 2400 && status < 0; ++i) {
+    rubbish.publish();
+    status = executive->wait(0.25);
+  }
+  EXPECT_EQ(status, 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_EQ(vehicle->json().at("ended"), "finished");
+  EXPECT_GT(executive->json().at("stats").at("malformed").get<int>(), 20);
+  std::vector<std::string> run = {DIVE_COMMAND, "run", lookout, "--log", path("built-in.lcmlog"),
+                                  "--json"};
+  run.insert(run.end(), conditions.begin(), conditions.end());
+  Process built_in(run, folder_, "built-in");
+  EXPECT_EQ(built_in.wait(600.0), 0) << built_in.err();
+  EXPECT_GT(built_in.json().at("estimator_switches").get<int>(), 0) << "nothing was seen";
+  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+}
+
+TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
+  const std::string lookout = mission("scenarios/missions/lookout");
+  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle =
+      dive("sim", {"sim", lookout, "--speed", kPaceBySight, "--clock-jump=-3600@5"});
+  const auto executive = dive("run", {"run", lookout, "--speed", kPaceBySight, "--lcm", far_url_,
+                                      "--log", path("log"), "--stats"});
+  EXPECT_EQ(executive->wait(600.0), 0) << executive->err() << executive->out();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  const auto stats = executive->json().at("stats");
+  const auto sight = stats.at("sight");
+  EXPECT_GT(sight.at("pairs").get<int>(), 50);
+  EXPECT_GT(sight.at("alone").get<int>() + sight.at("pictures_dropped").get<int>(), 20);
+  EXPECT_GT(sight.at("inertial").get<int>(), 1000);
+  EXPECT_GE(stats.at("clock_jumps").get<int>(), 1);
+  EXPECT_EQ(vehicle->json().at("collisions"), 0);
+  EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+}
+
+TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
+  const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
+  const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
+  const auto executive = dive(
+      "run", {"run", mission("scenarios/missions/lookout"), "--lockstep", "--log", path("log")});
+  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+  const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--water", "mud"});
+  EXPECT_EQ(blind->wait(20.0), 2);
+  EXPECT_THAT(blind->err(), HasSubstr("clear_pool"));
 }
 
 TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {

@@ -54,7 +54,7 @@ std::vector<Kind> kinds() {
           kind("health", HealthSample{}),
           kind("truth", Truth{}),
           kind("command", VehicleCommand{}),
-          kind("sim tick", SimTick{5, 3, std::nullopt, 4, 5}),
+          kind("sim tick", SimTick{5, 3, std::nullopt, 4, 5, 5, std::nullopt, 4, 3}),
           kind("heartbeat", Heartbeat{}),
           kind("request", request(1, 2, OperatorCommand::kSkip)),
           kind("answer", OperatorAnswer{}),
@@ -128,6 +128,31 @@ TEST(LinkCodec, AFrameIsAsLargeAsItSays) {
     spoil(spoilt);
     EXPECT_FALSE(encode(spoilt, packet));
   }
+}
+
+TEST(LinkCodec, KnowsHowLargeThePacketOfAFrameIs) {
+  ImageFrame frame{1, 0, ImageFrame::Format::kGray8, 752, 480, {}};
+  frame.pixels.resize(752 * 480);
+  Packet packet;
+  ASSERT_TRUE(encode(frame, packet));
+  EXPECT_EQ(packet.size(), image_packet_size(frame.pixels.size()));
+}
+
+TEST(LinkCodec, ATickSaysHowManyInertialSamplesItHas) {
+  Packet packet;
+  SimTick tick{8, std::nullopt, 6, std::nullopt, std::nullopt, std::nullopt, 8, 4, 7};
+  SimTick back;
+  ASSERT_TRUE(encode(tick, packet) && decode(packet, back));
+  EXPECT_EQ(back.right, 8);
+  EXPECT_FALSE(back.left);
+  EXPECT_EQ(back.inertial, 4);
+  EXPECT_EQ(back.last_inertial, 7);
+  packet[packet.size() - 9] = 0xFF;  // their number: -1
+  EXPECT_FALSE(decode(packet, back));
+  packet[packet.size() - 9] = 0;  // none, but with a time
+  EXPECT_FALSE(decode(packet, back));
+  tick.inertial = 128;
+  EXPECT_FALSE(encode(tick, packet));
 }
 
 TEST(LinkCodec, KeepsEveryBitOfAScan) {
@@ -354,6 +379,20 @@ TEST(SampleClock, KeepsTheOrderOfPacketsAndTheAgeOfSamples) {
   EXPECT_EQ(clock.ours(boot + 40'000, 5 * kSecond + 50'000), 5 * kSecond + 40'000);
   EXPECT_EQ(clock.ours(boot + 20'000, 5 * kSecond + 55'000), 5 * kSecond + 20'000) << "reordered";
   EXPECT_EQ(clock.ours(boot + 80'000, 5 * kSecond + 70'000), 5 * kSecond + 70'000) << "quicker";
+  EXPECT_EQ(clock.jumps(), 0);
+}
+
+TEST(SampleClock, IsFollowedByOtherSensorsThatNeverSetIt) {
+  SampleClock clock;
+  EXPECT_FALSE(clock.follow(0, 0)) << "it has not spoken yet";
+  EXPECT_EQ(clock.ours(kSecond, kSecond + 20'000), kSecond + 20'000);
+  EXPECT_EQ(clock.follow(kSecond, kSecond + 90'000), kSecond + 20'000);
+  EXPECT_EQ(clock.follow(kSecond + 60'000, kSecond + 60'000), kSecond + 60'000) << "quicker";
+  EXPECT_EQ(clock.ours(kSecond + 60'000, kSecond + 80'000), kSecond + 60'000);
+  for (const Utime jump : {-kSecond, kSecond, Utime{1} << 62, -(Utime{1} << 62)}) {
+    EXPECT_FALSE(clock.follow(2 * kSecond + jump, 2 * kSecond)) << jump;
+  }
+  EXPECT_EQ(clock.ours(2 * kSecond, 2 * kSecond), 2 * kSecond);
   EXPECT_EQ(clock.jumps(), 0);
 }
 
