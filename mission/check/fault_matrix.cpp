@@ -36,13 +36,12 @@ bool is_of_cameras(FaultKind kind) {
 // Those that a vehicle must survive, but for those of what it does not use.
 std::vector<FaultKind> faults_of(const Mission& mission) {
   const bool has_cameras = mission.estimator.value == EstimatorName::kVisualInertial;
-  const bool has_range_camera = mission.unknown && mission.eyes.value == EyesName::kRangeCamera;
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
     const bool is_used = is_of_cameras(kind)               ? has_cameras
                          : kind == FaultKind::kRangeSilent ? mission.unknown.has_value()
-                         : kind == FaultKind::kRangeFrozen ? has_range_camera
+                         : kind == FaultKind::kRangeFrozen ? has_range_camera(mission)
                                                            : true;
     if (is_used) kinds.push_back(kind);
   }

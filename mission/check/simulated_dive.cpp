@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "common/assert.h"
 #include "mission/check/simulated_sight.h"
 #include "mission/executive/changed_map.h"
 #include "mission/executive/leaf_behaviors.h"
@@ -135,11 +136,12 @@ Sighted eyes_for(const Mission& mission, const planning::World& world,
   if (!mission.unknown) return sighted;
   planning::MapperOptions options = mapper_options(mission, settings.mapper);
   std::optional<vehicle::RangeCamera> camera;
-  if (mission.eyes.value == EyesName::kCameras) {
+  if (has_stereo_eyes(mission)) {
     const vehicle::StereoCameraOptions cameras = cameras_of(mission, settings);
-    StereoEyes eyes = stereo_eyes(cameras.camera(0), cameras.camera(1), options);
-    sighted.make_range = std::move(eyes.make_range);
-    options = eyes.mapper;
+    auto eyes = stereo_eyes(cameras.camera(0), cameras.camera(1), options);
+    DIVE_DEMAND(eyes);
+    sighted.make_range = std::move(eyes->make_range);
+    options = eyes->mapper;
   } else {
     camera.emplace(world, settings.range_camera, settings.seed);
   }

@@ -62,8 +62,8 @@ std::optional<ClockJump> parse_clock_jump(const std::string& written) {
 struct Place {
   planning::World world;
   Pose start_X_WB;
-  bool is_unknown = false;  ///< To the vehicle.
-  std::string water = {};   ///< That the cameras look through; empty where there are none.
+  bool has_range_camera = false;  ///< The mission has it.
+  std::string water = {};         ///< That the cameras look through; empty where there are none.
 };
 
 /// Prints what is wrong and is empty when something is.
@@ -81,7 +81,7 @@ std::optional<Place> find_place(const SimArguments& arguments) {
     }
     if (loaded) {
       const Pose start = start_pose(loaded->mission, loaded->world);
-      return Place{std::move(loaded->world), start, loaded->mission.unknown.has_value(),
+      return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
                    goes_by_sight(loaded->mission) ? loaded->mission.water : ""};
     }
   } else {
@@ -186,7 +186,7 @@ int run_sim(const SimArguments& arguments) {
   }
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
-  if (arguments.eyes || place->is_unknown) settings.range_camera.emplace();
+  if (arguments.eyes || place->has_range_camera) settings.range_camera.emplace();
   if (const std::string& water = arguments.water.empty() ? place->water : arguments.water;
       !water.empty()) {
     settings.cameras = parse_water(water);

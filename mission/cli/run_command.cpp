@@ -16,6 +16,7 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
+#include "mission/executive/stereo_eyes.h"
 #include "mission/link/linked_dive.h"
 #include "mission/record/dataset_recorder.h"
 #include "mission/record/journal.h"
@@ -307,6 +308,13 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   if (!arguments.cameras.empty()) {
     vision = read_vision(arguments.cameras);
     if (!vision) return kExitUsage;
+    if (const auto& cameras = vision->filter.cameras; has_stereo_eyes(loaded.mission)) {
+      if (const auto eyes = stereo_eyes(cameras[0], cameras[1], {}); !eyes) {
+        complain(fmt::format("{}: they are the mission's eyes, but no stereo pair: {}",
+                             arguments.cameras, eyes.error()));
+        return kExitUsage;
+      }
+    }
   }
   // Before the bus, whose own thread must not wait either.
   const bool is_first = arguments.link.lockstep || run_first();

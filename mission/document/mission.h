@@ -198,6 +198,16 @@ enum class MapFile { kMustExist, kNotNeeded };
   return mission.estimator.value == EstimatorName::kVisualInertial;
 }
 
+/// Is unknown water seen with a range camera, and not with the cameras?
+[[nodiscard]] inline bool has_range_camera(const Mission& mission) {
+  return mission.unknown && mission.eyes.value == EyesName::kRangeCamera;
+}
+
+/// Is it the cameras that unknown water is seen with?
+[[nodiscard]] inline bool has_stereo_eyes(const Mission& mission) {
+  return mission.unknown && mission.eyes.value == EyesName::kCameras;
+}
+
 /// Can the mission be dived in simulation? Unknown water without a rehearsal cannot.
 [[nodiscard]] inline bool has_rehearsal(const Mission& mission) {
   return !mission.unknown || !mission.map_file.value.empty();

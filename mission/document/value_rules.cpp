@@ -97,8 +97,7 @@ void altitudes_have_known_ground(const Subject& subject) {
 
 void eyes_are_looked_through(const Subject& subject) {
   const Mission& mission = subject.mission;
-  if (mission.eyes.value != EyesName::kCameras) return;
-  if (mission.estimator.value == EstimatorName::kVisualInertial) return;
+  if (!has_stereo_eyes(mission) || goes_by_sight(mission)) return;
   subject.error("MIS-EYES", mission.eyes.span,
                 "the map is to be made of what the cameras see, but nothing looks through them",
                 "write <estimation estimator=\"visual_inertial\"/>, or leave 'eyes' out");

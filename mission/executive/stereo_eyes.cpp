@@ -3,15 +3,14 @@
 #include <memory>
 #include <utility>
 
-#include "common/assert.h"
 #include "estimation/visual_inertial/stereo_range.h"
 
 namespace dive::mission {
 
-StereoEyes stereo_eyes(const CameraModel& left, const CameraModel& right,
-                       planning::MapperOptions mapper) {
+tl::expected<StereoEyes, std::string> stereo_eyes(const CameraModel& left, const CameraModel& right,
+                                                  planning::MapperOptions mapper) {
   auto created = estimation::StereoRange::create({}, left, right);
-  DIVE_DEMAND(created);
+  if (!created) return tl::unexpected(created.error());
   mapper.noise_square = created->noise_square();
   // A std::function is copied, and what it holds with it.
   const auto ranges = std::make_shared<estimation::StereoRange>(std::move(*created));
@@ -21,7 +20,7 @@ StereoEyes stereo_eyes(const CameraModel& left, const CameraModel& right,
     if (!seen) return std::nullopt;
     return std::move(seen->scan);
   };
-  return {make_range, mapper};
+  return StereoEyes{make_range, mapper};
 }
 
 }  // namespace dive::mission

@@ -2,6 +2,10 @@
 // In unknown water, of a mission whose eyes are its cameras: the stereo pair in the place of a
 // range sensor.
 
+#include <string>
+
+#include <tl/expected.hpp>
+
 #include "common/camera_model.h"
 #include "mission/executive/vision_service.h"
 #include "planning/mapping/mapper.h"
@@ -13,9 +17,10 @@ struct StereoEyes {
   planning::MapperOptions mapper;  ///< As given, with the noise that such ranges have.
 };
 
-/// Demands a pair that can be rectified, the right one to the right of the left one. A pair of
-/// pictures of which one is missing, or that cannot be matched, gives no sweep.
-[[nodiscard]] StereoEyes stereo_eyes(const CameraModel& left, const CameraModel& right,
-                                     planning::MapperOptions mapper);
+/// A pair of pictures of which one is missing, or that cannot be matched, gives no sweep. An error
+/// is a sentence: cameras that are no stereo pair.
+[[nodiscard]] tl::expected<StereoEyes, std::string> stereo_eyes(const CameraModel& left,
+                                                                const CameraModel& right,
+                                                                planning::MapperOptions mapper);
 
 }  // namespace dive::mission

@@ -6,10 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "common/assert.h"
 #include "mission/check/simulated_sight.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/mapper_service.h"
 #include "mission/executive/planner_service.h"
+#include "mission/executive/stereo_eyes.h"
 #include "mission/executive/vision_service.h"
 #include "mission/record/log_codec.h"
 #include "vehicle/link/sample_clock.h"
@@ -205,18 +207,26 @@ class LinkedDive {
         bus_(bus),
         clock_(clock),
         vision_options_(vision_of(mission, settings)),
-        inbox_(bus, clock, settings.lockstep, mission.unknown.has_value(),
+        inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
                picture_bytes(vision_options_)),
         gate_(settings.key, link::new_boot()),
         planner_(world_, model.hull, planner_options(mission, settings.planner),
                  settings.planner_latency_ticks * kTick, late()) {
+    planning::MapperOptions of_map = mapper_options(mission, settings.mapper);
+    RangeMaker make_range;
+    if (has_stereo_eyes(mission)) {
+      const std::vector<CameraModel>& cameras = vision_options_->filter.cameras;
+      auto eyes = stereo_eyes(cameras.at(0), cameras.at(1), of_map);
+      DIVE_DEMAND(eyes);
+      make_range = std::move(eyes->make_range);
+      of_map = eyes->mapper;
+    }
     if (vision_options_) {
       vision_.emplace(*vision_options_, tracker_seed(settings.seed),
-                      settings.vision_latency_ticks * kTick, late());
+                      settings.vision_latency_ticks * kTick, late(), std::move(make_range));
     }
     if (!mission.unknown) return;
-    mapper_.emplace(model.hull, mapper_options(mission, settings.mapper),
-                    settings.mapper_latency_ticks * kTick, late());
+    mapper_.emplace(model.hull, of_map, settings.mapper_latency_ticks * kTick, late());
   }
 
   LinkedResult run(const LinkObserver& observer, const DiveKeeper& keeper) {
@@ -305,6 +315,7 @@ class LinkedDive {
     inputs.plan = planner_.poll(now_);
     if (mapper_) take_map_update(inputs);
     if (vision_) inputs.vision = vision_->poll(now_);
+    if (vision_ && mapper_) look(vision_->take_scan());
     const StepOutputs& outputs = executive_->step(inputs);
     if (keeper) keeper(*executive_, outputs);
     command_ = link::VehicleCommand{
@@ -315,7 +326,10 @@ class LinkedDive {
       result_.stats.abort_ms.push_back(
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived) / 1000.0));
     }
-    if (mapper_) look(outputs.estimate);
+    if (mapper_) {
+      mapper_->observe(outputs.estimate);
+      look(inbox_.take_scan());
+    }
     if (vision_) watch(inputs.depth, outputs.estimate);
     if (outputs.plan_query) {
       ++result_.plans;
@@ -338,11 +352,8 @@ class LinkedDive {
     static_cast<void>(result_.seen.apply(*inputs.map_update));
   }
 
-  void look(const estimation::StateEstimate& estimate) {
-    mapper_->observe(estimate);
-    if (std::optional<RangeScan> scan = inbox_.take_scan()) {
-      mapper_->submit(std::move(*scan), now_);
-    }
+  void look(std::optional<RangeScan> scan) {
+    if (scan) mapper_->submit(std::move(*scan), now_);
   }
 
   void watch(const std::optional<DepthSample>& depth, const estimation::StateEstimate& estimate) {

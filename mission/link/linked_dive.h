@@ -36,8 +36,9 @@ struct LinkSettings {
   int mapper_latency_ticks = 2;  ///< At least; in lock-step exactly.
   planning::MapperOptions mapper;
   // Where the mission asks for the visual-inertial estimator:
-  std::optional<estimation::VisionOptions> vision = {};  ///< Absent: of the simulated cameras.
-  int vision_latency_ticks = 4;                          ///< At least; in lock-step exactly.
+  /// Absent: of the simulated cameras. Where they are the eyes, such as stereo_eyes() takes.
+  std::optional<estimation::VisionOptions> vision = {};
+  int vision_latency_ticks = 4;  ///< At least; in lock-step exactly.
 };
 
 /// How the control loop kept time.

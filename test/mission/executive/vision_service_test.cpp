@@ -241,10 +241,11 @@ TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
 TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   planning::MapperOptions mapper;
   mapper.min_neighbours = 3;
-  const StereoEyes eyes = stereo_eyes(small_camera(0.07), small_camera(-0.07), mapper);
+  const StereoEyes eyes = *stereo_eyes(small_camera(0.07), small_camera(-0.07), mapper);
   EXPECT_GT(eyes.mapper.noise_square, 0.002) << "1/m";
   EXPECT_EQ(eyes.mapper.validate(), "");
   EXPECT_EQ(eyes.mapper.min_neighbours, 3) << "the rest is the caller's";
+  EXPECT_FALSE(stereo_eyes(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
   int told = 0;
   int wrong = 0;
   use(Late::kWait, [&](const SeenPair& pair) {

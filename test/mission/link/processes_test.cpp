@@ -210,6 +210,32 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
 }
 
+// What the map is made of is then the pictures, and no range camera is there.
+TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
+  const fs::path missions = fs::path(mission("scenarios/missions/lookout")).parent_path();
+  std::string text = content((missions / "lookout.xml").string());
+  const std::string known = R"(map file="maps/basin.sdf")";
+  ASSERT_NE(text.find(known), std::string::npos);
+  text.replace(text.find(known), known.size(),
+               R"(map unknown="optimistic" eyes="cameras" rehearsal="maps/basin.sdf")");
+  fs::create_directories(path("maps"));
+  std::ofstream(path("eyes.xml")) << text;
+  fs::copy_file(missions / "maps/basin.sdf", path("maps/basin.sdf"));
+  const std::string mission = path("eyes.xml");
+  const auto vehicle = dive("sim", {"sim", mission, "--lockstep", "--seed", "3"});
+  const auto executive =
+      dive("run", {"run", mission, "--lockstep", "--seed", "3", "--log", path("linked.lcmlog")});
+  EXPECT_EQ(executive->wait(600.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  Process built_in(
+      {DIVE_COMMAND, "run", mission, "--seed", "3", "--log", path("built-in.lcmlog"), "--json"},
+      folder_, "built-in");
+  EXPECT_EQ(built_in.wait(600.0), 0) << built_in.err();
+  EXPECT_GT(fs::file_size(path("built-in.map.cloud.ply")), 5000U) << "nothing was seen";
+  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+}
+
 TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
   const std::string lookout = mission("scenarios/missions/lookout");
   Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
