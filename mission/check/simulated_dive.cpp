@@ -125,6 +125,11 @@ std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::
   SightSettings of_sight;
   of_sight.cameras = settings.cameras.value_or(*vehicle::stereo_camera_in(mission.water));
   of_sight.latency = settings.vision_latency_ticks * from_seconds(vehicle::Simulator::kTick);
+  // In unknown water the map brings the vehicle back to what was seen before: one is enough.
+  if (mission.closes_loops && !mission.unknown) {
+    of_sight.loops.emplace();
+    of_sight.loops->latency = settings.loop_latency_ticks * from_seconds(vehicle::Simulator::kTick);
+  }
   return std::optional<SimulatedSight>(std::in_place, world, of_sight, settings.conditions,
                                        settings.seed);
 }
@@ -216,6 +221,7 @@ std::string DiveSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";
   if (mapper_latency_ticks < 1) return "mapper_latency_ticks must be at least 1";
   if (vision_latency_ticks < 1) return "vision_latency_ticks must be at least 1";
+  if (loop_latency_ticks < 1) return "loop_latency_ticks must be at least 1";
   if (cameras) {
     if (std::string problem = cameras->validate(); !problem.empty()) return problem;
   }

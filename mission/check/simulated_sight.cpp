@@ -32,7 +32,8 @@ SimulatedSight::SimulatedSight(const planning::World& world, const SightSettings
     : cameras_(world, settings.cameras, seed),
       service_(
           vision_options(settings.cameras, conditions.inertial_unit.value_or(vehicle::ImuNoise{})),
-          seed ^ kTrackerStream, settings.latency, Late::kWait, settings.make_range) {
+          seed ^ kTrackerStream, settings.latency, Late::kWait, settings.make_range,
+          settings.loops) {
   cameras_.set_current(conditions.current_W);
 }
 

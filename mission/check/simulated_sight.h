@@ -16,8 +16,9 @@ namespace dive::mission {
 
 struct SightSettings {
   vehicle::StereoCameraOptions cameras;
-  Utime latency = 80'000;           ///< From a pair of pictures to its answer.
-  RangeMaker make_range = nullptr;  ///< May be empty.
+  Utime latency = 80'000;                  ///< From a pair of pictures to its answer.
+  RangeMaker make_range = nullptr;         ///< May be empty.
+  std::optional<LoopSettings> loops = {};  ///< VisionService
 };
 
 /// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
