@@ -26,6 +26,15 @@ enum class VisionFault {
 /// For people: "the cameras see nothing: it is dark, or there is only water".
 [[nodiscard]] const char* to_sentence(VisionFault fault);
 
+/// Places that were recognised, and what came of it.
+struct ClosedLoops {
+  int count = 0;            ///< Since the dive began; the rest is of the newest.
+  Utime seen = 0;           ///< When its place was seen first, and ...
+  Utime recognised = 0;     ///< ... again.
+  double moved_m = 0.0;     ///< The estimate, horizontally, ...
+  double turned_rad = 0.0;  ///< ... and its heading.
+};
+
 struct VisionEstimate {
   Utime frame_utime = 0;   ///< When the pictures were taken.
   StateEstimate estimate;  ///< Soon after that, at its own utime.
@@ -33,9 +42,10 @@ struct VisionEstimate {
   Utime begun_from = 0;
   double period_s = 0.05;  ///< From one pair of pictures to the next, as they are to come.
   VisionFault fault = VisionFault::kStarting;
-  int tracked = 0;  ///< Features known from before.
-  int stereo = 0;   ///< Features seen by both cameras.
-  int used = 0;     ///< Tracks and landmarks that corrected the filter.
+  int tracked = 0;    ///< Features known from before.
+  int stereo = 0;     ///< Features seen by both cameras.
+  int used = 0;       ///< Tracks and landmarks that corrected the filter.
+  ClosedLoops loops;  ///< That have corrected `estimate` since.
 
   [[nodiscard]] bool is_good() const { return estimate.valid && fault == VisionFault::kNone; }
 };

@@ -61,6 +61,11 @@ std::string LoopCloserOptions::validate() const {
   return check.problem();
 }
 
+bool LoopCloserOptions::is_far(const Pose& last, const Pose& now) const {
+  return (now.p - last.p).norm() >= keyframe_m ||
+         rad_to_deg(angle_between(now.q, last.q)) >= keyframe_deg;
+}
+
 LoopCloser::LoopCloser(LoopCloserOptions options, const CameraModel& left, const CameraModel& right)
     : options_(options),
       X_BC_(left.X_BC),
@@ -82,8 +87,7 @@ bool LoopCloser::is_due(const StateEstimate& filter) const {
   if (graph_.nodes().empty()) return true;
   const GraphNode& last = graph_.nodes().back();
   if (filter.utime <= last.utime) return false;
-  return (filter.X_WB.p - last.filter.p).norm() >= options_.keyframe_m ||
-         rad_to_deg(angle_between(filter.X_WB.q, last.filter.q)) >= options_.keyframe_deg;
+  return options_.is_far(last.filter, filter.X_WB);
 }
 
 void LoopCloser::calibrate(const Pose& X_BL, const Pose& X_BR) {

@@ -51,6 +51,8 @@ struct LoopCloserOptions {
 
   /// What is wrong with them, for people; empty when they are usable.
   [[nodiscard]] std::string validate() const;
+  /// Whether `now` is so far from the last keyframe that one is due.
+  [[nodiscard]] bool is_far(const Pose& last, const Pose& now) const;
 };
 
 /// What became of the last keyframe, for logs.

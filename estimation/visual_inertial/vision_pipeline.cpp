@@ -164,6 +164,8 @@ VisionFault VisionPipeline::judge_filter(Utime now) {
 
 VisionEstimate VisionPipeline::step(const VisionInput& input) {
   hear(input);
+  pictured_.reset();
+  const std::int64_t frames = filter_.state_frames();
   const Utime dark = newest_ - last_picture_;
   const bool is_lost = filter_.health().diverged || has_gap_ ||
                        (input.left && to_seconds(dark) > options_.max_dark_s);
@@ -192,7 +194,26 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   if (newest_ - last_picture_ > kInTheDark) sees_since_ = newest_;
   last_picture_ = newest_;
   word.fault = judge_filter(newest_);
+  const Utime taken = input.left->utime + from_seconds(filter_.state().time_offset_s);
+  const bool has_it = filter_.state_frames() > frames && taken <= newest_;
+  if (word.is_good() && has_it) pictured_ = input.left->utime;
   return word;
+}
+
+std::optional<StateEstimate> VisionPipeline::at_picture() const {
+  const FilterState& state = filter_.state();
+  if (!pictured_ || state.clones().empty()) return std::nullopt;
+  StateEstimate estimate;
+  estimate.utime = *pictured_;
+  estimate.valid = true;
+  estimate.source = EstimatorKind::kVisualInertial;
+  estimate.X_WB = state.clones().back().X_WB;
+  const int start = state.clone_columns(state.clones().size() - 1).start;
+  // The window has (theta, p).
+  const Matrix6d P = state.covariance().block<6, 6>(start, start);
+  estimate.covariance << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(),
+      P.topRightCorner<3, 3>(), P.topLeftCorner<3, 3>();
+  return estimate;
 }
 
 }  // namespace dive::estimation

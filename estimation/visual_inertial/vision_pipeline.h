@@ -53,6 +53,11 @@ class VisionPipeline {
 
   /// Of the last picture, in the filter's frame, which may be some way off the published one.
   [[nodiscard]] std::span<const Landmark> landmarks() const { return filter_.landmarks(); }
+  /// Where the last picture was taken, by the filter's window: no velocity. Nothing where there was
+  /// none of use, or the filter is not to be believed.
+  [[nodiscard]] std::optional<StateEstimate> at_picture() const;
+  /// As the filter has calibrated them, left first.
+  [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
   /// Begun so many times.
   [[nodiscard]] int beginnings() const { return beginnings_; }
@@ -75,10 +80,11 @@ class VisionPipeline {
   int beginnings_ = 0;
   Utime begun_from_ = 0;
   Utime began_at_ = 0;
-  double proof_s_ = 0.0;    ///< That it has to see before it is believed.
-  Utime newest_ = 0;        ///< IMU sample.
-  Utime last_picture_ = 0;  ///< That was of use.
-  Utime sees_since_ = 0;    ///< But for single pictures.
+  double proof_s_ = 0.0;           ///< That it has to see before it is believed.
+  Utime newest_ = 0;               ///< IMU sample.
+  Utime last_picture_ = 0;         ///< That was of use.
+  std::optional<Utime> pictured_;  ///< Of the last step, where the filter has it and is believed.
+  Utime sees_since_ = 0;           ///< But for single pictures.
   Utime told_speed_ = 0;
   double sharpness_ = 0.0;  ///< Usual.
 };

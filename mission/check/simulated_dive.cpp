@@ -156,6 +156,8 @@ std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::
   of_sight.cameras = cameras_of(mission, settings);
   of_sight.make_range = std::move(make_range);
   of_sight.latency = settings.vision_latency_ticks * from_seconds(vehicle::Simulator::kTick);
+  of_sight.loops =
+      loop_settings(mission, settings.loop_latency_ticks * from_seconds(vehicle::Simulator::kTick));
   return std::optional<SimulatedSight>(std::in_place, world, of_sight, settings.conditions,
                                        settings.seed);
 }
@@ -247,6 +249,7 @@ std::string DiveSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";
   if (mapper_latency_ticks < 1) return "mapper_latency_ticks must be at least 1";
   if (vision_latency_ticks < 1) return "vision_latency_ticks must be at least 1";
+  if (loop_latency_ticks < 1) return "loop_latency_ticks must be at least 1";
   if (cameras) {
     if (std::string problem = cameras->validate(); !problem.empty()) return problem;
   }

@@ -55,6 +55,7 @@ struct DiveSettings {
   // Where the mission asks for the visual-inertial estimator:
   std::optional<vehicle::StereoCameraOptions> cameras = {};  ///< Absent: as the water has them.
   int vision_latency_ticks = 4;  ///< 80 ms: what a pair of pictures is allowed on the vehicle.
+  int loop_latency_ticks = 20;   ///< 400 ms: what a keyframe is allowed.
   SensorObserver sensor_observer = nullptr;
 
   [[nodiscard]] std::string validate() const;

@@ -18,6 +18,14 @@ estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cam
   return options;
 }
 
+// In unknown water the map brings the vehicle back to what was seen before: one is enough.
+std::optional<LoopSettings> loop_settings(const Mission& mission, Utime latency) {
+  if (!mission.closes_loops || mission.unknown) return std::nullopt;
+  LoopSettings settings;
+  settings.latency = latency;
+  return settings;
+}
+
 std::uint64_t tracker_seed(std::uint64_t seed) { return seed ^ kTrackerStream; }
 
 SimulatedSight::SimulatedSight(const planning::World& world, const SightSettings& settings,
@@ -25,7 +33,7 @@ SimulatedSight::SimulatedSight(const planning::World& world, const SightSettings
     : cameras_(world, settings.cameras, conditions, seed),
       service_(
           vision_options(settings.cameras, conditions.inertial_unit.value_or(vehicle::ImuNoise{})),
-          tracker_seed(seed), settings.latency, Late::kWait, settings.make_range) {}
+          tracker_seed(seed), settings.latency, Late::kWait, settings.make_range, settings.loops) {}
 
 void SimulatedSight::hear(vehicle::InertialSamples samples, const std::optional<DepthSample>& depth,
                           const FaultInjector& faults) {

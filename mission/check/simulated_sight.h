@@ -8,6 +8,7 @@
 #include "common/clock.h"
 #include "mission/check/faults.h"
 #include "mission/check/simulated_cameras.h"
+#include "mission/document/mission.h"
 #include "mission/executive/vision_service.h"
 #include "planning/world/world.h"
 #include "vehicle/simulator/named_waters.h"
@@ -18,13 +19,17 @@ namespace dive::mission {
 
 struct SightSettings {
   vehicle::StereoCameraOptions cameras;
-  Utime latency = 80'000;           ///< From a pair of pictures to its answer.
-  RangeMaker make_range = nullptr;  ///< May be empty.
+  Utime latency = 80'000;                  ///< From a pair of pictures to its answer.
+  RangeMaker make_range = nullptr;         ///< May be empty.
+  std::optional<LoopSettings> loops = {};  ///< VisionService
 };
 
 /// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
 [[nodiscard]] estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
                                                        const vehicle::ImuNoise& unit);
+
+/// Of a mission that closes loops, with a latency from a keyframe to its answer.
+[[nodiscard]] std::optional<LoopSettings> loop_settings(const Mission& mission, Utime latency);
 
 /// Of the tracker, by that of the dive.
 [[nodiscard]] std::uint64_t tracker_seed(std::uint64_t seed);

@@ -169,6 +169,7 @@ struct Mission {
   std::string map_path;           ///< Resolved beneath the mission's folder; empty as `map_file`.
   std::string water = "coastal_sea";  ///< That is looked through in simulation.
   Located<EstimatorName> estimator;
+  bool closes_loops = true;  ///< By sight.
   Position start;
   double start_heading_deg = 90.0;  ///< Compass.
   Limits limits;

@@ -102,7 +102,7 @@ void ids_are_not_reserved(const Subject& subject) {
 // An event that a mission raises must not be taken for one that says what really happened.
 void raised_events_are_its_own(const Subject& subject) {
   constexpr std::string_view kReserved[] = {"done",  "timeout", "plan",      "failsafe", "operator",
-                                            "abort", "map",     "estimator", "dive"};
+                                            "abort", "map",     "estimator", "loop",     "dive"};
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
     const bool is_made = spec.element == "wreck_penetration" && spec.type == StateType::kLeaf;

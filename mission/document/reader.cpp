@@ -92,6 +92,7 @@ class Reader {
     mission.estimator = {word.value == "visual_inertial" ? EstimatorName::kVisualInertial
                                                          : EstimatorName::kPrimitive,
                          word.span};
+    mission.closes_loops = attributes_.flag(*element, "loop_closure");
   }
 
   Limits limits(const XmlElement& element) const {

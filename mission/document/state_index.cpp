@@ -92,7 +92,7 @@ std::vector<const Goal*> goals_of(const StateSpec& spec) {
 std::set<std::string> possible_events(const StateIndex& index) {
   std::set<std::string> events = raised_events(index);
   events.insert({"abort", "operator.pause", "operator.resume", "operator.skip", "map.changed",
-                 "estimator.switched"});
+                 "estimator.switched", "loop.closed"});
   for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
     const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
     if (traits.in_missions) events.insert(fmt::format("failsafe.{}", traits.name));

@@ -43,7 +43,9 @@ constexpr double kGoesOn =
 constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
 constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
 constexpr double kTilted = 0.2;    // rad
-constexpr double kDrift = 0.2;     // m that a vehicle at rest may drift on its way up
+constexpr double kLoopNews = 10.0;    // s after which a loop that is closed is news again, ...
+constexpr double kLoopNews_m = 0.05;  // ... or when it moves the vehicle so far
+constexpr double kDrift = 0.2;        // m that a vehicle at rest may drift on its way up
 
 /// What there was when the vehicle was last in open water.
 struct Usable {
@@ -172,6 +174,7 @@ struct Executive::Impl final : statechart::Environment {
       look_around();
       if (inputs.operator_command) obey(*inputs.operator_command);
       if (navigator.has_switched()) tell_switch();
+      if (inputs.vision) tell_loop(inputs.vision->loops);
       if (!inputs.seen.empty()) tell("map.changed", "something was seen that the map did not know");
       climb_ladder();
       tell_timeouts();
@@ -454,6 +457,22 @@ struct Executive::Impl final : statechart::Environment {
     const std::string cause = navigator.describe_switch();
     note("estimator " + cause);
     tell("estimator.switched", cause);
+  }
+
+  // The estimate follows slowly: nothing else is to be done. On a way that was swum before every
+  // keyframe closes one, and that is no news.
+  void tell_loop(const estimation::ClosedLoops& loops) {
+    if (mission.estimator.value != EstimatorName::kVisualInertial) return;
+    if (std::exchange(loops_closed, loops.count) >= loops.count) return;
+    if (loop_told && to_seconds(now - *loop_told) < kLoopNews && loops.moved_m < kLoopNews_m) {
+      return;
+    }
+    loop_told = now;
+    const std::string cause = fmt::format(
+        "the place of {:.0f} s before is recognised: off by {:.3f} m and {:.2f} deg",
+        to_seconds(loops.recognised - loops.seen), loops.moved_m, rad_to_deg(loops.turned_rad));
+    note("loop closed: " + cause);
+    tell("loop.closed", cause);
   }
 
   void note(std::string text) {
@@ -800,6 +819,8 @@ struct Executive::Impl final : statechart::Environment {
   bool retrace_failed = false;
   std::string retrace_failure;
   std::int64_t queries = 0;
+  int loops_closed = 0;
+  std::optional<Utime> loop_told;
   std::int64_t asked_id = 0;
   StateId asked_by = -1;
   std::optional<PlanReply> kept_plan;

@@ -1,6 +1,7 @@
 #include "mission/executive/vision_service.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "common/priority.h"
@@ -23,12 +24,18 @@ void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) 
 }  // namespace
 
 VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
-                             Utime latency, Late late, RangeMaker make_range)
+                             Utime latency, Late late, RangeMaker make_range,
+                             const std::optional<LoopSettings>& loops)
     : pipeline_(options, seed),
       period_s_(options.period_s),
       latency_(latency),
       late_(late),
-      make_range_(std::move(make_range)) {}
+      make_range_(std::move(make_range)) {
+  const std::vector<CameraModel>& cameras = options.filter.cameras;
+  if (!loops || cameras.size() < 2) return;
+  auto finder = std::make_shared<estimation::LoopFinder>(loops->closer, cameras[0], cameras[1]);
+  loops_.emplace([finder](const auto& keyframe) { return finder->look(keyframe); }, *loops, late);
+}
 
 VisionService::~VisionService() {
   if (working_.valid()) working_.wait();
@@ -77,17 +84,24 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
     input.right = std::move(pair->right);
   }
   due_ = asked + latency_;
-  working_ = std::async(std::launch::async, [this, input = std::move(input), due = due_] {
+  working_ = std::async(std::launch::async, [this, input = std::move(input), due = due_]() mutable {
     run_as_others();  // a word may come late, a command may not
-    return work(input, due);
+    return work(std::move(input), due);
   });
 }
 
-VisionService::Answer VisionService::work(const estimation::VisionInput& input, Utime due) {
+VisionService::Answer VisionService::work(estimation::VisionInput input, Utime due) {
   Answer answer{due, pipeline_.step(input), std::nullopt};
   if (make_range_ && input.left) {
     answer.scan = make_range_(
         {&*input.left, input.right ? &*input.right : nullptr, &answer.word, pipeline_.landmarks()});
+  }
+  if (!loops_ || !input.right) return answer;
+  if (const auto filter = pipeline_.at_picture()) {
+    const std::span<const Pose> cameras_B = pipeline_.cameras_B();
+    answer.keyframe.emplace(estimation::Keyframe{std::move(*input.left), std::move(*input.right),
+                                                 *filter, cameras_B[0], cameras_B[1],
+                                                 answer.word.begun_from});
   }
   return answer;
 }
@@ -98,12 +112,17 @@ void VisionService::collect() {
 }
 
 std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
+  if (loops_) loops_->poll(now);
   const bool may_wait = late_ == Late::kWait && now >= due_;
   if (may_wait || !is_busy(working_)) collect();
   if (answers_.empty() || now < answers_.front().due) return std::nullopt;
   Answer answer = std::move(answers_.front());
   answers_.pop_front();
   if (answer.scan) scan_ = std::move(answer.scan);
+  if (loops_) {
+    loops_->correct(answer.word);
+    if (answer.keyframe) loops_->submit(std::move(*answer.keyframe), now);
+  }
   return answer.word;
 }
 

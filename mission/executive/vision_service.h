@@ -17,6 +17,7 @@
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
 #include "estimation/visual_inertial/vision_pipeline.h"
+#include "mission/executive/loop_service.h"
 #include "mission/executive/worker.h"
 
 namespace dive::mission {
@@ -35,10 +36,12 @@ using RangeMaker = std::function<std::optional<RangeScan>(const SeenPair&)>;
 
 class VisionService {
  public:
-  /// `latency`: from the moment of a pair to its answer, in dive time, at least. Demands options
+  /// `latency`: from the moment of a pair to its answer, in dive time, at least. With `loops`, and
+  /// two cameras, places are recognised, and what is said is corrected by that. Demands options
   /// that validate.
   VisionService(const estimation::VisionOptions& options, std::uint64_t seed, Utime latency,
-                Late late = Late::kWait, RangeMaker make_range = nullptr);
+                Late late = Late::kWait, RangeMaker make_range = nullptr,
+                const std::optional<LoopSettings>& loops = std::nullopt);
   ~VisionService();
 
   void hear(std::span<const ImuSample> samples);
@@ -65,18 +68,20 @@ class VisionService {
     Utime due = 0;
     estimation::VisionEstimate word;
     std::optional<RangeScan> scan;
+    std::optional<estimation::Keyframe> keyframe = {};  ///< What may be one.
   };
 
   [[nodiscard]] bool is_ripe(Utime now) const;
   void launch(Utime asked, std::optional<Pair> pair);
   void collect();
-  [[nodiscard]] Answer work(const estimation::VisionInput& input, Utime due);
+  [[nodiscard]] Answer work(estimation::VisionInput input, Utime due);
 
   estimation::VisionPipeline pipeline_;  ///< The worker's while it is busy.
   double period_s_;
   Utime latency_;
   Late late_;
   RangeMaker make_range_;
+  std::optional<LoopService> loops_;
   std::vector<ImuSample> imu_;  ///< Not handed to the worker yet ...
   std::vector<DepthSample> depth_;
   Utime newest_imu_ = 0;

@@ -223,7 +223,8 @@ class LinkedDive {
     }
     if (vision_options_) {
       vision_.emplace(*vision_options_, tracker_seed(settings.seed),
-                      settings.vision_latency_ticks * kTick, late(), std::move(make_range));
+                      settings.vision_latency_ticks * kTick, late(), std::move(make_range),
+                      loop_settings(mission, settings.loop_latency_ticks * kTick));
     }
     if (!mission.unknown) return;
     mapper_.emplace(model.hull, of_map, settings.mapper_latency_ticks * kTick, late());

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double);
 constexpr Run kEstimate[] = {bytes(kEstimateSize)};
-constexpr Run kVision[] = {bytes(3 * 8 + sizeof(double) + 1 + 3 * 4 + kEstimateSize)};
+constexpr Run kVision[] = {bytes(5 * 8 + 3 * sizeof(double) + 1 + 4 * 4 + kEstimateSize)};
 
 void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t& m) {
   const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
@@ -53,7 +53,9 @@ bool decode(PacketView packet, estimation::StateEstimate& estimate) {
 }
 
 bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet) {
-  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used] = vision;
+  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used, loops] =
+      vision;
+  const auto& [closed, seen, recognised, moved, turned] = loops;
   vision_estimate_t m;
   m.utime = now;
   m.frame_utime = frame_utime;
@@ -63,6 +65,11 @@ bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet)
   m.tracked = tracked;
   m.stereo = stereo;
   m.used = used;
+  m.loops = closed;
+  m.loop_seen = seen;
+  m.loop_recognised = recognised;
+  m.loop_moved = moved;
+  m.loop_turned = turned;
   write_estimate(estimate, m.estimate);
   return pack(m, kVision, packet);
 }
@@ -76,6 +83,7 @@ bool decode(PacketView packet, estimation::VisionEstimate& vision) {
   vision.tracked = m->tracked;
   vision.stereo = m->stereo;
   vision.used = m->used;
+  vision.loops = {m->loops, m->loop_seen, m->loop_recognised, m->loop_moved, m->loop_turned};
   return read_enum(m->fault, estimation::VisionFault::kImplausible, vision.fault) &&
          read_estimate(m->estimate, vision.estimate);
 }

@@ -24,6 +24,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
     <goto id="far" x="30" y="0" z="3" z_units="DEPTH" timeout="90" on_timeout="up">
       <transition event="estimator.switched" cond="estimator == primitive and elapsed &gt; 6 s"
                   target="wait"/>
+      <transition event="loop.closed"><log message="seen before"/></transition>
     </goto>
     <hold id="wait" duration="50"><transition event="done.state.wait" target="up"/></hold>
     <surface id="up"><transition event="done.state.up" target="end"/></surface>
@@ -48,7 +49,7 @@ class SightTest : public ::testing::Test {
     StepInputs inputs;
     inputs.now = now_;
     noise_ = -noise_;
-    inputs.imu = ImuSample{now_, from_rpy(0, 0, noise_), {}, {0, 0, 9.81}};
+    inputs.imu = ImuSample{now_, from_rpy(0, 0, noise_), Eigen::Vector3d::Zero(), {0, 0, 9.81}};
     inputs.depth = DepthSample{now_, 3.0 + noise_};
     inputs.health = HealthSample{now_, 1.0, 20.0, false};
     if (query_) {
@@ -77,6 +78,7 @@ class SightTest : public ::testing::Test {
     word.frame_utime = now_ - 40'000;
     word.period_s = 0.06;
     word.fault = fault_;
+    word.loops = loops_;
     word.estimate.utime = word.frame_utime;
     word.estimate.valid = true;
     word.estimate.X_WB.p = {0.0, 0.1, -3.0};
@@ -98,6 +100,7 @@ class SightTest : public ::testing::Test {
   double noise_ = 1e-4;
   bool sees_ = true;
   double sigma_ = 0.03;
+  estimation::ClosedLoops loops_;
   estimation::VisionFault fault_ = estimation::VisionFault::kNone;
   std::optional<PlanQuery> query_;
   std::vector<std::string> events_, notes_, causes_, rungs_;
@@ -115,6 +118,23 @@ TEST_F(SightTest, WhoIsBelievedIsAnEventAVariableAndAReasonToPlanAnew) {
   EXPECT_THAT(notes_, Contains("estimator primitive: the pictures are blurred"));
   EXPECT_THAT(events_, Contains("estimator.switched"));
   EXPECT_EQ(outputs.status.state, "wait");
+}
+
+TEST_F(SightTest, ALoopThatIsClosedIsToldOnceAndIsAnEvent) {
+  run(1.0);
+  loops_ = {1, 10'000'000, 95'000'000, 0.25, 0.02};
+  run(1.0);
+  const std::string told =
+      "loop closed: the place of 85 s before is recognised: off by 0.250 m and 1.15 deg";
+  EXPECT_THAT(notes_, Contains(told).Times(1));
+  EXPECT_THAT(notes_, Contains("seen before").Times(1));
+  EXPECT_THAT(events_, Contains("loop.closed"));
+  loops_ = {2, 11'500'000, 96'500'000, 0.004, 0.0};
+  run(1.0);
+  EXPECT_THAT(notes_, Contains("seen before").Times(1)) << "the next keyframe is no news";
+  loops_ = {3, 13'000'000, 98'000'000, 0.06, 0.0};
+  run(1.0);
+  EXPECT_THAT(notes_, Contains("seen before").Times(2)) << "but when it moves the vehicle, it is";
 }
 
 TEST_F(SightTest, TheFailsafeOfAnUncertainPositionHearsWhatIsPublished) {

@@ -56,15 +56,16 @@ struct Taken {
 
 class VisionServiceTest : public ::testing::Test {
  protected:
-  void use(Late late, RangeMaker make_range = nullptr) {
-    service_.emplace(options(), 1, kLatency, late, std::move(make_range));
+  void use(Late late, RangeMaker make_range = nullptr,
+           const std::optional<LoopSettings>& loops = std::nullopt) {
+    service_.emplace(options(), 1, kLatency, late, std::move(make_range), loops);
   }
 
   [[nodiscard]] estimation::StateEstimate published() const {
     estimation::StateEstimate estimate;
     estimate.utime = now_;
     estimate.valid = true;
-    estimate.X_WB = pose_at(now_);
+    estimate.X_WB = swims_at(now_);
     estimate.v_WB_B = {0.0, kSpeed, 0.0};
     estimate.covariance = 1e-4 * Matrix6d::Identity();
     return estimate;
@@ -74,7 +75,7 @@ class VisionServiceTest : public ::testing::Test {
     for (int i = 1; i <= 4; ++i) {
       ImuSample sample;
       sample.utime = now_ - kTick + i * 5'000;
-      sample.accel_B.z() = 9.81;
+      sample.accel_B = {0.0, acceleration_at(sample.utime), 9.81};
       if (imu_is_nan_) sample.gyro_B.x() = std::numeric_limits<double>::quiet_NaN();
       if (imu_speaks_) service_->hear({&sample, 1});
     }
@@ -118,7 +119,9 @@ class VisionServiceTest : public ::testing::Test {
     return result;
   }
 
+  std::function<Pose(Utime)> swims_at = pose_at;
   std::function<Pose(Utime)> eyes_at = pose_at;  ///< Where the pictures are taken from.
+  std::function<double(Utime)> acceleration_at = [](Utime) { return 0.0; };  ///< Along y, m/s^2.
   estimation::testing::PaintedRoom room_{{3, 4, 2}};
   std::optional<VisionService> service_;
   Utime now_ = 0;
@@ -269,6 +272,31 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   EXPECT_GT(told, scans_ * 500) << "of 7,500 rays each";
   EXPECT_LT(wrong, told / 50);
   run(0.5, [](Taken& taken) { taken.right.reset(); });
+}
+
+// To and fro along the wall: what was seen first is seen again.
+TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
+  constexpr double kReach = 1.2;
+  constexpr double kRate = kSpeed / kReach;
+  swims_at = eyes_at = [](Utime t) {
+    return Pose{{0.0, kReach * std::sin(kRate * to_seconds(t)), -1.0},
+                Eigen::Quaterniond::Identity()};
+  };
+  acceleration_at = [](Utime t) {
+    return -kReach * kRate * kRate * std::sin(kRate * to_seconds(t));
+  };
+  LoopSettings loops;
+  loops.closer.keyframe_m = 0.3;
+  loops.closer.least_gap_s = 8.0;
+  use(Late::kWait, nullptr, loops);
+  const std::vector<VisionEstimate> words = run(27.0);
+  EXPECT_THAT(arrived_, ::testing::Each(kLatency)) << "nothing waits for a loop";
+  EXPECT_GT(words.back().loops.count, 1);
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
+    const estimation::StateEstimate& estimate = words[i].estimate;
+    EXPECT_LT((estimate.X_WB.p - eyes_at(estimate.utime).p).norm(), 0.05) << i;
+  }
 }
 
 TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {

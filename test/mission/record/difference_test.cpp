@@ -15,8 +15,9 @@ StepOutputs full_outputs() {
   LoggedTick tick;
   do {
     tick = maker.tick(0);
-  } while (!tick.outputs.plan_query || tick.outputs.plan_query->request.previous.size() < 2 ||
-           tick.outputs.transitions.size() < 2 || tick.outputs.failsafes.size() < 2);
+  } while (!tick.outputs.plan_query || tick.outputs.plan_query->request.previous.size() != 3 ||
+           tick.outputs.transitions.size() < 2 || tick.outputs.failsafes.size() < 2 ||
+           tick.outputs.actions.size() < 2);
   return tick.outputs;
 }
 
@@ -42,7 +43,7 @@ TEST(FirstDifference, IsFoundAndNamedInEveryField) {
   const StepOutputs logged = full_outputs();
   int fields = 0;
   each_output(const_cast<StepOutputs&>(logged), [&](const std::string&, auto&) { ++fields; });
-  ASSERT_EQ(fields, 138);
+  ASSERT_EQ(fields, 142);
   for (int changed = 0; changed < fields; ++changed) {
     StepOutputs replayed = logged;
     std::string expected;

@@ -61,6 +61,11 @@ void each_vision(estimation::VisionEstimate& vision, F f) {
   f("DIVE_IN_VISION.tracked", vision.tracked);
   f("DIVE_IN_VISION.stereo", vision.stereo);
   f("DIVE_IN_VISION.used", vision.used);
+  f("DIVE_IN_VISION.loops", vision.loops.count);
+  f("DIVE_IN_VISION.loop_seen", vision.loops.seen);
+  f("DIVE_IN_VISION.loop_recognised", vision.loops.recognised);
+  f("DIVE_IN_VISION.loop_moved", vision.loops.moved_m);
+  f("DIVE_IN_VISION.loop_turned", vision.loops.turned_rad);
   f("DIVE_IN_VISION.utime", vision.estimate.utime);
   f("DIVE_IN_VISION.valid", vision.estimate.valid);
   f("DIVE_IN_VISION.source", vision.estimate.source);
