@@ -61,6 +61,9 @@ void each_vision(estimation::VisionEstimate& vision, F f) {
   f("DIVE_IN_VISION.tracked", vision.tracked);
   f("DIVE_IN_VISION.stereo", vision.stereo);
   f("DIVE_IN_VISION.used", vision.used);
+  f("DIVE_IN_VISION.tag.id", vision.tag.id);
+  f("DIVE_IN_VISION.tag.verdict", vision.tag.verdict);
+  f("DIVE_IN_VISION.tag.off_m", vision.tag.off_m);
   f("DIVE_IN_VISION.utime", vision.estimate.utime);
   f("DIVE_IN_VISION.valid", vision.estimate.valid);
   f("DIVE_IN_VISION.source", vision.estimate.source);
@@ -282,6 +285,9 @@ class SampleMaker {
   }
   void fill(estimation::VisionFault& value) {
     value = static_cast<estimation::VisionFault>(below(13));
+  }
+  void fill(estimation::TagVerdict& value) {
+    value = static_cast<estimation::TagVerdict>(below(7));
   }
   void fill(estimation::EstimatorKind& value) {
     value = static_cast<estimation::EstimatorKind>(below(2));
