@@ -19,11 +19,12 @@ vehicle::CameraFault fault_of(const FaultInjector& faults, int camera) {
 }  // namespace
 
 estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
-                                         const vehicle::ImuNoise& unit) {
+                                         const vehicle::ImuNoise& unit, std::vector<Tag> tags) {
   estimation::VisionOptions options;
   options.period_s = 1.0 / cameras.rate_hz;
   options.filter.cameras = {cameras.camera(0), cameras.camera(1)};
   options.filter.imu = {unit.gyro_density, unit.accel_density, unit.gyro_walk, unit.accel_walk};
+  options.tags = std::move(tags);
   return options;
 }
 
@@ -31,7 +32,8 @@ SimulatedSight::SimulatedSight(const planning::World& world, const SightSettings
                                const vehicle::Conditions& conditions, std::uint64_t seed)
     : cameras_(world, settings.cameras, seed),
       service_(
-          vision_options(settings.cameras, conditions.inertial_unit.value_or(vehicle::ImuNoise{})),
+          vision_options(settings.cameras, conditions.inertial_unit.value_or(vehicle::ImuNoise{}),
+                         settings.tags),
           seed ^ kTrackerStream, settings.latency, Late::kWait, settings.make_range) {
   cameras_.set_current(conditions.current_W);
 }

@@ -3,8 +3,10 @@
 // them.
 
 #include <optional>
+#include <vector>
 
 #include "common/clock.h"
+#include "common/tag.h"
 #include "mission/check/faults.h"
 #include "mission/executive/vision_service.h"
 #include "planning/world/world.h"
@@ -15,14 +17,16 @@
 namespace dive::mission {
 
 struct SightSettings {
-  vehicle::StereoCameraOptions cameras;
-  Utime latency = 80'000;           ///< From a pair of pictures to its answer.
-  RangeMaker make_range = nullptr;  ///< May be empty.
+  vehicle::StereoCameraOptions cameras;  ///< With the tags that are really there.
+  std::vector<Tag> tags;                 ///< Where the estimator is told that they are.
+  Utime latency = 80'000;                ///< From a pair of pictures to its answer.
+  RangeMaker make_range = nullptr;       ///< May be empty.
 };
 
 /// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
 [[nodiscard]] estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
-                                                       const vehicle::ImuNoise& unit);
+                                                       const vehicle::ImuNoise& unit,
+                                                       std::vector<Tag> tags = {});
 
 class SimulatedSight {
  public:
