@@ -14,6 +14,7 @@
 #include "estimation/visual_inertial/klt.h"
 #include "estimation/visual_inertial/local_contrast.h"
 #include "estimation/visual_inertial/stereo.h"
+#include "estimation/visual_inertial/tag_detector.h"
 #include "estimation/visual_inertial/tracker.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
@@ -180,6 +181,15 @@ void match(benchmark::State& state, bool known) {
 }
 BENCHMARK_CAPTURE(match, known_depth, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(match, unknown_depth, false)->Unit(benchmark::kMillisecond);
+
+// Nothing to be found: every square that could be one is looked at all the same.
+void look_for_tags(benchmark::State& state) {
+  const Recording& seen = recording();
+  TagDetector detector(seen.left, {});
+  std::size_t k = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(detector.find(seen.lefts[k++ % kPictures]));
+}
+BENCHMARK(look_for_tags)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace dive::estimation

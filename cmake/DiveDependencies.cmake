@@ -66,5 +66,7 @@ dive_imported_library(dive_opencv_calib3d opencv2/calib3d.hpp opencv_calib3d SUF
 dive_imported_library(dive_opencv_features2d opencv2/features2d.hpp opencv_features2d SUFFIXES opencv4)
 dive_imported_library(dive_visp_core visp3/core/vpConfig.h visp_core)
 dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
+# Not ViSP's detector: see doc/decisions/tags-without-visp.md.
+dive_imported_library(dive_apriltag apriltag/apriltag.h apriltag)
 dive_imported_library(dive_png png.h png)
 dive_imported_library(dive_yaml yaml-cpp/yaml.h yaml-cpp)

@@ -1,5 +1,7 @@
 #include "estimation/vision_estimate.h"
 
+#include <fmt/format.h>
+
 namespace dive::estimation {
 
 const char* to_sentence(VisionFault fault) {
@@ -30,6 +32,32 @@ const char* to_sentence(VisionFault fault) {
       return "the cameras' estimator has diverged";
     case VisionFault::kImplausible:
       return "the cameras' estimate is none of this vehicle";
+  }
+  return "";
+}
+
+std::string to_sentence(const TagSight& sight) {
+  const std::string name = fmt::format("tag {}", sight.id);
+  switch (sight.verdict) {
+    case TagVerdict::kNone:
+      return "no tag is seen";
+    case TagVerdict::kUsed:
+      return fmt::format("{}: the vehicle is {:.2f} m from where it was thought to be", name,
+                         sight.off_m);
+    case TagVerdict::kUnknown:
+      return name + " is seen, but the mission knows none of that id";
+    case TagVerdict::kTwice:
+      return name + " is seen twice in one picture: neither is believed";
+    case TagVerdict::kMisshapen:
+      return name + " is seen, but misshapen";
+    case TagVerdict::kAmbiguous:
+      return name + " is seen, but leaves two places for the vehicle";
+    case TagVerdict::kRefused:
+      return fmt::format(
+          "{} is not believed: by it the vehicle is {:.2f} m from where it can be; is the tag "
+          "where "
+          "the mission has it?",
+          name, sight.off_m);
   }
   return "";
 }

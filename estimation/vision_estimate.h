@@ -1,6 +1,8 @@
 #pragma once
 // What a visual-inertial estimator says of one pair of pictures.
 
+#include <string>
+
 #include "common/clock.h"
 #include "estimation/state_estimate.h"
 
@@ -35,6 +37,27 @@ struct ClosedLoops {
   double turned_rad = 0.0;  ///< ... and its heading.
 };
 
+/// What became of a tag that was seen.
+enum class TagVerdict {
+  kNone,       ///< None was seen, or nothing that is news.
+  kUsed,       ///< It has told where the vehicle is.
+  kUnknown,    ///< The mission knows none of that id.
+  kTwice,      ///< Two of that id in one picture.
+  kMisshapen,  ///< Its corners are no square's: in part hidden, bent, blurred.
+  kAmbiguous,  ///< The vehicle could be in either of two places.
+  kRefused,  ///< It contradicts all else: it is not where the mission has it, or the vehicle is not
+             ///< where it is thought to be.
+};
+
+struct TagSight {
+  int id = -1;
+  TagVerdict verdict = TagVerdict::kNone;
+  double off_m = 0.0;  ///< How far off the estimate was by it, horizontally.
+};
+
+/// For people: "tag 3: the vehicle is 0.41 m from where it was thought to be".
+[[nodiscard]] std::string to_sentence(const TagSight& sight);
+
 struct VisionEstimate {
   Utime frame_utime = 0;   ///< When the pictures were taken.
   StateEstimate estimate;  ///< Soon after that, at its own utime.
@@ -46,6 +69,7 @@ struct VisionEstimate {
   int stereo = 0;     ///< Features seen by both cameras.
   int used = 0;       ///< Tracks and landmarks that corrected the filter.
   ClosedLoops loops;  ///< That have corrected `estimate` since.
+  TagSight tag;       ///< The one that matters most.
 
   [[nodiscard]] bool is_good() const { return estimate.valid && fault == VisionFault::kNone; }
 };

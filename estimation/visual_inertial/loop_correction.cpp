@@ -13,13 +13,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Matrix4d;
 
-// What a covariance has grown by: nothing where it has shrunk.
-Matrix4d growth(const Matrix4d& before, const Matrix4d& after, const Eigen::Vector3d& d) {
+// What the filter's way between two moments errs by: its covariance has grown by that, or, where
+// the filter has learned something and moved its pose accordingly, shrunk.
+Matrix4d of_the_way(const Matrix4d& before, const Matrix4d& after, const Eigen::Vector3d& d) {
   const Matrix4d F = carried(d);
   const Matrix4d grown = after - F * before * F.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix4d> eigen(0.5 * (grown + grown.transpose()));
   const Matrix4d V = eigen.eigenvectors();
-  return V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
+  return V * eigen.eigenvalues().cwiseAbs().asDiagonal() * V.transpose();
 }
 
 }  // namespace
@@ -46,7 +47,7 @@ StateEstimate LoopCorrection::apply(const StateEstimate& filter_now) const {
   const Matrix4d now = position_and_heading(filter_now.covariance, filter_now.X_WB.q);
   const Matrix4d F = carried(turn * d);
   Matrix4d P = F * covariance * F.transpose() +
-               turn_4 * growth(filter_covariance, now, d) * turn_4.transpose();
+               turn_4 * of_the_way(filter_covariance, now, d) * turn_4.transpose();
   if (has_depth) P(2, 2) = std::max(P(2, 2), now(2, 2));
   // Roll and pitch are another matter: their correlations with the rest are left out.
   const Matrix3d R_WB = result.X_WB.q.toRotationMatrix();

@@ -39,8 +39,8 @@ struct LoopCorrection {
   [[nodiscard]] Pose moved(Utime seen) const;
 
   /// The filter's estimate of utime or later, corrected. Its covariance: that of the keyframe,
-  /// carried on, and what the filter's own has grown by since. Of the height, where depth is
-  /// measured, no less than the filter's; roll and pitch are the filter's.
+  /// carried on, and what the filter's own has grown or shrunk by since. Of the height, where depth
+  /// is measured, no less than the filter's; roll and pitch are the filter's.
   [[nodiscard]] StateEstimate apply(const StateEstimate& filter_now) const;
 };
 

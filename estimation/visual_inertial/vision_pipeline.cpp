@@ -77,7 +77,9 @@ std::string VisionOptions::validate() const {
   check("max_dark_s", max_dark_s, 0.1, 1000.0);
   check("expected_sigma", expected_sigma, 1e-3, 10.0);
   check("expected_hz", expected_hz, 0.1, 100.0);
+  check("tag_period_s", tag_period_s, 0.01, 10.0);
   if (!check.problem().empty()) return check.problem();
+  if (std::string problem = tag_fix.validate(); !problem.empty()) return problem;
   if (filter.cameras.empty()) return "there is no camera";
   if (std::string problem = filter.validate(); !problem.empty()) return problem;
   return tracker.validate();
@@ -87,10 +89,16 @@ VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
     : options_((DIVE_DEMAND(options.validate().empty()), options)),
       filter_(options_.filter, KnownStart{}),
       tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
-               seed) {}
+               seed),
+      tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
+      looked_for_tags_(-from_seconds(options_.tag_period_s)) {
+  if (options_.tags.empty()) return;
+  tag_detector_.emplace(options_.filter.cameras[0], options_.tag_detector);
+}
 
 void VisionPipeline::begin(const StateEstimate& published) {
   filter_.restart(start_from(published));
+  tag_fix_.restart();
   begun_from_ = published.utime;
   began_at_ = newest_;
   has_begun_ = true;
@@ -162,6 +170,21 @@ VisionFault VisionPipeline::judge_filter(Utime now) {
   return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
 }
 
+// The filter's estimate is of some hundredths of a second after the picture.
+void VisionPipeline::look_for_tags(const ImageFrame& picture, VisionEstimate& word) {
+  const double since_s = to_seconds(picture.utime - looked_for_tags_);
+  if (!tag_detector_ || since_s < options_.tag_period_s) return;
+  looked_for_tags_ = picture.utime;
+  const std::vector<SeenTag> seen = tag_detector_->find(picture);
+  if (seen.empty()) return;
+  StateEstimate then = word.estimate;
+  const double dt = to_seconds(picture.utime - then.utime);
+  then.utime = picture.utime;
+  then.X_WB.p += dt * (then.X_WB.q * then.v_WB_B);
+  then.X_WB.q = (then.X_WB.q * so3_exp(dt * then.omega_WB_B)).normalized();
+  word.tag = tag_fix_.see(then, seen);
+}
+
 VisionEstimate VisionPipeline::step(const VisionInput& input) {
   hear(input);
   pictured_.reset();
@@ -187,6 +210,14 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   word.estimate = filter_.update(newest_);
   word.begun_from = begun_from_;
   word.used = filter_.health().visual.used;
+  const bool sees = word.fault == VisionFault::kNone || word.fault == VisionFault::kFewFeatures;
+  // One that sees again after a while in the dark still learns where it was wrong.
+  const bool is_settled =
+      newest_ - last_picture_ <= kInTheDark && to_seconds(newest_ - sees_since_) > options_.grace_s;
+  if (sees && is_settled && word.estimate.valid && !filter_.health().diverged) {
+    look_for_tags(*input.left, word);
+  }
+  word.estimate = tag_fix_.apply(word.estimate);
   if (word.fault != VisionFault::kNone) {
     if (filter_.health().diverged) word.fault = VisionFault::kDiverged;
     return word;

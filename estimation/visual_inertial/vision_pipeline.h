@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "common/measurements.h"
+#include "common/tag.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
+#include "estimation/visual_inertial/tag_detector.h"
+#include "estimation/visual_inertial/tag_fix.h"
 #include "estimation/visual_inertial/tracker.h"
 #include "estimation/visual_inertial/visual_inertial_filter.h"
 
@@ -26,6 +29,11 @@ struct VisionOptions {
   double max_dark_s = 15.0;      ///< After a longer time without a picture it begins anew.
   double expected_sigma = 0.12;  ///< m/s per axis, of the speed expected where nothing is seen;
   double expected_hz = 5.0;      ///< told so often. Its errors last: more often is not better.
+
+  std::vector<Tag> tags;  ///< Where they are known to be; none: none are looked for,
+  TagDetectorOptions tag_detector;
+  TagFixOptions tag_fix;
+  double tag_period_s = 0.2;  ///< and else so often, by the left camera.
 
   /// Empty when usable, else a sentence.
   [[nodiscard]] std::string validate() const;
@@ -70,10 +78,14 @@ class VisionPipeline {
   [[nodiscard]] std::optional<Eigen::Quaterniond> turn_to(Utime utime) const;
   [[nodiscard]] VisionFault judge_picture(const PictureQuality& quality);
   [[nodiscard]] VisionFault judge_filter(Utime now);
+  void look_for_tags(const ImageFrame& picture, VisionEstimate& word);
 
   VisionOptions options_;
   VisualInertialFilter filter_;
   Tracker tracker_;
+  std::optional<TagDetector> tag_detector_;  ///< Where there are tags.
+  TagFix tag_fix_;
+  Utime looked_for_tags_;
   std::vector<ImuSample> recent_;  ///< For the turn from one picture to the next.
   bool has_begun_ = false;
   bool has_gap_ = false;  ///< The IMU was silent for long.

@@ -19,6 +19,13 @@ void positions_have_ground(Site& site) {
                fmt::format("{} is given by altitude, but there is no ground below", spot.name),
                "give its DEPTH");
   }
+  for (const TagSpec& tag : site.mission.tags) {
+    if (site.in_world(tag.position)) continue;
+    site.error(
+        "CHK-NO-GROUND", tag.position.z.span,
+        fmt::format("the tag {} is given by altitude, but there is no ground below", tag.id.value),
+        "give its DEPTH");
+  }
 }
 
 void positions_are_in_the_water(Site& site) {

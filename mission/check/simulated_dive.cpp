@@ -155,6 +155,8 @@ std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::
   SightSettings of_sight;
   of_sight.cameras = cameras_of(mission, settings);
   of_sight.make_range = std::move(make_range);
+  of_sight.tags = known_tags(mission, world);
+  of_sight.cameras.tags = settings.tags.value_or(of_sight.tags);
   of_sight.latency = settings.vision_latency_ticks * from_seconds(vehicle::Simulator::kTick);
   of_sight.loops =
       loop_settings(mission, settings.loop_latency_ticks * from_seconds(vehicle::Simulator::kTick));
@@ -243,6 +245,23 @@ Pose start_pose(const Mission& mission, const planning::World& world) {
   const planning::Scene scene(world);
   return Pose{mission.start.in_world(ground_height(scene, mission.start)),
               from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg))};
+}
+
+std::vector<Tag> known_tags(const Mission& mission, const planning::World& world) {
+  const planning::Scene scene(world);
+  std::vector<Tag> tags;
+  for (const TagSpec& spec : mission.tags) {
+    Tag tag;
+    tag.id = spec.id.value;
+    tag.size_m = spec.size_m;
+    tag.X_WT.p = spec.position.in_world(ground_height(scene, spec.position));
+    tag.X_WT.q = tag_attitude(heading_to_yaw(spec.heading_deg), deg_to_rad(spec.pitch_deg),
+                              deg_to_rad(spec.roll_deg));
+    tag.sigma_m = spec.sigma_m;
+    tag.sigma_deg = spec.sigma_deg;
+    tags.push_back(tag);
+  }
+  return tags;
 }
 
 std::string DiveSettings::validate() const {

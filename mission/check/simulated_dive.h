@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "common/tag.h"
 #include "mission/check/faults.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
@@ -54,6 +55,8 @@ struct DiveSettings {
   std::optional<vehicle::DiverTrack> diver;  ///< Someone else in the water.
   // Where the mission asks for the visual-inertial estimator:
   std::optional<vehicle::StereoCameraOptions> cameras = {};  ///< Absent: as the water has them.
+  /// That are really there; absent: those of the mission, where it has them.
+  std::optional<std::vector<Tag>> tags = {};
   int vision_latency_ticks = 4;  ///< 80 ms: what a pair of pictures is allowed on the vehicle.
   int loop_latency_ticks = 20;   ///< 400 ms: what a keyframe is allowed.
   SensorObserver sensor_observer = nullptr;
@@ -87,6 +90,9 @@ struct DiveResult {
 
 /// Where the mission has the vehicle begin.
 [[nodiscard]] Pose start_pose(const Mission& mission, const planning::World& world);
+
+/// Its tags, where it has them.
+[[nodiscard]] std::vector<Tag> known_tags(const Mission& mission, const planning::World& world);
 
 /// Told every tick, after the step and before its outputs reach the vehicle.
 using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "common/clock.h"
+#include "common/tag.h"
 #include "mission/check/faults.h"
 #include "mission/check/simulated_cameras.h"
 #include "mission/document/mission.h"
@@ -18,7 +20,8 @@
 namespace dive::mission {
 
 struct SightSettings {
-  vehicle::StereoCameraOptions cameras;
+  vehicle::StereoCameraOptions cameras;    ///< With the tags that are really there.
+  std::vector<Tag> tags;                   ///< Where the estimator is told that they are.
   Utime latency = 80'000;                  ///< From a pair of pictures to its answer.
   RangeMaker make_range = nullptr;         ///< May be empty.
   std::optional<LoopSettings> loops = {};  ///< VisionService
@@ -26,7 +29,8 @@ struct SightSettings {
 
 /// What an estimator is told of such cameras and such an inertial unit: calibrated, and no more.
 [[nodiscard]] estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
-                                                       const vehicle::ImuNoise& unit);
+                                                       const vehicle::ImuNoise& unit,
+                                                       std::vector<Tag> tags = {});
 
 /// Of a mission that closes loops, with a latency from a keyframe to its answer.
 [[nodiscard]] std::optional<LoopSettings> loop_settings(const Mission& mission, Utime latency);

@@ -64,6 +64,7 @@ struct Place {
   Pose start_X_WB;
   bool has_range_camera = false;  ///< The mission has it.
   std::string water = {};         ///< That the cameras look through; empty where there are none.
+  std::vector<Tag> tags = {};     ///< That they see.
 };
 
 /// Prints what is wrong and is empty when something is.
@@ -81,8 +82,9 @@ std::optional<Place> find_place(const SimArguments& arguments) {
     }
     if (loaded) {
       const Pose start = start_pose(loaded->mission, loaded->world);
+      std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
       return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
-                   goes_by_sight(loaded->mission) ? loaded->mission.water : ""};
+                   goes_by_sight(loaded->mission) ? loaded->mission.water : "", std::move(tags)};
     }
   } else {
     const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
@@ -191,6 +193,7 @@ int run_sim(const SimArguments& arguments) {
       !water.empty()) {
     settings.cameras = parse_water(water);
     if (!settings.cameras) return kExitUsage;
+    settings.cameras->tags = place->tags;
   }
   const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);

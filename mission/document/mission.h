@@ -47,6 +47,18 @@ struct Goal {
   Span span;
 };
 
+/// An AprilTag of family 36h11, fixed where the mission has it.
+struct TagSpec {
+  Located<int> id;
+  double size_m = 0.0;       ///< Edge of the black square.
+  Position position;         ///< Of its middle.
+  double heading_deg = 0.0;  ///< Compass: whither the print looks,
+  double pitch_deg = 0.0;    ///< and how far up: 0 upright, 90 face up.
+  double roll_deg = 0.0;     ///< Clockwise, as one looks at it.
+  double sigma_m = 0.02;     ///< What the survey errs by, along each axis
+  double sigma_deg = 2.0;    ///< and about each.
+};
+
 struct Timeout {
   Located<double> seconds;
   Located<std::string> on_timeout;  ///< State entered then.
@@ -170,6 +182,7 @@ struct Mission {
   std::string water = "coastal_sea";  ///< That is looked through in simulation.
   Located<EstimatorName> estimator;
   bool closes_loops = true;  ///< By sight.
+  std::vector<TagSpec> tags;
   Position start;
   double start_heading_deg = 90.0;  ///< Compass.
   Limits limits;

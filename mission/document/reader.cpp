@@ -93,6 +93,19 @@ class Reader {
                                                          : EstimatorName::kPrimitive,
                          word.span};
     mission.closes_loops = attributes_.flag(*element, "loop_closure");
+    for (const XmlElement& child : element->children) mission.tags.push_back(tag(child));
+  }
+
+  TagSpec tag(const XmlElement& element) const {
+    const Located<double> id = attributes_.number(element, "id");
+    return {{static_cast<int>(id.value), id.span},
+            attributes_.number(element, "size").value,
+            attributes_.position(element),
+            attributes_.number(element, "heading_deg").value,
+            attributes_.number(element, "pitch_deg").value,
+            attributes_.number(element, "roll_deg").value,
+            attributes_.number(element, "sigma").value,
+            attributes_.number(element, "sigma_deg").value};
   }
 
   Limits limits(const XmlElement& element) const {

@@ -58,6 +58,8 @@ void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);
 void limits_leave_room(const Subject& subject);
 void failsafes_bring_it_up(const Subject& subject);
+void tags_are_told_apart(const Subject& subject);
+void tags_can_be_used(const Subject& subject);
 
 // Flow: the mission goes on, and ends at the surface. (flow_rules.cpp)
 void states_are_reachable(const Subject& subject, const Flow& flow);

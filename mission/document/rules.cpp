@@ -48,7 +48,7 @@ constexpr Rule kRules[] = {
     {"MIS-IDLE", Severity::kError, "Wherever the vehicle is steered by states, some state steers."},
     {"MIS-PARALLEL", Severity::kError, "Exactly one region of a parallel steers the vehicle."},
     {"MIS-SPEED", Severity::kError, "The speed is one that the vehicle can swim."},
-    {"MIS-ABOVE-SURFACE", Severity::kError, "Start and goals are not above the surface."},
+    {"MIS-ABOVE-SURFACE", Severity::kError, "Start, goals and tags are not above the surface."},
     {"MIS-TOO-DEEP", Severity::kError, "Start and goals are not deeper than limits/@max_depth."},
     {"MIS-ALTITUDE-OVERHEAD", Severity::kError,
      "Under an overhead no goal is given by altitude, for that is above what a lead line meets."},
@@ -56,6 +56,9 @@ constexpr Rule kRules[] = {
      "In unknown water nothing is given by altitude, for no ground is known when the dive begins."},
     {"MIS-EYES", Severity::kError,
      "Where the cameras are the eyes, they are looked through: by estimator=\"visual_inertial\"."},
+    {"MIS-TAG-DUPLICATE", Severity::kError, "No two tags have the same id."},
+    {"MIS-TAG-UNUSED", Severity::kError,
+     "Tags are given to the estimator that sees, and in known water."},
     {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
     {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
     {"MIS-LIMITS", Severity::kError, "The limits leave room between the surface and max_depth."},
@@ -85,7 +88,7 @@ constexpr DocumentRule kValueRules[] = {
     speed_suits_the_vehicle,     positions_are_under_water,   positions_respect_max_depth,
     altitudes_are_in_open_water, altitudes_have_known_ground, eyes_are_looked_through,
     surfacing_is_in_open_water,  times_fit_into_the_mission,  limits_leave_room,
-    failsafes_bring_it_up,
+    failsafes_bring_it_up,       tags_are_told_apart,         tags_can_be_used,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,

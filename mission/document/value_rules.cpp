@@ -1,6 +1,7 @@
 // Positions, limits and times that no mission of this vehicle can have. What depends on the map is
 // for mission/check.
 
+#include <algorithm>
 #include <functional>
 
 #include <fmt/format.h>
@@ -137,6 +138,39 @@ void failsafes_bring_it_up(const Subject& subject) {
         fmt::format("'{}' does not bring the vehicle up: its rung is {}",
                     behaviors::to_string(kind), behaviors::to_string(failsafes.policy(kind).rung)),
         "abort_and_surface does");
+  }
+}
+
+void tags_are_told_apart(const Subject& subject) {
+  const std::vector<TagSpec>& tags = subject.mission.tags;
+  for (auto tag = tags.begin(); tag != tags.end(); ++tag) {
+    const auto first = std::find_if(
+        tags.begin(), tag, [&](const TagSpec& other) { return other.id.value == tag->id.value; });
+    if (first == tag) continue;
+    subject.error("MIS-TAG-DUPLICATE", tag->id.span,
+                  fmt::format("there is a tag {} already ({})", tag->id.value,
+                              subject.mission.source.line_name(first->id.span.line)),
+                  "one that is seen twice tells of two places: print another");
+  }
+}
+
+void tags_can_be_used(const Subject& subject) {
+  const Mission& mission = subject.mission;
+  for (const TagSpec& tag : mission.tags) {
+    const std::string name = fmt::format("the tag {}", tag.id.value);
+    if (mission.estimator.value != EstimatorName::kVisualInertial) {
+      subject.error("MIS-TAG-UNUSED", tag.id.span,
+                    name + " is given to an estimator that sees nothing",
+                    "write estimator=\"visual_inertial\"");
+    } else if (mission.unknown) {
+      subject.error("MIS-TAG-UNUSED", tag.id.span, name + " is in unknown water",
+                    "there the vehicle keeps to the map that it makes, and tags would pull it off");
+    }
+    if (tag.position.z_units == ZUnits::kAltitude) continue;
+    const double z = tag.position.in_world(0.0).z();
+    if (z <= 0.0) continue;
+    subject.error("MIS-ABOVE-SURFACE", tag.position.z.span,
+                  fmt::format("{} is {:g} m above the surface", name, z));
   }
 }
 

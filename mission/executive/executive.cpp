@@ -225,7 +225,10 @@ struct Executive::Impl final : statechart::Environment {
       if (!monitors.is_true(FailsafeKind::kDepthLost)) navigator.add(*inputs.depth);
     }
     if (inputs.health) static_cast<void>(monitors.accept(now, *inputs.health));
-    if (inputs.vision) navigator.add(now, *inputs.vision);
+    if (inputs.vision) {
+      navigator.add(now, *inputs.vision);
+      if (auto about = navigator.describe_tag(inputs.vision->tag)) note(std::move(*about));
+    }
     const double lift = last_rates.heave - autopilot.trim_effort();
     expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
     navigator.expect(last_command.v, expected_heave);

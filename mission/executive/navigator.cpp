@@ -1,5 +1,7 @@
 #include "mission/executive/navigator.h"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 namespace dive::mission {
@@ -51,6 +53,14 @@ std::string Navigator::describe_switch() const {
   if (!hand_over_) return {};
   return fmt::format("{}: {}", estimation::to_string(source_),
                      estimation::to_sentence(hand_over_->fault()));
+}
+
+std::optional<std::string> Navigator::describe_tag(const estimation::TagSight& sight) {
+  const bool is_one = sight.id >= 0 && sight.id < Tag::kCodes;
+  if (!hand_over_ || !is_one || sight.verdict == estimation::TagVerdict::kNone) return std::nullopt;
+  estimation::TagVerdict& told = told_of_tags_[static_cast<std::size_t>(sight.id)];
+  if (std::exchange(told, sight.verdict) == sight.verdict) return std::nullopt;
+  return estimation::to_sentence(sight);
 }
 
 }  // namespace dive::mission

@@ -2,9 +2,11 @@
 // Where the vehicle is: the estimator that the mission asks for, or the two of them and who of them
 // is believed. Private to mission/executive.
 
+#include <array>
 #include <optional>
 #include <string>
 
+#include "common/tag.h"
 #include "estimation/hand_over.h"
 #include "estimation/primitive.h"
 #include "mission/document/guard.h"
@@ -28,6 +30,9 @@ class Navigator {
   /// Once a tick. Allocates nothing.
   [[nodiscard]] const estimation::StateEstimate& update(Utime now);
 
+  /// For people, where it is not what was said of that tag before.
+  [[nodiscard]] std::optional<std::string> describe_tag(const estimation::TagSight& sight);
+
   /// In the last update() another estimator has taken over.
   [[nodiscard]] bool has_switched() const { return has_switched_; }
   /// For people, why: "visual_inertial: the cameras see well".
@@ -38,6 +43,7 @@ class Navigator {
   std::optional<estimation::HandOver> hand_over_;
   estimation::EstimatorKind source_ = estimation::EstimatorKind::kPrimitive;
   bool has_switched_ = false;
+  std::array<estimation::TagVerdict, Tag::kCodes> told_of_tags_{};
 };
 
 [[nodiscard]] EstimatorName name_of(estimation::EstimatorKind kind);

@@ -179,10 +179,13 @@ class Inbox {
 
 /// Where the mission goes by sight: the vehicle's cameras, or the simulated ones.
 std::optional<estimation::VisionOptions> vision_of(const Mission& mission,
+                                                   const planning::World& world,
                                                    const LinkSettings& settings) {
   if (!goes_by_sight(mission)) return std::nullopt;
-  if (settings.vision) return settings.vision;
-  return vision_options(*vehicle::stereo_camera_in(mission.water), vehicle::ImuNoise{});
+  estimation::VisionOptions options =
+      settings.vision.value_or(vision_options(*vehicle::stereo_camera_in(mission.water), {}));
+  options.tags = known_tags(mission, world);
+  return options;
 }
 
 /// Of the largest picture of theirs: grey, a byte a pixel.
@@ -206,7 +209,7 @@ class LinkedDive {
         settings_(settings),
         bus_(bus),
         clock_(clock),
-        vision_options_(vision_of(mission, settings)),
+        vision_options_(vision_of(mission, world, settings)),
         inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
                picture_bytes(vision_options_)),
         gate_(settings.key, link::new_boot()),

@@ -39,6 +39,7 @@ struct LinkSettings {
   /// Absent: of the simulated cameras. Where they are the eyes, such as stereo_eyes() takes.
   std::optional<estimation::VisionOptions> vision = {};
   int vision_latency_ticks = 4;  ///< At least; in lock-step exactly.
+  int loop_latency_ticks = 20;   ///< Likewise.
 };
 
 /// How the control loop kept time.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double);
 constexpr Run kEstimate[] = {bytes(kEstimateSize)};
-constexpr Run kVision[] = {bytes(5 * 8 + 3 * sizeof(double) + 1 + 4 * 4 + kEstimateSize)};
+constexpr Run kVision[] = {bytes(5 * 8 + 4 * sizeof(double) + 2 * 1 + 5 * 4 + kEstimateSize)};
 
 void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t& m) {
   const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
@@ -53,9 +53,10 @@ bool decode(PacketView packet, estimation::StateEstimate& estimate) {
 }
 
 bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet) {
-  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used, loops] =
-      vision;
+  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used, loops,
+               tag] = vision;
   const auto& [closed, seen, recognised, moved, turned] = loops;
+  const auto& [id, verdict, off] = tag;
   vision_estimate_t m;
   m.utime = now;
   m.frame_utime = frame_utime;
@@ -70,6 +71,9 @@ bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet)
   m.loop_recognised = recognised;
   m.loop_moved = moved;
   m.loop_turned = turned;
+  m.tag = id;
+  m.tag_verdict = static_cast<std::int8_t>(verdict);
+  m.tag_off = off;
   write_estimate(estimate, m.estimate);
   return pack(m, kVision, packet);
 }
@@ -84,7 +88,10 @@ bool decode(PacketView packet, estimation::VisionEstimate& vision) {
   vision.stereo = m->stereo;
   vision.used = m->used;
   vision.loops = {m->loops, m->loop_seen, m->loop_recognised, m->loop_moved, m->loop_turned};
+  vision.tag.id = m->tag;
+  vision.tag.off_m = m->tag_off;
   return read_enum(m->fault, estimation::VisionFault::kImplausible, vision.fault) &&
+         read_enum(m->tag_verdict, estimation::TagVerdict::kRefused, vision.tag.verdict) &&
          read_estimate(m->estimate, vision.estimate);
 }
 

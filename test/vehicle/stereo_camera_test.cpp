@@ -8,6 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "estimation/visual_inertial/tag_detector.h"
+#include "vehicle/simulator/named_waters.h"
+
 namespace dive::vehicle {
 namespace {
 
@@ -490,6 +493,52 @@ TEST(StereoCamera, RefusesOptionsThatMakeNoCamera) {
   refuses([](auto& o) { o.sensor.full_well = 0; }, "full_well");
   refuses([](auto& o) { o.lamps = {{{}, Eigen::Vector3d::Zero(), 1, 45}}; }, "direction");
   refuses([](auto& o) { o.lamps = {{{}, {1, 0, 0}, -1, 45}}; }, "power");
+}
+
+// In each water a tag 1.5 m away is read as what it is, and its corners lie where the camera model
+// has them.
+TEST(StereoCamera, TagsAreReadThroughTheWater) {
+  Tag tag;
+  tag.id = 42;
+  tag.size_m = 0.4;
+  tag.X_WT.p = {1.6, 0.1, -5.9};
+  tag.X_WT.q = tag_attitude(std::acos(-1.0), 0.5, 0.1);
+  const Pose X_WB = at(0, 0, -5, 0.05);
+  for (const std::string& water : water_names()) {
+    StereoCameraOptions options = *stereo_camera_in(water);
+    options.tags = {tag};
+    StereoCamera camera(floor_at(-6.6), options, 1);
+    const StereoFrames frames = camera.take(0, X_WB);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const CameraModel model = options.camera(static_cast<int>(k));
+      estimation::TagDetector detector(model, {});
+      const auto seen = detector.find(*frames[k]);
+      ASSERT_EQ(seen.size(), 1U) << water;
+      EXPECT_EQ(seen[0].id, 42);
+      const Pose X_CT = (X_WB * model.X_BC).inverse() * tag.X_WT;
+      const double signs[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+      for (std::size_t i = 0; i < 4; ++i) {
+        const Eigen::Vector3d p_C = X_CT * Eigen::Vector3d(0.2 * signs[i][0], 0.2 * signs[i][1], 0);
+        const Eigen::Vector2d off = seen[0].corners[i] - p_C.head<2>() / p_C.z();
+        EXPECT_LT(model.fx * off.norm(), 1.0) << water << " corner " << i;
+      }
+    }
+  }
+}
+
+TEST(StereoCamera, ATagIsPrintedOnOneSideOnly) {
+  Tag tag;
+  tag.id = 42;
+  tag.size_m = 0.4;
+  tag.X_WT.p = {1.6, 0.1, -5.9};
+  StereoCameraOptions options = exact();
+  for (const bool is_front : {true, false}) {
+    tag.X_WT.q = tag_attitude(is_front ? std::acos(-1.0) : 0.0, is_front ? 0.5 : -0.5, 0.0);
+    options.tags = {tag};
+    const ImageFrame frame = left(floor_at(-8), options, at(0, 0, -5));
+    estimation::TagDetector detector(options.camera(0), {});
+    EXPECT_EQ(detector.find(frame).size(), is_front ? 1U : 0U);
+  }
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ struct LookFigures {
   float detail;        // contrast of the fine noise
   float spot_level;
 };
-constexpr int kLooks = 6;
+constexpr int kLooks = 7;
 constexpr std::array<LookFigures, kLooks> kFigures{{
     {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 2.0F, 0.1F, 0.0F, 2.0F},
     // sand: ripples of dark silt, bits of shell
@@ -66,6 +66,8 @@ constexpr std::array<LookFigures, kLooks> kFigures{{
      0.04F,
      0.30F,
      0.55F},
+    // print: its tone is all there is to it
+    {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}, 2.0F, 0.1F, 0.0F, 2.0F},
 }};
 
 // Noise of one octave, in axes turned against those of W: floors and walls would lie in its

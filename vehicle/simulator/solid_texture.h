@@ -14,7 +14,7 @@
 namespace dive::vehicle {
 
 /// 0 is no surface at all.
-enum class Look { kNone, kSand, kRust, kPaint, kConcrete, kSuit };
+enum class Look { kNone, kSand, kRust, kPaint, kConcrete, kSuit, kPrint };
 
 /// By the name that a map gives a thing: seabed, ground, sand and bottom are sand; pool, basin,
 /// floor, wall and quay are concrete; the rest is rusty or painted, each name always the same.

@@ -74,6 +74,11 @@ std::string StereoCameraOptions::validate() const {
   if (!(spectrum >= 0.0).all() || !(spectrum <= 10.0).all()) {
     return "each weight of the spectrum must be from 0 to 10";
   }
+  for (const Tag& tag : tags) {
+    const bool is_one = tag.id >= 0 && tag.id < Tag::kCodes && tag.size_m > 0.0;
+    if (!is_one || !tag.X_WT.is_finite())
+      return fmt::format("there is no tag {} like that", tag.id);
+  }
   if (lamps.size() > 16) return fmt::format("{} lamps; at most 16", lamps.size());
   for (const Lamp& lamp : lamps) {
     if (std::string problem = lamp.validate(); !problem.empty()) return problem;
@@ -87,7 +92,7 @@ struct StereoCamera::Impl {
   Impl(const planning::World& world, StereoCameraOptions options_, std::uint64_t seed)
       : options(std::move(options_)),
         noise(seed, kNoiseStream),
-        scene(world),
+        scene(world, options.tags),
         light(options.water, options.lamps, options.spectrum),
         snow(options.water, seed),
         halo(options.width, options.height, options.water.halo_sigma_px),

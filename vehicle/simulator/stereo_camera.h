@@ -17,6 +17,7 @@
 #include "common/clock.h"
 #include "common/measurements.h"
 #include "common/se3.h"
+#include "common/tag.h"
 #include "planning/world/world.h"
 #include "vehicle/simulator/image_sensor.h"
 #include "vehicle/simulator/water_optics.h"
@@ -39,6 +40,7 @@ struct StereoCameraOptions {
   WaterOptics water;
   std::vector<Lamp> lamps;  ///< None: see bow_lamps().
   ImageSensorOptions sensor;
+  std::vector<Tag> tags;  ///< That are to be seen there.
 
   /// The same view with so many times the pixels along each side: coarser cameras cost less.
   [[nodiscard]] StereoCameraOptions scaled(double factor) const;

@@ -8,13 +8,18 @@ namespace dive::vehicle {
 namespace {
 
 constexpr std::uint32_t kDiver = VisibleScene::kOpen - 1U;
+constexpr std::uint32_t kPrintWhite = VisibleScene::kOpen - 2U;
+constexpr std::uint32_t kPrintBlack = VisibleScene::kOpen - 3U;
+constexpr float kWhite = 0.7F;     // albedo of matt film ...
+constexpr float kBlack = 0.05F;    // ... and of what is printed on it
 constexpr float kGrazing = 0.02F;  // cosine: a pixel is stretched to no more than its inverse
 
 }  // namespace
 
-VisibleScene::VisibleScene(const planning::World& world)
+VisibleScene::VisibleScene(const planning::World& world, std::span<const Tag> tags)
     : traced_(world),
       diver_inside_(placed_solid(Diver::shape()), Eigen::Vector3d::Zero()),
+      boards_(tags),
       sky_(traced_, world.bounds()) {
   for (std::size_t i = 0; i < traced_.triangles().size(); ++i) {
     const std::string& name = traced_.name_of_triangle(i);
@@ -124,8 +129,33 @@ void VisibleScene::meet(const Eigen::Vector3d& o, double radians_per_px,
     find(o, packet, first, count, rays, ids);
   }
   fill(o, radians_per_px, ids, rays);
+  if (!boards_.empty()) add_boards(o, radians_per_px, rays, ids);
   if (X_DW) add_diver(o, radians_per_px, *X_DW, rays, ids);
   sky_.fill(o, rays);
+}
+
+// Black and white differ in id: what lies between them counts as an edge, and is smoothed as one.
+void VisibleScene::add_boards(const Eigen::Vector3d& o, double radians_per_px, RayBatch& rays,
+                              Ids& ids) const {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rays.count); ++i) {
+    const Eigen::Vector3d d =
+        Eigen::Vector3f(rays.dx[i], rays.dy[i], rays.dz[i]).cast<double>().normalized();
+    const auto before = static_cast<double>(rays.distance[i]);
+    const std::optional<TagBoards::Met> met = boards_.meet(o, d, std::min(before, kReach));
+    if (!met) continue;
+    const Eigen::Vector3f n = met->normal_W.cast<float>();
+    const auto cosine = static_cast<float>(std::abs(met->normal_W.dot(d)));
+    rays.distance[i] = static_cast<float>(met->distance);
+    rays.nx[i] = n.x();
+    rays.ny[i] = n.y();
+    rays.nz[i] = n.z();
+    rays.footprint[i] =
+        static_cast<float>(radians_per_px * met->distance) / std::max(kGrazing, cosine);
+    rays.look[i] = static_cast<std::int32_t>(Look::kPrint);
+    rays.tone[i] = met->is_white ? kWhite : kBlack;
+    rays.glow[i] = 0.0F;
+    ids[i] = met->is_white ? kPrintWhite : kPrintBlack;
+  }
 }
 
 // The texture of the suit is at rest in the diver's frame.

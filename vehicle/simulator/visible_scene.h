@@ -5,13 +5,16 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/se3.h"
+#include "common/tag.h"
 #include "planning/world/world.h"
 #include "vehicle/simulator/ray_batch.h"
 #include "vehicle/simulator/sky_light.h"
 #include "vehicle/simulator/solid_texture.h"
+#include "vehicle/simulator/tag_boards.h"
 #include "vehicle/simulator/traced_world.h"
 
 namespace dive::vehicle {
@@ -23,7 +26,7 @@ class VisibleScene {
   static constexpr std::uint32_t kOpen = ~0U;
   static constexpr double kReach = 80.0;  ///< m: nothing farther is seen, in any water.
 
-  explicit VisibleScene(const planning::World& world);
+  explicit VisibleScene(const planning::World& world, std::span<const Tag> tags = {});
 
   /// Inside of something solid nothing is seen.
   [[nodiscard]] bool covers(const Eigen::Vector3d& p_W, const std::optional<Pose>& X_DW) const;
@@ -50,6 +53,7 @@ class VisibleScene {
             std::size_t count, RayBatch& rays, Ids& ids) const;
   void fill(const Eigen::Vector3d& o, double radians_per_px, const Ids& ids, RayBatch& rays) const;
   static void fill_open(const Eigen::Vector3d& o, RayBatch& rays, std::size_t i);
+  void add_boards(const Eigen::Vector3d& o, double radians_per_px, RayBatch& rays, Ids& ids) const;
   void add_diver(const Eigen::Vector3d& o, double radians_per_px, const Pose& X_DW, RayBatch& rays,
                  Ids& ids) const;
 
@@ -58,6 +62,7 @@ class VisibleScene {
   std::vector<Face> faces_;
   TriangleScene diver_;
   ConvexInside diver_inside_;
+  TagBoards boards_;
   SkyLight sky_;
 };
 

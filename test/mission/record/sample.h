@@ -66,6 +66,9 @@ void each_vision(estimation::VisionEstimate& vision, F f) {
   f("DIVE_IN_VISION.loop_recognised", vision.loops.recognised);
   f("DIVE_IN_VISION.loop_moved", vision.loops.moved_m);
   f("DIVE_IN_VISION.loop_turned", vision.loops.turned_rad);
+  f("DIVE_IN_VISION.tag.id", vision.tag.id);
+  f("DIVE_IN_VISION.tag.verdict", vision.tag.verdict);
+  f("DIVE_IN_VISION.tag.off_m", vision.tag.off_m);
   f("DIVE_IN_VISION.utime", vision.estimate.utime);
   f("DIVE_IN_VISION.valid", vision.estimate.valid);
   f("DIVE_IN_VISION.source", vision.estimate.source);
@@ -287,6 +290,9 @@ class SampleMaker {
   }
   void fill(estimation::VisionFault& value) {
     value = static_cast<estimation::VisionFault>(below(13));
+  }
+  void fill(estimation::TagVerdict& value) {
+    value = static_cast<estimation::TagVerdict>(below(7));
   }
   void fill(estimation::EstimatorKind& value) {
     value = static_cast<estimation::EstimatorKind>(below(2));
