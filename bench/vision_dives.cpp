@@ -1,6 +1,8 @@
 // Dives by sight through a while without it, seed after seed, judged by ground truth:
 //   vision_dives missions/scenarios/missions/lookout.xml --runs 10 --fault camera_blackout --at 10
 //   vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
+// or on laps, with and without the loops that are closed on them:
+//   vision_dives missions/laps_by_sight.xml --fault none --runs 3 --without-loops
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +35,8 @@ struct Study {
   double scale = 1.0;
   double rate_hz = 20.0;
   double current = 0.0;
+  std::uint64_t first = 1;
+  bool without_loops = false;
   bool is_verbose = false;
 };
 
@@ -47,6 +51,8 @@ struct Figures {
   double cost = 0.0;  ///< By which the error changed while nothing was seen.
   double end = 0.0;
   double sigma_after = 0.0;  ///< Horizontal, believed.
+  double drift = 0.0;        ///< Where the mission's way ended, as the data sets' drift, %.
+  int loops = 0;
   std::vector<double> nees_position, nees_heading, error;
   int switches = 0;
   std::string outcome;
@@ -80,6 +86,10 @@ class Judge {
     }
     if (t > end && sees && !figures_.back) figures_.back = t - end;
     figures_.end = error_W.norm();
+    if (sees && !is_done_) note_drift(estimate, truth);
+    for (const mission::TransitionRecord& record : out.transitions) {
+      is_done_ |= record.event.starts_with("done.state");
+    }
     if (last_ && last_->source != estimate.source) ++figures_.switches;
     if (figures_.first && t >= next_) sample(t, estimate, truth, error_W);
     last_ = estimate;
@@ -91,6 +101,16 @@ class Judge {
     const double speed = std::max(estimate.v_WB_B.norm(), last_->v_WB_B.norm());
     const double step = (estimate.X_WB.p - last_->X_WB.p).head<2>().norm();
     figures_.step_excess = std::max(figures_.step_excess, step - speed * dt);
+  }
+
+  // Laid on the truth by yaw and translation where it was by sight first: the compass errs.
+  void note_drift(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
+    if (!begun_) begun_ = {estimate.X_WB, truth.X_WB, truth.distance_swum_m};
+    const double yaw = to_rpy(begun_->truth.q * begun_->estimate.q.conjugate()).z();
+    const Eigen::Vector3d estimated =
+        from_rpy(0.0, 0.0, yaw) * (estimate.X_WB.p - begun_->estimate.p);
+    const double way = std::max(truth.distance_swum_m - begun_->way_m, 1.0);
+    figures_.drift = 100.0 * (estimated - (truth.X_WB.p - begun_->truth.p)).norm() / way;
   }
 
   void sample(double t, const estimation::StateEstimate& estimate,
@@ -112,6 +132,12 @@ class Judge {
   Eigen::Vector3d before_W_ = Eigen::Vector3d::Zero();
   std::optional<estimation::StateEstimate> last_;
   double next_ = 0.0;
+  struct Begun {
+    Pose estimate, truth;
+    double way_m = 0.0;
+  };
+  std::optional<Begun> begun_;
+  bool is_done_ = false;
 };
 
 double mean(const std::vector<double>& values) {
@@ -149,6 +175,7 @@ Figures dive_once(const Site& site, const Study& study, std::uint64_t seed) {
                              [&](const mission::StepInputs& in, const mission::StepOutputs& out,
                                  const vehicle::GroundTruth& truth) {
                                judge.observe(out, truth);
+                               if (in.vision) figures.loops = in.vision->loops.count;
                                if (!study.is_verbose) return;
                                if (in.now % 1'000'000 == 0) trace(out.estimate, truth);
                                for (const auto& a : out.actions) {
@@ -184,6 +211,8 @@ void report(const Study& study, const std::vector<Figures>& all) {
   line("cost of it, m", column([](auto& f) { return f.cost; }));
   line("sigma after, m", column([](auto& f) { return f.sigma_after; }));
   line("error at the end, m", column([](auto& f) { return f.end; }));
+  line("drift where its way ended, %", column([](auto& f) { return f.drift; }));
+  line("loops", column([](auto& f) { return static_cast<double>(f.loops); }));
   const double band = 1.96 * std::sqrt(6.0 / static_cast<double>(all.size()));
   fmt::print(
       "NEES of position {:.2f} (3; {:.2f} to {:.2f} of so many dives), of heading {:.2f} (1)\n",
@@ -199,26 +228,31 @@ int main(int argc, char** argv) {
   CLI::App app("Dives by sight through a while without it.");
   Study study;
   app.add_option("MISSION", study.mission, "By sight");
-  app.add_option("--runs", study.runs, "Dives, seeds from 1");
+  app.add_option("--runs", study.runs, "Dives");
   app.add_option("--fault", study.fault, "Of the cameras; none: nothing happens");
   app.add_option("--at", study.at_s, "s");
   app.add_option("--for", study.for_s, "s");
   app.add_option("--scale", study.scale, "Of the pictures");
   app.add_option("--rate", study.rate_hz, "Pairs a second");
   app.add_option("--current", study.current, "m/s northwards");
+  app.add_option("--first", study.first, "Seed of the first");
+  app.add_flag("--without-loops", study.without_loops, "As if the mission said so");
   app.add_flag("-v,--verbose", study.is_verbose, "What the executive notes");
   CLI11_PARSE(app, argc, argv);
-  const Site site = load_site(study.mission);
+  Site site = load_site(study.mission);
+  site.mission.closes_loops &= !study.without_loops;
   std::vector<Figures> all;
   for (int i = 0; i < study.runs; ++i) {
-    const Figures one = dive_once(site, study, static_cast<std::uint64_t>(1 + i));
+    const std::uint64_t seed = study.first + static_cast<std::uint64_t>(i);
+    const Figures one = dive_once(site, study, seed);
     fmt::print(
         "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
-        "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, NEES "
-        "{:.2f} {:.2f}\n",
-        1 + i, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
+        "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "
+        "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}\n",
+        seed, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
         told(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
-        one.end, one.switches, mean(one.nees_position), mean(one.nees_heading));
+        one.end, one.switches, one.loops, one.drift, mean(one.nees_position),
+        mean(one.nees_heading));
     std::fflush(stdout);
     all.push_back(one);
   }

@@ -179,6 +179,18 @@ TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
   EXPECT_EQ(replans_per_leg(*alone, alone->replan), 7);
 }
 
+TEST(LoadMission, ReadsWhetherLoopsAreClosed) {
+  const auto closes_loops = [](const std::string& estimation) {
+    Diagnostics diagnostics;
+    const auto mission =
+        parse(mission_text("x=\"1\" y=\"0\" z=\"1\" z_units=\"DEPTH\"", estimation), diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return mission && mission->closes_loops;
+  };
+  EXPECT_TRUE(closes_loops("<estimation estimator=\"visual_inertial\"/>"));
+  EXPECT_FALSE(closes_loops("<estimation estimator=\"visual_inertial\" loop_closure=\"false\"/>"));
+}
+
 TEST(LoadMission, ReadsGuards) {
   Diagnostics diagnostics;
   const auto mission =
