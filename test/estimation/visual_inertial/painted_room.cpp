@@ -148,6 +148,17 @@ CameraModel test_camera(double y) {
   return camera;
 }
 
+CameraModel pinhole_camera(double y, int width, int height, double f) {
+  CameraModel camera = test_camera(y);
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = f;
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  camera.radtan = {};
+  return camera;
+}
+
 Eigen::Quaterniond looking_ahead() {
   Eigen::Matrix3d R_BC;  // columns: x of C to the right (-y), y down (-z), z ahead (x)
   R_BC << 0, 0, 1, -1, 0, 0, 0, -1, 0;

@@ -50,6 +50,9 @@ class PaintedRoom {
 /// Of EuRoC's left camera, about; X_BC: x forward in B, moved by `y` (m) to the left.
 [[nodiscard]] CameraModel test_camera(double y = 0.0);
 
+/// The same without distortion and of another size; f in pixels.
+[[nodiscard]] CameraModel pinhole_camera(double y, int width, int height, double f);
+
 /// Looking along x of B.
 [[nodiscard]] Eigen::Quaterniond looking_ahead();
 

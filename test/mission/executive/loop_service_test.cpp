@@ -33,16 +33,7 @@ constexpr Utime kTurn = kOut * kStep;
 constexpr double kStepLength = 0.3;
 constexpr double kDrift = 0.02;  // m, one sigma of a step
 
-CameraModel camera(double y) {
-  CameraModel camera = estimation::testing::test_camera(y);
-  camera.width = 376;
-  camera.height = 240;
-  camera.fx = camera.fy = 230.0;
-  camera.cx = 187.5;
-  camera.cy = 119.5;
-  camera.radtan = {};
-  return camera;
-}
+CameraModel camera(double y) { return estimation::testing::pinhole_camera(y, 376, 240, 230.0); }
 
 LoopSettings settings() {
   LoopSettings settings;

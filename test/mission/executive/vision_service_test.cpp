@@ -26,14 +26,7 @@ constexpr Utime kLatency = 80'000;
 constexpr double kSpeed = 0.3;
 
 CameraModel small_camera(double y) {
-  CameraModel camera = estimation::testing::test_camera(y);
-  camera.width = 320;
-  camera.height = 208;
-  camera.fx = camera.fy = 190.0;
-  camera.cx = 159.5;
-  camera.cy = 103.5;
-  camera.radtan = {};
-  return camera;
+  return estimation::testing::pinhole_camera(y, 320, 208, 190.0);
 }
 
 estimation::VisionOptions options() {

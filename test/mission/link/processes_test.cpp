@@ -35,7 +35,7 @@ std::string content(const std::string& path) {
 constexpr const char* kPaceWithEyes = dive::testing::kUnderSanitizers ? "1" : "2";
 
 // Likewise with one that draws pictures.
-constexpr const char* kPaceBySight = dive::testing::kUnderSanitizers ? "0.1" : "0.5";
+constexpr const char* kPaceBySight = "0.5";
 
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
@@ -182,6 +182,7 @@ class Rubbish {
 
 // The pictures and the inertial samples as well: in pairs, of one eye, and none any more.
 TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string lookout = mission("scenarios/missions/lookout");
   const std::vector<std::string> conditions = {
       "--seed",           "3", "--set", "current_y=0.02", "--fault", "camera_one_eye@10", "--fault",
@@ -237,6 +238,7 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
 }
 
 TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string lookout = mission("scenarios/missions/lookout");
   Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
   const auto vehicle =
