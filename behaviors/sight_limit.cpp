@@ -12,6 +12,7 @@ constexpr double kElsewhere = 0.8;  // rad
 constexpr double kSlack = 0.015;    // m/s; less is let be, ...
 constexpr double kPush = 2.0;       // ... what is missing is asked for so many times over ...
 constexpr double kMostPush = 0.3;   // ... and no more than that, or than was told, m/s
+constexpr double kTurning = 0.4;    // rad still to be turned
 
 }  // namespace
 
@@ -41,9 +42,11 @@ bool SightLimit::waits_in_vain(Utime leaf_now) {
   return true;
 }
 
-void hold_speed(double surge, vehicle::Command& command) {
+void hold_speed(double surge, double turn, vehicle::Command& command) {
   const double missing = command.v - surge;
   if (std::abs(missing) < kSlack) return;
+  const bool speeds_up = missing * surge >= 0.0;
+  if (speeds_up && std::abs(turn) > kTurning) return;
   const double most = std::max(std::abs(command.v), kMostPush);
   command.v = std::clamp(command.v + kPush * missing, -most, most);
 }

@@ -47,8 +47,9 @@ class SightLimit {
 /// Whoever turns under way slides on, for many seconds, stern first or towards what it should stop
 /// before; and a slow vehicle that is pushed back stays behind: the autopilot steers its speed by
 /// what it has commanded, and the drag of a slow hull is next to nothing. At `surge` (m/s,
-/// negative: astern) this asks for more, or less, than was commanded. To be called after any limit
-/// by sight: that must not forbid to stop.
-void hold_speed(double surge, vehicle::Command& command);
+/// negative: astern) this asks for more, or less, than was commanded. While much is still to be
+/// turned (`turn`, rad) it only brakes: way that is gathered then becomes a slide sideways, which
+/// nothing on board can stop. To be called after any limit by sight: that must not forbid to stop.
+void hold_speed(double surge, double turn, vehicle::Command& command);
 
 }  // namespace dive::behaviors

@@ -181,7 +181,9 @@ struct Executive::Impl final : statechart::Environment {
       if (interpreter.running()) settle();
       run_leaf(map_changed);
       if (mission.unknown && hears_imu() && sees_its_speed()) {
-        behaviors::hold_speed(estimate().v_WB_B.x(), last_command);
+        const double yaw = to_rpy(estimate().X_WB.q).z();
+        behaviors::hold_speed(estimate().v_WB_B.x(), wrap_angle(to_rpy(last_command.o).z() - yaw),
+                              last_command);
       }
     }
     actuate();

@@ -78,10 +78,10 @@ TEST(SeenAhead, KnowsHowFarItHasSwumSinceALateScan) {
 }
 
 TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
-  const auto told = [](double surge, double wanted) {
+  const auto told = [](double surge, double wanted, double turn = 0.0) {
     vehicle::Command command;
     command.v = wanted;
-    hold_speed(surge, command);
+    hold_speed(surge, turn, command);
     return command.v;
   };
   EXPECT_EQ(told(0.4, 0.4), 0.4);
@@ -94,6 +94,13 @@ TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
   EXPECT_EQ(told(-0.15, -0.15), -0.15) << "astern on purpose";
   EXPECT_GT(told(-0.3, -0.15), -0.15);
   EXPECT_LT(told(0.1, -0.15), -0.15);
+  for (const double turn : {-1.0, 1.0}) {
+    EXPECT_EQ(told(0.05, 0.2, turn), 0.2) << "way that is gathered in a turn becomes a slide";
+    EXPECT_EQ(told(0.0, 0.2, turn), 0.2);
+    EXPECT_EQ(told(-0.05, -0.2, turn), -0.2);
+    EXPECT_LT(told(0.1, 0.0, turn), -0.1) << "but it is braked";
+    EXPECT_GT(told(-0.1, 0.0, turn), 0.1);
+  }
   EXPECT_EQ(told(5.0, 0.0), -0.3);
   EXPECT_EQ(told(-5.0, 0.0), 0.3);
 }
