@@ -35,11 +35,10 @@ bool is_of_cameras(FaultKind kind) {
 
 // Those that a vehicle must survive, but for those of what it does not use.
 std::vector<FaultKind> faults_of(const Mission& mission) {
-  const bool has_cameras = mission.estimator.value == EstimatorName::kVisualInertial;
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
-    const bool is_used = is_of_cameras(kind)               ? has_cameras
+    const bool is_used = is_of_cameras(kind)               ? goes_by_sight(mission)
                          : kind == FaultKind::kRangeSilent ? mission.unknown.has_value()
                          : kind == FaultKind::kRangeFrozen ? has_range_camera(mission)
                                                            : true;

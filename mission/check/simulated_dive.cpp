@@ -151,7 +151,7 @@ Sighted eyes_for(const Mission& mission, const planning::World& world,
 
 std::optional<SimulatedSight> sight_for(const Mission& mission, const planning::World& world,
                                         const DiveSettings& settings, RangeMaker make_range) {
-  if (mission.estimator.value != EstimatorName::kVisualInertial) return std::nullopt;
+  if (!goes_by_sight(mission)) return std::nullopt;
   SightSettings of_sight;
   of_sight.cameras = cameras_of(mission, settings);
   of_sight.make_range = std::move(make_range);
@@ -248,8 +248,9 @@ Pose start_pose(const Mission& mission, const planning::World& world) {
 }
 
 std::vector<Tag> known_tags(const Mission& mission, const planning::World& world) {
-  const planning::Scene scene(world);
   std::vector<Tag> tags;
+  if (mission.tags.empty()) return tags;
+  const planning::Scene scene(world);
   for (const TagSpec& spec : mission.tags) {
     Tag tag;
     tag.id = spec.id.value;

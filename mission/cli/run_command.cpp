@@ -388,9 +388,8 @@ int run_dive(const RunArguments& arguments) {
       (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
        !arguments.record.empty() || !arguments.water.empty() || settings.diver)) {
     complain(
-        "--diver, --svg and --record are for the built-in simulator, and so are --fault, "
-        "--leak-at, "
-        "--set and --water: with --lcm give those to dive sim");
+        "--diver, --svg, --record and --water are for the built-in simulator, and so are --fault, "
+        "--leak-at and --set: with --lcm give those to dive sim");
     return kExitUsage;
   }
 

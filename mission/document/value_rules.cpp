@@ -158,7 +158,7 @@ void tags_can_be_used(const Subject& subject) {
   const Mission& mission = subject.mission;
   for (const TagSpec& tag : mission.tags) {
     const std::string name = fmt::format("the tag {}", tag.id.value);
-    if (mission.estimator.value != EstimatorName::kVisualInertial) {
+    if (!goes_by_sight(mission)) {
       subject.error("MIS-TAG-UNUSED", tag.id.span,
                     name + " is given to an estimator that sees nothing",
                     "write estimator=\"visual_inertial\"");

@@ -205,7 +205,7 @@ struct Executive::Impl final : statechart::Environment {
 
   // By the map, or by the cameras while they see; what is remembered of them is not to be held.
   [[nodiscard]] bool sees_its_speed() const {
-    return mission.estimator.value == EstimatorName::kPrimitive ||
+    return !goes_by_sight(mission) ||
            estimate().source == estimation::EstimatorKind::kVisualInertial;
   }
 
@@ -467,7 +467,7 @@ struct Executive::Impl final : statechart::Environment {
   // The estimate follows slowly: nothing else is to be done. On a way that was swum before every
   // keyframe closes one, and that is no news.
   void tell_loop(const estimation::ClosedLoops& loops) {
-    if (mission.estimator.value != EstimatorName::kVisualInertial) return;
+    if (!goes_by_sight(mission)) return;
     if (std::exchange(loops_closed, loops.count) >= loops.count) return;
     if (loop_told && to_seconds(now - *loop_told) < kLoopNews && loops.moved_m < kLoopNews_m) {
       return;

@@ -293,6 +293,15 @@ TEST(Leg, InUnknownWaterGoesOnWhereItHasNoWayBack) {
   EXPECT_EQ(swim_into(funnel, false, 30.0).turned_back, 0);
 }
 
+// A planner that has found the straight way by the next tick.
+void tick_and_plan(PerfectVehicle& vehicle, GoalSequence& sequence, BehaviorOutput& output) {
+  std::vector<Pose> path;
+  const bool asked = output.plan_request.has_value();
+  if (asked) path = straight(output.plan_request->start.p, {30, 0, -3});
+  const PlanAnswer answer = success(path);
+  output = vehicle.tick(sequence, asked ? &answer : nullptr);
+}
+
 // Where it cannot look it does not stand for ever, nor does it give up at once.
 TEST(Leg, TakesAnotherWayByGoingBackALittle) {
   LegSettings unknown = settings();
@@ -303,14 +312,10 @@ TEST(Leg, TakesAnotherWayByGoingBackALittle) {
   Room open([](double /*x*/) { return 1.2; });
   open.look_from(0.0);
   vehicle.look(&open, &trail);
-  std::vector<Pose> path;
   BehaviorOutput output;
   int others = 0;
   while (vehicle.seconds() < 300.0 && output.failed == Failure::kNone) {
-    const bool asked = output.plan_request.has_value();
-    if (asked) path = straight(output.plan_request->start.p, {30, 0, -3});
-    PlanAnswer answer = success(path);
-    output = vehicle.tick(sequence, asked ? &answer : nullptr);
+    tick_and_plan(vehicle, sequence, output);
     open.look_from(vehicle.position().x());
     if (vehicle.position().x() < 4.0 || !sequence.needs_sight()) continue;
     if (!sequence.take_another_way()) break;
@@ -399,14 +404,10 @@ TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
   Room open([](double /*x*/) { return 1.2; });
   open.look_from(30.0);
   vehicle.look(&open, &trail);
-  std::vector<Pose> path;
   BehaviorOutput output;
   const auto swim_beyond = [&](double x) {
     do {
-      const bool asked = output.plan_request.has_value();
-      if (asked) path = straight(output.plan_request->start.p, {30, 0, -3});
-      const PlanAnswer answer = success(path);
-      output = vehicle.tick(sequence, asked ? &answer : nullptr);
+      tick_and_plan(vehicle, sequence, output);
     } while ((vehicle.position().x() < x || !sequence.needs_sight()) && vehicle.seconds() < 300.0);
   };
   for (const double x : {4.0, 12.0}) {
