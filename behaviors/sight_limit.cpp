@@ -6,13 +6,15 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kPatience = 12.0;  // s without getting on ...
-constexpr double kGotOn = 1.0;      // ... which is m
-constexpr double kElsewhere = 0.8;  // rad
-constexpr double kSlack = 0.015;    // m/s; less is let be, ...
-constexpr double kPush = 2.0;       // ... what is missing is asked for so many times over ...
-constexpr double kMostPush = 0.3;   // ... and no more than that, or than was told, m/s
-constexpr double kTurning = 0.4;    // rad still to be turned
+constexpr double kPatience = 12.0;       // s without getting on ...
+constexpr double kGotOn = 1.0;           // ... which is m
+constexpr double kElsewhere = 0.8;       // rad
+constexpr double kSlack = 0.015;         // m/s; less is let be, ...
+constexpr double kPush = 2.0;            // ... what is missing is asked for so many times over ...
+constexpr double kMostPush = 0.3;        // ... and no more than that, or than was told, m/s
+constexpr double kSharp = 0.4;           // rad still to be turned: from here on ...
+constexpr double kTurnSpeed = 0.06;      // ... no faster, m/s, ...
+constexpr double kAllButStopped = 0.12;  // ... and not before it is as slow as this, m/s
 
 }  // namespace
 
@@ -42,11 +44,17 @@ bool SightLimit::waits_in_vain(Utime leaf_now) {
   return true;
 }
 
-void hold_speed(double surge, double turn, vehicle::Command& command) {
+void hold_speed(double surge, double yaw, vehicle::Command& command) {
+  const Eigen::Vector3d wanted = to_rpy(command.o);
+  const bool turns = std::abs(wrap_angle(wanted.z() - yaw)) > kSharp;
+  if (turns) {
+    command.v = std::clamp(command.v, -kTurnSpeed, kTurnSpeed);
+    if (std::abs(surge) > kAllButStopped) command.o = from_rpy(wanted.x(), wanted.y(), yaw);
+  }
   const double missing = command.v - surge;
   if (std::abs(missing) < kSlack) return;
   const bool speeds_up = missing * surge >= 0.0;
-  if (speeds_up && std::abs(turn) > kTurning) return;
+  if (speeds_up && turns) return;
   const double most = std::max(std::abs(command.v), kMostPush);
   command.v = std::clamp(command.v + kPush * missing, -most, most);
 }

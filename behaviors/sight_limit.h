@@ -44,12 +44,12 @@ class SightLimit {
   std::optional<double> blocked_depth_;  ///< Where it came to the end of its sight, m.
 };
 
-/// Whoever turns under way slides on, for many seconds, stern first or towards what it should stop
-/// before; and a slow vehicle that is pushed back stays behind: the autopilot steers its speed by
-/// what it has commanded, and the drag of a slow hull is next to nothing. At `surge` (m/s,
-/// negative: astern) this asks for more, or less, than was commanded. While much is still to be
-/// turned (`turn`, rad) it only brakes: way that is gathered then becomes a slide sideways, which
-/// nothing on board can stop. To be called after any limit by sight: that must not forbid to stop.
-void hold_speed(double surge, double turn, vehicle::Command& command);
+/// Whoever turns under way slides on, for many seconds, stern first or sideways, and nothing on
+/// board can stop a slide sideways; and a slow vehicle that is pushed back stays behind: the
+/// autopilot steers its speed by what it has commanded, and the drag of a slow hull is next to
+/// nothing. At `surge` (m/s, negative: astern) this asks for more, or less, than was commanded.
+/// From `yaw` (rad) a sharp turn begins only when the vehicle has all but stopped, and gathers no
+/// way before it has ended. To be called after any limit by sight: that must not forbid to stop.
+void hold_speed(double surge, double yaw, vehicle::Command& command);
 
 }  // namespace dive::behaviors

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -210,6 +211,14 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
                                r["depth"].get<double>(), r["cause"].get<std::string>());
     }
   }
+  std::ranges::sort(results, {}, [](const nlohmann::json& r) {
+    return r["clearance"].is_null() ? 0.0 : r["clearance"].get<double>();
+  });
+  std::cout << "  least clear:";
+  for (const nlohmann::json& r : results | std::views::take(5)) {
+    std::cout << fmt::format(" seed {} ({} m)", r["seed"].get<int>(), r["clearance"].dump());
+  }
+  std::cout << '\n';
   std::ranges::sort(clearances);
   const auto at = [&](double share) {
     return clearances[static_cast<std::size_t>(share * static_cast<double>(clearances.size() - 1))];

@@ -181,9 +181,7 @@ struct Executive::Impl final : statechart::Environment {
       if (interpreter.running()) settle();
       run_leaf(map_changed);
       if (mission.unknown && hears_imu() && sees_its_speed()) {
-        const double yaw = to_rpy(estimate().X_WB.q).z();
-        behaviors::hold_speed(estimate().v_WB_B.x(), wrap_angle(to_rpy(last_command.o).z() - yaw),
-                              last_command);
+        behaviors::hold_speed(estimate().v_WB_B.x(), to_rpy(estimate().X_WB.q).z(), last_command);
       }
     }
     actuate();

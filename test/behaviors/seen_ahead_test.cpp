@@ -78,11 +78,13 @@ TEST(SeenAhead, KnowsHowFarItHasSwumSinceALateScan) {
 }
 
 TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
-  const auto told = [](double surge, double wanted, double turn = 0.0) {
-    vehicle::Command command;
-    command.v = wanted;
-    hold_speed(surge, turn, command);
-    return command.v;
+  const auto command_at = [](double surge, double wanted, double turn) {
+    vehicle::Command command{wanted, 0.0, 2.0, from_rpy(0.1, 0.2, 3.0 + turn)};
+    hold_speed(surge, 3.0, command);
+    return command;
+  };
+  const auto told = [&](double surge, double wanted, double turn = 0.0) {
+    return command_at(surge, wanted, turn).v;
   };
   EXPECT_EQ(told(0.4, 0.4), 0.4);
   EXPECT_EQ(told(0.01, 0.0), 0.0) << "next to nothing";
@@ -95,12 +97,25 @@ TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
   EXPECT_GT(told(-0.3, -0.15), -0.15);
   EXPECT_LT(told(0.1, -0.15), -0.15);
   for (const double turn : {-1.0, 1.0}) {
-    EXPECT_EQ(told(0.05, 0.2, turn), 0.2) << "way that is gathered in a turn becomes a slide";
-    EXPECT_EQ(told(0.0, 0.2, turn), 0.2);
-    EXPECT_EQ(told(-0.05, -0.2, turn), -0.2);
+    EXPECT_LT(std::abs(told(0.05, 0.2, turn)), 0.1) << "way gathered in a turn becomes a slide";
+    EXPECT_LT(std::abs(told(0.0, 0.2, turn)), 0.1);
+    EXPECT_LT(std::abs(told(-0.05, -0.2, turn)), 0.1);
     EXPECT_LT(told(0.1, 0.0, turn), -0.1) << "but it is braked";
     EXPECT_GT(told(-0.1, 0.0, turn), 0.1);
+    EXPECT_LT(told(0.3, 0.4, turn), -0.1) << "whatever was asked for";
+    const auto turned = [&](double surge) {
+      const Eigen::Vector3d rpy = to_rpy(command_at(surge, 0.2, turn).o);
+      EXPECT_NEAR(rpy.x(), 0.1, 1e-9);
+      EXPECT_NEAR(rpy.y(), 0.2, 1e-9);
+      return wrap_angle(rpy.z() - 3.0);
+    };
+    EXPECT_NEAR(turned(0.3), 0.0, 1e-9) << "first it stops";
+    EXPECT_NEAR(turned(-0.3), 0.0, 1e-9);
+    EXPECT_NEAR(turned(0.05), turn, 1e-9) << "then it turns";
+    EXPECT_NEAR(turned(-0.05), turn, 1e-9);
   }
+  EXPECT_NEAR(wrap_angle(to_rpy(command_at(0.4, 0.4, 0.2).o).z() - 3.0), 0.2, 1e-9)
+      << "a gentle turn is made under way";
   EXPECT_EQ(told(5.0, 0.0), -0.3);
   EXPECT_EQ(told(-5.0, 0.0), 0.3);
 }
