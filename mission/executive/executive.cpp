@@ -11,21 +11,19 @@
 #include <fmt/format.h>
 
 #include "behaviors/failsafes.h"
-#include "behaviors/hold.h"
 #include "behaviors/monitors.h"
-#include "behaviors/retrace.h"
 #include "behaviors/sight_limit.h"
-#include "behaviors/surface.h"
-#include "behaviors/trail.h"
 #include "common/assert.h"
 #include "mission/executive/changed_map.h"
 #include "mission/executive/failsafe_words.h"
+#include "mission/executive/helm.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/leaves.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/navigator.h"
 #include "mission/executive/surfacing_fallback.h"
+#include "mission/executive/surroundings.h"
 #include "mission/statechart/interpreter.h"
-#include "vehicle/reckoned_attitude.h"
 
 namespace dive::mission {
 namespace {
@@ -33,25 +31,11 @@ namespace {
 using behaviors::FailsafeKind;
 using statechart::StateId;
 
-constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a while
-constexpr double kRetreatWait = 60.0;    // s in open water before a retreat ends in surfacing
-constexpr Utime kSilence = 500'000;      // us, of the depth sensor: then the estimate stands in
-constexpr Utime kBlind = 100'000;        // us without attitude: then no turning effort is made
-constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
-constexpr double kGoesOn =
-    0.3;  // s after a commit that a vehicle swims on when nobody steers it ...
-constexpr double kStops = 1.0;     // ... and the time constant, s, with which it then comes to rest
-constexpr Utime kAhead = 100'000;  // us that a camera's clock may be before ours
-constexpr double kTilted = 0.2;    // rad
+constexpr Utime kSilence = 500'000;   // us, of the depth sensor: then the estimate stands in
+constexpr Utime kBlind = 100'000;     // us without attitude: then no turning effort is made
+constexpr Utime kAhead = 100'000;     // us that a camera's clock may be before ours
 constexpr double kLoopNews = 10.0;    // s after which a loop that is closed is news again, ...
 constexpr double kLoopNews_m = 0.05;  // ... or when it moves the vehicle so far
-constexpr double kDrift = 0.2;        // m that a vehicle at rest may drift on its way up
-
-/// What there was when the vehicle was last in open water.
-struct Usable {
-  Utime at = 0;
-  double battery_fraction = 1.0;
-};
 
 }  // namespace
 
@@ -75,19 +59,18 @@ struct Executive::Impl final : statechart::Environment {
         map(world, model.hull, judged_clearance(mission_in)),
         machine(build_machine(mission_in)),
         interpreter(machine.chart, *this),
-        leaf_context(make_leaf_context(mission_in, map.scene(), options.seed)),
+        surroundings(mission_in, map),
+        leaves(mission_in, machine, map, surroundings.trail(), options.seed),
         navigator(mission_in.estimator.value, options.estimator, first_position(), first_sigma()),
-        autopilot(options.autopilot),
+        helm(options.autopilot),
         fallback(options.autopilot),
         monitors(monitor_limits(mission_in)),
         sight(seen_ahead_options(mission_in)),
         ladder(mission_in.failsafes.policies),
-        behaviors_by_state(machine.chart.states.size()),
         entered_at(machine.chart.states.size()),
         timeout_told(machine.chart.states.size()),
         done_once(machine.actions.size()) {
     evaluated.reserve(machine.guards.size());
-    if (mission.unknown) declared.emplace();
   }
 
   [[nodiscard]] Eigen::Vector3d first_position() const {
@@ -133,7 +116,8 @@ struct Executive::Impl final : statechart::Environment {
     if (entered_state.kind == statechart::StateKind::kFinal) {
       if (entered_state.parent == 0) final_state = entered_state.id;
     } else if (entered_state.kind == statechart::StateKind::kAtomic) {
-      enter_leaf(entered_state.id, machine.specs[index], behaviors_by_state[index]);
+      leaves.enter(state);
+      refuse_to_surface_under_a_roof(state);
     }
     if (outputs.transitions.empty()) {
       outputs.transitions.push_back({"", "", "", "the mission starts", ""});
@@ -141,7 +125,7 @@ struct Executive::Impl final : statechart::Environment {
     outputs.transitions.back().to = entered_state.id;
   }
   void exited(StateId state) override {
-    behaviors_by_state[static_cast<std::size_t>(state)].reset();
+    leaves.leave(state);
     sight.stop_waiting();
   }
   void taken(int /*transition*/, const std::string& event) override {
@@ -165,10 +149,12 @@ struct Executive::Impl final : statechart::Environment {
     if (is_held()) held_for += now - before;
     sense(inputs);
     if (estimate().valid) sight.advance(now, position());
-    bool map_changed = !inputs.seen.empty();
-    if (map_changed) map.add(inputs.seen);
-    if (inputs.map_update) map_changed |= look_at(*inputs.map_update);
-    if (inputs.plan) kept_plan = *inputs.plan;
+    if (!inputs.seen.empty()) {
+      map.add(inputs.seen);
+      leaves.map_changed();
+    }
+    if (inputs.map_update) look_at(*inputs.map_update);
+    if (inputs.plan) leaves.take(*inputs.plan);
     if (estimate().valid) {
       if (!started) start();
       look_around();
@@ -179,7 +165,7 @@ struct Executive::Impl final : statechart::Environment {
       climb_ladder();
       tell_timeouts();
       if (interpreter.running()) settle();
-      run_leaf(map_changed);
+      run_leaf();
       if (mission.unknown && hears_imu() && sees_its_speed()) {
         behaviors::hold_speed(estimate().v_WB_B.x(), to_rpy(estimate().X_WB.q).z(), last_command);
       }
@@ -209,7 +195,8 @@ struct Executive::Impl final : statechart::Environment {
 
   // A vehicle that cannot steer well does better to rise where it is, if only just.
   [[nodiscard]] bool can_go_up() const {
-    return open_above || (!is_under && !(hears_imu() && hears_depth()));
+    return surroundings.open_above() ||
+           (!surroundings.is_under() && !(hears_imu() && hears_depth()));
   }
 
   void sense(const StepInputs& inputs) {
@@ -229,20 +216,18 @@ struct Executive::Impl final : statechart::Environment {
       navigator.add(now, *inputs.vision);
       if (auto about = navigator.describe_tag(inputs.vision->tag)) note(std::move(*about));
     }
-    const double lift = last_rates.heave - autopilot.trim_effort();
-    expected_heave = vehicle::expected_heave(options.autopilot, lift, last_command.v);
+    expected_heave = helm.expected_heave(last_command.v);
     navigator.expect(last_command.v, expected_heave);
     outputs.estimate = navigator.update(now);
     last_estimate = outputs.estimate;
   }
 
-  // True when the map has changed.
-  bool look_at(const planning::MapUpdate& update) {
-    if (update.scan_utime > now + kAhead || !map.apply(update)) return false;
+  void look_at(const planning::MapUpdate& update) {
+    if (update.scan_utime > now + kAhead || !map.apply(update)) return;
     monitors.saw(update.scan_utime);
     navigator.moved(update.off_W);
     sight.hear(update.scan_utime, update.seen_ahead_m);
-    return !update.cells.empty();
+    if (!update.cells.empty()) leaves.map_changed();
   }
 
   void start() {
@@ -255,35 +240,23 @@ struct Executive::Impl final : statechart::Environment {
     interpreter.start();
   }
 
-  // A vehicle whose clock went back was away for nobody knows how long: for too long.
-  [[nodiscard]] double gap_of(const Resume& from) const {
-    const double told = to_seconds(now - from.committed.utime);
-    return from.gap_s.value_or(told >= 0.0 ? told : mission.max_gap_s.value + 1.0);
-  }
-
-  // It swam on and then stopped, by itself, as the link's vehicles do.
-  void reckon_gap(const Committed& committed, double gap_s) {
-    const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
-    const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
-    const double surge = (committed.X_WB.q.conjugate() * committed.v_W).x() * (1.0 - stopping);
-    navigator.went_on(committed.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge);
-    autopilot.begin_at(surge);
+  void reckon_gap(double gap_s, const Committed& committed) {
+    const Drift drift = drift_in(gap_s, committed);
+    navigator.went_on(drift.by_W, drift.sigma_m, drift.surge);
+    helm.begin_at(drift.surge);
   }
 
   void resume(const Resume& from) {
     const Committed& committed = from.committed;
-    const double gap_s = gap_of(from);
-    if (!from.gap_s) reckon_gap(committed, gap_s);
+    const double gap_s = gap_of(from, now, mission.max_gap_s.value);
+    if (!from.gap_s) reckon_gap(gap_s, committed);
     outputs.estimate = last_estimate = navigator.update(now);
     started_at = now - from_seconds(committed.elapsed_s + gap_s);
-    for (const behaviors::Trail::Crumb& crumb : from.trail) {
-      trail.add(crumb.p_W, crumb.open_above);
-      if (declared) declared->add(crumb.p_W, crumb.open_above);
-    }
+    surroundings.restore(from.trail);
     look_around();
-    if (committed.under_elapsed_s && !open_above) {
-      under_since =
-          Usable{started_at + from_seconds(*committed.under_elapsed_s), committed.under_battery};
+    if (committed.under_elapsed_s && !surroundings.open_above()) {
+      surroundings.restore(
+          Usable{started_at + from_seconds(*committed.under_elapsed_s), committed.under_battery});
     }
     for (const int action : committed.done_once) {
       done_once.at(static_cast<std::size_t>(action)) = true;
@@ -291,7 +264,7 @@ struct Executive::Impl final : statechart::Environment {
     ladder.restore(committed.rung, committed.rung_cause);
     abort_cause = committed.abort_cause;
     paused = committed.paused;
-    queries = committed.queries;
+    leaves.restore(committed.queries);
     restore_states(committed);
     outputs.transitions.push_back({"", innermost(), "", "the executive was restarted", ""});
     const bool is_missions = committed.rung < behaviors::Rung::kRetrace;
@@ -308,27 +281,14 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void restore_states(const Committed& committed) {
-    const auto find = [this](const std::string& id) {
-      const StateId state = machine.chart.find(id);
-      DIVE_DEMAND(state >= 0);
-      return state;
-    };
-    statechart::Interpreter::Memory memory;
-    memory.history.resize(machine.chart.states.size());
-    for (const std::string& id : committed.active) memory.active.push_back(find(id));
-    for (const auto& [id, states] : committed.history) {
-      for (const std::string& state : states) {
-        memory.history[static_cast<std::size_t>(find(id))].push_back(find(state));
-      }
-    }
+    const statechart::Interpreter::Memory memory = memory_of(committed, machine.chart);
     interpreter.restore(memory);
     for (std::size_t i = 0; i < memory.active.size(); ++i) {
       const auto index = static_cast<std::size_t>(memory.active[i]);
       entered_at[index] = leaf_now() - from_seconds(committed.active_s.at(i));
-      const statechart::State& active = machine.chart.states[index];
-      if (active.kind == statechart::StateKind::kAtomic) {
-        enter_leaf(active.id, machine.specs[index], behaviors_by_state[index],
-                   committed.goals_done);
+      if (machine.chart.states[index].kind == statechart::StateKind::kAtomic) {
+        leaves.enter(memory.active[i], committed.goals_done);
+        refuse_to_surface_under_a_roof(memory.active[i]);
       }
     }
   }
@@ -338,18 +298,10 @@ struct Executive::Impl final : statechart::Environment {
     result.utime = now;
     result.elapsed_s = to_seconds(now - started_at);
     const statechart::Interpreter::Memory memory = interpreter.memory();
-    const auto id_of = [this](StateId state) -> const std::string& {
-      return machine.chart.states[static_cast<std::size_t>(state)].id;
-    };
+    keep_memory(memory, machine.chart, result);
     for (const StateId state : memory.active) {
-      result.active.push_back(id_of(state));
       result.active_s.push_back(
           to_seconds(leaf_now() - entered_at[static_cast<std::size_t>(state)]));
-    }
-    for (std::size_t i = 0; i < memory.history.size(); ++i) {
-      for (const StateId state : memory.history[i]) {
-        result.history[machine.chart.states[i].id].push_back(id_of(state));
-      }
     }
     for (std::size_t i = 0; i < done_once.size(); ++i) {
       if (done_once[i]) result.done_once.push_back(static_cast<int>(i));
@@ -357,37 +309,27 @@ struct Executive::Impl final : statechart::Environment {
     result.X_WB = last_estimate.X_WB;
     result.v_W = last_estimate.X_WB.q * last_estimate.v_WB_B;
     result.sigma_m = estimation::horizontal_sigma(last_estimate);
-    if (under_since) {
-      result.under_elapsed_s = to_seconds(under_since->at - started_at);
-      result.under_battery = under_since->battery_fraction;
+    if (const std::optional<Usable>& usable = surroundings.last_in_open_water()) {
+      result.under_elapsed_s = to_seconds(usable->at - started_at);
+      result.under_battery = usable->battery_fraction;
     }
-    if (const std::optional<StateId> leaf = active_leaf()) {
-      result.goals_done = behaviors_by_state[static_cast<std::size_t>(*leaf)]->goals_done();
-    }
+    if (leaves.active()) result.goals_done = leaves.behavior().goals_done();
     result.rung = ladder.rung();
     result.rung_cause = ladder.cause();
     result.abort_cause = abort_cause;
     result.paused = paused;
-    result.queries = queries;
+    result.queries = leaves.queries();
     return result;
   }
 
   // Where the vehicle is, as failsafes and guards want to know it.
   void look_around() {
-    const Eigen::Vector3d& p_W = position();
-    is_under = is_declared_under(p_W) || map.overhead(p_W, 0.0);
-    const double margin = kDrift + estimation::horizontal_sigma(estimate());
-    open_above = !is_under && !map.overhead(p_W, margin);
-    trail.add(p_W, open_above);
     const double battery = monitors.health().battery_fraction;
-    if (open_above) under_since = Usable{now, battery};
-    if (next_sounding <= now) {
-      next_sounding = now + from_seconds(kSoundingPeriod);
-      const std::optional<double> ground = map.ground_below(p_W);
-      altitude = ground ? std::optional(p_W.z() - *ground) : std::nullopt;
-    }
-    variables.depth = -p_W.z();
-    variables.altitude = altitude.value_or(std::numeric_limits<double>::infinity());
+    surroundings.look(now, estimate(), declared_roof(), battery);
+    const behaviors::Progress& progress = leaves.progress();
+    variables.depth = -position().z();
+    variables.altitude =
+        surroundings.altitude_m().value_or(std::numeric_limits<double>::infinity());
     variables.battery_fraction = battery;
     variables.temperature = monitors.health().temperature_c;
     variables.elapsed = to_seconds(now - started_at);
@@ -396,26 +338,19 @@ struct Executive::Impl final : statechart::Environment {
     variables.clearance = progress.clearance_m;
     variables.cross_track = progress.cross_track_m;
     variables.position_sigma = estimation::horizontal_sigma(estimate());
-    variables.overhead = is_under;
-    variables.penetration = trail.penetration_m();
-    variables.spent = spent();
+    variables.overhead = surroundings.is_under();
+    variables.penetration = surroundings.trail().penetration_m();
+    variables.spent = surroundings.spent(now, started_at, battery);
     variables.estimator = name_of(estimate().source);
   }
 
-  // A camera that looks down sees no roof: in unknown water what the mission declares counts. A
-  // leaf that swims to its goals says what is above its way; whatever else is active, that way
-  // knows.
-  bool is_declared_under(const Eigen::Vector3d& p_W) {
-    if (!declared) return false;
-    const std::optional<StateId> leaf = active_leaf();
-    const StateSpec* spec = leaf ? machine.specs[static_cast<std::size_t>(*leaf)] : nullptr;
+  // What a leaf that swims to its goals says is above its way.
+  [[nodiscard]] std::optional<bool> declared_roof() const {
+    const StateSpec* spec = leaves.active_spec();
     const bool has_goals =
         spec != nullptr && (std::holds_alternative<GotoState>(spec->leaf) ||
                             std::holds_alternative<GoalSequenceState>(spec->leaf));
-    if (!has_goals && declared->size() > 0) return !declared->was_open_at(p_W);
-    const bool is_overhead = has_goals && spec->overhead;
-    declared->add(p_W, !is_overhead);
-    return is_overhead;
+    return has_goals ? std::optional(spec->overhead) : std::nullopt;
   }
 
   [[nodiscard]] double state_elapsed() const {
@@ -425,18 +360,6 @@ struct Executive::Impl final : statechart::Environment {
       }
     }
     return 0.0;
-  }
-
-  // Of the time or the energy that was usable where the overhead began, whichever is more.
-  [[nodiscard]] double spent() const {
-    if (open_above || !under_since) return 0.0;
-    const double time_left =
-        mission.limits.mission_timeout.value - to_seconds(under_since->at - started_at);
-    const double charge_left = under_since->battery_fraction - mission.limits.battery_reserve.value;
-    const double charge = under_since->battery_fraction - monitors.health().battery_fraction;
-    const double time_share = time_left > 0.0 ? to_seconds(now - under_since->at) / time_left : 1.0;
-    const double charge_share = charge_left > 0.0 ? std::max(charge, 0.0) / charge_left : 1.0;
-    return std::max(time_share, charge_share);
   }
 
   void dispatch(const std::string& event, std::string cause) {
@@ -518,13 +441,13 @@ struct Executive::Impl final : statechart::Environment {
   }
 
   void skip() {
-    const std::optional<StateId> leaf = active_leaf();
-    const bool is_missions = leaf && machine.specs[static_cast<std::size_t>(*leaf)] != nullptr;
-    if (!is_missions) return note("topside says skip, but the mission is not in command");
+    const std::optional<StateId> leaf = leaves.active();
+    if (leaves.active_spec() == nullptr) {
+      return note("topside says skip, but the mission is not in command");
+    }
     const std::string& id = machine.chart.states[static_cast<std::size_t>(*leaf)].id;
     tell("operator.skip", "topside says skip");
-    behaviors::Behavior* behavior = behaviors_by_state[static_cast<std::size_t>(*leaf)].get();
-    if (behavior == nullptr || behavior->skip()) return;
+    if (leaves.active() != leaf || leaves.behavior().skip()) return;
     dispatch("done.state." + id, "topside says skip");
   }
 
@@ -533,18 +456,17 @@ struct Executive::Impl final : statechart::Environment {
     input.now = now;
     input.elapsed_s = variables.elapsed;
     input.estimate = &estimate();
-    input.altitude_m = altitude;
+    input.altitude_m = surroundings.altitude_m();
     input.command = last_command;
     input.expected_climb =
         (estimate().X_WB.q * Eigen::Vector3d(last_command.v, 0.0, expected_heave)).z();
-    input.leg_elapsed_s = progress.elapsed_s;
-    input.leg_expected_s = progress.expected_s;
-    input.plan_failures = progress.plan_failures;
+    input.leg_elapsed_s = leaves.progress().elapsed_s;
+    input.leg_expected_s = leaves.progress().expected_s;
+    input.plan_failures = leaves.progress().plan_failures;
     input.out_of_replans = out_of_replans;
     input.operator_abort = operator_abort;
     input.retrace_failed = retrace_failed;
-    const std::optional<StateId> leaf = active_leaf();
-    input.rises = leaf && behaviors_by_state[static_cast<std::size_t>(*leaf)]->rises();
+    input.rises = leaves.active() && leaves.behavior().rises();
     const auto change = ladder.update(now, monitors.update(input), can_go_up());
     if (change) take_rung(*change);
   }
@@ -577,12 +499,12 @@ struct Executive::Impl final : statechart::Environment {
   [[nodiscard]] std::string describe(FailsafeKind kind) const {
     FailsafeFigures figures;
     figures.health = monitors.health();
-    figures.altitude_m = altitude;
+    figures.altitude_m = surroundings.altitude_m();
     figures.p_W = position();
     figures.estimated_depth_m = variables.depth;
     figures.measured_depth_m = last_depth ? last_depth->depth_m : 0.0;
     figures.position_sigma_m = variables.position_sigma;
-    figures.progress = &progress;
+    figures.progress = &leaves.progress();
     figures.out_of_replans = out_of_replans;
     figures.retrace_failure = &retrace_failure;
     figures.internal_error = &internal_error;
@@ -605,65 +527,38 @@ struct Executive::Impl final : statechart::Environment {
     }
   }
 
-  // The innermost active state that has a behaviour; the document allows one at a time.
-  [[nodiscard]] std::optional<StateId> active_leaf() const {
-    for (std::size_t i = behaviors_by_state.size(); i-- > 0;) {
-      if (behaviors_by_state[i]) return static_cast<StateId>(i);
-    }
-    return std::nullopt;
-  }
-
-  void run_leaf(bool map_changed) {
-    if (is_held()) {
-      map_changed_while_held |= map_changed;
-      return hold();
-    }
+  void run_leaf() {
+    if (is_held()) return hold();
     held.reset();
-    const std::optional<StateId> leaf = active_leaf();
+    const std::optional<StateId> leaf = leaves.active();
     if (!leaf) {  // the machine has ended
-      const double depth = !open_above     ? variables.depth
-                           : hears_depth() ? 0.0
-                                           : -1.0;  // to be pushed against
+      const double depth = !surroundings.open_above() ? variables.depth
+                           : hears_depth()            ? 0.0
+                                                      : -1.0;  // to be pushed against
       last_command = behaviors::station_keeping(depth, to_rpy(estimate().X_WB.q).z());
       return;
     }
-    const auto index = static_cast<std::size_t>(*leaf);
-    const std::string& id = machine.chart.states[index].id;
-    behaviors::Behavior& behavior = *behaviors_by_state[index];
-
-    behaviors::PlanAnswer answer;
-    const std::optional<PlanReply> reply = std::exchange(kept_plan, std::nullopt);
-    const bool answered = reply && reply->id == asked_id && asked_by == *leaf;
-    if (answered) answer = {reply->status, reply->reason, reply->waypoints, reply->clearance_m};
     behaviors::BehaviorInput input;
     input.now = leaf_now();
     input.estimate = &estimate();
-    input.plan = answered ? &answer : nullptr;
-    const bool was_changed = std::exchange(map_changed_while_held, false);
-    input.map_changed = map_changed || was_changed;
-    input.trail = &trail;
-    input.seen = map.has_changed() ? &map : nullptr;
     input.replan = ladder.rung() == behaviors::Rung::kReplan;
     input.depth_known = hears_depth();
     input.attitude_known = hears_imu();
     input.can_go_up = can_go_up();
-    behaviors::BehaviorOutput result = behavior.step(input);
+    const behaviors::BehaviorOutput result = leaves.step(input, outputs.plan_query);
     last_command = result.command;
-    progress = behavior.progress();
+    behaviors::Behavior& behavior = leaves.behavior();
     const bool needs_sight = mission.unknown && behavior.needs_sight();
     if (needs_sight) sight.apply(now, leaf_now(), estimate(), last_command);
-    if (result.plan_request) {
-      asked_id = ++queries;
-      asked_by = *leaf;
-      outputs.plan_query =
-          PlanQuery{asked_id, id, result.plan_cause, std::move(*result.plan_request)};
+    if (result.done) {
+      const std::string& id = machine.chart.states[static_cast<std::size_t>(*leaf)].id;
+      dispatch("done.state." + id, id + " is done");
     }
-    if (result.done) dispatch("done.state." + id, id + " is done");
     if (result.failed != behaviors::Failure::kNone) {
       leaf_failed(*leaf, result.failed);
     } else if (needs_sight && !result.done && sight.waits_in_vain(leaf_now()) &&
                !behavior.take_another_way()) {
-      progress.plan_failure = "the way that was planned leads where it cannot look";
+      leaves.explain("the way that was planned leads where it cannot look");
       leaf_failed(*leaf, behaviors::Failure::kUnreachable);
     }
   }
@@ -683,15 +578,15 @@ struct Executive::Impl final : statechart::Environment {
     const bool is_retrace = spec == nullptr || std::holds_alternative<RetraceState>(spec->leaf);
     if (is_retrace) {
       retrace_failed = true;  // the ladder takes it from here
-      retrace_failure =
-          progress.plan_failure.empty() ? "the trail never saw open water" : progress.plan_failure;
+      const std::string& why = leaves.progress().plan_failure;
+      retrace_failure = why.empty() ? "the trail never saw open water" : why;
       return;
     }
     const bool is_exhausted = failure == behaviors::Failure::kExhausted;
     if (is_exhausted) out_of_replans = true;
     dispatch("plan.failed." + id,
              fmt::format("no plan for {}: {}", id,
-                         is_exhausted ? "no replans are left" : progress.plan_failure));
+                         is_exhausted ? "no replans are left" : leaves.progress().plan_failure));
   }
 
   void actuate() {
@@ -699,35 +594,14 @@ struct Executive::Impl final : statechart::Environment {
     const double dt = to_seconds(now - last_step);
     if (started && dt > 0.0 && last_imu && last_depth) {
       const double depth = hears_depth() ? last_depth->depth_m : -estimate().X_WB.p.z();
-      if (hears_imu()) {
-        reckoned.start(last_imu->q_WB, last_imu->gyro_B);
-        last_rates = autopilot.step(last_command, last_imu->q_WB, last_imu->gyro_B, depth, dt);
-      } else {
-        actuate_blindly(depth, dt);
-      }
+      helm.step(last_command, {&*last_imu, hears_imu(), depth, hears_depth()}, dt);
     }
     last_step = now;
-    outputs.rates = last_rates;
-  }
-
-  // Stops, comes level by what the turn must have become, and then does only what needs no
-  // attitude: the depth loop, as if level. A tilted vehicle that heaves would push itself sideways.
-  void actuate_blindly(double depth, double dt) {
-    reckoned.advance(last_rates, dt);
-    vehicle::Command command = last_command;
-    command.v = 0.0;
-    command.o = from_rpy(0.0, 0.0, to_rpy(last_imu->q_WB).z());
-    if (reckoned.is_trusted()) {
-      last_rates = autopilot.step(command, reckoned.q_WB(), reckoned.omega_B(), depth, dt);
-      if (reckoned.tilt() > kTilted) last_rates.heave = 0.0;
-    } else {
-      last_rates = autopilot.step(command, command.o, Eigen::Vector3d::Zero(), depth, dt);
-      // Blind and deaf: a vehicle that is left alone rises slowly, and pushes against nothing.
-      if (!hears_depth() && command.d >= 0.0) last_rates = {};
-    }
+    outputs.rates = helm.rates();
   }
 
   void fill_status() {
+    const behaviors::Progress& progress = leaves.progress();
     Status& status = outputs.status;
     status.state = innermost();
     status.leg = progress.leg;
@@ -748,27 +622,13 @@ struct Executive::Impl final : statechart::Environment {
     return final_state;
   }
 
-  void enter_leaf(const std::string& id, const StateSpec* spec,
-                  std::unique_ptr<behaviors::Behavior>& behavior, int goals_done = 0) {
-    if (spec != nullptr && std::holds_alternative<std::monostate>(spec->leaf)) return;  // watches
-    progress = {};
-    const bool is_retrace = spec != nullptr ? std::holds_alternative<RetraceState>(spec->leaf)
-                                            : id == kRetraceState || id == kBackState;
-    if (is_retrace) {
-      behavior = std::make_unique<behaviors::Retrace>(trail, leaf_context.leg, &map);
-    } else if (spec != nullptr) {
-      behavior = make_leaf_behavior(leaf_context, *spec, goals_done);
-      if (std::holds_alternative<SurfaceState>(spec->leaf) && is_under) {
-        abort_cause = event_cause = id + " was entered under an overhead";
-        interpreter.raise(kAbortEvent);
-      }
-    } else if (id == kWaitState) {
-      behavior = std::make_unique<behaviors::Hold>(kRetreatWait);
-    } else if (id == kEmergencyState) {
-      behavior = std::make_unique<behaviors::Surface>();
-    } else {
-      behavior = make_surface(leaf_context);
-    }
+  void refuse_to_surface_under_a_roof(StateId state) {
+    const auto index = static_cast<std::size_t>(state);
+    const StateSpec* spec = machine.specs[index];
+    const bool surfaces = spec != nullptr && std::holds_alternative<SurfaceState>(spec->leaf);
+    if (!surfaces || !surroundings.is_under()) return;
+    abort_cause = event_cause = machine.chart.states[index].id + " was entered under an overhead";
+    interpreter.raise(kAbortEvent);
   }
 
   const Mission& mission;
@@ -776,19 +636,16 @@ struct Executive::Impl final : statechart::Environment {
   ChangedMap map;
   Machine machine;
   statechart::Interpreter interpreter;
-  LeafContext leaf_context;
+  Surroundings surroundings;
+  Leaves leaves;
   Navigator navigator;
-  vehicle::Autopilot autopilot;
-  vehicle::ReckonedAttitude reckoned;
+  Helm helm;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
   behaviors::SightLimit sight;
   behaviors::FailsafeLadder ladder;
-  behaviors::Trail trail;
-  std::optional<behaviors::Trail> declared;  ///< In unknown water: by what the mission says.
 
   // By StateId.
-  std::vector<std::unique_ptr<behaviors::Behavior>> behaviors_by_state;
   std::vector<Utime> entered_at;  ///< On the behaviours' clock.
   std::vector<char> timeout_told;
   std::vector<char> done_once;  ///< By ActionId.
@@ -797,36 +654,24 @@ struct Executive::Impl final : statechart::Environment {
   Utime held_for = 0;
   Utime started_at = 0;
   Utime last_step = 0;
-  Utime next_sounding = 0;
   Utime imu_heard = 0;
   Utime depth_heard = 0;
   bool started = false;
-  bool is_under = false;    ///< Something is above the vehicle.
-  bool open_above = false;  ///< Nothing is, nor where it may drift to: it can go straight up.
   bool paused = false;
   bool operator_abort = false;
-  bool map_changed_while_held = false;
   std::optional<vehicle::Command> held;
-  std::optional<double> altitude;
-  std::optional<Usable> under_since;
   estimation::StateEstimate last_estimate;
   std::optional<ImuSample> last_imu;
   std::optional<DepthSample> last_depth;
   vehicle::Command last_command;
-  vehicle::PseudoRates last_rates;
   double expected_heave = 0.0;  ///< m/s
   GuardVariables variables;
   std::vector<std::pair<statechart::GuardId, bool>> evaluated;  ///< Since the last transition.
-  behaviors::Progress progress;
   bool out_of_replans = false;
   bool retrace_failed = false;
   std::string retrace_failure;
-  std::int64_t queries = 0;
   int loops_closed = 0;
   std::optional<Utime> loop_told;
-  std::int64_t asked_id = 0;
-  StateId asked_by = -1;
-  std::optional<PlanReply> kept_plan;
   std::string final_state;
   std::string abort_cause;
   std::string event_cause;
@@ -856,7 +701,7 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
 }
 
 Committed Executive::committed() const { return impl_->committed(); }
-const behaviors::Trail& Executive::trail() const { return impl_->trail; }
+const behaviors::Trail& Executive::trail() const { return impl_->surroundings.trail(); }
 
 ExecutiveResult Executive::result() const {
   const Impl& impl = *impl_;

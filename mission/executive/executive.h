@@ -7,51 +7,20 @@
 // and guards into the statechart, the active leaf's behaviour into a command, the command through
 // the autopilot into pseudo-rates.
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "behaviors/failsafes.h"
 #include "behaviors/trail.h"
 #include "estimation/primitive.h"
 #include "mission/document/mission.h"
+#include "mission/executive/committed.h"
 #include "mission/executive/io.h"
 #include "planning/world/world.h"
 #include "vehicle/autopilot.h"
 #include "vehicle/model.h"
 
 namespace dive::mission {
-
-/// What a new executive needs to go on where another one of the same mission ended.
-struct Committed {
-  Utime utime = 0;
-  double elapsed_s = 0.0;                                   ///< Of the mission.
-  std::vector<std::string> active;                          ///< Document order.
-  std::vector<double> active_s;                             ///< How long, one by one.
-  std::map<std::string, std::vector<std::string>> history;  ///< Recorded, by history state.
-  std::vector<int> done_once;                               ///< Actions never to be repeated.
-  Pose X_WB;
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s.
-  double sigma_m = 0.0;                           ///< Of the horizontal position.
-  std::optional<double> under_elapsed_s;          ///< When it was last in open water ...
-  double under_battery = 1.0;                     ///< ... and with what charge.
-  int goals_done = 0;                             ///< By the active leaf.
-  behaviors::Rung rung = behaviors::Rung::kNone;
-  behaviors::FailsafeKind rung_cause = behaviors::FailsafeKind::kLeak;
-  std::string abort_cause;
-  bool paused = false;
-  std::int64_t queries = 0;
-};
-
-struct Resume {
-  Committed committed;
-  std::vector<behaviors::Trail::Crumb> trail;
-  /// Between the last commit and the first step; nothing: as the vehicle's clock says, and the
-  /// vehicle went on in between. Otherwise it lies at rest where it was, as in a new simulator.
-  std::optional<double> gap_s;
-};
 
 struct ExecutiveOptions {
   std::uint64_t seed = 1;  ///< Of the plans asked for.

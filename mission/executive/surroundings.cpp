@@ -1,0 +1,61 @@
+#include "mission/executive/surroundings.h"
+
+#include <algorithm>
+
+namespace dive::mission {
+namespace {
+
+constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a while
+constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
+
+}  // namespace
+
+Surroundings::Surroundings(const Mission& mission, ChangedMap& map) : mission_(mission), map_(map) {
+  if (mission.unknown) declared_.emplace();
+}
+
+void Surroundings::restore(std::span<const behaviors::Trail::Crumb> trail) {
+  for (const behaviors::Trail::Crumb& crumb : trail) {
+    trail_.add(crumb.p_W, crumb.open_above);
+    if (declared_) declared_->add(crumb.p_W, crumb.open_above);
+  }
+}
+
+void Surroundings::look(Utime now, const estimation::StateEstimate& estimate,
+                        std::optional<bool> declared_roof, double battery_fraction) {
+  const Eigen::Vector3d& p_W = estimate.X_WB.p;
+  is_under_ = is_declared_under(p_W, declared_roof) || map_.overhead(p_W, 0.0);
+  const double margin = kDrift + estimation::horizontal_sigma(estimate);
+  open_above_ = !is_under_ && !map_.overhead(p_W, margin);
+  trail_.add(p_W, open_above_);
+  if (open_above_) usable_ = Usable{now, battery_fraction};
+  if (now < next_sounding_) return;
+  next_sounding_ = now + from_seconds(kSoundingPeriod);
+  const std::optional<double> ground = map_.ground_below(p_W);
+  altitude_m_ = ground ? std::optional(p_W.z() - *ground) : std::nullopt;
+}
+
+// A camera that looks down sees no roof: in unknown water what the mission declares counts. A
+// leaf that swims to its goals says what is above its way; whatever else is active, that way
+// knows.
+bool Surroundings::is_declared_under(const Eigen::Vector3d& p_W,
+                                     std::optional<bool> declared_roof) {
+  if (!declared_) return false;
+  if (!declared_roof && declared_->size() > 0) return !declared_->was_open_at(p_W);
+  const bool is_roofed = declared_roof.value_or(false);
+  declared_->add(p_W, !is_roofed);
+  return is_roofed;
+}
+
+double Surroundings::spent(Utime now, Utime started_at, double battery_fraction) const {
+  if (open_above_ || !usable_) return 0.0;
+  const double time_left =
+      mission_.limits.mission_timeout.value - to_seconds(usable_->at - started_at);
+  const double charge_left = usable_->battery_fraction - mission_.limits.battery_reserve.value;
+  const double charge = usable_->battery_fraction - battery_fraction;
+  const double time_share = time_left > 0.0 ? to_seconds(now - usable_->at) / time_left : 1.0;
+  const double charge_share = charge_left > 0.0 ? std::max(charge, 0.0) / charge_left : 1.0;
+  return std::max(time_share, charge_share);
+}
+
+}  // namespace dive::mission
