@@ -1,0 +1,109 @@
+// What is above and below, and what is used up: against what was put there.
+
+#include "mission/executive/surroundings.h"
+
+#include <gtest/gtest.h>
+
+#include "test/planning/boxes.h"
+
+namespace dive::mission {
+namespace {
+
+using Eigen::Vector3d;
+
+// Ground at 10 m, and a roof over x > 0, 1 m below the surface.
+planning::World world() {
+  planning::World world;
+  world.obstacles.push_back({"ground", planning::Box{{80, 80, 1}}, Pose{{0, 0, -10.5}}});
+  world.obstacles.push_back({"roof", planning::Box{{40, 40, 1}}, Pose{{20, 0, -1.5}}});
+  return world;
+}
+
+planning::RobotHull hull() {
+  return {{{"body", dive::testing::box_corners(Vector3d(0.6, 0.4, 0.2))}}};
+}
+
+class SurroundingsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    mission_.limits.mission_timeout.value = 1100.0;
+    mission_.limits.battery_reserve.value = 0.2;
+  }
+
+  void look(Surroundings& surroundings, double t_s, double x, double battery = 1.0,
+            std::optional<bool> declared_roof = {}) {
+    estimation::StateEstimate estimate;
+    estimate.X_WB.p = {x, 0.0, -4.0};
+    surroundings.look(from_seconds(t_s), estimate, declared_roof, battery);
+  }
+
+  Mission mission_;
+  planning::World world_ = world();
+  planning::RobotHull hull_ = hull();
+  ChangedMap map_{world_, hull_};
+};
+
+TEST_F(SurroundingsTest, KnowWhatIsAboveAndBelow) {
+  Surroundings surroundings(mission_, map_);
+  look(surroundings, 0.0, -5.0);
+  EXPECT_FALSE(surroundings.is_under());
+  EXPECT_TRUE(surroundings.open_above());
+  ASSERT_TRUE(surroundings.altitude_m());
+  EXPECT_NEAR(*surroundings.altitude_m(), 6.0, 1e-6);
+  look(surroundings, 1.0, 5.0);
+  EXPECT_TRUE(surroundings.is_under());
+  EXPECT_FALSE(surroundings.open_above());
+  EXPECT_NEAR(surroundings.trail().penetration_m(), 10.0, 1e-6);
+}
+
+// So near to the edge of the roof that it may drift below it.
+TEST_F(SurroundingsTest, BesideARoofThereIsNoWayStraightUp) {
+  Surroundings surroundings(mission_, map_);
+  look(surroundings, 0.0, -0.5);
+  EXPECT_FALSE(surroundings.is_under());
+  EXPECT_FALSE(surroundings.open_above());
+}
+
+TEST_F(SurroundingsTest, CountWhatWasUsedUpOfWhatThereWasInOpenWater) {
+  Surroundings surroundings(mission_, map_);
+  look(surroundings, 100.0, -5.0, 0.8);
+  EXPECT_EQ(surroundings.spent(from_seconds(100.0), 0, 0.8), 0.0);
+  look(surroundings, 101.0, 5.0, 0.8);
+  EXPECT_NEAR(surroundings.spent(from_seconds(350.0), 0, 0.8), 0.25, 1e-9)
+      << "250 s of the 1,000 s that were left";
+  EXPECT_NEAR(surroundings.spent(from_seconds(350.0), 0, 0.5), 0.5, 1e-9)
+      << "0.3 of the 0.6 that may be used";
+  look(surroundings, 400.0, -5.0, 0.5);
+  EXPECT_EQ(surroundings.spent(from_seconds(400.0), 0, 0.5), 0.0) << "out again";
+}
+
+TEST_F(SurroundingsTest, InUnknownWaterBelieveWhatIsDeclaredAndRememberWhere) {
+  mission_.unknown.emplace();
+  const planning::World nothing;
+  ChangedMap empty(nothing, hull_);
+  Surroundings surroundings(mission_, empty);
+  look(surroundings, 0.0, -5.0, 1.0, false);
+  EXPECT_FALSE(surroundings.is_under());
+  look(surroundings, 1.0, 5.0, 1.0, true);
+  EXPECT_TRUE(surroundings.is_under());
+  look(surroundings, 2.0, 5.0);
+  EXPECT_TRUE(surroundings.is_under()) << "whoever holds there is below it still";
+  look(surroundings, 3.0, -5.0);
+  EXPECT_FALSE(surroundings.is_under()) << "and whoever came back is not";
+}
+
+TEST_F(SurroundingsTest, GoOnWithTheTrailThatWasLeft) {
+  mission_.unknown.emplace();
+  const planning::World nothing;
+  ChangedMap empty(nothing, hull_);
+  Surroundings surroundings(mission_, empty);
+  surroundings.restore(
+      std::vector<behaviors::Trail::Crumb>{{{-5, 0, -4}, true}, {{5, 0, -4}, false}});
+  look(surroundings, 500.0, 5.0, 0.6);
+  EXPECT_TRUE(surroundings.is_under());
+  surroundings.restore(Usable{from_seconds(100.0), 0.8});
+  EXPECT_NEAR(surroundings.spent(from_seconds(500.0), 0, 0.8), 0.4, 1e-9);
+}
+
+}  // namespace
+}  // namespace dive::mission
