@@ -15,15 +15,27 @@ constexpr double kAtRest = 0.08;      // m/s
 constexpr double kStopSeconds = 4.0;  // it has stopped by then, whatever is estimated
 constexpr double kGotOn = 0.5;        // m along a planned way
 constexpr int kMaxPlannedWays = 40;
-constexpr double kLookedBack = 1.0;  // m along the trail that is looked at ...
-constexpr double kLook = 6.0;        // ... s that it takes to look ...
-constexpr int kLooksFirst = 3;       // ... so many times before a way round is planned ...
-constexpr double kLookAgain = 2.0;   // ... and again after so many m
-constexpr double kBeside = 0.4;      // of D_min, from the trail to what was seen since
-constexpr double kRise = 0.3;        // m above the trail that a way round may lead
-constexpr double kSlow = 4.0;        // times the time at full speed is not getting on
+constexpr double kLookedBack = 1.0;   // m along the trail that is looked at ...
+constexpr double kLook = 6.0;         // ... s that it takes to look ...
+constexpr int kLooksFirst = 3;        // ... so many times before a way round is planned ...
+constexpr double kLookAgain = 2.0;    // ... and again after so many m
+constexpr double kAhead = 15.0;       // m: farther off it is judged when it comes nearer
+constexpr double kPastNothing = 3.0;  // m along a trail on which nothing is in the way
+constexpr double kBeside = 0.4;       // of D_min, from the trail to what was seen since
+constexpr double kRise = 0.3;         // m above the trail that a way round may lead
+constexpr double kSlow = 4.0;         // times the time at full speed is not getting on
 // Of D_min, one after the other: what is out of reach with all of it may be had with less.
 constexpr std::array<double, 4> kShares = {1.0, 0.6, 0.3, 0.1};
+
+// The first waypoints of `way`: as many as make up `most_m`.
+std::span<const Pose> beginning(std::span<const Pose> way, double most_m) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    length += (way[i].p - way[i - 1].p).norm();
+    if (length >= most_m) return way.first(i + 1);
+  }
+  return way;
+}
 
 vehicle::FollowerOptions follower_options(double speed) {
   vehicle::FollowerOptions options;
@@ -52,6 +64,13 @@ Trail::Way Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
   return trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
 }
 
+// What is left of it, but for what is far ahead.
+bool Retrace::is_blocked(PathJudge& changes) const {
+  const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
+  const double clearance = changes.clearance(beginning(std::span(way_).subspan(behind), kAhead));
+  return clearance <= (on_trail_ ? needed_m() : 0.0);
+}
+
 // Somebody beside the trail is given room; a trail that has no more is swum all the same.
 double Retrace::needed_m() const {
   return is_patient() && looks_ < kLooksFirst ? kBeside * settings_.clearance : 0.0;
@@ -70,9 +89,7 @@ void Retrace::begin(const BehaviorInput& input) {
   out_W_ = way.points.back();
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
-  if (changes_ != nullptr && changes_->clearance(way_) <= needed_m()) {
-    give_up_trail("the trail is blocked", input);
-  }
+  if (changes_ != nullptr && is_blocked(*changes_)) blocked(input);
 }
 
 void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
@@ -83,10 +100,18 @@ void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
     tries_ = 0;
     blocked_since_.reset();
   }
-  if (looked_at_W_ && (input.estimate->X_WB.p - *looked_at_W_).norm() > kLookAgain) looks_ = 0;
+  if (looked_at_W_ && (input.estimate->X_WB.p - *looked_at_W_).norm() > kLookAgain) {
+    looks_ = 0;
+    blocked_since_.reset();
+  }
   planning_ = true;
   why_ = why;
   station_.reset();
+}
+
+// What blocks it may be somebody who has gone, or will go.
+void Retrace::blocked(const BehaviorInput& input) {
+  give_up_trail("the trail is blocked", input);
   if (is_patient() && looks_ < kLooksFirst) look_back(input);
 }
 
@@ -116,9 +141,8 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
     return output;
   }
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
-  if (!planning_ && input.map_changed && input.seen != nullptr &&
-      input.seen->clearance(way_) <= (on_trail_ ? needed_m() : 0.0)) {
-    give_up_trail("the trail is blocked", input);
+  if (!planning_ && input.map_changed && input.seen != nullptr && is_blocked(*input.seen)) {
+    blocked(input);
   }
   if (std::exchange(cannot_look_, false) && !planning_ && !on_trail_) {
     give_up_trail("the way that was planned leads where it cannot look", input);
@@ -198,14 +222,15 @@ void Retrace::take_answer(const BehaviorInput& input) {
 }
 
 // To the end of the trail; where only the trail is known, to the first place of it behind what
-// blocks it.
+// blocks it, or a little along it where nothing does.
 void Retrace::aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const {
   goal.position_W = out_W_;
   if (!is_patient() || changes_ == nullptr) return;
   const std::vector<Pose> trail = level_poses(way_along_trail(p_W).points);
-  std::size_t behind = 0;
-  for (std::size_t i = 1; i < trail.size(); ++i) {
-    if (changes_->clearance(std::span(trail).subspan(i - 1, 2)) <= 0.0) behind = i + 1;
+  const std::span<const Pose> near = beginning(trail, kAhead);
+  std::size_t behind = beginning(trail, kPastNothing).size() - 1;
+  for (std::size_t i = 1; i < near.size(); ++i) {
+    if (changes_->clearance(near.subspan(i - 1, 2)) <= 0.0) behind = i + 1;
   }
   if (behind + 1 < trail.size()) goal.position_W = trail[behind].p;
   double highest = p_W.z();

@@ -10,7 +10,11 @@
 namespace dive::mission {
 namespace {
 
+// Each stretch of so many poses has a budget of its own: a long way through narrow places must not
+// pass for a blocked one because it was not judged to its end.
+constexpr std::size_t kStretch = 6;
 constexpr int kMaxEvaluations = 4000;  // of FCL, on the control thread
+constexpr double kLeastCutoff = 0.01;  // m
 
 }  // namespace
 
@@ -72,7 +76,18 @@ double ChangedMap::clearance(std::span<const Pose> waypoints) {
 }
 
 double ChangedMap::clearance_to_pieces(std::span<const Pose> waypoints) {
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(hull_radius_ + judged_m_);
+  double clearance = judged_m_;
+  for (std::size_t begin = 0;; begin += kStretch - 1) {
+    const std::size_t size = std::min(kStretch, waypoints.size() - begin);
+    clearance = std::min(clearance, clearance_of_stretch(waypoints.subspan(begin, size),
+                                                         std::max(clearance, kLeastCutoff)));
+    if (clearance <= 0.0 || begin + size == waypoints.size()) return clearance;
+  }
+}
+
+// Up to `cutoff`, m: what is farther away than the worst so far does not count.
+double ChangedMap::clearance_of_stretch(std::span<const Pose> waypoints, double cutoff) {
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(hull_radius_ + cutoff);
   planning::World near;
   pieces_.begin_collection();
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
@@ -80,9 +95,9 @@ double ChangedMap::clearance_to_pieces(std::span<const Pose> waypoints) {
     if (i > 0) motion.extend(waypoints[i - 1].p);
     pieces_.collect({motion.min() - reach, motion.max() + reach}, near.obstacles);
   }
-  if (near.obstacles.empty()) return judged_m_;
+  if (near.obstacles.empty()) return cutoff;
   planning::CertifyOptions options;
-  options.cutoff = judged_m_;
+  options.cutoff = cutoff;
   options.max_evaluations = kMaxEvaluations;
   return planning::Certifier(near, hull_, options).certify(waypoints).clearance_m;
 }

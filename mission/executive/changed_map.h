@@ -44,6 +44,7 @@ class ChangedMap final : public behaviors::PathJudge {
 
  private:
   [[nodiscard]] double clearance_to_pieces(std::span<const Pose> waypoints);
+  [[nodiscard]] double clearance_of_stretch(std::span<const Pose> waypoints, double cutoff);
 
   const planning::RobotHull& hull_;
   double hull_radius_;

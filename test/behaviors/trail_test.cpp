@@ -265,6 +265,36 @@ TEST(Retrace, InUnknownWaterAnAnswerThatComesWhenItIsOnItsTrailAgainIsTooLate) {
   EXPECT_LT((output.command.o * Eigen::Vector3d::UnitX()).x(), -0.9) << "along the trail";
 }
 
+// By the time that it is there it may be gone, and a long trail cannot be judged in one tick.
+TEST(Retrace, WhatIsInTheWayFarAheadIsLeftUntilItIsNearer) {
+  Somebody somebody;
+  Trail trail;
+  for (double x = -4.0; x <= 40.0; x += 0.1) trail.add({x, 0, -4}, x < 0.0);
+  Retrace retrace(trail, patient(), &somebody);
+  EXPECT_GT(step(retrace, 0, {40, 0, -4}, nullptr, &somebody).command.v, 0.0);
+  Utime now = 0;
+  double x = 40.0;
+  while (x > 10.0 && step(retrace, now += 20'000, {x, 0, -4}, nullptr, &somebody).command.v > 0.0) {
+    x -= 0.02;
+  }
+  EXPECT_GT(x, 15.0);
+  EXPECT_LT(x, 25.0);
+}
+
+TEST(Retrace, WhereNothingBlocksTheTrailAndItDoesNotGetOnItPlansOnAlongIt) {
+  Judge open(2.0);
+  const Trail trail = swum_in();
+  Retrace retrace(trail, patient(), &open);
+  BehaviorOutput output;
+  for (Utime now = 0; !output.plan_request && now < from_seconds(1500);) {
+    output = step(retrace, now += from_seconds(0.5), {8, 0, -4});
+    ASSERT_EQ(output.failed, Failure::kNone);
+  }
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_NEAR(output.plan_request->goal.p.x(), 5.0, 0.6) << "not where it is";
+  EXPECT_NEAR(output.plan_request->goal.p.y(), 0.0, 1e-9);
+}
+
 TEST(Retrace, EvenInUnknownWaterItDoesNotWaitForEver) {
   Judge blocked(-0.1);
   const Trail trail = swum_in();

@@ -2,6 +2,7 @@
 
 #include "mission/executive/changed_map.h"
 
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -103,6 +104,33 @@ RC_GTEST_PROP(ChangedMap, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed))
   const double clearance = map.clearance(way);
   RC_ASSERT(clearance <= least + 1e-6);
   if (least > 0.05) RC_ASSERT(clearance >= least - 0.05);
+}
+
+// Through a passage of many small pieces, as a mapper leaves them behind.
+TEST(ChangedMap, JudgesALongWayToItsEnd) {
+  constexpr int kLength = 40;  // m
+  MapUpdate update;
+  update.scan_utime = 1;
+  for (int x = 0; x < kLength; ++x) {
+    planning::SeenCell& cell = update.cells.emplace_back();
+    cell.key = x;
+    for (int i = 0; i < 100; ++i) {
+      const Vector3d at(x + 0.2 * (i % 5), i % 2 == 0 ? 1.1 : -1.1, -6.0 + 0.2 * (i / 10));
+      cell.pieces.push_back(polytope_of({Vector3d::Constant(0.2), Pose{at}}));
+    }
+  }
+  const planning::World nothing;
+  const planning::RobotHull robot = hull();
+  ChangedMap map(nothing, robot);
+  ASSERT_TRUE(map.apply(update));
+  std::vector<Pose> way;
+  for (int i = 0; i < 2 * kLength; ++i) {
+    way.push_back({{0.5 * i, 0.1 * std::sin(0.7 * i), -5.0}, from_rpy(0, 0, 0.2 * std::cos(i))});
+  }
+  // 1.1 - 0.1 to the wall, 0.1 aside, 0.2 half a width, and some of the length for its yaw.
+  const double clearance = map.clearance(way);
+  EXPECT_LT(clearance, 0.71);
+  EXPECT_GT(clearance, 0.55);
 }
 
 bool is_alike(const std::optional<double>& a, const std::optional<double>& b) {
