@@ -114,9 +114,9 @@ TEST(ChangedMap, JudgesALongWayToItsEnd) {
   for (int x = 0; x < kLength; ++x) {
     planning::SeenCell& cell = update.cells.emplace_back();
     cell.key = x;
-    for (int i = 0; i < 100; ++i) {
-      const Vector3d at(x + 0.2 * (i % 5), i % 2 == 0 ? 1.1 : -1.1, -6.0 + 0.2 * (i / 10));
-      cell.pieces.push_back(polytope_of({Vector3d::Constant(0.2), Pose{at}}));
+    for (int i = 0; i < 400; ++i) {
+      const Vector3d at(x + 0.1 * (i % 10), i % 20 < 10 ? 1.05 : -1.05, -6.0 + 0.1 * (i / 20));
+      cell.pieces.push_back(polytope_of({Vector3d::Constant(0.1), Pose{at}}));
     }
   }
   const planning::World nothing;
@@ -127,7 +127,7 @@ TEST(ChangedMap, JudgesALongWayToItsEnd) {
   for (int i = 0; i < 2 * kLength; ++i) {
     way.push_back({{0.5 * i, 0.1 * std::sin(0.7 * i), -5.0}, from_rpy(0, 0, 0.2 * std::cos(i))});
   }
-  // 1.1 - 0.1 to the wall, 0.1 aside, 0.2 half a width, and some of the length for its yaw.
+  // 1 to the wall, 0.1 aside, 0.2 half a width, and some of the length for its yaw.
   const double clearance = map.clearance(way);
   EXPECT_LT(clearance, 0.71);
   EXPECT_GT(clearance, 0.55);
