@@ -10,6 +10,7 @@
 #include <iostream>
 #include <map>
 #include <ranges>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include <unistd.h>
 
 #include "bench/real_waters.h"
+#include "bench/run_study.h"
 #include "bench/site.h"
 #include "common/random.h"
 #include "mission/check/route.h"
@@ -252,22 +254,20 @@ int main(int argc, char** argv) {
   app.add_option("--trace", traced, "This seed alone, every half second");
   app.add_flag("--diver", with_diver, "Someone swims into the path");
   CLI11_PARSE(app, argc, argv);
-  if (!data.empty()) {
-    for (std::string& path : dive::bench::write_real_waters(data)) {
-      missions.push_back(std::move(path));
+  return dive::bench::run_study([&] {
+    if (!data.empty()) {
+      for (std::string& path : dive::bench::write_real_waters(data)) {
+        missions.push_back(std::move(path));
+      }
     }
-  }
-  if (missions.empty()) {
-    std::cerr << "give missions, or --real DATA\n";
-    return 2;
-  }
-  for (const std::string& path : missions) {
-    const dive::bench::UnknownSite site = dive::bench::load(path);
-    if (traced > 0) {
-      dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
-    } else {
-      dive::bench::report(path, dive::bench::dive_all(site, first, dives, jobs, with_diver));
+    if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
+    for (const std::string& path : missions) {
+      const dive::bench::UnknownSite site = dive::bench::load(path);
+      if (traced > 0) {
+        dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
+      } else {
+        dive::bench::report(path, dive::bench::dive_all(site, first, dives, jobs, with_diver));
+      }
     }
-  }
-  return 0;
+  });
 }

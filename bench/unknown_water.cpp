@@ -19,6 +19,7 @@
 
 #include "bench/environments.h"
 #include "bench/quantile.h"
+#include "bench/run_study.h"
 #include "common/clock.h"
 #include "planning/mapping/mapper.h"
 #include "planning/planner.h"
@@ -402,11 +403,12 @@ int main(int argc, char** argv) {
   hours->add_option("missions", names)->required();
   CLI::App* growth = app.add_subcommand("growth", "An update beside the size of the map");
   CLI11_PARSE(app, argc, argv);
-  if (growth->parsed()) dive::bench::grow();
-  for (const std::string& name : names) {
-    if (stream->parsed()) dive::bench::stream_of(name, rebuild);
-    if (hours->parsed()) dive::bench::swim_for_hours(name);
-    if (scan->parsed()) dive::bench::scan_of(name, every, clean);
-  }
-  return 0;
+  return dive::bench::run_study([&] {
+    if (growth->parsed()) dive::bench::grow();
+    for (const std::string& name : names) {
+      if (stream->parsed()) dive::bench::stream_of(name, rebuild);
+      if (hours->parsed()) dive::bench::swim_for_hours(name);
+      if (scan->parsed()) dive::bench::scan_of(name, every, clean);
+    }
+  });
 }

@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "bench/quantile.h"
+#include "bench/run_study.h"
 #include "bench/site.h"
 #include "common/random.h"
 #include "mission/check/simulated_dive.h"
@@ -220,6 +221,27 @@ void report(const Study& study, const std::vector<Figures>& all) {
       mean(column([](auto& f) { return mean(f.nees_heading); })));
 }
 
+void dive_all(const Study& study) {
+  Site site = load_site(study.mission);
+  site.mission.closes_loops &= !study.without_loops;
+  std::vector<Figures> all;
+  for (int i = 0; i < study.runs; ++i) {
+    const std::uint64_t seed = study.first + static_cast<std::uint64_t>(i);
+    const Figures one = dive_once(site, study, seed);
+    fmt::print(
+        "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
+        "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "
+        "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}\n",
+        seed, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
+        told(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
+        one.end, one.switches, one.loops, one.drift, mean(one.nees_position),
+        mean(one.nees_heading));
+    std::fflush(stdout);
+    all.push_back(one);
+  }
+  report(study, all);
+}
+
 }  // namespace
 }  // namespace dive::bench
 
@@ -239,23 +261,5 @@ int main(int argc, char** argv) {
   app.add_flag("--without-loops", study.without_loops, "As if the mission said so");
   app.add_flag("-v,--verbose", study.is_verbose, "What the executive notes");
   CLI11_PARSE(app, argc, argv);
-  Site site = load_site(study.mission);
-  site.mission.closes_loops &= !study.without_loops;
-  std::vector<Figures> all;
-  for (int i = 0; i < study.runs; ++i) {
-    const std::uint64_t seed = study.first + static_cast<std::uint64_t>(i);
-    const Figures one = dive_once(site, study, seed);
-    fmt::print(
-        "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
-        "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "
-        "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}\n",
-        seed, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
-        told(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
-        one.end, one.switches, one.loops, one.drift, mean(one.nees_position),
-        mean(one.nees_heading));
-    std::fflush(stdout);
-    all.push_back(one);
-  }
-  report(study, all);
-  return 0;
+  return run_study([&] { dive_all(study); });
 }
