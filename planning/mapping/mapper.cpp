@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -35,6 +36,7 @@ constexpr int kFewestAligned = 40;
 constexpr std::array<float, 4> kAlignReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one after the other
 constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle against the map
 constexpr float kIndependent = 0.05F;    // of the points: errors of neighbours are alike
+constexpr float kParallel = 0.82F;       // cosine, of a point's surface and the map's
 constexpr float kFarthestOff = 0.2F;     // m that one sweep may move the vehicle
 constexpr float kSlack = 2.5F;           // sigma that a point may be moved onto its surface
 constexpr float kMuchBetter = 0.5F;      // of the noise a voxel was seen with
@@ -170,6 +172,12 @@ struct Mapper::Impl {
     const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = X_WB.p.cast<float>();
     const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kAligned);
+    std::vector<std::optional<Vector3f>> normals;
+    for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
+      auto& normal = normals.emplace_back();
+      if (is_told(sight.range(i), scan)) normal = sight.normal_B(scan, i);
+      if (normal) normal = R_WB * *normal;
+    }
     Eigen::Vector2f t = Eigen::Vector2f::Zero();
     for (const float reach : kAlignReach) {
       Eigen::Matrix2f H = Eigen::Matrix2f::Identity() / (kDriftPerSweep * kDriftPerSweep);
@@ -187,6 +195,9 @@ struct Mapper::Impl {
         float height = 0.0F;
         const Facet* facet = cell->second.nearest(p_W, reach, height);
         if (facet == nullptr) continue;
+        // Beside a sharp edge the facet that is round it may be the only one.
+        const std::optional<Vector3f>& normal = normals[i / stride];
+        if (normal && std::abs(normal->dot(facet->normal())) < kParallel) continue;
         const float sigma = noise(range) + static_cast<float>(options.flat_m);
         const float robust = std::min(1.0F, 1.5F * sigma / std::max(std::abs(height), 1e-6F));
         const float weight = kIndependent * robust / (sigma * sigma);

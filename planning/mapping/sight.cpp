@@ -19,6 +19,9 @@ constexpr float kAlikeShare = 0.05F;     // of the distance
 constexpr float kSpeckRange = 1.2F;  // m
 constexpr float kSpeckSize = 0.06F;  // m, diagonal of its box
 
+constexpr float kBeside = 5.0F;  // degrees between the points that tell how a surface lies
+constexpr float kSliver = 0.1F;  // sine between them: three points of a line tell nothing
+
 constexpr float kPi = std::numbers::pi_v<float>;
 
 }  // namespace
@@ -32,6 +35,7 @@ Sight::Sight(const RangeScan& scan, const Pose& X_WB)
   columns_ = static_cast<int>(std::ceil(360.0F / width));
   rows_ = static_cast<int>(std::ceil(180.0F / width));
   told_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNotLooked);
+  point_of_.assign(told_.size(), -1);
   ranges_.resize(scan.points_B.size());
   std::vector<int> bins(scan.points_B.size(), -1);
   for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
@@ -44,7 +48,9 @@ Sight::Sight(const RangeScan& scan, const Pose& X_WB)
     bins[i] = bin(ray);
     const float told = ranges_[i] > reach_ ? std::numeric_limits<float>::infinity() : ranges_[i];
     float& nearest = told_[static_cast<std::size_t>(bins[i])];
-    nearest = nearest < 0.0F ? told : std::min(nearest, told);
+    if (nearest >= 0.0F && nearest <= told) continue;
+    nearest = told;
+    point_of_[static_cast<std::size_t>(bins[i])] = static_cast<int>(i);
   }
   count_neighbours(bins);
   leave_out_specks(scan, bins);
@@ -60,6 +66,36 @@ void Sight::move(const Pose& X_WB) {
 void Sight::forget_points() {
   ranges_ = {};
   neighbours_ = {};
+  point_of_ = {};
+}
+
+// By what is 5 degrees to its left and right, above and below; at an edge by one of the two.
+std::optional<Eigen::Vector3f> Sight::normal_B(const RangeScan& scan, std::size_t i) const {
+  const Eigen::Vector3f& here = scan.points_B[i];
+  const int b = bin(here - origin_B_);
+  const int apart =
+      std::max(1, static_cast<int>(std::lround(kBeside / 360.0F * static_cast<float>(columns_))));
+  const float alike = kAlikeAbsolute + kAlikeShare * ranges_[i];
+  const auto beside = [&](int rows, int columns) -> const Eigen::Vector3f* {
+    const int row = b / columns_ + rows;
+    if (row < 0 || row >= rows_) return nullptr;
+    const int column = (b % columns_ + columns + columns_) % columns_;
+    const int point = point_of_[static_cast<std::size_t>(row * columns_ + column)];
+    if (point < 0) return nullptr;
+    const float range = ranges_[static_cast<std::size_t>(point)];
+    return std::abs(range - ranges_[i]) <= alike ? &scan.points_B[static_cast<std::size_t>(point)]
+                                                 : nullptr;
+  };
+  const auto along = [&](const Eigen::Vector3f* before, const Eigen::Vector3f* after) {
+    return Eigen::Vector3f((after != nullptr ? *after : here) -
+                           (before != nullptr ? *before : here));
+  };
+  const Eigen::Vector3f across = along(beside(0, -apart), beside(0, apart));
+  const Eigen::Vector3f upwards = along(beside(-apart, 0), beside(apart, 0));
+  const Eigen::Vector3f normal = across.cross(upwards);
+  const float area = normal.norm();
+  if (!(area > kSliver * across.norm() * upwards.norm())) return std::nullopt;
+  return normal / area;
 }
 
 int Sight::bin(const Eigen::Vector3f& direction_B) const {

@@ -1,6 +1,7 @@
 #pragma once
 // One sweep as it was seen from one place: how far it was looked in every direction.
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,10 @@ class Sight {
   /// Distance of point i from the sensor; NaN where the ray told nothing.
   [[nodiscard]] float range(std::size_t i) const { return ranges_[i]; }
 
+  /// Of the surface about point i of `scan`, the sweep that this was made of: along one way or the
+  /// other, unit. Nothing where what is beside it in the picture is not about as far away.
+  [[nodiscard]] std::optional<Eigen::Vector3f> normal_B(const RangeScan& scan, std::size_t i) const;
+
   [[nodiscard]] const Eigen::Vector3f& origin_W() const { return origin_W_; }
   [[nodiscard]] const Pose& X_WB() const { return X_WB_; }
   [[nodiscard]] float reach() const { return reach_; }
@@ -56,7 +61,8 @@ class Sight {
   int columns_ = 0;
   int rows_ = 0;
   std::vector<float> told_;     ///< Nearest, by bin; negative: not looked at.
-  std::vector<float> nearest_;  ///< The same, the neighbours of the bin included.
+  std::vector<int> point_of_;   ///< Which point of the sweep that was; negative: none.
+  std::vector<float> nearest_;  ///< The same as told_, the neighbours of the bin included.
   std::vector<float> ranges_;
   std::vector<int> neighbours_;
 };
