@@ -79,7 +79,9 @@ std::string to_text(const MeshPieces& mesh) {
                   digest, scale.x(), scale.y(), scale.z(), mesh.tolerance, mesh.pieces.size());
   auto out = std::back_inserter(text);
   for (const Polytope& piece : mesh.pieces) {
-    fmt::format_to(out, "{} {}", to_units(piece.radius) + 1, piece.vertices.size());
+    // A corner is moved by half a unit along each axis, which is 0.87 of one.
+    const auto radius = static_cast<std::int64_t>(std::ceil(piece.radius / kUnit)) + 1;
+    fmt::format_to(out, "{} {}", radius, piece.vertices.size());
     for (const Eigen::Vector3d& v : piece.vertices) {
       fmt::format_to(out, " {} {} {}", to_units(v.x()), to_units(v.y()), to_units(v.z()));
     }
