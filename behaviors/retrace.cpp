@@ -64,13 +64,6 @@ Trail::Way Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
   return trail_.way_out(p_W, kTrailLinkShare * settings_.clearance, kBeyond);
 }
 
-// What is left of it, but for what is far ahead.
-bool Retrace::is_blocked(PathJudge& changes) const {
-  const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
-  const double clearance = changes.clearance(beginning(std::span(way_).subspan(behind), kAhead));
-  return clearance <= (on_trail_ ? needed_m() : 0.0);
-}
-
 // Somebody beside the trail is given room; a trail that has no more is swum all the same.
 double Retrace::needed_m() const {
   return is_patient() && looks_ < kLooksFirst ? kBeside * settings_.clearance : 0.0;
@@ -89,7 +82,7 @@ void Retrace::begin(const BehaviorInput& input) {
   out_W_ = way.points.back();
   time_allowed_s_ = kGraceSeconds + kSlow * way.length_m / settings_.speed;
   follower_.set_path(way_, p_W);
-  if (changes_ != nullptr && is_blocked(*changes_)) blocked(input);
+  if (changes_ != nullptr) give_up_if_blocked(*changes_, input);
 }
 
 void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
@@ -109,8 +102,12 @@ void Retrace::give_up_trail(const char* why, const BehaviorInput& input) {
   station_.reset();
 }
 
-// What blocks it may be somebody who has gone, or will go.
-void Retrace::blocked(const BehaviorInput& input) {
+// What is left of the way, but for what is far ahead. What blocks it may be somebody who has gone,
+// or will go.
+void Retrace::give_up_if_blocked(PathJudge& changes, const BehaviorInput& input) {
+  const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
+  const double clearance = changes.clearance(beginning(std::span(way_).subspan(behind), kAhead));
+  if (clearance > (on_trail_ ? needed_m() : 0.0)) return;
   give_up_trail("the trail is blocked", input);
   if (is_patient() && looks_ < kLooksFirst) look_back(input);
 }
@@ -141,8 +138,8 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
     return output;
   }
   if (input.plan != nullptr && awaiting_plan_) take_answer(input);
-  if (!planning_ && input.map_changed && input.seen != nullptr && is_blocked(*input.seen)) {
-    blocked(input);
+  if (!planning_ && input.map_changed && input.seen != nullptr) {
+    give_up_if_blocked(*input.seen, input);
   }
   if (std::exchange(cannot_look_, false) && !planning_ && !on_trail_) {
     give_up_trail("the way that was planned leads where it cannot look", input);

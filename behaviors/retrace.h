@@ -36,10 +36,9 @@ class Retrace final : public Behavior {
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
   [[nodiscard]] Trail::Way way_along_trail(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double needed_m() const;
-  [[nodiscard]] bool is_blocked(PathJudge& changes) const;
   void begin(const BehaviorInput& input);
   void give_up_trail(const char* why, const BehaviorInput& input);
-  void blocked(const BehaviorInput& input);
+  void give_up_if_blocked(PathJudge& changes, const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput plan_out(const BehaviorInput& input);
   [[nodiscard]] bool is_patient() const { return settings_.way_out_wait_s > 0.0; }

@@ -172,21 +172,26 @@ struct Mapper::Impl {
     const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = X_WB.p.cast<float>();
     const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kAligned);
-    std::vector<std::optional<Vector3f>> normals;
+    struct Point {
+      Vector3f p_W;
+      std::optional<Vector3f> normal_W;
+      float range;
+    };
+    std::vector<Point> points;
     for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
-      auto& normal = normals.emplace_back();
-      if (is_told(sight.range(i), scan)) normal = sight.normal_B(scan, i);
+      const float range = sight.range(i);
+      if (!is_told(range, scan)) continue;
+      std::optional<Vector3f> normal = sight.normal_B(scan, i);
       if (normal) normal = R_WB * *normal;
+      points.push_back({R_WB * scan.points_B[i] + p_WB, normal, range});
     }
     Eigen::Vector2f t = Eigen::Vector2f::Zero();
     for (const float reach : kAlignReach) {
       Eigen::Matrix2f H = Eigen::Matrix2f::Identity() / (kDriftPerSweep * kDriftPerSweep);
       Eigen::Vector2f g = H * t;
       int used = 0;
-      for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
-        const float range = sight.range(i);
-        if (!is_told(range, scan)) continue;
-        const Vector3f p_W = R_WB * scan.points_B[i] + p_WB + Vector3f(t.x(), t.y(), 0.0F);
+      for (const auto& [from_W, normal_W, range] : points) {
+        const Vector3f p_W = from_W + Vector3f(t.x(), t.y(), 0.0F);
         CellKey key = 0;
         int place = 0;
         if (!locate(p_W, key, place)) continue;
@@ -196,8 +201,7 @@ struct Mapper::Impl {
         const Facet* facet = cell->second.nearest(p_W, reach, height);
         if (facet == nullptr) continue;
         // Beside a sharp edge the facet that is round it may be the only one.
-        const std::optional<Vector3f>& normal = normals[i / stride];
-        if (normal && std::abs(normal->dot(facet->normal())) < kParallel) continue;
+        if (normal_W && std::abs(normal_W->dot(facet->normal())) < kParallel) continue;
         const float sigma = noise(range) + static_cast<float>(options.flat_m);
         const float robust = std::min(1.0F, 1.5F * sigma / std::max(std::abs(height), 1e-6F));
         const float weight = kIndependent * robust / (sigma * sigma);
