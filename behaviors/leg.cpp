@@ -17,10 +17,16 @@ namespace {
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
+// Of what the path was certified with: with less than that on the way that it takes to stop, it is
+// not swum on. So much nearer than asked for, BackOff would have the vehicle go back.
+constexpr double kLeastRoom = 0.65;
+constexpr double kStopSeconds = 3.0;  // at full speed: to be told of it, and to stop
+
 constexpr int kMostBackOffs = 5;         // in a row from one place
 constexpr double kBackForAnother = 1.0;  // m, to look for another way
 constexpr double kNearlyThere = 0.3;     // m from the goal: it is in no direction
-constexpr double kRoomToTurn = 0.1;      // m that a turn towards the goal must leave
+constexpr double kRoomToLook = 0.1;      // m that a turn towards the goal must leave
+constexpr double kRoomToTurn = 0.4;      // of D_min, that the turn onto a path must leave
 constexpr int kFailuresToApproach = 5;   // each time
 constexpr double kApproachStep = 0.25;   // m
 constexpr double kLookFrom = 2.0;  // m from the goal: who is there, is in view and not in touch
@@ -42,6 +48,11 @@ double length_of(std::span<const Pose> path) {
 }
 
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
+
+// On the spot, until the bow points along `way`.
+std::array<Pose, 2> turn_along(const Eigen::Vector3d& way, const Pose& X_WB) {
+  return {X_WB, Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))}};
+}
 
 }  // namespace
 
@@ -119,6 +130,7 @@ void Leg::take_answer(const BehaviorInput& input) {
   planned_in_vain_ =
       seen_m <= 0.0 || seen_m < kept(std::min(plan.clearance_m, settings_.clearance));
   if (planned_in_vain_) return;
+  if (may_go_back() && !has_room_to_turn(input) && go_back(input, kBackForAnother)) return;
   approaching_ = asked_near_;
   if (!approaching_) {
     progress_.plan_failures = approached_after_ = 0;
@@ -138,6 +150,18 @@ void Leg::take_answer(const BehaviorInput& input) {
   station_.reset();
 }
 
+// A path is proved as it is drawn, turning under way; a sharp turn is made on the spot before it.
+bool Leg::has_room_to_turn(const BehaviorInput& input) const {
+  if (input.seen == nullptr) return true;
+  const Pose& X_WB = input.estimate->X_WB;
+  for (const Pose& waypoint : input.plan->waypoints) {
+    const Eigen::Vector3d way = waypoint.p - X_WB.p;
+    if (way.head<2>().norm() < kNearlyThere) continue;
+    return input.seen->clearance(turn_along(way, X_WB)) >= kRoomToTurn * settings_.clearance;
+  }
+  return true;
+}
+
 void Leg::plan_failed(Utime now, std::string why) {
   awaiting_plan_ = false;
   ++progress_.plan_failures;
@@ -149,6 +173,29 @@ void Leg::plan_failed(Utime now, std::string why) {
 std::span<const Pose> Leg::rest_of_path() const {
   const int segment = std::max(follower_.status().segment, 1);
   return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
+}
+
+// The path from the vehicle on, as far as it takes to stop.
+std::vector<Pose> Leg::next_of_path(const Pose& X_WB) const {
+  std::vector<Pose> next = {X_WB};
+  double left = kStopSeconds * settings_.speed;
+  for (const Pose& waypoint : rest_of_path().subspan(1)) {
+    const double length = (waypoint.p - next.back().p).norm();
+    if (length >= left) {
+      next.push_back(interpolate(next.back(), waypoint, left / length));
+      break;
+    }
+    next.push_back(waypoint);
+    left -= length;
+  }
+  return next;
+}
+
+// What is near the path farther on may have moved by then, or another path been found.
+bool Leg::is_cut_off(const BehaviorInput& input, double rest_m) const {
+  if (rest_m <= 0.0) return true;
+  const double least = kLeastRoom * std::min(certified_m_, settings_.clearance);
+  return rest_m < least && input.seen->clearance(next_of_path(input.estimate->X_WB)) < least;
 }
 
 // That a path may lead; from where it is there must be a way.
@@ -183,8 +230,22 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
 }
 
 bool Leg::take_another_way() {
-  another_way_ = settings_.backs_off && back_off_.count_at(last_W_) < kMostBackOffs;
+  another_way_ = may_go_back();
   return another_way_;
+}
+
+bool Leg::may_go_back() const {
+  return settings_.backs_off && back_off_.count_at(last_W_) < kMostBackOffs;
+}
+
+// At least so far; false when there is no way to more room.
+bool Leg::go_back(const BehaviorInput& input, double least_m) {
+  BackOff::Asked asked;
+  asked.least_m = least_m;
+  if (!back_off_.begin(input, asked)) return false;
+  awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
+  station_.reset();
+  return true;
 }
 
 // Nothing when the vehicle has room where it is, or no way back.
@@ -194,17 +255,13 @@ std::optional<BehaviorOutput> Leg::back_off(const BehaviorInput& input) {
     const bool is_needed = back_off_.is_needed(input);
     const bool for_another = std::exchange(another_way_, false);
     if (!is_needed && !for_another) return std::nullopt;
-    BackOff::Asked asked;
-    if (for_another) asked.least_m = kBackForAnother;
-    if (!back_off_.begin(input, asked)) {
+    if (!go_back(input, for_another ? kBackForAnother : 0.0)) {
       if (!for_another) return std::nullopt;
       progress_.plan_failure = "the way that was planned leads where it cannot look";
       output = follow_on(input);
       output.failed = Failure::kUnreachable;
       return output;
     }
-    awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
-    station_.reset();
     if (back_off_.count_at(input.estimate->X_WB.p) > kMostBackOffs && !told_unreachable_) {
       told_unreachable_ = true;
       progress_.plan_failure = "the way there has too little room, again and again";
@@ -275,9 +332,8 @@ void Leg::look_at_goal(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   const Eigen::Vector3d way = goal_.position_W - X_WB.p;
   if (way.head<2>().norm() < kNearlyThere) return;
-  const std::array<Pose, 2> turn = {X_WB,
-                                    Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))}};
-  if (input.seen != nullptr && input.seen->clearance(turn) < kRoomToTurn) return;
+  const std::array<Pose, 2> turn = turn_along(way, X_WB);
+  if (input.seen != nullptr && input.seen->clearance(turn) < kRoomToLook) return;
   station_->o = turn.back().q;
 }
 
@@ -312,9 +368,8 @@ BehaviorOutput Leg::follow(const BehaviorInput& input) {
     return dwell(input);
   }
   const ReplanSignals now = signals(input);
-  const bool blocked = now.new_clearance_m && *now.new_clearance_m <= 0.0;
   // Only near the goal, or passed it too far off, or something is in the way.
-  if (status.finished || blocked) {
+  if (status.finished || (now.new_clearance_m && is_cut_off(input, *now.new_clearance_m))) {
     following_ = false;
     return without_path(input);
   }

@@ -1,6 +1,7 @@
 #pragma once
 // One leg: from wherever the vehicle is to one goal. Plans, follows, replans on its triggers while
-// it keeps following the path it has, and stays at the goal as long as asked.
+// it keeps following the path it has, and stays at the goal as long as asked. Where the path has
+// lost its room nearer than the vehicle can stop, it holds and plans from there.
 
 #include <optional>
 #include <string>
@@ -61,7 +62,10 @@ class Leg {
 
  private:
   void take_answer(const BehaviorInput& input);
+  [[nodiscard]] bool has_room_to_turn(const BehaviorInput& input) const;
   void plan_failed(Utime now, std::string why);
+  [[nodiscard]] bool may_go_back() const;
+  [[nodiscard]] bool go_back(const BehaviorInput& input, double least_m);
   [[nodiscard]] std::optional<BehaviorOutput> back_off(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow_on(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
@@ -74,6 +78,8 @@ class Leg {
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
+  [[nodiscard]] std::vector<Pose> next_of_path(const Pose& X_WB) const;
+  [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double rest_m) const;
 
   LegSettings settings_;
   LegGoal goal_;

@@ -212,6 +212,104 @@ class Room final : public PathJudge {
   double seen_to_ = 0.0;
 };
 
+// Somebody swims to within 0.3 m of a path that has 1.2 m, and away again; until then the planner
+// knows no other. What was certified with 0.3 m is swum.
+TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  bool is_there = true;
+  Room room([&](double x) { return is_there && x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
+  room.look_from(20.0);
+  vehicle.look(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  is_there = false;
+  const PlanAnswer answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  is_there = true;
+  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  while (vehicle.seconds() < 40.0) {
+    output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
+    if (vehicle.position().x() < 7.0 && vehicle.position().x() > 1.0) {
+      EXPECT_GT(output.command.v, 0.3) << "far off there is no hurry";
+    }
+  }
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_NEAR(vehicle.position().x(), 9.0 - 1.2, 0.1);
+  EXPECT_GT(leg.progress().plan_failures, 10);
+
+  is_there = false;
+  while (!output.plan_request) output = vehicle.tick(leg);
+  const std::vector<Pose> on = straight(vehicle.position(), {20, 0, -3});
+  const PlanAnswer again = success(on);
+  output = vehicle.tick(leg, &again);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+}
+
+TEST(Leg, SwimsWhereThereWasNeverMoreRoom) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Room room([](double x) { return x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
+  room.look_from(20.0);
+  vehicle.look(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  PlanAnswer answer = success(path);
+  answer.clearance_m = 0.3;
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+}
+
+// Beside somebody, where there is room ahead and astern, but none to turn.
+class Beside final : public PathJudge {
+ public:
+  double clearance(std::span<const Pose> waypoints) override {
+    double least = 10.0;
+    for (const Pose& pose : waypoints) {
+      const bool is_across = std::abs(std::sin(to_rpy(pose.q).z())) > 0.5;
+      const bool is_beside = pose.p.x() > 4.3 && pose.p.y() < 0.5;
+      least = std::min(least, is_across && is_beside ? 0.1 : 1.2);
+    }
+    return least;
+  }
+};
+
+// A planner whose paths turn under way, as planned ones do. How far east the vehicle was when it
+// had turned north.
+double turn_north(bool with_trail) {
+  LegSettings unknown = settings();
+  unknown.backs_off = true;
+  Leg leg(unknown, goal_at(5, 20));
+  PerfectVehicle vehicle({0, 0, -3});
+  Trail trail;
+  Beside beside;
+  vehicle.look(&beside, with_trail ? &trail : nullptr);
+  for (; vehicle.position().x() < 5.0;
+       vehicle.move_to(vehicle.position() + Eigen::Vector3d(0.1, 0, 0))) {
+    trail.add(vehicle.position(), true);
+  }
+  BehaviorOutput output;
+  while (vehicle.position().y() < 1.0 && vehicle.seconds() < 120.0) {
+    std::vector<Pose> path;
+    if (output.plan_request) {
+      path = straight(output.plan_request->start.p, {5, 20, -3});
+      path.front().q = output.plan_request->start.q;
+    }
+    const PlanAnswer answer = success(path);
+    output = vehicle.tick(leg, output.plan_request ? &answer : nullptr);
+  }
+  EXPECT_GE(vehicle.position().y(), 1.0);
+  return vehicle.position().x();
+}
+
+TEST(Leg, InUnknownWaterGoesBackFromWhereItCannotTurn) { EXPECT_LT(turn_north(true), 4.3); }
+
+TEST(Leg, InUnknownWaterTurnsWhereItIsIfItHasNoWayBack) {
+  EXPECT_NEAR(turn_north(false), 5.0, 0.2);
+}
+
 struct Narrowing {
   double least_room = 10.0;
   int turned_back = 0;
