@@ -9,9 +9,11 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <ranges>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +29,7 @@
 #include "mission/check/route.h"
 #include "mission/check/simulated_dive.h"
 #include "planning/planner.h"
+#include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/ground_truth.h"
 
 namespace dive::bench {
@@ -77,8 +80,49 @@ vehicle::DiverTrack diver_for(const UnknownSite& site, std::uint64_t seed) {
   return track;
 }
 
-mission::DiveSettings settings_for(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
+/// From the vehicle to the water's things and to the diver, each for itself.
+class Apart {
+ public:
+  explicit Apart(const UnknownSite& site)
+      : to_world_(site.world, site.model.hull), to_diver_(diver_alone(), site.model.hull) {}
+
+  void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
+    to_world_.observe(truth.X_WB);
+    if (X_WD) to_diver_.observe(X_WD->inverse() * truth.X_WB);
+    now_ = {truth.X_WB, X_WD};
+  }
+  [[nodiscard]] double from_world_m() const { return to_world_.min_clearance_m(); }
+  [[nodiscard]] double from_diver_m() const { return to_diver_.min_clearance_m(); }
+  [[nodiscard]] double from_world_now_m() const { return to_world_.clearance(now_.X_WB); }
+  /// Infinite without a diver.
+  [[nodiscard]] double from_diver_now_m() const {
+    return now_.X_WD ? to_diver_.clearance(now_.X_WD->inverse() * now_.X_WB)
+                     : to_diver_.min_clearance_m();
+  }
+
+ private:
+  static planning::World diver_alone() {
+    planning::World world;
+    world.obstacles.push_back(vehicle::Diver::shape());
+    return world;
+  }
+
+  struct Now {
+    Pose X_WB;
+    std::optional<Pose> X_WD;
+  };
+  vehicle::ClearanceMeter to_world_;
+  vehicle::ClearanceMeter to_diver_;
+  Now now_;
+};
+
+mission::DiveSettings settings_for(const UnknownSite& site, std::uint64_t seed, bool with_diver,
+                                   Apart& apart) {
   mission::DiveSettings settings;
+  settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
+                                      const std::optional<Pose>& X_WD) {
+    apart.observe(truth, X_WD);
+  };
   settings.seed = seed;
   settings.rest_s = 120.0;
   if (with_diver) settings.diver = diver_for(site, seed);
@@ -95,15 +139,17 @@ bool reached_all(const mission::DiveResult& result) {
 }
 
 nlohmann::json dive(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
+  Apart apart(site);
   const mission::DiveResult result = mission::simulate_dive(
-      site.mission, site.world, site.model, settings_for(site, seed, with_diver),
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart),
       [](const auto&, const auto&, const auto&) {});
   return {{"seed", seed},
           {"outcome", result.outcome},
           {"reached", reached_all(result)},
           {"state", result.final_state},
           {"cause", result.cause},
-          {"clearance", result.min_clearance_m},
+          {"clearance", apart.from_world_m()},
+          {"from_diver", apart.from_diver_m()},
           {"collisions", result.collisions},
           {"duration", result.duration_s},
           {"depth", result.final_depth_m},
@@ -113,7 +159,7 @@ nlohmann::json dive(const UnknownSite& site, std::uint64_t seed, bool with_diver
 }
 
 void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
-  const vehicle::ClearanceMeter meter(site.world, site.model.hull);
+  Apart apart(site);
   if (with_diver) {
     const vehicle::DiverTrack track = diver_for(site, seed);
     std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
@@ -127,7 +173,7 @@ void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
   planning::SeenMap seen;
   std::size_t told = 0;
   const mission::DiveResult result = mission::simulate_dive(
-      site.mission, site.world, site.model, settings_for(site, seed, with_diver),
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart),
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth) {
         if (in.map_update) {
@@ -148,22 +194,22 @@ void trace(const UnknownSite& site, std::uint64_t seed, bool with_diver) {
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
-            "{:5.2f} {:5.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear {:5.2f} map "
-            "{:5.2f} path {:5.2f} cross "
-            "{:.2f} "
-            "{}  pieces {} (+{})\n",
+            "{:5.2f} {:5.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear {:5.2f} diver "
+            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{})\n",
             to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
             truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
             rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()), off.x(),
             off.y(), off.z(), truth.v_WB_B.x(), truth.v_WB_B.y(), out.estimate.v_WB_B.x(),
-            out.estimate.v_WB_B.y(), out.command.v, meter.clearance(truth.X_WB),
+            out.estimate.v_WB_B.y(), out.command.v, apart.from_world_now_m(),
+            apart.from_diver_now_m(),
             near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
             out.status.clearance_m, out.status.cross_track_m, out.status.rung, seen.pieces(), told);
         told = 0;
       });
-  std::cout << fmt::format("{} in {} ({}), clearance {:.3f}, {} collision(s)\n", result.outcome,
-                           result.final_state, result.cause, result.min_clearance_m,
-                           result.collisions);
+  std::cout << fmt::format(
+      "{} in {} ({}), clearance {:.3f}, to the diver {:.3f}, {} collision(s)\n", result.outcome,
+      result.final_state, result.cause, apart.from_world_m(), apart.from_diver_m(),
+      result.collisions);
 }
 
 // Each job is a process of its own and takes every so many-th seed.
@@ -195,15 +241,35 @@ std::vector<nlohmann::json> dive_all(const UnknownSite& site, int first, int div
   return results;
 }
 
+// The distribution of one kind of clearance, and the five dives with the least.
+void report_clearance(const std::string& what, const char* key,
+                      const std::vector<nlohmann::json>& results) {
+  std::vector<std::pair<double, int>> clearances;
+  for (const nlohmann::json& r : results) {
+    if (r[key].is_number()) clearances.emplace_back(r[key], r["seed"]);
+  }
+  if (clearances.empty()) return;
+  std::ranges::sort(clearances);
+  const auto at = [&](double share) {
+    const double last = static_cast<double>(clearances.size()) - 1.0;
+    return clearances[static_cast<std::size_t>(share * last)].first;
+  };
+  std::cout << fmt::format(
+      "  {} (ground truth) min {:.3f}, p05 {:.3f}, p25 {:.3f}, median {:.3f}, max {:.3f} m; least:",
+      what, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
+  for (const auto& [least_m, seed] : clearances | std::views::take(5)) {
+    std::cout << fmt::format(" seed {} ({:.3f} m)", seed, least_m);
+  }
+  std::cout << '\n';
+}
+
 void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::ranges::sort(results, {}, [](const nlohmann::json& r) { return r["seed"].get<int>(); });
   std::map<std::string, int> outcomes;
-  std::vector<double> clearances;
   int collided = 0;
   int reached = 0;
   for (const nlohmann::json& r : results) {
     ++outcomes[r["outcome"].get<std::string>()];
-    clearances.push_back(r["clearance"].is_null() ? 0.0 : r["clearance"].get<double>());
     if (r["collisions"].get<int>() > 0) ++collided;
     if (r["reached"].get<bool>()) ++reached;
     if (!r["reached"].get<bool>()) {
@@ -213,25 +279,11 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
                                r["depth"].get<double>(), r["cause"].get<std::string>());
     }
   }
-  std::ranges::sort(results, {}, [](const nlohmann::json& r) {
-    return r["clearance"].is_null() ? 0.0 : r["clearance"].get<double>();
-  });
-  std::cout << "  least clear:";
-  for (const nlohmann::json& r : results | std::views::take(5)) {
-    std::cout << fmt::format(" seed {} ({} m)", r["seed"].get<int>(), r["clearance"].dump());
-  }
-  std::cout << '\n';
-  std::ranges::sort(clearances);
-  const auto at = [&](double share) {
-    return clearances[static_cast<std::size_t>(share * static_cast<double>(clearances.size() - 1))];
-  };
   std::cout << name << ": " << results.size() << " dives";
   for (const auto& [outcome, count] : outcomes) std::cout << ", " << count << ' ' << outcome;
-  std::cout << fmt::format(
-      "; {} reached all goals; {} with a collision; clearance (ground truth) min {:.3f}, p05 "
-      "{:.3f}, p25 {:.3f}, median "
-      "{:.3f}, max {:.3f} m\n",
-      reached, collided, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
+  std::cout << fmt::format("; {} reached all goals; {} with a collision\n", reached, collided);
+  report_clearance("clearance to what stands still", "clearance", results);
+  report_clearance("clearance to the diver", "from_diver", results);
 }
 
 }  // namespace
