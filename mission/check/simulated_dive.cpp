@@ -177,10 +177,10 @@ class EstimateWatch {
 
   void observe(const estimation::StateEstimate& estimate) {
     if (!estimate.valid) return;
-    if (last_) {
-      const double step_m = (estimate.X_WB.p - last_->X_WB.p).head<2>().norm();
+    if (last_.valid) {
+      const double step_m = (estimate.X_WB.p - last_.X_WB.p).head<2>().norm();
       result_.largest_step_m = std::max(result_.largest_step_m, step_m);
-      result_.estimator_switches += last_->source != estimate.source ? 1 : 0;
+      result_.estimator_switches += last_.source != estimate.source ? 1 : 0;
     }
     last_ = estimate;
     result_.estimator = estimation::to_string(estimate.source);
@@ -188,7 +188,7 @@ class EstimateWatch {
 
  private:
   DiveResult& result_;
-  std::optional<estimation::StateEstimate> last_;
+  estimation::StateEstimate last_;  ///< Not valid before the first one.
 };
 
 ExecutiveOptions executive_options(const DiveSettings& settings) {

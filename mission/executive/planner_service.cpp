@@ -100,7 +100,6 @@ PlanReply PlannerService::reply() {
   reply.id = id_;
   try {
     planning::PlanResult plan = result_.get();
-    planning_ms_ += plan.times.total_ms;
     reply.status = plan.status;
     reply.reason = std::move(plan.reason);
     if (plan.status == planning::PlanStatus::kSuccess) reply.waypoints = std::move(plan.waypoints);

@@ -35,10 +35,6 @@ class PlannerService {
   /// The answer once its time has come.
   [[nodiscard]] std::optional<PlanReply> poll(Utime now);
 
-  [[nodiscard]] double planning_ms() const {
-    return planning_ms_;
-  }  ///< Of this machine, all plans.
-
  private:
   void launch(PlanQuery query, Utime now);
   void take_updates();
@@ -63,7 +59,6 @@ class PlannerService {
   Utime due_ = 0;
   std::future<planning::PlanResult> result_;
   std::optional<PlanQuery> next_;  ///< For when the worker is free.
-  double planning_ms_ = 0.0;
 };
 
 }  // namespace dive::mission

@@ -1,19 +1,17 @@
 #include "planning/mapping/mapper.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "common/assert.h"
 #include "common/fnv.h"
 #include "common/range_check.h"
+#include "planning/mapping/alignment.h"
+#include "planning/mapping/cell_grid.h"
 #include "planning/mapping/flat_pieces.h"
 #include "planning/mapping/lookout.h"
 #include "planning/mapping/triangulate.h"
@@ -30,28 +28,9 @@ constexpr Utime kSettle = 150'000;         // us that a cell waits for more befo
 constexpr Utime kUnconfirmed = 2'000'000;  // us that a candidate waits for another sweep
 constexpr Utime kForgetEvery = 1'000'000;  // us
 constexpr float kSeenPast = 0.05F;         // m beyond a voxel that tell that nothing is there
-constexpr int kFarthestCell = 1 << 20;     // from the origin: a thousand kilometres
 constexpr std::size_t kAligned = 1500;     // points of a sweep that are held against the map
-constexpr int kFewestAligned = 40;
-constexpr std::array<float, 4> kAlignReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one after the other
-constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle against the map
-constexpr float kIndependent = 0.05F;    // of the points: errors of neighbours are alike
-constexpr float kParallel = 0.82F;       // cosine, of a point's surface and the map's
-constexpr float kFarthestOff = 0.2F;     // m that one sweep may move the vehicle
-constexpr float kSlack = 2.5F;           // sigma that a point may be moved onto its surface
-constexpr float kMuchBetter = 0.5F;      // of the noise a voxel was seen with
-
-CellKey key_of(const Vector3i& cell) {
-  const auto part = [](int c) { return static_cast<CellKey>(c + kFarthestCell); };
-  return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
-}
-
-Vector3i cell_of(CellKey key) {
-  const auto part = [](CellKey bits) {
-    return static_cast<int>(bits & ((CellKey{1} << 21) - 1)) - kFarthestCell;
-  };
-  return {part(key >> 42), part(key >> 21), part(key)};
-}
+constexpr float kSlack = 2.5F;             // sigma that a point may be moved onto its surface
+constexpr float kMuchBetter = 0.5F;        // of the noise a voxel was seen with
 
 std::uint64_t digest(const std::vector<Vector3f>& points) {
   Fnv1a64 digest;
@@ -88,31 +67,12 @@ struct Mapper::Impl {
   Impl(const RobotHull& hull, const MapperOptions& options_in, Clock& clock_in)
       : clock(clock_in),
         options(options_in),
-        voxel(static_cast<float>(options.voxel_m)),
-        side(voxel * static_cast<float>(kSide)),
+        grid(static_cast<float>(options.voxel_m)),
         lookout(hull) {}
 
   [[nodiscard]] float noise(float range) const {
     return static_cast<float>(options.noise_m) + static_cast<float>(options.noise_share) * range +
            static_cast<float>(options.noise_square) * range * range;
-  }
-
-  // The cell and voxel of a point; false when it is farther than any vehicle goes.
-  bool locate(const Vector3f& p_W, CellKey& key, int& place) const {
-    const Vector3f at = p_W / voxel;
-    if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kFarthestCell * kSide / 2))) return false;
-    const Vector3i v(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
-                     static_cast<int>(std::floor(at.z())));
-    const auto split = [](int c) {
-      const int cell = c >= 0 ? c / kSide : -((kSide - 1 - c) / kSide);
-      return std::pair(cell, c - cell * kSide);
-    };
-    const auto [cx, x] = split(v.x());
-    const auto [cy, y] = split(v.y());
-    const auto [cz, z] = split(v.z());
-    key = key_of({cx, cy, cz});
-    place = (x * kSide + y) * kSide + z;
-    return true;
   }
 
   // --- points ---
@@ -129,16 +89,15 @@ struct Mapper::Impl {
   }
 
   void observe(const Vector3f& p_W, float sigma) {
-    CellKey key = 0;
-    int place = 0;
-    if (!locate(p_W, key, place)) return;
-    Cell& cell = cells[key];
+    const auto place = grid.locate(p_W);
+    if (!place) return;
+    Cell& cell = cells[place->key];
     cell.seen = now;
-    Voxel* v = cell.find(place);
+    Voxel* v = cell.find(place->voxel);
     const float near = static_cast<float>(options.on_piece_m) + 2.0F * sigma;
     if (v == nullptr) {
       if (cell.is_on_surface(p_W, near)) return;
-      v = &cell.insert(place);
+      v = &cell.insert(place->voxel);
       ++voxels;
       v->p_W = p_W;
       v->noise = sigma;
@@ -162,58 +121,29 @@ struct Mapper::Impl {
     return range >= static_cast<float>(options.min_range_m) && range <= scan.reach;
   }
 
-  // How far the vehicle is from where it was thought to be: point to plane (Chen, Medioni 1992),
-  // the attitude and the depth being known. Minimise over t, horizontal, from near to nearer,
-  //   |t|^2 / sigma_p^2 + sum of w (n . (p + t) - d)^2
-  // w from the noise of the range, less far off the plane (Huber 1964), and for few of the points
-  // counting as independent.
-  [[nodiscard]] Eigen::Vector2f off_the_map(const RangeScan& scan, const Sight& sight,
-                                            const Pose& X_WB) const {
+  // Some points of the sweep, to be held against the map.
+  [[nodiscard]] std::vector<SeenPoint> some_of(const RangeScan& scan, const Sight& sight,
+                                               const Pose& X_WB) const {
     const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = X_WB.p.cast<float>();
     const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kAligned);
-    struct Point {
-      Vector3f p_W;
-      std::optional<Vector3f> normal_W;
-      float range;
-    };
-    std::vector<Point> points;
+    std::vector<SeenPoint> points;
     for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
       const float range = sight.range(i);
       if (!is_told(range, scan)) continue;
       std::optional<Vector3f> normal = sight.normal_B(scan, i);
       if (normal) normal = R_WB * *normal;
-      points.push_back({R_WB * scan.points_B[i] + p_WB, normal, range});
+      points.push_back({R_WB * scan.points_B[i] + p_WB, normal,
+                        noise(range) + static_cast<float>(options.flat_m)});
     }
-    Eigen::Vector2f t = Eigen::Vector2f::Zero();
-    for (const float reach : kAlignReach) {
-      Eigen::Matrix2f H = Eigen::Matrix2f::Identity() / (kDriftPerSweep * kDriftPerSweep);
-      Eigen::Vector2f g = H * t;
-      int used = 0;
-      for (const auto& [from_W, normal_W, range] : points) {
-        const Vector3f p_W = from_W + Vector3f(t.x(), t.y(), 0.0F);
-        CellKey key = 0;
-        int place = 0;
-        if (!locate(p_W, key, place)) continue;
-        const auto cell = cells.find(key);
-        if (cell == cells.end()) continue;
-        float height = 0.0F;
-        const Facet* facet = cell->second.nearest(p_W, reach, height);
-        if (facet == nullptr) continue;
-        // Beside a sharp edge the facet that is round it may be the only one.
-        if (normal_W && std::abs(normal_W->dot(facet->normal())) < kParallel) continue;
-        const float sigma = noise(range) + static_cast<float>(options.flat_m);
-        const float robust = std::min(1.0F, 1.5F * sigma / std::max(std::abs(height), 1e-6F));
-        const float weight = kIndependent * robust / (sigma * sigma);
-        const Eigen::Vector2f n = facet->normal().head<2>();
-        H += weight * n * n.transpose();
-        g += weight * height * n;
-        ++used;
-      }
-      if (used < kFewestAligned) return Eigen::Vector2f::Zero();
-      t -= H.ldlt().solve(g);
-    }
-    return t.norm() <= kFarthestOff ? t : Eigen::Vector2f(t * (kFarthestOff / t.norm()));
+    return points;
+  }
+
+  [[nodiscard]] const Facet* nearest(const Vector3f& p_W, float reach, float& height) const {
+    const auto place = grid.locate(p_W);
+    if (!place) return nullptr;
+    const auto cell = cells.find(place->key);
+    return cell == cells.end() ? nullptr : cell->second.nearest(p_W, reach, height);
   }
 
   int take(const RangeScan& scan, const Sight& sight, const Pose& X_WB) {
@@ -238,8 +168,9 @@ struct Mapper::Impl {
     const Eigen::AlignedBox3f reach(sight.origin_W() - Vector3f::Constant(sight.reach()),
                                     sight.origin_W() + Vector3f::Constant(sight.reach()));
     for (auto& [key, cell] : cells) {
-      const Vector3f low = cell_of(key).cast<float>() * side;
-      if (!reach.intersects(Eigen::AlignedBox3f(low, low + Vector3f::Constant(side)))) continue;
+      const Vector3f low = cell_of(key).cast<float>() * grid.cell_m();
+      if (!reach.intersects(Eigen::AlignedBox3f(low, low + Vector3f::Constant(grid.cell_m()))))
+        continue;
       for (std::size_t i = cell.voxels.size(); i-- > 0;) {
         Voxel& v = cell.voxels[i];
         if (v.seen == now) continue;
@@ -261,7 +192,8 @@ struct Mapper::Impl {
     std::vector<std::pair<float, CellKey>> stale;
     for (const auto& [key, cell] : cells) {
       if (cell.stale_since == 0 || now - cell.stale_since < settle) continue;
-      const Vector3f middle = (cell_of(key).cast<float>() + Vector3f::Constant(0.5F)) * side;
+      const Vector3f middle =
+          (cell_of(key).cast<float>() + Vector3f::Constant(0.5F)) * grid.cell_m();
       stale.emplace_back((middle - p_W).squaredNorm(), key);
     }
     std::sort(stale.begin(), stale.end());
@@ -313,8 +245,8 @@ struct Mapper::Impl {
     const Vector3i cell = cell_of(key);
     for (int i = 0; i < 27; ++i) {
       const Vector3i other = cell + Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
-      const Vector3f low = other.cast<float>() * side;
-      const Eigen::AlignedBox3f box(low, low + Vector3f::Constant(side));
+      const Vector3f low = other.cast<float>() * grid.cell_m();
+      const Eigen::AlignedBox3f box(low, low + Vector3f::Constant(grid.cell_m()));
       if (box.squaredExteriorDistance(p_W) > halo * halo) continue;
       if (std::binary_search(chosen.begin(), chosen.end(), key_of(other))) return true;
     }
@@ -335,7 +267,7 @@ struct Mapper::Impl {
     }
     TriangulationOptions triangulation;
     triangulation.longest_edge_m = static_cast<float>(options.longest_edge_m);
-    triangulation.apart_m = 0.5F * voxel;
+    triangulation.apart_m = 0.5F * grid.voxel_m();
     SurfaceMesh mesh;
     {
       const Stopwatch stopwatch(clock, times.triangulate_ms);
@@ -384,7 +316,7 @@ struct Mapper::Impl {
 
   // Does a triangle span water that it was looked through?
   [[nodiscard]] bool is_bridge(const Vector3f& middle) const {
-    return lookout.sees_past(middle, 2.0F * noise((middle - eye_W).norm()) + voxel);
+    return lookout.sees_past(middle, 2.0F * noise((middle - eye_W).norm()) + grid.voxel_m());
   }
 
   // --- memory ---
@@ -441,7 +373,10 @@ struct Mapper::Impl {
     {
       const Stopwatch points(clock, times.points_ms);
       Sight sight(scan, X_WB);
-      off_W = off_the_map(scan, sight, X_WB);
+      off_W = off_the_map(some_of(scan, sight, X_WB),
+                          [this](const Vector3f& p_W, float reach_m, float& height) {
+                            return nearest(p_W, reach_m, height);
+                          });
       X_WB.p.head<2>() += off_W.cast<double>();
       sight.move(X_WB);
       eye_W = sight.origin_W();
@@ -479,13 +414,12 @@ struct Mapper::Impl {
     const Stopwatch stopwatch(clock, times.total_ms);
     now = std::max<Utime>(now, 1);
     for (const Vector3f& p_W : points_W) {
-      CellKey key = 0;
-      int place = 0;
-      if (!locate(p_W, key, place)) continue;
-      Cell& cell = cells[key];
+      const auto place = grid.locate(p_W);
+      if (!place) continue;
+      Cell& cell = cells[place->key];
       cell.seen = now;
-      if (cell.find(place) != nullptr) continue;
-      Voxel& v = cell.insert(place);
+      if (cell.find(place->voxel) != nullptr) continue;
+      Voxel& v = cell.insert(place->voxel);
       ++voxels;
       v.p_W = p_W;
       v.noise = static_cast<float>(options.noise_m);
@@ -513,13 +447,12 @@ struct Mapper::Impl {
       for (const Voxel& old : before.at(from).voxels) {
         if (!old.solid) continue;
         const Vector3f p_W = (correction(old.seen) * old.p_W.cast<double>()).cast<float>();
-        CellKey key = 0;
-        int place = 0;
-        if (!locate(p_W, key, place)) continue;
-        Cell& cell = cells[key];
+        const auto place = grid.locate(p_W);
+        if (!place) continue;
+        Cell& cell = cells[place->key];
         cell.seen = std::max(cell.seen, old.seen);
-        if (cell.find(place) != nullptr) continue;
-        Voxel& v = cell.insert(place);
+        if (cell.find(place->voxel) != nullptr) continue;
+        Voxel& v = cell.insert(place->voxel);
         ++voxels;
         const std::int16_t at = v.place;
         v = old;
@@ -533,8 +466,7 @@ struct Mapper::Impl {
 
   Clock& clock;
   MapperOptions options;
-  float voxel;
-  float side;  ///< Of a cell, m.
+  CellGrid grid;
   std::unordered_map<CellKey, Cell> cells;
   std::size_t voxels = 0;
   std::vector<CellKey> gone;  ///< Cells forgotten since the last update.

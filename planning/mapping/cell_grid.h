@@ -1,0 +1,34 @@
+#pragma once
+// Which cell of the map, and which voxel in it, a point of the world is in. Internal.
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "planning/world/seen.h"
+
+namespace dive::planning {
+
+[[nodiscard]] CellKey key_of(const Eigen::Vector3i& cell);
+[[nodiscard]] Eigen::Vector3i cell_of(CellKey key);
+
+class CellGrid {
+ public:
+  /// `voxel_m`: width of a voxel.
+  explicit CellGrid(float voxel_m);
+
+  struct Place {
+    CellKey key;
+    int voxel;  ///< In the cell.
+  };
+  /// Nothing for a point that is farther away than any vehicle goes, or not finite.
+  [[nodiscard]] std::optional<Place> locate(const Eigen::Vector3f& p_W) const;
+  [[nodiscard]] float voxel_m() const { return voxel_m_; }
+  [[nodiscard]] float cell_m() const { return cell_m_; }
+
+ private:
+  float voxel_m_;
+  float cell_m_;
+};
+
+}  // namespace dive::planning
