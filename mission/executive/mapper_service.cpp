@@ -78,15 +78,15 @@ std::optional<planning::MapUpdate> MapperService::poll(Utime now) {
     launch(std::move(scan), asked);
   }
   if (answers_.empty() || now < answers_.front().due) return std::nullopt;
-  Answer answer = std::move(answers_.front());
-  if (answer.update) {
+  std::optional<planning::MapUpdate> update = std::move(answers_.front().update);
+  answers_.pop_front();
+  if (update) {
     const auto untold = std::find_if(
         corrections_.begin(), corrections_.end(),
         [](const Correction& c) { return c.told == std::numeric_limits<Utime>::max(); });
     if (untold != corrections_.end()) untold->told = now;
   }
-  answers_.pop_front();
-  return std::move(answer.update);
+  return update;
 }
 
 std::vector<Eigen::Vector3f> MapperService::points() {

@@ -39,7 +39,7 @@ template <typename Message>
 std::optional<Message> unpack(PacketView packet, std::span<const Run> layout) {
   if (!fits(layout, packet)) return std::nullopt;
   const int size = static_cast<int>(packet.size());
-  Message message;
+  Message message{};
   if (message.decode(packet.data(), 0, size) != size) return std::nullopt;
   return message;
 }

@@ -194,9 +194,10 @@ TEST(Decompose, SaysWhenItWouldTakeTooManyPieces) {
 }
 
 TEST(MeshPieces, ComeBackFromTextAndHoldWhatTheyHeld) {
-  const MeshPieces mesh{{"model://a/b c.dae", {1, -2, 0.1}, 0xfedcba9876543210ULL},
-                        0.05,
-                        pieces_of(wall_with_window())};
+  MeshPieces mesh;
+  mesh.key = {"model://a/b c.dae", {1, -2, 0.1}, 0xfedcba9876543210ULL};
+  mesh.tolerance = 0.05;
+  mesh.pieces = pieces_of(wall_with_window());
   const std::string text = to_text(mesh) + to_text(mesh);
   std::string_view rest = text;
   ASSERT_TRUE(take_mesh_pieces(rest));
@@ -220,7 +221,11 @@ TEST(MeshPieces, ComeBackFromTextAndHoldWhatTheyHeld) {
 }
 
 TEST(MeshPieces, DamagedOnesAreRefused) {
-  const std::string text = to_text({{"a.stl", {1, 1, 1}, 7}, 0.05, pieces_of(wall_with_window())});
+  MeshPieces mesh;
+  mesh.key = {"a.stl", {1, 1, 1}, 7};
+  mesh.tolerance = 0.05;
+  mesh.pieces = pieces_of(wall_with_window());
+  const std::string text = to_text(mesh);
   for (std::size_t at = 0; at < text.size(); ++at) {
     std::string damaged = text;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);
