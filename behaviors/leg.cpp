@@ -22,13 +22,14 @@ constexpr double kTolerance = 0.005;
 constexpr double kLeastRoom = 0.65;
 constexpr double kStopSeconds = 3.0;  // at full speed: to be told of it, and to stop
 
-constexpr int kMostBackOffs = 5;         // in a row from one place
-constexpr double kBackForAnother = 1.0;  // m, to look for another way
-constexpr double kNearlyThere = 0.3;     // m from the goal: it is in no direction
-constexpr double kRoomToLook = 0.1;      // m that a turn towards the goal must leave
-constexpr double kRoomToTurn = 0.4;      // of D_min, that the turn onto a path must leave
-constexpr int kFailuresToApproach = 5;   // each time
-constexpr double kApproachStep = 0.25;   // m
+constexpr int kMostBackOffs = 5;          // in a row from one place
+constexpr double kBackForAnother = 1.0;   // m, to look for another way
+constexpr double kFartherEachTime = 0.7;  // m
+constexpr double kNearlyThere = 0.3;      // m from the goal: it is in no direction
+constexpr double kRoomToLook = 0.1;       // m that a turn towards the goal must leave
+constexpr double kRoomToTurn = 0.4;       // of D_min, that the turn onto a path must leave
+constexpr int kFailuresToApproach = 5;    // each time
+constexpr double kApproachStep = 0.25;    // m
 constexpr double kLookFrom = 2.0;  // m from the goal: who is there, is in view and not in touch
 constexpr double kWorthApproaching = 1.0;  // m nearer
 
@@ -238,11 +239,16 @@ bool Leg::may_go_back() const {
   return settings_.backs_off && back_off_.count_at(last_W_) < kMostBackOffs;
 }
 
-// At least so far; false when there is no way to more room.
+// At least so far, and farther each time from one place: what it waits for may take a while, and
+// where there is little room it cannot lie still. False when there is no way to more room.
 bool Leg::go_back(const BehaviorInput& input, double least_m) {
   BackOff::Asked asked;
-  asked.least_m = least_m;
-  if (!back_off_.begin(input, asked)) return false;
+  asked.least_m = least_m + kFartherEachTime * back_off_.count_at(input.estimate->X_WB.p);
+  if (!back_off_.begin(input, asked)) {
+    if (asked.least_m == least_m) return false;
+    asked.least_m = least_m;
+    if (!back_off_.begin(input, asked)) return false;
+  }
   awaiting_plan_ = following_ = false;  // what comes now was planned from where it is not to be
   station_.reset();
   return true;

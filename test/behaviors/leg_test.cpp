@@ -316,6 +316,7 @@ struct Narrowing {
   bool unreachable = false;
   double fastest_astern = 0.0;
   double farthest = 0.0;
+  std::vector<double> ways_back;  // m, each time
 };
 
 // A planner that lets the vehicle on from wherever it is, with the room that it has there.
@@ -343,7 +344,11 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
     }
     output = vehicle.tick(sequence, output.plan_request ? &answer : nullptr);
     const bool is_back = !sequence.needs_sight();
-    if (is_back && !was_back) ++result.turned_back;
+    if (is_back && !was_back) {
+      ++result.turned_back;
+      result.ways_back.push_back(0.0);
+    }
+    if (is_back) result.ways_back.back() -= 0.02 * output.command.v;
     was_back = is_back;
     if (is_back)
       result.fastest_astern = std::max(result.fastest_astern, -output.command.v);
@@ -373,6 +378,15 @@ TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTightForTooLong) {
   const Narrowing result = swim_into(tunnel, true, 60.0);
   EXPECT_GE(result.turned_back, 1);
   EXPECT_LT(result.farthest, 6.0 + 2.0 + 0.5);
+}
+
+TEST(Leg, InUnknownWaterGoesBackFartherEachTimeFromOnePlace) {
+  Room gate([](double x) { return x < 6.0 ? 1.2 : 0.5; });
+  const Narrowing result = swim_into(gate, true, 200.0);
+  ASSERT_GE(result.turned_back, 4);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_GT(result.ways_back[i], result.ways_back[i - 1] + 0.4) << i;
+  }
 }
 
 TEST(Leg, InUnknownWaterGoesOnThroughAShortNarrows) {
