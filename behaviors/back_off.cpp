@@ -2,122 +2,116 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dive::behaviors {
 namespace {
 
-constexpr double kTooNear = 0.65;   // of D_min; with less than planning::kRoomAtStart only so far
-constexpr double kWorthIt = 0.05;   // m more room than here
-constexpr double kTryAgain = 2.0;   // s
-constexpr double kElsewhere = 3.0;  // m
-constexpr double kSpeed = 0.15;     // m/s, bow or stern first
-constexpr double kLookahead = 0.4;  // m
-constexpr double kArrived = 0.2;    // m
-constexpr double kOffCourse = 0.5;  // rad: turns first
-constexpr double kGraceSeconds = 15.0;
-constexpr double kSlow = 3.0;  // times as long as it should take is not getting on
+constexpr double kSpeed = 0.15;         // m/s, bow or stern first
+constexpr double kLookahead = 0.4;      // m
+constexpr double kArrived = 0.2;        // m
+constexpr double kOffCourse = 0.5;      // rad: turns first
+constexpr double kGraceSeconds = 15.0;  // beside kSlow times what the route should take
+constexpr double kSlow = 3.0;
+
+// On the route, headed along `way`, or astern with the bow the other way.
+Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way, bool is_astern) {
+  const Eigen::Vector3d bow = is_astern ? Eigen::Vector3d(-way) : way;
+  return {p_W, from_rpy(0.0, 0.0, std::atan2(bow.y(), bow.x()))};
+}
 
 }  // namespace
-
-// On the way back, headed along `way`, or astern with its nose the other way.
-Pose BackOff::pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way) const {
-  const Eigen::Vector3d nose = astern_ ? Eigen::Vector3d(-way) : way;
-  return {p_W, from_rpy(0.0, 0.0, std::atan2(nose.y(), nose.x()))};
-}
 
 bool BackOff::is_needed(const BehaviorInput& input) {
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
   if (last_W_) tight_m_ += (p_W - *last_W_).norm();
   last_W_ = p_W;
   if (!input.map_changed || input.seen == nullptr || input.trail == nullptr) return false;
-  room_m_ = input.seen->clearance({&input.estimate->X_WB, 1});
-  if (room_m_ >= planning::kRoomAtStart * clearance_) tight_m_ = 0.0;
-  if (tried_at_ && to_seconds(input.now - *tried_at_) < kTryAgain) return false;
-  return room_m_ < kTooNear * clearance_ || tight_m_ > planning::kWayToRoom;
+  clearance_m_ = input.seen->clearance({&input.estimate->X_WB, 1});
+  if (clearance_m_ >= planning::kRoomAtStart * d_min_m_) tight_m_ = 0.0;
+  if (tried_at_ && to_seconds(input.now - *tried_at_) < options_.retry_s) return false;
+  return clearance_m_ < options_.min_clearance * d_min_m_ || tight_m_ > planning::kWayToRoom;
 }
 
-Trail::Way BackOff::way_back(const BehaviorInput& input, const Asked& asked) const {
+Trail::Way BackOff::find_way(const BehaviorInput& input, const Asked& asked) const {
   const Pose& X_WB = input.estimate->X_WB;
-  double most_m = room_m_ + kWorthIt;
-  Eigen::Vector3d roomiest_W = X_WB.p;
-  const auto has_room = [&](const Trail::Crumb& crumb) {
+  const double enough_gain_m = clearance_m_ + options_.min_gain_m;
+  double most_m = enough_gain_m;
+  Eigen::Vector3d clearest_W = X_WB.p;
+  const auto will_do = [&](const Trail::Crumb& crumb) {
     const Eigen::Vector3d& p_W = crumb.p_W;
     if ((p_W - X_WB.p).norm() < asked.least_m || (asked.open && !crumb.open_above)) return false;
     const Pose there{p_W, X_WB.q};
-    const double room_m = input.seen->clearance({&there, 1});
-    if (room_m > most_m) {
-      most_m = room_m;
-      roomiest_W = p_W;
+    const double there_m = input.seen->clearance({&there, 1});
+    if (there_m > most_m) {
+      most_m = there_m;
+      clearest_W = p_W;
     }
-    return room_m >= planning::kRoomAtStart * clearance_ &&
-           (asked.least_m > 0.0 || room_m > room_m_ + kWorthIt);
+    return there_m >= planning::kRoomAtStart * d_min_m_ &&
+           (asked.least_m > 0.0 || there_m > enough_gain_m);
   };
-  const double link_m = kTrailLinkShare * clearance_;
-  Trail::Way way = input.trail->way_to(X_WB.p, link_m, asked.most_m, has_room);
-  if (way.arrives || roomiest_W == X_WB.p) return way;
-  return input.trail->way_to(X_WB.p, link_m, asked.most_m,
-                             [&](const Trail::Crumb& crumb) { return crumb.p_W == roomiest_W; });
+  const double link_m = kTrailLinkShare * d_min_m_;
+  const double longest_m = asked.most_m.value_or(options_.max_distance_m);
+  Trail::Way way = input.trail->way_to(X_WB.p, link_m, longest_m, will_do);
+  if (way.arrives || clearest_W == X_WB.p) return way;
+  return input.trail->way_to(X_WB.p, link_m, longest_m,
+                             [&](const Trail::Crumb& crumb) { return crumb.p_W == clearest_W; });
 }
 
 int BackOff::count_at(const Eigen::Vector3d& p_W) const {
-  return last_place_W_ && (p_W - *last_place_W_).norm() <= kElsewhere ? count_ : 0;
+  const bool is_there = last_place_ && (p_W - last_place_->p_W).norm() <= options_.same_place_m;
+  return is_there ? last_place_->count : 0;
 }
 
 bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
   tried_at_ = input.now;
   if (input.seen == nullptr || input.trail == nullptr) return false;
-  Trail::Way way = way_back(input, asked);
-  if (!way.arrives || way.points.size() < 2) return false;
+  Trail::Way way = find_way(input, asked);
+  if (!way.arrives) return false;
   const Pose& X_WB = input.estimate->X_WB;
-  way_ = std::move(way.points);
-  next_ = 1;
-  astern_ = (X_WB.q * Eigen::Vector3d::UnitX()).dot(way_[1] - X_WB.p) < 0.0;
-  if (clearance_of_rest(input) <= 0.0) {
-    way_.clear();
-    return false;
-  }
-  until_ = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
-  count_ = count_at(X_WB.p) + 1;
-  last_place_W_ = X_WB.p;
+  Route route;
+  route.points_W = std::move(way.points);
+  route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
+  route.until = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
+  if (clearance_of_rest(route, input) <= 0.0) return false;
+  route_ = std::move(route);
+  last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
   return true;
 }
 
 // From here on, with the turn on the spot to where it begins.
-double BackOff::clearance_of_rest(const BehaviorInput& input) const {
+double BackOff::clearance_of_rest(const Route& route, const BehaviorInput& input) {
   std::vector<Pose> poses = {input.estimate->X_WB};
   Eigen::Vector3d from = poses.front().p;
-  for (std::size_t i = next_; i < way_.size(); ++i) {
-    poses.push_back(pose_at(from, way_[i] - from));
-    from = way_[i];
+  for (std::size_t i = route.next; i < route.points_W.size(); ++i) {
+    poses.push_back(pose_at(from, route.points_W[i] - from, route.is_astern));
+    from = route.points_W[i];
   }
   poses.push_back({from, poses.back().q});
   return input.seen->clearance(poses);
 }
 
-// Leaves behind what is nearer than the lookahead.
-Eigen::Vector3d BackOff::point_ahead(const Eigen::Vector3d& p_W) {
-  while (next_ + 1 < way_.size() && (way_[next_] - p_W).norm() < kLookahead) ++next_;
-  return way_[next_];
-}
-
 std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
-  const Eigen::Vector3d way = point_ahead(X_WB.p) - X_WB.p;
-  const bool arrived = next_ + 1 == way_.size() && way.norm() < kArrived;
-  const bool blocked =
-      input.map_changed && input.seen != nullptr && clearance_of_rest(input) <= 0.0;
-  if (arrived || blocked || input.now >= until_) {
-    way_.clear();
-    tight_m_ = 0.0;
+  const std::vector<Eigen::Vector3d>& points_W = route_->points_W;
+  std::size_t& next = route_->next;
+  while (next + 1 < points_W.size() && (points_W[next] - X_WB.p).norm() < kLookahead) ++next;
+  const Eigen::Vector3d way = points_W[next] - X_WB.p;
+  const bool has_arrived = next + 1 == points_W.size() && way.norm() < kArrived;
+  const bool is_blocked =
+      input.map_changed && input.seen != nullptr && clearance_of_rest(*route_, input) <= 0.0;
+  if (has_arrived || is_blocked || input.now >= route_->until) {
+    route_.reset();
+    tight_m_ = 0.0;  // counted from here
     last_W_.reset();
     return std::nullopt;
   }
   vehicle::Command command;
-  command.o = pose_at(X_WB.p, way).q;
-  command.d = std::max(-way_[next_].z(), 0.0);
+  command.o = pose_at(X_WB.p, way, route_->is_astern).q;
+  command.d = std::max(-points_W[next].z(), 0.0);
   const double off = std::abs(wrap_angle(to_rpy(command.o).z() - to_rpy(X_WB.q).z()));
   const double speed = kSpeed * std::max(1.0 - off / kOffCourse, 0.0);
-  command.v = astern_ ? -speed : speed;
+  command.v = route_->is_astern ? -speed : speed;
   return command;
 }
 

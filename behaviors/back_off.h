@@ -1,12 +1,13 @@
 #pragma once
-// In unknown water: back to where there was room. A plan lets a vehicle out of a tight start with
-// no more clearance than the start has, and only so far. One that is planned for again and again
-// on the way uses that up each time: it works its way into a narrowing, a little nearer to things
-// with every plan, until it cannot turn. So whoever has come too near, or has been near for too
-// long, goes back along its trail, which is free, and plans from there with what it has seen since.
+// In an unknown environment: back to where there was clearance. A plan lets a vehicle out of a
+// tight start with no more clearance than the start has, and only so far. A vehicle that plans
+// again and again uses that up each time: it works its way into a narrowing, a little nearer to
+// things with every plan, until it cannot turn. So a vehicle that has come too near, or has been
+// near for too long, goes back along its trail, which is free, and plans from there with what the
+// map has shown since.
 //
-// Turning about is what there is no room for: it goes back stern first, as long as its nose points
-// more away from the way than along it. The course is a line of sight to the point of the way
+// There is no clearance to turn about: the vehicle goes back stern first if its bow points more
+// away from the path than along it. The course is a line of sight to the point of the path
 // `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
 
 #include <cstddef>
@@ -16,52 +17,68 @@
 #include <Eigen/Core>
 
 #include "behaviors/behavior.h"
+#include "behaviors/recovery_options.h"
 #include "behaviors/trail.h"
 
 namespace dive::behaviors {
 
+/// Idle until begin() succeeds, then under way until follow() returns no command.
 class BackOff {
  public:
-  explicit BackOff(double clearance) : clearance_(clearance) {}
+  /// `d_min_m`: D_min, m.
+  explicit BackOff(double d_min_m, const BackOffOptions& options = {})
+      : d_min_m_(d_min_m), options_(options) {}
 
-  /// One tick, before any other use. True when the vehicle should go back; whether it can is
-  /// begin()'s word. Looks when the map has changed.
+  /// Idle, once a tick before begin(). True when the vehicle should go back; begin() decides
+  /// whether it can. Measures the clearance when the map has changed.
   [[nodiscard]] bool is_needed(const BehaviorInput& input);
+
   /// Which places will do.
   struct Asked {
-    double least_m = 0.0;  ///< Away from here ...
-    double most_m = 8.0;   ///< ... and no farther along the trail.
-    bool open = false;     ///< With open water above.
+    double least_m = 0.0;  ///< Least distance from here, m.
+    /// Longest path along the trail, m; max_distance_m when absent.
+    std::optional<double> most_m = std::nullopt;
+    bool open = false;  ///< Only places with open water above.
   };
-  /// Along BehaviorInput::trail to the nearest place that has room and is asked for, or if there is
-  /// none, the one that has most. False when none has more than here, or the way there is blocked.
+  /// Starts along BehaviorInput::trail to the nearest place that has clearance and is asked for; if
+  /// there is none, to the one with most clearance. False when no place has more than here, or the
+  /// path there is blocked.
   [[nodiscard]] bool begin(const BehaviorInput& input, const Asked& asked);
-  /// One tick on the way back; nothing once it has come to an end. Speeds below 0 are astern.
+  /// Under way, once a tick. Nothing when it has arrived, is blocked or took too long: it is idle
+  /// then. Speeds below 0 are astern.
   [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
 
-  [[nodiscard]] bool is_under_way() const { return !way_.empty(); }
-  /// m; where the vehicle was when it was last looked.
-  [[nodiscard]] double room_m() const { return room_m_; }
-  /// How often in a row it went back from about there.
+  [[nodiscard]] bool is_under_way() const { return route_.has_value(); }
+  /// Clearance of the vehicle when it was last measured, m.
+  [[nodiscard]] double clearance_m() const { return clearance_m_; }
+  /// Number of times in a row that it began from about `p_W`.
   [[nodiscard]] int count_at(const Eigen::Vector3d& p_W) const;
 
  private:
-  [[nodiscard]] Trail::Way way_back(const BehaviorInput& input, const Asked& asked) const;
-  [[nodiscard]] Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way) const;
-  [[nodiscard]] double clearance_of_rest(const BehaviorInput& input) const;
-  [[nodiscard]] Eigen::Vector3d point_ahead(const Eigen::Vector3d& p_W);
+  /// Back along the trail.
+  struct Route {
+    std::vector<Eigen::Vector3d> points_W;
+    bool is_astern = false;
+    Utime until = 0;       ///< Time at which it has taken too long.
+    std::size_t next = 1;  ///< Index of the point headed for.
+  };
+  /// A place that the vehicle backed off from.
+  struct Place {
+    Eigen::Vector3d p_W;
+    int count = 0;  ///< Attempts from here, in a row.
+  };
 
-  double clearance_;
-  std::vector<Eigen::Vector3d> way_;  ///< Empty: it is not on its way back.
-  std::size_t next_ = 0;              ///< The point of it that is headed for.
-  bool astern_ = false;
-  double room_m_ = 0.0;
-  double tight_m_ = 0.0;  ///< Swum since there was room.
-  std::optional<Eigen::Vector3d> last_W_;
-  std::optional<Eigen::Vector3d> last_place_W_;  ///< That it went back from.
-  std::optional<Utime> tried_at_;
-  Utime until_ = 0;
-  int count_ = 0;
+  [[nodiscard]] Trail::Way find_way(const BehaviorInput& input, const Asked& asked) const;
+  [[nodiscard]] static double clearance_of_rest(const Route& route, const BehaviorInput& input);
+
+  double d_min_m_;
+  BackOffOptions options_;
+  std::optional<Route> route_;             ///< Route being followed; none while idle.
+  double clearance_m_ = 0.0;               ///< Clearance when last measured, m.
+  double tight_m_ = 0.0;                   ///< Path swum since there was clearance, m.
+  std::optional<Eigen::Vector3d> last_W_;  ///< Position up to which that path is counted.
+  std::optional<Utime> tried_at_;          ///< Time of the last attempt.
+  std::optional<Place> last_place_;        ///< Place of the last attempt that began.
 };
 
 }  // namespace dive::behaviors

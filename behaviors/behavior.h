@@ -11,20 +11,12 @@
 #include "common/clock.h"
 #include "common/se3.h"
 #include "estimation/state_estimate.h"
-#include "planning/planner.h"
+#include "planning/plan.h"
 #include "vehicle/command.h"
 
 namespace dive::behaviors {
 
 class Trail;
-
-/// The planner's answer to a behaviour's last request.
-struct PlanAnswer {
-  planning::PlanStatus status = planning::PlanStatus::kInvalid;
-  std::string reason;
-  std::span<const Pose> waypoints;
-  double clearance_m = 0.0;  ///< Certified.
-};
 
 /// Judges a path against what the map has shown since it was planned.
 class PathJudge {
@@ -41,8 +33,8 @@ inline constexpr double kPlanTimeout = 10.0;  // s
 struct BehaviorInput {
   Utime now = 0;  ///< On the behaviours' clock, which stands still while the vehicle is held.
   const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
-  const PlanAnswer* plan = nullptr;                     ///< Null when none came this tick.
-  const Trail* trail = nullptr;                         ///< Where it has been; null: not known.
+  const planning::PlanResult* plan = nullptr;  ///< Answer to the last request; null: none yet.
+  const Trail* trail = nullptr;                ///< Where it has been; null: not known.
   PathJudge* seen = nullptr;   ///< Of what the map did not know; null: nothing was seen.
   bool map_changed = false;    ///< Since the last tick.
   bool replan = false;         ///< A failsafe demands it.
@@ -86,12 +78,14 @@ class Behavior {
   [[nodiscard]] virtual const Progress& progress() const = 0;
   /// How many goals have been left behind.
   [[nodiscard]] virtual int goals_done() const { return 0; }
-  /// Swims where the vehicle has not been: in unknown water it must see what is ahead.
-  [[nodiscard]] virtual bool needs_sight() const { return false; }
+  /// Swims where the vehicle has not been: in an unknown environment no farther than the sensor has
+  /// observed free space ahead.
+  [[nodiscard]] virtual bool needs_free_ahead() const { return false; }
   /// Goes straight up in open water.
   [[nodiscard]] virtual bool rises() const { return false; }
-  /// It has waited in vain to see where it is led; false: it has no other way.
-  [[nodiscard]] virtual bool take_another_way() { return false; }
+  /// The path ahead was not observed for too long: on the next tick the behaviour looks for
+  /// another. False: it has none.
+  [[nodiscard]] virtual bool request_alternative() { return false; }
   /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
   [[nodiscard]] virtual bool skip() { return false; }
 };

@@ -81,7 +81,7 @@ class FailsafeLadder {
     bool escalated = false;                    ///< The cause's own rung has lasted too long.
   };
   /// One tick; a change of rung or of its cause, if there was one. `open_above`: hold escalates
-  /// only where up is a way out, but for kRangeLost. Allocates only when there is a change.
+  /// only where the vehicle can ascend, except kRangeLost. Allocates only when there is a change.
   [[nodiscard]] std::optional<Change> update(Utime now, const FailsafeConditions& conditions,
                                              bool open_above);
 

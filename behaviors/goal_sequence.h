@@ -16,8 +16,8 @@ class GoalSequence final : public Behavior {
 
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
-  [[nodiscard]] bool needs_sight() const override { return !leg_->is_backing_off(); }
-  [[nodiscard]] bool take_another_way() override { return leg_->take_another_way(); }
+  [[nodiscard]] bool needs_free_ahead() const override { return !leg_->is_backing_off(); }
+  [[nodiscard]] bool request_alternative() override { return leg_->request_alternative(); }
   /// Goes on to the next goal; false at the last one.
   [[nodiscard]] bool skip() override;
   [[nodiscard]] int goals_done() const override { return static_cast<int>(current_); }

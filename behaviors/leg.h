@@ -1,14 +1,19 @@
 #pragma once
 // One leg: from wherever the vehicle is to one goal. Plans, follows, replans on its triggers while
 // it keeps following the path it has, and stays at the goal as long as asked. Where the path has
-// lost its room nearer than the vehicle can stop, it holds and plans from there.
+// lost its clearance nearer than the vehicle can stop, it holds and plans from there. In an unknown
+// environment it backs off along its trail, and observes a goal that it cannot reach.
+//
+// Its states and transitions: leg_state.h. What is tried next, and how often: recovery.h.
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "behaviors/back_off.h"
 #include "behaviors/behavior.h"
+#include "behaviors/leg_state.h"
+#include "behaviors/plan_client.h"
+#include "behaviors/recovery.h"
 #include "behaviors/replan_triggers.h"
 #include "vehicle/follower.h"
 
@@ -16,21 +21,14 @@ namespace dive::behaviors {
 
 /// What holds for every leg of a mission.
 struct LegSettings {
-  double speed = 0.4;      ///< m/s
-  double clearance = 0.6;  ///< D_min, m
-  planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
-  double min_z = -50.0;       ///< Depth limit, m
-  double min_altitude = 0.0;  ///< m above what is straight below
-  double max_z = 0.0;         ///< m
-  /// m that a path may lead above both where the leg began and its goal. Under a roof that nobody
-  /// has charted the way up looks free: the eyes look down.
+  double speed = 0.4;  ///< m/s
+  /// A vehicle that has drifted too near to something is let out at whatever clearance it has.
+  planning::MotionLimits limits = {.reduced_clearance = 0.0};
+  /// Height that a path may lead above both where the leg began and its goal, m. Under an overhead
+  /// that is on no map the way up looks free: the sensor looks down.
   std::optional<double> max_rise;
   ReplanPolicy replan;
-  double goal_tolerance = 0.0;  ///< m that a goal that lacks clearance may be moved by.
-  double retry_s = 1.0;         ///< Pause after a failed plan.
-  int unreachable_after = 2;    ///< Failed plans in a row, without a path, that tell so.
-  bool backs_off = false;       ///< In unknown water: see BackOff.
-  double way_out_wait_s = 0.0;  ///< A way out that is blocked may be free again by then.
+  RecoveryOptions recovery;
   std::uint64_t seed = 1;
 };
 
@@ -54,58 +52,51 @@ class Leg {
   /// path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
-  /// The way that was planned leads where it cannot look: goes back a little and plans from there.
-  /// False where it does not go back, and when it has gone back from here too often.
-  [[nodiscard]] bool take_another_way();
+  /// The path cannot be observed ahead: on the next tick the vehicle backs off a little, and plans
+  /// from there. False where it does not back off, and when it has done so from here too often.
+  [[nodiscard]] bool request_alternative();
   /// Goes back along the trail, and not to where it has not been.
-  [[nodiscard]] bool is_backing_off() const { return back_off_.is_under_way(); }
+  [[nodiscard]] bool is_backing_off() const;
 
  private:
-  void take_answer(const BehaviorInput& input);
-  [[nodiscard]] bool has_room_to_turn(const BehaviorInput& input) const;
-  void plan_failed(Utime now, std::string why);
-  [[nodiscard]] bool may_go_back() const;
-  [[nodiscard]] bool go_back(const BehaviorInput& input, double least_m);
-  [[nodiscard]] std::optional<BehaviorOutput> back_off(const BehaviorInput& input);
-  [[nodiscard]] BehaviorOutput follow_on(const BehaviorInput& input);
-  [[nodiscard]] BehaviorOutput without_path(const BehaviorInput& input);
-  [[nodiscard]] BehaviorOutput follow(const BehaviorInput& input);
-  [[nodiscard]] BehaviorOutput dwell(const BehaviorInput& input);
-  void look_at_goal(const BehaviorInput& input);
-  [[nodiscard]] std::optional<Eigen::Vector3d> nearest_on_the_way(const BehaviorInput& input) const;
+  [[nodiscard]] bool take_answer(const BehaviorInput& input);
+  void take_path(const BehaviorInput& input, double clearance_m);
+  [[nodiscard]] Failure back_off_if_needed(const BehaviorInput& input);
+  [[nodiscard]] bool begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason);
+
+  [[nodiscard]] BehaviorOutput run(const BehaviorInput& input, bool is_outdated = false);
+  [[nodiscard]] BehaviorOutput plan(leg::Planning& planning, const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput follow(double certified_m, const BehaviorInput& input,
+                                      bool is_outdated);
+  [[nodiscard]] BehaviorOutput back_off(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput dwell(const leg::Dwelling& dwelling, const BehaviorInput& input);
+
   void ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output,
-           const std::optional<Eigen::Vector3d>& near_W = {});
+           const std::optional<Eigen::Vector3d>& place_W = {});
+  void raise(const leg::Event& event) { state_ = leg::transition(state_, event); }
+  [[nodiscard]] bool is_following() const;
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
-  [[nodiscard]] ReplanSignals signals(const BehaviorInput& input);
+  [[nodiscard]] ReplanSignals signals(const BehaviorInput& input, double certified_m);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
   [[nodiscard]] std::vector<Pose> next_of_path(const Pose& X_WB) const;
-  [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double rest_m) const;
+  [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double rest_m,
+                                double certified_m) const;
 
   LegSettings settings_;
   LegGoal goal_;
+  leg::State state_;
+  LegRecovery recovery_;
   vehicle::Follower follower_;
   ReplanTriggers triggers_;
-  BackOff back_off_;
+  PlanClient planner_;
   Progress progress_;
-  bool following_ = false;
-  bool awaiting_plan_ = false;
-  bool planned_in_vain_ = false;  ///< The answer leads through what was seen since it was asked.
-  bool asked_near_ = false;       ///< For a way nearer to a goal that cannot be had, ...
-  bool approaching_ = false;      ///< ... and this is it.
-  int approached_after_ = 0;      ///< Failures.
-  double certified_m_ = 0.0;      ///< Of the path, by the planner.
-  Utime asked_at_ = 0;
-  std::optional<Utime> retry_at_;
-  std::optional<Utime> reached_at_;
-  std::vector<Pose> way_there_;              ///< The last one that led to the goal.
-  std::optional<vehicle::Command> station_;  ///< Held while there is no path.
-  std::uint64_t requests_ = 0;
-  std::optional<Utime> began_;
-  double began_z_ = 0.0;
-  std::optional<estimation::EstimatorKind> estimator_;
-  bool told_unreachable_ = false;
-  bool another_way_ = false;  ///< To be looked for.
-  Eigen::Vector3d last_W_ = Eigen::Vector3d::Zero();
+  std::vector<Pose> route_to_goal_;                     ///< Last path that led to the goal.
+  std::uint64_t requests_ = 0;                          ///< Plans asked for.
+  std::optional<Utime> began_;                          ///< Time of the first tick.
+  double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
+  Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.
+  std::optional<estimation::EstimatorKind> estimator_;  ///< Source of the estimate followed last.
+  bool alternative_requested_ = false;                  ///< Since the last tick.
 };
 
 }  // namespace dive::behaviors

@@ -84,8 +84,10 @@ const FailsafeConditions& Monitors::update(const MonitorInput& input) {
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
   if (!wants_to_move) {  // at rest even a good sensor may repeat itself
     if (!is_true(FailsafeKind::kImuLost)) imu_.changed = input.now;
-    // Blind it matters more than a false alarm does.
-    if (!is_true(FailsafeKind::kDepthLost) && !is_true(FailsafeKind::kImuLost)) {
+    // Blind it matters more than a false alarm does. Flippers that push all the time for the last
+    // of the way are no rest.
+    const bool pushes = std::abs(input.expected_climb) > kClimbing;
+    if (!pushes && !is_true(FailsafeKind::kDepthLost) && !is_true(FailsafeKind::kImuLost)) {
       depth_.changed = input.now;
     }
     anchor_W_.reset();

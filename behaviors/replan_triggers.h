@@ -1,5 +1,5 @@
 #pragma once
-// When a path being followed is planned anew.
+// When a path being followed is replanned.
 
 #include <optional>
 

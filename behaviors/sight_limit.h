@@ -24,9 +24,9 @@ class SightLimit {
   /// Takes from `command` what cannot be seen to be safe. `leaf_now` is the behaviours' clock.
   void apply(Utime now, Utime leaf_now, const estimation::StateEstimate& estimate,
              vehicle::Command& command);
-  /// It has turned to the way that was planned for it, and does not see it: it leads up behind
-  /// something, most likely. Where nobody can look nobody swims. Waiting counts from here again,
-  /// and from where it is told to look elsewhere.
+  /// True when the vehicle has turned towards its path for long enough and still does not observe
+  /// it: most likely the path leads up behind an obstacle. The wait begins again with the next
+  /// call, and whenever the commanded heading changes.
   [[nodiscard]] bool waits_in_vain(Utime leaf_now);
   /// Another behaviour begins: it has not waited yet.
   void stop_waiting() { waiting_.reset(); }
@@ -44,7 +44,7 @@ class SightLimit {
   std::optional<double> blocked_depth_;  ///< Where it came to the end of its sight, m.
 };
 
-/// Whoever turns under way slides on, for many seconds, stern first or sideways, and nothing on
+/// A vehicle that turns under way slides on, for seconds, stern first or sideways, and nothing on
 /// board can stop a slide sideways; and a slow vehicle that is pushed back stays behind: the
 /// autopilot steers its speed by what it has commanded, and the drag of a slow hull is next to
 /// nothing. At `surge` (m/s, negative: astern) this asks for more, or less, than was commanded.

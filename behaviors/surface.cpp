@@ -6,36 +6,37 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kAboveSurface = -1.0;     // m of depth, to be pushed against
-constexpr double kFarthestForRoom = 3.0;   // m
 constexpr double kPatience = 2.0;          // times the ascent it should take ...
 constexpr double kPatienceSeconds = 10.0;  // ... and so long besides
 
 }  // namespace
 
-Surface::Surface(SurfaceOptions options) : options_(options), back_off_(options.room) {
+Surface::Surface(SurfaceOptions options)
+    : options_(options), back_off_(options.clearance, options.back_off) {
   progress_.leg = "surface";
 }
 
-// Nothing when there is enough of it, or it cannot be had.
-std::optional<vehicle::Command> Surface::make_room(const BehaviorInput& input) {
-  if (!input.depth_known || !input.attitude_known) may_make_room_ = false;
-  if (!may_make_room_ || options_.room <= 0.0) return std::nullopt;
+// Nothing where there is clearance, or no path to any.
+std::optional<vehicle::Command> Surface::back_off(const BehaviorInput& input) {
+  if (!input.depth_known || !input.attitude_known) may_back_off_ = false;
+  if (!may_back_off_ || options_.clearance <= 0.0) return std::nullopt;
   if (!back_off_.is_under_way()) {
     BehaviorInput now = input;
     now.map_changed = input.seen != nullptr;  // it looks at once
-    may_make_room_ = back_off_.is_needed(now) &&
-                     back_off_.begin(now, {.most_m = kFarthestForRoom, .open = true});
-    if (!may_make_room_) return std::nullopt;
+    may_back_off_ =
+        back_off_.is_needed(now) &&
+        back_off_.begin(now, {.most_m = options_.back_off.max_distance_to_ascend_m, .open = true});
+    if (!may_back_off_) return std::nullopt;
   }
   std::optional<vehicle::Command> command = back_off_.follow(input);
-  may_make_room_ = command.has_value();  // once
+  may_back_off_ = command.has_value();  // once
   return command;
 }
 
 BehaviorOutput Surface::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   const double depth = -X_WB.p.z();
-  if (const std::optional<vehicle::Command> command = make_room(input)) {
+  if (const std::optional<vehicle::Command> command = back_off(input)) {
     BehaviorOutput output;
     output.command = *command;
     progress_.distance_to_go_m = std::max(depth, 0.0);
@@ -44,14 +45,14 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   if (!entered_at_) {
     entered_at_ = input.now;
     entry_depth_ = depth;
-    yaw_ = to_rpy(X_WB.q).z();
   }
+  const double yaw = drift_stop_.heading(X_WB.q, input.estimate->v_WB_B);
   const double risen = options_.ascent_rate * to_seconds(input.now - *entered_at_);
   BehaviorOutput output;
-  output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw_);
+  output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw);
   output.done = depth < options_.surfaced_depth;
   if (!input.depth_known) {  // up, whatever the estimate believes, for long enough to be true
-    output.command = station_keeping(kAboveSurface, yaw_);
+    output.command = station_keeping(kAboveSurface, yaw);
     const double needed = kPatience * entry_depth_ / options_.ascent_rate + kPatienceSeconds;
     output.done = to_seconds(input.now - *entered_at_) > needed;
   }

@@ -1,5 +1,5 @@
-// Reading point clouds and making worlds of them: points on a wavy sea bed, as a sonar mosaic has
-// them.
+// Reading point clouds and converting them to worlds: points on a wavy seabed, such as a sonar
+// mosaic.
 
 #include <cmath>
 #include <cstdint>
@@ -61,7 +61,7 @@ void BM_ReadAsciiPcd(benchmark::State& state) { read_pcd(state, true); }
 BENCHMARK(BM_ReadBinaryPcd)->Arg(1'000'000)->Arg(10'000'000)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_ReadAsciiPcd)->Arg(1'000'000)->Unit(benchmark::kMillisecond);
 
-// From the file to the pieces: a bed a kilometre wide, and what is around a way of 30 m on it.
+// From the file to the pieces: a bed a kilometre wide, and the region around a 30 m path on it.
 void make_world(benchmark::State& state, const Eigen::AlignedBox3d& region) {
   const std::string path =
       (std::filesystem::temp_directory_path() / fmt::format("dive_world_bench_{}.pcd", getpid()))

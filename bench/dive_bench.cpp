@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/cli/loading.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::mission {
 namespace {
@@ -39,7 +39,7 @@ void window_dive(benchmark::State& state) {
 }
 BENCHMARK(window_dive)->Unit(benchmark::kMillisecond);
 
-// From the file to a mission that may be run: schema, rules, the map's name; not the map.
+// From the file to a mission ready to run: schema, rules, the map's name; not the map.
 void load_a_mission(benchmark::State& state, const char* name) {
   const std::string path = fmt::format("{}/missions/{}.xml", DIVE_SOURCE_DIR, name);
   for (auto _ : state) {
@@ -52,7 +52,7 @@ void load_a_mission(benchmark::State& state, const char* name) {
 BENCHMARK_CAPTURE(load_a_mission, window, "window")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(load_a_mission, blocks, "blocks")->Unit(benchmark::kMillisecond);
 
-// The executive alone, fed by hand while it holds station: one control tick.
+// One control tick of the executive alone, with constructed inputs, while it holds station.
 void executive_holding_step(benchmark::State& state) {
   Executive executive(window().mission, window().world, window().model, {});
   StepInputs inputs;

@@ -1,5 +1,5 @@
 #pragma once
-// The legs of the missions in missions/: what the benchmarks of the planner ask.
+// The legs of the missions in missions/, as requests for the planner's benchmarks.
 
 #include <string>
 #include <vector>
@@ -20,7 +20,7 @@ struct Environment {
   std::vector<EnvironmentLeg> legs;
 };
 
-/// Of `missions/NAME.xml`, with the vehicle's own hull. Demands that the mission can be read.
+/// Loads `missions/NAME.xml`, with the vehicle's own hull. Asserts that the mission can be read.
 [[nodiscard]] Environment load_environment(const std::string& name);
 
 }  // namespace dive::bench

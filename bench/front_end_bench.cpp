@@ -1,5 +1,5 @@
-// The visual front end on 752 x 480 pictures with 200 features, one core: the whole step with one
-// camera and with two, then its parts. Pictures are painted before the clock starts.
+// The visual front end on 752 x 480 images with 200 features, one core: the whole step with one
+// camera and with two, then its parts. Images are rendered before the clock starts.
 
 #include <ctime>
 #include <numeric>
@@ -9,13 +9,13 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/quantile.h"
-#include "estimation/visual_inertial/anchor_patch.h"
-#include "estimation/visual_inertial/corners.h"
-#include "estimation/visual_inertial/klt.h"
-#include "estimation/visual_inertial/local_contrast.h"
-#include "estimation/visual_inertial/stereo.h"
-#include "estimation/visual_inertial/tag_detector.h"
-#include "estimation/visual_inertial/tracker.h"
+#include "estimation/visual_inertial/front_end/anchor_patch.h"
+#include "estimation/visual_inertial/front_end/corners.h"
+#include "estimation/visual_inertial/front_end/klt.h"
+#include "estimation/visual_inertial/front_end/local_contrast.h"
+#include "estimation/visual_inertial/front_end/stereo.h"
+#include "estimation/visual_inertial/front_end/tracker.h"
+#include "estimation/visual_inertial/tags/tag_detector.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
 namespace dive::estimation {
@@ -26,7 +26,7 @@ using testing::PaintedRoom;
 constexpr Utime kPeriod = 50'000;
 constexpr int kPictures = 24;
 
-// 0.5 m/s past walls two to four metres away, turning by 12 degrees a second.
+// 0.5 m/s past walls two to four metres away, turning at 12 degrees per second.
 Pose X_WB(int k) {
   const double t = to_seconds(k * kPeriod);
   return {{0.4 * t, 0.3 * t, 0.1 * std::sin(t)}, from_rpy(0.1 * t, 0.1 * std::sin(t), 0.2 * t)};
@@ -56,13 +56,13 @@ const Recording& recording() {
   return recorded;
 }
 
-// Swims back and forth along the recording.
+// Plays the recording forwards and backwards.
 void step(benchmark::State& state, bool stereo) {
   const Recording& seen = recording();
   Tracker tracker({}, seen.left, stereo ? std::optional(seen.right) : std::nullopt, 1);
   double features = 0.0;
   double matched = 0.0;
-  std::vector<double> times;  // of the processor
+  std::vector<double> times;  // processor time
   int last = 0;
   std::int64_t n = 0;
   for (auto _ : state) {
@@ -159,7 +159,7 @@ void replenish(benchmark::State& state) {
 }
 BENCHMARK(replenish)->Arg(8)->Arg(1000)->Unit(benchmark::kMillisecond);
 
-// All depths known, and none.
+// Matching with all depths known, or none.
 void match(benchmark::State& state, bool known) {
   const Recording& seen = recording();
   const Prepared left(seen.lefts[0]);
@@ -182,7 +182,7 @@ void match(benchmark::State& state, bool known) {
 BENCHMARK_CAPTURE(match, known_depth, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(match, unknown_depth, false)->Unit(benchmark::kMillisecond);
 
-// Nothing to be found: every square that could be one is looked at all the same.
+// No tag in the image: every candidate square is still tested.
 void look_for_tags(benchmark::State& state) {
   const Recording& seen = recording();
   TagDetector detector(seen.left, {});

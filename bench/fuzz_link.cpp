@@ -1,5 +1,6 @@
-// Throws packets at every decoder of the link and at the gate: changed copies of real ones and
-// noise. Nothing may crash, allocate beyond its bound, or be obeyed without a seal.
+// Sends packets to every decoder of the link and to the authentication: changed copies of real ones
+// and noise. No packet may crash the process, make it allocate beyond its bound, or be accepted
+// without a message authentication code.
 
 #include <algorithm>
 #include <chrono>
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
   seal(key, skip);
   Packet sealed;
   if (!encode(skip, sealed)) return 1;
-  static_cast<void>(gate.judge(skip, 0));  // said once, so that saying it again is a replay
+  static_cast<void>(gate.judge(skip, 0));  // accepted once, so that repeating it is a replay
 
   std::vector<Channel> channels = {channel("imu", dive::ImuSample{}),
                                    channel("depth", dive::DepthSample{}),
@@ -69,7 +70,7 @@ int main(int argc, char** argv) {
                                                        std::vector<std::uint8_t>(32)}));
   channels.push_back(
       channel("range", dive::RangeScan{1, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}));
-  // Those that decode are put in pairs, which hold two of each camera at most.
+  // Decoded images are matched to pairs; the inbox holds at most two of each camera.
   dive::mission::SightInbox sight;
   const dive::ImageFrame picture{1,  0,  dive::ImageFrame::Format::kGray8,
                                  16, 16, std::vector<std::uint8_t>(256)};

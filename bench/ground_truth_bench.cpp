@@ -1,5 +1,5 @@
-// What the ground truth costs in a simulation at 50 Hz that is to run at 200 times real time and
-// more, where a tick may take 100 us in all.
+// The cost of ground truth in a simulation at 50 Hz that must reach 200 times real time and more,
+// where a tick may take 100 us in all.
 
 #include <cmath>
 #include <vector>
@@ -8,7 +8,7 @@
 
 #include "bench/shipped_map.h"
 #include "vehicle/model.h"
-#include "vehicle/simulator/ground_truth.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
 
 namespace dive::vehicle {
 namespace {
@@ -20,8 +20,8 @@ planning::RobotHull aqua2_hull() {
   return parse_urdf(aqua2_urdf(), diagnostics).value().hull;
 }
 
-// Every tick of a dive through the window and back at 0.4 m/s, with the yaw and roll of a vehicle
-// that works its flippers.
+// Every tick of a dive through the window and back at 0.4 m/s, with the yaw and roll caused by the
+// flippers.
 std::vector<Pose> window_dive() {
   const std::vector<Eigen::Vector3d> corners{{-4, -2, -3},     {-1, -2, -4},     {3, 0, -4.5},
                                              {5.2, 2.1, -4.6}, {7.2, 2.1, -4.6}, {9.8, -2, -4.6},

@@ -1,5 +1,4 @@
-// Kills dives, thousands of them, and looks whether every one is found again at its last committed
-// state.
+// Kills thousands of dives and checks that each one is found again at its last checkpoint.
 
 #include <algorithm>
 #include <chrono>
@@ -24,7 +23,7 @@ std::int64_t commits_in(const std::string& text) {
   return commits;
 }
 
-// Is what is left a beginning of the whole, and its last commit found?
+// True if the rest of the file is a prefix of the whole, and its last checkpoint is found.
 bool is_found(const std::string& path, const std::string& whole) {
   const std::string kept = content_of(path);
   if (!whole.starts_with(kept)) return false;

@@ -1,5 +1,6 @@
-// Dives over the link, hundreds of them, side by side: kills executive or supervisor at a random
-// moment, or aborts, and looks what becomes of the vehicle.
+// Hundreds of dives over the link, in parallel: kills the executive or the supervisor at a random
+// moment, or aborts, and records the vehicle's response. For the latency of an abort see
+// abort_study.
 
 #include <algorithm>
 #include <atomic>
@@ -30,14 +31,13 @@ enum class What { kKillExecutive, kKillSupervisor, kAbort };
 
 struct Case {
   What what = What::kAbort;
-  double at_s = 0.0;  // of real time, after the first command
+  double at_s = 0.0;  // real time since the first command
 };
 
 struct Outcome {
   bool is_well = false;
-  double abort_ms = 0.0;
   double lateness_ms = 0.0;  // 99.9th percentile
-  double silent_s = 0.0;     // when the supervisor took over
+  double silent_s = 0.0;     // interval until the supervisor took over
   std::string why;
 };
 
@@ -80,7 +80,7 @@ Outcome run(const Case& one, int index, const std::string& folder) {
   if (one.what == What::kKillSupervisor) supervisor->kill(SIGKILL);
   if (one.what == What::kAbort) {
     const int status = start("abort", {"abort"})->wait(20.0);
-    if (status != 0) outcome.why = "nobody answered the abort; ";
+    if (status != 0) outcome.why = "no process answered the abort; ";
   }
   if (vehicle->wait(180.0) < 0) {
     outcome.why += "the vehicle is still under way";
@@ -94,14 +94,13 @@ Outcome run(const Case& one, int index, const std::string& folder) {
     if (supervisor->wait(30.0) >= 0) outcome.silent_s = supervisor->json().value("silent_s", 0.0);
   } else if (executive->wait(30.0) >= 0) {
     const auto stats = executive->json().at("stats");
-    outcome.abort_ms = stats.at("abort_ms").get<double>();
     outcome.lateness_ms = stats.at("lateness_ms").at("p999").get<double>();
   }
   return outcome;
 }
 
-// What the machine itself can do: a bare loop that sleeps until every 20 ms, served first like the
-// executive's.
+// Timing limit of the machine itself: a bare loop that sleeps until every 20 ms, with the same
+// real-time priority as the executive's.
 std::vector<double> bare_lateness_ms(const std::atomic<bool>& wanted) {
   using Clock = std::chrono::steady_clock;
   dive::run_first();
@@ -164,7 +163,6 @@ int main(int argc, char** argv) {
   bare.join();
 
   int unwell = 0;
-  std::vector<double> abort_ms;
   std::vector<double> lateness_ms;
   std::vector<double> silent_s;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -173,13 +171,10 @@ int main(int argc, char** argv) {
       ++unwell;
       fmt::print("dive {}, {:.2f} s: {}\n", i, cases[i].at_s, outcome.why);
     }
-    if (cases[i].what == What::kAbort) abort_ms.push_back(outcome.abort_ms);
     if (cases[i].what != What::kKillExecutive) lateness_ms.push_back(outcome.lateness_ms);
     if (outcome.silent_s > 0.0) silent_s.push_back(outcome.silent_s);
   }
   fmt::print("{} dives, {} not well\n", cases.size(), unwell);
-  fmt::print("abort to command: median {:.1f} ms, 99th percentile {:.1f} ms\n",
-             quantile(abort_ms, 0.5), quantile(abort_ms, 0.99));
   fmt::print("lateness, 99.9th percentile of a dive: median {:.2f} ms, largest {:.2f} ms\n",
              quantile(lateness_ms, 0.5), quantile(lateness_ms, 1.0));
   fmt::print("a bare loop beside it: 99.9th percentile {:.2f} ms, largest {:.2f} ms\n",

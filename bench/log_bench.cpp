@@ -1,4 +1,4 @@
-// What the log costs a tick: written and handed to the system, and read back.
+// Cost of the log per tick: written and passed to the system, and read back.
 
 #include <filesystem>
 #include <optional>

@@ -1,6 +1,6 @@
-// Loop closure on dives in closed form: the oval of 115 m twice round, the visual-inertial filter
-// alone and with the loops that are closed on the second lap. What is seen has descriptors that are
-// drawn; the rest is what runs on the vehicle.
+// Loop closure on dives in closed form: two laps of the 115 m oval, the visual-inertial filter
+// alone and with the loop closures of the second lap. Descriptors are random; the rest is the code
+// that runs on the vehicle.
 
 #include <cmath>
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 #include "bench/quantile.h"
 #include "common/fnv.h"
-#include "estimation/visual_inertial/loop_closer.h"
-#include "test/estimation/visual_inertial/filter_dive.h"
+#include "estimation/visual_inertial/loop_closure/loop_closer.h"
+#include "test/estimation/visual_inertial/filter/filter_dive.h"
 
 namespace {
 
@@ -27,12 +27,12 @@ using estimation::LoopCorrection;
 using estimation::PlaceView;
 using estimation::StateEstimate;
 
-constexpr int kWrongBits = 12;  // of 256, from one sight to the next
+constexpr int kWrongBits = 12;  // bits of 256 that differ between two observations
 
 struct Study {
   AnalyticDiveOptions dive;
   int runs = 20;
-  double seconds = 572.0;  // twice around at 0.4 m/s
+  double seconds = 572.0;  // two laps at 0.4 m/s
   estimation::LoopCloserOptions loops;
 };
 
@@ -45,7 +45,7 @@ struct Total {
   std::vector<double> closures, wrong;
 };
 
-// Two pictures of one point have nearly the same descriptor, two points nothing in common.
+// Two observations of one point have nearly the same descriptor; those of two points are unrelated.
 estimation::Descriptor descriptor_of(const Eigen::Vector3d& p_W, Random& random) {
   Fnv1a64 digest;
   digest.add(std::span(reinterpret_cast<const std::uint8_t*>(p_W.data()), sizeof(Eigen::Vector3d)));

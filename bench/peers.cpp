@@ -31,10 +31,10 @@ namespace og = ompl::geometric;
 using Eigen::Vector3d;
 
 constexpr double kMargin = 5.0;    // m around map, start and goal
-constexpr double kRotation = 0.5;  // m that a radian counts as
+constexpr double kRotation = 0.5;  // m equivalent to one radian
 
-// SE(3); horizontal ones are four numbers, x, y, z and the yaw as kRotation counts it, for OMPL's
-// informed samplers know no other space.
+// Pose in SE(3). Horizontal states are four numbers, x, y, z and the yaw scaled by kRotation,
+// because OMPL's informed samplers support no other space.
 Pose pose_of(const ob::State* state, bool horizontal) {
   Pose pose;
   if (horizontal) {
@@ -66,7 +66,7 @@ void set(ob::State* state, const Pose& pose, bool horizontal) {
   }
 }
 
-/// Length of the way swum, whatever the attitudes.
+/// Length of the path, whatever the attitudes.
 class Swum final : public ob::PathLengthOptimizationObjective {
  public:
   Swum(const ob::SpaceInformationPtr& information, bool horizontal)
@@ -82,7 +82,7 @@ class Swum final : public ob::PathLengthOptimizationObjective {
   bool horizontal_;
 };
 
-/// Where a state is, in cells of a metre: what KPIECE keeps its records by.
+/// Position of a state in cells of a metre, the projection that KPIECE needs.
 class Place final : public ob::ProjectionEvaluator {
  public:
   Place(const ob::StateSpace* space, bool horizontal)

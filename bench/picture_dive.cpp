@@ -9,21 +9,21 @@
 #include <fmt/format.h>
 
 #include "common/random.h"
-#include "mission/check/simulated_dive.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::bench {
 namespace {
 
 constexpr double kUnderWay = 0.1;  // m/s
 
-// Where the pictures of a stretch are kept, one pair after the other.
+// File of a stretch's stored images, one pair after the other.
 std::string file_of(const std::string& folder, const Site& site, const std::string& water,
                     std::uint64_t seed, Utime begin, double seconds) {
   return fmt::format("{}/{}-{}-{}-{}-{:g}.gray", folder, site.mission.id, water, seed, begin,
                      seconds);
 }
 
-// A camera, or what it saw the last time.
+// The cameras, or a file of their earlier images.
 class Eyes {
  public:
   Eyes(const Site& site, const vehicle::StereoCameraOptions& options, std::uint64_t seed,
@@ -93,8 +93,8 @@ std::vector<SwumTick> swim(const Site& site, std::uint64_t seed) {
                                  const vehicle::GroundTruth& truth, const std::optional<Pose>&) {
     ticks.push_back({truth, samples});
   };
-  static_cast<void>(mission::simulate_dive(site.mission, site.world, site.model, settings,
-                                           [](const auto&, const auto&, const auto&) {}));
+  static_cast<void>(
+      mission::simulate_dive(site.mission, site.world, site.model, settings, nullptr));
   return ticks;
 }
 

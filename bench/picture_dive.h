@@ -1,6 +1,6 @@
 #pragma once
-// Dives of shipped missions as a visual-inertial estimator would have them: the simulator's
-// inertial unit and depth sensor, and what the cameras see from where the vehicle truly was.
+// Dives of shipped missions as inputs of a visual-inertial estimator: the simulator's IMU and depth
+// sensor, and the camera images at the true poses.
 
 #include <array>
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 #include "bench/site.h"
 #include "common/measurements.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 #include "vehicle/simulator/simulator.h"
-#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::bench {
 
@@ -21,17 +21,17 @@ struct SwumTick {
   vehicle::SensorSamples samples;
 };
 
-/// The whole mission, without eyes.
+/// The whole mission, without cameras.
 [[nodiscard]] std::vector<SwumTick> swim(const Site& site, std::uint64_t seed);
 
-/// `seconds` of it in which it swims under water, chosen by `seed`; fewer where it is too short.
+/// `seconds` of the dive under water and in motion, chosen by `seed`; fewer if it is too short.
 [[nodiscard]] std::vector<SwumTick> stretch_of(const std::vector<SwumTick>& dive, double seconds,
                                                std::uint64_t seed);
 
 using Pictures = std::array<ImageFrame, 2>;
 
-/// Calls `see` for every tick of `stretch`, with pictures where they fall due. With a `folder` they
-/// are kept there, and taken from there the next time.
+/// Calls `see` for every tick of `stretch`, with images when they are due. With a `folder`, images
+/// are stored there and reused the next time.
 void look(const Site& site, const std::vector<SwumTick>& stretch,
           const vehicle::StereoCameraOptions& camera, const std::string& water, std::uint64_t seed,
           const std::string& folder,

@@ -1,5 +1,5 @@
 // The quadratic programme of one optimiser iteration: waypoints along a line, smoothed, with
-// contacts on every segment, solved from cold.
+// contacts on every segment, cold start.
 
 #include <benchmark/benchmark.h>
 
@@ -21,7 +21,7 @@ Vector6d random_vector(Random& random) {
   return Vector6d::NullaryExpr([&random] { return random.uniform(-1.0, 1.0); });
 }
 
-/// As the optimiser poses it: length 100 per metre, hinges 200 per metre, ends fixed.
+/// The optimiser's weights: length 100 per metre, hinges 200 per metre, ends fixed.
 void pose_problem(int waypoints, Random& random, BandedQp& qp) {
   qp.reset(waypoints);
   const Matrix6d stiffness = Vector6d(70, 70, 70, 20, 20, 20).asDiagonal();

@@ -1,5 +1,5 @@
 #pragma once
-// Order statistics of what was measured.
+// Order statistics of measurements.
 
 #include <algorithm>
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace dive::bench {
 
-/// The value of the nearest rank: 0 the least, 0.5 the median, 1 the largest; 0 of no values.
+/// The value of the nearest rank: 0 the least, 0.5 the median, 1 the largest; 0 for no values.
 [[nodiscard]] inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   std::ranges::sort(values);

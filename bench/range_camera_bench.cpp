@@ -1,5 +1,5 @@
-// One scan of the simulated range camera, noise and marine snow included: ten a second in a
-// simulation that is to run far faster than time.
+// One scan of the simulated range camera, noise and marine snow included: ten per second in a
+// simulation that must run much faster than real time.
 
 #include <cmath>
 #include <string>
@@ -9,12 +9,12 @@
 
 #include "bench/shipped_map.h"
 #include "vehicle/simulator/diver.h"
-#include "vehicle/simulator/range_camera.h"
+#include "vehicle/simulator/sensors/range_camera.h"
 
 namespace dive::vehicle {
 namespace {
 
-// Scans along a straight line; with a diver, one who swims two metres ahead.
+// Scans along a straight line; optionally with a diver, who swims two metres ahead.
 void scan(benchmark::State& state, const std::string& name, const Eigen::Vector3d& from,
           const Eigen::Vector3d& to, bool with_diver) {
   RangeCamera camera(bench::shipped_map(name), {}, 1);

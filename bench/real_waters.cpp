@@ -15,12 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The mission into our wreck without a map, moved elsewhere.
+/// The mission into our wreck without a map, moved to another environment.
 struct Water {
   const char* name;
-  const char* mesh;    ///< Below the shared data.
-  const char* X_WM;    ///< SDF: x y z roll pitch yaw.
-  const char* limits;  ///< Instead of the wreck's, and so on.
+  const char* mesh;  ///< Path below the shared data.
+  const char* X_WM;  ///< SDF: x y z roll pitch yaw.
+  /// Limits that replace the wreck's; the members below likewise replace the wreck's.
+  const char* limits;
   const char* start;
   const char* first_goal;
   const char* second_goal;

@@ -1,12 +1,12 @@
 #pragma once
-// How a study ends that cannot read what it is given.
+// Error handling of a study whose input cannot be read.
 
 #include <exception>
 #include <iostream>
 
 namespace dive::bench {
 
-/// The exit status of a study: 2, with the reason on stderr, where `study` throws.
+/// The exit status of a study: 2, with the reason on stderr, if `study` throws.
 template <class Study>
 [[nodiscard]] int run_study(Study&& study) {
   try {

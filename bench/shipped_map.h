@@ -1,5 +1,5 @@
 #pragma once
-// The maps that are in missions/maps/.
+// The maps in missions/maps/.
 
 #include <optional>
 #include <stdexcept>
@@ -9,7 +9,7 @@
 
 namespace dive::bench {
 
-/// Of missions/maps/NAME.sdf; throws where it cannot be read.
+/// Loads missions/maps/NAME.sdf; throws if it cannot be read.
 [[nodiscard]] inline planning::World shipped_map(const std::string& name) {
   const std::string path = DIVE_SOURCE_DIR "/missions/maps/" + name + ".sdf";
   Diagnostics diagnostics;

@@ -1,5 +1,5 @@
-// How much faster than real time the simulated vehicle swims: bare, and with estimator, follower
-// and autopilot in the loop. The counter `times_real_time` is the claim.
+// Speed of the simulation relative to real time: the vehicle alone, and with estimator, follower
+// and autopilot in the loop. The counter `times_real_time` is the result.
 
 #include <cstdlib>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// What a study dives: a mission, what is there, and the vehicle.
+// The input of a study: a mission, its world, and the vehicle.
 
 #include <stdexcept>
 #include <string>
@@ -17,7 +17,7 @@ struct Site {
   vehicle::Model model;
 };
 
-/// Throws where it cannot be read.
+/// Throws if it cannot be read.
 [[nodiscard]] inline Site load_site(const std::string& path) {
   Diagnostics diagnostics;
   auto mission = mission::load_mission(path, diagnostics);
@@ -28,7 +28,7 @@ struct Site {
   return {std::move(*mission), std::move(*world), std::move(*model)};
 }
 
-/// Of missions/NAME.xml.
+/// Loads missions/NAME.xml.
 [[nodiscard]] inline Site load_shipped_site(const std::string& name) {
   return load_site(DIVE_SOURCE_DIR "/missions/" + name + ".xml");
 }

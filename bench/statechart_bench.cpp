@@ -1,4 +1,4 @@
-// What the control loop pays for its state machine, at 50 Hz.
+// Cost of the state machine in the control loop, at 50 Hz.
 
 #include <string>
 
@@ -18,7 +18,7 @@ class Silent : public Environment {
   void taken(int, const std::string&) override {}
 };
 
-/// A mission of `legs` legs in a row, each watched by a failsafe of the state around them.
+/// A mission of `legs` legs in sequence, each monitored by a failsafe of the parent state.
 Chart mission(int legs) {
   Chart chart;
   chart.add_state("mission", StateKind::kCompound, -1);

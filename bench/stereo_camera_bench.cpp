@@ -1,12 +1,12 @@
 // One stereo pair of the simulated cameras, 752 x 480 each, all of the water's optics included:
-// twenty a second in a simulation that should run as fast as time.
+// twenty per second in a simulation that should reach real time.
 
 #include <string>
 
 #include <benchmark/benchmark.h>
 
 #include "bench/shipped_map.h"
-#include "vehicle/simulator/stereo_camera.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 
 namespace dive::vehicle {
 namespace {

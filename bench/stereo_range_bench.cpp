@@ -1,13 +1,13 @@
-// One sweep of the stereo pair, 752 x 480 each, 100 x 75 rays: beside the wreck, and in water where
-// there is nothing to match. One core.
+// One scan of the stereo pair, 752 x 480 each, 100 x 75 rays: beside the wreck, and in water
+// without anything to match. One core.
 
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
 #include "bench/shipped_map.h"
-#include "estimation/visual_inertial/stereo_range.h"
-#include "vehicle/simulator/stereo_camera.h"
+#include "estimation/visual_inertial/stereo_range/stereo_range.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 
 namespace dive::estimation {
 namespace {

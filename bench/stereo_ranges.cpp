@@ -1,6 +1,6 @@
-// What the stereo pair tells of ranges in the simulated water, against rays traced through the
-// world: how much is told, how far it errs in its own sigmas, what is told nearer than it is, and
-// what is called free and is not.
+// Ranges of the stereo pair in the simulated water, against rays traced through the world: how many
+// there are, their errors in units of their sigma, how many are too near, and how often occupied
+// space is reported free.
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@
 
 #include "bench/quantile.h"
 #include "bench/shipped_map.h"
-#include "estimation/visual_inertial/stereo_range.h"
-#include "vehicle/simulator/stereo_camera.h"
-#include "vehicle/simulator/traced_world.h"
+#include "estimation/visual_inertial/stereo_range/stereo_range.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
+#include "vehicle/simulator/ray_tracing/traced_world.h"
 
 namespace {
 

@@ -19,7 +19,7 @@ constexpr double kFar = 60.0;
 constexpr std::array<int, 8> kAges{1, 2, 4, 8, 16, 32, 64, 128};
 constexpr std::array<double, 6> kDepths{0.0, 1.0, 2.0, 3.0, 5.0, 10.0};
 
-// Of a normal variable, by its median.
+// Standard deviation of a normal variable, by its median.
 double robust_sigma(std::vector<double> values) {
   for (double& value : values) value = std::abs(value);
   return quantile(std::move(values), 0.5) / 0.6745;
@@ -53,7 +53,7 @@ TrackTruth::Seen TrackTruth::first_sight(const Vector2d& n, const Pose& X_WC) co
   const Vector3d d = (X_WC.q * n.homogeneous()).normalized();
   const double range = world_.range(X_WC.p, d, 0.05, kFar);
   const Vector3d p_W = X_WC.p + range * d;
-  // The water's surface is no landmark.
+  // The water's surface is not a landmark.
   if (!std::isfinite(range) || p_W.z() > -0.01) return {};
   return {true, p_W, pictures_};
 }

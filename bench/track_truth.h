@@ -1,6 +1,5 @@
 #pragma once
-// Where the features that a tracker follows truly are: each is the point of the world that it was
-// first seen at.
+// Ground truth of tracked features: each is the point of the world at which it was first observed.
 
 #include <cstdint>
 #include <map>
@@ -8,23 +7,23 @@
 
 #include "common/camera_model.h"
 #include "common/random.h"
-#include "estimation/visual_inertial/feature_frame.h"
+#include "estimation/visual_inertial/front_end/feature_frame.h"
 #include "planning/world/world.h"
-#include "vehicle/simulator/traced_world.h"
+#include "vehicle/simulator/ray_tracing/traced_world.h"
 
 namespace dive::bench {
 
 class TrackTruth {
  public:
-  /// Left and right.
+  /// `left` and `right`: the cameras of the pair.
   TrackTruth(const planning::World& world, const CameraModel& left, const CameraModel& right);
 
-  /// Ids start anew.
+  /// Starts a dive: feature ids begin again.
   void begin_dive() { seen_.clear(); }
-  /// What was tracked in a picture taken at X_WB.
+  /// Adds the features tracked in an image taken at X_WB.
   void add(const estimation::FeatureFrame& frame, const Pose& X_WB);
-  /// The features of a frame that has been added where they truly are, with white noise of `sigma`
-  /// pixels; those of nothing solid are left out.
+  /// The features of an added frame at their true positions, with white noise of `sigma` pixels;
+  /// those that are not on a solid are left out.
   [[nodiscard]] estimation::FeatureFrame moved_to_truth(const estimation::FeatureFrame& frame,
                                                         const Pose& X_WB, double sigma,
                                                         Random& random) const;
@@ -38,7 +37,7 @@ class TrackTruth {
   };
   struct StereoError {
     double depth;           // m
-    Eigen::Vector2d error;  // px, right as seen from left
+    Eigen::Vector2d error;  // px, right relative to left
   };
 
   [[nodiscard]] Seen first_sight(const Eigen::Vector2d& n, const Pose& X_WC) const;
@@ -48,11 +47,11 @@ class TrackTruth {
   CameraModel left_;
   CameraModel right_;
   std::int64_t pictures_ = 0;
-  std::map<std::int64_t, Seen> seen_;  // of this dive
+  std::map<std::int64_t, Seen> seen_;  // features observed in this dive, by id
   std::int64_t tracks_ = 0, solid_ = 0;
   std::map<int, std::vector<double>> by_age_;  // px, per axis
-  std::map<int, std::vector<double>> steps_;   // px, of the error over so many pictures
-  std::map<std::int64_t, std::vector<Eigen::Vector2d>> now_;  // px, picture by picture
+  std::map<int, std::vector<double>> steps_;   // px, change of the error over this many images
+  std::map<std::int64_t, std::vector<Eigen::Vector2d>> now_;  // px, by image
   std::vector<StereoError> stereo_;
 };
 

@@ -1,9 +1,10 @@
-// Unknown water, measured: what one sweep becomes and how long from a sweep to a certified path.
-//   unknown_water stream wreck cluttered     20 sweeps a second along the mission's own route
-//   unknown_water scan wreck cluttered       one sweep: coverage, water blocked, time
-//   unknown_water growth                     an update beside the size of the map
-//   unknown_water hours cluttered            two hours to and fro: what memory it takes
-// and in --help what else.
+// Measurements in an unknown environment: the map from one scan, and the time from a scan to a
+// certified path.
+//     unknown_water stream wreck cluttered     20 scans a second along the mission's own route
+//     unknown_water scan wreck cluttered       one scan: coverage, water blocked, time
+//     unknown_water growth                     time of an update against the size of the map
+//     unknown_water hours cluttered            two hours back and forth: use of memory
+// --help lists the others.
 
 #include <algorithm>
 #include <chrono>
@@ -25,7 +26,7 @@
 #include "planning/planner.h"
 #include "planning/world/scene.h"
 #include "planning/world/seen.h"
-#include "vehicle/simulator/range_camera.h"
+#include "vehicle/simulator/sensors/range_camera.h"
 
 namespace dive::bench {
 namespace {
@@ -35,7 +36,7 @@ using planning::MapUpdate;
 
 constexpr double kSpeed = 0.4;    // m/s
 constexpr double kRate = 20.0;    // Hz
-constexpr double kAround = 12.0;  // m of the map that a plan is given, as by PlannerService
+constexpr double kAround = 12.0;  // m of the map passed to a plan, as by PlannerService
 
 template <class Work>
 double timed(Work&& work) {
@@ -51,7 +52,7 @@ planning::World world_of(const planning::SeenMap& map, const Eigen::Vector3d& p_
   return world;
 }
 
-/// Poses along the known routes of a mission, one per sweep.
+/// Poses along the known routes of a mission, one per scan.
 std::vector<Pose> swum(const Environment& environment) {
   SteadyClock clock;
   planning::Planner planner(environment.world, environment.hull, {}, clock);
@@ -70,17 +71,18 @@ std::vector<Pose> swum(const Environment& environment) {
   return poses;
 }
 
-/// How well pieces stand for what was in view.
+/// How well the pieces represent the observed surface.
 struct Quality {
-  double off = 0.0;         ///< Share of the true surface farther than kTolerance from them, ...
-  double voxel_off = 0.0;   ///< ... farther than a voxel, ...
-  double farthest_m = 0.0;  ///< ... and the farthest of it.
-  double blocked = 0.0;     ///< Share of the rays that they block 0.1 m before the hit ...
-  double blocked_upright = 0.0;  ///< ... or 0.1 m off the surface that is hit.
+  double off = 0.0;         ///< Share of the true surface farther than kTolerance from the pieces.
+  double voxel_off = 0.0;   ///< Share of the true surface farther than a voxel from the pieces.
+  double farthest_m = 0.0;  ///< Largest distance of the true surface from the pieces, m.
+  double blocked = 0.0;     ///< Share of the rays that the pieces block 0.1 m before the hit.
+  /// Share of the rays that the pieces block 0.1 m off the surface at the hit.
+  double blocked_upright = 0.0;
 };
 
 constexpr double kTolerance = 0.05;  // m
-constexpr double kShort = 0.10;      // m short of the hit ends the water that is known to be free
+constexpr double kShort = 0.10;      // m before the hit at which observed free space ends
 
 bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
                 const Eigen::Vector3d& to) {
@@ -95,7 +97,7 @@ bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
   return false;
 }
 
-/// The world as it is, seen between the rays of the sweeps as well.
+/// The true world, also between the rays of the scans.
 struct Truth {
   Truth(const Environment& environment, const Pose& X_WB_in) : X_WB(X_WB_in) {
     options.width *= 2;
@@ -115,7 +117,8 @@ struct Truth {
     return static_cast<double>((scan.points_B[at(x, y)] - scan.origin_B).norm());
   }
   [[nodiscard]] bool hits(int x, int y) const { return range(x, y) <= options.reach_m; }
-  /// A surface that the sweep saw to all sides, and not the edge of what hides the rest.
+  /// True if the scan observed the surface on all sides, so that it is not the edge of an occluding
+  /// object.
   [[nodiscard]] bool goes_on(int x, int y) const {
     constexpr double kOneSurface = 0.4;  // m
     for (const auto& [dx, dy] : {std::pair(2, 0), {-2, 0}, {0, 2}, {0, -2}}) {
@@ -123,7 +126,7 @@ struct Truth {
     }
     return true;
   }
-  /// Between the ray and the surface that it hits.
+  /// Sine of the angle between the ray and the surface that it hits.
   [[nodiscard]] double sine(int x, int y, const Eigen::Vector3d& way) const {
     const Eigen::Vector3d normal =
         (point(x + 1, y) - point(x, y)).cross(point(x, y + 1) - point(x, y));
@@ -181,7 +184,7 @@ std::string both(const std::vector<double>& values) {
   return fmt::format("{:.1f} / {:.1f}", quantile(values, 0.5), quantile(values, 0.95));
 }
 
-/// What single sweeps become, all at once.
+/// The map from single scans, all at once.
 void scan_of(const std::string& name, int every, bool clean) {
   const Environment environment = load_environment(name);
   const std::vector<Pose> poses = swum(environment);
@@ -191,7 +194,7 @@ void scan_of(const std::string& name, int every, bool clean) {
   mapping.confirm = 1;
   mapping.points_per_update = 1'000'000;
   if (clean) {
-    options.noise_m = 1e-5;  // no sweep is like the last one
+    options.noise_m = 1e-5;  // no two scans are equal
     options.noise_share = options.dropout_share = options.particles_per_m3 = 0.0;
     mapping.noise_m = mapping.noise_share = 0.0;
   }
@@ -202,7 +205,8 @@ void scan_of(const std::string& name, int every, bool clean) {
   for (std::size_t i = 0; i < poses.size(); i += static_cast<std::size_t>(every)) {
     planning::Mapper mapper(environment.hull, mapping, clock);
     planning::SeenMap map;
-    for (int sweep = 0; sweep < 2; ++sweep) {  // the first fills the voxels, the second divides all
+    // the first fills the voxels, the second splits all surfaces
+    for (int sweep = 0; sweep < 2; ++sweep) {
       const RangeScan scan = camera.take(now += 200'000, poses[i]);
       if (const auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) {
         static_cast<void>(map.apply(*update));
@@ -283,7 +287,7 @@ void stream_of(const std::string& name, bool rebuild) {
           if (request.previous.size() < 2) request.previous.clear();
         }
         planning::PlanResult next = planner->plan(request);
-        if (next.status != planning::PlanStatus::kSuccess) {
+        if (!next.accepted) {
           ++failed;
         } else {
           path = std::move(next);
@@ -304,15 +308,15 @@ void stream_of(const std::string& name, bool rebuild) {
   }
   std::cout << fmt::format(
       "{}{}: {} sweeps; median / p95 ms: sweep to certified path {}; points {}, triangulate {}, "
-      "divide {}, world {}, plan and certify {}\n  {} points divided anew, {} pieces in the end; "
+      "divide {}, world {}, plan and certify {}\n  {} points divided again, {} pieces in the end; "
       "{} "
       "plans failed; free rays blocked {:.2f} %, off the surface {:.2f} %\n",
-      name, rebuild ? " (all anew each time)" : "", all.size(), both(all), both(points),
+      name, rebuild ? " (all again each time)" : "", all.size(), both(all), both(points),
       both(triangulate), both(divide), both(build), both(plan), both(meshed), map.pieces(), failed,
       mean(blocked), mean(upright));
 }
 
-/// Of this process, MB.
+/// Resident memory of this process, MB.
 double resident_mb() {
   std::ifstream statm("/proc/self/statm");
   double total = 0.0;
@@ -321,8 +325,8 @@ double resident_mb() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-/// There and back again, twice a second for two hours, with what is seen carried off its place by a
-/// slow drift, so that there is always something new.
+/// Swims back and forth, with two scans a second for two hours. A slow drift displaces the scans,
+/// so that there is always something new to map.
 void swim_for_hours(const std::string& name) {
   constexpr double kPeriod = 0.5;  // s
   constexpr double kHours = 2.0;
@@ -351,7 +355,7 @@ void swim_for_hours(const std::string& name) {
   }
 }
 
-/// The same sweeps beside more and more that lies elsewhere.
+/// The same scans, with a growing map elsewhere.
 void grow() {
   const Environment environment = load_environment("wreck");
   const std::vector<Pose> poses = swum(environment);
@@ -361,7 +365,7 @@ void grow() {
     planning::MapperOptions mapping;
     mapping.max_voxels = 2'000'000;
     planning::Mapper mapper(environment.hull, mapping, clock);
-    constexpr int kTile = 100;  // points along its side
+    constexpr int kTile = 100;  // points along the side of a tile
     for (int tile = 0; tile * kTile * kTile < points; ++tile) {
       std::vector<Eigen::Vector3f> bed;
       for (int k = 0; k < kTile * kTile; ++k) {
@@ -394,12 +398,12 @@ int main(int argc, char** argv) {
   bool clean = false;
   CLI::App* stream = app.add_subcommand("stream", "20 sweeps a second along a mission's route");
   stream->add_option("missions", names)->required();
-  stream->add_flag("--rebuild", rebuild, "Everything anew with each sweep");
+  stream->add_flag("--rebuild", rebuild, "Everything again with each sweep");
   CLI::App* scan = app.add_subcommand("scan", "Single sweeps");
   scan->add_option("missions", names)->required();
   scan->add_option("--every", every, "Of so many sweeps one")->check(CLI::PositiveNumber);
   scan->add_flag("--clean", clean, "Without noise, dropouts and particles");
-  CLI::App* hours = app.add_subcommand("hours", "Two hours to and fro: what memory it takes");
+  CLI::App* hours = app.add_subcommand("hours", "Two hours back and forth: what memory it takes");
   hours->add_option("missions", names)->required();
   CLI::App* growth = app.add_subcommand("growth", "An update beside the size of the map");
   CLI11_PARSE(app, argc, argv);

@@ -1,8 +1,9 @@
-// Dives by sight through a while without it, seed after seed, judged by ground truth:
-//   vision_dives missions/scenarios/missions/lookout.xml --runs 10 --fault camera_blackout --at 10
-//   vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
-// or on laps, with and without the loops that are closed on them:
-//   vision_dives missions/laps_by_sight.xml --fault none --runs 3 --without-loops
+// Dives with the visual-inertial estimator through a vision outage, one seed after the other,
+// compared with ground truth:
+//     vision_dives missions/scenarios/missions/lookout.xml --runs 10 --fault camera_blackout --at
+//     10 vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
+// or on laps, with and without loop closures:
+//     vision_dives missions/laps_by_sight.xml --fault none --runs 3 --without-loops
 
 #include <algorithm>
 #include <cmath>
@@ -19,13 +20,13 @@
 #include "bench/run_study.h"
 #include "bench/site.h"
 #include "common/random.h"
-#include "mission/check/simulated_dive.h"
-#include "vehicle/simulator/named_waters.h"
+#include "mission/simulation/simulated_dive.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::bench {
 namespace {
 
-constexpr double kStartSigma = 0.05;  // m: as the executive has it
+constexpr double kStartSigma = 0.05;  // m, as in the executive
 
 struct Study {
   std::string mission = "missions/scenarios/missions/lookout.xml";
@@ -41,25 +42,28 @@ struct Study {
   bool is_verbose = false;
 };
 
-/// Of one dive; times in s, lengths in m.
+/// Figures of one dive; times in s, lengths in m.
 struct Figures {
-  std::optional<double> first;     ///< By sight since.
-  std::optional<double> switched;  ///< After sight was lost ...
-  std::optional<double> back;      ///< ... and after it was there again.
-  double step_excess = 0.0;        ///< Largest step of a tick beyond what its velocity explains.
+  /// Time at which the visual-inertial estimator first became active.
+  std::optional<double> first;
+  std::optional<double> switched;  ///< Time from the loss of vision to the switch of the estimator.
+  std::optional<double> back;      ///< Time from the return of vision to the switch back.
+  /// Largest step in a tick beyond the motion explained by the velocity.
+  double step_excess = 0.0;
   double error_before = 0.0;
   double error_after = 0.0;
-  double cost = 0.0;  ///< By which the error changed while nothing was seen.
+  double cost = 0.0;  ///< Change of the error during the outage.
   double end = 0.0;
-  double sigma_after = 0.0;  ///< Horizontal, believed.
-  double drift = 0.0;        ///< Where the mission's way ended, as the data sets' drift, %.
+  double sigma_after = 0.0;  ///< Estimated horizontal sigma after the outage.
+  double drift = 0.0;        ///< Drift at the end of the mission, defined as for the data sets, %.
   int loops = 0;
   std::vector<double> nees_position, nees_heading, error;
   int switches = 0;
   std::string outcome;
 };
 
-/// Put into the water somewhat beside where it was meant to be: in the simulator it never is.
+/// Compares the estimates with ground truth. For NEES a random start error is added, because in the
+/// simulator the vehicle starts exactly at the planned position.
 class Judge {
  public:
   Judge(const Study& study, std::uint64_t seed, Figures& figures)
@@ -104,7 +108,8 @@ class Judge {
     figures_.step_excess = std::max(figures_.step_excess, step - speed * dt);
   }
 
-  // Laid on the truth by yaw and translation where it was by sight first: the compass errs.
+  // Aligned with the truth by yaw and translation where the visual-inertial estimator first became
+  // active, because the compass has an error.
   void note_drift(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
     if (!begun_) begun_ = {estimate.X_WB, truth.X_WB, truth.distance_swum_m};
     const double yaw = to_rpy(begun_->truth.q * begun_->estimate.q.conjugate()).z();
@@ -174,7 +179,7 @@ Figures dive_once(const Site& site, const Study& study, std::uint64_t seed) {
   figures.outcome =
       mission::simulate_dive(site.mission, site.world, site.model, settings,
                              [&](const mission::StepInputs& in, const mission::StepOutputs& out,
-                                 const vehicle::GroundTruth& truth) {
+                                 const vehicle::GroundTruth& truth, const auto&) {
                                judge.observe(out, truth);
                                if (in.vision) figures.loops = in.vision->loops.count;
                                if (!study.is_verbose) return;

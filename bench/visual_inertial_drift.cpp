@@ -1,5 +1,6 @@
 // The visual-inertial filter on dives in closed form around an oval of 115 m: drift, consistency,
-// depth, time a frame; seven seconds in the dark; snow; and the law of its covariance.
+// depth, time per frame; seven seconds in the dark; marine snow; and the growth law of its
+// covariance.
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +12,9 @@
 #include <fmt/format.h>
 
 #include "bench/quantile.h"
-#include "test/estimation/visual_inertial/covariance_law.h"
-#include "test/estimation/visual_inertial/filter_dive.h"
-#include "test/estimation/visual_inertial/sensor_faults.h"
+#include "test/estimation/visual_inertial/filter/covariance_law.h"
+#include "test/estimation/visual_inertial/filter/filter_dive.h"
+#include "test/estimation/visual_inertial/filter/sensor_faults.h"
 
 namespace {
 
@@ -28,7 +29,7 @@ struct Study {
   AnalyticDiveOptions dive;
   int runs = 50;
   std::uint64_t first = 1000;
-  double seconds = 286.0;  // once around at 0.4 m/s
+  double seconds = 286.0;  // one lap at 0.4 m/s
   double dark_at = -1.0;   // s after the start; negative: never
   int landmarks = estimation::VisualInertialOptions{}.max_landmarks;
   int clones = estimation::VisualInertialOptions{}.max_clones;
@@ -38,16 +39,16 @@ struct Study {
   bool is_verbose = false;
 };
 
-// Figures of one dive, a vector entry each.
+// Figures of a study, one vector entry per dive.
 struct Figures {
   std::vector<double> drift_percent;  // at the end, of the distance swum
-  std::vector<double> most_percent;   // the largest error on the way, of the whole distance
+  std::vector<double> most_percent;   // largest error during the dive, of the whole distance
   std::vector<double> depth_rms;
-  std::vector<double> nees_position, nees_attitude;          // mean of the dive
+  std::vector<double> nees_position, nees_attitude;          // mean over the dive
   std::vector<double> end_nees_position, end_nees_attitude;  // at the end
   std::vector<double> ratio;
   std::vector<double> frame_ms;
-  std::vector<double> dark_cost;  // m by which the error changes in the dark
+  std::vector<double> dark_cost;  // m, change of the error in the dark
   std::int64_t used = 0, used_snow = 0, snow = 0, believed_snow = 0;
   int diverged = 0, flagged = 0;
 };
@@ -126,7 +127,7 @@ void dive_once(const Study& study, std::uint64_t seed, Figures& all) {
 }
 
 void report(const Study& study, const Figures& all) {
-  // Of the mean of so many variables of three degrees of freedom (normal approximation).
+  // Bounds of the mean of that many variables of three degrees of freedom (normal approximation).
   const double band = 1.96 * std::sqrt(6.0 / study.runs);
   fmt::print(
       "drift, % of the distance: mean {:.3f}, median {:.3f}, worst {:.3f}; largest on the way "
@@ -155,7 +156,7 @@ void report(const Study& study, const Figures& all) {
   }
 }
 
-// Every fault on so many dives: what is five sigma off must have been told.
+// Every fault on that many dives: an error of five sigma must have been reported.
 int report_faults(const Study& study, int dives) {
   int all_untold = 0;
   std::vector<std::string> faults = sensor_faults();

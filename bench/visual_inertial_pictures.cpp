@@ -1,6 +1,6 @@
-// The visual-inertial estimator on pictures: stretches of simulated dives of the shipped missions
-// in several kinds of water, rendered on the way. Drift, consistency, and how far the features are
-// from where they truly are.
+// The visual-inertial estimator on images: stretches of simulated dives of the shipped missions in
+// several kinds of water, rendered on the fly. Drift, consistency, and the distance of the features
+// from their true positions.
 
 #include <cmath>
 #include <cstdint>
@@ -16,11 +16,11 @@
 #include "bench/track_truth.h"
 #include "common/random.h"
 #include "estimation/dataset/trajectory_error.h"
-#include "estimation/visual_inertial/gyro_turn.h"
-#include "estimation/visual_inertial/tracker.h"
-#include "estimation/visual_inertial/visual_inertial_filter.h"
+#include "estimation/visual_inertial/filter/visual_inertial_filter.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
+#include "estimation/visual_inertial/front_end/tracker.h"
 #include "mission/record/dataset_recorder.h"
-#include "vehicle/simulator/named_waters.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace {
 
@@ -30,7 +30,7 @@ using bench::SwumTick;
 using Eigen::Vector3d;
 using estimation::VisualInertialFilter;
 
-constexpr double kCameraSigma_deg = 0.05;  // of a rig that was calibrated
+constexpr double kCameraSigma_deg = 0.05;  // calibration error of the rig
 constexpr double kCameraSigma_m = 0.001;
 
 struct Where {
@@ -50,7 +50,7 @@ struct Study {
   double pixel_sigma = estimation::VisualInertialOptions{}.pixel_sigma;
 };
 
-// An entry per dive.
+// One entry per dive.
 struct Figures {
   std::vector<double> drift, ate;
   std::vector<double> nees_position, nees_attitude;
@@ -71,8 +71,8 @@ Vector3d normal3(double sigma, Random& random) {
   return sigma * Vector3d(x, y, random.normal());
 }
 
-// What the estimator is told: of all that it has a sigma for, something else than there is, by that
-// sigma.
+// Options of the estimator: every parameter with a sigma differs from the truth by a random error
+// of that sigma.
 estimation::VisualInertialOptions told(const Study& study,
                                        const vehicle::StereoCameraOptions& camera, Random& random) {
   const vehicle::ImuNoise unit;
@@ -122,7 +122,7 @@ class Eyes {
       filter.add(sample);
       imu_.push_back(sample);
     }
-    // What is seen now is tracked when the gyro's samples of now have come.
+    // An image is tracked when the gyro samples up to its time have arrived.
     if (waiting_) track();
     if (pictures == nullptr) return;
     waiting_ = *pictures;

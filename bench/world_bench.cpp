@@ -1,5 +1,5 @@
-// The world's share of a plan: distances, the certificate, the warm start. Plain fcl::distance on
-// the same pairs runs beside ours, so that the machine cancels out.
+// The world's share of a plan: distances, the certificate, the warm start. Plain fcl::distance runs
+// on the same pairs, so that the ratio is independent of the machine.
 
 #include <vector>
 
@@ -36,7 +36,7 @@ std::vector<Vector3d> box_vertices(const Vector3d& size) {
 
 RobotHull vehicle() { return {{{"body", box_vertices({0.80, 0.48, 0.22})}}}; }
 
-// The hull at two consecutive waypoints, as the optimiser asks for it.
+// The hull at two consecutive waypoints, as queried by the optimiser.
 std::vector<Vector3d> sweep(Random& random, const Eigen::AlignedBox3d& where) {
   const Vector3d at = where.min() + where.sizes().cwiseProduct(Vector3d(
                                         random.uniform(), random.uniform(), random.uniform()));
@@ -123,7 +123,7 @@ void contacts_among_boulders(benchmark::State& state) {
 }
 BENCHMARK(contacts_among_boulders)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
 
-// The same broadphase question to FCL's tree.
+// The same broadphase query on FCL's tree.
 void fcl_manager_among_boulders(benchmark::State& state) {
   const World world = boulders(static_cast<int>(state.range(0)));
   std::vector<fcl::CollisionObjectd> objects;
@@ -207,7 +207,7 @@ void certificate_of_window(benchmark::State& state) {
 }
 BENCHMARK(certificate_of_window)->Unit(benchmark::kMicrosecond);
 
-// A path of 15 waypoints, turning all the way, between boulders that it touches here and there.
+// A path of 15 waypoints, turning all the time, between boulders that it touches in places.
 void certificate_among_boulders(benchmark::State& state) {
   RobotHull hull = vehicle();
   for (const double x : {-0.3, 0.0, 0.3}) {
@@ -238,7 +238,7 @@ void certificate_among_boulders(benchmark::State& state) {
 BENCHMARK(certificate_among_boulders)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
 
 void warm_start_in_window(benchmark::State& state) {
-  WarmStart warm_start(window(), {.max_z = -0.5});
+  WarmStart warm_start(window(), {.limits = {.clearance = 0.5}});
   const std::vector<VirtualObstacle> virtual_obstacles{{{5.9, -2.0, -4.4}, 1.0}};
   std::uint64_t seed = 0;
   double length = 0.0;

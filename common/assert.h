@@ -1,14 +1,15 @@
 #pragma once
-// Assertions for our own mistakes. They stay on in release. A failed one throws, so that whoever
-// drives the vehicle can catch it and surface: never a dead process with a live vehicle.
+// Assertions against programming errors, active in release too. A failed one throws, so that the
+// caller that drives the vehicle can catch it and surface: the process must not die while the
+// vehicle swims.
 
 #include <stdexcept>
 #include <string>
 
 namespace dive {
 
-/// One of our own invariants did not hold. Not for bad files (Diagnostic) nor for what can go
-/// wrong in operation (tl::expected).
+/// A violated invariant of this program. Not used for bad files (Diagnostic) or for failures to
+/// expect in operation (tl::expected).
 class AssertionFailure : public std::logic_error {
  public:
   using std::logic_error::logic_error;

@@ -11,8 +11,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kNear = 1e-6;    // of z: nearer to the plane of the lens nothing is projected
-constexpr double kExact = 1e-12;  // of n
+constexpr double kNear = 1e-6;    // minimum of z; nearer, the projection is singular
+constexpr double kExact = 1e-12;  // tolerance of n
 constexpr int kMaxIterations = 20;
 
 Vector2d distorted(const std::array<double, 4>& k, const Vector2d& n) {
@@ -65,7 +65,7 @@ std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
     const Vector2d error = distorted(radtan, n) - wanted;
     if (error.norm() < kExact) return n;
     const Matrix2d J = distortion_jacobian(radtan, n);
-    if (!(J.determinant() > 0.0)) return std::nullopt;  // beyond where the picture folds over
+    if (!(J.determinant() > 0.0)) return std::nullopt;  // beyond the fold of the image
     n -= J.inverse() * error;
   }
   return std::nullopt;

@@ -1,5 +1,5 @@
 #pragma once
-// Time. LCM's utime everywhere: int64 microseconds. Only what is handed a Clock may ask for it.
+// Time in LCM's unit, int64 microseconds. Only code that is given a Clock may read the time.
 
 #include <cstdint>
 
@@ -9,7 +9,7 @@ using Utime = std::int64_t;  ///< Microseconds; simulated time starts at 0.
 
 inline constexpr Utime kMicrosecondsPerSecond = 1'000'000;
 
-/// Seconds as a number, for arithmetic and for people.
+/// Seconds as a floating-point number.
 [[nodiscard]] constexpr double to_seconds(Utime utime) { return static_cast<double>(utime) * 1e-6; }
 
 /// Rounds to the nearest microsecond.
@@ -17,12 +17,12 @@ inline constexpr Utime kMicrosecondsPerSecond = 1'000'000;
   return static_cast<Utime>(seconds * 1e6 + (seconds < 0.0 ? -0.5 : 0.5));
 }
 
-/// Where time comes from.
+/// A source of time.
 class Clock {
  public:
   virtual ~Clock() = default;
   [[nodiscard]] virtual Utime now() = 0;
-  /// How long the machine takes for so much of this time.
+  /// The machine's own duration of a `duration` of this clock.
   [[nodiscard]] virtual Utime real(Utime duration) const { return duration; }
 };
 
@@ -32,7 +32,7 @@ class SteadyClock final : public Clock {
   [[nodiscard]] Utime now() override;
 };
 
-/// The same, so many times as fast.
+/// The machine's monotonic clock, sped up by a constant factor.
 class FastClock final : public Clock {
  public:
   /// `factor` > 0.

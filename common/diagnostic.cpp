@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kMaxShownLine = 110;
 constexpr std::size_t kContextBeforeCaret = 60;
 
-// Bytes that a terminal would act on are shown as '?': file contents are not trusted.
+// Shows control bytes as '?': a terminal would act on them, and file contents are not trusted.
 std::string printable(std::string_view text) {
   std::string result(text);
   for (char& c : result) {
@@ -27,7 +27,7 @@ std::string printable(std::string_view text) {
 
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-// Columns count bytes; a caret must stand under characters.
+// Columns count bytes, but the caret is placed by characters.
 std::size_t display_width(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return !is_continuation(c); }));

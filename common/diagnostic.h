@@ -1,5 +1,5 @@
 #pragma once
-// What is wrong with a file a person wrote: where, what, and what to do about it.
+// An error in a file written by a person: where, what, and what to do about it.
 
 #include <string>
 #include <vector>
@@ -17,13 +17,13 @@ struct Diagnostic {
   Severity severity = Severity::kError;
   std::string file;
   Span span;
-  std::string message;             ///< What is wrong and what was expected, one sentence.
-  std::string hint;                ///< What to do; may be empty.
+  std::string message;             ///< One sentence: the error, and what was expected.
+  std::string hint;                ///< What to do about it; may be empty.
   std::string source_line;         ///< The line the span points into; may be empty.
   std::string included_from = {};  ///< "FILE:LINE" that had `file` included; may be empty.
 };
 
-/// Collects diagnostics in the order found. Bounded: beyond `kMaxDiagnostics` only counts.
+/// Collects diagnostics in the order found; beyond `kMaxDiagnostics` it only counts them.
 class Diagnostics {
  public:
   static constexpr std::size_t kMaxDiagnostics = 200;
@@ -51,7 +51,7 @@ class Diagnostics {
   std::size_t warning_count_ = 0;
 };
 
-/// As a compiler prints it: `file:line:column: error: message [CODE]`, the source line, a caret,
+/// The format of a compiler: `file:line:column: error: message [CODE]`, the source line, a caret,
 /// the hint. Long lines are cut around the caret; tabs become single spaces. `color` uses ANSI.
 [[nodiscard]] std::string render(const Diagnostic& diagnostic, bool color);
 

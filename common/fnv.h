@@ -1,5 +1,5 @@
 #pragma once
-// FNV-1a, 64 bits (Fowler, Noll, Vo): tells damage, not malice.
+// FNV-1a, 64 bits (Fowler, Noll, Vo): detects damage, not tampering.
 
 #include <cstdint>
 #include <span>

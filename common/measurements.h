@@ -1,6 +1,6 @@
 #pragma once
-// What the sensors say. Plain values that several rooms share; each stamped with the time at which
-// it was taken, not at which it arrived.
+// Sensor measurements: plain values that several modules share, stamped with the time of
+// measurement, not of arrival.
 
 #include <cstdint>
 #include <vector>
@@ -14,23 +14,23 @@ namespace dive {
 
 struct ImuSample {
   Utime utime = 0;
-  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  ///< The unit's own attitude filter.
-  Eigen::Vector3d gyro_B = Eigen::Vector3d::Zero();          ///< rad/s.
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  ///< Attitude by the unit's own filter.
+  Eigen::Vector3d gyro_B = Eigen::Vector3d::Zero();          ///< Angular rate, rad/s.
   Eigen::Vector3d accel_B = Eigen::Vector3d::Zero();         ///< Specific force, m/s^2.
 };
 
 struct DepthSample {
   Utime utime = 0;
-  double depth_m = 0.0;  ///< Of B's origin, positive down.
+  double depth_m = 0.0;  ///< Depth of B's origin, m, positive down.
 };
 
 struct HealthSample {
   Utime utime = 0;
   double battery_fraction = 1.0;
-  double temperature_c = 20.0;  ///< Inside the hull.
+  double temperature_c = 20.0;  ///< Temperature inside the hull.
   bool leak = false;
-  double voltage_v = 0.0;  ///< Of the battery; 0 where it is not measured.
-  double current_a = 0.0;  ///< Drawn from it; 0 where it is not measured.
+  double voltage_v = 0.0;  ///< Battery voltage; 0 if not measured.
+  double current_a = 0.0;  ///< Battery current; 0 if not measured.
 };
 
 struct ImageFrame {

@@ -1,5 +1,5 @@
 #pragma once
-// What topside says.
+// A command from topside.
 
 #include <array>
 #include <cstddef>

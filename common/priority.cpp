@@ -5,7 +5,7 @@
 namespace dive {
 namespace {
 
-constexpr int kPriority = 20;  // below the kernel's own threads, above everything ordinary
+constexpr int kPriority = 20;  // below the kernel's own threads, above all ordinary ones
 
 }  // namespace
 

@@ -1,13 +1,13 @@
 #pragma once
-// Who is served first when the machine has too much to do.
+// Thread priorities on a machine under full load.
 
 namespace dive {
 
-/// The calling thread, and those it starts from now on, run before all ordinary ones (SCHED_FIFO).
-/// False where the system does not permit it: it takes root, CAP_SYS_NICE or an rtprio limit.
+/// Runs the calling thread, and those it starts from now on, before all ordinary ones (SCHED_FIFO).
+/// False where the system does not permit it: root, CAP_SYS_NICE or an rtprio limit is required.
 bool run_first();
 
-/// The calling thread is an ordinary one again.
+/// Returns the calling thread to ordinary priority.
 void run_as_others();
 
 }  // namespace dive

@@ -1,7 +1,7 @@
 #pragma once
-// Seeded randomness. Same seed, same numbers, on every standard library: the engine is the
+// Seeded random numbers, equal for equal seeds with every standard library: the engine is the
 // standard's mt19937_64, whose output is fixed, and the distributions are our own, because the
-// standard's are not.
+// standard's are not fixed.
 
 #include <cstdint>
 #include <random>

@@ -1,16 +1,16 @@
 #pragma once
-// For the validate() of options: does each lie in its range?
+// Range checks for the validate() of options.
 
 #include <string>
 
 namespace dive {
 
-/// The first value that does not is what is wrong; those after it are not looked at.
+/// Keeps the first value that is out of range and ignores those after it.
 class RangeCheck {
  public:
-  /// Both ends are in the range. NaN lies in none.
+  /// The range includes both ends and excludes NaN.
   void operator()(const char* name, double value, double low, double high);
-  /// A sentence with name, value and range; empty while all do.
+  /// A sentence with name, value and range; empty if all are in range.
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:

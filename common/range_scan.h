@@ -1,5 +1,5 @@
 #pragma once
-// What a range sensor saw in one sweep: a range camera, or landmarks of a visual estimator.
+// One scan of a range sensor: of a range camera, or from the landmarks of a visual estimator.
 
 #include <vector>
 
@@ -10,15 +10,15 @@
 namespace dive {
 
 struct RangeScan {
-  Utime utime = 0;                                     ///< When measured.
-  Eigen::Vector3f origin_B = Eigen::Vector3f::Zero();  ///< Where the rays begin, m.
-  float reach = 10.0F;                                 ///< m; nothing farther is told.
-  /// In B, m, one per ray. NaN: the ray told nothing. Farther from the origin than `reach`: it was
-  /// looked there, and nothing is in the way as far as `reach`.
+  Utime utime = 0;                                     ///< Time of measurement.
+  Eigen::Vector3f origin_B = Eigen::Vector3f::Zero();  ///< Origin of the rays, m.
+  float reach = 10.0F;                                 ///< Maximum range, m.
+  /// Points in B, m, one per ray. NaN: no information along the ray. Farther from the origin than
+  /// `reach`: the ray found nothing up to `reach`.
   std::vector<Eigen::Vector3f> points_B = {};
 };
 
-/// Of one sweep; more is no sweep of ours.
+/// Maximum number of points of one scan.
 inline constexpr std::size_t kMaxScanPoints = 65'536;
 
 }  // namespace dive

@@ -18,7 +18,7 @@ bool Pose::is_finite() const { return p.allFinite() && q.coeffs().allFinite(); }
 
 Eigen::Quaterniond so3_exp(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
-  // sin(angle/2)/angle, by its series where the quotient loses digits.
+  // sin(angle/2)/angle; by its series where the quotient loses digits.
   const double scale = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
   Eigen::Quaterniond result;
   result.w() = std::cos(0.5 * angle);
@@ -55,7 +55,7 @@ double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
 Eigen::Vector3d to_rpy(const Eigen::Quaterniond& rotation) {
   const Eigen::Matrix3d R = rotation.toRotationMatrix();
   const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
-  if (std::abs(R(2, 0)) > 1.0 - 1e-12) {  // gimbal lock: put the whole turn into yaw
+  if (std::abs(R(2, 0)) > 1.0 - 1e-12) {  // gimbal lock: assign the whole rotation to yaw
     return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   }
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};

@@ -33,8 +33,8 @@ struct Pose {
 /// Skew-symmetric matrix: skew(a) b = a x b.
 [[nodiscard]] Eigen::Matrix3d skew(const Eigen::Vector3d& a);
 
-/// Interpolates position linearly and attitude along the shorter great arc; the motion that the
-/// follower swims and that the certificate proves. Ends are met exactly: t = 0 is a, t = 1 is b.
+/// Interpolates position linearly and attitude along the shorter great arc: the motion that the
+/// follower swims and the certificate covers. Exact at the ends: t = 0 is a, t = 1 is b.
 [[nodiscard]] Pose interpolate(const Pose& a, const Pose& b, double t);
 
 /// Angle of the rotation that takes a to b, in [0, pi] rad.

@@ -72,10 +72,16 @@ tl::expected<SourceText, std::string> read_source_text(const std::string& path,
   }
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return tl::unexpected<std::string>(std::strerror(errno));
-  // The file may grow while it is read: the bound is on what is read, not on what stat said.
-  std::string content(max_bytes + 1, '\0');
-  stream.read(content.data(), static_cast<std::streamsize>(content.size()));
-  content.resize(static_cast<std::size_t>(stream.gcount()));
+  // Bounds the bytes read, not the size before reading: the file may grow meanwhile.
+  constexpr std::size_t kChunk = 1U << 16U;
+  std::string content;
+  content.reserve(std::min<std::size_t>(fs::file_size(path, error), max_bytes) + kChunk);
+  while (stream && content.size() <= max_bytes) {
+    const std::size_t begin = content.size();
+    content.resize(std::min(begin + kChunk, max_bytes + 1));
+    stream.read(content.data() + begin, static_cast<std::streamsize>(content.size() - begin));
+    content.resize(begin + static_cast<std::size_t>(stream.gcount()));
+  }
   if (stream.bad()) return tl::unexpected<std::string>("cannot be read");
   if (content.size() > max_bytes) {
     return tl::unexpected(fmt::format("is larger than {} KiB", max_bytes / 1024));

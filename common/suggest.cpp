@@ -8,7 +8,7 @@
 namespace dive {
 namespace {
 
-constexpr std::size_t kMaxWord = 64;  // nobody mistypes a longer word; bounds the quadratic table
+constexpr std::size_t kMaxWord = 64;  // longer words are not typos; bounds the quadratic table
 
 // Optimal string alignment distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -13,9 +13,9 @@
 namespace dive {
 namespace {
 
-// libxml2 knows the line of an element but not its columns. A document that libxml2 found well
-// formed can be scanned for its tags with a few rules; the scan and libxml2's tree then agree in
-// document order, which build() demands.
+// libxml2 gives the line of an element but not its columns. A few rules suffice to scan a
+// well-formed document for its tags; the scan and libxml2's tree then agree in document order,
+// which build() demands.
 struct TagPlace {
   std::size_t name_offset = 0;
   std::size_t name_length = 0;
@@ -34,7 +34,7 @@ class TagScanner {
  public:
   explicit TagScanner(std::string_view text) : text_(text) {}
 
-  // Places of all start tags; stops early (and harmlessly) where the text is not well formed.
+  // Positions of all start tags; stops early, without harm, where the text is not well formed.
   std::vector<TagPlace> scan() {
     std::vector<TagPlace> places;
     while (at_ < text_.size()) {
@@ -212,7 +212,7 @@ class TreeBuilder {
   std::size_t next_ = 0;
 };
 
-// The encoding named in the XML declaration, if any, in lower case.
+// The encoding named in the XML declaration, in lower case; empty if there is none.
 std::string declared_encoding(std::string_view text) {
   if (text.substr(0, 5) != "<?xml") return {};
   const std::string_view declaration = text.substr(0, std::min(text.find("?>"), text.size()));

@@ -5,7 +5,7 @@
 namespace dive::estimation {
 namespace {
 
-constexpr double kFirstRateVariance = 0.04;  // (m/s)^2: a vehicle put into the water
+constexpr double kFirstRateVariance = 0.04;  // (m/s)^2: a vehicle just released into the water
 
 }  // namespace
 

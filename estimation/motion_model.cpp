@@ -34,6 +34,7 @@ void ExpectedMotion::begin_at(double surge) {
 void ExpectedMotion::advance(double speed, double yaw_rate, double dt) {
   const MotionModel& m = model_;
   const double most = m.full_speed * m.full_speed;
+  if (speed == 0.0) reference_ = surge_;
   const double drag = signed_square(reference_);
   const double wanted = (speed - reference_) / m.speed_time_constant_s;
   const double effort = std::clamp(drag + m.surge_coast_m * wanted, -most, most);

@@ -12,14 +12,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMaxStep = 0.05;          // s: longer intervals are cut into such steps
-constexpr double kMaxExtrapolation = 0.5;  // s that a turn rate is believed beyond its sample
-constexpr double kDepthSilence = 0.5;      // s, after which the height is reckoned
+constexpr double kMaxStep = 0.05;          // s: longer intervals are divided into such steps
+constexpr double kMaxExtrapolation = 0.5;  // s, maximum use of a turn rate after its sample
+constexpr double kDepthSilence = 0.5;      // s, after which the height is dead-reckoned
 constexpr double kReckonedHeave = 0.05;    // m/s, one sigma
-constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth says nothing of heave
-constexpr double kSlipFilter = 1.0;        // s
-constexpr double kMostSlip = 0.3;          // m/s
-constexpr double kLeastSigma = 1e-3;       // m: nobody knows where he starts better than that
+constexpr double kBlindDrift = 0.02;       // m/s, one sigma, per axis
+constexpr double kBlindTurn = 0.1;         // rad/s, one sigma
+constexpr double kAnyDirection = 1.8;      // rad, one sigma: any direction is equally likely
+constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth gives no heave
+constexpr double kLeastSigma = 1e-3;       // m: lower bound of the initial position sigma
 
 }  // namespace
 
@@ -63,19 +64,24 @@ void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double su
   if (estimate_.valid) fill_covariance();
 }
 
-void PrimitiveEstimator::moved(const Vector2d& by_W) {
-  DIVE_DEMAND(by_W.allFinite());
-  estimate_.X_WB.p.head<2>() += by_W;
-  slip_W_ += by_W / kSlipFilter;
-  slip_W_ *= kMostSlip / std::max(slip_W_.norm(), kMostSlip);
-}
-
 void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;
-  if (imu_ && sample.utime <= imu_->utime) return;
+  if (imu_ && sample.utime <= measured_) return;
   imu_ = sample;
+  measured_ = sample.utime;
   imu_->q_WB.normalize();
+  is_blind_ = false;
+}
+
+void PrimitiveEstimator::predict_attitude(Utime utime, const Eigen::Quaterniond& q_WB,
+                                          const Vector3d& omega_B) {
+  DIVE_DEMAND(q_WB.coeffs().allFinite() && omega_B.allFinite());
+  if (!imu_ || utime <= imu_->utime) return;
+  imu_->utime = utime;
+  imu_->q_WB = q_WB.normalized();
+  imu_->gyro_B = omega_B;
+  is_blind_ = true;
 }
 
 void PrimitiveEstimator::add(const DepthSample& sample) {
@@ -93,17 +99,23 @@ const StateEstimate& PrimitiveEstimator::update(Utime now) {
   estimate_.valid = true;
   estimate_.X_WB.q = attitude(now);
   estimate_.omega_WB_B = imu_->gyro_B;
+  grow_blind(dt);
   const bool hears_depth = to_seconds(now - depth_.last()) <= kDepthSilence;
   silence_s_ = hears_depth ? 0.0 : silence_s_ + dt;
   if (hears_depth) estimate_.X_WB.p.z() = depth_.at(now).z;
   for (double left = dt; left > 0.0; left -= kMaxStep) reckon(std::min(left, kMaxStep));
-  estimate_.v_WB_B =
-      velocity_B() + estimate_.X_WB.q.conjugate() * Vector3d(slip_W_.x(), slip_W_.y(), 0.0);
+  estimate_.v_WB_B = velocity_B();
   fill_covariance();
   return estimate_;
 }
 
-// The last attitude, turned on at its own rate over the sensor's latency.
+// An unobserved drift: it has the direction of an attitude that is not measured either.
+void PrimitiveEstimator::grow_blind(double dt) {
+  blind_s_ = is_blind_ ? blind_s_ + dt : 0.0;
+  start_variance_ += 2.0 * kBlindDrift * kBlindDrift * blind_s_ * dt;
+}
+
+// The last attitude, propagated at its own rate over the sensor's latency.
 Eigen::Quaterniond PrimitiveEstimator::attitude(Utime now) const {
   const double age = std::clamp(to_seconds(now - imu_->utime), 0.0, kMaxExtrapolation);
   return (imu_->q_WB * so3_exp(age * imu_->gyro_B)).normalized();
@@ -113,14 +125,13 @@ void PrimitiveEstimator::reckon(double dt) {
   motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
-  slip_W_ *= std::exp(-dt / kSlipFilter);
   estimate_.X_WB.p.head<2>() += step.head<2>();
   if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
 }
 
-// Surge and sway are expected; heave is what is missing of the depth rate measured, and expected
-// as well while nothing is measured.
+// Surge and sway are expected; heave is the rest of the measured depth rate, and expected as well
+// without depth samples.
 Vector3d PrimitiveEstimator::velocity_B() const {
   const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
   Vector3d v_B(motion_.surge(), motion_.sway(), 0.0);
@@ -132,7 +143,8 @@ Vector3d PrimitiveEstimator::velocity_B() const {
 }
 
 void PrimitiveEstimator::fill_covariance() {
-  const double attitude_variance = std::pow(deg_to_rad(options_.attitude_sigma_deg), 2);
+  const double attitude_variance = std::pow(deg_to_rad(options_.attitude_sigma_deg), 2) +
+                                   std::pow(std::min(kBlindTurn * blind_s_, kAnyDirection), 2);
   const double drift_variance = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s;
   Matrix6d& P = estimate_.covariance;
   P.setZero();
@@ -141,7 +153,7 @@ void PrimitiveEstimator::fill_covariance() {
                              : depth_.at(estimate_.utime).variance;
   P.diagonal().tail<3>().setConstant(attitude_variance);
 
-  // One column per constant error: what one sigma of it does to [position; attitude].
+  // One column per constant error: the effect of one sigma of it on [position; attitude].
   Vector6d speed_scale = Vector6d::Zero();
   speed_scale.head<2>() = options_.speed_scale_sigma * displacement_W_;
   Vector6d heading_bias = Vector6d::Zero();

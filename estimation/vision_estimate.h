@@ -1,5 +1,5 @@
 #pragma once
-// What a visual-inertial estimator says of one pair of pictures.
+// The visual-inertial estimate for one image pair.
 
 #include <string>
 
@@ -8,68 +8,69 @@
 
 namespace dive::estimation {
 
-/// Why it is not to be believed.
+/// Reasons to reject it.
 enum class VisionFault {
   kNone,
-  kStarting,     ///< It has not begun yet.
-  kNoPictures,   ///< None have come.
-  kLate,         ///< What is said is of long ago.
-  kBadPicture,   ///< Not as agreed, stamped wrongly, or a library failed on it.
-  kFrozen,       ///< The same picture again.
-  kDark,         ///< No contrast: dark, dazzled, nothing but water.
-  kBlurred,      ///< Much less sharp than those before.
-  kFewFeatures,  ///< Too few to be sure that they stand still.
-  kLost,         ///< Nearly all that was followed is gone at once.
-  kRefused,      ///< Features are seen, but the filter does not believe them.
-  kDiverged,     ///< The filter says so of itself.
-  kImplausible,  ///< It is none of a vehicle that swims here.
+  kStarting,     ///< Not initialised yet.
+  kNoPictures,   ///< No images have arrived.
+  kLate,         ///< The estimate is too old.
+  kBadPicture,   ///< Unexpected format or stamp, or a library failed.
+  kFrozen,       ///< The same image again.
+  kDark,         ///< No contrast: dark, dazzled, or only water.
+  kBlurred,      ///< Much less sharp than earlier images.
+  kFewFeatures,  ///< Too few features to detect moving ones.
+  kLost,         ///< Nearly all tracked features were lost at once.
+  kRefused,      ///< The filter rejects the observed features.
+  kDiverged,     ///< The filter reports divergence.
+  kImplausible,  ///< The estimate is implausible for this vehicle.
 };
 
-/// For people: "the cameras see nothing: it is dark, or there is only water".
+/// A sentence, such as "the cameras see nothing: it is dark, or there is only water".
 [[nodiscard]] const char* to_sentence(VisionFault fault);
 
-/// Places that were recognised, and what came of it.
+/// Recognised places and their effect.
 struct ClosedLoops {
-  int count = 0;            ///< Since the dive began; the rest is of the newest.
-  Utime seen = 0;           ///< When its place was seen first, and ...
-  Utime recognised = 0;     ///< ... again.
-  double moved_m = 0.0;     ///< The estimate, horizontally, ...
-  double turned_rad = 0.0;  ///< ... and its heading.
+  int count = 0;            ///< Number since the dive began; the other members describe the newest.
+  Utime seen = 0;           ///< Time of the first observation of the place.
+  Utime recognised = 0;     ///< Time of the second observation of the place.
+  double moved_m = 0.0;     ///< Horizontal correction of the estimate.
+  double turned_rad = 0.0;  ///< Correction of the heading.
 };
 
-/// What became of a tag that was seen.
+/// Result of observing a tag.
 enum class TagVerdict {
-  kNone,       ///< None was seen, or nothing that is news.
-  kUsed,       ///< It has told where the vehicle is.
-  kUnknown,    ///< The mission knows none of that id.
-  kTwice,      ///< Two of that id in one picture.
-  kMisshapen,  ///< Its corners are no square's: in part hidden, bent, blurred.
-  kAmbiguous,  ///< The vehicle could be in either of two places.
-  kRefused,  ///< It contradicts all else: it is not where the mission has it, or the vehicle is not
-             ///< where it is thought to be.
+  kNone,       ///< No tag observed, or no new information.
+  kUsed,       ///< The tag gave a position fix.
+  kUnknown,    ///< The mission has no tag of that id.
+  kTwice,      ///< Two tags of that id in one image.
+  kMisshapen,  ///< The corners are not a square's: partly hidden, bent, blurred.
+  kAmbiguous,  ///< Two vehicle poses are possible.
+  kRefused,    ///< It contradicts all other data: the tag is not where the mission puts it, or the
+               ///< vehicle's estimate is wrong.
 };
 
 struct TagSight {
   int id = -1;
   TagVerdict verdict = TagVerdict::kNone;
-  double off_m = 0.0;  ///< How far off the estimate was by it, horizontally.
+  double off_m = 0.0;  ///< Horizontal position error of the estimate by the tag.
 };
 
-/// For people: "tag 3: the vehicle is 0.41 m from where it was thought to be".
+/// A sentence, such as "tag 3: the vehicle is 0.41 m from where it was thought to be".
 [[nodiscard]] std::string to_sentence(const TagSight& sight);
 
 struct VisionEstimate {
-  Utime frame_utime = 0;   ///< When the pictures were taken.
-  StateEstimate estimate;  ///< Soon after that, at its own utime.
-  /// Of the published estimate that the filter began from. Another one: it was begun anew.
+  Utime frame_utime = 0;   ///< Time of the images.
+  StateEstimate estimate;  ///< Estimate shortly after the images, at its own utime.
+  /// Time of the published estimate that initialised the filter. A new value means
+  /// re-initialisation.
   Utime begun_from = 0;
-  double period_s = 0.05;  ///< From one pair of pictures to the next, as they are to come.
+  double period_s = 0.05;  ///< Expected period of the image pairs.
   VisionFault fault = VisionFault::kStarting;
-  int tracked = 0;    ///< Features known from before.
-  int stereo = 0;     ///< Features seen by both cameras.
-  int used = 0;       ///< Tracks and landmarks that corrected the filter.
-  ClosedLoops loops;  ///< That have corrected `estimate` since.
-  TagSight tag;       ///< The one that matters most.
+  int tracked = 0;    ///< Number of features tracked from earlier images.
+  int stereo = 0;     ///< Number of features observed by both cameras.
+  int used = 0;       ///< Number of tracks and landmarks that updated the filter.
+  ClosedLoops loops;  ///< Loop closures contained in `estimate`.
+  TagSight tag;       ///< The most relevant tag.
 
   [[nodiscard]] bool is_good() const { return estimate.valid && fault == VisionFault::kNone; }
 };

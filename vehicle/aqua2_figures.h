@@ -1,10 +1,9 @@
 #pragma once
-// Figures of the real vehicle that are not in its URDF: what the water does to it and what its
-// flippers do to the water. Three kinds, told apart below: taken from the public Aqua simulators of
-// McGill's Mobile Robotics Lab (2016 and 2019), which credit C. Georgiades' M.Eng. thesis
-// "Simulation and control of an underwater hexapod robot" (McGill, 2005) for the hydrodynamics and
-// Georgiades, Giguere (2006) and Plamondon & Nahon (2009) for the thrust; derived by theory; and
-// our own choice.
+// Figures of the real vehicle that its URDF does not contain: hydrodynamics and thrust. They have
+// three sources, marked below: the public Aqua simulators of McGill's Mobile Robotics Lab (2016 and
+// 2019), which credit C. Georgiades' M.Eng. thesis "Simulation and control of an underwater hexapod
+// robot" (McGill, 2005) for the hydrodynamics and Georgiades, Giguere (2006) and Plamondon & Nahon
+// (2009) for the thrust; theory; and our own choice.
 
 #include <cmath>
 
@@ -21,31 +20,31 @@ struct Aqua2Figures {
   Eigen::Vector3d shell_size{0.64, 0.21, 0.12};  ///< m; frontal areas and moment arms of the drag.
   /// Diagonal: kg, kg, kg, kg m^2, kg m^2, kg m^2 along and about x, y, z of B.
   Vector6d added_mass{6.98, 14.5, 32.41, 0.4, 1.19, 0.55};
-  Eigen::Vector3d body_drag{0.9, 1.08, 1.28};  ///< Coefficients across the shell's faces.
-  double flipper_drag = 1.12;                  ///< Of one flipper, moving across its plane.
+  Eigen::Vector3d body_drag{0.9, 1.08, 1.28};  ///< Drag coefficients across the shell's faces.
+  double flipper_drag = 1.12;                  ///< Drag coefficient of a flipper across its plane.
   double flipper_length = 0.16;                ///< m.
   double flipper_width = 0.05;                 ///< m.
-  double thrust_coefficient = 5.0 * 0.1963;    ///< Of the law in flipper_thrust().
+  double thrust_coefficient = 5.0 * 0.1963;    ///< Coefficient of the law in flipper_thrust().
 
   // --- Derived: slender-body theory (Lighthill 1960) of a body with a blunt, full-width tail ---
 
-  /// How much of the lift that the tail sheds is there: 1 is the theory, 0 leaves the bare Munk
-  /// moment, under which a hull this flat could not be held level at full speed.
+  /// Fraction of the tail's theoretical lift that is present: 1 is the theory; 0 leaves the bare
+  /// Munk moment, under which a hull this flat could not hold its attitude at full speed.
   double tail_lift = 1.0;
 
-  // --- Ours ---
+  // --- Our own choice ---
 
-  double gait_frequency = 2.0;        ///< Hz, constant; thrust is set by the amplitude.
+  double gait_frequency = 2.0;        ///< Hz, constant; the amplitude sets the thrust.
   double max_amplitude = 0.785;       ///< rad; 45 degrees to either side.
-  double surge_amplitude = 0.466;     ///< rad, all flippers: full surge swims at 0.8 m/s.
+  double surge_amplitude = 0.466;     ///< rad, all flippers: full surge gives 0.8 m/s.
   double heave_amplitude = 0.466;     ///< rad, all flippers.
   double roll_amplitude = 0.3;        ///< rad, all flippers.
   double pitch_amplitude = 0.55;      ///< rad, front and rear flippers.
   double yaw_amplitude = 0.5;         ///< rad, all flippers.
-  double motor_lag_s = 0.12;          ///< First order: half a beat of the gait is 0.25 s.
+  double motor_lag_s = 0.12;          ///< First-order lag: half a beat of the gait is 0.25 s.
   double metacentric_height = 0.005;  ///< m, centre of buoyancy above the centre of mass.
-  double spare_buoyancy_kg = 0.05;    ///< A dead vehicle rises.
-  double hotel_load_w = 25.0;         ///< Computers, cameras and motors at rest.
+  double spare_buoyancy_kg = 0.05;    ///< Net buoyancy, kg: a dead vehicle rises.
+  double hotel_load_w = 25.0;         ///< Power of computers, cameras and motors at rest.
   double thrust_power = 5.6;          ///< W/N^1.5 per flipper: 45 W at full surge.
 
   /// Cycle-averaged force of one flipper beating with `amplitude` (rad), N.
@@ -55,8 +54,8 @@ struct Aqua2Figures {
     return thrust_coefficient * swept * water_density * amplitude * gait_frequency;
   }
 
-  /// Electrical power, W, of swimming level and steadily at a fraction of the speed that full surge
-  /// gives: drag, and so thrust, goes with the square of the speed.
+  /// Electrical power, W, for level, steady swimming at a fraction of the speed at full surge:
+  /// drag, and so thrust, is proportional to the square of the speed.
   [[nodiscard]] double cruise_power_w(double speed_fraction) const {
     const double thrust = flipper_thrust(surge_amplitude) * speed_fraction * speed_fraction;
     return hotel_load_w + 6.0 * thrust_power * std::pow(thrust, 1.5);

@@ -10,7 +10,7 @@
 namespace dive::vehicle {
 namespace {
 
-constexpr double kJump = 2.0;  // m/s: a depth command that moves faster has been set anew
+constexpr double kJump = 2.0;  // m/s: a faster change of the depth command is a jump
 
 double signed_square(double x) { return std::abs(x) * x; }
 
@@ -64,17 +64,17 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
   observe_depth(command.d, depth_m, dt);
   track_depth(command.d, climb, dt);
-  const double heave = -depth_reference_rate_ - climb;  // m/s, what is left for the flippers to do
+  const double heave = -depth_reference_rate_ - climb;  // m/s, the rest, for the flippers
   const double lift = lift_effort(heave, dt);
 
   Eigen::Vector3d error = so3_log(q_WB.conjugate() * command.o);
   error.z() += options_.nose_lift * lift * up_B.y();
   const Eigen::Vector3d turn = turn_effort(error, omega_B);
-  // A flat hull that swims and heaves at once wants to turn its face to the flow (Munk).
+  // Munk moment: a flat hull that swims and heaves at once turns its face to the flow.
   const double trim = -options_.heave_trim * speed_reference_ * heave;
   const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
   const double push = hovering * lift * up_B.x();
-  // On its side nothing else can hold the depth, and that little leads it away.
+  // On its side nothing else can hold the depth, and the resulting motion is small.
   const double on_side = std::clamp(2.0 * std::abs(up_B.y()) - 1.0, 0.0, 1.0);
   surge_for_depth_ = on_side * push * speed_of_push();
   return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()), effort(turn.x()),
@@ -93,14 +93,14 @@ double Autopilot::speed_effort(double speed, double dt) {
   const double drag = signed_square(speed_reference_);
   const double wanted = (speed - speed_reference_) / options_.speed_time_constant_s;
   const double result = effort((drag + options_.coast_length_m * wanted) / full);
-  // The reference moves as the effort left by the limits allows, so that it stays true.
+  // The reference moves with the effort after saturation, so that it matches the vehicle.
   const double rate =
       options_.coast_length_m > 0.0 ? (result * full - drag) / options_.coast_length_m : wanted;
   speed_reference_ += rate * dt;
   return result;
 }
 
-// That the speed loop lets full effort become, m/s.
+// Step of the speed command, m/s, at which the speed loop gives full effort.
 double Autopilot::speed_of_push() const {
   if (options_.coast_length_m == 0.0) return 0.0;
   return options_.full_speed * options_.full_speed * options_.speed_time_constant_s /
@@ -111,8 +111,8 @@ double Autopilot::heave_within_reach() const {
   return expected_heave(options_, options_.heave_share, speed_reference_);
 }
 
-// Depth and its rate by a second-order observer, both poles at 1 / depth_filter_s: the difference
-// of two noisy samples is no rate to steer by.
+// Estimates depth and its rate by a second-order observer, both poles at 1 / depth_filter_s: the
+// difference of two noisy samples is too noisy for control.
 void Autopilot::observe_depth(double commanded_depth, double depth_m, double dt) {
   if (!has_depth_) {
     has_depth_ = true;
@@ -125,8 +125,8 @@ void Autopilot::observe_depth(double commanded_depth, double depth_m, double dt)
   depth_rate_ += (1.0 - pole) * (1.0 - pole) / dt * surprise;
 }
 
-// The reference closes in on the command as fast as it can still brake, and moves along with a
-// command that moves: a ramp is followed without lag, a jump without overshoot.
+// The reference approaches the command as fast as it can still brake, and moves along with a moving
+// command: it follows a ramp without lag, and a jump without overshoot.
 void Autopilot::track_depth(double commanded_depth, double climb, double dt) {
   const double gain = 1.0 - std::exp(-dt / options_.depth_filter_s);
   const double command_rate = (commanded_depth - last_command_) / dt;

@@ -1,19 +1,19 @@
 #pragma once
 // Attitude and depth autopilot at 50 Hz: from the command tuple and the measured state to
-// pseudo-rates. What each loop does:
+// pseudo-rates. Its loops:
 //
-//   speed     open loop, for nothing on board measures it: a reference u_r follows the command with
-//             a first-order lag, and the effort is what the vehicle's own drag and inertia need for
-//             it, surge = (u_r |u_r| + coast_length * u_r') / full_speed^2
-//   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angle, so no gimbal trouble;
-//             the error counts up to the turn rate that the flippers can stop again
-//   depth     PD on a reference that follows the command as fast as the vehicle can, with what
-//             moving at that rate costs fed forward, and an integral bounded to the size of a trim
-//             error. The vertical effort goes to heave as far as z of B points up, to surge
-//             likewise while the vehicle hovers (under way the speed is the command's), and what
-//             points along y, where the flippers cannot push, turns the nose up or down instead.
-//             On its side hardly anything holds it: there surge is asked for as a speed beside the
-//             commanded one, so that the vehicle is not led away faster than its reference knows
+//   speed     open loop, because no sensor measures it: a reference u_r follows the command with a
+//             first-order lag, and the effort is what the vehicle's drag and inertia need for it,
+//             surge = (u_r |u_r| + coast_length * u_r') / full_speed^2
+//   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angles, so no gimbal lock; the
+//             error is limited to the turn rate that the flippers can stop again
+//   depth     PD on a reference that follows the command as fast as the vehicle can, with a
+//             feedforward for the effort of that rate and an integral bounded to the size of a trim
+//             error. The vertical effort goes to heave by the vertical component of z of B and,
+//             while hovering, to surge by that of x (under way the speed is the command's); its
+//             component along y, where the flippers have no thrust, pitches the nose instead.
+//             On its side the vehicle has almost no vertical thrust: there surge is commanded as a
+//             speed added to the commanded one, so that the speed reference includes it
 
 #include <string>
 
@@ -27,42 +27,43 @@ namespace dive::vehicle {
 struct AutopilotOptions {
   Eigen::Vector3d attitude_p{6.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
   Eigen::Vector3d attitude_d{3.0, 3.5, 3.3};  ///< Effort per rad/s.
-  double max_turn_rate = 1.0;                 ///< rad/s, that an attitude error may ask for.
+  double max_turn_rate = 1.0;                 ///< Turn-rate limit of the attitude loop, rad/s.
   double depth_p = 5.0;                       ///< Effort per m.
   double depth_d = 11.0;                      ///< Effort per m/s.
   double depth_i = 0.5;                       ///< Effort per m s.
-  double depth_i_limit = 0.3;                 ///< Effort that the integral may reach.
-  double depth_i_zone_m = 0.2;                ///< Further off than this, the integral rests.
+  double depth_i_limit = 0.3;                 ///< Limit of the integral's effort.
+  double depth_i_zone_m = 0.2;                ///< Depth error above which the integral is held.
   double depth_filter_s = 0.2;                ///< Time constant of the depth observer.
-  double heave_share = 0.7;                   ///< Of full heave effort that the reference may need.
+  double heave_share = 0.7;                   ///< Fraction of full heave effort for the reference.
   double full_heave = 0.253;                  ///< m/s at full heave effort (steady, level, v = 0).
-  double heave_brake = 0.06;                  ///< m/s^2, with which the reference comes to rest.
+  double heave_brake = 0.06;                  ///< Deceleration of the reference to rest, m/s^2.
   double heave_lift = 0.447;                  ///< Lift at speed u: u w heave_lift beside w |w|.
-  double heave_trim = 6.0;                    ///< Pitch effort that holds the nose, per u w.
-  double nose_lift = 0.3;                     ///< rad of nose per vertical effort along y.
+  double heave_trim = 6.0;                    ///< Pitch effort per u w that holds the nose.
+  double nose_lift = 0.3;                     ///< Pitch, rad per vertical effort along y.
   double hover_speed = 0.2;                   ///< m/s below which surge may help with depth.
   double full_speed = 0.8;                    ///< m/s at full surge effort (steady, level).
   double coast_length_m = 2.06;               ///< Mass with entrained water over drag, m / (m/s)^2.
-  double speed_time_constant_s = 1.0;         ///< Of the speed's reference.
+  double speed_time_constant_s = 1.0;         ///< Time constant of the speed reference.
 
   [[nodiscard]] std::string validate() const;
 };
 
-/// Steady heave (m/s, along z of B) under a heave effort in [-1, 1] at forward speed `speed` (m/s):
-/// what the depth loop's model of the vehicle expects.
+/// Steady heave (m/s, along z of B) in the depth loop's model, under a heave effort in [-1, 1] at
+/// forward speed `speed` (m/s).
 [[nodiscard]] double expected_heave(const AutopilotOptions& options, double effort, double speed);
 
-/// Pure; allocates nothing.
+/// Deterministic in its inputs; does not allocate.
 class Autopilot {
  public:
   explicit Autopilot(AutopilotOptions options);
 
-  /// `q_WB`, `omega_B` (rad/s) and `depth_m` are measured, `dt` is since the last call (s, > 0).
+  /// `q_WB`, `omega_B` (rad/s) and `depth_m` are measurements; `dt` is the time since the last call
+  /// (s, > 0).
   [[nodiscard]] PseudoRates step(const Command& command, const Eigen::Quaterniond& q_WB,
                                  const Eigen::Vector3d& omega_B, double depth_m, double dt);
-  /// Takes over a vehicle that swims at `speed`, m/s.
+  /// Initialises the speed reference to the vehicle's `speed`, m/s.
   void begin_at(double speed) { speed_reference_ = speed; }
-  /// The part of the vertical effort that holds the vehicle's trim (buoyancy), in [-1, 1].
+  /// The part of the vertical effort that compensates the vehicle's buoyancy (trim), in [-1, 1].
   [[nodiscard]] double trim_effort() const { return depth_integral_; }
 
  private:
@@ -77,14 +78,14 @@ class Autopilot {
 
   AutopilotOptions options_;
   double speed_reference_ = 0.0;
-  double surge_for_depth_ = 0.0;  ///< m/s, beside the commanded speed.
+  double surge_for_depth_ = 0.0;  ///< Surge for depth beside the commanded speed, m/s.
   double depth_reference_ = 0.0;
   double depth_reference_rate_ = 0.0;
-  double depth_ = 0.0;  ///< Observed, m, and its rate, m/s.
+  double depth_ = 0.0;  ///< Observed depth, m, and its rate, m/s.
   double depth_rate_ = 0.0;
   double commanded_rate_ = 0.0;
   double last_command_ = 0.0;
-  double depth_integral_ = 0.0;  ///< Effort.
+  double depth_integral_ = 0.0;  ///< Effort of the integral.
   bool has_depth_ = false;
 };
 

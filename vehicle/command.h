@@ -1,12 +1,12 @@
 #pragma once
-// What the vehicle is told.
+// Commands to the vehicle.
 
 #include <Eigen/Geometry>
 
 namespace dive::vehicle {
 
-/// The paper's tuple <v, h, d, o>: forward speed, heave, depth, orientation. h is always 0: depth
-/// is reached through d.
+/// The paper's tuple <v, h, d, o>: forward speed, heave, depth, orientation. h is always 0: d sets
+/// the depth.
 struct Command {
   double v = 0.0;                                         ///< Forward speed, m/s.
   double h = 0.0;                                         ///< Heave, m/s; 0.
@@ -14,9 +14,9 @@ struct Command {
   Eigen::Quaterniond o = Eigen::Quaterniond::Identity();  ///< Attitude q_WB.
 };
 
-/// What the autopilot makes of it for the gait: fractions of full effort, each in [-1, 1], in body
-/// axes (x forward, y left, z up; right-hand rule). The real vehicle's pseudo-rates have other
-/// signs (yaw + = right, pitch + = forwards down): that is the link's business.
+/// The autopilot's command to the gait: fractions of full effort, each in [-1, 1], in body axes (x
+/// forward, y left, z up; right-hand rule). The real vehicle's pseudo-rates have other signs (yaw +
+/// = right, pitch + = forwards down); the link converts them.
 struct PseudoRates {
   double surge = 0.0;
   double heave = 0.0;

@@ -19,7 +19,7 @@ constexpr std::size_t kUnused = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-// The hull's faces are where a triangulation of the points borders on the outside.
+// The hull's faces are those that a triangulation of the points shares with the outside.
 TriangleSolid convex_hull(std::span<const Eigen::Vector3d> points) {
   Triangulation triangulation;
   for (const Eigen::Vector3d& p : points) {
@@ -40,7 +40,7 @@ TriangleSolid convex_hull(std::span<const Eigen::Vector3d> points) {
     const int outside = cell->index(triangulation.infinite_vertex());
     std::array<std::size_t, 3> face{};
     for (int corner = 0; corner < 3; ++corner) {
-      // Seen from the cell's fourth vertex, here the outside, this order is counter-clockwise.
+      // Viewed from the cell's fourth vertex, here the outside, this order is counter-clockwise.
       face[static_cast<std::size_t>(corner)] =
           index_of(cell->vertex(Triangulation::vertex_triple_index(outside, corner)));
     }

@@ -9,15 +9,15 @@
 
 namespace dive::vehicle {
 
-/// A convex solid. Faces list their corners counter-clockwise seen from outside.
+/// A convex solid. Faces list their corners counter-clockwise as viewed from outside.
 struct TriangleSolid {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<std::size_t, 3>> faces;
 };
 
-/// The hull of `points`, by CGAL: the same for the same points, to the last bit and in the same
-/// order. (CGAL's convex_hull_3 is not: it orders its work by addresses in memory, so that flat
-/// faces are cut into other triangles from run to run.) Demands four points not in one plane.
+/// The hull of `points`, by CGAL: bit-identical for equal points, in the same order. (CGAL's
+/// convex_hull_3 is not: its order depends on memory addresses, so that it cuts flat faces into
+/// different triangles from run to run.) Demands four points that are not in one plane.
 [[nodiscard]] TriangleSolid convex_hull(std::span<const Eigen::Vector3d> points);
 
 }  // namespace dive::vehicle

@@ -13,16 +13,16 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kVertical = 0.05;     // m: horizontally shorter is a vertical segment
+constexpr double kVertical = 0.05;     // m: a segment horizontally shorter is vertical
 constexpr double kSteep = 0.3;         // cosine of the slope that counts as vertical: 73 degrees
-constexpr double kOverhead = 0.3;      // m beside a vertical segment that steering leaves alone
-constexpr double kPastMinimum = 0.01;  // m the distance must have grown again
-constexpr double kCrabSpeed = 0.1;     // m/s: slower, and the sideslip's angle is mostly noise
-constexpr double kSmallError = 0.35;   // rad: a heading error that costs no speed: thrust turns
-constexpr double kLargeError = 1.2;    // rad: one that takes all of turn_slowdown
-constexpr double kMaxCrab = 0.5;       // rad: more of it feeds back on itself, the way on is lost
-constexpr double kDepthError = 0.15;   // m that is tolerated at full speed
-constexpr double kCreep = 0.05;        // m/s: steering needs a little way on
+constexpr double kOverhead = 0.3;      // m beside a vertical segment within which steering is off
+constexpr double kPastMinimum = 0.01;  // m of increase that confirm a minimum of the distance
+constexpr double kCrabSpeed = 0.1;     // m/s: below it the sideslip angle is mostly noise
+constexpr double kSmallError = 0.35;   // rad: heading error without slowdown: thrust turns
+constexpr double kLargeError = 1.2;    // rad: heading error with the full turn_slowdown
+constexpr double kMaxCrab = 0.5;       // rad: a larger crab angle feeds back on itself
+constexpr double kDepthError = 0.15;   // m of depth error tolerated at full speed
+constexpr double kCreep = 0.05;        // m/s: minimum speed for steering
 
 double bearing_of(const Vector3d& direction) { return std::atan2(direction.y(), direction.x()); }
 
@@ -154,9 +154,9 @@ double Follower::speed_towards(double heading_error, double depth_error, double 
                            : 0.0;
 }
 
-// Share of the segment whose depth is due now. Measured over ground: what is measured along the
-// vertical grows only with the depth that it is to command, which on a vertical segment is the
-// fixed point of the printed law again. There, and near it, the depth due lies a little ahead
+// Fraction of the segment whose depth is commanded now. Measured over ground: vertical progress
+// grows only with the depth that it is to command, which on a vertical segment is the fixed point
+// of the printed law again. On and near such a segment the commanded depth is a little ahead
 // instead.
 double Follower::depth_progress(const Vector3d& p_W) const {
   const Segment& s = segment();
@@ -179,7 +179,7 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   const Pose planned = planned_at(s.length > 0.0 ? status_.along_track_m / s.length : 1.0);
   const double z = planned_at(depth_progress(X_WB.p)).p.z();
   const Vector3d planned_rpy = to_rpy(planned.q);
-  // What swimming along x does not climb is left to heave; pitch is positive nose down.
+  // Heave provides the climb that swimming along x does not; pitch is positive nose down.
   const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_rpy.y());
 
   const double yaw = yaw_of(X_WB);

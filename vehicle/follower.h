@@ -3,13 +3,13 @@
 //
 //   yaw    line of sight (Fossen 2011, ch. 12.3): the course leads to the point of the path
 //          `lookahead_m` ahead of the vehicle's projection, round the corner where one is near; the
-//          sideslip is taken off, so that it is the motion and not the nose that points there
+//          sideslip is subtracted, so that the motion and not the nose points there
 //   roll, pitch  of the planned attitudes, interpolated along the track
-//   depth  linear in along-track progress over ground between p_{i-1} and p_i, clamped to it; on
-//          segments that are all but vertical a little ahead; the paper's printed law has the start
-//          as a fixed point and is singular at z = 0: doc/decisions/follower-depth-law.md
-//   speed  less before corners, while the heading is off, where depth cannot keep up, and at the
-//   end
+//   depth  linear in along-track progress over ground between p_{i-1} and p_i, clamped to it; a
+//          little ahead on nearly vertical segments; the paper's printed law has the start as a
+//          fixed point and is singular at z_{i-1} = 0: doc/decisions/follower-depth-law.md
+//   speed  reduced before corners, during a heading error, where depth cannot keep up, and at
+//          the end
 
 #include <optional>
 #include <span>
@@ -24,16 +24,16 @@
 namespace dive::vehicle {
 
 struct FollowerOptions {
-  double speed = 0.4;                         ///< m/s on straights; less while turning.
+  double speed = 0.4;                         ///< Speed on straights, m/s; reduced in turns.
   double capture_radius = 0.5;                ///< D_reached, m.
-  std::optional<double> last_capture_radius;  ///< Of the last waypoint, m; capture_radius if none.
-  double lookahead_m = 0.65;                  ///< Of the line-of-sight law.
-  double turn_slowdown = 0.9;    ///< How much of the speed a large heading error takes, [0, 1].
-  double corner_slowdown = 0.7;  ///< How much of the speed a corner of 90 degrees takes, [0, 1].
-  double arrival_speed = 0.15;   ///< m/s at the last waypoint.
-  double braking_s = 1.0;        ///< Time constant with which the speed follows the command.
-  double heave_speed = 0.13;     ///< m/s of depth that the vehicle can change beside its pitch.
-  double depth_lead_m = 0.4;     ///< On a segment that is all but vertical.
+  std::optional<double> last_capture_radius;  ///< D_reached at the end, m; else capture_radius.
+  double lookahead_m = 0.65;                  ///< Lookahead distance of the line-of-sight law.
+  double turn_slowdown = 0.9;    ///< Relative slowdown by a large heading error, [0, 1].
+  double corner_slowdown = 0.7;  ///< Relative slowdown by a corner of 90 degrees, [0, 1].
+  double arrival_speed = 0.15;   ///< Speed at the last waypoint, m/s.
+  double braking_s = 1.0;        ///< Time constant of the speed's response to the command.
+  double heave_speed = 0.13;     ///< Rate of depth change without pitch, m/s.
+  double depth_lead_m = 0.4;     ///< Lead of the commanded depth on a nearly vertical segment.
 
   [[nodiscard]] std::string validate() const;
 };
@@ -42,9 +42,9 @@ struct FollowerStatus {
   int segment = 0;                ///< i: following the line p_{i-1} p_i, i in [1, N].
   double cross_track_m = 0.0;     ///< Distance to that line: the paper's error.
   double along_track_m = 0.0;     ///< Progress on that line from p_{i-1}.
-  double distance_to_go_m = 0.0;  ///< To the last waypoint, along the path.
-  bool finished = false;          ///< The last waypoint has been reached (or its plane passed).
-  bool missed = false;            ///< Finished by passing the plane outside capture_radius.
+  double distance_to_go_m = 0.0;  ///< Distance to the last waypoint along the path.
+  bool finished = false;          ///< True after the last waypoint (or its plane).
+  bool missed = false;            ///< True if finished by passing the plane outside capture_radius.
 };
 
 /// A waypoint is reached when the distance is below D_reached *and* has passed its minimum, or
@@ -53,12 +53,12 @@ class Follower {
  public:
   explicit Follower(FollowerOptions options);
 
-  /// Starts on a new path: at least two finite waypoints X_WB. A vehicle already further along
-  /// starts on the segment nearest to `position_W`.
+  /// Starts a new path: at least two finite waypoints X_WB. A vehicle already further along starts
+  /// on the segment nearest to `position_W`.
   void set_path(std::span<const Pose> waypoints, const Eigen::Vector3d& position_W);
   [[nodiscard]] bool has_path() const { return waypoints_.size() >= 2; }
 
-  /// One control tick. Demands a path. Allocates nothing.
+  /// One control tick. Demands a path. Does not allocate.
   [[nodiscard]] Command step(const Pose& X_WB, const Eigen::Vector3d& v_WB_B);
   [[nodiscard]] const FollowerStatus& status() const { return status_; }
   [[nodiscard]] std::span<const Pose> path() const { return waypoints_; }
@@ -67,11 +67,11 @@ class Follower {
   /// The line from one waypoint to the next.
   struct Segment {
     Eigen::Vector3d start;
-    Eigen::Vector3d direction;  ///< Unit; of a segment of no length, x of the planned attitude.
+    Eigen::Vector3d direction;  ///< Unit; for zero length, x of the planned attitude.
     double length = 0.0;        ///< m
-    double bearing = 0.0;       ///< rad; of a vertical one, the planned yaw.
-    double remaining = 0.0;     ///< m of path from its end on.
-    double corner = 0.0;        ///< rad between its bearing and the next one's, >= 0.
+    double bearing = 0.0;       ///< Bearing, rad; for a vertical segment, the planned yaw.
+    double remaining = 0.0;     ///< Length of path after its end, m.
+    double corner = 0.0;        ///< Angle between its bearing and the next one's, rad, >= 0.
   };
 
   [[nodiscard]] static Segment make_segment(const Pose& from, const Pose& to);
@@ -82,14 +82,14 @@ class Follower {
   void advance(const Eigen::Vector3d& p_W);
   [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double depth_progress(const Eigen::Vector3d& p_W) const;
-  /// `left` (rad, >= 0) is the angle between the segment and where swimming along x leads.
+  /// `left` (rad, >= 0) is the angle between the segment and the direction of swimming along x.
   [[nodiscard]] double speed_towards(double heading_error, double depth_error, double left) const;
 
   FollowerOptions options_;
   std::vector<Pose> waypoints_;
   std::vector<Segment> segments_;
   FollowerStatus status_;
-  double nearest_m_ = 0.0;  ///< Smallest distance to the waypoint ahead so far.
+  double nearest_m_ = 0.0;  ///< Smallest distance to the next waypoint so far.
 };
 
 }  // namespace dive::vehicle

@@ -16,7 +16,9 @@ void ReckonedAttitude::start(const Eigen::Quaterniond& q_WB, const Eigen::Vector
 void ReckonedAttitude::advance(const PseudoRates& rates, double dt) {
   age_s_ += dt;
   const Eigen::Vector3d effort(rates.roll, rates.pitch, rates.yaw);
-  omega_B_ += dt * Eigen::Vector3d(kGain).cwiseProduct(effort);
+  const Eigen::Vector3d drag =
+      Eigen::Vector3d(kDrag).cwiseProduct(omega_B_.cwiseAbs().cwiseProduct(omega_B_));
+  omega_B_ += dt * (Eigen::Vector3d(kGain).cwiseProduct(effort) - drag);
   q_WB_ = (q_WB_ * so3_exp(dt * omega_B_)).normalized();
 }
 

@@ -14,7 +14,7 @@ using std::numbers::pi;
 
 constexpr int kCylinderSides = 16;
 constexpr double kChordError = 0.003;         // m
-constexpr double kRelativeChordError = 0.01;  // of the radius
+constexpr double kRelativeChordError = 0.01;  // fraction of the radius
 constexpr std::size_t kMaxVertices = 256;
 
 Points box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
@@ -38,8 +38,8 @@ Points cylinder(double radius, double length) {
   return points;
 }
 
-// An icosahedron's corners and its edges' midpoints on the unit sphere, grown until the faces of
-// their hull touch the sphere. Of its two kinds of faces the ones in the middle of an icosahedron's
+// An icosahedron's corners and its edges' midpoints on the unit sphere, scaled until the faces of
+// their hull touch the sphere. Of the two kinds of faces, those in the middle of an icosahedron's
 // face are nearer to the centre.
 Points sphere(double radius) {
   constexpr double kGolden = std::numbers::phi;
@@ -91,7 +91,7 @@ Points slid(const Points& solid, const Eigen::Vector3d& axis, double lower, doub
 }
 
 // A point at radius r covers an arc. The polygon of the arc's tangents at equal steps contains it:
-// its corners lie in the middle of each step at r / cos(step / 2), its ends are the arc's own.
+// its corners are in the middle of each step at r / cos(step / 2), its ends are the arc's own.
 Points turned(const Points& solid, const Eigen::Vector3d& axis, double lower, double upper) {
   const bool full_circle = upper - lower >= 2.0 * pi;
   if (full_circle) upper = lower + 2.0 * pi;

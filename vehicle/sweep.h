@@ -1,6 +1,6 @@
 #pragma once
-// Convex solids that contain parts and everything their joints can do with them. Internal to the
-// URDF reader. A solid is its points: the hull of them is meant.
+// Convex solids that contain parts at all positions of their joints. Internal to the URDF reader. A
+// solid is the convex hull of its points.
 
 #include <vector>
 
@@ -19,9 +19,9 @@ using Points = std::vector<Eigen::Vector3d>;
 [[nodiscard]] Points circumscribed(const urdf::Geometry& geometry);
 
 /// A convex solid around everything that `solid`, given in the child link's frame, covers while the
-/// joint goes through its range, in the parent link's frame. An arc is replaced by its tangents, so
-/// nothing sticks out; they are beyond it by at most 3 mm or 1 % of the radius, whichever is more.
-/// Simplified to its bounding box in the joint's frame beyond 256 vertices.
+/// joint moves through its range, in the parent link's frame. An arc is replaced by its tangents,
+/// so that the solid contains it with an excess of at most 3 mm or 1 % of the radius, whichever is
+/// more. Simplified to its bounding box in the joint's frame beyond 256 vertices.
 [[nodiscard]] Points swept(const urdf::Joint& joint, const Points& solid);
 
 [[nodiscard]] Pose to_pose(const urdf::Pose& pose);

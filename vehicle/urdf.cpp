@@ -15,7 +15,7 @@
 
 namespace dive::vehicle {
 
-extern const char kAqua2Urdf[];  // made from aqua2.urdf by the build
+extern const char kAqua2Urdf[];  // generated from aqua2.urdf by the build
 
 namespace {
 
@@ -23,7 +23,7 @@ namespace {
 struct Body {
   double mass = 0.0;
   Eigen::Vector3d centre_B = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d inertia_B = Eigen::Matrix3d::Zero();  // about its own centre of mass
+  Eigen::Matrix3d inertia_B = Eigen::Matrix3d::Zero();  // inertia about its own centre of mass
 };
 
 Body body_of(const urdf::Inertial& inertial, const Pose& X_BL) {
@@ -36,7 +36,7 @@ Body body_of(const urdf::Inertial& inertial, const Pose& X_BL) {
   return {inertial.mass, X_BC.p, R * tensor * R.transpose()};
 }
 
-// Bodies as one: the parallel axis theorem.
+// Combines bodies into one by the parallel axis theorem.
 Body combine(const std::vector<Body>& bodies) {
   Body all;
   for (const Body& body : bodies) {
@@ -51,7 +51,7 @@ Body combine(const std::vector<Body>& bodies) {
   return all;
 }
 
-// A solid in a link's frame, swept by every joint from there up to the root, in B.
+// The swept volume in B of a solid in a link's frame, over every joint from there up to the root.
 Points swept_to_root(const urdf::Link& link, Points points) {
   urdf::JointConstSharedPtr joint = link.parent_joint;
   urdf::LinkConstSharedPtr above = link.getParent();
@@ -117,7 +117,7 @@ class Assembler {
     }
   }
 
-  // A vehicle has all six hips or none: one that is missing has been misspelt.
+  // A vehicle has all six hips or none: a missing one is misspelt.
   bool check_hips(const XmlDocument& document, Diagnostics& diagnostics) const {
     if (model_.hips_B.array().isNaN().all()) return true;
     bool ok = true;

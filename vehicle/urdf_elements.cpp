@@ -17,9 +17,9 @@
 namespace dive::vehicle {
 namespace {
 
-constexpr double kMinLength = 1e-5;  // m: nothing of a vehicle is smaller
+constexpr double kMinLength = 1e-5;  // m: below the size of any part of a vehicle
 constexpr double kMaxLength = 1e3;
-constexpr double kThinPlate = 1e-3;  // room for rounded figures in the triangle inequality
+constexpr double kThinPlate = 1e-3;  // tolerance for rounded values in the triangle inequality
 
 bool may_repeat(const std::string& name) {
   static const std::set<std::string> kOnlyOnce{"inertial", "origin", "mass", "inertia", "geometry",

@@ -1,5 +1,5 @@
 #pragma once
-// The parts of a URDF file one by one. Internal to the URDF reader.
+// The elements of a URDF file. Internal to the URDF reader.
 
 #include <optional>
 #include <span>
@@ -13,8 +13,8 @@
 
 namespace dive::vehicle {
 
-/// Reads elements and says where they are wrong. A value that cannot be read is reported and
-/// replaced by a harmless one: one pass finds all mistakes.
+/// Reads elements and reports errors. An unreadable value is reported and replaced by a harmless
+/// one: one pass finds all mistakes.
 class UrdfElements {
  public:
   UrdfElements(const SourceText& source, Diagnostics& diagnostics)
@@ -23,10 +23,10 @@ class UrdfElements {
   [[nodiscard]] urdf::LinkSharedPtr link(const XmlElement& element);
   [[nodiscard]] urdf::JointSharedPtr joint(const XmlElement& element);
 
-  /// Reports child elements that are none of `known`: as an error if one was probably meant, as a
-  /// warning otherwise. Elements of a foreign namespace are somebody else's.
+  /// Reports child elements that are not in `known`: as an error if one was probably meant, as a
+  /// warning otherwise. Elements of a foreign namespace are ignored.
   void check_children(const XmlElement& element, std::span<const std::string> known);
-  /// The value of a mandatory attribute, or an empty text after an error.
+  /// The value of a mandatory attribute; empty after an error.
   [[nodiscard]] std::string text(const XmlElement& element, const std::string& name);
 
   void error(const char* code, Span span, std::string message, std::string hint = {}) {

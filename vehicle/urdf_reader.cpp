@@ -98,7 +98,7 @@ class Reader {
     return nullptr;
   }
 
-  // Hangs the joint's child link below its parent link.
+  // Attaches the joint's child link to its parent link.
   void connect(const urdf::JointSharedPtr& joint, const XmlElement& element) {
     const urdf::LinkSharedPtr parent = find_link(joint->parent_link_name, element, "parent");
     const urdf::LinkSharedPtr child = find_link(joint->child_link_name, element, "child");
@@ -133,8 +133,8 @@ class Reader {
     }
   }
 
-  // Every link has at most one parent by now, so a walk upwards ends at the root, or comes back to
-  // the link itself, or is caught in a cycle further up, which shows as a chain too long.
+  // Every link has at most one parent here, so a walk upwards ends at the root, returns to the link
+  // itself, or enters a cycle further up, which exceeds the maximum chain length.
   void check_chains() {
     if (!model_->root_link_) return;
     for (const auto& [link, element] : links_) {
@@ -156,7 +156,7 @@ class Reader {
     }
   }
 
-  // Only now: shared pointers in a cycle would own each other for ever.
+  // Only after the checks: shared pointers in a cycle would never be released.
   void fill_in_children() {
     for (const auto& [joint, element] : joints_) {
       const urdf::LinkSharedPtr& parent = model_->links_.at(joint->parent_link_name);

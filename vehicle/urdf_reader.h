@@ -1,9 +1,9 @@
 #pragma once
 // From the text of a URDF file to urdfdom's model types. Internal to the URDF reader.
 //
-// What a typo could hide is an error: an element that is nearly a known one, a number that is not
-// one, a joint that names a link that is not there. What other programs need (gazebo, transmission,
-// visual, elements of a foreign namespace) is passed over.
+// A likely typo is an error: an element that is nearly a known one, an invalid number, a joint that
+// names a missing link. Elements for other programs (gazebo, transmission, visual, foreign
+// namespaces) are ignored.
 
 #include <urdf_model/model.h>
 #include <urdf_world/types.h>
@@ -13,7 +13,7 @@
 
 namespace dive::vehicle {
 
-inline constexpr int kMaxJointChain = 64;  ///< Joints between the root and any link.
+inline constexpr int kMaxJointChain = 64;  ///< Maximum joints between the root and any link.
 
 /// Links, joints and their tree, in the file's order; nullptr after an error. Every geometry is a
 /// box, cylinder or sphere with a positive size, every inertia positive definite, every joint

@@ -20,12 +20,12 @@ namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
 
-// Radial-tangential by all the names it goes under.
+// Recognises radial-tangential distortion by all its names.
 bool is_radtan(const std::string& word) {
   return word == "radial-tangential" || word == "radtan" || word == "plumb_bob";
 }
 
-// Where the camera is, in the files' body frame, and how it sees.
+// Reads a camera's pose in the files' body frame, and its model.
 tl::expected<RecordedCamera, std::string> read_calibration(const std::string& path) {
   const auto file = SensorFile::open(path);
   if (!file) return Failure(file.error());
@@ -88,7 +88,7 @@ tl::expected<void, std::string> read_pictures(const fs::path& folder, RecordedCa
   return rows;
 }
 
-// Of the IMU in the files' body frame.
+// Returns the pose of the IMU in the files' body frame.
 tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDataset& dataset) {
   const auto file = SensorFile::open((folder / "sensor.yaml").string());
   if (!file) return Failure(file.error());
@@ -139,8 +139,8 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& d
   });
 }
 
-// Positions, with attitude and velocity where there are fields for them. `X_BI`: of the IMU in the
-// files' body frame; what was measured may be yet another one.
+// Reads positions, with attitude and velocity where there are fields for them. `X_BI`: pose of the
+// IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
                                            AslDataset& dataset) {
   Pose X_BS = X_BI;
@@ -180,7 +180,8 @@ fs::path root_of(const std::string& folder) {
   return fs::is_directory(given / "mav0") ? given / "mav0" : given;
 }
 
-// Of the IMU in the files' body frame; what the sensors' files say is in `dataset`.
+// Returns the pose of the IMU in the files' body frame, and fills `dataset` from the sensors'
+// files.
 tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDataset& dataset) {
   const fs::path root = root_of(folder);
   if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {

@@ -29,7 +29,7 @@ bool parse(std::string_view field, Number& number) {
   return !field.empty() && error == std::errc() && stop == end;
 }
 
-// Nanoseconds, rounded.
+// Converts nanoseconds with rounding.
 std::optional<Utime> to_utime(std::string_view field) {
   std::int64_t ns = 0;
   if (!parse(field, ns) || ns < 0 || ns > std::numeric_limits<std::int64_t>::max() - 500) {

@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include "estimation/primitive.h"
-#include "estimation/visual_inertial/gyro_turn.h"
-#include "estimation/visual_inertial/loop_closer.h"
-#include "estimation/visual_inertial/tracker.h"
-#include "estimation/visual_inertial/visual_inertial_filter.h"
+#include "estimation/visual_inertial/filter/visual_inertial_filter.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
+#include "estimation/visual_inertial/front_end/tracker.h"
+#include "estimation/visual_inertial/loop_closure/loop_closer.h"
 
 namespace dive::estimation {
 namespace {
@@ -20,16 +20,16 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kGravityRate = 0.05;  // 1/s, at which gravity pulls the reckoned attitude
+constexpr double kGravityRate = 0.05;  // 1/s, gain towards gravity of the integrated attitude
 constexpr double kTruthGap = 0.2;      // s
-constexpr double kStartSigma = 0.01;   // m, of a position that the truth gives
-constexpr double kUnknownSigma = 0.1;  // m, of one that is only agreed on
+constexpr double kStartSigma = 0.01;   // m, of a position from the truth
+constexpr double kUnknownSigma = 0.1;  // m, of an assumed position
 constexpr double kLongStep = 0.1;      // s between two IMU samples
 
 using Failure = tl::unexpected<std::string>;
 
-// Attitude as an IMU's own filter has it, which the format does not record: the gyro integrated,
-// and slowly pulled towards where gravity is (Mahony et al. 2008, proportional part).
+// Attitude as from an AHRS, which the format does not record: the gyro integrated, and slowly
+// corrected towards gravity (Mahony et al. 2008, proportional part).
 class ReckonedAttitude {
  public:
   explicit ReckonedAttitude(std::optional<Quaterniond> start) : q_WB_(std::move(start)) {}
@@ -52,7 +52,7 @@ class ReckonedAttitude {
   std::optional<Utime> last_;
 };
 
-// What is known of the beginning.
+// Initial data of a run.
 struct Beginning {
   Utime utime = 0;
   Pose X_WB;
@@ -62,7 +62,7 @@ struct Beginning {
 
 std::optional<Beginning> true_beginning(const AslDataset& dataset, Utime utime) {
   const Trajectory truth = true_trajectory(dataset);
-  // The truth may begin later than the pictures do.
+  // The truth may begin later than the images.
   const auto first = std::find_if(truth.begin(), truth.end(),
                                   [&](const StampedPose& at) { return at.utime >= utime; });
   if (first == truth.end()) return std::nullopt;
@@ -109,7 +109,7 @@ tl::expected<FilterStart, std::string> start_of(const RunOptions& options,
   return start;
 }
 
-// Either estimator behind the calls that a recording makes.
+// Either estimator behind the calls for a recording.
 class Runner {
  public:
   Runner(const AslDataset& dataset, const RunOptions& options, const FilterStart& start,
@@ -143,7 +143,7 @@ class Runner {
     if (primitive_) primitive_->add(sample);
   }
 
-  // Of a picture; those of the primitive estimator are only a time.
+  // Adds an image; the primitive estimator uses only its time.
   [[nodiscard]] PictureQuality add(const ImageFrame& left, const ImageFrame* right) {
     std::optional<Quaterniond> q_C1C0;
     if (const auto last = tracker_->utime(); last && *last < left.utime) {
@@ -159,7 +159,7 @@ class Runner {
     return filter_ ? filter_->update(now) : primitive_->update(now);
   }
 
-  /// As the filter has calibrated them.
+  /// Camera poses as calibrated by the filter.
   [[nodiscard]] const std::vector<Pose>& cameras_B() const { return filter_->state().cameras_B; }
 
   [[nodiscard]] std::string diverged() const {
@@ -175,7 +175,7 @@ class Runner {
   std::string problem_;
 };
 
-// Loops over a recording: each keyframe is looked at before the next picture comes.
+// Loop closure on a recording: each keyframe is processed before the next image.
 class Loops {
  public:
   Loops(const AslDataset& dataset, bool has_depth)
@@ -213,7 +213,7 @@ class Loops {
   std::optional<LoopCorrection> correction_;
 };
 
-// The right picture that was taken with the left one, if there is one.
+// The right image taken with the left one, if there is one.
 const RecordedPicture* beside(const std::vector<RecordedPicture>& pictures, Utime utime) {
   constexpr Utime kTogether = 1000;  // us
   const auto it =
@@ -291,7 +291,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
         runner.add(*depth);
       }
       ImuSample sample = *imu++;
-      if (sample.utime < begin) continue;  // before the attitude that it starts with
+      if (sample.utime < begin) continue;  // before the time of the initial attitude
       attitude.add_to(sample);
       runner.add(sample);
     }
@@ -300,7 +300,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
     ++run.frames;
     if (picture.utime < begin) continue;
     feed(picture.utime);
-    if (imu != dataset.imu.end()) feed(imu->utime);  // the sample that reaches beyond it
+    if (imu != dataset.imu.end()) feed(imu->utime);  // the first sample after the image
     std::optional<ImageFrame> left;
     std::optional<ImageFrame> right;
     if (runner.needs_pictures()) {

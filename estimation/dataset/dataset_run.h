@@ -1,6 +1,6 @@
 #pragma once
-// An estimator over a recording, fed as it would be on the vehicle: every sample in its turn, and
-// nothing from later than the IMU sample that follows a picture.
+// Runs an estimator on a recording with the same inputs as on the vehicle: every sample in order,
+// and none later than the IMU sample that follows an image.
 
 #include <functional>
 #include <string>
@@ -12,54 +12,54 @@
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
-#include "estimation/visual_inertial/filter_options.h"
-#include "estimation/visual_inertial/loop_correction.h"
+#include "estimation/visual_inertial/filter/filter_options.h"
+#include "estimation/visual_inertial/loop_closure/loop_correction.h"
 
 namespace dive::estimation {
 
 enum class RunStart {
-  kRest,    ///< At rest for half a second: roll and pitch by gravity.
-  kMotion,  ///< Swimming at RunOptions::speed: attitude as the gyro and gravity have it.
-  kTruth,   ///< Pose and velocity from the recording's truth.
+  kRest,    ///< At rest for half a second: roll and pitch from gravity.
+  kMotion,  ///< In motion at RunOptions::speed: attitude from gyro and gravity.
+  kTruth,   ///< Pose and velocity from the recording's ground truth.
 };
 
 struct RunOptions {
   EstimatorKind estimator = EstimatorKind::kVisualInertial;
   RunStart start = RunStart::kRest;
-  bool mono = false;      ///< Only the left camera, though there are two.
-  bool use_depth = true;  ///< Where there is a depth sensor.
-  bool loops = false;     ///< Close loops; needs two cameras.
-  double speed = 0.4;     ///< m/s forward, that the primitive estimator and kMotion expect.
+  bool mono = false;      ///< Only the left camera of two.
+  bool use_depth = true;  ///< Depth samples are used where there are any.
+  bool loops = false;     ///< Loop closure; needs two cameras.
+  double speed = 0.4;     ///< Expected forward speed for the primitive estimator and kMotion, m/s.
   std::uint64_t seed = 1;
 
   [[nodiscard]] std::string validate() const;
 };
 
 struct DatasetRun {
-  std::vector<StateEstimate> estimates;  ///< At each picture; valid ones only.
-  /// The same, corrected by the loops closed until then; empty without RunOptions::loops.
+  std::vector<StateEstimate> estimates;  ///< Valid estimates, one per image.
+  /// The estimates corrected by the loops closed so far; empty without RunOptions::loops.
   std::vector<StateEstimate> corrected;
   int keyframes = 0;
-  std::vector<LoopClosure> closures;  ///< In the order in which they were believed.
-  std::vector<double> loop_ms;        ///< Of each keyframe, off the critical path.
-  std::vector<double> frame_ms;       ///< Front end and filter, each picture, without decoding.
-  int frames = 0;                     ///< Pictures, used or not.
-  int refused = 0;                    ///< Of those, without features: dark, frozen, broken.
-  int poor = 0;                       ///< With too few to be sure of them.
-  int lost = 0;                       ///< In which tracking was lost.
+  std::vector<LoopClosure> closures;  ///< Loop closures in the order of acceptance.
+  std::vector<double> loop_ms;        ///< Time per keyframe, off the critical path.
+  std::vector<double> frame_ms;       ///< Time of front end and filter per image, without decoding.
+  int frames = 0;                     ///< Number of images, used or not.
+  int refused = 0;                    ///< Images without features: dark, frozen, broken.
+  int poor = 0;                       ///< Images with too few features to be reliable.
+  int lost = 0;                       ///< Images in which tracking was lost.
   double mean_features = 0.0;
-  std::string last_fault;  ///< A sentence; empty without one.
-  std::string diverged;    ///< Why the filter says that it has diverged; empty if it has not.
+  std::string last_fault;  ///< The last fault as a sentence; empty if there was none.
+  std::string diverged;    ///< The filter's reason for divergence; empty if it did not diverge.
 };
 
-/// Of so many of its cameras, at most.
+/// Options for at most `cameras` of the dataset's cameras.
 [[nodiscard]] VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t cameras);
 
-/// Empty where the recording has no truth.
+/// Empty if the recording has no ground truth.
 [[nodiscard]] Trajectory true_trajectory(const AslDataset& dataset);
 
-/// `clock` measures, nothing else; `progress` is told the share done, now and then. An error is a
-/// file that cannot be read, or a recording that lacks what is asked.
+/// `clock` is used for timing only; `progress` receives the completed fraction from time to time.
+/// An error is an unreadable file, or a recording that lacks required data.
 [[nodiscard]] tl::expected<DatasetRun, std::string> run_on(
     const AslDataset& dataset, const RunOptions& options, Clock& clock,
     const std::function<void(double)>& progress);

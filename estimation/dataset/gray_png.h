@@ -1,5 +1,5 @@
 #pragma once
-// Grey pictures from PNG files, and to them.
+// Reads and writes grey images as PNG files.
 
 #include <string>
 
@@ -9,11 +9,11 @@
 
 namespace dive::estimation {
 
-/// Pixels and size only. Colour is turned into grey, 16 bits into 8. Bounded: 20000 pixels a side.
-/// An error names the file.
+/// Reads pixels and size only. Converts colour to grey and 16 bits to 8. Bounded: 20000 pixels a
+/// side. An error names the file.
 [[nodiscard]] tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path);
 
-/// A grey picture of 8 bits, packed fast rather than small; false when it cannot be written.
+/// Writes a grey image of 8 bits, packed fast rather than small; false if it cannot be written.
 [[nodiscard]] bool write_gray_png(const std::string& path, const ImageFrame& frame);
 
 }  // namespace dive::estimation

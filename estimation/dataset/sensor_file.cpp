@@ -10,7 +10,7 @@
 namespace dive::estimation {
 namespace {
 
-constexpr double kRotation = 1e-3;  // by which a written rotation may miss being one
+constexpr double kRotation = 1e-3;  // tolerance of a written rotation matrix
 
 tl::unexpected<std::string> at(const std::string& path, const YAML::Mark& mark,
                                const std::string& what) {

@@ -19,13 +19,13 @@ class SensorFile {
   SensorFile& operator=(SensorFile&&) noexcept;
   ~SensorFile();
 
-  /// T_BS: of the sensor in the files' body frame; identity where it is not said. Errors are
+  /// T_BS: pose of the sensor in the files' body frame; identity if not given. Errors are
   /// "FILE:LINE: what".
   [[nodiscard]] tl::expected<Pose, std::string> X_BS() const;
   /// A list of exactly n finite numbers.
   [[nodiscard]] tl::expected<std::vector<double>, std::string> numbers(const std::string& key,
                                                                        std::size_t n) const;
-  /// Nothing where there is no such key.
+  /// Empty if there is no such key.
   [[nodiscard]] tl::expected<std::optional<double>, std::string> number(
       const std::string& key) const;
   [[nodiscard]] tl::expected<std::optional<std::string>, std::string> word(

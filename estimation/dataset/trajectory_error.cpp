@@ -14,9 +14,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kMaxGap = 0.2;     // s, that the truth is interpolated over
+constexpr double kMaxGap = 0.2;     // s, maximum interval of interpolated truth
 constexpr double kOnePlace = 1e-6;  // m
-constexpr double kShortest = 0.1;   // m, of a path whose drift means something
+constexpr double kShortest = 0.1;   // m, shortest path with a meaningful drift
 
 struct Moments {
   Vector3d mean_estimate = Vector3d::Zero();
@@ -54,7 +54,7 @@ std::optional<Matrix3d> yaw_rotation(const Matrix3d& cross) {
 
 double degrees_between(const Pose& a, const Pose& b) { return rad_to_deg(angle_between(a.q, b.q)); }
 
-// Squared Mahalanobis length; negative where the covariance is none.
+// Squared Mahalanobis length; negative if the covariance is not positive definite.
 double squared(const Vector3d& error, const Matrix3d& P) {
   const Eigen::LLT<Matrix3d> llt(P);
   if (llt.info() != Eigen::Success) return -1.0;

@@ -10,6 +10,7 @@
 #include "behaviors/retrace.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
+#include "mission/check/reproduce.h"
 #include "mission/check/rules.h"
 #include "mission/document/state_index.h"
 #include "mission/executive/leaf_behaviors.h"
@@ -23,15 +24,16 @@ namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
 
-using Progress = std::function<void(const std::string&)>;
-
 constexpr std::array kDeckRules = {
     Rule{"CHK-UNKNOWN-WATER", Severity::kWarning,
          "What is checked and dived in unknown water is the rehearsal: the vehicle will not know "
          "it."},
     Rule{"CHK-UNKNOWN-UNREHEARSED", Severity::kWarning,
          "A mission in unknown water has a rehearsal, without which little can be proved."},
-    Rule{"CHK-PLAN", Severity::kError, "Every leg of the nominal route has a certified path."},
+    Rule{
+        "CHK-PLAN", Severity::kError,
+        "Every leg of the nominal route has a path that is certified to keep the clearance, or the "
+        "reduced_clearance that the mission accepts where the leg starts."},
     Rule{"CHK-NO-WAY-OUT", Severity::kError,
          "From every point of the route the trail leads back to open water."},
     Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without touching."},
@@ -46,7 +48,9 @@ constexpr std::array kDeckRules = {
     Rule{"CHK-THIRDS", Severity::kWarning,
          "A penetration spends no more than a third of what is usable before it turns back."},
     Rule{"CHK-FENCE", Severity::kError, "The whole vehicle stays within the geofence."},
-    Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned."},
+    Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned, without a collision."},
+    Rule{"CHK-DIVE-CLEARANCE", Severity::kWarning,
+         "The simulated dive keeps at least half of the clearance asked."},
     Rule{"CHK-FAULT", Severity::kError,
          "Whatever fails in whatever state, the dive ends surfaced or held, without a collision."},
 };
@@ -79,11 +83,32 @@ void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
       "write rehearsal=\"maps/NAME.sdf\": a world like the one that is expected");
 }
 
+std::string shown(const Eigen::Vector3d& p_W) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", p_W.x(), p_W.y(), p_W.z());
+}
+
+void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const Mission& mission,
+                    Diagnostics& diagnostics) {
+  const std::string accepted =
+      std::isfinite(leg.reduced_clearance)
+          ? fmt::format("the mission accepts {:g} m", leg.reduced_clearance)
+          : "the mission accepts no reduced clearance";
+  diagnostics.error("CHK-PLAN", mission.source, leg.span,
+                    fmt::format("the path to goal '{}' is reduced: {}; narrowest at {}; {}",
+                                leg.goal.id, plan.reason, shown(plan.reduced->place_W), accepted),
+                    "move the place where the leg starts, or state the least that is accepted: "
+                    "reduced_clearance=\"...\" here or in limits");
+}
+
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < legs.size(); ++i) {
     const planning::PlanResult& plan = legs[i].plan;
-    if (plan.status == planning::PlanStatus::kSuccess) continue;
+    if (plan.accepted) continue;
+    if (plan.status == planning::PlanStatus::kReduced) {
+      report_reduced(route.legs[i], plan, mission, diagnostics);
+      continue;
+    }
     diagnostics.error("CHK-PLAN", mission.source, route.legs[i].span,
                       fmt::format("no path to goal '{}' ({}): {}", legs[i].goal,
                                   planning::to_string(plan.status), plan.reason),
@@ -91,7 +116,7 @@ void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>&
   }
 }
 
-// The whole route, each leg level and heading the other way, as a retrace would swim it.
+// The whole route with each leg level and in the opposite direction, as a retrace would swim it.
 std::vector<Pose> reversed(const std::vector<PlannedRouteLeg>& legs) {
   std::vector<Pose> poses;
   for (auto leg = legs.rbegin(); leg != legs.rend(); ++leg) {
@@ -131,7 +156,7 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
   for (const PlannedRouteLeg& leg : legs) {
     const std::vector<Pose>& waypoints = leg.plan.waypoints;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
-      constexpr int kPieces = 4;  // per segment: crumbs about as dense as the vehicle drops them
+      constexpr int kPieces = 4;  // per segment: breadcrumbs about as dense as the vehicle's
       for (int k = 1; k <= kPieces; ++k) {
         const double t = static_cast<double>(k) / kPieces;
         look(interpolate(waypoints[i], waypoints[i + 1], t).p, leg.state);
@@ -166,7 +191,7 @@ double power_w(const Mission& mission) {
   return vehicle::Aqua2Figures{}.cruise_power_w(fraction);
 }
 
-/// What a dive of this mission may use.
+/// Resources that a dive of this mission may use.
 struct Usable {
   double time_s = 0.0;
   double energy_wh = 0.0;
@@ -178,8 +203,8 @@ Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
               (conditions.battery_fraction - mission.limits.battery_reserve.value)};
 }
 
-// Walks the route point by point, as the vehicle drops its crumbs, and asks at each: is it still
-// possible to turn round?
+// Walks the route point by point, as the vehicle drops its breadcrumbs, and tests at each whether
+// turning back is still possible.
 void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, const planning::World& world, double radius,
                          const Usable& limit, Budget& budget) {
@@ -303,8 +328,7 @@ double inside_fence(const std::vector<Eigen::Vector2d>& fence, const Eigen::Vect
   return inside ? nearest : -nearest;
 }
 
-// A straight piece is within a polygon with room to spare when its points are, near enough
-// together.
+// Samples a straight piece: it lies within a polygon with margin if points at this spacing do.
 void check_fence(const std::vector<PlannedRouteLeg>& legs, const Route& route,
                  const Mission& mission, double radius, Diagnostics& diagnostics) {
   std::vector<Eigen::Vector2d> fence;
@@ -329,30 +353,83 @@ void check_fence(const std::vector<PlannedRouteLeg>& legs, const Route& route,
   }
 }
 
-void report_dive(const DiveResult& dive, const Mission& mission, Diagnostics& diagnostics) {
-  if (dive.outcome == "success") return;
-  diagnostics.error("CHK-DIVE", mission.source, mission.initial.span,
-                    fmt::format("the simulated dive ended in {} ({}): {}", dive.final_state,
-                                dive.outcome, dive.cause));
+std::string hint_for(const Mission& mission, const DiveSettings& settings) {
+  return "reproduce it with: " + run_command_for(mission.source.path(), settings);
+}
+
+void report_dive(const DiveResult& dive, const Mission& mission, const DiveSettings& settings,
+                 Diagnostics& diagnostics) {
+  if (dive.outcome != "success") {
+    diagnostics.error("CHK-DIVE", mission.source, mission.initial.span,
+                      fmt::format("the simulated dive ended in {} ({}): {}", dive.final_state,
+                                  dive.outcome, dive.cause),
+                      hint_for(mission, settings));
+  }
+  const Located<double>& asked = mission.limits.clearance;
+  if (dive.collisions.empty() && dive.nearest.clearance_m < 0.5 * asked.value) {
+    diagnostics.warning("CHK-DIVE-CLEARANCE", mission.source, asked.span,
+                        fmt::format("the simulated dive passes {}, less than half of the "
+                                    "clearance asked ({:g} m)",
+                                    describe(dive.nearest), asked.value),
+                        hint_for(mission, settings));
+  }
+}
+
+DiveSettings settings_of(const FaultVerdict& verdict, DiveSettings settings) {
+  settings.faults = verdict.fault.faults;
+  return settings;
 }
 
 void report_faults(const std::vector<FaultVerdict>& verdicts, const Mission& mission,
-                   Diagnostics& diagnostics) {
+                   const DiveSettings& settings, Diagnostics& diagnostics) {
   for (const FaultVerdict& verdict : verdicts) {
     if (verdict.is_safe()) continue;
-    std::string what;
-    for (const Fault& fault : verdict.fault.faults) {
-      what += fmt::format("{}{} at {:.1f} s", what.empty() ? "" : " and ", to_string(fault.kind),
-                          fault.at_s);
-    }
-    diagnostics.error(
-        "CHK-FAULT", mission.source, span_of_state(mission, verdict.fault.state),
-        fmt::format("{} in '{}' ends in {} at {:.1f} m depth with {} collision(s): {}", what,
-                    verdict.fault.state, verdict.dive.final_state, verdict.dive.final_depth_m,
-                    verdict.dive.collisions, verdict.dive.cause),
-        fmt::format("see it with: dive run {} --seed N --fault NAME@SECONDS",
-                    mission.source.path()));
+    diagnostics.error("CHK-FAULT", mission.source, span_of_state(mission, verdict.fault.state),
+                      describe(verdict), hint_for(mission, settings_of(verdict, settings)));
   }
+}
+
+// Period of progress reports to the observer, s of dive time.
+constexpr double kDiveProgressPeriod = 1.0;
+
+NominalDive dive_nominally(const Mission& mission, const planning::World& world,
+                           const vehicle::Model& model, const DiveSettings& settings,
+                           double expected_s, CheckObserver& observer) {
+  NominalDive nominal;
+  planning::Ceiling ceiling(world);
+  const double radius = model.hull.radius();
+  double next_s = kDiveProgressPeriod;
+  nominal.under_overhead.push_back(false);  // tick 0 is before the first step
+  nominal.result =
+      simulate_dive(mission, world, model, settings,
+                    [&](const StepInputs& inputs, const StepOutputs&,
+                        const vehicle::GroundTruth& truth, std::span<const Collision>) {
+                      nominal.under_overhead.push_back(ceiling.is_above(truth.X_WB.p, radius));
+                      const double now_s = to_seconds(inputs.now);
+                      if (now_s < next_s) return;
+                      next_s += kDiveProgressPeriod;
+                      observer.on_progress(now_s, expected_s, "s of the dive", now_s / expected_s);
+                    });
+  return nominal;
+}
+
+std::vector<FaultVerdict> dive_faults(const NominalDive& nominal, const Mission& mission,
+                                      const planning::World& world, const vehicle::Model& model,
+                                      const CheckOptions& options, CheckObserver& observer) {
+  const std::vector<FaultCase> cases = draw_fault_cases(
+      mission, nominal, {options.dive.seed, options.instants, options.pair_instants});
+  observer.on_step(fmt::format("{} simulated dives with faults", cases.size()));
+  const auto total = static_cast<double>(cases.size());
+  FaultProgress work(cases);
+  const auto follow = [&](std::size_t done, const FaultVerdict& verdict) {
+    work.add(verdict);
+    if (!verdict.is_safe()) {
+      const DiveSettings settings = settings_of(verdict, options.dive);
+      observer.on_finding(verdict, run_command_for(mission.source.path(), settings));
+    }
+    observer.on_progress(static_cast<double>(done), total, "dives", work.share());
+  };
+  return dive_with_faults(cases, mission, world, model, options.dive, options.threads, follow);
 }
 
 }  // namespace
@@ -369,8 +446,10 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::Worl
   Pose at = route.start;
   for (const RouteLeg& leg : route.legs) {
     at.p = leg.from_W;
+    settings.limits.reduced_clearance = leg.reduced_clearance;
     const planning::PlanRequest request = behaviors::leg_request(settings, leg.goal, at);
-    legs.push_back({leg.state, leg.goal.id, planner.plan(request)});
+    planning::PlanResult plan = planner.plan(request);
+    legs.push_back({leg.state, leg.goal.id, std::move(plan), planner.statistics()});
     const std::vector<Pose>& waypoints = legs.back().plan.waypoints;
     at = waypoints.empty() ? request.goal : waypoints.back();
   }
@@ -381,21 +460,21 @@ std::span<const Rule> deck_rules() { return kDeckRules; }
 
 CheckReport check_mission(const Mission& mission, const planning::World& world,
                           const vehicle::Model& model, const CheckOptions& options,
-                          Diagnostics& diagnostics, const Progress& progress) {
+                          Diagnostics& diagnostics, CheckObserver& observer) {
   CheckReport report;
   report_unknown(mission, diagnostics);
-  progress("checking the mission against its map");
+  observer.on_step("checking the mission against its map");
   check_against_world(mission, world, model.hull, diagnostics);
   if (!diagnostics.ok()) return report;
 
   const planning::Scene scene(world);
   const Route route = nominal_route(mission, scene);
-  progress(fmt::format("planning {} legs", route.legs.size()));
+  observer.on_step(fmt::format("planning {} legs", route.legs.size()));
   report.legs = plan_route(route, world, model.hull, options.dive.planner, options.dive.seed);
   report_failed_plans(route, report.legs, mission, diagnostics);
   if (!diagnostics.ok()) return report;
 
-  progress("proving the way out");
+  observer.on_step("proving the way out");
   report.way_out = prove_way_out(route, report.legs, mission, world, model.hull, options);
   report_way_out(report.way_out, mission, diagnostics);
   report.budget = make_budget(route, report.legs, mission, world, model.hull.radius(),
@@ -404,23 +483,15 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   check_budget(report.budget, report.way_out, mission, options.dive.conditions, diagnostics);
   if (!options.simulate || !diagnostics.ok() || !has_rehearsal(mission)) return report;
 
-  progress("diving it in simulation");
-  report.dive = simulate_dive(mission, world, model, options.dive, nullptr);
-  report_dive(*report.dive, mission, diagnostics);
-  if (!options.faults || !diagnostics.ok()) return report;
-
-  std::vector<FaultCase> cases = every_fault_in_every_state(mission, *report.dive);
-  if (options.pairs) {
-    const std::vector<FaultCase> pairs = every_pair_in_every_state(mission, *report.dive);
-    cases.insert(cases.end(), pairs.begin(), pairs.end());
+  observer.on_step("simulated dive");
+  NominalDive nominal =
+      dive_nominally(mission, world, model, options.dive, report.budget.duration_s, observer);
+  report_dive(nominal.result, mission, options.dive, diagnostics);
+  if (options.faults && diagnostics.ok()) {
+    report.faults = dive_faults(nominal, mission, world, model, options, observer);
+    report_faults(report.faults, mission, options.dive, diagnostics);
   }
-  progress(fmt::format("diving {} faults", cases.size()));
-  report.faults = dive_with_faults(cases, mission, world, model, options.dive, options.threads,
-                                   [&](std::size_t done) {
-                                     if (done % 50 == 0)
-                                       progress(fmt::format("{} of {} dives", done, cases.size()));
-                                   });
-  report_faults(report.faults, mission, diagnostics);
+  report.dive = std::move(nominal.result);
   return report;
 }
 

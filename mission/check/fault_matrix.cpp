@@ -1,30 +1,44 @@
 #include "mission/check/fault_matrix.h"
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <mutex>
-#include <thread>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "common/parallel.h"
+#include "common/random.h"
 
 namespace dive::mission {
 namespace {
 
-constexpr double kRest = 30.0;          // s within half a metre: somebody can come and fetch it
 constexpr double kSurfacedDepth = 0.5;  // m
+constexpr double kEdge = 1.0;           // s: maximum distance of an edge instant from entry or exit
 
+/// An atomic state in which the nominal dive stayed, as inclusive control ticks.
 struct Stay {
   std::string state;
-  double middle_s = 0.0;
+  int first = 0;
+  int last = 0;
 };
 
-// The leaves that a dive spent time in.
+int tick_at(double t_s) { return static_cast<int>(std::lround(t_s / vehicle::Simulator::kTick)); }
+
+// By division, because a time written with two decimals and read again must be the same.
+double time_of(int tick) {
+  constexpr double kTicksPerSecond = 50.0;
+  static_assert(kTicksPerSecond * vehicle::Simulator::kTick == 1.0);
+  return tick / kTicksPerSecond;
+}
+
 std::vector<Stay> stays_of(const DiveResult& nominal) {
   std::vector<Stay> stays;
   const std::vector<TimedTransition>& transitions = nominal.transitions;
   for (std::size_t i = 0; i < transitions.size(); ++i) {
-    const double begin = transitions[i].t_s;
     const double end = i + 1 < transitions.size() ? transitions[i + 1].t_s : nominal.duration_s;
-    if (end - begin < 2.0 * vehicle::Simulator::kTick) continue;  // passed through
-    stays.push_back({transitions[i].record.to, 0.5 * (begin + end)});
+    const Stay stay{transitions[i].record.to, tick_at(transitions[i].t_s) + 1, tick_at(end) - 1};
+    if (stay.first <= stay.last) stays.push_back(stay);
   }
   return stays;
 }
@@ -33,7 +47,7 @@ bool is_of_cameras(FaultKind kind) {
   return kind >= FaultKind::kCameraBlackout && kind <= FaultKind::kCameraOneEye;
 }
 
-// Those that a vehicle must survive, but for those of what it does not use.
+// The faults that the vehicle must survive, without faults of devices that it does not use.
 std::vector<FaultKind> faults_of(const Mission& mission) {
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
@@ -47,11 +61,75 @@ std::vector<FaultKind> faults_of(const Mission& mission) {
   return kinds;
 }
 
+using Kinds = std::vector<FaultKind>;
+
+std::vector<Kinds> pairs_of(const Kinds& kinds) {
+  std::vector<Kinds> pairs;
+  for (std::size_t a = 0; a < kinds.size(); ++a) {
+    for (std::size_t b = a + 1; b < kinds.size(); ++b) pairs.push_back({kinds[a], kinds[b]});
+  }
+  return pairs;
+}
+
+int draw_between(Random& random, double low, double high) {
+  return static_cast<int>(std::floor(random.uniform(low, high)));
+}
+
+// Ticks in order of interest, overheads aside: the edges first.
+std::vector<int> draw_instants(const Stay& stay, int count, Random& random) {
+  const double begin = stay.first;
+  const double end = stay.last + 1;  // the first tick outside
+  if (count == 1) return {draw_between(random, begin, end)};
+  const double edge = std::clamp(0.25 * (end - begin), 1.0, kEdge / vehicle::Simulator::kTick);
+  std::vector<int> ticks = {draw_between(random, begin, begin + edge),
+                            draw_between(random, end - edge, end)};
+  const int between = count - 2;
+  const double stratum = (end - begin - 2.0 * edge) / std::max(between, 1);
+  for (int i = 0; i < between && stratum > 0.0; ++i) {
+    const double low = begin + edge + i * stratum;
+    ticks.push_back(draw_between(random, low, low + stratum));
+  }
+  return ticks;
+}
+
+// A case and its position in the order of the dives.
+struct Ranked {
+  FaultCase fault;
+  int round = 0;  ///< Number of earlier instants of the same faults in the same stay.
+};
+
+/// All instants of the same faults in one stay.
+void append_cases(const Stay& stay, const Kinds& kinds, int instants, const NominalDive& nominal,
+                  Random random, std::vector<Ranked>& ranked) {
+  const auto is_under = [&](int tick) {
+    const auto index = static_cast<std::size_t>(tick);
+    return index < nominal.under_overhead.size() && nominal.under_overhead[index];
+  };
+  std::vector<int> ticks = draw_instants(stay, instants, random);
+  std::ranges::stable_partition(ticks, is_under);
+  int round = 0;
+  for (const int tick : ticks) {
+    FaultCase fault{stay.state, {}, is_under(tick)};
+    for (const FaultKind kind : kinds) fault.faults.push_back({kind, time_of(tick)});
+    ranked.push_back({std::move(fault), round++});
+  }
+}
+
+// Numbers every stay and set of faults, so that their random draws are independent.
+std::uint64_t stream_of(std::size_t stay, const Kinds& kinds) {
+  std::uint64_t stream = stay;
+  for (const FaultKind kind : kinds) {
+    stream = stream * (kFaultCount + 1) + static_cast<std::uint64_t>(kind) + 1;
+  }
+  return stream;
+}
+
 FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
                       const vehicle::Model& model, DiveSettings settings) {
   settings.faults = fault.faults;
-  settings.rest_s = kRest;
   FaultVerdict verdict{fault, simulate_dive(mission, world, model, settings, nullptr)};
+  verdict.dive.seen = {};
+  verdict.dive.seen_points = {};
   verdict.surfaced =
       verdict.dive.outcome != "failure" && verdict.dive.final_depth_m < kSurfacedDepth;
   verdict.held = verdict.dive.outcome == "held" && !verdict.surfaced;
@@ -60,50 +138,74 @@ FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const plan
 
 }  // namespace
 
-std::vector<FaultCase> every_fault_in_every_state(const Mission& mission,
-                                                  const DiveResult& nominal) {
-  std::vector<FaultCase> cases;
-  for (const Stay& stay : stays_of(nominal)) {
-    for (const FaultKind kind : faults_of(mission)) {
-      cases.push_back({stay.state, {{kind, stay.middle_s}}});
-    }
+std::vector<FaultCase> draw_fault_cases(const Mission& mission, const NominalDive& nominal,
+                                        const FaultDraw& draw) {
+  const std::vector<Stay> stays = stays_of(nominal.result);
+  const Kinds all = faults_of(mission);
+  std::vector<Ranked> ranked;
+  for (std::size_t i = 0; i < stays.size(); ++i) {
+    const auto append = [&](const Kinds& kinds, int instants) {
+      append_cases(stays[i], kinds, instants, nominal, Random(draw.seed, stream_of(i, kinds)),
+                   ranked);
+    };
+    for (const FaultKind kind : all) append({kind}, draw.instants);
+    if (draw.pair_instants == 0) continue;
+    for (const Kinds& pair : pairs_of(all)) append(pair, draw.pair_instants);
   }
+  std::ranges::stable_sort(ranked, {}, [](const Ranked& one) {
+    return std::tuple(one.fault.faults.size(), one.round, !one.fault.under_overhead);
+  });
+  std::vector<FaultCase> cases;
+  for (Ranked& one : ranked) cases.push_back(std::move(one.fault));
   return cases;
 }
 
-std::vector<FaultCase> every_pair_in_every_state(const Mission& mission,
-                                                 const DiveResult& nominal) {
-  const std::vector<FaultKind> kinds = faults_of(mission);
-  std::vector<FaultCase> cases;
-  for (const Stay& stay : stays_of(nominal)) {
-    for (std::size_t a = 0; a < kinds.size(); ++a) {
-      for (std::size_t b = a + 1; b < kinds.size(); ++b) {
-        cases.push_back({stay.state, {{kinds[a], stay.middle_s}, {kinds[b], stay.middle_s}}});
-      }
-    }
+std::string describe(const FaultVerdict& verdict) {
+  std::string faults;
+  for (const Fault& fault : verdict.fault.faults) {
+    faults += fmt::format("{}{}", faults.empty() ? "" : " and ", to_string(fault.kind));
   }
-  return cases;
+  const DiveResult& dive = verdict.dive;
+  return fmt::format("{} at {:.2f} s in '{}': {} in {} at {:.1f} m depth after {:.0f} s ({})",
+                     faults, verdict.fault.faults.front().at_s, verdict.fault.state, dive.outcome,
+                     dive.final_state, dive.final_depth_m, dive.duration_s, dive.cause);
+}
+
+FaultProgress::FaultProgress(const std::vector<FaultCase>& cases) : left_(cases.size()) {
+  for (const FaultCase& one : cases) before_faults_s_ += one.faults.front().at_s;
+}
+
+void FaultProgress::add(const FaultVerdict& verdict) {
+  const double at_s = verdict.fault.faults.front().at_s;
+  dived_s_ += verdict.dive.duration_s;
+  after_faults_s_ += verdict.dive.duration_s - at_s;
+  before_faults_s_ -= at_s;
+  ++ended_;
+  --left_;
+}
+
+double FaultProgress::share() const {
+  if (ended_ == 0) return 0.0;
+  const double mean_after_s = after_faults_s_ / static_cast<double>(ended_);
+  const double left_s = before_faults_s_ + static_cast<double>(left_) * mean_after_s;
+  return left_ == 0 ? 1.0 : dived_s_ / (dived_s_ + left_s);
 }
 
 std::vector<FaultVerdict> dive_with_faults(const std::vector<FaultCase>& cases,
                                            const Mission& mission, const planning::World& world,
                                            const vehicle::Model& model,
                                            const DiveSettings& settings, int threads,
-                                           const std::function<void(std::size_t)>& progress) {
+                                           const FaultObserver& observer) {
   std::vector<FaultVerdict> verdicts(cases.size());
-  std::atomic<std::size_t> next = 0;
-  std::mutex telling;
+  DiveSettings shared = settings;
+  if (!shared.triangles) shared.triangles.emplace(world);
+  std::mutex observing;
   std::size_t done = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < cases.size(); i = next++) {
-      verdicts[i] = dive_one(cases[i], mission, world, model, settings);
-      const std::lock_guard lock(telling);
-      progress(++done);
-    }
-  };
-  std::vector<std::jthread> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(work);
-  workers.clear();  // joins
+  run_in_parallel(cases.size(), threads, [&](std::size_t i) {
+    verdicts[i] = dive_one(cases[i], mission, world, model, shared);
+    const std::lock_guard lock(observing);
+    observer(++done, verdicts[i]);
+  });
   return verdicts;
 }
 

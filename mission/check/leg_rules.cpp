@@ -1,4 +1,4 @@
-// What lies between the goals: time, and the way up.
+// Rules about the space between goals: time, and the ascent.
 
 #include <algorithm>
 #include <vector>
@@ -10,13 +10,13 @@
 namespace dive::mission {
 namespace {
 
-// Shortest time (s) in which the goals can be swum from `p_W` on, in straight lines at the
-// mission's speed, cutting every corner by the capture radius. Nothing without positions in W.
+// Shortest time (s) to swim the goals from `p_W`, in straight lines at the mission's speed, with
+// every corner cut by the capture radius. Empty without positions in W.
 std::optional<double> shortest_time(const Site& site, std::optional<Eigen::Vector3d> p_W,
                                     const std::vector<const Goal*>& goals) {
   double distance = 0.0;
   double dwell = 0.0;
-  double cut = 0.0;  // by which the last goal may have been missed
+  double cut = 0.0;  // largest possible distance from the last goal
   for (const Goal* goal : goals) {
     const std::optional<Eigen::Vector3d> goal_W = site.in_world(goal->position);
     if (!goal_W) return std::nullopt;
@@ -35,8 +35,8 @@ std::optional<Eigen::Vector3d> place_in_world(const Site& site, const Place& pla
   return p_W;
 }
 
-// Where the vehicle may be when `arc` is followed from `state`: where the state began or ended, or
-// at any goal between.
+// Possible positions when `arc` is followed from `state`: those where the state began or ended, and
+// every goal between.
 std::vector<std::pair<std::string, Eigen::Vector3d>> places_on_leaving(const Site& site, int state,
                                                                        const Flow::Arc& arc) {
   std::vector<std::pair<std::string, Eigen::Vector3d>> places;
@@ -66,7 +66,7 @@ bool contains(const std::vector<int>& states, int state) {
   return std::find(states.begin(), states.end(), state) != states.end();
 }
 
-// Reports the first place under an overhead from which `arc` leads to `surface`.
+// Reports the first position under an overhead from which `arc` leads to `surface`.
 void check_way_up(Site& site, const Flow::Arc& arc, int state, int surface) {
   for (const auto& [name, p_W] : places_on_leaving(site, state, arc)) {
     const int obstacle = site.overhead(p_W);
@@ -86,7 +86,7 @@ void legs_fit_their_timeouts(Site& site) {
     const StateSpec& spec = site.index.spec(state);
     const Timeout* timeout = state_timeout(spec);
     if (timeout == nullptr || !is_planning(spec)) continue;
-    // From the nearest place where it may begin; from the first goal when that is not known.
+    // From the nearest possible start; from the first goal if no start is known.
     std::optional<double> time;
     for (const Place& place : site.whereabouts.at_begin(state)) {
       const auto from_here = shortest_time(site, place_in_world(site, place), goals_of(spec));

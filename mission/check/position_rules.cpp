@@ -1,4 +1,4 @@
-// Start and goals, each by itself, in the world.
+// Rules about start and goals, each by itself, in the world.
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 namespace dive::mission {
 namespace {
 
-// Is its depth known from the map alone? (The others are judged by mission/document.)
+// True if its depth depends on the map. (mission/document checks the others.)
 bool is_by_altitude(const Spot& spot) { return spot.position->z_units == ZUnits::kAltitude; }
 
 }  // namespace
@@ -49,7 +49,10 @@ void positions_are_in_the_water(Site& site) {
 
 void positions_are_clear(Site& site) {
   const Located<double>& clearance = site.mission.limits.clearance;
-  for (const Spot& spot : site.spots()) {
+  const std::vector<Spot> spots = site.spots();
+  // Whether a start's clearance suffices depends on the path that leaves it: see CHK-PLAN.
+  const bool start_is_left = spots.size() > 1;
+  for (const Spot& spot : spots) {
     const auto p_W = site.in_world(*spot.position);
     if (!p_W) continue;
     const auto contact = site.nearest(*p_W, spot.heading_deg, clearance.value);
@@ -58,7 +61,7 @@ void positions_are_clear(Site& site) {
     if (contact->distance <= 0.0) {
       site.error("CHK-INSIDE", spot.position->x.span,
                  fmt::format("{} is inside '{}'", spot.name, obstacle));
-    } else {
+    } else if (spot.position != &site.mission.start || !start_is_left) {
       site.error("CHK-CLEARANCE", spot.position->x.span,
                  fmt::format("{} is {:.2f} m from '{}', nearer than the clearance of {:g} m ({})",
                              spot.name, contact->distance, obstacle, clearance.value,
@@ -67,7 +70,7 @@ void positions_are_clear(Site& site) {
   }
 }
 
-// Counted from the vehicle's centre, as an altimeter's reading is.
+// Measured from the vehicle's centre, as by an altimeter.
 void positions_keep_altitude(Site& site) {
   const Located<double>& limit = site.mission.limits.min_altitude;
   for (const Spot& spot : site.spots()) {
@@ -75,7 +78,7 @@ void positions_keep_altitude(Site& site) {
     const auto floor_z = p_W ? site.ground_below(*p_W) : std::nullopt;
     if (!floor_z) continue;
     const double altitude = p_W->z() - *floor_z;
-    if (altitude <= 0.0 || altitude >= limit.value) continue;  // inside something: CHK-INSIDE
+    if (altitude <= 0.0 || altitude >= limit.value) continue;  // inside an obstacle: CHK-INSIDE
     site.error("CHK-ALTITUDE", spot.position->z.span,
                fmt::format("{} is {:.2f} m above the ground, less than min_altitude {:g} m ({})",
                            spot.name, altitude, limit.value,

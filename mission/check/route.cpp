@@ -38,7 +38,7 @@ class Walker final : public statechart::Environment {
   bool evaluate(statechart::GuardId guard) override {
     return machine_.guards[index(guard)].evaluate(GuardVariables{});
   }
-  // Of actions only the events matter to where the mission goes.
+  // Only the events raised by actions affect the route.
   void execute(statechart::ActionId id) override {
     const ActionSpec& action = machine_.actions[index(id)];
     if (action.kind == ActionSpec::Kind::kRaise) interpreter_->raise(action.text.value);
@@ -78,6 +78,10 @@ class Walker final : public statechart::Environment {
 
   void add_goal(const StateSpec& spec, const Goal& goal) {
     RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(context_, goal)};
+    const auto& limits = context_.mission->limits;
+    const auto& reduced =
+        goal.reduced_clearance ? goal.reduced_clearance : limits.reduced_clearance;
+    if (reduced) leg.reduced_clearance = reduced->value;
     at_ = leg.goal.position_W;
     route_.hold_s += leg.goal.dwell_s;
     route_.legs.push_back(std::move(leg));

@@ -1,6 +1,7 @@
 #pragma once
-// The nominal route: the legs a mission swims when nothing goes wrong.
+// The nominal route: the legs of a mission without failures.
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,23 +14,26 @@ namespace dive::mission {
 
 struct RouteLeg {
   std::string state;
-  Span span;  ///< Of the goal in the mission file.
+  Span span;  ///< Span of the goal in the mission file.
   Eigen::Vector3d from_W;
   behaviors::LegGoal goal;
+  /// Reduced clearance (m) that the mission accepts for a start that lacks the clearance; infinite:
+  /// none.
+  double reduced_clearance = std::numeric_limits<double>::infinity();
 };
 
 struct Route {
   Pose start;
   behaviors::LegSettings settings;  ///< Shared by all legs.
   std::vector<RouteLeg> legs;
-  double hold_s = 0.0;              ///< Holds and dwells on the way.
-  double ascent_m = 0.0;            ///< Of all surface states on the way.
-  std::vector<std::string> leaves;  ///< Leaf states in the order entered.
-  std::string final_state;          ///< Empty when the walk was cut off (a loop).
+  double hold_s = 0.0;              ///< Holds and dwells along the route.
+  double ascent_m = 0.0;            ///< Sum over all surface states on the route.
+  std::vector<std::string> leaves;  ///< Atomic states in the order entered.
+  std::string final_state;          ///< Empty if the walk was cut off (a loop).
 };
 
-/// Walks the machine with every leaf succeeding at once and guards as on deck (full battery,
-/// nothing elapsed). Loops are cut off after `kMaxLeaves` leaves.
+/// Walks the machine with every atomic state succeeding at once and guards evaluated as on deck
+/// (full battery, nothing elapsed). Loops are cut off after `kMaxLeaves` atomic states.
 [[nodiscard]] Route nominal_route(const Mission& mission, const planning::Scene& scene);
 
 inline constexpr std::size_t kMaxLeaves = 1000;

@@ -12,7 +12,8 @@ constexpr Rule kRules[] = {
     {"CHK-ABOVE-SURFACE", Severity::kError, "What is given by altitude is not above the surface."},
     {"CHK-TOO-DEEP", Severity::kError, "What is given by altitude is not below max_depth."},
     {"CHK-INSIDE", Severity::kError, "At start and goals the hull touches no obstacle."},
-    {"CHK-CLEARANCE", Severity::kError, "At start and goals the hull keeps its clearance."},
+    {"CHK-CLEARANCE", Severity::kError,
+     "At goals the hull keeps its clearance. (At the start see CHK-PLAN.)"},
     {"CHK-ALTITUDE", Severity::kError, "Start and goals keep the minimum altitude."},
     {"CHK-OVERHEAD", Severity::kWarning, "States with a goal under an overhead say so."},
     {"CHK-TIMEOUT", Severity::kError, "A timeout is no shorter than the straight way takes."},
@@ -31,14 +32,36 @@ constexpr void (*kWayRules[])(Site&) = {
     surfacing_is_unobstructed,
 };
 
-// What the readers of map and vehicle say is theirs to list; these stand for the map's.
 constexpr Rule kMapRules[] = {
-    {"MAP-*", Severity::kError, "The map is an SDF world of primitives that can be represented."},
+    {"MAP-ROOT", Severity::kError, "A map is an SDF file."},
+    {"MAP-VERSION", Severity::kError, "Its SDF version is from 1.4 to 1.11."},
+    {"MAP-WORLDS", Severity::kError, "A map holds one world."},
+    {"MAP-MISSING", Severity::kError, "Elements have the names, shapes and values they need."},
+    {"MAP-NUMBER", Severity::kError, "Numbers are finite, as many as needed, and within 1e6."},
+    {"MAP-SIZE", Severity::kError, "Sizes are greater than zero."},
+    {"MAP-FRAME", Severity::kError, "Poses are relative to the parent element."},
+    {"MAP-GEOMETRY", Severity::kError, "A collision holds one known shape."},
+    {"MAP-UNSUPPORTED", Severity::kError,
+     "The map holds nothing solid that cannot be represented."},
+    {"MAP-MOVABLE", Severity::kWarning, "Models of a map are static."},
+    {"MAP-MESH", Severity::kError, "The file of a mesh is there and holds triangles."},
+    {"MAP-EXTENT", Severity::kError, "Vertices of a mesh are within 10 km of its origin."},
+    {"MAP-COARSE", Severity::kWarning, "200,000 convex pieces of a mesh keep within 0.05 m of it."},
+    {"MAP-MESH-UNIT", Severity::kWarning, "<scale> agrees with the unit that a mesh file states."},
+    {"MAP-MESH-UP-AXIS", Severity::kWarning, "The up axis that a mesh file states points up."},
+    {"MAP-MESH-UPSIDE-DOWN", Severity::kWarning, "The up axis of a mesh does not point down."},
+    {"MAP-MESH-ON-EDGE", Severity::kWarning, "A thin mesh over 20 m high does not stand on edge."},
+    {"MAP-MESH-ABOVE-SURFACE", Severity::kWarning, "A mesh is not above the surface (z = 0)."},
+    {"MAP-MESH-EMERGES", Severity::kWarning, "A mesh other than ground stays below the surface."},
+    {"MAP-MESH-LARGE", Severity::kWarning, "A mesh is at most 5 km long and 300 m high."},
+    {"MAP-MESH-SMALL", Severity::kWarning, "The meshes of a map span at least 1 m."},
 };
 
 }  // namespace
 
 std::span<const Rule> world_rules() { return kRules; }
+
+std::span<const Rule> map_rules() { return kMapRules; }
 
 std::vector<Rule> all_rules() {
   const std::span<const Rule> document = document_rules();
@@ -53,7 +76,7 @@ void check_against_world(const Mission& mission, const planning::World& world,
   Site site(mission, world, hull, diagnostics);
   const std::size_t errors_before = diagnostics.error_count();
   for (const auto rule : kPositionRules) rule(site);
-  // How to get there and away is a question only of places where one can be.
+  // Legs are checked only if all positions are valid.
   if (diagnostics.error_count() == errors_before) {
     for (const auto rule : kWayRules) rule(site);
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Static checks of a mission against its map: what can be known without planning.
+// Static checks of a mission against its map, without planning.
 
 #include <vector>
 
@@ -10,17 +10,20 @@
 
 namespace dive::mission {
 
-/// Start and goals against map and limits, each finding at the value's own place in the mission
-/// file. `mission` has passed load_mission(). Codes CHK-*: see world_rules(). A goal without a
-/// heading is judged by the best heading it could take, and, where the vehicle may roll, by its
-/// centre alone: what is reported cannot be flown around.
+/// Checks start and goals against map and limits; each finding is at the position of the value in
+/// the mission file. `mission` has passed load_mission(). Codes CHK-*: see world_rules(). A goal
+/// without a heading is checked at the best possible heading and, where the vehicle may roll, by
+/// its centre alone: no path can avoid what is reported.
 void check_against_world(const Mission& mission, const planning::World& world,
                          const planning::RobotHull& hull, Diagnostics& diagnostics);
 
-/// The codes of check_against_world().
+/// The codes reported by check_against_world().
 [[nodiscard]] std::span<const Rule> world_rules();
 
-/// Every code that a mission file can be answered with, in the order in which it meets them.
+/// The codes reported by planning::parse_sdf().
+[[nodiscard]] std::span<const Rule> map_rules();
+
+/// Every code that can be reported for a mission file, in the order of the checks.
 [[nodiscard]] std::vector<Rule> all_rules();
 
 }  // namespace dive::mission

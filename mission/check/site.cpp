@@ -18,7 +18,7 @@ using planning::Contact;
 
 constexpr int kHeadings = 90;  // tried where a goal leaves the heading open
 
-// How far a point of the hull is at most from where it is at the nearest heading tried, per radius.
+// Maximum distance of a hull point from its position at the nearest heading tried, per radius.
 const double kHeadingError = 2.0 * std::sin(std::acos(-1.0) / kHeadings / 2.0);
 
 }  // namespace
@@ -89,7 +89,7 @@ std::optional<Contact> Site::nearest_at(const Eigen::Vector3d& p_W, double yaw, 
   return *nearest;
 }
 
-// However it rolls and pitches, the vehicle holds its centre there.
+// The vehicle's centre stays there at every roll and pitch.
 Contact Site::nearest_to_centre(const Eigen::Vector3d& p_W) const {
   Contact nearest;
   nearest.distance = std::numeric_limits<double>::infinity();

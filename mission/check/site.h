@@ -1,5 +1,5 @@
 #pragma once
-// What the rules of mission/check look at: a mission in its world. Private to mission/check.
+// Input of the rules of mission/check: a mission in its world. Private to mission/check.
 
 #include <optional>
 #include <string>
@@ -15,9 +15,9 @@
 
 namespace dive::mission {
 
-/// A start or goal that the mission names.
+/// A start or goal named in the mission.
 struct Spot {
-  std::string name;  ///< For people: "the goal 'gate'".
+  std::string name;  ///< Name for messages: "the goal 'gate'".
   const Position* position = nullptr;
   std::optional<double> heading_deg;
   bool overhead_declared = false;
@@ -25,7 +25,7 @@ struct Spot {
 
 class Site {
  public:
-  /// All three must outlive it.
+  /// All three must outlive this object.
   Site(const Mission& whole, const planning::World& solid, const planning::RobotHull& hull,
        Diagnostics& diagnostics);
 
@@ -37,17 +37,17 @@ class Site {
 
   /// Start and goals in document order.
   [[nodiscard]] std::vector<Spot> spots() const;
-  /// In W; nothing where an altitude has no ground below.
+  /// Position in W; empty where an altitude has no ground below.
   [[nodiscard]] std::optional<Eigen::Vector3d> in_world(const Position& position) const;
-  /// Height of the first solid straight below, if there is any.
+  /// Height of the first solid vertically below, if there is any.
   [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
-  /// Nearest obstacle to the hull at the best attitude that the mission leaves it there, unless it
-  /// is farther than `cutoff`. The distance is exact where the attitude is given, and else at least
-  /// the true one: what is too near by it is too near.
+  /// Nearest obstacle to the hull at the best attitude that the mission allows there, if it is
+  /// within `cutoff`. The distance is exact where the attitude is given, and otherwise an upper
+  /// bound of the true one: a distance that is too small proves a conflict.
   [[nodiscard]] std::optional<planning::Contact> nearest(const Eigen::Vector3d& p_W,
                                                          const std::optional<double>& heading_deg,
                                                          double cutoff);
-  /// An obstacle between p_W and the surface, -1 when there is none.
+  /// Index of an obstacle between p_W and the surface, -1 if there is none.
   [[nodiscard]] int overhead(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] const std::string& obstacle_name(int obstacle) const;
 
@@ -67,14 +67,14 @@ class Site {
   Diagnostics& diagnostics_;
 };
 
-// The rules. (position_rules.cpp)
+// Rules of position_rules.cpp.
 void positions_have_ground(Site& site);
 void positions_are_in_the_water(Site& site);
 void positions_are_clear(Site& site);
 void positions_keep_altitude(Site& site);
 void overheads_are_declared(Site& site);
 
-// (leg_rules.cpp)
+// Rules of leg_rules.cpp.
 void legs_fit_their_timeouts(Site& site);
 void surfacing_is_unobstructed(Site& site);
 

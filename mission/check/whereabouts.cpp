@@ -36,7 +36,7 @@ bool Whereabouts::is_nominal(const Flow::Arc& arc, int state) const {
                      });
 }
 
-// Places only ever get more, and there are at most kMaxPlaces + 1 of each state: it ends.
+// Terminates: the sets of positions only grow, and each state has at most kMaxPlaces + 1.
 void Whereabouts::spread() {
   std::vector<int> pending(flow_.first());
   while (!pending.empty()) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where the vehicle may be when a state begins, as far as the mission alone tells: at the start, or
-// at a goal that was reached before.
+// Possible positions of the vehicle when a state begins, from the mission alone: the start, or a
+// goal reached before.
 
 #include <set>
 #include <string>
@@ -12,9 +12,9 @@
 
 namespace dive::mission {
 
-/// The start, or a goal; at the surface above it when the vehicle has surfaced since.
+/// The start, or a goal; at the surface above it if the vehicle has surfaced since.
 struct Place {
-  int goal = -1;  ///< Counted through the mission; -1: the start.
+  int goal = -1;  ///< Index of the goal in the mission; -1: the start.
   bool surfaced = false;
 
   auto operator<=>(const Place&) const = default;
@@ -22,22 +22,24 @@ struct Place {
 
 class Whereabouts {
  public:
-  static constexpr std::size_t kMaxPlaces = 32;  ///< Per state; of more it tells none.
+  /// Maximum per state; a state with more has none listed.
+  static constexpr std::size_t kMaxPlaces = 32;
 
-  /// Mission, index and flow must outlive it.
+  /// Mission, index and flow must outlive this object.
   Whereabouts(const Mission& mission, const StateIndex& index, const Flow& flow);
 
-  /// When the leaf or final `state` begins, in the nominal course: everything is done, nothing
-  /// fails. Empty when it is never entered so, or when there are too many.
+  /// Positions at entry of the atomic or final `state` in the nominal course, without failures.
+  /// Empty if it is never entered in that course, or if there are too many.
   [[nodiscard]] std::vector<Place> at_begin(int state) const;
-  /// When it is done.
+  /// Positions when the state is done.
   [[nodiscard]] std::vector<Place> at_done(int state) const;
 
-  /// As written; `name` for people.
+  /// Position as written; `name` is for messages.
   [[nodiscard]] const Position& position(const Place& place) const;
   [[nodiscard]] std::string name(const Place& place) const;
 
-  /// Is the arc followed because `state` is done, or what its final completes?
+  /// True if the arc is followed because `state` is done, or because of what its final state
+  /// completes.
   [[nodiscard]] bool is_nominal(const Flow::Arc& arc, int state) const;
 
  private:
@@ -48,8 +50,8 @@ class Whereabouts {
   const StateIndex& index_;
   const Flow& flow_;
   std::vector<const Goal*> goals_;
-  std::vector<int> last_goal_;             ///< By state: of its own goals; -1 where it has none.
-  std::vector<std::set<Place>> at_begin_;  ///< By state.
+  std::vector<int> last_goal_;             ///< Last goal of each state; -1 where it has none.
+  std::vector<std::set<Place>> at_begin_;  ///< Indexed by state.
 };
 
 }  // namespace dive::mission

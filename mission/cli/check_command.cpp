@@ -1,14 +1,16 @@
 #include <algorithm>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/parallel.h"
 #include "mission/check/check.h"
 #include "mission/check/rules.h"
+#include "mission/cli/check_progress.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
+#include "mission/cli/mesh_report.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
 
@@ -18,7 +20,7 @@ namespace {
 void print_report(const CheckReport& report) {
   for (const PlannedRouteLeg& leg : report.legs) {
     print(fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s)",
-                      leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.plan.times.total_ms,
+                      leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
                       leg.plan.warm_starts));
   }
   print(fmt::format("  abort  longest way out {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
@@ -36,17 +38,18 @@ void print_report(const CheckReport& report) {
   }
   if (report.dive) {
     const DiveResult& dive = *report.dive;
-    print(fmt::format("  dive   {} in state {} after {:.0f} s, nearest {:.2f} m, {} collision(s)",
-                      dive.outcome, dive.final_state, dive.duration_s, dive.min_clearance_m,
-                      dive.collisions));
+    print(fmt::format("  dive   {} in state {} after {:.0f} s, {} collision(s)", dive.outcome,
+                      dive.final_state, dive.duration_s, dive.collisions.size()));
+    print_contacts(dive.nearest, dive.collisions);
   }
   if (!report.faults.empty()) {
     const auto count = [&](bool FaultVerdict::*how) {
       return std::ranges::count_if(report.faults,
                                    [how](const FaultVerdict& verdict) { return verdict.*how; });
     };
-    print(fmt::format("  faults {} dives: {} surfaced, {} held, no collision", report.faults.size(),
-                      count(&FaultVerdict::surfaced), count(&FaultVerdict::held)));
+    print(fmt::format("  faults {} dives: {} surfaced, {} held to the end, no collision",
+                      report.faults.size(), count(&FaultVerdict::surfaced),
+                      count(&FaultVerdict::held)));
   }
 }
 
@@ -54,14 +57,16 @@ void print_report(const CheckReport& report) {
 
 int run_check(const CheckArguments& arguments) {
   if (arguments.list_rules) {
-    print_rules({document_rules(), world_rules(), deck_rules(), import_rules()}, arguments.json);
+    print_rules({document_rules(), map_rules(), world_rules(), deck_rules(), import_rules()},
+                arguments.json);
     return kExitSuccess;
   }
   CheckOptions options;
   options.simulate = !arguments.static_only;
   options.faults = arguments.faults || arguments.pairs;
-  options.pairs = arguments.pairs;
-  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.instants = arguments.instants.value_or(options.instants);
+  if (arguments.pairs) options.pair_instants = arguments.instants.value_or(1);
+  options.threads = thread_count(arguments.jobs);
   options.dive.seed = arguments.seed;
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
@@ -71,14 +76,18 @@ int run_check(const CheckArguments& arguments) {
   CheckReport report;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
   if (loaded) {
+    SteadyClock clock;
+    CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
-                           [](const std::string& what) { note("check: " + what); });
+                           progress);
   }
   diagnostics.sort();
   if (arguments.sarif) {
     print_json(to_sarif(diagnostics, all_rules()));
   } else if (arguments.json) {
-    print_json(to_json(report, diagnostics));
+    nlohmann::ordered_json json = to_json(report, diagnostics);
+    json["meshes"] = meshes_json(loaded ? loaded->world : planning::World{});
+    print_json(json);
   } else {
     print_diagnostics(diagnostics);
     if (diagnostics.ok()) {
@@ -87,9 +96,10 @@ int run_check(const CheckArguments& arguments) {
     } else {
       print(fmt::format("{}: not ready to dive", arguments.mission));
     }
+    if (loaded) print_meshes(loaded->world);
   }
   if (diagnostics.ok()) return kExitSuccess;
-  // A mission that is well written but ends badly in simulation failed; all else is bad input.
+  // A valid mission that ends badly in simulation has failed; everything else is invalid input.
   return report.dive ? kExitFailed : kExitUsage;
 }
 

@@ -14,68 +14,73 @@ enum ExitStatus : int { kExitSuccess = 0, kExitFailed = 1, kExitUsage = 2, kExit
 struct CheckArguments {
   std::string mission;
   bool json = false;
-  bool static_only = false;  ///< No simulated dive.
-  bool faults = false;       ///< Every fault in every state ...
-  bool pairs = false;        ///< ... and every two.
-  bool sarif = false;        ///< SARIF on stdout instead of anything else.
+  bool static_only = false;     ///< Skip the simulated dive.
+  bool faults = false;          ///< Every fault in every state.
+  bool pairs = false;           ///< Every pair of faults in every state.
+  std::optional<int> instants;  ///< Instants of each fault in each state; absent: 3, of pairs 1.
+  int jobs = 0;                 ///< Parallel dives; 0: one for each core.
+  bool sarif = false;           ///< SARIF on stdout instead of anything else.
   bool list_rules = false;
   std::uint64_t seed = 1;
   std::vector<std::string> conditions;  ///< NAME=VALUE
 };
 
 struct PlanArguments {
-  std::string mission;  ///< Or map or cloud, start and goal.
+  std::string mission;  ///< A mission, or a map or cloud with start and goal.
   std::string map;
   std::string cloud;
-  std::string unit;  ///< Of the cloud; empty: as it looks.
+  std::string unit;  ///< Unit of the cloud; empty: guessed.
   std::string start;
   std::string goal;
   double clearance_m = 0.6;
-  std::optional<double> max_depth_m;  ///< On a map 50 if not said, in a cloud below all of it.
+  std::optional<double> max_depth_m;  ///< Default on a map: 50; in a cloud: below all points.
   std::string attitude = "free";
+  bool allow_reduced = false;  ///< Accept a reduced path of any clearance.
   bool json = false;
   std::string svg;
   std::uint64_t seed = 1;
 };
 
-/// Of everything that speaks LCM.
+/// Common arguments of the commands that use LCM.
 struct LinkArguments {
   std::string url;
-  std::string key;  ///< File of the key that topside and executive share.
+  std::string key;  ///< File of the key shared by topside and executive.
   bool lockstep = false;
-  double speed = 1.0;  ///< Times real time.
+  double speed = 1.0;  ///< Factor on real time.
 };
 
 struct RunArguments {
   std::string mission;
   bool json = false;
   std::uint64_t seed = 1;
-  std::string log;      ///< Empty: a name of its own in dive-runs/.
+  std::string log;      ///< Empty: an automatic name in dive-runs/.
   std::string journal;  ///< Empty: beside the log.
   bool resume = false;
   std::string svg;
-  std::string record;  ///< A folder for a dataset; empty: none.
-  std::string water;   ///< That the cameras see through; empty: the mission's.
+  std::string record;  ///< Folder of the dataset; empty: none.
+  std::string water;   ///< Simulated water type; empty: the mission's.
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
   std::string diver;                    ///< SECONDS:X,Y,Z:X,Y,Z...
   LinkArguments link;                   ///< No URL: the built-in simulator.
-  std::string cameras;                  ///< A folder with their calibration; empty: the simulated.
-  bool stats = false;                   ///< How the control loop kept time.
+  std::string cameras;  ///< Folder of the cameras' calibration; empty: the simulated cameras.
+  bool stats = false;   ///< Print the timing of the control loop.
 };
 
 struct SimArguments {
-  std::string mission;  ///< Or, with `start`, a map.
+  std::string mission;  ///< A mission, or a map if `start` is given.
   std::string start;
   bool json = false;
   std::uint64_t seed = 1;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
   double max_seconds = 3600.0;
-  std::string clock_jump;  ///< BY@AT, s
-  bool eyes = false;       ///< Sends scans; in unknown water it does anyway.
-  std::string water;       ///< Sends pictures; of a mission by sight it does anyway.
+  std::string clock_jump;  ///< BY@AT, s: the jump and its time.
+  bool eyes = false;       ///< Send scans; always on in an unknown environment.
+  std::string water;       ///< Send images; always on for a visual-inertial mission.
+  /// Folder for the calibration of its cameras; then nothing else is done.
+  std::string calibration;
   LinkArguments link;
 };
 
@@ -93,20 +98,20 @@ struct TopsideArguments {
 };
 
 struct TestArguments {
-  std::vector<std::string> scenarios;  ///< Files, or folders of them.
+  std::vector<std::string> scenarios;  ///< Files, or folders of files.
   bool json = false;
-  bool inverted = false;  ///< Every expectation turned round must fail.
-  bool mute = false;      ///< Scripts do nothing: what has one must fail.
+  bool inverted = false;  ///< Negate every expectation; each must then fail.
+  bool mute = false;      ///< Disable scripts: scenarios with a script must then fail.
   bool list_rules = false;
-  int jobs = 0;           ///< 0: one for each core.
+  int jobs = 0;           ///< Parallel dives; 0: one for each core.
   std::string junit;      ///< Empty: none.
   std::string keep;       ///< Folder for logs; empty: none are kept.
-  bool keep_all = false;  ///< Not only those of scenarios that failed.
+  bool keep_all = false;  ///< Keep the logs of passed scenarios too.
 };
 
 struct ReplayArguments {
   std::string log;
-  std::string mission;  ///< Empty: the log's own.
+  std::string mission;  ///< Empty: the mission in the log.
   bool json = false;
 };
 
@@ -125,7 +130,7 @@ struct ImportArguments {
   std::string format;  ///< acfr or qgc
   std::string file;
   std::string output = ".";
-  double speed = 0.4;
+  std::optional<double> speed;  ///< m/s
   double seabed_m = 0.0;
   std::optional<double> depth_m;
   bool json = false;
@@ -150,7 +155,7 @@ struct EstimateArguments {
 [[nodiscard]] int run_sim(const SimArguments& arguments);
 [[nodiscard]] int run_supervise(const SuperviseArguments& arguments);
 [[nodiscard]] int run_topside(const TopsideArguments& arguments);
-/// Makes a key and writes it to the file.
+/// Generates a key and writes it to the file.
 [[nodiscard]] int run_key(const std::string& path);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);

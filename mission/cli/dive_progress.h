@@ -1,5 +1,5 @@
 #pragma once
-// The line that a dive under way is told in.
+// The progress line of a dive.
 
 #include "common/clock.h"
 #include "mission/cli/terminal.h"
@@ -7,7 +7,7 @@
 
 namespace dive::mission {
 
-/// Once a second of dive time on a terminal, every ten elsewhere.
+/// Prints once per second of dive time on a terminal, every ten elsewhere.
 class DiveProgress {
  public:
   void observe(const StepInputs& inputs, const StepOutputs& outputs);

@@ -1,4 +1,4 @@
-// Runs an estimator on a recording, and says how far it is from the truth where there is one.
+// Runs an estimator on a recording and reports its error if there is ground truth.
 
 #include <algorithm>
 #include <optional>
@@ -31,7 +31,7 @@ using Estimates = std::vector<estimation::StateEstimate>;
 constexpr double kStretches_m[] = {1.0, 5.0, 10.0, 25.0, 50.0, 100.0};
 
 struct Accuracy {
-  double distance_m = 0.0;  // of the truth where it is known, else of the estimate
+  double distance_m = 0.0;  // ground-truth distance if present, else estimated
   std::optional<estimation::AbsoluteError> yaw_aligned;
   std::optional<estimation::AbsoluteError> rigidly_aligned;
   std::optional<double> drift_percent;
@@ -125,7 +125,7 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
   return all;
 }
 
-// The largest by which a loop was closed wrongly, m.
+// The largest error of a loop closure, m.
 std::optional<double> worst_closure(const AslDataset& dataset, const DatasetRun& run) {
   const auto errors =
       estimation::closure_errors(run.closures, estimation::true_trajectory(dataset));

@@ -26,12 +26,17 @@ int run_explain(const ExplainArguments& arguments) {
     }
     print_json({{"duration_s", explanation.duration_s},
                 {"torn", explanation.torn},
+                {"gaps", to_json(explanation.gaps)},
+                {"collision_list", to_json(explanation.collisions)},
                 {"events", std::move(events)}});
     return kExitSuccess;
   }
   for (const Explained& event : explanation.events) {
     print(fmt::format("{:8.2f} s  {}", event.t_s, event.what));
     if (!event.because.empty()) print(fmt::format("              {}", event.because));
+  }
+  if (!explanation.gaps.empty()) {
+    note(fmt::format("the log is damaged: {} gap(s)", explanation.gaps.size()));
   }
   if (explanation.torn) note("the log is torn: it ends before the dive did");
   return kExitSuccess;

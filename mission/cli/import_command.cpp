@@ -9,45 +9,74 @@
 #include "mission/import/foreign_mission.h"
 
 namespace dive::mission {
+namespace {
+
+struct Written {
+  std::string mission;
+  std::string map;
+  double speed = 0.0;  ///< m/s
+};
+
+/// Prints an error and returns nothing if a file cannot be written.
+std::optional<Written> write(const Imported& imported, const std::string& id,
+                             const std::filesystem::path& folder) {
+  std::error_code ignored;  // a problem with the folder is reported when the files are written
+  std::filesystem::create_directories(folder, ignored);
+  Written written{(folder / (id + ".xml")).string(), (folder / imported.map_name).string(),
+                  imported.speed};
+  if (!write_file(written.mission, imported.mission_xml)) return std::nullopt;
+  if (!write_file(written.map, imported.map_sdf)) return std::nullopt;
+  return written;
+}
+
+// Notes are part of the result: one line each on stdout. All others are diagnostics.
+void print_report(const ImportArguments& arguments, const Diagnostics& diagnostics,
+                  const std::optional<Written>& written, std::size_t legs) {
+  Diagnostics problems;
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    if (diagnostic.severity != Severity::kNote) problems.add(diagnostic);
+  }
+  print_diagnostics(problems);
+  if (!written) return print(fmt::format("{}: not imported", arguments.file));
+  print(fmt::format("{}: {} legs at {:g} m/s, written to {} and {}", arguments.file, legs,
+                    written->speed, written->mission, written->map));
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    if (diagnostic.severity != Severity::kNote) continue;
+    print(fmt::format("  line {}: {} [{}]", diagnostic.span.line, diagnostic.message,
+                      diagnostic.code));
+  }
+}
+
+}  // namespace
+
 int run_import(const ImportArguments& arguments) {
-  Diagnostics diagnostics;
-  SourceText source;
-  std::optional<ForeignMission> foreign =
-      arguments.format == "acfr" ? read_acfr(arguments.file, diagnostics, source)
-                                 : read_qgc(arguments.file, arguments.depth_m, diagnostics, source);
-  nlohmann::ordered_json json;
-  bool written = false;
+  ImportReport report;
+  std::optional<ForeignMission> foreign = arguments.format == "acfr"
+                                              ? read_acfr(arguments.file, report)
+                                              : read_qgc(arguments.file, arguments.depth_m, report);
+  std::optional<Written> written;
+  const std::size_t legs = foreign ? foreign->legs.size() : 0;
   if (foreign) {
     foreign->id = as_id(std::filesystem::path(arguments.file).stem().string());
-    report_defects(*foreign, source, diagnostics);
-    ImportOptions options;
-    options.speed = arguments.speed;
-    options.seabed_m = arguments.seabed_m;
+    report_defects(*foreign, report);
+    const ImportOptions options{.speed = arguments.speed, .seabed_m = arguments.seabed_m};
     const std::string name = std::filesystem::path(arguments.file).filename().string();
-    const Imported imported = write_mission(*foreign, options, name);
-    const std::filesystem::path folder = arguments.output;
-    std::error_code ignored;  // what is wrong with the folder shows when the files are written
-    std::filesystem::create_directories(folder, ignored);
-    const std::string mission = (folder / (foreign->id + ".xml")).string();
-    const std::string map = (folder / imported.map_name).string();
-    written = write_file(mission, imported.mission_xml) && write_file(map, imported.map_sdf);
-    json["mission"] = mission;
-    json["map"] = map;
-    json["legs"] = foreign->legs.size();
+    written = write(write_mission(*foreign, options, name, report), foreign->id, arguments.output);
   }
-  diagnostics.sort();
-  json["ok"] = written;
-  json["diagnostics"] = to_json(diagnostics);
+  const Diagnostics diagnostics = report.diagnostics();
   if (arguments.json) {
+    nlohmann::ordered_json json;
+    if (written) {
+      json["mission"] = written->mission;
+      json["map"] = written->map;
+      json["legs"] = legs;
+      json["speed"] = written->speed;
+    }
+    json["ok"] = written.has_value();
+    json["diagnostics"] = to_json(diagnostics);
     print_json(json);
   } else {
-    print_diagnostics(diagnostics);
-    if (written) {
-      print(fmt::format("{}: {} legs, written to {} and {}", arguments.file, foreign->legs.size(),
-                        json["mission"].get<std::string>(), json["map"].get<std::string>()));
-    } else {
-      print(fmt::format("{}: not imported", arguments.file));
-    }
+    print_report(arguments, diagnostics, written, legs);
   }
   return written ? kExitSuccess : kExitUsage;
 }

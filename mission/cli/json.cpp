@@ -59,23 +59,35 @@ Json to_sarif(const Diagnostics& diagnostics, std::span<const Rule> rules) {
              {"results", std::move(results)}}}}};
 }
 
-Json to_json(const planning::PlanResult& plan) {
+Json to_json(const planning::PlanResult& plan, const planning::PlannerStatistics& statistics) {
   Json waypoints = Json::array();
   for (const Pose& pose : plan.waypoints) {
     waypoints.push_back(
         {pose.p.x(), pose.p.y(), pose.p.z(), pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()});
   }
+  Json reduced = nullptr;
+  if (plan.reduced) {
+    const Eigen::Vector3d& p = plan.reduced->place_W;
+    reduced = {{"length_m", plan.reduced->length_m},
+               {"clearance_m", plan.clearance_m},
+               {"x", p.x()},
+               {"y", p.y()},
+               {"z", p.z()},
+               {"obstacle", plan.reduced->obstacle},
+               {"accepted", plan.accepted}};
+  }
   return {{"status", planning::to_string(plan.status)},
           {"reason", plan.reason},
+          {"reduced", std::move(reduced)},
           {"clearance_m", plan.clearance_m},
           {"length_m", plan.length_m},
-          {"time_ms", plan.times.total_ms},
+          {"time_ms", statistics.total_ms},
           {"warm_starts", plan.warm_starts},
-          {"iterations", plan.iterations},
+          {"iterations", statistics.iterations},
           {"stages_ms",
-           {{"optimise", plan.times.optimise_ms},
-            {"warm_start", plan.times.warm_start_ms},
-            {"certify", plan.times.certify_ms}}},
+           {{"optimise", statistics.optimise_ms},
+            {"warm_start", statistics.warm_start_ms},
+            {"certify", statistics.certify_ms}}},
           {"waypoints", std::move(waypoints)}};
 }
 
@@ -91,20 +103,48 @@ Json to_json(const std::vector<TimedTransition>& transitions) {
   return list;
 }
 
+Json to_json(const std::vector<Collision>& collisions) {
+  Json list = Json::array();
+  for (const auto& [t_s, p_W, obstacle, estimate] : collisions) {
+    Json entry = {{"t", t_s},           {"x", p_W.x()},         {"y", p_W.y()},
+                  {"z", p_W.z()},       {"obstacle", obstacle}, {"estimated", nullptr},
+                  {"error_m", nullptr}, {"sigma_m", nullptr}};
+    if (estimate) {
+      const Eigen::Vector3d& estimated_W = estimate->p_W;
+      entry["estimated"] = {{"x", estimated_W.x()}, {"y", estimated_W.y()}, {"z", estimated_W.z()}};
+      entry["error_m"] = estimate->error_m;
+      entry["sigma_m"] = estimate->sigma_m;
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+Json to_json(const NearestApproach& nearest) {
+  if (nearest.obstacle.empty()) return nullptr;
+  return {{"t", nearest.t_s},
+          {"x", nearest.p_W.x()},
+          {"y", nearest.p_W.y()},
+          {"z", nearest.p_W.z()},
+          {"obstacle", nearest.obstacle}};
+}
+
 Json to_json(const DiveResult& result) {
   return {{"outcome", result.outcome},
           {"final_state", result.final_state},
           {"cause", result.cause},
           {"duration_s", result.duration_s},
           {"distance_m", result.distance_m},
-          {"min_clearance_m", result.min_clearance_m},
-          {"collisions", result.collisions},
+          {"min_clearance_m", result.nearest.clearance_m},
+          {"nearest", to_json(result.nearest)},
+          {"collisions", result.collisions.size()},
+          {"collision_list", to_json(result.collisions)},
           {"plans", result.plans},
           {"replans", result.replans},
           {"energy_wh", result.energy_wh},
           {"final_depth_m", result.final_depth_m},
-          {"estimate_error_m", result.estimate_error_m},
-          {"estimate_sigma_m", result.estimate_sigma_m},
+          {"final_error_m", result.final_error_m},
+          {"final_sigma_m", result.final_sigma_m},
           {"estimator", result.estimator},
           {"estimator_switches", result.estimator_switches},
           {"transitions", to_json(result.transitions)}};
@@ -113,7 +153,7 @@ Json to_json(const DiveResult& result) {
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
   Json plans = Json::array();
   for (const PlannedRouteLeg& leg : report.legs) {
-    Json plan = to_json(leg.plan);
+    Json plan = to_json(leg.plan, leg.statistics);
     plan.erase("waypoints");
     Json entry = {{"state", leg.state}, {"goal", leg.goal}};
     entry.update(plan);
@@ -148,10 +188,12 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                         {"safe", verdict.is_safe()},
                         {"surfaced", verdict.surfaced},
                         {"held", verdict.held},
+                        {"rest_s", verdict.dive.rest_s},
                         {"final_state", verdict.dive.final_state},
                         {"rung", verdict.dive.rung},
-                        {"collisions", verdict.dive.collisions},
-                        {"min_clearance_m", verdict.dive.min_clearance_m},
+                        {"collisions", verdict.dive.collisions.size()},
+                        {"collision_list", to_json(verdict.dive.collisions)},
+                        {"min_clearance_m", verdict.dive.nearest.clearance_m},
                         {"duration_s", verdict.dive.duration_s}});
     }
     json["faults"] = std::move(faults);
@@ -165,8 +207,23 @@ Json to_json(const ReplayReport& report) {
   return {{"identical", report.identical},
           {"events", report.events},
           {"ticks", report.ticks},
+          {"replayed", report.replayed},
           {"torn", report.torn},
+          {"gaps", to_json(report.gaps)},
           {"first_divergence", std::move(divergence)}};
+}
+
+Json to_json(const std::vector<LogGap>& gaps) {
+  Json list = Json::array();
+  for (const LogGap& gap : gaps) {
+    Json to = nullptr;
+    if (gap.to) to = to_seconds(*gap.to);
+    list.push_back({{"from_s", to_seconds(gap.from)},
+                    {"to_s", std::move(to)},
+                    {"offset", gap.offset},
+                    {"bytes", gap.bytes}});
+  }
+  return list;
 }
 
 void print_rules(const std::vector<std::span<const Rule>>& tables, bool json) {

@@ -1,4 +1,4 @@
-// What speaks LCM beside `dive run`: the simulated vehicle, the supervisor, topside.
+// The commands that use LCM beside `dive run`: the simulated vehicle, the supervisor, topside.
 
 #include <atomic>
 #include <cmath>
@@ -9,14 +9,17 @@
 
 #include "common/priority.h"
 #include "common/xml.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/terminal.h"
-#include "mission/link/simulated_vehicle.h"
 #include "mission/link/supervisor.h"
 #include "mission/link/topside.h"
+#include "mission/record/dataset_recorder.h"
+#include "mission/simulation/simulated_cameras.h"
+#include "mission/simulation/simulated_dive.h"
+#include "mission/simulation/simulated_vehicle.h"
 #include "planning/world/sdf.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
@@ -35,7 +38,7 @@ std::optional<link::Bus> open_bus(const std::string& url) {
   return std::nullopt;
 }
 
-/// Nothing where no file is named; complains and is empty when it cannot be read.
+/// No key if no file is named; prints an error and returns nothing if it cannot be read.
 std::optional<std::optional<link::Key>> open_key(const std::string& path) {
   if (path.empty()) return std::optional<link::Key>();
   const tl::expected<link::Key, std::string> key = link::read_key(path);
@@ -58,48 +61,72 @@ std::optional<ClockJump> parse_clock_jump(const std::string& written) {
   return std::nullopt;
 }
 
-/// Where the vehicle begins, and among what.
+/// The vehicle's start pose and its world.
 struct Place {
   planning::World world;
   Pose start_X_WB;
-  bool has_range_camera = false;  ///< The mission has it.
-  std::string water = {};         ///< That the cameras look through; empty where there are none.
-  std::vector<Tag> tags = {};     ///< That they see.
+  bool has_range_camera = false;  ///< Required by the mission.
+  std::string water = {};         ///< Water type of the cameras; empty without cameras.
+  std::vector<Tag> tags = {};     ///< Tags visible to the cameras.
 };
 
-/// Prints what is wrong and is empty when something is.
-std::optional<Place> find_place(const SimArguments& arguments) {
+/// The start of a mission. Prints the errors of the mission and returns nothing if there are any.
+std::optional<Place> place_of_mission(const std::string& path) {
   Diagnostics diagnostics;
-  if (arguments.start.empty()) {
-    std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
-    if (loaded && !has_rehearsal(loaded->mission)) {
-      complain(fmt::format(
-          "{}: its water is unknown, and nothing says what to rehearse it in: write "
-          "rehearsal=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map with --start and "
-          "--eyes",
-          arguments.mission));
-      return std::nullopt;
-    }
-    if (loaded) {
-      const Pose start = start_pose(loaded->mission, loaded->world);
-      std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
-      return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
-                   goes_by_sight(loaded->mission) ? loaded->mission.water : "", std::move(tags)};
-    }
-  } else {
-    const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
-    if (!start) return std::nullopt;
-    std::optional<planning::World> world = planning::load_sdf(arguments.mission, diagnostics);
-    if (world) return Place{std::move(*world), start->pose};
+  std::optional<LoadedMission> loaded = load(path, diagnostics);
+  if (!loaded) {
+    print_diagnostics(diagnostics);
+    return std::nullopt;
   }
+  if (!has_rehearsal(loaded->mission)) {
+    complain(fmt::format(
+        "{}: its water is unknown, and nothing says what to rehearse it in: write "
+        "rehearsal=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map with --start and "
+        "--eyes",
+        path));
+    return std::nullopt;
+  }
+  const Pose start = start_pose(loaded->mission, loaded->world);
+  std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
+  return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
+               goes_by_sight(loaded->mission) ? loaded->mission.water : "", std::move(tags)};
+}
+
+/// A pose on a map. Prints the errors of the map and returns nothing if there are any.
+std::optional<Place> place_on_map(const std::string& path, const std::string& written) {
+  const std::optional<WrittenPose> start = parse_pose("--start", written);
+  if (!start) return std::nullopt;
+  Diagnostics diagnostics;
+  std::optional<planning::World> world = planning::load_sdf(path, diagnostics);
+  if (world) return Place{std::move(*world), start->pose};
   print_diagnostics(diagnostics);
   return std::nullopt;
 }
 
+/// Prints an error and returns nothing on failure.
+std::optional<Place> find_place(const SimArguments& arguments) {
+  const std::string& path = arguments.mission;
+  const FileKind kind = kind_of_file(path);
+  const bool has_start = !arguments.start.empty();
+  if (kind == FileKind::kMap && !has_start) {
+    complain(fmt::format("{}: this is a map: give the start pose with --start x,y,z", path));
+    return std::nullopt;
+  }
+  if (kind == FileKind::kMission && has_start) {
+    complain(
+        fmt::format("{}: this is a mission, and the vehicle starts where it says: leave "
+                    "--start out, or give a map instead",
+                    path));
+    return std::nullopt;
+  }
+  return has_start ? place_on_map(path, arguments.start) : place_of_mission(path);
+}
+
 void print_report(const VehicleReport& report) {
-  print(fmt::format("{}: {} collision(s), nearest to anything {:.2f} m, ended {:.2f} m deep ({})",
-                    report.collisions == 0 ? "UNHARMED" : "COLLIDED", report.collisions,
-                    report.min_clearance_m, report.final_depth_m, report.ended));
+  print(fmt::format("{}: {} collision(s), ended {:.2f} m deep ({})",
+                    report.collisions.empty() ? "UNHARMED" : "COLLIDED", report.collisions.size(),
+                    report.final_depth_m, report.ended));
+  print_contacts(report.nearest, report.collisions);
   print(
       fmt::format("  {:.0f} s, {:.1f} m swum, {:.1f} Wh; {:.1f} s without a command, {:.1f} s "
                   "under the supervisor, {} command(s) refused",
@@ -111,8 +138,10 @@ void print_json_report(const VehicleReport& report) {
   print_json({{"ended", report.ended},
               {"duration_s", report.duration_s},
               {"distance_m", report.distance_m},
-              {"min_clearance_m", report.min_clearance_m},
-              {"collisions", report.collisions},
+              {"min_clearance_m", report.nearest.clearance_m},
+              {"nearest", to_json(report.nearest)},
+              {"collisions", report.collisions.size()},
+              {"collision_list", to_json(report.collisions)},
               {"final_depth_m", report.final_depth_m},
               {"energy_wh", report.energy_wh},
               {"silent_s", report.silent_s},
@@ -169,6 +198,27 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
   return kExitSuccess;
 }
 
+int write_calibration(const SimArguments& arguments, const VehicleSettings& settings) {
+  if (!settings.cameras) {
+    complain(fmt::format("{}: this vehicle has no cameras to calibrate: give --water NAME",
+                         arguments.mission));
+    return kExitUsage;
+  }
+  const tl::expected<void, std::string> written = write_asl_calibration(
+      arguments.calibration, asl_sensors(*settings.cameras, with_imu(settings.conditions),
+                                         "simulated cameras of dive " DIVE_VERSION));
+  if (!written) {
+    complain(written.error());
+    return kExitUsage;
+  }
+  if (arguments.json) {
+    print_json({{"calibration", arguments.calibration}});
+  } else {
+    print(fmt::format("{}: calibration of the simulated cameras and IMU", arguments.calibration));
+  }
+  return kExitSuccess;
+}
+
 }  // namespace
 
 int run_sim(const SimArguments& arguments) {
@@ -195,6 +245,7 @@ int run_sim(const SimArguments& arguments) {
     if (!settings.cameras) return kExitUsage;
     settings.cameras->tags = place->tags;
   }
+  if (!arguments.calibration.empty()) return write_calibration(arguments, settings);
   const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;
@@ -210,7 +261,7 @@ int run_sim(const SimArguments& arguments) {
   } else {
     print_report(report);
   }
-  return report.collisions == 0 && report.ended != "time" ? kExitSuccess : kExitFailed;
+  return report.collisions.empty() && report.ended != "time" ? kExitSuccess : kExitFailed;
 }
 
 int run_supervise(const SuperviseArguments& arguments) {
@@ -267,7 +318,8 @@ int run_key(const std::string& path) {
     complain(written.error());
     return kExitUsage;
   }
-  print(fmt::format("{}: a new key; copy it to the vehicle, and let nobody else read it", path));
+  print(fmt::format("{}: a new key; copy it to the vehicle, and keep it unreadable for others",
+                    path));
   return kExitSuccess;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The smallest value that a share of all does not exceed; 0 of nothing.
+// The smallest value that is not exceeded by the given share of all values; 0 for no values.
 double quantile(std::vector<float> values, double share) {
   if (values.empty()) return 0.0;
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
@@ -81,16 +81,13 @@ std::vector<std::string> describe(const LinkStats& stats) {
 }
 
 Json to_json(const LinkedResult& result, bool with_stats) {
-  // What only ground truth knows is null: dive sim reports it.
-  Json json = {{"outcome", result.outcome},
-               {"final_state", result.final_state},
-               {"cause", result.cause},
-               {"duration_s", result.duration_s},
-               {"distance_m", result.distance_m},
-               {"min_clearance_m", nullptr},
-               {"collisions", nullptr},
-               {"replans", result.replans},
-               {"transitions", to_json(result.transitions)}};
+  // Values that need ground truth are null: dive sim reports them.
+  Json json = {{"outcome", result.outcome},       {"final_state", result.final_state},
+               {"cause", result.cause},           {"duration_s", result.duration_s},
+               {"distance_m", result.distance_m}, {"min_clearance_m", nullptr},
+               {"collisions", nullptr},           {"collision_list", nullptr},
+               {"final_error_m", nullptr},        {"final_sigma_m", result.final_sigma_m},
+               {"replans", result.replans},       {"transitions", to_json(result.transitions)}};
   if (with_stats) json["stats"] = to_json(result.stats);
   return json;
 }

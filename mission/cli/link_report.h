@@ -1,5 +1,5 @@
 #pragma once
-// A dive over the link, for people and for scripts.
+// The report of a dive over the link, for people and for scripts.
 
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace dive::mission {
 
-/// Lateness of the control loop and of aborts, refusals, jumps of clocks; a line each.
+/// Latency of the control loop and of aborts, rejected requests, clock jumps; one line each.
 [[nodiscard]] std::vector<std::string> describe(const LinkStats& stats);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const LinkedResult& result, bool with_stats);

@@ -11,7 +11,7 @@
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
 #include "planning/world/sdf.h"
-#include "vehicle/simulator/named_waters.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 namespace {

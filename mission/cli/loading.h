@@ -1,40 +1,41 @@
 #pragma once
-// Loading what a command works on.
+// Loads the inputs of a command.
 
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/diagnostic.h"
-#include "mission/check/faults.h"
 #include "mission/document/mission.h"
 #include "mission/record/log.h"
+#include "mission/simulation/faults.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/simulator.h"
-#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
 
 struct LoadedMission {
   Mission mission;
-  SourceText map;          ///< In unknown water: of the rehearsal, empty where there is none.
-  std::string map_meshes;  ///< For the log.
-  planning::World world;   ///< What is there; see known_world() for what the vehicle knows of it.
+  SourceText map;          ///< Unknown environment: the simulated world, empty without one.
+  std::string map_meshes;  ///< Meshes for the log.
+  planning::World world;   ///< The true world; known_world() is the part available to the vehicle.
   vehicle::Model model;
 };
 
-/// The mission and its map; every mistake is a diagnostic.
+/// The mission and its map; reports every mistake as a diagnostic.
 [[nodiscard]] std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics);
 
-/// What a log of a dive of it begins with.
+/// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
 
-/// The vehicle that is compiled in. Demands that it can be read.
+/// The compiled-in vehicle. Requires that it can be read.
 [[nodiscard]] vehicle::Model load_vehicle();
 
-/// Pool conditions with NAME=VALUE settings applied; a complaint and nothing when one is wrong.
+/// Pool conditions with NAME=VALUE settings applied; prints an error and returns nothing if one is
+/// invalid.
 [[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
     const std::vector<std::string>& settings);
 
@@ -44,16 +45,17 @@ struct WrittenPose {
   bool has_attitude = false;
 };
 
-/// "SECONDS:X,Y,Z:X,Y,Z...": someone who swims from place to place from then on; complains.
+/// A diver who swims between the given positions from the given time: "SECONDS:X,Y,Z:X,Y,Z...";
+/// prints an error if invalid.
 [[nodiscard]] std::optional<vehicle::DiverTrack> parse_diver(const std::string& written);
 
-/// The cameras in the water of that name; complains when there is no such water.
+/// The cameras in water of the named type; prints an error if there is no such type.
 [[nodiscard]] std::optional<vehicle::StereoCameraOptions> parse_water(const std::string& name);
 
-/// Complains when `text`, given with `option`, is no pose.
+/// Prints an error if `text`, the value of `option`, is not a pose.
 [[nodiscard]] std::optional<WrittenPose> parse_pose(const char* option, std::string text);
 
-/// Faults from "NAME@SECONDS"; complains when one is none.
+/// Faults from "NAME@SECONDS"; prints an error if one is invalid.
 [[nodiscard]] std::optional<std::vector<Fault>> parse_faults(
     const std::vector<std::string>& written);
 

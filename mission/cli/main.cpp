@@ -15,8 +15,8 @@
 namespace dive::mission {
 namespace {
 
-// A command's description is its examples, then, after a blank line, a sentence that says what it
-// does: all of it in the command's own help, the sentence alone in the list of commands.
+// A command's description is its examples, a blank line, and a sentence that summarises it: the
+// command's own help prints all of it, the list of commands only the sentence.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_subcommand(const CLI::App* command) const override {
@@ -39,15 +39,26 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "Examples:\n"
       "  dive check missions/window.xml            everything that can be proved on deck\n"
       "  dive check --static missions/window.xml   without the simulated dive\n"
-      "  dive check --faults missions/window.xml   and a dive for every fault in every state\n"
+      "  dive check --faults missions/window.xml   and dives with every fault in every state\n"
+      "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the way out from every\n"
       "leg, time and energy, and a simulated dive. Exit status 0 when it is ready to dive.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
   command->add_flag("--faults", arguments.faults,
-                    "Dive every fault in every state: all must end surfaced or safely held");
-  command->add_flag("--pairs", arguments.pairs, "And every two faults at once");
+                    "Dive with every fault in every state, each dive to its end: every one must "
+                    "end surfaced, or held in place, without a collision");
+  command->add_flag("--pairs", arguments.pairs, "And with every two faults at once");
+  command
+      ->add_option("--instants", arguments.instants,
+                   "Instants at which each fault begins, in each state (default: 3, of pairs 1): "
+                   "soon after entry, shortly before exit, the others drawn with the seed")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000).description(""));
+  command->add_option("--jobs", arguments.jobs, "Dives at a time (default: one for each core)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
   command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive")->type_name("N");
@@ -64,10 +75,14 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "  dive plan missions/window.xml --svg plan.svg\n"
       "  dive plan --map missions/maps/window.sdf --start -1,-2,-4 --goal 9.8,-2,-4.6 "
       "--clearance 1 --attitude horizontal\n"
+      "  dive plan --map missions/maps/wreck.sdf --start 5.8,0.3,-5.8,0,0,90 --goal 9,-3,-3 "
+      "--allow-reduced\n"
       "  dive plan --cloud wreck.ply --start 0,-8,-14 --goal 2,9,-12 --clearance 0.8\n"
       "  dive plan --cloud scan_mm.pcd --unit mm --start 0,0,1.2 --goal 4,1,1.2 --json\n\n"
       "Plans every leg of a mission, or one path on a map or through a point cloud, and prints\n"
-      "its certified clearance.\n"
+      "its certified clearance. Where a start lacks the clearance the path out of there is\n"
+      "'reduced': it says where, how far and how much, and the exit status is 1 unless that is\n"
+      "accepted, by --allow-reduced or by the mission's reduced_clearance.\n"
       "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).\n"
       "With a cloud they are in its own axes, UTM for instance, and so is the path; if it reaches\n"
       "above z = 0 there is taken to be no surface.");
@@ -96,12 +111,14 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
                    "free, flat (no roll) or horizontal (neither roll nor pitch)")
       ->type_name("MODE")
       ->check(CLI::IsMember({"free", "flat", "horizontal"}).description(""));
+  command->add_flag("--allow-reduced", arguments.allow_reduced,
+                    "Exit with 0 for a path out of a start that lacks the clearance");
   command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
   command->add_option("--svg", arguments.svg, "Write a picture of map and path")->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
-/// Of everything that speaks LCM.
+/// Options of the commands that use LCM.
 void add_url(CLI::App* command, LinkArguments& arguments) {
   command
       ->add_option("--lcm", arguments.url,
@@ -176,9 +193,10 @@ void add_run(CLI::App& app, RunArguments& arguments) {
   command->add_option("--lcm", arguments.link.url, "Dive a vehicle at this LCM URL instead")
       ->type_name("URL");
   command
-      ->add_option("--cameras", arguments.cameras,
-                   "Calibration of that vehicle's cameras and inertial unit, in the ASL format "
-                   "(default: of the simulated ones)")
+      ->add_option(
+          "--cameras", arguments.cameras,
+          "Calibration of that vehicle's cameras and IMU, in the ASL format; a mission with "
+          "estimator=\"visual_inertial\" needs it")
       ->type_name("DIR");
   add_key(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep, "With a vehicle of dive sim --lockstep");
@@ -196,7 +214,8 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       "  dive sim missions/window.xml --lockstep         as fast as the machine goes\n"
       "  dive sim missions/maps/window.sdf --start -4,-2,-3\n"
       "  dive sim missions/maps/wreck.sdf --start 0,0,-8 --eyes\n"
-      "  dive sim missions/pool_by_sight.xml --water coastal_sea\n\n"
+      "  dive sim missions/pool_by_sight.xml --water coastal_sea\n"
+      "  dive sim missions/pool_by_sight.xml --write-calibration cameras\n\n"
       "Is the vehicle, at the start of a mission or anywhere on a map: speaks LCM, obeys, and says "
       "in the end what\n"
       "really happened. In the unknown water of a mission it looks about in what that is rehearsed "
@@ -215,6 +234,10 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
                    "Send the pictures of the front cameras in such water (for a mission by sight: "
                    "instead of its own): clear_pool, coastal_sea, green_lake, dark_wreck")
       ->type_name("NAME");
+  command
+      ->add_option("--write-calibration", arguments.calibration,
+                   "Only write the calibration of its cameras and IMU, for dive run --cameras")
+      ->type_name("DIR");
   command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
@@ -298,7 +321,8 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       "  dive replay dive-runs/window-seed1.lcmlog\n"
       "  dive replay dive-runs/window-seed1.lcmlog --mission window-changed.xml\n\n"
       "Feeds a log's inputs to a new executive and compares every output bit for bit. Exit status\n"
-      "0 when they are identical, 1 when not: then it says where they first differ.");
+      "0 when they are identical, 1 when not: then it says where they first differ, or where the\n"
+      "log is damaged.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
@@ -317,7 +341,7 @@ void add_explain(CLI::App& app, ExplainArguments& arguments) {
                                          "its cause and the guards that decided\n"
                                          "it, every failsafe with the rung chosen and what "
                                          "competed for it, every plan and why it was\n"
-                                         "asked for.");
+                                         "asked for; of a simulated dive also every collision.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
@@ -347,10 +371,11 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
                          "Examples:\n"
                          "  dive import acfr survey.xml --output missions/imported\n"
                          "  dive import qgc harbour.plan --depth 3\n\n"
-                         "Turns someone else's mission into one of ours, on a flat seabed, and "
-                         "reports its defects at\n"
-                         "their lines. acfr: the XML of ACFR's vehicles. qgc: QGroundControl's "
-                         ".plan or waypoint file.");
+                         "Turns someone else's mission into one of ours, on a flat seabed. Reports "
+                         "its defects, and\n"
+                         "whatever is changed, left out, added or not understood, at its line. "
+                         "acfr: the XML of\n"
+                         "ACFR's vehicles. qgc: QGroundControl's .plan or waypoint file.");
   command->add_option("FORMAT", arguments.format, "acfr or qgc")
       ->type_name("FORMAT")
       ->required()
@@ -358,7 +383,10 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
   command->add_option("FILE", arguments.file, "The file")->type_name("FILE")->required();
   command->add_option("--output", arguments.output, "Folder for mission and map (default: here)")
       ->type_name("DIR");
-  command->add_option("--speed", arguments.speed, "Speed of our vehicle, m/s (default: 0.4)")
+  command
+      ->add_option("--speed", arguments.speed,
+                   "Speed, m/s (default: of the slowest leg, or 0.4 where the aqua2 cannot swim "
+                   "that); timeouts change by the same ratio")
       ->type_name("M/S")
       ->check(CLI::Range(0.1, 0.8).description(""));
   command
@@ -413,7 +441,7 @@ void add_test(CLI::App& app, TestArguments& arguments) {
       "test",
       "Examples:\n"
       "  dive test missions/scenarios                      every scenario of a folder\n"
-      "  dive test missions/scenarios/no_way_out.xml --keep dive-runs\n"
+      "  dive test missions/scenarios/way_back_blocked.xml --keep dive-runs\n"
       "  dive test missions/scenarios --junit results.xml  for continuous integration\n"
       "  dive test missions/scenarios --inverted           can each expectation fail?\n"
       "  dive test --rules                                 every rule for scenarios\n\n"
@@ -425,8 +453,7 @@ void add_test(CLI::App& app, TestArguments& arguments) {
   command->add_flag("--inverted", arguments.inverted,
                     "Turn every expectation round, one by one: each must then fail");
   command->add_flag("--mute", arguments.mute,
-                    "Let scripts do nothing: a scenario that holds all the same expects nothing of "
-                    "its script");
+                    "Disable scripts: a scenario that still passes does not test its script");
   command->add_option("--keep", arguments.keep, "Folder for the logs of scenarios that fail")
       ->type_name("DIR");
   command->add_flag("--keep-all", arguments.keep_all, "And of those that hold");
@@ -439,7 +466,7 @@ void add_test(CLI::App& app, TestArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
-// What the person may have meant by a word that is no command or option.
+// The probable meaning of a word that is neither a command nor an option.
 std::optional<std::string> meant(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) {

@@ -13,7 +13,8 @@ DivePicture picture_of_plan(const std::string& title, const planning::World& wor
   picture.hull = &hull;
   picture.clearance_required_m = clearance_m;
   for (const PlannedRouteLeg& leg : legs) {
-    picture.legs.push_back({leg.goal, leg.plan.waypoints, leg.plan.clearance_m});
+    picture.legs.push_back({leg.goal, leg.plan.waypoints, leg.plan.clearance_m,
+                            leg.plan.reduced ? leg.plan.reduced->length_m : 0.0});
     if (!leg.plan.waypoints.empty()) {
       if (picture.goals.empty()) {
         picture.goals.emplace_back("start", leg.plan.waypoints.front().p);
@@ -25,7 +26,9 @@ DivePicture picture_of_plan(const std::string& title, const planning::World& wor
 }
 
 void PictureRecorder::observe(const StepInputs& inputs, const StepOutputs& outputs,
-                              const vehicle::GroundTruth& truth) {
+                              const vehicle::GroundTruth& truth,
+                              std::span<const Collision> collisions) {
+  picture_.collisions.insert(picture_.collisions.end(), collisions.begin(), collisions.end());
   const Status& status = outputs.status;
   const bool new_waypoint =
       status.segment > 0 && (status.segment != last_segment_ || status.leg != leg_);

@@ -1,10 +1,11 @@
 #pragma once
-// Collects what a picture of a plan or a dive shows.
+// Collects the contents of the drawing of a plan or a dive.
 
+#include <span>
 #include <string>
 
 #include "mission/check/check.h"
-#include "mission/record/svg.h"
+#include "mission/picture/svg.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -14,13 +15,13 @@ namespace dive::mission {
                                           const planning::RobotHull& hull, double clearance_m,
                                           const std::vector<PlannedRouteLeg>& legs);
 
-/// Told every tick of a dive; adds tracks, paths and errors, a few times a second.
+/// Called every tick of a dive; adds tracks and errors a few times per second, and collisions.
 class PictureRecorder {
  public:
   explicit PictureRecorder(DivePicture& picture) : picture_(picture) {}
 
   void observe(const StepInputs& inputs, const StepOutputs& outputs,
-               const vehicle::GroundTruth& truth);
+               const vehicle::GroundTruth& truth, std::span<const Collision> collisions);
 
  private:
   DivePicture& picture_;

@@ -10,8 +10,10 @@
 #include "common/xml.h"
 #include "mission/check/check.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
+#include "mission/cli/mesh_report.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
 #include "planning/mapping/cloud_world.h"
@@ -21,30 +23,39 @@
 namespace dive::mission {
 namespace {
 
-constexpr double kMaxDepthOnMap = 50.0;       // m
-constexpr double kRoomAroundCloud = 5.0;      // m above and below it that may be swum in
-constexpr double kFarOff = 10'000.0;          // m that a pose may be away from a cloud
-constexpr double kAroundPath = 25.0;          // m around start and goal that a huge cloud is cut to
-constexpr std::size_t kMostVoxels = 200'000;  // that a planner is given
+constexpr double kMaxDepthOnMap = 50.0;   // m
+constexpr double kRoomAroundCloud = 5.0;  // m of free space above and below it
+constexpr double kFarOff = 10'000.0;      // m: largest distance of a pose from the cloud
+// m around start and goal to which a huge cloud is cut
+constexpr double kAroundPath = 25.0;
+constexpr std::size_t kMostVoxels = 200'000;  // maximum passed to a planner
 
-void print_plan(const std::string& name, const planning::PlanResult& plan) {
-  if (plan.status != planning::PlanStatus::kSuccess) {
+void print_plan(const std::string& name, const planning::PlanResult& plan,
+                const planning::PlannerStatistics& statistics) {
+  if (!planning::has_path(plan.status)) {
     print(fmt::format("{}: {}: {}", name, planning::to_string(plan.status), plan.reason));
     return;
   }
-  print(fmt::format("{}: {:.1f} m, certified clearance {:.3f} m, {} waypoints, {} warm start(s)",
-                    name, plan.length_m, plan.clearance_m, plan.waypoints.size(),
-                    plan.warm_starts));
-  const planning::StageTimes& times = plan.times;
+  print(fmt::format("{}: {}{:.1f} m, certified clearance {:.3f} m, {} waypoints, {} warm start(s)",
+                    name, plan.reduced ? "reduced: " : "", plan.length_m, plan.clearance_m,
+                    plan.waypoints.size(), plan.warm_starts));
+  if (plan.reduced) {
+    const Eigen::Vector3d& p = plan.reduced->place_W;
+    print(fmt::format("  {}; narrowest at {:.2f},{:.2f},{:.2f}", plan.reason, p.x(), p.y(), p.z()));
+    if (!plan.accepted) {
+      print("  not accepted: use --allow-reduced, or reduced_clearance in the mission");
+    }
+  }
   print(fmt::format("  {:.1f} ms: optimise {:.1f}, warm start {:.1f}, certify {:.1f}",
-                    times.total_ms, times.optimise_ms, times.warm_start_ms, times.certify_ms));
+                    statistics.total_ms, statistics.optimise_ms, statistics.warm_start_ms,
+                    statistics.certify_ms));
 }
 
 int exit_status(const std::vector<PlannedRouteLeg>& legs) {
   int status = kExitSuccess;
   for (const PlannedRouteLeg& leg : legs) {
     if (leg.plan.status == planning::PlanStatus::kInvalid) return kExitUsage;
-    if (leg.plan.status == planning::PlanStatus::kNoPath) status = kExitFailed;
+    if (!leg.plan.accepted) status = kExitFailed;
   }
   return status;
 }
@@ -52,24 +63,26 @@ int exit_status(const std::vector<PlannedRouteLeg>& legs) {
 int plan_mission(const PlanArguments& arguments) {
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
-  if (!loaded) {
-    print_diagnostics(diagnostics);
-    return kExitUsage;
-  }
+  print_diagnostics(diagnostics);
+  if (!loaded) return kExitUsage;
   const planning::Scene scene(loaded->world);
-  const std::vector<PlannedRouteLeg> legs =
-      plan_route(nominal_route(loaded->mission, scene), loaded->world, loaded->model.hull,
-                 planning::PlannerOptions{}, arguments.seed);
+  Route route = nominal_route(loaded->mission, scene);
+  if (arguments.allow_reduced) {
+    for (RouteLeg& leg : route.legs) leg.reduced_clearance = 0.0;
+  }
+  const std::vector<PlannedRouteLeg> legs = plan_route(route, loaded->world, loaded->model.hull,
+                                                       planning::PlannerOptions{}, arguments.seed);
   if (arguments.json) {
     nlohmann::ordered_json plans = nlohmann::ordered_json::array();
     for (const PlannedRouteLeg& leg : legs) {
       nlohmann::ordered_json entry = {{"state", leg.state}, {"goal", leg.goal}};
-      entry.update(to_json(leg.plan));
+      entry.update(to_json(leg.plan, leg.statistics));
       plans.push_back(std::move(entry));
     }
-    print_json({{"plans", std::move(plans)}});
+    print_json({{"plans", std::move(plans)}, {"meshes", meshes_json(loaded->world)}});
   } else {
-    for (const PlannedRouteLeg& leg : legs) print_plan(leg.goal, leg.plan);
+    print_meshes(loaded->world);
+    for (const PlannedRouteLeg& leg : legs) print_plan(leg.goal, leg.plan, leg.statistics);
   }
   if (!arguments.svg.empty()) {
     const DivePicture picture =
@@ -80,7 +93,7 @@ int plan_mission(const PlanArguments& arguments) {
   return exit_status(legs);
 }
 
-// Where from, where to, and how; in the axes the poses were written in. Depths are the caller's.
+// Start, goal and options, in the axes in which the poses were written. The caller sets depths.
 std::optional<planning::PlanRequest> request_of(const PlanArguments& arguments) {
   const std::optional<WrittenPose> start = parse_pose("--start", arguments.start);
   const std::optional<WrittenPose> goal = parse_pose("--goal", arguments.goal);
@@ -93,23 +106,28 @@ std::optional<planning::PlanRequest> request_of(const PlanArguments& arguments) 
   if (!start->has_attitude) request.start.q = along;
   if (!goal->has_attitude) request.goal.q = along;
   request.goal_attitude_fixed = goal->has_attitude;
-  request.attitude = attitude_mode(arguments.attitude);
-  request.clearance = arguments.clearance_m;
+  request.limits.attitude = attitude_mode(arguments.attitude);
+  request.limits.clearance = arguments.clearance_m;
+  if (arguments.allow_reduced) request.limits.reduced_clearance = 0.0;
   request.seed = arguments.seed;
   return request;
 }
 
-// Prints one path, and draws it if asked. `world` lies about `origin` of the axes of the path; that
-// is how it is drawn.
+// Prints one path, and draws it if requested. `world` is offset by `origin` from the axes of the
+// path, which are those of the drawing.
 int show(const PlanArguments& arguments, const std::string& title, const planning::World& world,
          const vehicle::Model& model, planning::PlanResult plan,
+         const planning::PlannerStatistics& statistics,
          const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) {
-  std::vector<PlannedRouteLeg> legs{{"", "goal", std::move(plan)}};
+  std::vector<PlannedRouteLeg> legs{{"", "goal", std::move(plan), statistics}};
   planning::PlanResult& shown = legs.front().plan;
   if (arguments.json) {
-    print_json(to_json(shown));
+    nlohmann::ordered_json json = to_json(shown, statistics);
+    json["meshes"] = meshes_json(world);
+    print_json(json);
   } else {
-    print_plan("goal", shown);
+    print_meshes(world);
+    print_plan("goal", shown, statistics);
   }
   if (!arguments.svg.empty()) {
     for (Pose& pose : shown.waypoints) pose.p -= origin;
@@ -127,12 +145,13 @@ int plan_on_map(const PlanArguments& arguments) {
   const std::optional<planning::World> world = planning::load_sdf(arguments.map, diagnostics);
   print_diagnostics(diagnostics);
   if (!world) return kExitUsage;
-  request->min_z = -arguments.max_depth_m.value_or(kMaxDepthOnMap);
+  request->limits.min_z = -arguments.max_depth_m.value_or(kMaxDepthOnMap);
 
   const vehicle::Model model = load_vehicle();
   SteadyClock clock;
   planning::Planner planner(*world, model.hull, planning::PlannerOptions{}, clock);
-  return show(arguments, arguments.map, *world, model, planner.plan(*request));
+  planning::PlanResult plan = planner.plan(*request);
+  return show(arguments, arguments.map, *world, model, std::move(plan), planner.statistics());
 }
 
 // --- in a cloud ---
@@ -149,19 +168,19 @@ std::optional<double> metres_of(std::string_view unit) {
   return at == kUnits.end() ? std::nullopt : std::optional(at->second);
 }
 
-// The request in W. Depths are bounded below and, where there is no surface, above all there is.
+// The request in W. Depths are bounded below and, where there is no surface, above every point.
 planning::PlanRequest in_world(planning::PlanRequest request, const planning::CloudWorld& cloud,
                                const std::optional<double>& max_depth_m) {
   request.start.p -= cloud.origin;
   request.goal.p -= cloud.origin;
   Eigen::AlignedBox3d all = cloud.bounds_W;
   all.extend(request.start.p).extend(request.goal.p);
-  request.min_z = max_depth_m ? -*max_depth_m : all.min().z() - kRoomAroundCloud;
-  request.max_z = cloud.has_surface ? 0.0 : all.max().z() + kRoomAroundCloud;
+  request.limits.min_z = max_depth_m ? -*max_depth_m : all.min().z() - kRoomAroundCloud;
+  request.limits.max_z = cloud.has_surface ? 0.0 : all.max().z() + kRoomAroundCloud;
   return request;
 }
 
-// Does nothing that was left out of the cloud matter to the path?
+// True if nothing omitted from the cloud affects the path.
 bool is_known_about(const planning::PlanResult& plan, const planning::CloudWorld& cloud,
                     double reach) {
   if (!cloud.known_W) return true;
@@ -171,7 +190,7 @@ bool is_known_about(const planning::PlanResult& plan, const planning::CloudWorld
                              [&](const Pose& X_WB) { return inner.contains(X_WB.p); });
 }
 
-// Empty, or a sentence: poses in other axes than the cloud's are mostly far away from it.
+// Empty, or a message: poses in axes other than the cloud's are mostly far away from it.
 std::string far_off(const planning::PlanRequest& request, const planning::CloudFile& cloud) {
   Eigen::AlignedBox3d bounds;
   for (const Eigen::Vector3f& p : cloud.points) bounds.extend(cloud.origin + p.cast<double>());
@@ -204,7 +223,7 @@ int plan_in_cloud(const PlanArguments& arguments) {
   const vehicle::Model model = load_vehicle();
   const double reach = model.hull.radius() + arguments.clearance_m;
   SteadyClock clock;
-  // What is far away is only left out as long as the path stays away from it.
+  // Distant points are omitted only as long as the path stays away from them.
   for (double around_m = kAroundPath;; around_m *= 2.0) {
     planning::CloudWorldOptions options;
     options.max_voxels = kMostVoxels;
@@ -228,16 +247,38 @@ int plan_in_cloud(const PlanArguments& arguments) {
                      made->has_surface ? "the surface of the water"
                                        : "not taken for the surface: the cloud reaches above it"));
     for (Pose& pose : plan.waypoints) pose.p += made->origin;
+    if (plan.reduced) plan.reduced->place_W += made->origin;
     std::string title = arguments.cloud;
     if (!made->origin.isZero()) {
       title += fmt::format(" (drawn about {:.0f}, {:.0f}, {:.0f})", made->origin.x(),
                            made->origin.y(), made->origin.z());
     }
-    return show(arguments, title, made->world, model, std::move(plan), made->origin);
+    return show(arguments, title, made->world, model, std::move(plan), planner.statistics(),
+                made->origin);
   }
 }
 
-// What there is to plan in, or a complaint.
+// Prints an error if the file is clearly of another kind than the argument requires.
+bool is_of_its_kind(const PlanArguments& arguments) {
+  struct Way {
+    FileKind kind;
+    const std::string& path;
+    const char* instead;
+  };
+  const Way ways[] = {
+      {FileKind::kMission, arguments.mission, "give it without an option"},
+      {FileKind::kMap, arguments.map, "give it with --map, --start and --goal"},
+      {FileKind::kCloud, arguments.cloud, "give it with --cloud, --start and --goal"}};
+  const auto* given = std::ranges::find_if(ways, [](const Way& way) { return !way.path.empty(); });
+  const FileKind kind = kind_of_file(given->path);
+  const auto* meant = std::ranges::find(ways, kind, &Way::kind);
+  if (meant == std::end(ways) || meant == given) return true;
+  complain(fmt::format("{}: this is {}, not {}: {}", given->path, in_words(kind),
+                       in_words(given->kind), meant->instead));
+  return false;
+}
+
+// Checks that there is a world to plan in; prints an error otherwise.
 bool is_usable(const PlanArguments& arguments) {
   const auto places = static_cast<int>(!arguments.mission.empty()) +
                       static_cast<int>(!arguments.map.empty()) +
@@ -251,6 +292,7 @@ bool is_usable(const PlanArguments& arguments) {
     complain("--unit is that of a --cloud, and none is given");
     return false;
   }
+  if (places == 1 && !is_of_its_kind(arguments)) return false;
   if (places != 1 || (arguments.mission.empty() && !has_poses)) {
     complain("plan needs either a mission or all of --map (or --cloud), --start and --goal");
     return false;

@@ -14,10 +14,23 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 void print_report(const std::string& log, const ReplayReport& report) {
-  print(fmt::format("{}: {} ({} ticks, {} events{})", log,
-                    report.identical ? "identical" : "DIVERGES", report.ticks, report.events,
-                    report.torn ? ", the log's tail is torn" : ""));
+  const char* verdict = report.identical                   ? "identical"
+                        : !report.first_divergence.empty() ? "DIVERGES"
+                        : !report.gaps.empty()             ? "DAMAGED"
+                                                           : "EMPTY";
+  print(fmt::format("{}: {} ({} ticks, {} events{})", log, verdict, report.ticks, report.events,
+                    report.torn ? ", the log ends within a tick" : ""));
   if (!report.first_divergence.empty()) print("  first at " + report.first_divergence);
+  for (const LogGap& gap : report.gaps) {
+    const std::string to =
+        gap.to ? fmt::format("to {:.2f} s", to_seconds(*gap.to)) : std::string("to the end");
+    print(fmt::format("  gap from {:.2f} s {}: {} bytes at offset {} are damaged or missing",
+                      to_seconds(gap.from), to, gap.bytes, gap.offset));
+  }
+  if (report.replayed < report.ticks && report.first_divergence.empty()) {
+    print(fmt::format("  {} ticks before the first gap are identical, {} after it were not re-run",
+                      report.replayed, report.ticks - report.replayed));
+  }
 }
 
 std::string in_words(const TimedTransition& transition) {

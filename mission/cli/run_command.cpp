@@ -6,9 +6,8 @@
 #include "common/priority.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/dataset_run.h"
-#include "estimation/visual_inertial/vision_pipeline.h"
+#include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 #include "mission/check/check.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/dive_progress.h"
 #include "mission/cli/json.h"
@@ -16,12 +15,13 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
-#include "mission/executive/stereo_eyes.h"
 #include "mission/link/linked_dive.h"
+#include "mission/onboard/stereo_eyes.h"
 #include "mission/record/dataset_recorder.h"
 #include "mission/record/journal.h"
 #include "mission/record/log.h"
 #include "mission/record/log_digest.h"
+#include "mission/simulation/simulated_dive.h"
 #include "planning/mapping/save_map.h"
 #include "planning/world/scene.h"
 #include "vehicle/link/authority.h"
@@ -36,7 +36,7 @@ std::string default_log_path(const Mission& mission, std::uint64_t seed) {
 
 void create_folder_of(const std::string& path) {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;  // what is wrong with the folder shows when the file is created
+  std::error_code ignored;  // a problem with the folder is reported when the file is created
   if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
 }
 
@@ -49,8 +49,8 @@ std::optional<LogWriter> open_log(const std::string& path, const LogHeader& head
   return std::move(*writer);
 }
 
-/// A new journal, or the old one and what to go on from in `from`, with its seed in the header;
-/// complains and is empty when that is impossible.
+/// A new journal, or the old one with the state to continue from in `from` and its seed in the
+/// header; prints an error and returns nothing if that is impossible.
 std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,
                                           std::optional<Resume>& from) {
   const auto refuse = [&](const std::string& why) {
@@ -80,10 +80,10 @@ std::optional<JournalWriter> open_journal(const std::string& path, bool resume, 
 /// Log and journal of a dive.
 class Recording {
  public:
-  /// Complains and is empty when they cannot be opened.
+  /// Prints an error and returns nothing if they cannot be opened.
   static std::optional<Recording> open(const RunArguments& arguments, const LoadedMission& loaded) {
     LogHeader header = header_of(loaded, arguments.seed);
-    // The built-in simulator begins where the vehicle was thought to be, with a clock of its own.
+    // The built-in simulator starts at the estimated pose, with its own clock.
     if (arguments.resume && arguments.link.url.empty()) header.resume_gap_s = 0.0;
     Recording recording;
     recording.log_path_ =
@@ -111,7 +111,7 @@ class Recording {
              const std::optional<TruthRecord>& truth) {
     has_log_ &= log_->write(inputs, outputs, truth);
   }
-  /// Complains when something was lost; false when that is of the log.
+  /// Prints an error if anything was lost; returns false if it was part of the log.
   bool close() {
     has_log_ &= log_->close();
     if (!has_journal_) {
@@ -139,10 +139,9 @@ void print_verdict(const DiveResult& result, const std::string& log) {
   print(fmt::format("  {:.0f} s, {:.1f} m swum, {} plan(s) of which {} replan(s), {:.1f} Wh",
                     result.duration_s, result.distance_m, result.plans, result.replans,
                     result.energy_wh));
-  print(fmt::format(
-      "  nearest to anything {:.2f} m, {} collision(s), surfaced {:.2f} m from where "
-      "it believed to be (one sigma {:.2f} m)",
-      result.min_clearance_m, result.collisions, result.estimate_error_m, result.estimate_sigma_m));
+  print(fmt::format("  {} collision(s); final position error {:.2f} m, one sigma {:.2f} m",
+                    result.collisions.size(), result.final_error_m, result.final_sigma_m));
+  print_contacts(result.nearest, result.collisions);
   print("  log " + log);
 }
 
@@ -158,7 +157,7 @@ void print_linked(const LinkedResult& result, const std::string& log, bool with_
   print("  log " + log);
 }
 
-/// Beside the log: the map that the dive made of unknown water. Complains when it cannot be
+/// Writes the map made in an unknown environment beside the log. Prints an error if it cannot be
 /// written.
 std::optional<std::string> keep_map(const std::string& log, const planning::SeenMap& seen,
                                     const std::vector<Eigen::Vector3f>& points,
@@ -180,7 +179,7 @@ const std::string& water_of(const RunArguments& arguments, const Mission& missio
   return arguments.water.empty() ? mission.water : arguments.water;
 }
 
-/// Has the dive recorded as a dataset. False, and complains, when it cannot be.
+/// Sets up the recording of the dive as a dataset. Prints an error and returns false on failure.
 bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
                     DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
   settings.conditions.inertial_unit = vehicle::ImuNoise{};
@@ -199,7 +198,7 @@ bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
   return true;
 }
 
-/// Complains and is false when something of it was lost.
+/// Prints an error and returns false if a part of the dataset was lost.
 bool close_dataset(std::optional<DatasetRecorder>& dataset) {
   if (!dataset) return true;
   const tl::expected<void, std::string> closed = dataset->close();
@@ -233,11 +232,12 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
     DiveProgress progress;
     result = simulate_dive(
         loaded.mission, loaded.world, loaded.model, settings,
-        [&](const StepInputs& inputs, const StepOutputs& outputs,
-            const vehicle::GroundTruth& truth) {
-          recording->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
+        [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
+            std::span<const Collision> collisions) {
+          recording->write(inputs, outputs,
+                           TruthRecord{truth.utime, truth.X_WB, obstacles_of(collisions)});
           if (!arguments.json) progress.observe(inputs, outputs);
-          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth);
+          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth, collisions);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);
@@ -265,8 +265,8 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
 
-/// Of the cameras and the inertial unit that are calibrated in a folder; complains and is empty
-/// when something is wrong.
+/// Options for the cameras and the IMU from a calibration folder; prints an error and returns
+/// nothing if something is wrong.
 std::optional<estimation::VisionOptions> read_vision(const std::string& folder) {
   const auto sensors = estimation::read_asl_calibration(folder);
   if (!sensors) {
@@ -286,7 +286,7 @@ std::optional<estimation::VisionOptions> read_vision(const std::string& folder) 
   return std::nullopt;
 }
 
-/// Of a vehicle that is there; complains and is empty when something is wrong.
+/// Settings for a real vehicle; prints an error and returns nothing if something is wrong.
 std::optional<LinkSettings> link_settings(const RunArguments& arguments,
                                           const Recording& recording) {
   LinkSettings settings;
@@ -316,7 +316,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
       }
     }
   }
-  // Before the bus, whose own thread must not wait either.
+  // Set before the bus is created, because its own thread must not wait either.
   const bool is_first = arguments.link.lockstep || run_first();
   if (!is_first) {
     note(
@@ -416,6 +416,14 @@ int run_dive(const RunArguments& arguments) {
     complain(
         fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
                     "write estimator=\"visual_inertial\"",
+                    arguments.mission));
+    return kExitUsage;
+  }
+  if (is_linked && arguments.cameras.empty() && goes_by_sight(loaded->mission)) {
+    complain(
+        fmt::format("{}: its estimator is visual_inertial, which needs the calibration of the "
+                    "vehicle's cameras: give --cameras DIR (of a simulated vehicle: dive sim "
+                    "--write-calibration DIR)",
                     arguments.mission));
     return kExitUsage;
   }

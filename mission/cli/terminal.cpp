@@ -60,4 +60,15 @@ void ProgressLine::show(std::string_view line) {
   }
 }
 
+void ProgressLine::keep(std::string_view line) {
+  if (open_) fmt::print(stderr, "\r\033[K");
+  open_ = false;
+  note(line);
+}
+
+void print_contacts(const NearestApproach& nearest, std::span<const Collision> collisions) {
+  print("  nearest approach: " + describe(nearest));
+  for (const Collision& collision : collisions) print("  collision " + describe(collision));
+}
+
 }  // namespace dive::mission

@@ -1,11 +1,13 @@
 #pragma once
-// What a person sees: results on stdout, everything else on stderr. Colour and a line that
-// rewrites itself only on a terminal; NO_COLOR is honoured.
+// Terminal output: results on stdout, everything else on stderr. Colour and rewritten lines only on
+// a terminal; NO_COLOR is respected.
 
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "common/diagnostic.h"
+#include "mission/record/collision.h"
 
 namespace dive::mission {
 
@@ -17,10 +19,10 @@ void note(std::string_view line);
 void complain(std::string_view message);
 /// All diagnostics on stderr, then a count.
 void print_diagnostics(const Diagnostics& diagnostics);
-/// Writes a file; false (and a complaint) when that fails.
+/// Writes a file; prints an error and returns false on failure.
 [[nodiscard]] bool write_file(const std::string& path, std::string_view content);
 
-/// A line on stderr that is rewritten in place on a terminal, and printed now and then elsewhere.
+/// A line on stderr that is rewritten in place on a terminal, and printed periodically elsewhere.
 class ProgressLine {
  public:
   ProgressLine();
@@ -30,10 +32,15 @@ class ProgressLine {
 
   [[nodiscard]] bool on_terminal() const { return on_terminal_; }
   void show(std::string_view line);
+  /// Prints a permanent line above the rewritten one.
+  void keep(std::string_view line);
 
  private:
   bool on_terminal_;
   bool open_ = false;
 };
+
+/// Prints the nearest approach and one line per collision on stdout.
+void print_contacts(const NearestApproach& nearest, std::span<const Collision> collisions);
 
 }  // namespace dive::mission

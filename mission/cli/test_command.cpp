@@ -1,16 +1,15 @@
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/parallel.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
@@ -26,20 +25,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One scenario on its way through the command.
+/// One scenario and its results.
 struct Trial {
   std::string path;
-  Diagnostics diagnostics;  ///< Of the scenario and of its mission.
+  Diagnostics diagnostics;  ///< For the scenario and its mission.
   std::optional<Scenario> scenario;
   std::shared_ptr<const LoadedMission> loaded;
-  std::string log;      ///< Where the log is written; empty: nowhere.
-  std::string problem;  ///< With the log.
+  std::string log;      ///< File of the log; empty: none.
+  std::string problem;  ///< Error in writing the log.
   DiveResult result;
-  std::vector<Judgement> failed;       ///< Did not hold.
-  std::vector<Judgement> cannot_fail;  ///< Held, and turned round as well.
-  bool unmoved = false;                ///< Held though its script did nothing.
+  std::vector<Judgement> failed;       ///< Unmet expectations.
+  std::vector<Judgement> cannot_fail;  ///< Met, and also met when negated.
+  bool unmoved = false;                ///< Passed although its script was disabled.
   std::size_t expectations = 0;
-  double seconds = 0.0;  ///< That the dive took on this machine.
+  double seconds = 0.0;  ///< Duration of the dive's computation.
 
   [[nodiscard]] bool is_valid() const { return scenario && loaded; }
   [[nodiscard]] bool holds() const {
@@ -50,8 +49,8 @@ struct Trial {
   }
 };
 
-/// The files named, those of a folder in alphabetical order; complains and is empty when one is
-/// not there or a folder has none.
+/// The files named, those of a folder in alphabetical order; prints an error and returns nothing if
+/// one does not exist or a folder has none.
 std::optional<std::vector<std::string>> files_of(const std::vector<std::string>& named) {
   std::vector<std::string> files;
   for (const std::string& name : named) {
@@ -75,7 +74,7 @@ std::optional<std::vector<std::string>> files_of(const std::vector<std::string>&
   return files;
 }
 
-/// Many scenarios dive the same mission: each is loaded once.
+/// Caches missions: many scenarios use the same one, and each is loaded once.
 class Missions {
  public:
   std::shared_ptr<const LoadedMission> get(const std::string& path, Diagnostics& diagnostics) {
@@ -122,7 +121,7 @@ void read(Trial& trial, Missions& missions) {
   }
 }
 
-/// Every log in the folder has the name of its scenario; a second one of that name a number.
+/// Every log in the folder is named after its scenario; duplicates get a number.
 void name_logs(std::vector<Trial>& trials, const std::string& folder) {
   if (folder.empty()) return;
   std::set<std::string> taken;
@@ -150,8 +149,10 @@ DiveRecord dive_and_log(Trial& trial, Script script) {
   }
   DiveRecord record = dive_scenario(
       scenario, loaded.mission, loaded.world, loaded.model, script,
-      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
-        if (log) log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB});
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
+          std::span<const Collision> collisions) {
+        if (!log) return;
+        log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB, obstacles_of(collisions)});
       });
   if (log && !log->close()) {
     trial.problem = fmt::format("{}: the log is not complete (disk full?)", trial.log);
@@ -163,7 +164,7 @@ void try_out(Trial& trial, const TestArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
   trial.result = record.result;
-  trial.result.seen = {};  // what is told of it needs no map
+  trial.result.seen = {};  // the report does not use the map
   trial.result.seen_points = {};
   for (const Judgement& judgement : judge(*trial.scenario, record)) {
     ++trial.expectations;
@@ -178,7 +179,7 @@ void try_out(Trial& trial, const TestArguments& arguments) {
   }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!trial.log.empty() && trial.holds() && !arguments.keep_all) {
-    std::error_code ignored;  // one log more than asked for does no harm
+    std::error_code ignored;  // a superfluous log does no harm
     fs::remove(trial.log, ignored);
     trial.log.clear();
   }
@@ -223,9 +224,8 @@ void print_trial(const Trial& trial, const TestArguments& arguments) {
                           : "  why it went so: dive explain " + trial.log);
 }
 
-/// Dives all that can be dived, several at a time, and prints them in their order.
+/// Runs all valid scenarios, several in parallel, and prints them in their order.
 void try_all(std::vector<Trial>& trials, const TestArguments& arguments) {
-  std::atomic<std::size_t> next = 0;
   std::mutex telling;
   std::size_t told = 0;
   std::vector<bool> done(trials.size(), false);
@@ -236,17 +236,10 @@ void try_all(std::vector<Trial>& trials, const TestArguments& arguments) {
       if (!arguments.json) print_trial(trials[told], arguments);
     }
   };
-  const auto work = [&] {
-    for (std::size_t i = next++; i < trials.size(); i = next++) {
-      if (trials[i].is_valid()) try_out(trials[i], arguments);
-      tell(i);
-    }
-  };
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  const int jobs = arguments.jobs > 0 ? arguments.jobs : static_cast<int>(cores);
-  std::vector<std::jthread> workers;
-  for (int i = 0; i < jobs; ++i) workers.emplace_back(work);
-  workers.clear();  // joins
+  run_in_parallel(trials.size(), thread_count(arguments.jobs), [&](std::size_t i) {
+    if (trials[i].is_valid()) try_out(trials[i], arguments);
+    tell(i);
+  });
 }
 
 std::vector<TestCase> cases_of(const std::vector<Trial>& trials) {
@@ -294,6 +287,7 @@ nlohmann::ordered_json to_json(const Trial& trial) {
     json["outcome"] = trial.result.outcome;
     json["final_state"] = trial.result.final_state;
     json["duration_s"] = trial.result.duration_s;
+    json["collision_list"] = mission::to_json(trial.result.collisions);
   }
   return json;
 }

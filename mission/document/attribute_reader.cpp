@@ -15,7 +15,7 @@ constexpr std::string_view kBlanks = " \t\r\n";
 const XmlAttribute& AttributeReader::required(const XmlElement& element,
                                               std::string_view attribute) {
   const XmlAttribute* found = element.attribute(attribute);
-  DIVE_DEMAND(found != nullptr);  // the schema says so, or gives a default
+  DIVE_DEMAND(found != nullptr);  // the schema requires it or gives a default
   return *found;
 }
 
@@ -23,7 +23,7 @@ Located<double> AttributeReader::number(const XmlElement& element,
                                         std::string_view attribute) const {
   const XmlAttribute& written = required(element, attribute);
   const std::optional<double> value = parse_number(written.value);
-  DIVE_DEMAND(value);  // every xs:decimal is one of ours
+  DIVE_DEMAND(value);  // every xs:decimal is a valid double
   return {*value, written.value_span};
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Attributes of elements that have passed the schema, as typed values with their places. Private to
-// mission/document.
+// Typed values, with their positions, of the attributes of elements that have passed the schema.
+// Private to mission/document.
 
 #include <optional>
 #include <string>
@@ -14,26 +14,26 @@ namespace dive::mission {
 
 class AttributeReader {
  public:
-  /// `source` must outlive it.
+  /// `source` must outlive the reader.
   explicit AttributeReader(const SourceText& source) : source_(source) {}
 
   [[nodiscard]] const SourceText& source() const { return source_; }
 
-  // Of an attribute that the schema demands or gives a default.
+  // Values of attributes that the schema requires or gives a default.
   [[nodiscard]] Located<double> number(const XmlElement& element, std::string_view attribute) const;
   [[nodiscard]] Located<std::string> name(const XmlElement& element,
                                           std::string_view attribute) const;
   [[nodiscard]] bool flag(const XmlElement& element, std::string_view attribute) const;
-  /// A path may have blanks inside, but not around it.
+  /// Blanks are allowed inside a path, not around it.
   [[nodiscard]] Located<std::string> path(const XmlElement& element,
                                           std::string_view attribute) const;
-  /// The value as it stands.
+  /// The value as written.
   [[nodiscard]] Located<std::string> text(const XmlElement& element,
                                           std::string_view attribute) const;
 
   [[nodiscard]] std::optional<Located<double>> optional_number(const XmlElement& element,
                                                                std::string_view attribute) const;
-  /// The value's words, each with its own place.
+  /// The words of the value, each with its position.
   [[nodiscard]] std::vector<Located<std::string>> words(const XmlAttribute& attribute) const;
 
   [[nodiscard]] Position position(const XmlElement& element) const;

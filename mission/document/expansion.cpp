@@ -26,19 +26,19 @@ constexpr const char* kInclude = "MIS-INCLUDE";
 constexpr const char* kParameter = "MIS-PARAMETER";
 constexpr std::string_view kOpening = "${";
 constexpr std::size_t kMaxName = 32;
-constexpr std::size_t kMaxValue = 4096;  // parameters of parameters must not double for ever
+constexpr std::size_t kMaxValue = 4096;  // bounds the growth by parameters of parameters
 
-// As they stand in the file between quotes, so that they can stand between others.
+// Values as written in the file between quotes, so that they can stand between other quotes.
 using Values = std::map<std::string, std::string, std::less<>>;
 
-// What an include gives a fragment's parameter.
+// The value that an include passes to a fragment's parameter.
 struct Gift {
   std::string value;
   const XmlElement* with = nullptr;
 };
 using Gifts = std::map<std::string, Gift, std::less<>>;
 
-// A file that is being read, inside the one that includes it.
+// A file that is being read, inside the file that includes it.
 struct Scope {
   const SourceText* source = nullptr;
   fs::path path;  // canonical
@@ -75,12 +75,13 @@ std::vector<std::string> names_of(const Values& values) {
   return names;
 }
 
-// The text that is being put together, and where its lines come from.
+// The expanded text, and the origin of its lines.
 class Output {
  public:
   explicit Output(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // What follows was written at `offset` of the scope's file: on a line of its own, at its column.
+  // Sets the origin of the following text to `offset` of the scope's file: on a new line, at the
+  // same column.
   void turn_to(const Scope& scope, std::size_t offset) {
     const Span place = scope.source->span_at(offset, 0);
     if (!text_.empty()) put("\n");
@@ -124,7 +125,7 @@ class Expander {
     folder_ = fs::weakly_canonical(fs::absolute(mission.path(), error).parent_path(), error);
   }
 
-  // The text that stands for the mission; nothing after an error.
+  // The expanded text of the mission; empty after an error.
   std::optional<SourceText> run(const XmlElement& root) {
     declare(mission_, root, nullptr, {});
     output_.turn_to(mission_, 0);
@@ -135,7 +136,7 @@ class Expander {
   }
 
  private:
-  // Bytes [begin, end) of the file, which hold `element` or its content.
+  // Copies bytes [begin, end) of the file, which hold `element` or its content.
   void copy(const Scope& scope, const XmlElement& element, std::size_t begin, std::size_t end) {
     std::size_t at = begin;
     copy_attributes(scope, element, at);
@@ -143,7 +144,7 @@ class Expander {
     put(scope, at, end);
   }
 
-  // Up to the last value; `at` may lie past the start tag: then there is nothing to do.
+  // Copies up to the last value; does nothing if `at` lies past the start tag.
   void copy_attributes(const Scope& scope, const XmlElement& element, std::size_t& at) {
     std::vector<std::pair<std::size_t, std::size_t>> values;
     for (const XmlAttribute& attribute : element.attributes) {
@@ -253,7 +254,7 @@ class Expander {
     return *path;
   }
 
-  // A fragment may be named by a symbolic link: what it names lies beside what was linked to.
+  // A fragment may be named by a symbolic link: its relative paths start at the link's target.
   fs::path folder_of(const Scope& scope) const {
     return scope.outer == nullptr ? folder_ : scope.path.parent_path();
   }
@@ -285,7 +286,7 @@ class Expander {
     return diagnostics_.error_count() == errors_before;
   }
 
-  // The values that an include gives, by name.
+  // The values that an include passes, by name.
   Gifts given(const Scope& scope, const XmlElement& include) {
     Gifts given;
     for (const XmlElement& with : include.children) {
@@ -302,8 +303,8 @@ class Expander {
     return given;
   }
 
-  // Reads what the file declares into the scope. `include` is what has it included; nullptr of a
-  // mission, which has nobody to be given anything by.
+  // Reads the file's declarations into the scope. `include` is the element that includes it;
+  // nullptr for a mission, which receives no values.
   bool declare(Scope& scope, const XmlElement& root, const XmlElement* include,
                const Gifts& given) {
     const std::size_t errors_before = diagnostics_.error_count();
@@ -355,7 +356,7 @@ class Expander {
     const XmlAttribute* value = nullptr;
   };
 
-  // Of a 'with' or a 'parameter'.
+  // The name and value of a 'with' or a 'parameter'.
   std::optional<Named> read_named(const Scope& scope, const XmlElement& element) {
     if (!takes_only(scope, element, kParameter, {"name", "value"}, {})) return std::nullopt;
     const XmlAttribute* name = element.attribute("name");
@@ -374,7 +375,7 @@ class Expander {
     return Named{name->value, element.attribute("value")};
   }
 
-  // The value with its own parameters filled in, fit to stand between any quotes.
+  // The value with its own parameters replaced, escaped for any quotes.
   std::string value_of(const Scope& scope, const XmlAttribute& attribute) {
     const std::size_t begin = offset_of(*scope.source, attribute.value_span);
     const std::string raw =
@@ -386,7 +387,7 @@ class Expander {
       } else if (c == '\'') {
         value += "&apos;";
       } else {
-        value += c == '\n' || c == '\r' || c == '\t' ? ' ' : c;  // what XML makes of it anyway
+        value += c == '\n' || c == '\r' || c == '\t' ? ' ' : c;  // as XML normalises it
       }
     }
     if (value.size() > kMaxValue) {
@@ -434,7 +435,7 @@ class Expander {
           std::move(hint));
   }
 
-  // Nothing that is not understood may be dropped without a word.
+  // No unknown attribute or element may be ignored silently.
   bool takes_only(const Scope& scope, const XmlElement& element, const char* code,
                   std::initializer_list<std::string> attributes, std::string_view child_name) {
     const std::size_t errors_before = diagnostics_.error_count();
@@ -473,7 +474,7 @@ class Expander {
   Diagnostics& diagnostics_;
   Output output_;
   Scope mission_;
-  fs::path folder_;  // of the mission, canonical: nothing outside of it is read
+  fs::path folder_;  // canonical folder of the mission: no file outside of it is read
   std::map<fs::path, std::optional<XmlDocument>> fragments_;
   int includes_ = 0;
   bool is_too_large_ = false;

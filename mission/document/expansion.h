@@ -1,5 +1,6 @@
 #pragma once
-// Reuse: an <include> stands for the content of a fragment, ${name} in a value for a parameter.
+// Expansion: an <include> is replaced by the content of a fragment, ${name} in a value by a
+// parameter.
 //
 //   <include href="parts/row.xml"><with name="x" value="4"/></include>
 //
@@ -8,8 +9,8 @@
 //     <goto id="row-${x}" x="${x}" y="0" z="${z}" z_units="DEPTH"> ... </goto>
 //   </fragment>
 //
-// What comes out is one document whose every line knows where it was written: that is what is
-// judged, run and logged, and a dive needs nothing else.
+// The result is one document, each line with its original file and position. It is what is checked,
+// executed and logged, and a dive needs no other file.
 
 #include <optional>
 
@@ -19,13 +20,13 @@
 namespace dive::mission {
 
 struct ExpansionLimits {
-  int max_includes = 200;  ///< In all, so that few lines cannot stand for millions.
-  int max_depth = 8;       ///< Fragments in fragments.
+  int max_includes = 200;  ///< Total, so that a few lines cannot expand to millions.
+  int max_depth = 8;       ///< Nesting depth of fragments.
 };
 
-/// The document with everything filled in; itself where there is nothing to. `limits` are those of
-/// the result. A href is relative to the file it stands in and must lie beneath the folder of the
-/// document, symbolic links followed. Errors: MIS-INCLUDE, MIS-PARAMETER, XML-* and
+/// The expanded document; the document itself if there is nothing to expand. `limits` apply to the
+/// result. A href is relative to the file that contains it and, with symbolic links resolved, must
+/// lie beneath the folder of the document. Errors: MIS-INCLUDE, MIS-PARAMETER, XML-* and
 /// FILE-UNREADABLE of fragments.
 [[nodiscard]] std::optional<XmlDocument> expand(XmlDocument document, const XmlLimits& limits,
                                                 const ExpansionLimits& expansion,

@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxListed = 1000;  // of a folder, for a suggestion
+// maximum number of files of a folder compared for a suggestion
+constexpr std::size_t kMaxListed = 1000;
 
 bool is_beneath(const fs::path& path, const fs::path& folder) {
   const auto [in_folder, in_path] =
@@ -21,7 +22,7 @@ bool is_beneath(const fs::path& path, const fs::path& folder) {
   return in_folder == folder.end() && in_path != path.end();
 }
 
-// The file of the same folder whose name is nearest.
+// The file of the same folder with the closest name.
 std::string hint_for_missing(const fs::path& path) {
   std::vector<std::string> names;
   std::error_code error;

@@ -1,5 +1,5 @@
 #pragma once
-// Files that a mission names: none may lie outside of its folder.
+// Files that a mission names: all must lie in its folder.
 
 #include <filesystem>
 #include <string>
@@ -9,14 +9,14 @@
 namespace dive::mission {
 
 struct FileRefusal {
-  bool is_outside = false;  ///< Else it is not there.
+  bool is_outside = false;  ///< False: the file does not exist.
   std::string reason;       ///< A clause: "there is no file 'x.sdf' beneath ...".
   std::string hint;
 };
 
-/// The canonical path of the file called `written` in a file of the folder `from`, which must lie
-/// beneath `folder`, symbolic links followed; both are absolute. `what` is what the file is to be:
-/// "map".
+/// The canonical path of the file named `written` in a file of the folder `from`. It must lie
+/// beneath `folder`, with symbolic links resolved; both folders are absolute. `what` names the kind
+/// of file: "map".
 [[nodiscard]] tl::expected<std::filesystem::path, FileRefusal> file_beneath(
     const std::filesystem::path& folder, const std::filesystem::path& from,
     const std::string& written, const std::string& what);

@@ -32,7 +32,7 @@ Flow::Flow(const Mission& mission, const StateIndex& index)
     add_arcs(state);
     done_may_be_late_ |= index.spec(state).type == StateType::kParallel;
   }
-  // What stands in the leaf itself cannot come between a final state and its parent's being done.
+  // Transitions of the atomic state itself cannot precede the completion of a final state's parent.
   done_may_be_late_ |= std::any_of(arcs_.begin(), arcs_.end(), [this](const Arc& arc) {
     return arc.spec != nullptr && arc.spec->events.empty() &&
            index_.spec(arc.owner).type != StateType::kLeaf;
@@ -84,7 +84,7 @@ Flow::Trigger Flow::trigger(std::string_view descriptor) const {
     if (descriptor.starts_with(family)) {
       return {kind, index_.find(std::string(descriptor.substr(family.size())))};
     }
-    // A leading part of the family stands for all of it.
+    // A prefix of the family represents the whole family.
     if (family.starts_with(descriptor)) return {kind, -1};
   }
   const std::set<std::string> raised = raised_events(index_);
@@ -93,10 +93,10 @@ Flow::Trigger Flow::trigger(std::string_view descriptor) const {
       })) {
     return {Trigger::Kind::kAlways, -1};
   }
-  return {Trigger::Kind::kEmergency, -1};  // every event is of one family or the other
+  return {Trigger::Kind::kEmergency, -1};  // every event belongs to one of the two families
 }
 
-// A target brings with it the default of every region beside it.
+// A target also enters the default of every parallel region beside it.
 void Flow::land(int target, Arc& arc) const {
   land_inside(target, arc);
   for (int inner = target, s = index_.parent(target); s >= 0; inner = s, s = index_.parent(s)) {
@@ -139,7 +139,7 @@ void Flow::land_in_history(int state, Arc& arc) const {
   land_inside(index_.find(index_.spec(state).initial->value), arc);
 }
 
-// While a state within a parallel is active, so may be all others within it.
+// While a state within a parallel is active, all others within it may be active too.
 void Flow::find_arcs_from(int state) {
   const int parallel = index_.outermost_parallel(state);
   std::vector<int>& from = arcs_from_[cast(state)];
@@ -161,7 +161,7 @@ void Flow::find_arcs_from(int state) {
   for (int s = outside; s >= 0; s = index_.parent(s)) consider(s);
 }
 
-// While the leaf or final `state` is active, in the outermost `parallel` or in none.
+// For the active atomic or final `state`, in the outermost `parallel` or in none.
 bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
   using Kind = Trigger::Kind;
   if (trigger.kind == Kind::kAlways || trigger.kind == Kind::kEmergency) return true;
@@ -176,11 +176,12 @@ bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
     }
     return false;
   }
-  // A planning state may fail for the whole that it is a part of, and says so.
+  // A failure of a planning state that is part of a composite is raised for the composite.
   if (trigger.kind == Kind::kPlanFailed && of_whole) {
     return raises(index_.spec(state), "plan.failed." + index_.spec(trigger.state).id.value);
   }
-  // Outside of parallels only the leaf itself is done, or the state that its final completes.
+  // Outside of parallels only the atomic state itself is done, or the state that its final state
+  // completes.
   const StateSpec& spec = index_.spec(state);
   const int source = spec.type == StateType::kFinal ? index_.parent(state) : state;
   if (source < 0 || (trigger.state >= 0 && trigger.state != source)) return false;
@@ -206,8 +207,9 @@ void Flow::enter_from_the_beginning() {
   } while (!pending.empty());
 }
 
-// A shallow history brings back a state that was entered before, perhaps by a target inside it; now
-// it is entered by its defaults. What a deep history brings back was all entered before.
+// A shallow history restores a child that was entered before, perhaps by a target inside it; now
+// the child is entered by its defaults. Every state that a deep history restores was entered
+// before.
 void Flow::bring_back(std::vector<int>& pending) {
   for (int state = 0; state < index_.size(); ++state) {
     if (!entered(state) || index_.spec(state).type != StateType::kShallowHistory) continue;
@@ -238,8 +240,9 @@ std::vector<bool> Flow::ends() const {
 }
 
 std::vector<bool> Flow::can_reach(const std::vector<bool>& goals) const {
-  std::vector<std::vector<int>> landing(cast(index_.size()));  // arcs by where they lead
-  std::vector<std::vector<int>> sources(arcs_.size());         // leaves by the arcs they may follow
+  std::vector<std::vector<int>> landing(cast(index_.size()));  // arcs by the states they enter
+  // atomic states by the arcs they may follow
+  std::vector<std::vector<int>> sources(arcs_.size());
   for (std::size_t a = 0; a < arcs_.size(); ++a) {
     for (const int to : arcs_[a].lands) landing[cast(to)].push_back(static_cast<int>(a));
     for (const int to : arcs_[a].returns) landing[cast(to)].push_back(static_cast<int>(a));

@@ -1,6 +1,7 @@
 #pragma once
-// Where the machine of a mission can go, as a graph. Guards count as possible, and parallel regions
-// as independent: what is said to be impossible is; what is said to be possible may not be.
+// The paths through a mission's machine, as a graph. Every guard is assumed possible and parallel
+// regions independent: what the graph excludes is impossible; what it contains may still be
+// impossible.
 
 #include <string_view>
 #include <vector>
@@ -12,48 +13,49 @@ namespace dive::mission {
 
 class Flow {
  public:
-  /// What sets off a transition.
+  /// The cause of a transition.
   struct Trigger {
     enum class Kind {
       kDone,
       kPlanFailed,
       kTimeout,
-      kEmergency,  ///< A failsafe, or the operator.
-      kAlways      ///< No event, or any.
+      kEmergency,  ///< A failsafe or the operator.
+      kAlways      ///< No event, or any event.
     } kind = Kind::kAlways;
-    int state = -1;  ///< The one that it is about; -1: any.
+    int state = -1;  ///< State of the event; -1: any.
   };
 
-  /// A transition, or the way that on_timeout leads.
+  /// A transition, or the on_timeout of a state.
   struct Arc {
-    int owner = -1;                        ///< State it stands in.
+    int owner = -1;                        ///< State that contains it.
     const TransitionSpec* spec = nullptr;  ///< Null for on_timeout.
     std::vector<Trigger> triggers;
-    std::vector<int> lands;       ///< Leaves and finals entered, by default histories.
-    std::vector<int> returns;     ///< What a history may bring back besides.
-    std::vector<int> histories;   ///< Passed on the way.
-    bool only_emergency = false;  ///< Only failsafes and the operator raise its events.
+    std::vector<int> lands;       ///< Atomic and final states entered, by default histories.
+    std::vector<int> returns;     ///< Other states that a history may restore.
+    std::vector<int> histories;   ///< History states passed through.
+    bool only_emergency = false;  ///< True if only failsafes and the operator raise its events.
   };
 
-  /// Every name in the mission is right.
+  /// Requires that every name in the mission resolves.
   Flow(const Mission& mission, const StateIndex& index);
 
-  /// States, histories included, that may be entered.
+  /// True for states, histories included, that may be entered.
   [[nodiscard]] bool entered(int state) const { return entered_[cast(state)]; }
   [[nodiscard]] const std::vector<Arc>& arcs() const { return arcs_; }
-  /// Arcs that may be followed while the leaf or final `state` is active.
+  /// Arcs that may be followed while the atomic or final `state` is active.
   [[nodiscard]] const std::vector<int>& arcs_from(int state) const {
     return arcs_from_[cast(state)];
   }
-  /// Leaves and finals entered first.
+  /// Atomic and final states entered first.
   [[nodiscard]] const std::vector<int>& first() const { return first_.lands; }
 
-  /// Those of the leaves and finals from which one in `goals` can be reached in the course of the
-  /// mission: without failsafes and the operator.
+  /// The atomic and final states from which one in `goals` can be reached in the nominal course of
+  /// the mission, that is without failsafes and the operator.
   [[nodiscard]] std::vector<bool> can_reach(const std::vector<bool>& goals) const;
-  /// Those that can be reached so from the beginning without entering one that `avoid` names.
+  /// The states that can be reached from the initial state in the nominal course without entering
+  /// one in `avoid`.
   [[nodiscard]] std::vector<bool> reached_without(const std::vector<bool>& avoid) const;
-  /// Those that end the mission.
+  /// The states that end the mission.
   [[nodiscard]] std::vector<bool> ends() const;
 
  private:
@@ -73,11 +75,11 @@ class Flow {
   const StateIndex& index_;
   Arc first_;
   std::vector<Arc> arcs_;
-  std::vector<std::vector<int>> arcs_of_;    ///< By owner.
-  std::vector<std::vector<int>> arcs_from_;  ///< By leaf or final.
+  std::vector<std::vector<int>> arcs_of_;    ///< Indexed by owner.
+  std::vector<std::vector<int>> arcs_from_;  ///< Indexed by atomic or final state.
   std::vector<bool> entered_;
-  /// May a done.state.ID be handled only after the state was left? An eventless transition comes
-  /// before it, and regions of a parallel may raise several at once.
+  /// True if a done.state.ID may be handled only after its state was left. An eventless transition
+  /// precedes it, and regions of a parallel may raise several at once.
   bool done_may_be_late_ = false;
 };
 

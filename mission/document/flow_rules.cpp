@@ -1,4 +1,4 @@
-// The mission goes on from every state, and ends at the surface.
+// Rules: the mission makes progress from every state, and ends at the surface.
 
 #include <algorithm>
 #include <vector>
@@ -31,7 +31,7 @@ bool is_trap(const Flow& flow, const StateIndex& index, int state) {
                       [&](int arc) { return leads_on(arc_of(flow, arc)); });
 }
 
-// Does anything but its timeout or a failed plan lead out of the leaf?
+// True if an exit other than its timeout or a failed plan leads out of the atomic state.
 bool is_done_noticed(const Flow& flow, int state) {
   const std::vector<int>& arcs = flow.arcs_from(state);
   return std::any_of(arcs.begin(), arcs.end(), [&](int a) {
@@ -47,8 +47,8 @@ bool always_moves_on(const Flow::Arc& arc) {
   return arc.spec != nullptr && arc.spec->events.empty() && !arc.spec->guard && !arc.lands.empty();
 }
 
-// Leaves from which transitions that need neither event nor condition lead back to them: what
-// remains when those that lead out of the set are taken away, again and again.
+// Atomic states in a loop of transitions that need neither event nor condition: the fixed point of
+// removing those that lead out of the set.
 std::vector<bool> restless(const Flow& flow, const StateIndex& index) {
   std::vector<bool> rests(static_cast<std::size_t>(index.size()), true);
   for (int state = 0; state < index.size(); ++state) {
@@ -79,7 +79,7 @@ std::vector<bool> restless(const Flow& flow, const StateIndex& index) {
 
 }  // namespace
 
-// Of states within each other only the outermost is reported.
+// Of nested states only the outermost is reported.
 void states_are_reachable(const Subject& subject, const Flow& flow) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const int parent = subject.index.parent(state);
@@ -142,7 +142,7 @@ void mission_ends(const Subject& subject, const Flow& flow) {
                   "a <final> directly in <states> ends the mission");
     return;
   }
-  // What only leads into a trap is not reported beside it.
+  // States that only lead into a trap are not reported in addition.
   for (int state = 0; state < index.size(); ++state) {
     if (is_trap(flow, index, state)) ends[static_cast<std::size_t>(state)] = true;
   }

@@ -36,8 +36,8 @@ std::optional<Guard> Guard::parse(std::string_view text, Error& error) {
   return GuardParser(text, error).parse();
 }
 
-// Children stand before their parents, so one pass from front to back is an evaluation; truth is
-// 0 or 1. Nothing is skipped: there are no side effects that skipping could avoid.
+// Children precede their parents, so one pass from front to back evaluates the tree; truth is 0 or
+// 1. No short-circuit evaluation: there are no side effects to avoid.
 bool Guard::evaluate(const GuardVariables& variables) const {
   std::array<double, kMaxLength> values;
   DIVE_DEMAND(!nodes_.empty() && nodes_.size() <= values.size());

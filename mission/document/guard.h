@@ -7,16 +7,32 @@
 //
 //   or         := and ("or" and)*
 //   and        := not ("and" not)*
-//   not        := "not" not | comparison
-//   comparison := operand (("<" | "<=" | ">" | ">=" | "==" | "!=") operand)?
-//   operand    := "-"? number unit? | variable | estimator | "(" or ")"
-//   unit       := "m" | "cm" | "km" | "s" | "min" | "h" | "%"
-//   estimator  := "primitive" | "visual_inertial"
+//   not        := "not" not
+// comparison
+//   comparison := operand (("<"
+// "<="
+// ">"
+// ">="
+// "=="
+// "!=") operand)?
+//   operand    := "-"? number unit?
+// variable
+// estimator
+// "(" or ")"
+//   unit       := "m"
+// "cm"
+// "km"
+// "s"
+// "min"
+// "h"
+// "%"
+//   estimator  := "primitive"
+// "visual_inertial"
 //
-// Numbers are decimal; without a unit they are in the SI unit of what they are compared with. Both
-// sides of a comparison are of one kind (a length is not compared with a time; estimators are only
-// equal or not), and the whole is true or false. Type-checked when parsed, which takes time linear
-// in the length; bounded in length and depth. In XML, < is written &lt;.
+// Numbers are decimal; a number without a unit has the SI unit of the other operand. Both operands
+// of a comparison have the same kind (a length is not compared with a time; estimators are only
+// equal or not), and the result is a boolean. Parsing checks the types, in time linear in the
+// length; length and depth are bounded. In XML, < is written &lt;.
 
 #include <memory>
 #include <optional>
@@ -29,7 +45,7 @@ namespace dive::mission {
 
 enum class EstimatorName { kPrimitive, kVisualInertial };
 
-/// The values a guard may ask for.
+/// Values of the variables that a guard may use.
 struct GuardVariables {
   double depth = 0.0;     ///< m
   double altitude = 0.0;  ///< m above the lowest obstacle below; infinite when none
@@ -38,12 +54,12 @@ struct GuardVariables {
   double elapsed = 0.0;           ///< s since the mission started
   double state_elapsed = 0.0;     ///< s since the innermost state was entered
   double distance_to_goal = 0.0;  ///< m along the path; 0 without one
-  double clearance = 0.0;         ///< m, certified, of the path being followed
+  double clearance = 0.0;         ///< m, certified clearance of the path being followed
   double cross_track = 0.0;       ///< m from the path being followed
   double position_sigma = 0.0;    ///< m, one sigma of the horizontal position, larger axis
   double penetration = 0.0;       ///< m back along the trail to open water; 0 in open water
-  double spent = 0.0;             ///< of the time or energy, whichever is more, that was usable
-                                  ///< when the overhead was entered; 0 in open water
+  double spent = 0.0;  ///< fraction used of the usable time or energy (the larger) at entry under
+                       ///< the overhead; 0 in open water
   bool overhead = false;
   EstimatorName estimator = EstimatorName::kPrimitive;
 };
@@ -51,25 +67,26 @@ struct GuardVariables {
 class Guard {
  public:
   struct Error {
-    std::size_t offset = 0;  ///< Byte in the text.
+    std::size_t offset = 0;  ///< Byte offset in the text.
     std::string message;
     std::string hint;
   };
 
-  /// Parses and type-checks; on failure fills `error`.
+  /// Parses and type-checks; sets `error` on failure.
   [[nodiscard]] static std::optional<Guard> parse(std::string_view text, Error& error);
 
   static constexpr std::size_t kMaxLength = 512;  ///< Bytes.
-  static constexpr int kMaxDepth = 32;            ///< Of parentheses and "not" within each other.
+  static constexpr int kMaxDepth = 32;            ///< Nesting of parentheses and "not".
 
-  /// Total: comparisons are IEEE's, so one with NaN is false (and != true). Allocates nothing.
+  /// Total: comparisons follow IEEE 754, so a comparison with NaN is false (and != true). Allocates
+  /// nothing.
   [[nodiscard]] bool evaluate(const GuardVariables& variables) const;
   [[nodiscard]] const std::string& text() const { return text_; }
-  /// The same in ECMAScript, over script_variables().
+  /// The guard in ECMAScript, over script_variables().
   [[nodiscard]] std::string script() const;
-  /// Names and first values, as script(), of all that a guard may name.
+  /// Names and initial values, in the syntax of script(), of all guard variables.
   [[nodiscard]] static std::vector<std::pair<std::string, std::string>> script_variables();
-  /// The values it looked at: "depth 2.41, overhead true".
+  /// The values used: "depth 2.41, overhead true".
   [[nodiscard]] std::string describe(const GuardVariables& variables) const;
 
  private:
@@ -77,7 +94,7 @@ class Guard {
   struct Node {
     enum class Kind { kNumber, kVariable, kCompare, kAnd, kOr, kNot } kind = Kind::kNumber;
     double number = 0.0;
-    int index = 0;  ///< Of the variable or the comparison.
+    int index = 0;  ///< Index of the variable or comparison.
     int left = -1;
     int right = -1;
   };

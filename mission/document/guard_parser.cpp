@@ -24,7 +24,7 @@ int comparison_index(std::string_view text) {
   return -1;
 }
 
-// What people who know other languages write.
+// Symbols of other languages.
 std::string hint_for_symbol(std::string_view rest) {
   if (rest.substr(0, 2) == "&&" || rest.substr(0, 1) == "&") return "write 'and'";
   if (rest.substr(0, 1) == "|") return "write 'or'";
@@ -34,7 +34,7 @@ std::string hint_for_symbol(std::string_view rest) {
   return {};
 }
 
-// The whole character, should it be of several bytes.
+// The whole character, which may have several bytes.
 std::string_view first_character(std::string_view text) {
   std::size_t length = 1;
   while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) {
@@ -182,8 +182,8 @@ GuardParser::MaybePart GuardParser::parse_number(bool negative, std::size_t offs
   return part;
 }
 
-// The unit of a number that has been read: what was written without a blank between, or else the
-// next token, if it is one.
+// The unit of the number just read: the suffix written without a blank, or else the next token if
+// it is a unit.
 const GuardConstant* GuardParser::parse_unit(std::string_view attached) {
   const bool apart = attached.empty();
   const std::string_view written = apart ? text_.substr(begin_, end_ - begin_) : attached;
@@ -254,7 +254,7 @@ void GuardParser::advance() {
   }
 }
 
-// Everything that could belong to a number, so that "3m" and "1.2.3" are reported as a whole.
+// Scans everything that could belong to a number, so that "3m" and "1.2.3" are reported as a whole.
 void GuardParser::scan_number() {
   token_ = Token::kNumber;
   while (end_ < text_.size()) {

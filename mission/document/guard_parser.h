@@ -1,5 +1,5 @@
 #pragma once
-// Recursive descent over the text of a guard; guard.h has the grammar. Private to guard.cpp.
+// Recursive-descent parser for the text of a guard; guard.h has the grammar. Private to guard.cpp.
 
 #include <string>
 #include <string_view>
@@ -17,7 +17,7 @@ class GuardParser {
 
  private:
   enum class Token { kEnd, kNumber, kName, kCompare, kMinus, kOpen, kClose, kUnknown };
-  /// A parsed part: its node, what it is, and its place.
+  /// A parsed part: its node, kind and position.
   struct Part {
     int node = -1;
     GuardKind kind = GuardKind::kNumber;
@@ -48,7 +48,7 @@ class GuardParser {
   Guard::Error& error_;
   Guard guard_;
   Token token_ = Token::kEnd;
-  std::size_t begin_ = 0;  ///< Of the token.
+  std::size_t begin_ = 0;  ///< Start of the token.
   std::size_t end_ = 0;
   int depth_ = 0;
 };

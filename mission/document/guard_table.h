@@ -8,10 +8,10 @@
 
 namespace dive::mission {
 
-/// What a part of a guard is. Only like is compared with like.
+/// The kind of a part of a guard. Only parts of the same kind are compared.
 enum class GuardKind {
   kTruth,
-  kNumber,  ///< Without a unit: goes with every kind but truth and estimator.
+  kNumber,  ///< Without a unit: compatible with every kind except truth and estimator.
   kLength,
   kTime,
   kFraction,
@@ -19,7 +19,7 @@ enum class GuardKind {
   kEstimator,
 };
 
-/// For people, with its article.
+/// With its article, for messages.
 [[nodiscard]] constexpr std::string_view name_of(GuardKind kind) {
   constexpr std::string_view kNames[] = {"true or false", "a number",      "a length",    "a time",
                                          "a fraction",    "a temperature", "an estimator"};

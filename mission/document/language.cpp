@@ -13,7 +13,7 @@ extern const char kMissionXsd[];
 
 namespace {
 
-// The top-level declaration of that kind and name.
+// The top-level declaration of the given kind and name.
 const XmlElement& declaration(const XmlElement& schema, std::string_view kind,
                               std::string_view name) {
   for (const XmlElement& element : schema.children) {
@@ -37,7 +37,7 @@ std::string one_of(const std::vector<std::string>& choices) {
   return text;
 }
 
-// What a simple type says about itself: its xs:appinfo, or the values of its enumeration.
+// The description in a simple type: its xs:appinfo, or the values of its enumeration.
 void describe(const XmlElement& simple_type, AttributeRule& rule) {
   if (const XmlElement* annotation = simple_type.child("annotation")) {
     if (const XmlElement* words = annotation->child("appinfo")) rule.expected = words->text;
@@ -108,7 +108,7 @@ void Language::add_type(const XmlElement& schema, const XmlElement& type) {
   types_.emplace(value_of(type, "name"), std::move(rule));
 }
 
-// Gathers attributes and child elements, through groups, whatever their order and number.
+// Collects attributes and child elements, through groups, regardless of order and number.
 void Language::collect(const XmlElement& schema, const XmlElement& part, ElementRule& rule) const {
   for (const XmlElement& element : part.children) {
     if (element.name == "attribute") {

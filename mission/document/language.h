@@ -1,7 +1,7 @@
 #pragma once
-// A language of ours as its schema (missions/*.xsd) declares it, in a form that error messages and
-// defaults can be made from: which element may stand where, which attributes it takes, and what is
-// expected of each in words. Judging a document is libxml2's work (schema.h), not this table's.
+// One of our XML languages as its schema (missions/*.xsd) declares it, in a form that serves error
+// messages and defaults: the elements allowed in each place, their attributes, and the values
+// expected of each, in words. libxml2 validates documents (schema.h), not this table.
 
 #include <map>
 #include <string>
@@ -17,15 +17,15 @@ struct AttributeRule {
   bool required = false;
   std::string default_value;         ///< Empty: none.
   std::string expected;              ///< In words: "a number from 0 to 100 (m)".
-  std::vector<std::string> choices;  ///< Of an enumeration, else empty.
+  std::vector<std::string> choices;  ///< Values of an enumeration, else empty.
 };
 
 struct ElementRule {
   std::vector<AttributeRule> attributes;
   std::map<std::string, std::string, std::less<>> children;  ///< Name to type.
   std::vector<std::string> required_children;
-  std::vector<std::string> one_of;  ///< Children of which there must be at least one.
-  std::string text;  ///< What text is expected, in words, of an element that is nothing but text.
+  std::vector<std::string> one_of;  ///< Children, at least one of which is required.
+  std::string text;  ///< Expected text, in words, of an element that contains only text.
 
   [[nodiscard]] const AttributeRule* attribute(std::string_view name) const;
   [[nodiscard]] std::vector<std::string> attribute_names() const;
@@ -34,32 +34,32 @@ struct ElementRule {
 
 /// A schema that is compiled into the program.
 struct SchemaSource {
-  const char* file = "";           ///< Its name.
-  const char* text = "";           ///< All of it.
-  const char* root = "";           ///< The root element of the documents.
-  const char* namespace_uri = "";  ///< And the namespace.
+  const char* file = "";           ///< Name of the schema file.
+  const char* text = "";           ///< Its full text.
+  const char* root = "";           ///< Root element of the documents.
+  const char* namespace_uri = "";  ///< Namespace of the documents.
 };
 
 class Language {
  public:
-  /// Demands a schema that is well-formed and declares what it refers to.
+  /// Requires a schema that is well-formed and declares everything it refers to.
   explicit Language(const SchemaSource& source);
 
   [[nodiscard]] const SchemaSource& source() const { return source_; }
 
-  /// Rule of the element called `name` in an element of type `parent_type`; nullptr where no such
-  /// element may stand. The root's parent type is empty.
+  /// Rule of the element `name` in an element of type `parent_type`; nullptr where the element is
+  /// not allowed. The root's parent type is empty.
   [[nodiscard]] const ElementRule* rule(std::string_view parent_type, std::string_view name) const;
-  /// Type of that element; empty where no such element may stand.
+  /// Type of that element; empty where the element is not allowed.
   [[nodiscard]] std::string type(std::string_view parent_type, std::string_view name) const;
-  /// Rule of a type of the schema, which must exist.
+  /// Rule of a type of the schema; the type must exist.
   [[nodiscard]] const ElementRule& type_rule(std::string_view type) const;
-  /// Elements in which an element called `name` may stand, in alphabetical order.
+  /// Elements that allow an element called `name`, in alphabetical order.
   [[nodiscard]] std::vector<std::string> parents_of(std::string_view name) const;
 
-  /// Adds every attribute that is absent and has a default, placed at the element's own name.
+  /// Adds every absent attribute that has a default, with the position of the element's name.
   void add_defaults(XmlElement& root) const;
-  /// The same of an element of that type.
+  /// Adds the defaults of an element of the given type.
   void add_defaults(XmlElement& element, std::string_view type) const;
 
  private:

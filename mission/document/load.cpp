@@ -16,10 +16,10 @@ constexpr XmlLimits kLimits{};
 constexpr ExpansionLimits kExpansion{};
 constexpr ExpansionLimits kNoIncludes{.max_includes = 0, .max_depth = 0};
 
-// What a condition with a bare '<' looks like to an XML parser.
+// The XML parser's message for a condition with a bare '<'.
 constexpr std::string_view kBareLessThan = "Unescaped '<' not allowed in attributes";
 
-// Hands on what the XML reader found, with a hint where missions are often mistaken.
+// Passes on the XML reader's findings, with hints for frequent mistakes in missions.
 void hand_on(const Diagnostics& found, Diagnostics& diagnostics) {
   for (Diagnostic diagnostic : found.list()) {
     if (diagnostic.message.find(kBareLessThan) != std::string::npos) {

@@ -1,5 +1,5 @@
 #pragma once
-// A mission as typed values, every value with its place in the file.
+// A mission as typed values, each with its position in the file.
 
 #include <array>
 #include <optional>
@@ -14,11 +14,11 @@
 #include "common/diagnostic.h"
 #include "common/source_text.h"
 #include "mission/document/guard.h"
-#include "planning/trajopt/trajopt.h"
+#include "planning/attitude_mode.h"
 
 namespace dive::mission {
 
-/// A value and where it was written; a default's span is that of the element it would stand in.
+/// A value and its position in the file; a default has the span of the element that lacks it.
 template <class T>
 struct Located {
   T value{};
@@ -34,7 +34,7 @@ struct Position {
   Located<double> z;
   ZUnits z_units = ZUnits::kDepth;
 
-  /// In W. Altitude needs `floor_z` (m), the height of the ground there.
+  /// Position in W. An altitude needs `floor_z` (m), the height of the ground below.
   [[nodiscard]] Eigen::Vector3d in_world(double floor_z) const;
 };
 
@@ -44,30 +44,32 @@ struct Goal {
   std::optional<Located<double>> heading_deg;  ///< Clockwise from north, as on a compass.
   Located<double> capture_radius;              ///< m
   Located<double> dwell_s;
+  /// Reduced clearance of the leg to this goal, instead of the one in the limits.
+  std::optional<Located<double>> reduced_clearance;
   Span span;
 };
 
-/// An AprilTag of family 36h11, fixed where the mission has it.
+/// An AprilTag of family 36h11 at the fixed pose that the mission gives.
 struct TagSpec {
   Located<int> id;
-  double size_m = 0.0;       ///< Edge of the black square.
-  Position position;         ///< Of its middle.
-  double heading_deg = 0.0;  ///< Compass: whither the print looks,
-  double pitch_deg = 0.0;    ///< and how far up: 0 upright, 90 face up.
-  double roll_deg = 0.0;     ///< Clockwise, as one looks at it.
-  double sigma_m = 0.02;     ///< What the survey errs by, along each axis
-  double sigma_deg = 2.0;    ///< and about each.
+  double size_m = 0.0;       ///< Edge of the black square, m.
+  Position position;         ///< Position of its centre.
+  double heading_deg = 0.0;  ///< Compass heading of the outward normal.
+  double pitch_deg = 0.0;    ///< Elevation of the outward normal: 0 upright, 90 face up.
+  double roll_deg = 0.0;     ///< Rotation, clockwise for a viewer of the tag.
+  double sigma_m = 0.02;     ///< Standard deviation of the surveyed position, along each axis.
+  double sigma_deg = 2.0;    ///< Standard deviation of the surveyed attitude, about each axis.
 };
 
 struct Timeout {
   Located<double> seconds;
-  Located<std::string> on_timeout;  ///< State entered then.
+  Located<std::string> on_timeout;  ///< State entered at the timeout.
 };
 
 struct GotoState {
   Goal goal;
 };
-/// A transect is one as well: the ends of its legs are the goals.
+/// Goals in sequence. A transect is one too: its goals are the ends of its rows.
 struct GoalSequenceState {
   std::vector<Goal> goals;
 };
@@ -75,27 +77,29 @@ struct HoldState {
   Located<double> duration_s;
 };
 struct RetraceState {};
-struct SurfaceState {};
+struct SurfaceState {
+  bool makes_room = true;  ///< Moves away first from obstacles that it may drift against.
+};
 
-/// monostate: a `state` with nothing inside. It steers nothing and only watches; there is one only
-/// in those regions of a parallel that do not steer.
+/// monostate: an empty `state`, which only monitors and commands nothing. It is allowed only in
+/// regions of a parallel that do not steer.
 using Leaf = std::variant<std::monostate, GotoState, GoalSequenceState, HoldState, RetraceState,
                           SurfaceState>;
 
-/// What is done on entry, on exit or in a transition.
+/// An action on entry, on exit or in a transition.
 struct ActionSpec {
   enum class Kind {
-    kLog,      ///< `text` goes into the log.
-    kRaise,    ///< The event `text` is raised.
-    kPayload,  ///< The payload is told `text`.
+    kLog,      ///< Writes `text` to the log.
+    kRaise,    ///< Raises the event `text`.
+    kPayload,  ///< Sends `text` to the payload.
   } kind = Kind::kLog;
   Located<std::string> text;
-  bool once = false;  ///< Never again in this dive, not even after a restart.
+  bool once = false;  ///< Executed at most once in this dive, restarts included.
 };
 
 struct TransitionSpec {
   std::vector<std::string> events;
-  std::vector<Span> event_spans;  ///< Of `events`, index by index.
+  std::vector<Span> event_spans;  ///< Spans of `events`, index by index.
   std::optional<Guard> guard;
   std::vector<Located<std::string>> targets;
   std::vector<ActionSpec> actions;
@@ -105,27 +109,27 @@ struct TransitionSpec {
 
 enum class StateType { kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory, kLeaf };
 
-/// When a path that is being followed is planned anew.
+/// Conditions that cause a replan of the path being followed.
 struct ReplanPolicy {
   std::optional<Located<double>> period_s;
-  std::optional<Located<double>> deviation_m;    ///< From the path.
-  std::optional<Located<double>> clearance_m;    ///< Of the rest of the path, below it.
-  std::optional<Located<double>> no_progress_s;  ///< Without getting nearer to the goal.
-  bool map_change = true;                        ///< When the map changed on the path.
+  std::optional<Located<double>> deviation_m;    ///< Distance from the path.
+  std::optional<Located<double>> clearance_m;    ///< Minimum clearance of the rest of the path.
+  std::optional<Located<double>> no_progress_s;  ///< Time without progress towards the goal.
+  bool map_change = true;                        ///< Replan when the map changes on the path.
   bool estimator_switch = true;
-  std::optional<Located<double>> max_replans;  ///< Per leg; see replans_per_leg().
+  std::optional<Located<double>> max_replans;  ///< Maximum per leg; see replans_per_leg().
 };
 
 struct StateSpec {
   Located<std::string> id;
-  std::string element;  ///< As written: "goto", "transect", ...; of a part, that of the whole.
+  std::string element;  ///< Element as written: "goto", "transect", ...; a part has its parent's.
   StateType type = StateType::kLeaf;
-  Leaf leaf;  ///< Only for kLeaf.
+  Leaf leaf;  ///< Used only by kLeaf.
   std::optional<Located<std::string>>
-      initial;            ///< Compound: the first child where not written. History: its default.
+      initial;            ///< Compound: the first child if not written. History: its default.
   bool overhead = false;  ///< Declared here or on an ancestor.
   std::optional<Timeout> timeout;
-  std::optional<ReplanPolicy> replan;  ///< Where it differs from the mission's.
+  std::optional<ReplanPolicy> replan;  ///< Where it differs from the mission's policy.
   std::vector<ActionSpec> on_entry;
   std::vector<ActionSpec> on_exit;
   std::vector<TransitionSpec> transitions;
@@ -138,25 +142,29 @@ struct Limits {
   Located<double> clearance;        ///< D_min, m
   Located<double> mission_timeout;  ///< s
   Located<double> battery_reserve;  ///< fraction
+  /// Minimum clearance (m) of a leg while it leaves a start that lacks the clearance. Absent: every
+  /// leg keeps the clearance.
+  std::optional<Located<double>> reduced_clearance;
 };
 
-/// What a mission makes of water that was never seen.
+/// How a mission treats space that was never observed.
 enum class EyesName { kRangeCamera, kCameras };
 
 enum class UnknownPolicy {
-  kCautious,    ///< The vehicle swims no faster than it can stop within what it has seen.
-  kOptimistic,  ///< It is taken for water until something is seen in it.
+  kCautious,    ///< Speed is limited so that the vehicle stops within observed free space.
+  kOptimistic,  ///< Unobserved space counts as free.
 };
 
-/// What a restarted executive does.
+/// What an executive does after a restart.
 enum class ResumePolicy { kContinue, kHold, kSurface };
 
-/// Index by behaviors::FailsafeKind.
+/// Indexed by behaviors::FailsafeKind. A failsafe that is not listed keeps its default policy.
 struct Failsafes {
   behaviors::FailsafePolicies policies = behaviors::default_policies();
   std::array<double, behaviors::kFailsafeCount> threshold{};
-  std::array<std::optional<Span>, behaviors::kFailsafeCount> written;  ///< Where, if at all.
-  std::vector<std::array<Located<double>, 2>> fence;                   ///< x, y of its corners.
+  /// Position in the file, if listed.
+  std::array<std::optional<Span>, behaviors::kFailsafeCount> written;
+  std::vector<std::array<Located<double>, 2>> fence;  ///< x, y of the corners.
 
   [[nodiscard]] behaviors::FailsafePolicy& policy(behaviors::FailsafeKind kind) {
     return policies[static_cast<std::size_t>(kind)];
@@ -172,69 +180,70 @@ struct Mission {
   std::string description;
   Located<double> speed;  ///< m/s
   planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
-  /// Set: nothing is known of the water when the dive begins, and `map_file` is what is there when
-  /// the mission is rehearsed on deck. The vehicle is never told.
+  /// Set: the environment is unknown when the dive begins, and `map_file` is the simulated world.
+  /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
-  Located<EyesName> eyes = {EyesName::kRangeCamera, {}};  ///< That unknown water is seen with.
-  double memory_s = 600.0;        ///< How long what was seen of unknown water is remembered.
-  Located<std::string> map_file;  ///< As written; empty: unknown water, and no rehearsal.
-  std::string map_path;           ///< Resolved beneath the mission's folder; empty as `map_file`.
-  std::string water = "coastal_sea";  ///< That is looked through in simulation.
+  /// Mapping sensor in an unknown environment.
+  Located<EyesName> eyes = {EyesName::kRangeCamera, {}};
+  double memory_s = 600.0;  ///< Time for which observations of an unknown environment are kept.
+  /// As written; empty: unknown environment without a simulated world.
+  Located<std::string> map_file;
+  std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
+  std::string water = "coastal_sea";  ///< Optical water type in simulation.
   Located<EstimatorName> estimator;
-  bool closes_loops = true;  ///< By sight.
+  bool closes_loops = true;  ///< Loop closure of the visual-inertial estimator.
   std::vector<TagSpec> tags;
   Position start;
-  double start_heading_deg = 90.0;  ///< Compass.
+  double start_heading_deg = 90.0;  ///< Compass heading.
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;
   ResumePolicy resume = ResumePolicy::kSurface;
-  Located<double> max_gap_s;     ///< Away for longer than that it surfaces, whatever the policy.
-  Located<std::string> initial;  ///< First state.
+  Located<double> max_gap_s;     ///< After a longer gap the vehicle surfaces, whatever the policy.
+  Located<std::string> initial;  ///< Initial state.
   std::vector<StateSpec> states;
 };
 
-/// Reads, validates against missions/mission.xsd (compiled in), types and checks a mission. All
-/// mistakes are reported, not only the first. Nothing is returned when there was an error.
-/// Codes: FILE-*, XML-*, XSD-*, MIS-*.
+/// Reads a mission, validates it against missions/mission.xsd (compiled in), converts and checks
+/// it. Reports all mistakes, not only the first. Returns nothing if there was an error. Codes:
+/// FILE-*, XML-*, XSD-*, MIS-*.
 [[nodiscard]] std::optional<Mission> load_mission(const std::string& path,
                                                   Diagnostics& diagnostics);
 
-/// Whether the map's file is looked for: a log brings its map with it.
+/// Whether the map file must exist: a log contains its map.
 enum class MapFile { kMustExist, kNotNeeded };
 
-/// The same from memory; `source.path()` says where the map is looked for.
+/// Loads a mission from memory; `source.path()` determines the folder of the map.
 [[nodiscard]] std::optional<Mission> parse_mission(SourceText source, Diagnostics& diagnostics,
                                                    MapFile map_file = MapFile::kMustExist);
 
-/// Does the cameras' estimator say where the vehicle is, where it can?
+/// True if the visual-inertial estimator provides the position where it can.
 [[nodiscard]] inline bool goes_by_sight(const Mission& mission) {
   return mission.estimator.value == EstimatorName::kVisualInertial;
 }
 
-/// Is unknown water seen with a range camera, and not with the cameras?
+/// True if a range camera, and not the stereo cameras, maps the unknown environment.
 [[nodiscard]] inline bool has_range_camera(const Mission& mission) {
   return mission.unknown && mission.eyes.value == EyesName::kRangeCamera;
 }
 
-/// Is it the cameras that unknown water is seen with?
+/// True if the stereo cameras map the unknown environment.
 [[nodiscard]] inline bool has_stereo_eyes(const Mission& mission) {
   return mission.unknown && mission.eyes.value == EyesName::kCameras;
 }
 
-/// Can the mission be dived in simulation? Unknown water without a rehearsal cannot.
+/// True if the mission can be simulated: an unknown environment needs a simulated world.
 [[nodiscard]] inline bool has_rehearsal(const Mission& mission) {
   return !mission.unknown || !mission.map_file.value.empty();
 }
 
-/// As the policy says, else what suits the water: where all has to be found out on the way there is
-/// more to be planned anew.
+/// The policy's value, or else a default for the environment: an unknown one needs more replans.
 [[nodiscard]] int replans_per_leg(const Mission& mission, const ReplanPolicy& policy);
 
 /// Compass heading (deg, clockwise from north) to yaw (rad, counter-clockwise from east).
 [[nodiscard]] double heading_to_yaw(double heading_deg);
 
-/// The attitude mode that the schema's word names: free, flat or horizontal.
+/// The attitude mode for the schema's value: free, flat or horizontal.
 [[nodiscard]] planning::AttitudeMode attitude_mode(std::string_view word);
 
 }  // namespace dive::mission

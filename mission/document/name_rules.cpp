@@ -1,4 +1,4 @@
-// Everything that a mission names is there, and named once.
+// Rules: everything that a mission names exists and is named once.
 
 #include <algorithm>
 #include <map>
@@ -28,13 +28,13 @@ bool is_goal(const StateIndex& index, const std::string& id) {
   return false;
 }
 
-// Hint for an id that is no state.
+// Hint for an id that is not a state.
 std::string hint_for_state(const Subject& subject, const std::string& id) {
   if (is_goal(subject.index, id)) return fmt::format("'{}' is a goal, not a state", id);
   return did_you_mean(id, subject.index.ids());
 }
 
-// "a.b" stands for a.b and all that begins with "a.b."; a trailing ".*" adds nothing.
+// "a.b" matches a.b and everything that begins with "a.b."; a trailing ".*" adds nothing.
 bool matches_any(std::string descriptor, const std::set<std::string>& events) {
   if (descriptor == "*") return true;
   if (descriptor.size() > 2 && descriptor.ends_with(".*")) {
@@ -99,7 +99,7 @@ void ids_are_not_reserved(const Subject& subject) {
   }
 }
 
-// An event that a mission raises must not be taken for one that says what really happened.
+// An event raised by a mission must not be confused with one that reports an actual occurrence.
 void raised_events_are_its_own(const Subject& subject) {
   constexpr std::string_view kReserved[] = {"done",  "timeout", "plan",      "failsafe", "operator",
                                             "abort", "map",     "estimator", "loop",     "dive"};
@@ -135,7 +135,7 @@ void initial_states_exist(const Subject& subject) {
   check(subject.mission.initial, -1);
   for (int state = 0; state < index.size(); ++state) {
     const StateSpec& spec = index.spec(state);
-    // A history remembers for the state that it stands in.
+    // A history records the children of its parent state.
     if (spec.initial) check(*spec.initial, is_history(spec) ? index.parent(state) : state);
   }
 }

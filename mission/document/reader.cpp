@@ -109,13 +109,15 @@ class Reader {
   }
 
   Limits limits(const XmlElement& element) const {
-    return {attributes_.number(element, "max_depth"), attributes_.number(element, "min_altitude"),
+    return {attributes_.number(element, "max_depth"),
+            attributes_.number(element, "min_altitude"),
             attributes_.number(element, "clearance"),
             attributes_.number(element, "mission_timeout"),
-            attributes_.number(element, "battery_reserve")};
+            attributes_.number(element, "battery_reserve"),
+            attributes_.optional_number(element, "reduced_clearance")};
   }
 
-  // What one without attributes would say.
+  // The default of an element that is absent.
   XmlElement absent(const XmlElement& root, std::string_view type) const {
     XmlElement element;
     element.span = root.span;

@@ -1,5 +1,5 @@
 #pragma once
-// From the tree of a valid document to typed values.
+// Converts the tree of a valid document to typed values.
 
 #include "common/xml.h"
 #include "mission/document/language.h"
@@ -7,8 +7,8 @@
 
 namespace dive::mission {
 
-/// `document` has passed check_schema(). Conditions are parsed here: a bad one is the diagnostic
-/// MIS-COND, and its transition is left without a guard. `map_path` stays empty.
+/// `document` has passed check_schema(). Conditions are parsed here: an invalid one gives the
+/// diagnostic MIS-COND and leaves its transition without a guard. `map_path` stays empty.
 [[nodiscard]] Mission read_mission(XmlDocument document, const Language& language,
                                    Diagnostics& diagnostics);
 

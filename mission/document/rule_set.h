@@ -10,7 +10,7 @@
 
 namespace dive::mission {
 
-/// What a rule looks at, and where it reports to.
+/// The mission that a rule checks, and the destination of its findings.
 class Subject {
  public:
   Subject(const Mission& whole, Diagnostics& diagnostics)
@@ -30,7 +30,7 @@ class Subject {
   Diagnostics& diagnostics_;
 };
 
-// Names: everything that is named is there, once. (name_rules.cpp)
+// Names: everything that is named exists once. (name_rules.cpp)
 void not_too_many(const Subject& subject);
 void ids_are_unique(const Subject& subject);
 void ids_are_not_reserved(const Subject& subject);
@@ -40,7 +40,7 @@ void targets_exist(const Subject& subject);
 void timeouts_lead_somewhere(const Subject& subject);
 void events_are_raised(const Subject& subject);
 
-// Structure: the machine is one. (structure_rules.cpp)
+// Structure: the states form one valid machine. (structure_rules.cpp)
 void transitions_say_something(const Subject& subject);
 void transitions_can_fire(const Subject& subject);
 void targets_fit_together(const Subject& subject);
@@ -57,11 +57,12 @@ void eyes_are_looked_through(const Subject& subject);
 void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);
 void limits_leave_room(const Subject& subject);
+void reduced_clearances_are_less(const Subject& subject);
 void failsafes_bring_it_up(const Subject& subject);
 void tags_are_told_apart(const Subject& subject);
 void tags_can_be_used(const Subject& subject);
 
-// Flow: the mission goes on, and ends at the surface. (flow_rules.cpp)
+// Flow: the mission makes progress, and ends at the surface. (flow_rules.cpp)
 void states_are_reachable(const Subject& subject, const Flow& flow);
 void states_have_a_way_out(const Subject& subject, const Flow& flow);
 void done_is_noticed(const Subject& subject, const Flow& flow);

@@ -62,6 +62,8 @@ constexpr Rule kRules[] = {
     {"MIS-SURFACE-OVERHEAD", Severity::kError, "No 'surface' is declared to be under an overhead."},
     {"MIS-TIME", Severity::kWarning, "No state is given longer than the mission."},
     {"MIS-LIMITS", Severity::kError, "The limits leave room between the surface and max_depth."},
+    {"MIS-REDUCED-CLEARANCE", Severity::kError,
+     "No reduced_clearance is more than limits/@clearance."},
     {"MIS-FAILSAFE", Severity::kWarning,
      "What cannot be survived under water brings the vehicle up."},
     {"MIS-UNREACHABLE", Severity::kError, "Every state can be reached."},
@@ -85,10 +87,19 @@ constexpr DocumentRule kStructureRules[] = {
     histories_remember_their_own, someone_steers,
 };
 constexpr DocumentRule kValueRules[] = {
-    speed_suits_the_vehicle,     positions_are_under_water,   positions_respect_max_depth,
-    altitudes_are_in_open_water, altitudes_have_known_ground, eyes_are_looked_through,
-    surfacing_is_in_open_water,  times_fit_into_the_mission,  limits_leave_room,
-    failsafes_bring_it_up,       tags_are_told_apart,         tags_can_be_used,
+    speed_suits_the_vehicle,
+    positions_are_under_water,
+    positions_respect_max_depth,
+    altitudes_are_in_open_water,
+    altitudes_have_known_ground,
+    eyes_are_looked_through,
+    surfacing_is_in_open_water,
+    times_fit_into_the_mission,
+    limits_leave_room,
+    reduced_clearances_are_less,
+    failsafes_bring_it_up,
+    tags_are_told_apart,
+    tags_can_be_used,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable,  states_have_a_way_out, done_is_noticed,
@@ -106,7 +117,7 @@ void check_rules(const Mission& mission, Diagnostics& diagnostics) {
   for (const DocumentRule rule : kStructureRules) rule(subject);
   const bool is_machine = diagnostics.error_count() == errors_before;
   for (const DocumentRule rule : kValueRules) rule(subject);
-  // Where it can go is a question only of a machine that holds together.
+  // Flow is checked only for a valid machine.
   if (!is_machine) return;
   const Flow flow(mission, subject.index);
   for (const auto rule : kFlowRules) rule(subject, flow);

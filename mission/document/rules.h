@@ -1,5 +1,5 @@
 #pragma once
-// What must hold of a mission beyond its schema, and can be known from the document alone.
+// Rules that a mission must satisfy beyond its schema and that the document alone can decide.
 
 #include <span>
 
@@ -8,18 +8,23 @@
 
 namespace dive::mission {
 
+/// Speed range of the Aqua2, m/s: from about the first it holds its depth, the second is full
+/// effort (MIS-SPEED).
+inline constexpr double kMinSpeed = 0.1;
+inline constexpr double kMaxSpeed = 0.8;
+
 /// A rule as `dive check --rules` lists it.
 struct Rule {
   const char* code = "";
   Severity severity = Severity::kError;
-  const char* sentence = "";  ///< What must hold.
+  const char* sentence = "";  ///< The condition that must hold.
 };
 
-/// All codes that load_mission() can report, in the order in which a document passes them.
+/// All codes that load_mission() can report, in the order in which they are checked.
 [[nodiscard]] std::span<const Rule> document_rules();
 
-/// Reports every breach, with the codes MIS-*. Rules that ask where the machine can go are not
-/// asked of a machine whose names are wrong.
+/// Reports every violation, with the codes MIS-*. Rules about flow are skipped for a machine with
+/// unresolved names.
 void check_rules(const Mission& mission, Diagnostics& diagnostics);
 
 }  // namespace dive::mission

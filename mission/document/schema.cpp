@@ -24,7 +24,7 @@ namespace {
 using DocumentHandle = std::unique_ptr<xmlDoc, decltype(&xmlFreeDoc)>;
 using SchemaHandle = std::unique_ptr<xmlSchema, decltype(&xmlSchemaFree)>;
 
-constexpr int kMaxRounds = 50;  // of validating, each after at least one repair
+constexpr int kMaxRounds = 50;  // validation passes, each after at least one repair
 constexpr const char* kSchemaInstance = "http://www.w3.org/2001/XMLSchema-instance";
 
 const char* chars(const xmlChar* text) {
@@ -43,7 +43,7 @@ SchemaHandle compile_schema(const char* text) {
   return schema;
 }
 
-// The document once more as libxml2's tree: it was found well-formed and harmless by parse_xml.
+// Parses the document again into libxml2's tree: parse_xml has accepted it as well-formed and safe.
 DocumentHandle parse_again(const SourceText& source) {
   const std::string& text = source.content();
   DocumentHandle document(
@@ -55,11 +55,12 @@ DocumentHandle parse_again(const SourceText& source) {
   return document;
 }
 
-// What libxml2 found, kept until the validation is over: repairs must not happen under its feet.
+// A finding of libxml2, kept until validation is over, because the tree must not be repaired during
+// it.
 struct Finding {
   int code = 0;
   xmlNode* node = nullptr;
-  std::string attribute;  ///< The one concerned, or empty.
+  std::string attribute;  ///< Name of the attribute concerned, or empty.
   std::string message;
 };
 
@@ -76,7 +77,7 @@ void keep_finding(void* context, xmlErrorPtr error) {
   static_cast<std::vector<Finding>*>(context)->push_back(std::move(finding));
 }
 
-// Both trees in step, so that every node of libxml2's knows its element.
+// Walks both trees in step and links every libxml2 node to its element.
 void link(xmlNode* node, const XmlElement& element) {
   node->_private = const_cast<XmlElement*>(&element);
   std::size_t next = 0;
@@ -132,8 +133,8 @@ class Judge {
     return findings;
   }
 
-  // xsi:schemaLocation is how an editor finds the schema; libxml2 would go and read it. The other
-  // xsi attributes would change the type of an element.
+  // xsi:schemaLocation is a hint for editors; libxml2 would load the file. The other xsi attributes
+  // would change the type of an element.
   void take_out_instance_attributes(xmlNode* node) {
     for (xmlAttr* attr = node->properties; attr != nullptr;) {
       xmlAttr* next = attr->next;
@@ -152,20 +153,20 @@ class Judge {
     }
   }
 
-  // Of a node as it is named now, which may be after a repair.
+  // Type of a node by its current name, which a repair may have changed.
   std::string type_of(const xmlNode* node) const {
     const xmlNode* parent = node->parent;
     const bool is_root = parent == nullptr || parent->type != XML_ELEMENT_NODE;
     return language_.type(is_root ? std::string() : type_of(parent), chars(node->name));
   }
 
-  // Reports a finding once; true when the tree was repaired, so that more can be found.
+  // Reports a finding once; true if the tree was repaired, so that more can be found.
   bool explain(const Finding& finding) {
     DIVE_DEMAND(finding.node != nullptr);
     if (taken_out_.count(finding.node) != 0) return false;
     const XmlElement& element = element_of(finding.node);
     if (finding.code == XML_SCHEMAV_ELEMENT_CONTENT) return explain_content(finding);
-    // One bad value is often several findings of libxml2's, so an attribute is reported once.
+    // libxml2 often reports one bad value several times, so an attribute is reported once.
     const int key = finding.attribute.empty() ? finding.code : 0;
     if (!reported_.insert({finding.node, key, finding.attribute}).second) return false;
     switch (finding.code) {
@@ -186,7 +187,7 @@ class Judge {
     return false;
   }
 
-  // An element that may not stand where it stands, or one that lacks something inside.
+  // An element in the wrong place, or one with missing content.
   bool explain_content(const Finding& finding) {
     xmlNode* node = finding.node;
     const std::vector<std::string> expected = expected_in(finding.message);
@@ -204,15 +205,14 @@ class Judge {
         words_.missing_children(element_of(parent), type_of(parent), expected);
       }
     }
-    // What is wrong may have been meant to be what is missing.
+    // An unknown element may have been meant to be the missing one.
     if (!is_known(node)) reported_.insert({parent, finding.code, {}});
     xmlUnlinkNode(node);
     taken_out_.insert(node);
     return true;
   }
 
-  // Reports an element that is not known there; true when it was given the name that it may have
-  // been meant to have.
+  // Reports an unknown element; true if it was renamed to the name probably meant.
   bool rename(xmlNode* node) {
     if (is_known(node)) return false;
     const auto meant =
@@ -232,7 +232,7 @@ class Judge {
            std::strcmp(chars(node->ns->href), language_.source().namespace_uri) == 0;
   }
 
-  // Does this element only come before one that must be there but is nowhere?
+  // True if this element only precedes a required one that is missing everywhere.
   [[nodiscard]] bool is_early(const std::vector<std::string>& expected, const xmlNode* node) const {
     const ElementRule& rule = language_.type_rule(type_of(node->parent));
     const auto is_there = [node](const std::string& name) {

@@ -1,5 +1,6 @@
 #pragma once
-// Judges a parsed document by the schema of its language (libxml2) and says what is wrong in words.
+// Validates a parsed document by the schema of its language (libxml2) and reports mistakes in
+// words.
 
 #include "common/diagnostic.h"
 #include "common/xml.h"
@@ -7,10 +8,10 @@
 
 namespace dive::mission {
 
-/// True when the document is valid. Else every mistake is reported, as far as one can go on after
-/// it: a misspelt element is taken for the one probably meant, any other is left out. Codes:
+/// True if the document is valid. Otherwise reports every mistake that can be reached: a misspelt
+/// element is treated as the one probably meant, any other unknown element is skipped. Codes:
 /// XSD-ROOT, XSD-ELEMENT, XSD-MISSING-ELEMENT, XSD-ATTRIBUTE, XSD-MISSING-ATTRIBUTE, XSD-VALUE,
-/// XSD-TEXT. Reads neither files nor the network, whatever xsi:schemaLocation says.
+/// XSD-TEXT. Reads neither files nor the network, whatever xsi:schemaLocation contains.
 [[nodiscard]] bool check_schema(const XmlDocument& document, const Language& language,
                                 Diagnostics& diagnostics);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxQuoted = 40;
 
-// A value as it may be quoted in a sentence: cut, and never inside a character.
+// A value for quoting in a sentence: shortened, and never cut inside a character.
 std::string quoted(std::string_view value) {
   if (value.size() <= kMaxQuoted) return fmt::format("'{}'", value);
   std::size_t end = kMaxQuoted;
@@ -20,7 +20,7 @@ std::string quoted(std::string_view value) {
   return fmt::format("'{}...'", value.substr(0, end));
 }
 
-// What people write for a number that a machine cannot read.
+// Frequent number formats that the parser does not accept.
 std::string hint_for_number(std::string_view value, std::string_view expected) {
   if (expected.find("number") == std::string_view::npos) return {};
   if (value.find(',') != std::string_view::npos) return "write a decimal point, not a comma";
@@ -30,12 +30,24 @@ std::string hint_for_number(std::string_view value, std::string_view expected) {
   return exponent ? "write the number without an exponent" : "write the number without its unit";
 }
 
+std::string hint_for_root(const XmlElement& root, const SchemaSource& schema) {
+  if (root.name == "mission" && root.namespace_uri.empty() && root.child("primitive") != nullptr) {
+    return "this is a mission of ACFR's vehicles: convert it with dive import acfr";
+  }
+  if (root.name != schema.root) {
+    if (root.name == "sdf") return "this is a map: a mission names it, <map file=\"...\"/>";
+    if (root.name == "scenario") return "this is a scenario: dive test runs it";
+    if (root.name == "mission") return "this is a mission: dive check, plan and run read it";
+    if (root.name == "fragment") return "this is a fragment: check the mission that includes it";
+  }
+  return fmt::format("begin with <{} xmlns=\"{}\">", schema.root, schema.namespace_uri);
+}
+
 }  // namespace
 
 void SchemaWords::wrong_root(const XmlElement& root) {
   const SchemaSource& schema = language_.source();
-  const std::string hint =
-      fmt::format("begin with <{} xmlns=\"{}\">", schema.root, schema.namespace_uri);
+  const std::string hint = hint_for_root(root, schema);
   if (root.name != schema.root) {
     diagnostics_.error("XSD-ROOT", source_, root.span,
                        fmt::format("this is not a {0}: the root element is '{1}', not '{0}'",

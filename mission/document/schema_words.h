@@ -1,5 +1,5 @@
 #pragma once
-// The sentences about what a schema does not allow.
+// The messages about violations of a schema.
 
 #include <optional>
 #include <string>
@@ -22,19 +22,19 @@ class SchemaWords {
   /// Returns the name probably meant.
   std::optional<std::string> unknown_element(const XmlElement& element, const XmlElement& parent,
                                              const std::string& parent_type);
-  /// A known element in the wrong place, or once too often; `expected` may stand there instead.
+  /// A known element in the wrong place, or repeated too often; `expected` may stand there instead.
   void misplaced_element(const XmlElement& element, const XmlElement& parent,
                          const std::vector<std::string>& expected);
-  /// `expected` might stand where the element ends; of these one is needed, or several.
+  /// `expected` may stand where the element ends; one or several of these are required.
   void missing_children(const XmlElement& element, const std::string& type,
                         const std::vector<std::string>& expected);
   void unknown_attribute(const XmlElement& element, const std::string& type,
                          const std::string& name);
-  /// Says nothing where an unknown attribute was probably meant to be it.
+  /// Reports nothing where an unknown attribute was probably meant to be this one.
   void missing_attribute(const XmlElement& element, const std::string& type,
                          const std::string& name);
-  /// `attribute` is empty for the element's text; `reason` is libxml2's, for what we cannot
-  /// explain.
+  /// `attribute` is empty for the element's text; `reason` is libxml2's message, used where we
+  /// cannot explain the mistake.
   void bad_value(const XmlElement& element, const std::string& type, const std::string& attribute,
                  const std::string& reason);
   void stray_text(const XmlElement& element);

@@ -13,7 +13,7 @@ std::size_t past(std::string_view text, std::string_view end, std::size_t from) 
   return found == std::string_view::npos ? text.size() : found + end.size();
 }
 
-// The end of the tag that `at` is in; a '>' between quotes does not end it.
+// The end of the tag that contains `at`; a '>' between quotes does not end it.
 std::size_t past_tag(std::string_view text, std::size_t at) {
   char quote = '\0';
   for (; at < text.size(); ++at) {
@@ -35,7 +35,8 @@ bool is_section(std::string_view text, std::size_t at) {
   return text.substr(at, kSection.size()) == kSection;
 }
 
-// Past the comment, instruction, section, tag or byte of text at `at`; a tag changes the depth.
+// The position after the comment, instruction, section, tag or byte of text at `at`; a tag changes
+// the depth.
 std::size_t past_token(std::string_view text, std::size_t at, int& depth) {
   if (text[at] != '<') return at + 1;
   if (text.substr(at, 4) == "<!--") return past(text, "-->", at);
@@ -50,7 +51,7 @@ std::size_t past_token(std::string_view text, std::size_t at, int& depth) {
   return end;
 }
 
-// Bytes of the value that a character reference such as "&#233;" stands for, in UTF-8.
+// Number of bytes of the value, in UTF-8, of a character reference such as "&#233;".
 std::size_t decoded_length(std::string_view reference) {
   if (reference.substr(0, 2) != "&#") return 1;  // one of the five predefined entities
   const bool hex = reference.size() > 2 && reference[2] == 'x';
@@ -84,7 +85,7 @@ Span span_in_value(const SourceText& source, const XmlAttribute& attribute, std:
       decoded += decoded_length(text.substr(at, end - at));
       at = end;
     } else {
-      // A line break of two bytes is one blank of the value.
+      // A line break of two bytes is one blank in the value.
       at += text.substr(at, 2) == "\r\n" ? 2 : 1;
       ++decoded;
     }

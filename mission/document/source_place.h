@@ -1,5 +1,5 @@
 #pragma once
-// Finer places than the XML tree knows: inside an attribute's value, and of stray text.
+// Positions finer than the XML tree has: inside an attribute's value, and of stray text.
 
 #include <cstddef>
 
@@ -8,26 +8,25 @@
 
 namespace dive::mission {
 
-/// Byte offset of the beginning of `span`, which must point into `source`.
+/// Byte offset of the start of `span`, which must point into `source`.
 [[nodiscard]] std::size_t offset_of(const SourceText& source, const Span& span);
 
-/// Where byte `offset` of an attribute's value was written: in the file a value may be longer than
-/// it is ("&lt;" is one byte of it). `length` bytes are underlined.
+/// Source position of byte `offset` of an attribute's value: in the file a value may be longer
+/// ("&lt;" is one byte of the value). `length` bytes are underlined.
 [[nodiscard]] Span span_in_value(const SourceText& source, const XmlAttribute& attribute,
                                  std::size_t offset, std::size_t length);
 
-/// Byte offsets of an element's content: from past its start tag to its end tag, or to the end of
-/// an empty tag, and `end`, past all of it.
+/// Byte offsets of an element's content: from after its start tag to its end tag, or to the end of
+/// an empty tag; `end` is past the whole element.
 struct ElementExtent {
-  std::size_t begin = 0;  ///< Of the '<'.
+  std::size_t begin = 0;  ///< Offset of the '<'.
   std::size_t content = 0;
   std::size_t content_end = 0;
   std::size_t end = 0;
 };
 [[nodiscard]] ElementExtent extent_of(const SourceText& source, const XmlElement& element);
 
-/// The first word of the text that stands directly in `element`; the element's name if there is
-/// none.
+/// The first word of the text directly inside `element`; the element's name if there is none.
 [[nodiscard]] Span place_of_text(const SourceText& source, const XmlElement& element);
 
 }  // namespace dive::mission

@@ -1,5 +1,6 @@
 #pragma once
-// The states of a mission as a flat list in document order, with parents and a way to find them.
+// The states of a mission as a flat list in document order, with their parents and search
+// functions.
 
 #include <map>
 #include <set>
@@ -14,8 +15,8 @@ class StateIndex {
  public:
   struct Entry {
     const StateSpec* spec = nullptr;
-    int parent = -1;  ///< -1 at the top.
-    int last = -1;    ///< The last state inside, itself when there is none.
+    int parent = -1;  ///< -1 at the top level.
+    int last = -1;    ///< The last descendant; the state itself if it has none.
   };
 
   /// `mission` must outlive the index.
@@ -24,15 +25,15 @@ class StateIndex {
   [[nodiscard]] int size() const { return static_cast<int>(entries_.size()); }
   [[nodiscard]] const StateSpec& spec(int state) const { return *at(state).spec; }
   [[nodiscard]] int parent(int state) const { return at(state).parent; }
-  /// -1 when there is none; the first one when there are several.
+  /// -1 if there is none; the first one if there are several.
   [[nodiscard]] int find(const std::string& id) const;
-  /// Is `state` inside `ancestor`, or it?
+  /// True if `state` is `ancestor` or inside it.
   [[nodiscard]] bool is_within(int state, int ancestor) const {
     return state >= ancestor && state <= at(ancestor).last;
   }
-  /// States directly inside, in document order; -1 for those at the top.
+  /// Child states in document order; the top-level states for -1.
   [[nodiscard]] std::vector<int> children(int state) const;
-  /// The outermost parallel that `state` is in or is; -1 when there is none.
+  /// The outermost parallel that is or contains `state`; -1 if there is none.
   [[nodiscard]] int outermost_parallel(int state) const;
   [[nodiscard]] std::vector<std::string> ids() const;
 
@@ -47,19 +48,19 @@ class StateIndex {
 };
 
 [[nodiscard]] bool is_history(const StateSpec& spec);
-/// Has it a behaviour that commands the vehicle?
+/// True if the state has a behaviour that commands the vehicle.
 [[nodiscard]] bool is_behavior(const StateSpec& spec);
-/// Does it plan paths?
+/// True if the state plans paths.
 [[nodiscard]] bool is_planning(const StateSpec& spec);
-/// The events that its actions, and those of all others, raise.
+/// The events raised by the actions of all states.
 [[nodiscard]] std::set<std::string> raised_events(const StateIndex& index);
-/// Every event that something may raise while the mission lasts, spelt out.
+/// Full names of all events that can be raised during the mission.
 [[nodiscard]] std::set<std::string> possible_events(const StateIndex& index);
-/// Its actions on entry, on exit and in transitions.
+/// The actions on entry, on exit and in transitions.
 [[nodiscard]] std::vector<const ActionSpec*> actions_of(const StateSpec& spec);
-/// Its timeout, or nullptr.
+/// The timeout, or nullptr.
 [[nodiscard]] const Timeout* state_timeout(const StateSpec& spec);
-/// The goals of a goto or goal_sequence, else nothing.
+/// The goals of a goto or goal_sequence; empty for other states.
 [[nodiscard]] std::vector<const Goal*> goals_of(const StateSpec& spec);
 
 }  // namespace dive::mission

@@ -37,7 +37,7 @@ StateSpec StateReader::state(const XmlElement& element, bool overhead_above) {
   for (const XmlElement& child : element.children) {
     if (is_state(child)) spec.children.push_back(state(child, spec.overhead));
   }
-  // A state with nothing inside is a leaf that watches and steers nothing.
+  // A state without children is atomic: it monitors and steers nothing.
   if (spec.type == StateType::kCompound && spec.children.empty()) spec.type = StateType::kLeaf;
   if (element.attribute("initial") != nullptr) {
     spec.initial = attributes_.name(element, "initial");
@@ -95,6 +95,7 @@ Goal StateReader::goal(const XmlElement& element) const {
   goal.capture_radius = attributes_.number(element, "capture_radius");
   goal.dwell_s =
       attributes_.optional_number(element, "dwell").value_or(Located<double>{0.0, element.span});
+  goal.reduced_clearance = attributes_.optional_number(element, "reduced_clearance");
   goal.span = element.span;
   return goal;
 }
@@ -108,7 +109,7 @@ std::optional<Timeout> StateReader::timeout(const XmlElement& element) {
     }
     return std::nullopt;
   }
-  Timeout timeout{*seconds, {{}, seconds->span}};  // rules.h reports an on_timeout left out
+  Timeout timeout{*seconds, {{}, seconds->span}};  // rules.h reports a missing on_timeout
   if (element.attribute("on_timeout") != nullptr) {
     timeout.on_timeout = attributes_.name(element, "on_timeout");
   }

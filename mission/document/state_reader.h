@@ -1,7 +1,7 @@
 #pragma once
 // The states of a mission, from elements that have passed the schema. `transect` becomes a sequence
-// of goals and `wreck_penetration` a state with states inside, so that nothing beyond this reader
-// needs to know them. Private to mission/document.
+// of goals and `wreck_penetration` a state with child states, so that no other code handles them.
+// Private to mission/document.
 
 #include "common/diagnostic.h"
 #include "common/xml.h"
@@ -12,8 +12,7 @@ namespace dive::mission {
 
 class StateReader {
  public:
-  /// Both must outlive it. Conditions that cannot be parsed and timeouts that are none are
-  /// reported.
+  /// Both must outlive the reader. Reports conditions that cannot be parsed and invalid timeouts.
   StateReader(const AttributeReader& attributes, Diagnostics& diagnostics)
       : attributes_(attributes), diagnostics_(diagnostics) {}
 
@@ -29,9 +28,9 @@ class StateReader {
   [[nodiscard]] std::optional<Guard> guard(const XmlAttribute& cond);
   [[nodiscard]] std::vector<ActionSpec> actions(const XmlElement& element) const;
 
-  // transect (state_expansion.cpp)
+  // Defined in mission/states/transect.cpp.
   [[nodiscard]] GoalSequenceState transect(const XmlElement& element) const;
-  // wreck_penetration
+  // Defined in mission/states/wreck_penetration.cpp.
   [[nodiscard]] StateSpec penetration(const XmlElement& element);
   [[nodiscard]] StateSpec penetration_part(const XmlElement& element, const char* part,
                                            Leaf leaf) const;

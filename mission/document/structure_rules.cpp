@@ -1,4 +1,4 @@
-// The states of a mission make up a machine that can be run, and that steers one vehicle.
+// Rules: the states of a mission form a machine that can be run, with one behaviour at a time.
 
 #include <algorithm>
 #include <vector>
@@ -10,7 +10,7 @@
 namespace dive::mission {
 namespace {
 
-// What entering a target fills: a history stands for the state it is in.
+// The state that is filled by entering a target: for a history, its parent.
 int filled_by(const StateIndex& index, int target) {
   return is_history(index.spec(target)) ? index.parent(target) : target;
 }
@@ -27,12 +27,12 @@ bool has_behavior_inside(const StateSpec& spec) {
          std::any_of(spec.children.begin(), spec.children.end(), has_behavior_inside);
 }
 
-// Reports everything inside that leaves the vehicle to itself, or to two masters.
+// Reports every part that leaves the vehicle without a behaviour, or with two.
 void demand_steering(const Subject& subject, const StateSpec& spec) {
   if (spec.type == StateType::kLeaf && !is_behavior(spec)) {
     subject.error(
         "MIS-IDLE", spec.id.span,
-        fmt::format("'{}' has nothing inside, so nobody steers the vehicle in it", spec.id.value),
+        fmt::format("'{}' is empty, so no behaviour steers the vehicle in it", spec.id.value),
         "use 'hold' to wait in place");
   }
   if (spec.type == StateType::kCompound) {
@@ -78,7 +78,7 @@ void transitions_say_something(const Subject& subject) {
 
 namespace {
 
-// Does `general` match every event that `special` does?
+// True if `general` matches every event that `special` matches.
 bool covers(std::string general, std::string special) {
   const auto trimmed = [](std::string& descriptor) {
     if (descriptor.ends_with(".*")) descriptor.resize(descriptor.size() - 2);

@@ -1,5 +1,5 @@
-// Positions, limits and times that no mission of this vehicle can have. What depends on the map is
-// for mission/check.
+// Rules on positions, limits and times that exclude values impossible for this vehicle.
+// mission/check has the rules that depend on the map.
 
 #include <algorithm>
 #include <functional>
@@ -7,15 +7,12 @@
 #include <fmt/format.h>
 
 #include "mission/document/rule_set.h"
+#include "mission/document/rules.h"
 
 namespace dive::mission {
 namespace {
 
-// The Aqua2 holds its depth from about 0.1 m/s and swims 0.8 m/s at full effort.
-constexpr double kMinSpeed = 0.1;
-constexpr double kMaxSpeed = 0.8;
-
-// Calls `visit` with start and every goal whose depth the document alone tells.
+// Calls `visit` with the start and every goal whose depth follows from the document alone.
 void for_each_depth(const Subject& subject,
                     const std::function<void(const std::string& name, const Position& position,
                                              double depth)>& visit) {
@@ -78,7 +75,7 @@ void altitudes_are_in_open_water(const Subject& subject) {
 
 void altitudes_have_known_ground(const Subject& subject) {
   if (!subject.mission.unknown) return;
-  Span last;  // of one transect all goals have the same
+  Span last;  // all goals of one transect have the same
   const auto look = [&](const std::string& name, const Position& position) {
     const Span& span = position.z.span;
     const bool is_told = span.line == last.line && span.column == last.column;
@@ -124,6 +121,28 @@ void limits_leave_room(const Subject& subject) {
                   "{:g} m",
                   limits.clearance.value, limits.max_depth.value),
       "raise max_depth or lower clearance");
+}
+
+void reduced_clearances_are_less(const Subject& subject) {
+  const Mission& mission = subject.mission;
+  const Located<double>& clearance = mission.limits.clearance;
+  Span last;  // all goals of one transect have the same
+  const auto check = [&](const std::optional<Located<double>>& reduced) {
+    if (!reduced || reduced->value <= clearance.value) return;
+    const Span& span = reduced->span;
+    if (span.line == last.line && span.column == last.column) return;
+    last = span;
+    subject.error(
+        "MIS-REDUCED-CLEARANCE", span,
+        fmt::format("a reduced clearance of {:g} m is more than the clearance of {:g} m "
+                    "({})",
+                    reduced->value, clearance.value, mission.source.line_name(clearance.span.line)),
+        "write the least that the mission accepts where a start lacks the clearance");
+  };
+  check(mission.limits.reduced_clearance);
+  for (int state = 0; state < subject.index.size(); ++state) {
+    for (const Goal* goal : goals_of(subject.index.spec(state))) check(goal->reduced_clearance);
+  }
 }
 
 void failsafes_bring_it_up(const Subject& subject) {

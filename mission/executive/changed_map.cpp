@@ -33,7 +33,8 @@ ChangedMap::ChangedMap(const planning::World& world, const planning::RobotHull& 
       hull_radius_(hull.radius()),
       judged_m_(judged_m),
       scene_(world),
-      ceiling_(world) {}
+      ceiling_(world),
+      to_pieces_({}, hull) {}
 
 void ChangedMap::add(std::span<const SeenObstacle> seen) {
   for (planning::Obstacle& obstacle : as_obstacles(seen, added_.obstacles.size())) {
@@ -99,7 +100,8 @@ double ChangedMap::clearance_of_stretch(std::span<const Pose> waypoints, double 
   planning::CertifyOptions options;
   options.cutoff = cutoff;
   options.max_evaluations = kMaxEvaluations;
-  return planning::Certifier(near, hull_, options).certify(waypoints).clearance_m;
+  to_pieces_.reset(near, options);
+  return to_pieces_.certify(waypoints).clearance_m;
 }
 
 }  // namespace dive::mission

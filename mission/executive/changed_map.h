@@ -57,6 +57,7 @@ class ChangedMap final : public behaviors::PathJudge {
   std::optional<planning::Ceiling> added_ceiling_;
   std::unique_ptr<planning::Certifier> certifier_;
   SeenPieces pieces_;
+  planning::Certifier to_pieces_;  ///< Reset to those near each path.
 };
 
 }  // namespace dive::mission

@@ -10,9 +10,9 @@ namespace {
 
 using statechart::StateId;
 
-constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: nobody steered
-constexpr double kGoesOn = 0.3;  // s after a commit that a vehicle swims on that nobody steers ...
-constexpr double kStops = 1.0;   // ... and the time constant, s, with which it then comes to rest
+constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: the vehicle was not controlled
+constexpr double kGoesOn = 0.3;  // s after a commit for which a vehicle without commands swims on
+constexpr double kStops = 1.0;   // time constant, s, with which it then comes to rest
 
 }  // namespace
 

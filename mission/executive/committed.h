@@ -1,6 +1,6 @@
 #pragma once
-// What outlives an executive: what a new one of the same mission needs to go on where another one
-// ended, and how far the vehicle has gone in between.
+// The saved state of an executive: what a new executive of the same mission needs to continue, and
+// how far the vehicle has moved in between.
 
 #include <cstdint>
 #include <map>
@@ -20,17 +20,21 @@ namespace dive::mission {
 
 struct Committed {
   Utime utime = 0;
-  double elapsed_s = 0.0;                                   ///< Of the mission.
-  std::vector<std::string> active;                          ///< Document order.
-  std::vector<double> active_s;                             ///< How long, one by one.
-  std::map<std::string, std::vector<std::string>> history;  ///< Recorded, by history state.
-  std::vector<int> done_once;                               ///< Actions never to be repeated.
+  double elapsed_s = 0.0;           ///< Time since the mission started.
+  std::vector<std::string> active;  ///< Document order.
+  /// Time since entry of each active state, s.
+  std::vector<double> active_s;
+  /// Recorded states of each history state.
+  std::map<std::string, std::vector<std::string>> history;
+  /// Actions already executed that must not be repeated.
+  std::vector<int> done_once;
   Pose X_WB;
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s.
-  double sigma_m = 0.0;                           ///< Of the horizontal position.
-  std::optional<double> under_elapsed_s;          ///< When it was last in open water ...
-  double under_battery = 1.0;                     ///< ... and with what charge.
-  int goals_done = 0;                             ///< By the active leaf.
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< Velocity, m/s.
+  /// Standard deviation of the horizontal position, m.
+  double sigma_m = 0.0;
+  std::optional<double> under_elapsed_s;  ///< Time when the vehicle was last in open water.
+  double under_battery = 1.0;             ///< Charge at that time, fraction.
+  int goals_done = 0;                     ///< Goals completed by the active atomic state.
   behaviors::Rung rung = behaviors::Rung::kNone;
   behaviors::FailsafeKind rung_cause = behaviors::FailsafeKind::kLeak;
   std::string abort_cause;
@@ -41,27 +45,28 @@ struct Committed {
 struct Resume {
   Committed committed;
   std::vector<behaviors::Trail::Crumb> trail;
-  /// Between the last commit and the first step; nothing: as the vehicle's clock says, and the
-  /// vehicle went on in between. Otherwise it lies at rest where it was, as in a new simulator.
+  /// Time between the last commit and the first step; absent: taken from the vehicle's clock, and
+  /// the vehicle kept moving in between. If given, the vehicle lies at rest where it was, as in a
+  /// new simulator.
   std::optional<double> gap_s;
 };
 
-/// Between the last commit and `now`, s; more than `longest_s` where the clock went back: then the
-/// vehicle was away for nobody knows how long.
+/// Time between the last commit and `now`, s; more than `longest_s` if the clock went back, because
+/// the absence is then of unknown length.
 [[nodiscard]] double gap_of(const Resume& resume, Utime now, double longest_s);
 
-/// What a vehicle did that nobody steered for a while.
+/// Motion of a vehicle without commands.
 struct Drift {
-  Eigen::Vector2d by_W = Eigen::Vector2d::Zero();  ///< m
-  double sigma_m = 0.0;                            ///< Of that.
-  double surge = 0.0;                              ///< m/s that are left.
+  Eigen::Vector2d by_W = Eigen::Vector2d::Zero();  ///< Horizontal displacement, m.
+  double sigma_m = 0.0;                            ///< Standard deviation of the displacement, m.
+  double surge = 0.0;                              ///< Remaining surge speed, m/s.
 };
 
-/// It swam on and then stopped, by itself, as the link's vehicles do.
+/// The vehicle swam on and then stopped by itself, as the link's vehicles do.
 [[nodiscard]] Drift drift_in(double gap_s, const Committed& committed);
 
-/// What the chart remembers goes into `committed` by the names of its states, and comes back. A
-/// name that is not the chart's is an error of ours (demanded).
+/// Save the chart's memory in `committed` by state names, and restore it. A name that is not in the
+/// chart is an internal error (checked).
 void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,
                  Committed& committed);
 [[nodiscard]] statechart::Interpreter::Memory memory_of(const Committed& committed,

@@ -1,11 +1,11 @@
 #pragma once
 // The executive: a pure step from inputs to outputs. It reads no clock, no file, no socket and no
-// random number, so that the same step runs in simulation, on the vehicle, in replay and in
-// `dive check`, and a log of its inputs is enough to know all it did.
+// random number, so that the same step runs in simulation, on the vehicle, in replay and in `dive
+// check`, and a log of its inputs determines all its outputs.
 //
-// One step: sensors into the estimator, crumbs onto the trail, failsafes and their rung, time-outs
-// and guards into the statechart, the active leaf's behaviour into a command, the command through
-// the autopilot into pseudo-rates.
+// One step is a sequence of stages (executive.cpp, drawn in mission/README.md): samples, the
+// position, the surroundings, failsafes, events to the machine, the active behaviour's command, and
+// the efforts of the flippers.
 
 #include <memory>
 #include <optional>
@@ -23,10 +23,10 @@
 namespace dive::mission {
 
 struct ExecutiveOptions {
-  std::uint64_t seed = 1;  ///< Of the plans asked for.
+  std::uint64_t seed = 1;  ///< Seed of the requested plans.
   std::optional<Resume> resume = {};
   estimation::PrimitiveOptions estimator = {};
-  double start_sigma_m = 0.05;  ///< Of the position at which the vehicle is put into the water.
+  double start_sigma_m = 0.05;  ///< Standard deviation of the deployment position, m.
   vehicle::AutopilotOptions autopilot = {};
 };
 
@@ -37,12 +37,12 @@ enum class Outcome { kRunning, kSuccess, kAborted };
 struct ExecutiveResult {
   Outcome outcome = Outcome::kRunning;
   std::string final_state;  ///< Innermost active state while running.
-  std::string cause;        ///< Of anything but a success.
+  std::string cause;        ///< Cause of any outcome except success.
 };
 
 class Executive {
  public:
-  /// Keeps references: mission, world and model must outlive it. The mission has passed
+  /// Keeps references: mission, world and model must outlive the executive. The mission has passed
   /// load_mission().
   Executive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
             ExecutiveOptions options);
@@ -50,17 +50,17 @@ class Executive {
   Executive& operator=(Executive&&) noexcept;
   ~Executive();
 
-  /// Control tick at `inputs.now`, which never decreases. Never throws: a failed assertion of our
-  /// own is caught, recorded as the failsafe internal_error, and from then on the vehicle is
-  /// commanded straight up. What is returned is valid until the next step. A step in which nothing
-  /// begins or ends (no plan asked for or answered, no transition, no change of rung) and nothing
-  /// new is seen allocates nothing.
+  /// One control tick at `inputs.now`, which never decreases. Never throws: a failed internal
+  /// assertion is caught and recorded as the failsafe internal_error, and from then on the vehicle
+  /// is commanded straight up. The result is valid until the next step. A step without changes (no
+  /// plan requested or answered, no transition, no change of rung, no new observation) allocates
+  /// nothing.
   [[nodiscard]] const StepOutputs& step(const StepInputs& inputs);
 
   [[nodiscard]] ExecutiveResult result() const;
 
-  /// What must be kept before the outputs of the last step reach the vehicle, so that a restart
-  /// finds the same state and repeats nothing.
+  /// The state to save before the outputs of the last step reach the vehicle, so that a restart
+  /// finds the same state and repeats no action.
   [[nodiscard]] Committed committed() const;
   [[nodiscard]] const behaviors::Trail& trail() const;
 

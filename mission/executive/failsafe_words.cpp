@@ -6,26 +6,26 @@ namespace dive::mission {
 
 using behaviors::FailsafeKind;
 
-std::string describe(FailsafeKind kind, const Mission& mission, const FailsafeFigures& figures) {
+std::string describe(FailsafeKind kind, const Mission& mission, const Situation& situation) {
   const double limit = mission.failsafes.threshold[static_cast<std::size_t>(kind)];
-  const behaviors::Progress& progress = *figures.progress;
+  const behaviors::Progress& progress = situation.progress;
   switch (kind) {
     case FailsafeKind::kLeak:
       return "water in the hull";
     case FailsafeKind::kBattery:
       return fmt::format("{:.0f} % of charge left, less than {:.0f} %",
-                         100.0 * figures.health.battery_fraction, 100.0 * limit);
+                         100.0 * situation.health.battery_fraction, 100.0 * limit);
     case FailsafeKind::kTemperature:
-      return fmt::format("{:.0f} degrees in the hull, more than {:g}", figures.health.temperature_c,
-                         limit);
+      return fmt::format("{:.0f} degrees in the hull, more than {:g}",
+                         situation.health.temperature_c, limit);
     case FailsafeKind::kOverdepth:
       return fmt::format("deeper than {:g} m", mission.limits.max_depth.value);
     case FailsafeKind::kUnderAltitude:
       return fmt::format("{:.2f} m above the ground, less than {:g} m",
-                         figures.altitude_m.value_or(0.0), mission.limits.min_altitude.value);
+                         situation.altitude_m.value_or(0.0), mission.limits.min_altitude.value);
     case FailsafeKind::kGeofence:
-      return fmt::format("({:.1f}, {:.1f}) is outside of the fence", figures.p_W.x(),
-                         figures.p_W.y());
+      return fmt::format("({:.1f}, {:.1f}) is outside of the fence", situation.estimate.X_WB.p.x(),
+                         situation.estimate.X_WB.p.y());
     case FailsafeKind::kOvertime:
       return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
     case FailsafeKind::kOverdueLeg:
@@ -41,23 +41,23 @@ std::string describe(FailsafeKind kind, const Mission& mission, const FailsafeFi
     case FailsafeKind::kRangeLost:
       return fmt::format("nothing new was seen for {:g} s", limit);
     case FailsafeKind::kEstimatorDiverged:
-      return fmt::format("estimated depth {:.1f} m, measured {:.1f} m", figures.estimated_depth_m,
-                         figures.measured_depth_m);
+      return fmt::format("estimated depth {:.1f} m, measured {:.1f} m",
+                         -situation.estimate.X_WB.p.z(), situation.sensors.depth_m);
     case FailsafeKind::kLocalisationLost:
       return fmt::format("position uncertain by {:.2f} m, more than {:g} m",
-                         figures.position_sigma_m, limit);
+                         estimation::horizontal_sigma(situation.estimate), limit);
     case FailsafeKind::kPlannerFailure:
-      return figures.out_of_replans ? "no replans are left for this leg"
-                                    : fmt::format("{} plans failed in a row, the last one: {}",
-                                                  progress.plan_failures, progress.plan_failure);
+      return situation.out_of_replans ? "no replans are left for this leg"
+                                      : fmt::format("{} plans failed in a row, the last one: {}",
+                                                    progress.plan_failures, progress.plan_failure);
     case FailsafeKind::kCommsLost:
       return fmt::format("nothing heard from topside for {:g} s", limit);
     case FailsafeKind::kOperatorAbort:
       return "topside says abort";
     case FailsafeKind::kRetraceFailure:
-      return fmt::format("there is no way out: {}", *figures.retrace_failure);
+      return fmt::format("there is no way out: {}", situation.retrace_failure);
     case FailsafeKind::kInternalError:
-      return *figures.internal_error;
+      return situation.internal_error;
   }
   return {};
 }

@@ -1,7 +1,10 @@
 #pragma once
-// From a command to what the flippers are told: by the attitude and the depth that are heard, and,
-// when one of them falls silent, with as much as can be done without. Private to mission/executive.
+// Converts a command to flipper efforts by the measured attitude and depth; when one of them is
+// lost, it controls the degrees of freedom that remain observable. Private to mission/executive.
 
+#include <Eigen/Core>
+
+#include "behaviors/drift_stop.h"
 #include "common/measurements.h"
 #include "vehicle/autopilot.h"
 #include "vehicle/command.h"
@@ -9,12 +12,18 @@
 
 namespace dive::mission {
 
-/// What the helm steers by.
+/// Inputs of the controller.
 struct Heard {
-  const ImuSample* imu = nullptr;  ///< The last one ...
-  bool hears_imu = false;          ///< ... and whether that is now.
-  double depth_m = 0.0;            ///< Measured, or as estimated ...
-  bool hears_depth = false;        ///< ... while the sensor is silent.
+  const ImuSample* imu = nullptr;  ///< Last attitude sample.
+  bool hears_imu = false;          ///< True if the sample is of this tick.
+  /// Measured depth, m; estimated while the sensor is lost.
+  double depth_m = 0.0;
+  bool hears_depth = false;                       ///< True if the depth is measured.
+  Eigen::Vector3d v_B = Eigen::Vector3d::Zero();  ///< Estimated velocity over ground, in B, m/s.
+  double surge = 0.0;                             ///< Estimated speed through the water, m/s.
+  /// Rotation about the vertical from the measured attitude to the published one, in whose frame
+  /// commands are given, rad.
+  double heading_correction = 0.0;
 };
 
 class Helm {
@@ -24,11 +33,13 @@ class Helm {
 
   /// Takes over a vehicle that swims at `speed`, m/s.
   void begin_at(double speed) { autopilot_.begin_at(speed); }
-  /// Steady heave (m/s, along z of B) that what was told last should make at `speed` (m/s).
+  /// Steady heave (m/s, along z of B) expected from the last efforts at `speed` (m/s).
   [[nodiscard]] double expected_heave(double speed) const;
-  /// `dt`: s since the last step, > 0; `heard.imu` is there (demanded). Allocates nothing.
+  /// `dt`: s since the last step, > 0; requires `heard.imu`. Allocates nothing.
   void step(const vehicle::Command& command, const Heard& heard, double dt);
-  /// Told last; nothing before the first step.
+  /// Attitude and turn rate predicted since the last attitude sample.
+  [[nodiscard]] const vehicle::ReckonedAttitude& predicted() const { return reckoned_; }
+  /// Last efforts; empty before the first step.
   [[nodiscard]] const vehicle::PseudoRates& rates() const { return rates_; }
 
  private:
@@ -37,7 +48,10 @@ class Helm {
   vehicle::AutopilotOptions options_;
   vehicle::Autopilot autopilot_;
   vehicle::ReckonedAttitude reckoned_;
+  /// Time of the attitude sample from which the prediction started, us.
+  Utime predicted_from_ = -1;
   vehicle::PseudoRates rates_;
+  behaviors::DriftStop drift_stop_;
 };
 
 }  // namespace dive::mission

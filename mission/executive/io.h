@@ -12,7 +12,7 @@
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
-#include "planning/planner.h"
+#include "planning/plan.h"
 #include "planning/world/seen.h"
 #include "vehicle/command.h"
 
@@ -25,15 +25,9 @@ struct PlanQuery {
   planning::PlanRequest request;
 };
 
-/// What the planner answered, without the timings, which depend on the machine.
 struct PlanReply {
-  std::int64_t id = 0;
-  planning::PlanStatus status = planning::PlanStatus::kInvalid;
-  std::string reason;
-  std::vector<Pose> waypoints;
-  double clearance_m = 0.0;
-  double length_m = 0.0;
-  int warm_starts = 0;
+  std::int64_t id = 0;        ///< Of the query it answers.
+  planning::PlanResult plan;  ///< With waypoints only where it is accepted.
 };
 
 /// Something solid that the map did not know: a box, in W.

@@ -14,18 +14,19 @@
 namespace dive::mission {
 namespace {
 
-// s between two replans: in unknown water there is something new all the time.
+// s between two replans: in an unknown environment the map changes all the time.
 constexpr double kUnknownInterval = 0.5;
-constexpr double kUnknownDeviation = 0.5;  // of D_min, without word of the mission, ...
-constexpr double kUnknownWait = 5.0;       // ... and s without progress, after which it plans anew
-constexpr double kUnknownClimb = 0.4;    // rad: the eyes look no higher than a little above the bow
-constexpr double kUnknownGoal = 0.5;     // m that a goal may be moved by, when something is near it
-constexpr double kUnknownRise = 0.3;     // m, under an overhead
-constexpr double kUnknownWayOut = 90.0;  // s that a blocked way out is tried again and again
-constexpr int kUnknownUnreachable = 45;  // failed plans: what is in the way may go away
+constexpr double kUnknownDeviation = 0.5;  // fraction of D_min, if the mission gives no value
+constexpr double kUnknownWait = 5.0;       // s without progress, after which it replans
+constexpr double kUnknownClimb = 0.4;      // rad: the sensor's view ends a little above the bow
+// m by which a goal may be moved when an obstacle is near it
+constexpr double kUnknownGoal = 0.5;
+constexpr double kUnknownRise = 0.3;      // m, under an overhead
+constexpr double kUnknownWayOut = 90.0;   // s for which a blocked exit path is retried
+constexpr int kUnknownUnreachable = 45;   // failed plans: the obstacle may go away
 constexpr double kOptimisticStale = 3.0;  // s
-constexpr double kJudged = 1.5;           // m: clearances are judged as far as that ...
-constexpr double kBeyond = 1.1;           // ... and beyond the largest that is asked for
+constexpr double kJudged = 1.5;           // m: minimum range in which clearances are evaluated
+constexpr double kBeyond = 1.1;           // m beyond the largest required clearance
 
 behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy& written) {
   behaviors::ReplanPolicy policy;
@@ -41,10 +42,23 @@ behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy
   policy.max_replans = replans_per_leg(mission, written);
   if (!mission.unknown) return policy;
   policy.min_interval_s = kUnknownInterval;
-  // Off its path the vehicle is where nothing was certified, and what it waits for may never come.
+  // Off its path the vehicle has no certified clearance, and the event it waits for may never
+  // occur.
   if (!policy.deviation_m) policy.deviation_m = kUnknownDeviation * mission.limits.clearance.value;
   if (!policy.no_progress_s) policy.no_progress_s = kUnknownWait;
   return policy;
+}
+
+// Under way, a vehicle that has drifted too near to an obstacle may leave at any clearance.
+planning::MotionLimits motion_limits(const Mission& mission) {
+  planning::MotionLimits limits;
+  limits.attitude = mission.attitude;
+  limits.clearance = mission.limits.clearance.value;
+  limits.reduced_clearance = 0.0;
+  limits.min_z = -mission.limits.max_depth.value;
+  limits.min_altitude = mission.limits.min_altitude.value;
+  if (mission.unknown) limits.goal_tolerance = kUnknownGoal;
+  return limits;
 }
 
 }  // namespace
@@ -55,16 +69,12 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   context.mission = &mission;
   context.scene = &scene;
   context.leg.speed = mission.speed.value;
-  context.leg.clearance = mission.limits.clearance.value;
-  context.leg.attitude = mission.attitude;
-  context.leg.min_z = -mission.limits.max_depth.value;
-  context.leg.min_altitude = mission.limits.min_altitude.value;
+  context.leg.limits = motion_limits(mission);
   context.leg.seed = seed;
   if (mission.unknown) {
-    context.leg.backs_off = true;
-    context.leg.goal_tolerance = kUnknownGoal;
-    context.leg.way_out_wait_s = kUnknownWayOut;
-    context.leg.unreachable_after = kUnknownUnreachable;
+    context.leg.recovery.by_motion = true;
+    context.leg.recovery.blocked_trail.wait_s = kUnknownWayOut;
+    context.leg.recovery.unreachable_after = kUnknownUnreachable;
   }
   context.leg.replan = replan_policy(mission, mission.replan);
   return context;
@@ -92,31 +102,31 @@ behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec&
   return settings;
 }
 
-std::unique_ptr<behaviors::Behavior> make_surface(const LeafContext& context) {
-  behaviors::SurfaceOptions options;
-  if (context.leg.backs_off) options.room = context.leg.clearance;
-  return std::make_unique<behaviors::Surface>(options);
-}
-
 std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
-                                                        const StateSpec& spec, int goals_done) {
-  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) {
+                                                        const Leaf& leaf, const StateSpec* spec,
+                                                        int goals_done) {
+  if (const auto* single = std::get_if<GotoState>(&leaf)) {
     return std::make_unique<behaviors::GoalSequence>(
-        leg_settings(context, spec),
-        std::vector<behaviors::LegGoal>{leg_goal(context, leaf->goal)});
+        leg_settings(context, *spec),
+        std::vector<behaviors::LegGoal>{leg_goal(context, single->goal)});
   }
-  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
+  if (const auto* sequence = std::get_if<GoalSequenceState>(&leaf)) {
     std::vector<behaviors::LegGoal> goals;
-    for (const Goal& goal : leaf->goals) goals.push_back(leg_goal(context, goal));
+    for (const Goal& goal : sequence->goals) goals.push_back(leg_goal(context, goal));
     return std::make_unique<behaviors::GoalSequence>(
-        leg_settings(context, spec), std::move(goals),
-        std::min(static_cast<std::size_t>(goals_done), leaf->goals.size() - 1));
+        leg_settings(context, *spec), std::move(goals),
+        std::min(static_cast<std::size_t>(goals_done), sequence->goals.size() - 1));
   }
-  if (const auto* leaf = std::get_if<HoldState>(&spec.leaf)) {
-    return std::make_unique<behaviors::Hold>(leaf->duration_s.value);
+  if (const auto* hold = std::get_if<HoldState>(&leaf)) {
+    return std::make_unique<behaviors::Hold>(hold->duration_s.value);
   }
-  DIVE_DEMAND(std::holds_alternative<SurfaceState>(spec.leaf));
-  return make_surface(context);
+  const auto* surface = std::get_if<SurfaceState>(&leaf);
+  DIVE_DEMAND(surface != nullptr);
+  behaviors::SurfaceOptions options;
+  if (surface->makes_room && context.leg.recovery.by_motion) {
+    options.clearance = context.leg.limits.clearance;
+  }
+  return std::make_unique<behaviors::Surface>(options);
 }
 
 behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission) {
@@ -146,7 +156,7 @@ planning::World known_world(const Mission& mission, planning::World world) {
 
 planning::PlannerOptions planner_options(const Mission& mission, planning::PlannerOptions options) {
   if (mission.unknown) {
-    double& climb = options.trajopt.motion.max_climb_rad;
+    double& climb = options.trajopt.kinematics.max_climb_rad;
     climb = std::min(climb, kUnknownClimb);
   }
   return options;

@@ -11,6 +11,8 @@ using statechart::StateId;
 using statechart::StateKind;
 using statechart::Transition;
 
+constexpr double kRetreatWait = 60.0;  // s in open water before a retrace ends in surfacing
+
 StateKind kind_of(StateType type) {
   switch (type) {
     case StateType::kCompound:
@@ -37,7 +39,7 @@ class Builder {
     const StateId root = add("dive", StateKind::kCompound, -1, nullptr);
     for (const StateSpec& spec : mission_.states) add_tree(spec, root);
     add_own_states(root);
-    // All states are there now, so that targets can be found.
+    // All states exist now, so that targets can be found.
     for (const StateSpec& spec : mission_.states) add_transitions(spec);
     for (const StateSpec& spec : mission_.states) add_takeovers(spec);
     machine_.chart.set_initial(root, {find(mission_.initial.value)});
@@ -48,12 +50,19 @@ class Builder {
   StateId add(const std::string& id, StateKind kind, StateId parent, const StateSpec* spec) {
     const StateId state = machine_.chart.add_state(id, kind, parent);
     machine_.specs.push_back(spec);
+    machine_.leaves.push_back(spec != nullptr ? spec->leaf : Leaf{});
+    return state;
+  }
+
+  StateId add_own_leaf(const std::string& id, StateId parent, Leaf leaf) {
+    const StateId state = add(id, StateKind::kAtomic, parent, nullptr);
+    machine_.leaves.back() = std::move(leaf);
     return state;
   }
 
   StateId find(const std::string& id) const {
     const StateId state = machine_.chart.find(id);
-    DIVE_DEMAND(state >= 0);  // the document was checked
+    DIVE_DEMAND(state >= 0);  // load_mission() has checked it
     return state;
   }
 
@@ -64,12 +73,13 @@ class Builder {
 
   void add_own_states(StateId root) {
     const StateId retreat = add(kRetreatState, StateKind::kCompound, root, nullptr);
-    const StateId back = add(kBackState, StateKind::kAtomic, retreat, nullptr);
-    const StateId wait = add(kWaitState, StateKind::kAtomic, retreat, nullptr);
+    const StateId back = add_own_leaf(kBackState, retreat, RetraceState{});
+    const StateId wait = add_own_leaf(kWaitState, retreat, HoldState{{kRetreatWait, {}}});
     const StateId abort = add(kAbortState, StateKind::kCompound, root, nullptr);
-    const StateId retrace = add(kRetraceState, StateKind::kAtomic, abort, nullptr);
-    const StateId surface = add(kAbortSurfaceState, StateKind::kAtomic, abort, nullptr);
-    const StateId emergency = add(kEmergencyState, StateKind::kAtomic, root, nullptr);
+    const StateId retrace = add_own_leaf(kRetraceState, abort, RetraceState{});
+    const StateId surface = add_own_leaf(kAbortSurfaceState, abort, SurfaceState{});
+    const StateId emergency =
+        add_own_leaf(kEmergencyState, root, SurfaceState{.makes_room = false});
     const StateId aborted = add(kAbortedState, StateKind::kFinal, root, nullptr);
     machine_.chart.set_initial(retreat, {back});
     on(back, done_event(kBackState), wait);

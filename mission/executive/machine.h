@@ -1,14 +1,14 @@
 #pragma once
-// A mission's states as a statechart, with the executive's own states beside them:
+// A mission's states as a statechart, beside the executive's own states:
 //
-//   dive.retreat       retrace: dive.back to open water, a minute in dive.wait, then dive.abort
+//    dive.retreat       retrace: dive.back to open water, a minute in dive.wait, then dive.abort
 //   dive.abort         abort_and_surface: dive.retrace, then dive.surface
 //   dive.emergency     emergency_surface: straight up
 //   dive.aborted       final
 //
-// Every top-level state of the mission goes to dive.retreat on dive.retrace_trail, to dive.abort on
-// dive.abort_and_surface and to dive.emergency on dive.emergency_surface; no mission can name these
-// events, so none can keep them from happening.
+// Every top-level state of the mission has transitions to dive.retreat on dive.retrace_trail, to
+// dive.abort on dive.abort_and_surface and to dive.emergency on dive.emergency_surface. No mission
+// can name these events, so none can block them.
 
 #include <string>
 #include <vector>
@@ -32,9 +32,15 @@ inline constexpr const char* kAbortedState = "dive.aborted";
 
 struct Machine {
   statechart::Chart chart;
-  std::vector<Guard> guards;            ///< By GuardId.
-  std::vector<ActionSpec> actions;      ///< By ActionId.
-  std::vector<const StateSpec*> specs;  ///< By StateId; null for the root and the executive's own.
+  std::vector<Guard> guards;        ///< Indexed by GuardId.
+  std::vector<ActionSpec> actions;  ///< Indexed by ActionId.
+  /// Indexed by StateId; null for the root and the executive's own states.
+  std::vector<const StateSpec*> specs;
+  std::vector<Leaf> leaves;  ///< Indexed by StateId; the behaviour of an atomic state.
+
+  [[nodiscard]] bool is_own(statechart::StateId state) const {
+    return specs[static_cast<std::size_t>(state)] == nullptr;
+  }
 };
 
 /// `mission` must outlive the machine.

@@ -112,7 +112,7 @@ class DotWriter : Writer {
     return fmt::format(", label={}", quoted(label));
   }
 
-  /// An edge needs a node: the first one inside.
+  /// An edge needs a node: the first one in the cluster.
   [[nodiscard]] StateId node_of(StateId id) const {
     while (!state(id).children.empty()) id = state(id).children.front();
     return id;
@@ -197,7 +197,7 @@ class ScxmlWriter : Writer {
       open += s.kind == StateKind::kDeepHistory ? " type=\"deep\"" : " type=\"shallow\"";
     }
     line(depth, open + ">");
-    // An initial element and not an attribute: its targets may be deeper than a child.
+    // An initial element instead of an attribute, because its targets may be deeper than a child.
     if (s.initial >= 0 && !is_history) {
       line(depth + 1, fmt::format("<initial><transition target=\"{}\"/></initial>",
                                   targets(transition(s.initial))));

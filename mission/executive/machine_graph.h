@@ -1,5 +1,5 @@
 #pragma once
-// The machine as built, for people (Graphviz DOT) and for other engines (SCXML).
+// The machine as built, as a drawing (Graphviz DOT) and for other engines (SCXML).
 
 #include <string>
 
@@ -7,11 +7,11 @@
 
 namespace dive::mission {
 
-/// DOT: compound and parallel states as clusters, the executive's own in grey.
+/// DOT: compound and parallel states as clusters, the executive's own states in grey.
 [[nodiscard]] std::string to_dot(const Machine& machine, const std::string& title);
 
-/// SCXML 1.0 with the ECMAScript data model: one data element for every variable of a guard, zero
-/// or false at first. A payload command is sent as the event payload.NAME.
+/// SCXML 1.0 with the ECMAScript data model: one data element for every variable of a guard,
+/// initially zero or false. A payload command is sent as the event payload.NAME.
 [[nodiscard]] std::string to_scxml(const Machine& machine, const std::string& name);
 
 }  // namespace dive::mission

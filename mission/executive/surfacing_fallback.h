@@ -1,7 +1,7 @@
 #pragma once
-// What is left when the executive itself has failed: straight up, with nothing but the autopilot,
-// the last attitude and the last depth. Kept apart and small, so that what broke the executive does
-// not break this.
+// The fallback after a failure of the executive itself: a vertical ascent with only the autopilot,
+// the last attitude and the last depth. It is separate and small, so that the defect that stopped
+// the executive does not affect it.
 
 #include <optional>
 #include <string>

@@ -5,8 +5,8 @@
 namespace dive::mission {
 namespace {
 
-constexpr double kSoundingPeriod = 0.5;  // s: looking for the ground takes a while
-constexpr double kDrift = 0.2;           // m that a vehicle at rest may drift on its way up
+constexpr double kSoundingPeriod = 0.5;  // s: finding the ground takes some time
+constexpr double kDrift = 0.2;           // m of possible drift of a vehicle at rest on its way up
 
 }  // namespace
 
@@ -35,9 +35,9 @@ void Surroundings::look(Utime now, const estimation::StateEstimate& estimate,
   altitude_m_ = ground ? std::optional(p_W.z() - *ground) : std::nullopt;
 }
 
-// A camera that looks down sees no roof: in unknown water what the mission declares counts. A
-// leaf that swims to its goals says what is above its way; whatever else is active, that way
-// knows.
+// A camera that looks down cannot see an overhead: in an unknown environment the mission's
+// declaration counts. An atomic state with goals declares the overhead above its path; for all
+// others the trail has recorded it.
 bool Surroundings::is_declared_under(const Eigen::Vector3d& p_W,
                                      std::optional<bool> declared_roof) {
   if (!declared_) return false;

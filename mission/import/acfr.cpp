@@ -1,33 +1,109 @@
+// Element semantics follow ACFR's own parser (acfr-lcm, global-planner/mission.cpp): names in any
+// case, a timeout for each primitive, commands sent when the vehicle departs for it.
+
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "common/se3.h"
 #include "common/suggest.h"
 #include "common/xml.h"
+#include "mission/import/acfr_patterns.h"
 #include "mission/import/foreign_mission.h"
+#include "mission/import/xml_account.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr XmlLimits kLimits{};
-constexpr std::size_t kMaxPoints = 1000;  // of all legs: what one of our missions may have
-constexpr std::array<std::string_view, 3> kKnown = {"goto", "leg", "zambonie"};
-constexpr std::array<std::string_view, 5> kRead = {"goto", "leg", "zambonie", "inwardspiral",
-                                                   "command"};
+constexpr std::size_t kMaxPoints = 990;  // limit for all legs of one of our missions
+constexpr double kMinCapture = 0.05;     // m
+constexpr double kMaxCapture = 20.0;     // m
+constexpr std::size_t kMaxDescription = 3900;
+constexpr std::size_t kMaxWord = 60;  // length of a payload command: see as_id()
+constexpr std::array<std::string_view, 6> kRead = {"goto",         "leg",          "zambonie",
+                                                   "spiralinward", "inwardspiral", "command"};
+constexpr std::array<std::string_view, 2> kDropped = {"inwardspiral", "command"};
+
+// Names of the primitives in other dialects.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kOtherNames{
+    {{"waypoint", "goto"},
+     {"point", "goto"},
+     {"wp", "goto"},
+     {"transect", "leg"},
+     {"line", "leg"},
+     {"lawnmower", "zambonie"},
+     {"lawnmow", "zambonie"},
+     {"mow", "zambonie"},
+     {"grid", "zambonie"},
+     {"rows", "zambonie"},
+     {"survey", "zambonie"},
+     {"coverage", "zambonie"},
+     {"boustrophedon", "zambonie"},
+     {"inwardspiral", "spiralinward"},
+     {"payload", "command"}}};
+
+// Known names, for hints.
+const std::vector<std::string>& known_names() {
+  static const std::vector<std::string> names{
+      "desc",       "global",   "location",  "turn_radius",      "drop_distance",
+      "drop_angle", "timeout",  "primitive", "position",         "mission_timeout",
+      "heading",    "rotation", "depth",     "velocity",         "command",
+      "length",     "width",    "spacing",   "offset",           "pitch",
+      "direction",  "overlap",  "loops",     "min_width_length", "altitude_change"};
+  return names;
+}
 
 using Eigen::Vector2d;
 
 /// North and east as ACFR writes them, in our x east and y north.
 Vector2d in_world(double x_north, double y_east) { return {y_east, x_north}; }
 
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+void lower_names(XmlElement& element) {
+  element.name = lower(std::move(element.name));
+  for (XmlAttribute& attribute : element.attributes) {
+    attribute.name = lower(std::move(attribute.name));
+  }
+  for (XmlElement& child : element.children) lower_names(child);
+}
+
+std::string squeezed(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    const bool blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
+    if (!blank) result += c;
+    if (blank && !result.empty() && result.back() != ' ') result += ' ';
+  }
+  if (!result.empty() && result.back() == ' ') result.pop_back();
+  return result;
+}
+
+std::string hint_for_primitive(const std::string& name) {
+  if (name == "gotoandcircle" || name == "spiral") {
+    return "ACFR's software knows it, but it has no counterpart here: write its points as 'goto'";
+  }
+  std::string plain = name;
+  std::erase_if(plain, [](char c) { return c == '_' || c == '-'; });
+  for (const auto& [other, ours] : kOtherNames) {
+    if (plain == other) return fmt::format("ACFR's name for it is '{}'", ours);
+  }
+  const std::vector<std::string> names(kRead.begin(), kRead.end());
+  return did_you_mean(plain, names);
+}
+
 class Reader {
  public:
-  Reader(const SourceText& source, Diagnostics& diagnostics)
-      : source_(source), diagnostics_(diagnostics) {}
+  explicit Reader(ImportReport& report) : report_(report) {}
 
   std::optional<ForeignMission> read(const XmlElement& root) {
     if (root.name != "mission") {
@@ -35,17 +111,43 @@ class Reader {
       return std::nullopt;
     }
     ForeignMission mission;
-    if (const XmlElement* desc = root.child("desc")) mission.description = squeezed(desc->text);
-    if (const XmlElement* global = root.child("global")) {
-      if (const XmlElement* drop = global->child("drop_distance")) {
-        drop_m_ = number(*drop, {"m"}).value_or(drop_m_);
+    mission.speed_name = "'velocity' x";
+    mission.timeout_name = "'timeout' t";
+    read_description(root, mission);
+    for (const XmlElement& element : root.children) {
+      if (element.name == "global") read_global(element, mission);
+      if (element.name == "location") {
+        leave_out(element, "ACFR's software reads it in 'global' only");
       }
     }
     for (const XmlElement& primitive : root.children) {
       if (primitive.name != "primitive") continue;
+      account_.take(primitive);
       for (const XmlElement& element : primitive.children) add(element, mission);
     }
-    if (is_broken_) return std::nullopt;
+    mission.payload = std::move(commands_);
+    count_points(root, mission);
+    if (!report_.ok()) return std::nullopt;  // the erroneous part was not read to its end
+    account_.report_rest(root, known_names(), report_);
+    return mission;
+  }
+
+ private:
+  void error(Span span, std::string message, std::string hint = {}) {
+    report_.error("IMP-ACFR", span, std::move(message), std::move(hint));
+  }
+
+  // An element that is understood and has no equivalent.
+  void leave_out(const XmlElement& element, const std::string& why) {
+    account_.take(element);
+    for (const XmlAttribute& attribute : element.attributes) {
+      account_.attribute(element, attribute.name);
+    }
+    report_.note("IMP-LEFT-OUT", element.span,
+                 fmt::format("{} is left out: {}", in_words(element), why));
+  }
+
+  void count_points(const XmlElement& root, const ForeignMission& mission) {
     std::size_t points = 0;
     for (const ForeignLeg& leg : mission.legs) points += leg.points.size();
     if (mission.legs.empty()) {
@@ -54,106 +156,223 @@ class Reader {
       error(root.span,
             fmt::format("the mission has {} waypoints, more than {}", points, kMaxPoints));
     }
-    if (is_broken_) return std::nullopt;
-    return mission;
   }
 
- private:
-  static std::string squeezed(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-      const bool blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
-      if (!blank) result += c;
-      if (blank && !result.empty() && result.back() != ' ') result += ' ';
-    }
-    if (!result.empty() && result.back() == ' ') result.pop_back();
-    return result;
-  }
+  // --- values ---
 
-  void error(Span span, std::string message, std::string hint = {}) {
-    is_broken_ = true;
-    diagnostics_.error("IMP-ACFR", source_, span, std::move(message), std::move(hint));
+  std::optional<double> number_in(const XmlAttribute& attribute) {
+    const std::optional<double> value = parse_number(attribute.value);
+    if (!value) error(attribute.value_span, fmt::format("'{}' is not a number", attribute.value));
+    return value;
   }
 
   std::optional<double> number(const XmlElement& element,
                                std::initializer_list<std::string_view> names) {
     for (const std::string_view name : names) {
-      const XmlAttribute* attribute = element.attribute(name);
-      if (attribute == nullptr) continue;
-      const std::optional<double> value = parse_number(attribute->value);
-      if (value && std::isfinite(*value)) return value;
-      error(attribute->value_span, fmt::format("'{}' is not a number", attribute->value));
-      return std::nullopt;
+      if (const XmlAttribute* attribute = account_.attribute(element, name)) {
+        return number_in(*attribute);
+      }
     }
     error(element.span, fmt::format("'{}' lacks the attribute '{}'", element.name, *names.begin()));
     return std::nullopt;
   }
 
-  /// Of a part of the primitive that must be there.
+  /// Value of a required part of the primitive.
   std::optional<double> part(const XmlElement& primitive, std::string_view name,
                              std::initializer_list<std::string_view> attributes) {
-    const XmlElement* child = primitive.child(name);
+    const XmlElement* child = account_.child(primitive, name);
     if (child != nullptr) return number(*child, attributes);
     error(primitive.span, fmt::format("'{}' lacks a '{}'", primitive.name, name));
     return std::nullopt;
   }
 
-  void add(const XmlElement& element, ForeignMission& mission) {
-    if (std::ranges::find(kRead, element.name) == kRead.end()) {
-      const std::vector<std::string> names(kRead.begin(), kRead.end());
-      return error(element.span, fmt::format("the primitive '{}' is not known", element.name),
-                   did_you_mean(element.name, names));
+  // Degrees from north. Empty, without an error, if the primitive has none.
+  std::optional<double> heading_of(const XmlElement& primitive) {
+    const XmlElement* element = account_.child(primitive, "heading");
+    if (element == nullptr) element = account_.child(primitive, "rotation");
+    if (element == nullptr) return std::nullopt;
+    if (element->attribute("deg") == nullptr && element->attribute("rad") != nullptr) {
+      const auto angle = number(*element, {"rad"});
+      return angle ? std::optional(rad_to_deg(*angle)) : std::nullopt;
     }
-    if (std::ranges::find(kKnown, element.name) == kKnown.end()) {
-      diagnostics_.warning(
-          "IMP-PRIMITIVE", source_, element.span,
-          fmt::format("'{}' is none of goto, leg and zambonie: their own software drops it",
-                      element.name),
-          "it is imported as what it says");
+    if (element->attribute("deg") == nullptr && element->attribute("r") != nullptr) {
+      report_.warning("IMP-CHANGED", element->span,
+                      fmt::format("{} is taken to be in degrees", in_words(*element)));
     }
-    if (element.name == "command") {
-      for (const XmlElement& command : element.children) keep_command(command);
-      return;
-    }
-    ForeignLeg leg;
-    leg.span = element.span;
-    leg.capture_radius = std::clamp(drop_m_, 0.05, 20.0);
-    leg.timeout_s = part(element, "timeout", {"t"}).value_or(0.0);
-    leg.speed = part(element, "velocity", {"x"}).value_or(0.0);
-    read_depth_mode(element, leg);
-    for (const XmlElement& child : element.children) {
-      if (child.name == "command") keep_command(child);
-    }
-    leg.payload = std::exchange(commands_, {});
-    if (read_points(element, leg) && !leg.points.empty()) mission.legs.push_back(std::move(leg));
+    return number(*element, {"deg", "r"});
   }
 
-  void keep_command(const XmlElement& element) {
-    const XmlAttribute* device = element.attribute("device");
-    const XmlAttribute* state = element.attribute("onoff");
-    if (device == nullptr || state == nullptr) {
-      return error(element.span, "a command needs a device and an onoff");
+  // --- the mission as a whole ---
+
+  void read_description(const XmlElement& root, ForeignMission& mission) {
+    const XmlElement* desc = account_.child(root, "desc");
+    if (desc == nullptr) return;
+    mission.description = squeezed(account_.text(*desc));
+    if (mission.description.size() <= kMaxDescription) return;
+    std::size_t end = kMaxDescription;  // not inside a UTF-8 character
+    while (end > 0 && (static_cast<unsigned char>(mission.description[end]) & 0xC0U) == 0x80U) {
+      --end;
     }
-    commands_.push_back(as_id(fmt::format("{}_{}", device->value, state->value)));
+    mission.description.resize(end);
+    report_.warning("IMP-CHANGED", desc->span,
+                    fmt::format("the text of 'desc' is cut after {} bytes", end));
+  }
+
+  void read_global(const XmlElement& global, ForeignMission& mission) {
+    account_.take(global);
+    for (const XmlElement& element : global.children) {
+      if (element.name == "drop_distance") {
+        account_.take(element);
+        drop_m_ = number(element, {"m"}).value_or(drop_m_);
+      } else if (element.name == "location") {
+        read_location(element, mission);
+      } else if (element.name == "turn_radius") {
+        leave_out(element, "the planner knows how the aqua2 turns");
+      } else if (element.name == "drop_angle") {
+        leave_out(element, "a goal is reached by distance alone");
+      } else if (element.name == "mission_timeout") {
+        leave_out(element,
+                  "it is ACFR's timeout for primitives without one, not the limits' "
+                  "mission_timeout");
+      }
+    }
+  }
+
+  void read_location(const XmlElement& element, ForeignMission& mission) {
+    account_.take(element);
+    const auto latitude = number(element, {"lat"});
+    const auto longitude = number(element, {"lon"});
+    if (!latitude || !longitude) return;
+    mission.origin = fmt::format("latitude {}, longitude {}", element.attribute("lat")->value,
+                                 element.attribute("lon")->value);
+    report_.note("IMP-ORIGIN", element.span,
+                 fmt::format("{} is the origin of x and y: it goes into the description because "
+                             "missions are in metres",
+                             in_words(element)));
+  }
+
+  // --- primitives ---
+
+  void add(const XmlElement& element, ForeignMission& mission) {
+    if (std::ranges::find(kRead, element.name) == kRead.end()) {
+      account_.take(element);
+      return error(element.span, fmt::format("the primitive '{}' is not known", element.name),
+                   hint_for_primitive(element.name));
+    }
+    if (std::ranges::find(kDropped, element.name) != kDropped.end()) {
+      report_.warning("IMP-PRIMITIVE", element.span,
+                      fmt::format("ACFR's own software knows no primitive '{}' and drops it: it is "
+                                  "imported as what it says",
+                                  element.name),
+                      {}, element.name == "command" ? "" : hint_for_primitive(element.name));
+    }
+    account_.take(element);
+    if (element.name == "command") return keep_commands(element);
+    ForeignLeg leg;
+    leg.span = element.span;
+    read_capture_radius(element, leg);
+    read_pace(element, leg);
+    read_depth_mode(element, leg);
+    keep_commands(element);
+    leg.payload = std::exchange(commands_, {});
+    const bool has_points = read_points(element, leg);
+    leave_out_parts(element);
+    if (!has_points) return;
+    if (leg.timeout_s == 0.0) return pass(std::move(leg), mission);
+    mission.legs.push_back(std::move(leg));
+  }
+
+  // ACFR's vehicles skip a primitive without time immediately.
+  void pass(ForeignLeg&& leg, ForeignMission& mission) {
+    const bool is_start = mission.legs.empty() && !mission.start;
+    if (is_start) mission.start = ForeignStart{leg.points.front(), leg.heading_deg};
+    commands_ = std::move(leg.payload);
+    report_.note("IMP-LEFT-OUT", leg.timeout_span,
+                 fmt::format("a timeout of 0 s lets ACFR's vehicles pass on at once: the waypoint "
+                             "is {}, and its commands are given with the next leg",
+                             is_start ? "where the mission starts" : "not swum to"));
+  }
+
+  void read_capture_radius(const XmlElement& primitive, ForeignLeg& leg) {
+    double drop_m = drop_m_;
+    if (const XmlElement* own = account_.child(primitive, "drop_distance")) {
+      drop_m = number(*own, {"m"}).value_or(drop_m);
+    }
+    leg.capture_radius = std::clamp(drop_m, kMinCapture, kMaxCapture);
+    if (leg.capture_radius == drop_m) return;
+    report_.warning("IMP-CHANGED", primitive.span,
+                    fmt::format("'drop_distance' m: {:g} m becomes a capture_radius of {:g} m: it "
+                                "may be {:g} to {:g} m",
+                                drop_m, leg.capture_radius, kMinCapture, kMaxCapture));
+  }
+
+  void read_pace(const XmlElement& primitive, ForeignLeg& leg) {
+    leg.timeout_s = part(primitive, "timeout", {"t"});
+    leg.speed = part(primitive, "velocity", {"x"});
+    if (const XmlElement* timeout = primitive.child("timeout")) leg.timeout_span = timeout->span;
+    if (const XmlElement* velocity = primitive.child("velocity")) leg.speed_span = velocity->span;
+    if (leg.timeout_s && *leg.timeout_s < 0.0) {
+      error(leg.timeout_span, fmt::format("a timeout of {:g} s is negative", *leg.timeout_s));
+    }
+    if (!leg.speed || *leg.speed > 0.0) return;
+    report_.warning("IMP-SPEED", leg.speed_span,
+                    fmt::format("'velocity' x=\"{:g}\" never arrives: it is replaced by the "
+                                "mission's speed, and the timeout stays as it is",
+                                *leg.speed));
+    leg.speed.reset();
   }
 
   void read_depth_mode(const XmlElement& element, ForeignLeg& leg) {
-    const XmlElement* depth = element.child("depth");
-    const XmlAttribute* mode = depth == nullptr ? nullptr : depth->attribute("mode");
+    const XmlElement* depth = account_.child(element, "depth");
+    const XmlAttribute* mode = depth == nullptr ? nullptr : account_.attribute(*depth, "mode");
     if (mode == nullptr) {
-      diagnostics_.warning(
-          "IMP-MODE", source_, element.span,
-          fmt::format("'{}' does not say whether its z is a depth or an altitude", element.name),
-          "taken as a depth");
+      report_.warning(
+          "IMP-MODE", element.span,
+          fmt::format("'{}' does not say whether its z is a depth or an altitude: it is "
+                      "taken as a depth",
+                      element.name));
       return;
     }
-    leg.is_altitude = mode->value == "altitude";
-    if (leg.is_altitude || mode->value == "depth") return;
-    const std::optional<std::string> meant =
-        closest_match(mode->value, std::vector<std::string>{"depth", "altitude"});
+    const std::string word = lower(mode->value);
+    leg.is_altitude = word == "altitude";
+    if (leg.is_altitude || word == "depth") return;
+    const std::string hint = did_you_mean(word, std::vector<std::string>{"depth", "altitude"});
     error(mode->value_span, fmt::format("'{}' is no depth mode", mode->value),
-          meant ? fmt::format("did you mean '{}'?", *meant) : "there are depth and altitude");
+          hint.empty() ? "there are depth and altitude" : hint);
   }
+
+  void keep_commands(const XmlElement& primitive) {
+    for (const XmlElement& command : primitive.children) {
+      if (command.name == "command") keep_command(command);
+    }
+  }
+
+  void keep_command(const XmlElement& element) {
+    account_.take(element);
+    const XmlAttribute* device = account_.attribute(element, "device");
+    if (device == nullptr || element.attributes.size() < 2) {
+      return error(element.span, "a command needs a device, and onoff or another setting for it");
+    }
+    std::string word = device->value;
+    if (const XmlAttribute* state = account_.attribute(element, "onoff"))
+      word += "_" + state->value;
+    for (const XmlAttribute& attribute : element.attributes) {
+      if (attribute.name == "device" || attribute.name == "onoff") continue;
+      account_.attribute(element, attribute.name);
+      word += fmt::format("_{}_{}", attribute.name, attribute.value);
+    }
+    if (word.size() > kMaxWord) {
+      return error(element.span, fmt::format("{} is too long to be a payload command: more than {} "
+                                             "characters",
+                                             in_words(element), kMaxWord));
+    }
+    commands_.push_back(as_id(word));
+    report_.note("IMP-PAYLOAD", element.span,
+                 fmt::format("{} becomes the payload command '{}', which the payload must know",
+                             in_words(element), commands_.back()));
+  }
+
+  // --- positions ---
 
   bool read_points(const XmlElement& element, ForeignLeg& leg) {
     const auto x = part(element, "position", {"x"});
@@ -161,83 +380,100 @@ class Reader {
     const auto z = part(element, "position", {"z"});
     if (!x || !y || !z) return false;
     leg.z = std::max(*z, 0.0);
+    if (*z < 0.0) {
+      report_.warning("IMP-CHANGED", element.child("position")->span,
+                      fmt::format("'position' z=\"{:g}\" is {}: it becomes 0", *z,
+                                  leg.is_altitude ? "in the ground" : "above the surface"));
+    }
     const Vector2d begin = in_world(*x, *y);
     leg.points = {begin};
-    if (element.name == "goto") return true;
-    const auto heading = element.child("rotation") != nullptr && element.child("heading") == nullptr
-                             ? part(element, "rotation", {"deg", "r"})
-                             : part(element, "heading", {"deg"});
+    const auto heading = heading_of(element);
+    if (element.name == "goto") {
+      if (heading) leg.heading_deg = *heading - 360.0 * std::floor(*heading / 360.0);
+      return true;
+    }
+    if (!heading) {
+      error(element.span, fmt::format("'{}' lacks a 'heading'", element.name));
+      return false;
+    }
     const auto length = part(element, "length", {"m", "l"});
-    if (!heading || !length) return false;
+    if (!length) return false;
     const double h = deg_to_rad(*heading);
     const Vector2d along = in_world(std::cos(h), std::sin(h));
     if (element.name == "leg") {
       leg.points.push_back(begin + *length * along);
       return true;
     }
+    return cover(element, {begin, along, in_world(-std::sin(h), std::cos(h)), *length}, leg);
+  }
+
+  // `area` lacks the pattern-specific values, and its `across` is to starboard.
+  bool cover(const XmlElement& element, CoveredArea area, ForeignLeg& leg) {
     const auto width = part(element, "width", {"m", "w"});
-    const auto spacing = part(element, "spacing", {"m", "s"});
+    const bool has_offset =
+        element.child("spacing") == nullptr && element.child("offset") != nullptr;
+    const auto spacing = part(element, has_offset ? "offset" : "spacing", {"m", "s"});
     if (!width || !spacing) return false;
-    if (*spacing < 0.05 || *length < 0.0 || *width < 0.0 ||
+    if (*spacing < 0.05 || area.length < 0.0 || *width < 0.0 ||
         *width / *spacing > static_cast<double>(kMaxPoints)) {
       error(element.span,
-            fmt::format("{:g} m of width cannot be mown every {:g} m", *width, *spacing));
+            fmt::format("{:g} m of width cannot be covered every {:g} m", *width, *spacing));
       return false;
     }
-    const XmlElement* direction = element.child("direction");
-    const XmlAttribute* turn = direction == nullptr ? nullptr : direction->attribute("d");
-    const double side = turn != nullptr && turn->value == "ccw" ? -1.0 : 1.0;
-    const Vector2d across = side * in_world(-std::sin(h), std::cos(h));  // to starboard for cw
-    leg.points = element.name == "zambonie"
-                     ? mown(begin, along, across, *length, *width, *spacing)
-                     : spiral(begin, along, across, *length, *width, *spacing);
+    area.width = *width;
+    area.spacing = *spacing;
+    if (is_counterclockwise(element)) area.across *= -1.0;
+    const bool rows = element.name == "zambonie";
+    leg.points = rows ? rows_over(area) : spiral_over(area);
+    report_.warning(
+        "IMP-PATTERN", element.span,
+        rows ? fmt::format("'zambonie' is swum as {} rows back and forth, one after the other; "
+                           "ACFR's vehicles swim loops, so that rows beside each other are far "
+                           "apart in time",
+                           leg.points.size() / 2)
+             : fmt::format("'{}' is swum with square corners", element.name));
     return true;
   }
 
-  static std::vector<Vector2d> mown(const Vector2d& begin, const Vector2d& along,
-                                    const Vector2d& across, double length, double width,
-                                    double spacing) {
-    std::vector<Vector2d> points;
-    const int rows = static_cast<int>(width / spacing) + 1;
-    for (int row = 0; row < rows; ++row) {
-      const Vector2d near = begin + row * spacing * across;
-      const Vector2d far = near + length * along;
-      points.push_back(row % 2 == 0 ? near : far);
-      points.push_back(row % 2 == 0 ? far : near);
-    }
-    return points;
+  bool is_counterclockwise(const XmlElement& element) {
+    const XmlElement* direction = account_.child(element, "direction");
+    const XmlAttribute* turn = direction == nullptr ? nullptr : account_.attribute(*direction, "d");
+    if (turn == nullptr) return false;
+    const std::string word = lower(turn->value);
+    if (word == "cw" || word == "ccw") return word == "ccw";
+    error(turn->value_span, fmt::format("'{}' is no direction: there are cw and ccw", turn->value));
+    return false;
   }
 
-  // Round the rectangle's edge, and again one spacing further in, until there is no room.
-  static std::vector<Vector2d> spiral(const Vector2d& begin, const Vector2d& along,
-                                      const Vector2d& across, double length, double width,
-                                      double spacing) {
-    std::vector<Vector2d> points;
-    const auto at = [&](double l, double w) { return Vector2d(begin + l * along + w * across); };
-    for (double in = 0.0; 2.0 * in <= std::min(length, width); in += spacing) {
-      points.push_back(at(in > 0.0 ? in - spacing : 0.0, in));
-      points.push_back(at(length - in, in));
-      points.push_back(at(length - in, width - in));
-      points.push_back(at(in, width - in));
+  void leave_out_parts(const XmlElement& primitive) {
+    constexpr std::array<std::pair<std::string_view, const char*>, 6> kParts{
+        {{"pitch", "the pattern is swum level"},
+         {"altitude_change", "the pattern is swum level"},
+         {"overlap", "rows are swum back and forth"},
+         {"loops", "the whole area is covered"},
+         {"min_width_length", "the whole area is covered"},
+         {"drop_angle", "a goal is reached by distance alone"}}};
+    for (const auto& [name, why] : kParts) {
+      if (const XmlElement* element = primitive.child(name)) leave_out(*element, why);
     }
-    return points;
   }
 
-  const SourceText& source_;
-  Diagnostics& diagnostics_;
+  ImportReport& report_;
+  XmlAccount account_;
   double drop_m_ = 0.5;
   std::vector<std::string> commands_;
-  bool is_broken_ = false;
 };
 
 }  // namespace
 
-std::optional<ForeignMission> read_acfr(const std::string& path, Diagnostics& diagnostics,
-                                        SourceText& source) {
-  std::optional<XmlDocument> document = read_xml(path, kLimits, diagnostics);
+std::optional<ForeignMission> read_acfr(const std::string& path, ImportReport& report) {
+  Diagnostics found;
+  std::optional<XmlDocument> document = read_xml(path, kLimits, found);
+  report.add(found);
   if (!document) return std::nullopt;
-  source = std::move(document->source);
-  return Reader(source, diagnostics).read(document->root);
+  report.set_source(std::move(document->source));
+  lower_names(document->root);
+  return Reader(report).read(document->root);
 }
 
 }  // namespace dive::mission

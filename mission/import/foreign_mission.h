@@ -1,5 +1,6 @@
 #pragma once
-// What other people's mission files have in common, and how it is written as one of ours.
+// The common content of other systems' mission files, their readers, and the conversion to our
+// format.
 
 #include <optional>
 #include <span>
@@ -8,66 +9,88 @@
 
 #include <Eigen/Core>
 
-#include "common/diagnostic.h"
 #include "common/source_text.h"
 #include "mission/document/rules.h"
+#include "mission/import/import_report.h"
 
 namespace dive::mission {
 
-/// A stretch of a foreign mission: positions to be swum one after the other.
+/// A part of a foreign mission: positions to be reached in sequence.
 struct ForeignLeg {
-  std::vector<Eigen::Vector2d> points;  ///< x east, y north, m.
-  double z = 0.0;                       ///< m, depth or altitude.
+  std::vector<Eigen::Vector2d> points;  ///< x east, y north, m; at least one.
+  double z = 0.0;                       ///< m, depth or altitude, >= 0.
   bool is_altitude = false;
-  double speed = 0.0;  ///< m/s, as written.
-  double timeout_s = 0.0;
-  double capture_radius = 0.5;       ///< m
-  std::vector<std::string> payload;  ///< Commands on entry.
+  std::optional<double> heading_deg;  ///< Heading from north at a single point, in [0, 360).
+  double dwell_s = 0.0;               ///< Dwell at the last point.
+  std::optional<double> speed;        ///< m/s, as written.
+  std::optional<double> timeout_s;    ///< As written.
+  double capture_radius = 0.5;        ///< m
+  std::vector<std::string> payload;   ///< Payload commands on entry.
   Span span;
+  Span speed_span;
+  Span timeout_span;
+};
+
+/// Start of a foreign mission, if its file gives one.
+struct ForeignStart {
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();  ///< x east, y north, m.
+  std::optional<double> heading_deg;            ///< From north, in [0, 360).
 };
 
 struct ForeignMission {
   std::string id;
   std::string description;
-  std::vector<ForeignLeg> legs;  ///< At least one.
+  std::string origin;                 ///< Origin of x and y, in words; empty where it is not given.
+  std::optional<ForeignStart> start;  ///< Absent: the first point of the first leg.
+  std::vector<ForeignLeg> legs;       ///< At least one.
+  std::vector<Eigen::Vector2d> fence;  ///< Corners, x east, y north, m; empty: none.
+  std::vector<std::string> payload;    ///< Payload commands after the last leg.
+  std::string speed_name;              ///< The format's name for the speed of a leg, for findings.
+  std::string timeout_name;
 };
 
 struct ImportOptions {
-  double speed = 0.4;      ///< m/s of our vehicle.
-  double seabed_m = 0.0;   ///< Depth of the flat seabed that is assumed; 0: below the deepest leg.
+  /// m/s. Absent: the speed of the slowest leg, if the Aqua2 can swim it.
+  std::optional<double> speed;
+  double seabed_m = 0.0;   ///< Assumed depth of the flat seabed; 0: below the deepest leg.
   double clearance = 0.6;  ///< m
 };
 
-/// Our mission and a flat seabed as its map: two files' contents.
+/// The contents of two files: our mission, and a flat seabed as its map.
 struct Imported {
   std::string mission_xml;
   std::string map_sdf;
-  std::string map_name;  ///< Beneath the mission's folder.
+  std::string map_name;  ///< Relative to the mission's folder.
+  double speed = 0.0;    ///< m/s
 };
 
-/// The nearest thing to `text` that is an id of ours.
+/// The position from which the first leg starts, m.
+[[nodiscard]] Eigen::Vector2d start_of(const ForeignMission& mission);
+
+/// The valid id nearest to `text`.
 [[nodiscard]] std::string as_id(std::string_view text);
 
+/// Converts the mission to our format. Where the speed changes, every timeout is scaled by the same
+/// ratio. Reports every difference from the file and every value that was added.
 [[nodiscard]] Imported write_mission(const ForeignMission& mission, const ImportOptions& options,
-                                     const std::string& from);
+                                     const std::string& from, ImportReport& report);
 
-/// Defects that any foreign mission can have, each at the leg that has it (codes IMP-*): legs that
-/// cannot finish within their own timeout at their own speed, speeds that our vehicle does not
-/// swim, an end below the surface.
-void report_defects(const ForeignMission& mission, const SourceText& source,
-                    Diagnostics& diagnostics);
+/// Reports defects possible in any foreign mission, each at its leg: legs that cannot finish within
+/// their own timeout at their own speed, depths and altitudes that our vehicle cannot keep, an end
+/// below the surface.
+void report_defects(const ForeignMission& mission, ImportReport& report);
 
-/// ACFR's XML of its Sirius-class vehicles (x north, y east, headings from north): goto, leg,
-/// zambonie, inwardspiral. Nothing when there was an error, which is reported at its line.
+/// Reads ACFR's XML of its Sirius-class vehicles (x north, y east, headings from north): goto, leg,
+/// zambonie, spiralinward. Returns nothing after an error, which is reported at its line.
 [[nodiscard]] std::optional<ForeignMission> read_acfr(const std::string& path,
-                                                      Diagnostics& diagnostics, SourceText& source);
+                                                      ImportReport& report);
 
-/// QGroundControl's .plan (JSON) or a waypoint file ("QGC WPL 110"). Positions are taken relative
-/// to the first one. Altitudes above the surface are refused, unless `depth_m` says where to swim
-/// instead.
+/// Reads QGroundControl's .plan (JSON) or a waypoint file ("QGC WPL 110"). Positions are relative
+/// to the first one. Altitudes above the surface are rejected, unless `depth_m` gives the depth to
+/// swim at.
 [[nodiscard]] std::optional<ForeignMission> read_qgc(const std::string& path,
                                                      std::optional<double> depth_m,
-                                                     Diagnostics& diagnostics, SourceText& source);
+                                                     ImportReport& report);
 
 /// The IMP-* rules.
 [[nodiscard]] std::span<const Rule> import_rules();

@@ -1,201 +1,350 @@
+// Converts MAVLink's mission items to legs. Commands and frames:
+// https://mavlink.io/en/messages/common.html
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "common/se3.h"
 #include "mission/import/foreign_mission.h"
+#include "mission/import/qgc_items.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr std::size_t kMaxBytes = 4U << 20U;
-constexpr std::size_t kMaxItems = 1000;
-constexpr double kEarthRadius = 6'378'137.0;  // m, WGS 84's larger axis
-constexpr int kWaypoint = 16;                 // MAV_CMD_NAV_WAYPOINT
-constexpr int kTakeoff = 22;                  // MAV_CMD_NAV_TAKEOFF
+constexpr double kEquator = 6'378'137.0;       // m, WGS 84
+constexpr double kEccentricity2 = 0.00669438;  // its first eccentricity, squared
+constexpr double kMinCapture = 0.05;           // m
+constexpr double kMaxCapture = 20.0;           // m
+constexpr double kMaxDwell = 86400.0;          // s
 
-struct Item {
-  int command = 0;
-  double latitude = 0.0;
-  double longitude = 0.0;
-  double altitude = 0.0;  ///< m above home: negative under water.
-  Span span;
+constexpr int kWaypoint = 16;
+constexpr int kLoiterTime = 19;
+constexpr int kReturn = 20;
+constexpr int kLand = 21;
+constexpr int kTakeoff = 22;
+constexpr int kSpline = 82;
+constexpr int kNavDelay = 93;
+constexpr int kChangeSpeed = 178;
+
+enum class Meaning { kLeaveOut, kGoto, kDelay, kSpeed, kPayload };
+
+struct Command {
+  int number;
+  const char* name;
+  Meaning meaning;
+  const char* why = "";  ///< Why it is omitted, or how it differs.
 };
+
+constexpr Command kCommands[] = {
+    {kWaypoint, "NAV_WAYPOINT", Meaning::kGoto},
+    {17, "NAV_LOITER_UNLIM", Meaning::kLeaveOut, "a mission does not wait for ever"},
+    {18, "NAV_LOITER_TURNS", Meaning::kLeaveOut, "the aqua2 keeps its place without circling"},
+    {kLoiterTime, "NAV_LOITER_TIME", Meaning::kGoto},
+    {kReturn, "NAV_RETURN_TO_LAUNCH", Meaning::kLeaveOut, "the mission surfaces at its last goal"},
+    {kLand, "NAV_LAND", Meaning::kLeaveOut, "the mission surfaces at its last goal"},
+    {kTakeoff, "NAV_TAKEOFF", Meaning::kLeaveOut, "nothing takes off under water"},
+    {kSpline, "NAV_SPLINE_WAYPOINT", Meaning::kGoto, "the way there is straight"},
+    {kNavDelay, "NAV_DELAY", Meaning::kDelay},
+    {112, "CONDITION_DELAY", Meaning::kLeaveOut, "commands are given at waypoints"},
+    {115, "CONDITION_YAW", Meaning::kLeaveOut, "headings are those of waypoints"},
+    {177, "DO_JUMP", Meaning::kLeaveOut, "each leg is swum once"},
+    {kChangeSpeed, "DO_CHANGE_SPEED", Meaning::kSpeed},
+    {181, "DO_SET_RELAY", Meaning::kPayload},
+    {183, "DO_SET_SERVO", Meaning::kPayload},
+    {195, "DO_SET_ROI_LOCATION", Meaning::kLeaveOut, "the cameras are fixed to the hull"},
+    {201, "DO_SET_ROI", Meaning::kLeaveOut, "the cameras are fixed to the hull"},
+    {203, "DO_DIGICAM_CONTROL", Meaning::kPayload},
+    {205, "DO_MOUNT_CONTROL", Meaning::kLeaveOut, "the cameras are fixed to the hull"},
+    {206, "DO_SET_CAM_TRIGG_DIST", Meaning::kPayload},
+    {2000, "IMAGE_START_CAPTURE", Meaning::kPayload},
+    {2001, "IMAGE_STOP_CAPTURE", Meaning::kPayload},
+    {2500, "VIDEO_START_CAPTURE", Meaning::kPayload},
+    {2501, "VIDEO_STOP_CAPTURE", Meaning::kPayload},
+};
+
+constexpr Command kOther{0, "", Meaning::kLeaveOut, "it has no counterpart in a mission"};
+
+const Command& meaning_of(int number) {
+  const auto* at = std::ranges::find(kCommands, number, &Command::number);
+  return at == std::end(kCommands) ? kOther : *at;
+}
+
+/// The reference of a waypoint's height; empty for frames without latitude and longitude.
+enum class Datum { kSeaLevel, kHome, kGround };
+
+std::optional<Datum> datum_of(int frame) {
+  switch (frame) {
+    case 0:
+    case 5:
+      return Datum::kSeaLevel;
+    case 3:
+    case 6:
+      return Datum::kHome;
+    case 10:
+    case 11:
+      return Datum::kGround;
+    default:
+      return std::nullopt;
+  }
+}
 
 class Builder {
  public:
-  Builder(const SourceText& source, Diagnostics& diagnostics)
-      : source_(source), diagnostics_(diagnostics) {}
-
-  void error(Span span, std::string message, std::string hint = {}) {
-    is_broken_ = true;
-    diagnostics_.error("IMP-QGC", source_, span, std::move(message), std::move(hint));
+  Builder(ImportReport& report, std::optional<double> depth_m)
+      : report_(report), depth_m_(depth_m) {
+    mission_.speed_name = "the speed of DO_CHANGE_SPEED";
   }
 
-  std::optional<ForeignMission> build(const std::vector<Item>& items) {
-    ForeignMission mission;
-    const Item* home = nullptr;
-    for (const Item& item : items) {
-      if (item.command != kWaypoint) {
-        diagnostics_.warning("IMP-PRIMITIVE", source_, item.span,
-                             fmt::format("the command {} is left out", item.command),
-                             item.command == kTakeoff ? "nothing takes off under water"
-                                                      : "only waypoints (16) are imported");
-        continue;
-      }
-      if (!(std::abs(item.latitude) <= 90.0 && std::abs(item.longitude) <= 180.0 &&
-            std::isfinite(item.altitude))) {
-        error(item.span, "the position is not on the earth");
-        continue;
-      }
-      if (item.altitude > 0.0) {
-        error(item.span, fmt::format("the waypoint is {:g} m above the surface", item.altitude),
-              "give all of them a depth with --depth");
-        continue;
-      }
-      if (home == nullptr) home = &item;
-      mission.legs.push_back(leg(item, *home));
+  std::optional<ForeignMission> build(const QgcPlan& plan) {
+    yaw_zero_is_open_ = plan.yaw_zero_is_open;
+    for (const QgcItem& item : plan.items) take(item);
+    if (mission_.legs.empty() && report_.ok()) {
+      report_.error("IMP-QGC", Span{1, 1, 1}, "there is no waypoint that can be swum");
     }
-    if (mission.legs.empty() && !is_broken_) {
-      error(Span{1, 1, 1}, "there is no waypoint that can be swum");
-    }
-    if (is_broken_) return std::nullopt;
-    return mission;
+    if (!report_.ok()) return std::nullopt;
+    for (const QgcPoint& corner : plan.fence) mission_.fence.push_back(in_world(corner));
+    mission_.payload = std::move(payload_);
+    return std::move(mission_);
   }
-
-  [[nodiscard]] bool is_broken() const { return is_broken_; }
 
  private:
-  static ForeignLeg leg(const Item& item, const Item& home) {
-    const double north = kEarthRadius * deg_to_rad(item.latitude - home.latitude);
-    const double east = kEarthRadius * std::cos(deg_to_rad(home.latitude)) *
-                        deg_to_rad(item.longitude - home.longitude);
+  static std::string in_words(const QgcItem& item) {
+    const Command& command = meaning_of(item.command);
+    std::string words = fmt::format("command {}", item.command);
+    if (command.number != 0) words += fmt::format(" ({})", command.name);
+    for (std::size_t i = 0; i < item.parameters.size(); ++i) {
+      const std::optional<double>& value = item.parameters[i];
+      if (value && *value != 0.0) words += fmt::format(" param{}={}", i + 1, *value);
+    }
+    return words;
+  }
+
+  void take(const QgcItem& item) {
+    const Command& command = meaning_of(item.command);
+    if (!item.goes_on) {
+      report_.warning("IMP-COMMAND", item.span,
+                      "the item has no autocontinue: the mission goes on without waiting");
+    }
+    switch (command.meaning) {
+      case Meaning::kGoto:
+        return add_leg(item, command);
+      case Meaning::kDelay:
+        return add_delay(item);
+      case Meaning::kSpeed:
+        return set_speed(item);
+      case Meaning::kPayload:
+        return add_payload(item, command);
+      case Meaning::kLeaveOut:
+        report_.warning("IMP-COMMAND", item.span,
+                        fmt::format("{} is left out: {}", in_words(item), command.why));
+    }
+  }
+
+  void left_out(const QgcItem& item, std::size_t parameter) {
+    const std::optional<double>& value = item.parameters[parameter - 1];
+    if (!value || *value == 0.0) return;
+    report_.warning("IMP-COMMAND", item.span,
+                    fmt::format("param{}={} of command {} ({}) is left out", parameter, *value,
+                                item.command, meaning_of(item.command).name));
+  }
+
+  // --- commands ---
+
+  void add_delay(const QgcItem& item) {
+    const double seconds = item.parameters[0].value_or(0.0);
+    const bool is_possible = !mission_.legs.empty() && seconds > 0.0 &&
+                             mission_.legs.back().dwell_s + seconds <= kMaxDwell;
+    if (!is_possible) {
+      report_.warning("IMP-COMMAND", item.span,
+                      fmt::format("{} is left out: only a positive delay after a waypoint has a "
+                                  "counterpart",
+                                  in_words(item)));
+      return;
+    }
+    mission_.legs.back().dwell_s += seconds;
+    for (std::size_t i = 2; i <= 7; ++i) left_out(item, i);
+  }
+
+  void set_speed(const QgcItem& item) {
+    const double speed = item.parameters[1].value_or(0.0);
+    if (!(speed > 0.0)) {
+      report_.warning("IMP-COMMAND", item.span,
+                      fmt::format("{} is left out: it sets no speed", in_words(item)));
+      return;
+    }
+    speed_ = speed;
+    speed_span_ = item.span;
+    for (const std::size_t i : {1U, 3U, 4U, 5U, 6U, 7U}) left_out(item, i);
+  }
+
+  void add_payload(const QgcItem& item, const Command& command) {
+    std::string word = command.name;
+    for (const std::optional<double>& value : item.parameters) {
+      if (value && *value != 0.0) word += fmt::format("_{:g}", *value);
+    }
+    payload_.push_back(as_id(word));
+    report_.note("IMP-PAYLOAD", item.span,
+                 fmt::format("{} becomes the payload command '{}', which the payload must know",
+                             in_words(item), payload_.back()));
+  }
+
+  // --- waypoints ---
+
+  void add_leg(const QgcItem& item, const Command& command) {
+    const auto& [p1, p2, p3, p4, latitude, longitude, altitude] = item.parameters;
+    if (!latitude || !longitude || !altitude) {
+      return error(item, "a waypoint has no latitude, longitude and altitude that are numbers");
+    }
+    if (!(std::abs(*latitude) <= 90.0 && std::abs(*longitude) <= 180.0 &&
+          std::isfinite(*altitude))) {
+      return error(item, "the position is not on the earth");
+    }
+    if (*latitude == 0.0 && *longitude == 0.0) {
+      return error(item, "latitude 0 and longitude 0 stand for where the vehicle is then",
+                   "give the position");
+    }
     ForeignLeg leg;
-    leg.points = {{east, north}};
-    leg.z = -item.altitude;
     leg.span = item.span;
-    return leg;
+    leg.points = {in_world({*latitude, *longitude})};
+    if (!set_height(item, *altitude, leg)) return;
+    set_arrival(item, leg);
+    leg.speed = speed_;
+    leg.speed_span = speed_span_;
+    leg.payload = std::exchange(payload_, {});
+    if (*command.why != '\0') {
+      report_.warning("IMP-PATTERN", item.span,
+                      fmt::format("command {} ({}): {}", item.command, command.name, command.why));
+    }
+    mission_.legs.push_back(std::move(leg));
   }
 
-  const SourceText& source_;
-  Diagnostics& diagnostics_;
-  bool is_broken_ = false;
-};
-
-// "INDEX CURRENT FRAME COMMAND P1 P2 P3 P4 LATITUDE LONGITUDE ALTITUDE AUTOCONTINUE"
-void read_lines(const SourceText& source, Builder& builder, std::vector<Item>& items) {
-  for (int number = 2; number <= source.line_count(); ++number) {
-    std::istringstream line{std::string(source.line(number))};
-    const Span span{number, 1, std::max(static_cast<int>(source.line(number).size()), 1)};
-    double value[12];
-    int read = 0;
-    while (read < 12 && line >> value[read]) ++read;
-    if (read == 0) continue;
-    if (read < 12) {
-      builder.error(span, fmt::format("a waypoint has 12 numbers, this line has {}", read));
-      continue;
-    }
-    // The first is where home is, not where to swim.
-    const bool is_home = items.empty() && value[0] == 0.0;
-    if (!is_home) {
-      items.push_back({static_cast<int>(value[3]), value[8], value[9], value[10], span});
-    }
-    if (items.size() > kMaxItems) return builder.error(span, "there are more than 1000 waypoints");
+  void error(const QgcItem& item, std::string message, std::string hint = {}) {
+    report_.error("IMP-QGC", item.span, std::move(message), std::move(hint));
   }
-}
 
-Span span_of_command(const SourceText& source, std::size_t& from) {
-  const std::size_t at = source.content().find("\"command\"", from);
-  if (at == std::string::npos) return Span{1, 1, 1};
-  from = at + 1;
-  return source.span_at(at, 9);
-}
-
-/// Latitude, longitude, altitude: the last three of seven parameters, in older files apart from
-/// them.
-std::optional<std::array<double, 3>> place_of(const nlohmann::json& item) {
-  for (const auto& [key, size] : {std::pair("coordinate", 3U), std::pair("params", 7U)}) {
-    if (!item.contains(key) || !item[key].is_array() || item[key].size() != size) continue;
-    std::array<double, 3> place{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const nlohmann::json& value = item[key][size - 3 + i];
-      if (!value.is_number()) return std::nullopt;
-      place[i] = value.get<double>();
+  bool set_height(const QgcItem& item, double altitude, ForeignLeg& leg) {
+    const std::optional<Datum> datum = datum_of(item.frame);
+    if (!datum) {
+      error(item, fmt::format("the frame {} gives no latitude and longitude", item.frame),
+            "frames 0, 3 and 10 are read");
+      return false;
     }
-    return place;
+    if (depth_m_) {
+      leg.z = *depth_m_;
+      report_.note("IMP-CHANGED", item.span,
+                   fmt::format("the altitude becomes a depth of {:g} m, as --depth demands", leg.z),
+                   fmt::format("{} m", altitude));
+      return true;
+    }
+    leg.is_altitude = *datum == Datum::kGround;
+    leg.z = leg.is_altitude ? altitude : -altitude;
+    if (leg.z < 0.0) {
+      error(item,
+            leg.is_altitude ? fmt::format("the waypoint is {:g} m in the ground", -leg.z)
+                            : fmt::format("the waypoint is {:g} m above the surface", altitude),
+            "give all of them a depth with --depth");
+      return false;
+    }
+    if (!leg.is_altitude) {
+      report_.note("IMP-DATUM", item.span,
+                   *datum == Datum::kHome
+                       ? "altitudes are above home: home is taken to be at the surface"
+                       : "altitudes are above sea level: the surface is taken to be there");
+    }
+    return true;
   }
-  return std::nullopt;
-}
 
-void read_items(const nlohmann::json& list, bool in_survey, const SourceText& source,
-                std::size_t& from, Builder& builder, std::vector<Item>& items) {
-  for (const nlohmann::json& item : list) {
-    // A survey carries the waypoints it was turned into, but no other survey.
-    if (!in_survey && item.is_object() && item.contains("TransectStyleComplexItem")) {
-      const nlohmann::json& survey = item["TransectStyleComplexItem"];
-      if (survey.is_object() && survey.contains("Items") && survey["Items"].is_array()) {
-        read_items(survey["Items"], true, source, from, builder, items);
-        continue;
+  // Hold, radius and yaw.
+  void set_arrival(const QgcItem& item, ForeignLeg& leg) {
+    leg.dwell_s = std::clamp(item.parameters[0].value_or(0.0), 0.0, kMaxDwell);
+    if (leg.dwell_s != item.parameters[0].value_or(0.0)) left_out(item, 1);
+    if (item.command == kWaypoint && item.parameters[1].value_or(0.0) > 0.0) {
+      leg.capture_radius = std::clamp(*item.parameters[1], kMinCapture, kMaxCapture);
+      if (leg.capture_radius != *item.parameters[1]) {
+        report_.warning(
+            "IMP-CHANGED", item.span,
+            fmt::format("the acceptance radius may be {:g} to {:g} m", kMinCapture, kMaxCapture),
+            fmt::format("{} m becomes {:g} m", *item.parameters[1], leg.capture_radius));
       }
+    } else {
+      left_out(item, 2);
     }
-    const Span span = span_of_command(source, from);
-    if (items.size() > kMaxItems) return builder.error(span, "there are more than 1000 waypoints");
-    if (!item.is_object() || !item.contains("command") || !item["command"].is_number_integer()) {
-      builder.error(span, "an item has no command", "complex items must be turned into waypoints");
-      continue;
+    left_out(item, 3);
+    if (item.command == kWaypoint) {
+      set_heading(item, leg);
+    } else {
+      left_out(item, 4);
     }
-    Item read{item["command"].get<int>(), 0.0, 0.0, 0.0, span};
-    if (const auto place = place_of(item)) {
-      read.latitude = (*place)[0];
-      read.longitude = (*place)[1];
-      read.altitude = (*place)[2];
-    } else if (read.command == kWaypoint) {
-      builder.error(span, "a waypoint has no latitude, longitude and altitude that are numbers");
-      continue;
-    }
-    items.push_back(read);
   }
-}
 
-void read_plan(const SourceText& source, Builder& builder, std::vector<Item>& items) {
-  const nlohmann::json plan = nlohmann::json::parse(source.content(), nullptr, false);
-  if (!plan.is_object() || !plan.contains("mission") || !plan["mission"].is_object() ||
-      !plan["mission"].contains("items") || !plan["mission"]["items"].is_array()) {
-    return builder.error(Span{1, 1, 1},
-                         "this is not a plan of QGroundControl's: it has no mission.items");
+  void set_heading(const QgcItem& item, ForeignLeg& leg) {
+    const std::optional<double>& yaw = item.parameters[3];
+    if (!yaw) return;
+    if (*yaw == 0.0 && yaw_zero_is_open_) {
+      report_.note("IMP-LEFT-OUT", item.span,
+                   "param4=0 of a waypoint, its yaw, is taken as not given");
+      return;
+    }
+    leg.heading_deg = *yaw - 360.0 * std::floor(*yaw / 360.0);
   }
-  std::size_t from = 0;
-  read_items(plan["mission"]["items"], false, source, from, builder, items);
-}
+
+  // Position east and north of the first waypoint, by the ellipsoid's radii of curvature there.
+  Eigen::Vector2d in_world(const QgcPoint& point) {
+    if (!home_) {
+      home_ = point;
+      mission_.origin = fmt::format("latitude {}, longitude {}", point.latitude, point.longitude);
+      report_.note("IMP-ORIGIN", Span{1, 1, 1},
+                   fmt::format("the first waypoint, {}, is the origin of x and y: it goes into the "
+                               "description because missions are in metres",
+                               mission_.origin));
+    }
+    const double sine = std::sin(deg_to_rad(home_->latitude));
+    const double curvature = 1.0 - kEccentricity2 * sine * sine;
+    const double across = kEquator / std::sqrt(curvature);
+    const double along = kEquator * (1.0 - kEccentricity2) / std::pow(curvature, 1.5);
+    const double turn = std::remainder(point.longitude - home_->longitude, 360.0);
+    return {across * std::cos(deg_to_rad(home_->latitude)) * deg_to_rad(turn),
+            along * deg_to_rad(point.latitude - home_->latitude)};
+  }
+
+  ImportReport& report_;
+  std::optional<double> depth_m_;
+  ForeignMission mission_;
+  std::optional<QgcPoint> home_;
+  std::optional<double> speed_;
+  Span speed_span_;
+  bool yaw_zero_is_open_ = false;
+  std::vector<std::string> payload_;
+};
 
 }  // namespace
 
 std::optional<ForeignMission> read_qgc(const std::string& path, std::optional<double> depth_m,
-                                       Diagnostics& diagnostics, SourceText& source) {
+                                       ImportReport& report) {
   tl::expected<SourceText, std::string> text = read_source_text(path, kMaxBytes);
   if (!text) {
-    diagnostics.error("FILE-UNREADABLE", SourceText(path, ""), Span{},
-                      fmt::format("the file cannot be read: {}", text.error()));
+    Diagnostics unreadable;
+    unreadable.error("FILE-UNREADABLE", SourceText(path, ""), Span{},
+                     fmt::format("the file cannot be read: {}", text.error()));
+    report.add(unreadable);
     return std::nullopt;
   }
-  source = std::move(*text);
-  Builder builder(source, diagnostics);
-  std::vector<Item> items;
-  if (source.content().starts_with("QGC WPL ")) {
-    read_lines(source, builder, items);
-  } else {
-    read_plan(source, builder, items);
+  const bool has_lines = text->content().starts_with("QGC WPL");
+  if (has_lines && !text->line(1).starts_with("QGC WPL 110")) {
+    report.set_source(std::move(*text));
+    report.error("IMP-QGC", Span{1, 9, 1}, "this version of waypoint files is not known",
+                 "version 110 is read");
+    return std::nullopt;
   }
-  if (builder.is_broken()) return std::nullopt;
-  if (depth_m) {
-    for (Item& item : items) item.altitude = -*depth_m;
-  }
-  return builder.build(items);
+  report.set_source(std::move(*text));
+  const QgcPlan plan = has_lines ? read_qgc_lines(report) : read_qgc_json(report);
+  if (!report.ok()) return std::nullopt;
+  return Builder(report, depth_m).build(plan);
 }
 
 }  // namespace dive::mission

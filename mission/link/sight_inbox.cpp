@@ -6,7 +6,7 @@
 namespace dive::mission {
 namespace {
 
-// False where it is late, or there already.
+// Returns false for a late or duplicate message.
 template <typename Stamped>
 bool insert(std::deque<Stamped>& row, Stamped one, Utime after) {
   if (one.utime <= after) return false;
@@ -31,7 +31,7 @@ void SightInbox::hear(ImageFrame frame, std::optional<Utime> arrived) {
   if (camera >= pictures_.size()) return;
   const std::optional<Utime> taken =
       arrived ? clock_.follow(frame.utime, *arrived) : std::optional(frame.utime);
-  // A right one that comes after its left one was handed on is of no use.
+  // A right image that arrives after its left one was delivered is useless.
   const Utime after = camera == 0 ? last_left_ : last_left_ + kTogether;
   if (taken) frame.utime = *taken;
   std::deque<Picture>& row = pictures_[camera];
@@ -61,7 +61,7 @@ StereoPair SightInbox::take_pair(Utime now) {
   auto& [left, right] = pictures_;
   if (left.empty()) return {};
   const Utime taken = left.front().utime;
-  drop_pictures(right, taken - kTogether);  // their left ones are lost
+  drop_pictures(right, taken - kTogether);  // their left images are lost
   const bool has_right = !right.empty() && right.front().utime <= taken + kTogether;
   const bool is_past = !right.empty() || left.size() > 1;
   if (!has_right && !is_past && now - left.front().arrived < kPatience) return {};

@@ -1,9 +1,9 @@
 #pragma once
-// What a vehicle that goes by sight says over the link, put in order: inertial samples in a row,
-// pictures in pairs. Bounded, whatever comes.
+// Orders the messages of a vehicle with visual-inertial estimation: IMU samples in sequence, images
+// in pairs. Bounded for any input.
 //
-// Cameras and inertial unit go by one clock, for the filter between them is only as good as what
-// they agree on: the inertial unit says when it has been set.
+// Cameras and IMU must share one clock, because the filter depends on their relative timing: the
+// IMU's stamps reveal a clock that was set.
 
 #include <array>
 #include <cstdint>
@@ -14,50 +14,49 @@
 
 #include "common/clock.h"
 #include "common/measurements.h"
+#include "mission/onboard/vehicle_port.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/sample_clock.h"
 
 namespace dive::mission {
 
-/// What has become of it.
+/// Counts of the messages.
 struct SightStats {
-  std::int64_t pairs = 0;             ///< Of pictures, handed on.
-  std::int64_t alone = 0;             ///< Left pictures, handed on without a right one.
-  std::int64_t pictures_dropped = 0;  ///< Late, twice, without a left one, or too many.
-  std::int64_t inertial = 0;          ///< Samples, handed on.
-  std::int64_t inertial_dropped = 0;  ///< Late, twice, or too many.
-};
-
-struct StereoPair {
-  std::optional<ImageFrame> left;
-  std::optional<ImageFrame> right;
+  std::int64_t pairs = 0;  ///< Image pairs delivered.
+  std::int64_t alone = 0;  ///< Left images delivered without a right image.
+  /// Images late, duplicate, without a left image, or too many.
+  std::int64_t pictures_dropped = 0;
+  std::int64_t inertial = 0;          ///< IMU samples delivered.
+  std::int64_t inertial_dropped = 0;  ///< IMU samples late, duplicate, or too many.
 };
 
 class SightInbox {
  public:
-  static constexpr Utime kTogether = 1000;         ///< us between the stamps of a pair, at most.
-  static constexpr Utime kPatience = 60'000;       ///< us that a left picture waits for its right.
-  static constexpr std::size_t kMostPictures = 2;  ///< Of a camera, that wait.
-  static constexpr std::size_t kMostInertial = 256;  ///< Likewise.
+  /// Maximum difference of the stamps in a pair, us.
+  static constexpr Utime kTogether = 1000;
+  /// Time for which a left image waits for its right one, us.
+  static constexpr Utime kPatience = 60'000;
+  static constexpr std::size_t kMostPictures = 2;    ///< Maximum of waiting images per camera.
+  static constexpr std::size_t kMostInertial = 256;  ///< Maximum of waiting IMU samples.
 
-  /// `arrived`: on our clock, which the stamps are put on; absent in lock-step, where they are
-  /// ours.
+  /// `arrived`: arrival time on our clock, to which stamps are converted; absent in lock-step,
+  /// where stamps are already on our clock.
   void hear(ImuSample sample, std::optional<Utime> arrived);
-  /// Nobody looks through cameras other than the front ones.
+  /// Ignores cameras other than the front pair.
   void hear(ImageFrame frame, std::optional<Utime> arrived);
 
-  /// Oldest first, and each once.
+  /// IMU samples, oldest first, each once.
   [[nodiscard]] std::vector<ImuSample> take_inertial();
-  /// The oldest left picture with the right one of its moment, or alone when that will not come.
+  /// The oldest left image with its right image, or alone if the right one will not arrive.
   [[nodiscard]] StereoPair take_pair(Utime now);
 
-  /// In lock-step: has all come that belongs to that tick?
+  /// In lock-step: true if everything of that tick has arrived.
   [[nodiscard]] bool has(const link::SimTick& tick) const;
-  /// Its pictures.
+  /// The images of that tick.
   [[nodiscard]] StereoPair take_pair(const link::SimTick& tick);
 
   [[nodiscard]] const SightStats& stats() const { return stats_; }
-  /// Of the clock.
+  /// Number of clock jumps.
   [[nodiscard]] int clock_jumps() const { return clock_.jumps(); }
 
  private:
@@ -70,10 +69,12 @@ class SightInbox {
   void drop_pictures(std::deque<Picture>& row, Utime until);
 
   link::SampleClock clock_;
-  std::deque<ImuSample> inertial_;                           ///< By their stamps ...
-  std::array<std::deque<Picture>, 2> pictures_;              ///< ... and so are these, by camera.
-  Utime last_inertial_ = std::numeric_limits<Utime>::min();  ///< That was taken ...
-  Utime last_left_ = std::numeric_limits<Utime>::min();      ///< ... and so was this.
+  std::deque<ImuSample> inertial_;               ///< Ordered by stamp.
+  std::array<std::deque<Picture>, 2> pictures_;  ///< Ordered by stamp, per camera.
+  /// Stamp of the last IMU sample delivered.
+  Utime last_inertial_ = std::numeric_limits<Utime>::min();
+  /// Stamp of the last left image delivered.
+  Utime last_left_ = std::numeric_limits<Utime>::min();
   SightStats stats_;
 };
 

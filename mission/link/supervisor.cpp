@@ -21,7 +21,7 @@ class Supervisor {
                                       [this](const link::VehicleCommand& said) {
                                         if (said.source != link::Source::kExecutive) return;
                                         if (command_ && said.utime <= command_->utime)
-                                          return;  // it hangs, or an echo of it is heard
+                                          return;  // a hanging executive, or an echo of its command
                                         command_ = said;
                                         commanded_at_ = clock_.now();
                                       });
@@ -50,7 +50,7 @@ class Supervisor {
   }
 
  private:
-  // The vehicle's time, which its commands must bear.
+  // The vehicle's time, with which its commands must be stamped.
   void keep_time(Utime utime) {
     vehicle_time_ = utime;
     vehicle_time_at_ = clock_.now();
@@ -82,14 +82,14 @@ class Supervisor {
     up.mode = link::Mode::kDepthAndAngles;
     up.command.o = from_rpy(0.0, 0.0, heading_);
     if (link::encode(up, packet_)) bus_.publish(link::channel::kCommand, packet_);
-    if (!(depth_m_ < kAtSurface)) up_since_ = clock_.now();  // NaN is not the surface
+    if (!(depth_m_ < kAtSurface)) up_since_ = clock_.now();  // NaN does not count as the surface
     report_.surfaced = to_seconds(clock_.now() - up_since_) > kRestAtSurface;
   }
 
   const SupervisorSettings& settings_;
   link::Bus& bus_;
   Clock& clock_;
-  std::optional<link::VehicleCommand> command_;  ///< The executive's last.
+  std::optional<link::VehicleCommand> command_;  ///< The executive's last command.
   Utime commanded_at_ = 0;
   bool finished_ = false;
   std::optional<Utime> vehicle_time_;

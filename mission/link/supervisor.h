@@ -1,7 +1,7 @@
 #pragma once
-// Brings the vehicle up when the executive is dead or hangs: listens for its commands, and when
-// they stop commands the vehicle's own autopilot to the surface until it is there. Small on
-// purpose: it knows no mission, no map and no plan.
+// Surfaces the vehicle when the executive has stopped or hangs: it monitors the executive's
+// commands, and when they stop it commands the vehicle's own autopilot to the surface until it is
+// there. Small on purpose: it uses no mission, no map and no plan.
 
 #include <functional>
 #include <string>
@@ -12,20 +12,20 @@
 namespace dive::mission {
 
 struct SupervisorSettings {
-  double silence_s = 1.0;  ///< Without a new command of the executive, after its first.
+  double silence_s = 1.0;  ///< Maximum silence after the executive's first command.
 };
 
 struct SupervisorReport {
   bool took_over = false;
-  double silent_s = 0.0;  ///< Of real time, when it took over.
-  bool surfaced = false;  ///< As the depth sensor says.
+  double silent_s = 0.0;  ///< Real time of silence at the takeover.
+  bool surfaced = false;  ///< By the depth sensor.
 };
 
-/// Told in a sentence when something begins or ends.
+/// Called with a sentence at the start and end of each phase.
 using SupervisorLog = std::function<void(const std::string&)>;
 
-/// Watches from the executive's first command until it has finished, or until the vehicle is at the
-/// surface by this supervisor's doing; what `wanted` denies ends it as well.
+/// Monitors from the executive's first command until it has finished, or until this supervisor has
+/// brought the vehicle to the surface; also ends when `wanted` returns false.
 [[nodiscard]] SupervisorReport supervise(const SupervisorSettings& settings, link::Bus& bus,
                                          Clock& clock, const SupervisorLog& log,
                                          const std::function<bool()>& wanted);

@@ -9,9 +9,9 @@ namespace {
 
 constexpr Utime kSayAgain = 100'000;      // us
 constexpr std::size_t kMaxStatus = 2048;  // bytes: names are at most 64 long
-constexpr double kForHealth = 1.5;        // s: it comes once a second
+constexpr double kForHealth = 1.5;        // s: status arrives once a second
 
-std::string nobody(double patience_s) {
+std::string no_executive(double patience_s) {
   return fmt::format(
       "no executive was heard for {:g} s: is `dive run --lcm` running, with the same URL?",
       patience_s);
@@ -40,7 +40,7 @@ tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
           heartbeat->boot, heartbeat->counter + 1, heartbeat->utime, command, {}};
       if (key) link::seal(*key, *request);
     }
-    // An abort does not wait until it knows whom it is for.
+    // An abort is sent before the executive's session is known.
     const bool blind = !request && command == OperatorCommand::kAbort;
     link::Packet packet;
     const link::OperatorRequest to_anyone{0, 0, 0, command, {}};
@@ -52,7 +52,7 @@ tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
     });
   }
   if (verdict) return *verdict;
-  if (!heartbeat) return tl::unexpected(nobody(patience_s));
+  if (!heartbeat) return tl::unexpected(no_executive(patience_s));
   return tl::unexpected(fmt::format("the executive did not answer within {:g} s", patience_s));
 }
 
@@ -83,7 +83,7 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
                            [&](const HealthSample& sample) { heard.health = sample; });
   const Utime deadline = clock.now() + from_seconds(patience_s);
   const auto has_all = [&] { return has_heartbeat && has_status && has_estimate; };
-  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(nobody(patience_s));
+  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(no_executive(patience_s));
   bus.wait(clock, std::min(deadline, clock.now() + from_seconds(kForHealth)),
            [&] { return heard.health.has_value(); });
   return heard;

@@ -14,7 +14,7 @@
 
 namespace dive::mission {
 
-/// Says `command` again and again until it is answered. Fails with a sentence: no executive heard
+/// Sends `command` repeatedly until it is answered. The error is a sentence: no executive received
 /// within `patience_s`, or no answer.
 [[nodiscard]] tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
                                                            const std::optional<link::Key>& key,
@@ -28,7 +28,7 @@ struct VehicleStatus {
   std::optional<HealthSample> health;
 };
 
-/// What the executive says of itself, as soon as it has been heard.
+/// The executive's status, as soon as one is received.
 [[nodiscard]] tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock,
                                                               double patience_s);
 

@@ -37,17 +37,17 @@ std::string xyz(const Eigen::Vector3d& v) {
   return fmt::format("{:.9g},{:.9g},{:.9g}", v.x(), v.y(), v.z());
 }
 
+// Calibration is written with full precision, so that readers compute with the same cameras.
 std::string pose_yaml(const Pose& X) {
   const Eigen::Matrix3d R = X.q.toRotationMatrix();
   std::string rows;
   for (int i = 0; i < 3; ++i) {
-    rows += fmt::format("{:.12g}, {:.12g}, {:.12g}, {:.12g},\n         ", R(i, 0), R(i, 1), R(i, 2),
-                        X.p[i]);
+    rows += fmt::format("{}, {}, {}, {},\n         ", R(i, 0), R(i, 1), R(i, 2), X.p[i]);
   }
   return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + rows + "0.0, 0.0, 0.0, 1.0]\n";
 }
 
-// A comment becomes one quoted line, whatever is in it.
+// Any comment becomes one quoted line.
 std::string head(const std::string& type, const std::string& comment, const Pose& X_BS) {
   std::string quoted;
   for (const char c : comment) {
@@ -61,10 +61,10 @@ std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
   const auto& k = camera.radtan;
   return head("camera", sensors.comment, camera.X_BC) +
          fmt::format(
-             "rate_hz: {:.9g}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
-             "intrinsics: [{:.9g}, {:.9g}, {:.9g}, {:.9g}]  # fu, fv, cu, cv\n"
+             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
+             "intrinsics: [{}, {}, {}, {}]  # fu, fv, cu, cv\n"
              "distortion_model: radial-tangential\n"
-             "distortion_coefficients: [{:.9g}, {:.9g}, {:.9g}, {:.9g}]\n",
+             "distortion_coefficients: [{}, {}, {}, {}]\n",
              sensors.camera_rate_hz, camera.width, camera.height, camera.fx, camera.fy, camera.cx,
              camera.cy, k[0], k[1], k[2], k[3]);
 }
@@ -72,8 +72,8 @@ std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
 std::string imu_yaml(const AslSensors& sensors) {
   return head("imu", sensors.comment, {}) +
          fmt::format(
-             "rate_hz: {:.9g}\ngyroscope_noise_density: {:.9g}\ngyroscope_random_walk: {:.9g}\n"
-             "accelerometer_noise_density: {:.9g}\naccelerometer_random_walk: {:.9g}\n",
+             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
              sensors.imu_rate_hz, sensors.gyro_density, sensors.gyro_walk, sensors.accel_density,
              sensors.accel_walk);
 }
@@ -98,26 +98,44 @@ std::string yaml(std::size_t sensor, const AslSensors& sensors) {
   }
 }
 
+// Empty, or an error message.
+std::string write_yaml(const fs::path& folder, std::size_t sensor, const AslSensors& sensors) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return fmt::format("{}: {}", folder.string(), error.message());
+  std::ofstream file(folder / "sensor.yaml");
+  file << yaml(sensor, sensors);
+  file.close();
+  return file ? "" : fmt::format("{}: cannot be written", (folder / "sensor.yaml").string());
+}
+
 }  // namespace
+
+tl::expected<void, std::string> write_asl_calibration(const std::string& folder,
+                                                      const AslSensors& sensors) {
+  for (const std::size_t sensor : {kCamera0, kCamera1, kImu}) {
+    std::string problem = write_yaml(fs::path(folder) / kFolders[sensor], sensor, sensors);
+    if (!problem.empty()) return tl::unexpected(std::move(problem));
+  }
+  return {};
+}
 
 struct AslWriter::Impl {
   fs::path root;
   std::array<std::ofstream, kSensors> rows;
-  std::string lost;  // the first picture that could not be written
+  std::string lost;  // the first image that could not be written
 
-  // Empty, or what is wrong.
+  // Empty, or an error message.
   std::string open(const AslSensors& sensors) {
     for (std::size_t i = 0; i < kSensors; ++i) {
       const fs::path folder = root / kFolders[i];
+      if (std::string problem = write_yaml(folder, i, sensors); !problem.empty()) return problem;
       std::error_code error;
-      fs::create_directories(i <= kCamera1 ? folder / "data" : folder, error);
-      if (error) return fmt::format("{}: {}", folder.string(), error.message());
-      std::ofstream file(folder / "sensor.yaml");
-      file << yaml(i, sensors);
-      file.close();
+      if (i <= kCamera1) fs::create_directory(folder / "data", error);
+      if (error) return fmt::format("{}: {}", (folder / "data").string(), error.message());
       rows[i].open(folder / "data.csv");
       rows[i] << kColumns[i] << '\n';
-      if (!file || !rows[i]) return fmt::format("{}: cannot be written", folder.string());
+      if (!rows[i]) return fmt::format("{}: cannot be written", (folder / "data.csv").string());
     }
     return {};
   }
@@ -133,7 +151,7 @@ tl::expected<AslWriter, std::string> AslWriter::create(const std::string& folder
   for (const CameraModel& camera : sensors.cameras) DIVE_DEMAND(camera.validate().empty());
   auto impl = std::make_unique<Impl>();
   impl->root = fs::path(folder) / "mav0";
-  std::error_code ignored;  // where it cannot be looked at, it cannot be written to either
+  std::error_code ignored;  // a folder that cannot be listed cannot be written either
   if (fs::exists(impl->root, ignored)) {
     return tl::unexpected(
         fmt::format("{}: holds a dataset already; give another folder, or remove mav0", folder));

@@ -1,16 +1,16 @@
 #pragma once
-// A dataset in the ASL format, as the EuRoC data have it (Burri et al. 2016, "The EuRoC micro
-// aerial vehicle datasets", IJRR 35(10)), so that what reads those reads ours:
+// A dataset in the ASL format of the EuRoC data (Burri et al. 2016, "The EuRoC micro aerial vehicle
+// datasets", IJRR 35(10)), so that programs for EuRoC read ours:
 //
-//   DIR/mav0/cam0, cam1                    data/NANOSECONDS.png, data.csv, sensor.yaml
+//    DIR/mav0/cam0, cam1                    data/NANOSECONDS.png, data.csv, sensor.yaml
 //   DIR/mav0/imu0                          data.csv: gyro (rad/s), specific force (m/s^2)
 //   DIR/mav0/depth0                        data.csv: depth below the surface (m), positive down
 //   DIR/mav0/state_groundtruth_estimate0   data.csv: p, q (w x y z), v in W, both biases
 //
-// Times are in nanoseconds. The body frame is B, in which the inertial unit stands; T_BS is the
+// Times are in nanoseconds. The body frame is B, which is also the frame of the IMU; T_BS is the
 // pose of a sensor in B. W has z up. depth0 is ours: EuRoC has no pressure sensor; its data.csv has
 // the columns "#timestamp [ns],depth [m]", its sensor.yaml the standard deviation noise_sigma (m);
-// it tells the depth of B's origin, wherever the sensor sits.
+// it contains the depth of B's origin, wherever the sensor is mounted.
 
 #include <array>
 #include <memory>
@@ -24,7 +24,7 @@
 
 namespace dive::mission {
 
-/// What stands in the sensor.yaml files.
+/// Values of the sensor.yaml files.
 struct AslSensors {
   std::array<CameraModel, 2> cameras;
   double camera_rate_hz = 20.0;
@@ -35,8 +35,13 @@ struct AslSensors {
   double accel_walk = 0.0;     ///< m/s^3/sqrt(Hz).
   double depth_rate_hz = 50.0;
   double depth_sigma_m = 0.0;
-  std::string comment;  ///< One line: of what this is a recording.
+  std::string comment;  ///< One line: the source of the recording.
 };
+
+/// Writes only DIR/cam0, cam1 and imu0, each with its sensor.yaml: the input of `dive run
+/// --cameras`. The error is a sentence: what cannot be written.
+[[nodiscard]] tl::expected<void, std::string> write_asl_calibration(const std::string& folder,
+                                                                    const AslSensors& sensors);
 
 /// One row of the ground truth.
 struct AslTruth {
@@ -49,20 +54,20 @@ struct AslTruth {
 
 class AslWriter {
  public:
-  /// Makes the folders and the sensor.yaml files. The error is a sentence: what cannot be written,
-  /// or that the folder holds a dataset already, which is not overwritten.
+  /// Creates the folders and the sensor.yaml files. The error is a sentence: what cannot be
+  /// written, or that the folder already holds a dataset, which is not overwritten.
   [[nodiscard]] static tl::expected<AslWriter, std::string> create(const std::string& folder,
                                                                    const AslSensors& sensors);
   AslWriter(AslWriter&&) noexcept;
   AslWriter& operator=(AslWriter&&) noexcept;
   ~AslWriter();
 
-  /// Rows are written in the order in which they come. Grey pictures of camera 0 or 1.
+  /// Rows are written in the order of the calls. Grey images of camera 0 or 1.
   void write(const ImageFrame& frame);
   void write(const ImuSample& sample);
   void write(const DepthSample& sample);
   void write(const AslTruth& truth);
-  /// Nothing is written after it. An error names what is not complete.
+  /// Nothing can be written afterwards. The error names the incomplete part.
   [[nodiscard]] tl::expected<void, std::string> close();
 
  private:

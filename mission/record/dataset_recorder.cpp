@@ -5,13 +5,13 @@
 #include "common/assert.h"
 
 namespace dive::mission {
-namespace {
 
-AslSensors sensors_of(const vehicle::StereoCameraOptions& camera,
-                      const vehicle::Conditions& conditions, const std::string& comment) {
+AslSensors asl_sensors(const vehicle::StereoCameraOptions& cameras,
+                       const vehicle::Conditions& conditions, const std::string& comment) {
+  DIVE_DEMAND(conditions.inertial_unit.has_value());
   AslSensors sensors;
-  sensors.cameras = {camera.camera(0), camera.camera(1)};
-  sensors.camera_rate_hz = camera.rate_hz;
+  sensors.cameras = {cameras.camera(0), cameras.camera(1)};
+  sensors.camera_rate_hz = cameras.rate_hz;
   sensors.imu_rate_hz = vehicle::InertialSamples::kPerTick / vehicle::Simulator::kTick;
   sensors.gyro_density = conditions.inertial_unit->gyro_density;
   sensors.gyro_walk = conditions.inertial_unit->gyro_walk;
@@ -23,15 +23,12 @@ AslSensors sensors_of(const vehicle::StereoCameraOptions& camera,
   return sensors;
 }
 
-}  // namespace
-
 tl::expected<DatasetRecorder, std::string> DatasetRecorder::create(
     const std::string& folder, const planning::World& world,
     const vehicle::StereoCameraOptions& camera, const vehicle::Conditions& conditions,
     std::uint64_t seed, const std::string& comment) {
-  DIVE_DEMAND(conditions.inertial_unit.has_value());
   tl::expected<AslWriter, std::string> writer =
-      AslWriter::create(folder, sensors_of(camera, conditions, comment));
+      AslWriter::create(folder, asl_sensors(camera, conditions, comment));
   if (!writer) return tl::unexpected(writer.error());
   vehicle::StereoCamera eyes(world, camera, seed);
   eyes.set_current(conditions.current_W);

@@ -1,6 +1,6 @@
 #pragma once
-// What the sensors of a simulated dive would have recorded, for estimators: the cameras look, the
-// inertial unit feels, and all of it goes into an ASL dataset. The dive itself knows nothing of it.
+// Records the sensors of a simulated dive for estimators: images, IMU and depth go into an ASL
+// dataset. The dive itself is unaffected.
 
 #include <optional>
 #include <string>
@@ -9,20 +9,25 @@
 
 #include "mission/record/asl_writer.h"
 #include "planning/world/world.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 #include "vehicle/simulator/simulator.h"
-#include "vehicle/simulator/stereo_camera.h"
 
 namespace dive::mission {
 
+/// Parameters of the simulated cameras and of the IMU in `conditions`, which must have one.
+[[nodiscard]] AslSensors asl_sensors(const vehicle::StereoCameraOptions& cameras,
+                                     const vehicle::Conditions& conditions,
+                                     const std::string& comment);
+
 class DatasetRecorder {
  public:
-  /// `conditions` are those of the dive, with an inertial unit. The error is a sentence.
+  /// `conditions` are those of the dive and include an IMU. The error is a sentence.
   [[nodiscard]] static tl::expected<DatasetRecorder, std::string> create(
       const std::string& folder, const planning::World& world,
       const vehicle::StereoCameraOptions& camera, const vehicle::Conditions& conditions,
       std::uint64_t seed, const std::string& comment);
 
-  /// Once a tick, with what the simulator has returned; X_WD: that of a diver in the water.
+  /// Called once per tick with the simulator's samples; X_WD: pose of a diver in the water.
   void observe(const vehicle::SensorSamples& samples, const vehicle::GroundTruth& truth,
                const std::optional<Pose>& X_WD);
   [[nodiscard]] int pairs() const { return pairs_; }

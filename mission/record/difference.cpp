@@ -1,5 +1,5 @@
-// Values are taken apart by structured bindings, so that a new member does not compile before it
-// is compared.
+// Structured bindings unpack all members, so that a new member does not compile until it is
+// compared.
 
 #include <array>
 #include <bit>
@@ -35,7 +35,7 @@ std::string shown(const T& value) {
   }
 }
 
-/// Keeps the first difference it is shown. Names are put together only then.
+/// Keeps the first difference. Names are composed only then.
 class Comparison {
  public:
   template <typename T, typename... Name>
@@ -45,7 +45,7 @@ class Comparison {
     std::string a = shown(logged);
     std::string b = shown(replayed);
     if constexpr (std::is_same_v<T, double>) {
-      if (a == b) {  // NaNs that are not the same.
+      if (a == b) {  // NaNs with different bits
         a += fmt::format(" ({:#x})", std::bit_cast<std::uint64_t>(logged));
         b += fmt::format(" ({:#x})", std::bit_cast<std::uint64_t>(replayed));
       }
@@ -74,7 +74,7 @@ class Comparison {
     vector(p1, p2, name..., ".p");
     quaternion(q1, q2, name..., ".q");
   }
-  /// True when there are equally many, so that their elements can be compared.
+  /// True if the sizes are equal, so that their elements can be compared.
   template <typename List, typename... Name>
   bool sizes(const List& logged, const List& replayed, const Name&... name) {
     value(logged.size(), replayed.size(), name..., ".count");
@@ -112,14 +112,17 @@ void compare(Comparison& c, const vehicle::PseudoRates& logged,
 void compare(Comparison& c, const estimation::StateEstimate& logged,
              const estimation::StateEstimate& replayed) {
   constexpr std::string_view kName = to_string(Channel::kEstimate);
-  const auto& [utime1, valid1, source1, X_WB1, v1, omega1, covariance1] = logged;
-  const auto& [utime2, valid2, source2, X_WB2, v2, omega2, covariance2] = replayed;
+  const auto& [utime1, valid1, source1, X_WB1, v1, omega1, covariance1, correction1] = logged;
+  const auto& [utime2, valid2, source2, X_WB2, v2, omega2, covariance2, correction2] = replayed;
   c.value(utime1, utime2, kName, ".utime");
   c.value(valid1, valid2, kName, ".valid");
   c.value(source1, source2, kName, ".source");
   c.pose(X_WB1, X_WB2, kName, ".X_WB");
   c.vector(v1, v2, kName, ".v_WB_B");
   c.vector(omega1, omega2, kName, ".omega_WB_B");
+  c.value(correction1.yaw, correction2.yaw, kName, ".map_from_odom.yaw");
+  c.value(correction1.translation.x(), correction2.translation.x(), kName, ".map_from_odom.x");
+  c.value(correction1.translation.y(), correction2.translation.y(), kName, ".map_from_odom.y");
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column < 6; ++column) {
       c.value(covariance1(row, column), covariance2(row, column), kName, ".covariance(", row, ",",
@@ -146,27 +149,33 @@ void compare(Comparison& c, const Status& logged, const Status& replayed) {
   c.value(finished1, finished2, kName, ".finished");
 }
 
+void compare(Comparison& c, const planning::MotionLimits& logged,
+             const planning::MotionLimits& replayed, std::string_view name) {
+  const auto& [attitude1, clearance1, reduced1, min_z1, max_z1, altitude1, tolerance1] = logged;
+  const auto& [attitude2, clearance2, reduced2, min_z2, max_z2, altitude2, tolerance2] = replayed;
+  c.value(attitude1, attitude2, name, ".attitude");
+  c.value(clearance1, clearance2, name, ".clearance");
+  c.value(reduced1, reduced2, name, ".reduced_clearance");
+  c.value(min_z1, min_z2, name, ".min_z");
+  c.value(max_z1, max_z2, name, ".max_z");
+  c.value(altitude1, altitude2, name, ".min_altitude");
+  c.value(tolerance1, tolerance2, name, ".goal_tolerance");
+}
+
 void compare(Comparison& c, const PlanQuery& logged, const PlanQuery& replayed) {
   constexpr std::string_view kName = to_string(Channel::kPlanQuery);
   const auto& [id1, state1, cause1, request1] = logged;
   const auto& [id2, state2, cause2, request2] = replayed;
-  const auto& [start1, goal1, fixed1, attitude1, clearance1, min_z1, max_z1, seed1, altitude1,
-               tolerance1, previous1] = request1;
-  const auto& [start2, goal2, fixed2, attitude2, clearance2, min_z2, max_z2, seed2, altitude2,
-               tolerance2, previous2] = request2;
+  const auto& [start1, goal1, fixed1, limits1, seed1, previous1] = request1;
+  const auto& [start2, goal2, fixed2, limits2, seed2, previous2] = request2;
   c.value(id1, id2, kName, ".id");
   c.value(state1, state2, kName, ".state");
   c.value(cause1, cause2, kName, ".cause");
   c.pose(start1, start2, kName, ".start");
   c.pose(goal1, goal2, kName, ".goal");
   c.value(fixed1, fixed2, kName, ".goal_attitude_fixed");
-  c.value(attitude1, attitude2, kName, ".attitude");
-  c.value(clearance1, clearance2, kName, ".clearance");
-  c.value(min_z1, min_z2, kName, ".min_z");
-  c.value(max_z1, max_z2, kName, ".max_z");
+  compare(c, limits1, limits2, kName);
   c.value(seed1, seed2, kName, ".seed");
-  c.value(altitude1, altitude2, kName, ".min_altitude");
-  c.value(tolerance1, tolerance2, kName, ".goal_tolerance");
   if (!c.sizes(previous1, previous2, kName, ".previous")) return;
   for (std::size_t i = 0; i < previous1.size(); ++i) {
     c.pose(previous1[i], previous2[i], kName, ".previous[", i, "]");

@@ -1,5 +1,7 @@
 #include "mission/record/explain.h"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 namespace dive::mission {
@@ -8,6 +10,15 @@ namespace {
 class Explainer {
  public:
   explicit Explainer(Explanation& explanation) : explanation_(explanation) {}
+
+  void gap(const LogGap& gap) {
+    t_s_ = to_seconds(gap.from);
+    const std::string until =
+        gap.to ? fmt::format("from {:.2f} s to {:.2f} s", t_s_, to_seconds(*gap.to))
+               : fmt::format("from {:.2f} s to the end", t_s_);
+    add(Kind::kGap, fmt::format("the log is damaged: nothing is known {}", until),
+        fmt::format("{} bytes at offset {} cannot be used", gap.bytes, gap.offset));
+  }
 
   void tick(const LoggedTick& tick) {
     t_s_ = to_seconds(tick.inputs.now);
@@ -18,6 +29,7 @@ class Explainer {
     for (const TransitionRecord& record : tick.outputs.transitions) transition(record);
     for (const ActionRecord& record : tick.outputs.actions) action(record);
     if (tick.outputs.plan_query) query(*tick.outputs.plan_query);
+    if (tick.truth) collisions(*tick.truth, tick.outputs.estimate);
   }
 
  private:
@@ -42,16 +54,22 @@ class Explainer {
 
   void answer(const PlanReply& reply) {
     const double took = t_s_ - asked_at_s_;
-    if (reply.status == planning::PlanStatus::kSuccess) {
+    const planning::PlanResult& plan = reply.plan;
+    if (planning::has_path(plan.status)) {
+      std::string how = plan.reason;
+      if (plan.warm_starts > 0) {
+        how += fmt::format("{}{} warm start(s)", how.empty() ? "" : "; ", plan.warm_starts);
+      }
+      const bool is_reduced = plan.status == planning::PlanStatus::kReduced;
       add(Kind::kAnswer,
-          fmt::format("plan {} after {:.2f} s: {:.1f} m, certified {:.2f} m", reply.id, took,
-                      reply.length_m, reply.clearance_m),
-          reply.warm_starts > 0 ? fmt::format("{} warm start(s)", reply.warm_starts) : "");
+          fmt::format("plan {} after {:.2f} s: {}{:.1f} m, certified {:.2f} m", reply.id, took,
+                      is_reduced ? "reduced, " : "", plan.length_m, plan.clearance_m),
+          std::move(how));
     } else {
       add(Kind::kAnswer,
           fmt::format("plan {} after {:.2f} s: {}", reply.id, took,
-                      planning::to_string(reply.status)),
-          reply.reason);
+                      planning::to_string(plan.status)),
+          plan.reason);
     }
   }
 
@@ -60,7 +78,8 @@ class Explainer {
     const Eigen::Vector3d& goal = query.request.goal.p;
     add(Kind::kPlan,
         fmt::format("{} asks for plan {} to ({:.1f}, {:.1f}, {:.1f}) with {:.2f} m clearance",
-                    query.state, query.id, goal.x(), goal.y(), goal.z(), query.request.clearance),
+                    query.state, query.id, goal.x(), goal.y(), goal.z(),
+                    query.request.limits.clearance),
         query.cause);
   }
 
@@ -85,6 +104,13 @@ class Explainer {
         fmt::format(fmt::runtime(kWhat[static_cast<int>(record.kind)]), record.text));
   }
 
+  void collisions(const TruthRecord& truth, const estimation::StateEstimate& estimate) {
+    for (Collision& collision : collisions_at(truth.utime, truth.X_WB, truth.touched, estimate)) {
+      add(Kind::kCollision, "collision " + describe(collision));
+      explanation_.collisions.push_back(std::move(collision));
+    }
+  }
+
   Explanation& explanation_;
   double t_s_ = 0.0;
   double asked_at_s_ = 0.0;
@@ -96,14 +122,23 @@ class Explainer {
 Explanation explain(LogReader& log) {
   Explanation explanation;
   Explainer explainer(explanation);
-  while (const std::optional<LoggedTick> tick = log.next()) explainer.tick(*tick);
+  std::size_t gaps = 0;
+  const auto add_gaps = [&] {
+    for (; gaps < log.gaps().size(); ++gaps) explainer.gap(log.gaps()[gaps]);
+  };
+  while (const std::optional<LoggedTick> tick = log.next()) {
+    add_gaps();
+    explainer.tick(*tick);
+  }
+  add_gaps();
+  explanation.gaps = log.gaps();
   explanation.torn = log.torn();
   return explanation;
 }
 
 const char* to_string(Explained::Kind kind) {
-  constexpr const char* kNames[] = {"transition", "failsafe", "plan", "answer",
-                                    "action",     "operator", "map"};
+  constexpr const char* kNames[] = {"transition", "failsafe", "plan",      "answer", "action",
+                                    "operator",   "map",      "collision", "gap"};
   return kNames[static_cast<int>(kind)];
 }
 

@@ -1,25 +1,39 @@
 #pragma once
-// Why a dive went as it did: every transition with its cause and the guards that decided it, every
-// change of the failsafe ladder with what competed for it, every plan with why it was asked for.
+// The course of a dive and its causes: every transition with its cause and the guards that decided
+// it, every change of the failsafe ladder with the competing failsafes, every plan with the reason
+// of its request, every collision of a simulated vehicle, and every gap in the log.
 
 #include <string>
 #include <vector>
 
+#include "mission/record/collision.h"
 #include "mission/record/log.h"
 
 namespace dive::mission {
 
 struct Explained {
-  enum class Kind { kTransition, kFailsafe, kPlan, kAnswer, kAction, kOperator, kMap } kind;
+  enum class Kind {
+    kTransition,
+    kFailsafe,
+    kPlan,
+    kAnswer,
+    kAction,
+    kOperator,
+    kMap,
+    kCollision,
+    kGap
+  } kind;
   double t_s = 0.0;
   std::string state;    ///< Innermost active state at the end of that tick.
   std::string what;     ///< One line.
-  std::string because;  ///< What decided it; may be empty.
+  std::string because;  ///< Cause; may be empty.
 };
 
 struct Explanation {
   std::vector<Explained> events;
+  std::vector<Collision> collisions;  ///< Empty without ground truth in the log.
   double duration_s = 0.0;
+  std::vector<LogGap> gaps;  ///< Each gap is also an event.
   bool torn = false;
 };
 

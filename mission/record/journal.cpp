@@ -56,7 +56,7 @@ json to_json(const Committed& c) {
   return result;
 }
 
-/// Throws nlohmann's exceptions where something is missing or of another type.
+/// Throws nlohmann's exceptions if a value is missing or has another type.
 Committed committed_from(const json& j) {
   Committed c;
   j.at("utime").get_to(c.utime);
@@ -97,7 +97,7 @@ std::string line_of(const json& value) {
   return checksum(text) + " " + text + "\n";
 }
 
-/// The JSON of a line without its line break; nothing when it is torn or damaged.
+/// The JSON of a line without its line break; empty if the line is torn or damaged.
 std::optional<json> parse_line(std::string_view line) {
   if (line.size() < kChecksumSize + 2 || line[kChecksumSize] != ' ') return std::nullopt;
   const std::string_view text = line.substr(kChecksumSize + 1);
@@ -107,7 +107,7 @@ std::optional<json> parse_line(std::string_view line) {
   return value;
 }
 
-/// Everything that can be read of a journal, and how many bytes that is.
+/// The readable part of a journal, and its size in bytes.
 struct Contents {
   Journal journal;
   std::size_t whole = 0;
@@ -139,7 +139,7 @@ tl::expected<Contents, std::string> parse_contents(const std::string& text) {
         ++journal.commits;
       }
     } catch (const json::exception&) {
-      break;  // of another version, or made by somebody else
+      break;  // from another version or program
     }
     contents.whole = end + 1;
   }
@@ -224,7 +224,7 @@ tl::expected<JournalWriter, std::string> JournalWriter::append(const std::string
 bool JournalWriter::keep(const Executive& executive, const StepOutputs& outputs) {
   Impl& journal = *impl_;
   const behaviors::Trail& trail = executive.trail();
-  if (trail.dropped() > journal.crumbs) {  // at most one in a step
+  if (trail.dropped() > journal.crumbs) {  // at most one per step
     journal.crumbs = trail.dropped();
     const auto& [p_W, open_above] = trail.newest();
     journal.put({{"crumb", {p_W.x(), p_W.y(), p_W.z(), open_above}}});
@@ -239,9 +239,9 @@ bool JournalWriter::keep(const Executive& executive, const StepOutputs& outputs)
     journal.leg = outputs.status.leg;
     ++journal.commits;
     journal.put(to_json(executive.committed()));
-    // The system keeps a line for a process that dies, but not for a machine without power: one
-    // that comes back was away for too long to go on, and must only not repeat what it did. Waiting
-    // for the disk may take tens of milliseconds.
+    // The system preserves a line when the process dies, but not when the machine loses power. A
+    // vehicle that restarts after a power loss was away for too long to continue, and only must not
+    // repeat its actions. Waiting for the disk may take tens of milliseconds.
     if (has_payload(outputs)) ::fdatasync(journal.descriptor);
   }
   return !journal.failed;

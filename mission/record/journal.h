@@ -1,8 +1,8 @@
 #pragma once
-// The journal: what a restarted executive needs, kept before it takes effect (write-ahead). A text
-// file of lines, each with its own checksum, "HEX16 JSON": a header, then commits and crumbs of the
-// trail in the order in which they happened. Whatever instant the process dies at, what was
-// committed last is found again; a line that is torn or damaged ends it.
+// The journal: the data for a restarted executive, written before they take effect (write-ahead). A
+// text file of lines, each with its own checksum, "HEX16 JSON": a header, then commits and
+// breadcrumbs of the trail in the order in which they happened. The last commit is recovered
+// whatever the instant at which the process dies; a torn or damaged line ends the journal.
 
 #include <memory>
 #include <optional>
@@ -16,29 +16,28 @@
 namespace dive::mission {
 
 struct JournalHeader {
-  std::string digest;  ///< Of mission, map and vehicle: log_digest().
+  std::string digest;  ///< log_digest() of mission, map and vehicle.
   std::uint64_t seed = 0;
 };
 
 class JournalWriter {
  public:
-  /// A new journal in the place of any older one; fails with a sentence.
+  /// Creates a journal in the place of any older one. The error is a sentence.
   [[nodiscard]] static tl::expected<JournalWriter, std::string> create(const std::string& path,
                                                                        const JournalHeader& header);
-  /// Goes on with one that read_journal() accepted; a torn end is cut off first.
+  /// Continues one that read_journal() accepted; first cuts off a torn end.
   [[nodiscard]] static tl::expected<JournalWriter, std::string> append(const std::string& path);
   JournalWriter(JournalWriter&&) noexcept;
   JournalWriter& operator=(JournalWriter&&) noexcept;
   ~JournalWriter();
 
-  /// To be called after every step and before its outputs are given to anyone: commits when the
-  /// step changed something that a restart must know (a transition, a rung, an action, a goal), and
-  /// five times a second for the position. True when nothing was lost so far; a full disk does not
-  /// stop a dive.
+  /// Called after every step and before its outputs are published: commits if the step changed
+  /// something that a restart needs (a transition, a rung, an action, a goal), and five times a
+  /// second for the position. True if nothing was lost so far; a full disk does not stop a dive.
   bool keep(const Executive& executive, const StepOutputs& outputs);
-  /// Commits so far.
+  /// Number of commits so far.
   [[nodiscard]] std::int64_t commits() const;
-  /// For tests: told after every line that has reached the file.
+  /// For tests: called after every line written to the file.
   void on_line(void (*told)(std::int64_t lines));
 
  private:
@@ -49,17 +48,18 @@ class JournalWriter {
 
 struct Journal {
   JournalHeader header;
-  std::optional<Committed> committed;  ///< The last; none when it died before the first.
+  /// Last commit; absent if the process died before the first.
+  std::optional<Committed> committed;
   std::vector<behaviors::Trail::Crumb> trail;
   std::int64_t commits = 0;
-  bool torn = false;  ///< Something after it could not be read.
+  bool torn = false;  ///< The rest of the file could not be read.
 };
 
-/// Fails with a sentence: no such file, not a journal. `text`, if given, gets what was read of it
-/// that is whole.
+/// The error is a sentence: no such file, not a journal. `text`, if given, receives the intact part
+/// of the file.
 [[nodiscard]] tl::expected<Journal, std::string> read_journal(const std::string& path,
                                                               std::string* text = nullptr);
-/// The same from memory.
+/// Parses a journal from memory.
 [[nodiscard]] tl::expected<Journal, std::string> parse_journal(const std::string& text);
 
 }  // namespace dive::mission

@@ -1,9 +1,9 @@
 #pragma once
 // The dive log: an LCM event log (lcm-logger's format, so lcm-spy and lcm-logplayer read it), with
 // types from vehicle/messages/*.lcm. Channels are named DIVE_IN_*, DIVE_OUT_*, DIVE_TRUTH; the
-// first event is DIVE_HEADER, and DIVE_TICK closes each tick with the number and the digest of its
-// events. Timestamps are the tick's utime, event numbers count from 0: same dive, same file, byte
-// for byte.
+// first event is DIVE_HEADER, and DIVE_TICK closes each tick with the number of its events.
+// Timestamps are the tick's utime, event numbers count from 0: same dive, same file, byte for byte.
+// Every event carries a checksum (log_frame.h).
 
 #include <memory>
 #include <optional>
@@ -19,9 +19,9 @@
 
 namespace dive::mission {
 
-/// Everything needed to build the same executive again.
+/// Everything needed to rebuild the same executive.
 struct LogHeader {
-  std::string version;  ///< Of dive.
+  std::string version;  ///< Version of dive.
   std::uint64_t seed = 0;
   std::string mission_name;  ///< File name without folder.
   std::string mission_xml;
@@ -29,36 +29,46 @@ struct LogHeader {
   std::string map_xml;
   std::string map_meshes;  ///< Convex pieces of the meshes the map refers to: MeshSource::bundle().
   std::string vehicle_urdf;
-  std::string resume;  ///< The journal that the dive went on from; empty: it began anew.
+  std::string resume;  ///< Journal from which the dive continued; empty: a new dive.
   std::optional<double> resume_gap_s;  ///< Resume::gap_s.
-  std::string digest;  ///< FNV-1a 64 of the four texts, hex; filled in by the writer.
 };
 
 using TruthRecord = link::Truth;
 
-/// One tick as read back.
+/// One tick read from the log.
 struct LoggedTick {
   StepInputs inputs;
   StepOutputs outputs;
   std::optional<TruthRecord> truth;
 };
 
+/// A part of a log without complete ticks, because events in it are damaged or missing.
+struct LogGap {
+  /// Time of the last tick before the gap; 0 at the beginning of the log.
+  Utime from = 0;
+  std::optional<Utime> to;   ///< Time of the first tick after the gap; empty: the log has none.
+  std::uint64_t offset = 0;  ///< File offset of the event with the first damaged byte.
+  /// Bytes from there to the next complete tick, or to the end of the file.
+  std::uint64_t bytes = 0;
+};
+
 class LogWriter {
  public:
-  /// Fails with a sentence when the file cannot be created or the header not be written.
+  /// The error is a sentence: the file cannot be created or the header cannot be written.
   [[nodiscard]] static tl::expected<LogWriter, std::string> create(const std::string& path,
-                                                                   LogHeader header);
+                                                                   const LogHeader& header);
   LogWriter(LogWriter&&) noexcept;
   LogWriter& operator=(LogWriter&&) noexcept;
   ~LogWriter();
 
-  /// Writes one tick: inputs, outputs, truth, in a fixed order, and hands it to the system at once.
-  /// False, then and ever after, once the disk refuses or something cannot be represented (a text
-  /// over 64 KiB or with a zero byte, more than 16,384 waypoints, a map update beyond its bounds);
-  /// the dive goes on.
+  /// Writes one tick: inputs, outputs, truth, in a fixed order, and passes it to the operating
+  /// system at once. Returns false, then and for all later ticks, after a failed write or a value
+  /// that cannot be represented (a text over 64 KiB or with a zero byte, more than 16,384
+  /// waypoints, a map update beyond its bounds, more than 256 obstacles touched at once); the dive
+  /// continues.
   bool write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
-  /// False when anything was lost. Nothing can be written afterwards.
+  /// Returns false if anything was lost. Nothing can be written afterwards.
   bool close();
 
  private:
@@ -69,17 +79,23 @@ class LogWriter {
 
 class LogReader {
  public:
-  /// Fails with a sentence: no such file, not an LCM log, no header, header damaged.
+  /// The error is a sentence: no such file, no valid event in it, a header of another version.
   [[nodiscard]] static tl::expected<LogReader, std::string> open(const std::string& path);
   LogReader(LogReader&&) noexcept;
   ~LogReader();
 
-  [[nodiscard]] const LogHeader& header() const;
-  /// The next whole tick; nothing at the end. A torn tail, or damage anywhere, ends the log and
-  /// sets torn(): garbage never throws, and memory stays in proportion to the size of the file.
+  /// Empty if the header is damaged.
+  [[nodiscard]] const std::optional<LogHeader>& header() const;
+  /// The next complete tick; empty at the end. Damage is skipped up to the next complete tick and
+  /// reported as a gap. Invalid data never throw; memory stays in proportion to the size of the
+  /// file.
   [[nodiscard]] std::optional<LoggedTick> next();
+  /// The gaps before the tick that next() returned last; all gaps at the end.
+  [[nodiscard]] const std::vector<LogGap>& gaps() const;
+  /// True if the log ends within its last tick, as when the vehicle fails while writing; that is
+  /// not damage.
   [[nodiscard]] bool torn() const;
-  /// Events of the header and of the ticks returned.
+  /// Number of events in the header and the returned ticks.
   [[nodiscard]] std::int64_t events_read() const;
 
  private:
@@ -88,8 +104,8 @@ class LogReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The first output that differs between what a log says and what a replay gave, as
-/// "channel.field: logged A, replayed B"; empty when bit-identical (NaN equals the same NaN).
+/// The first output that differs between a log and its replay, as "channel.field: logged A,
+/// replayed B"; empty if bit-identical (NaN equals the same NaN).
 [[nodiscard]] std::string first_difference(const StepOutputs& logged, const StepOutputs& replayed);
 
 }  // namespace dive::mission

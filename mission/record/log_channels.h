@@ -9,8 +9,8 @@
 namespace dive::mission {
 
 enum class Channel {
-  kHeader,  ///< Once, the first event.
-  kImu,     ///< The inputs, where there are any ...
+  kHeader,  ///< The first event, once.
+  kImu,     ///< Inputs, where present.
   kDepth,
   kHealth,
   kPlan,
@@ -18,16 +18,16 @@ enum class Channel {
   kMap,
   kSurroundings,
   kVision,
-  kCommand,  ///< ... the outputs of every tick ...
+  kCommand,  ///< Outputs of every tick.
   kRates,
   kEstimate,
   kStatus,
-  kPlanQuery,   ///< ... those of some, ...
-  kTransition,  ///< ... any number of these, ...
+  kPlanQuery,   ///< Outputs of some ticks.
+  kTransition,  ///< Outputs in any number.
   kFailsafe,
   kAction,
-  kTruth,  ///< ... what only the simulator knows, ...
-  kTick,   ///< ... and the end of the tick.
+  kTruth,  ///< Data of the simulator only.
+  kTick,   ///< End of the tick.
 };
 
 inline constexpr std::array<std::string_view, 19> kChannelNames = {
@@ -50,7 +50,7 @@ inline constexpr std::array<std::string_view, 19> kChannelNames = {
   return std::nullopt;
 }
 
-/// A tick that says more is not one of ours.
+/// Limit of events in one tick; more is not a valid log.
 inline constexpr int kMaxEventsPerTick = 4096;
 
 }  // namespace dive::mission

@@ -1,10 +1,10 @@
 #pragma once
-// Our values as LCM packets (vehicle/messages/*.lcm) and back. LCM's types stay behind it.
+// Converts our values to LCM packets (vehicle/messages/*.lcm) and back. LCM's types stay internal.
 //
-// encode() fills `packet` anew and is false when the value cannot be represented: a text longer
-// than allowed or with a zero byte in it, more waypoints than allowed. decode() is false for
-// anything that encode() would not have made of some value: it neither throws nor allocates more
-// than a few times the packet's size. Doubles keep every bit.
+// encode() overwrites `packet` and returns false if the value cannot be represented: a text longer
+// than allowed or with a zero byte in it, more waypoints than allowed. decode() returns false for
+// every packet that encode() cannot produce: it neither throws nor allocates more than a few times
+// the packet's size. Doubles keep every bit.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,36 +19,36 @@
 
 namespace dive::mission {
 
-inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< Of a file in the header, bytes.
-inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Of the meshes' pieces.
-inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Of any other text, bytes.
+inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< File in the header, bytes.
+inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Convex pieces of the meshes, bytes.
+inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Any other text, bytes.
 inline constexpr std::size_t kMaxWaypoints = 16'384;
 inline constexpr std::size_t kMaxSeen = 4096;  ///< Obstacles in one tick.
-/// Of all pieces of a map update; what else bounds one is in planning/world/seen.h.
+/// Vertices of all pieces of a map update; planning/world/seen.h has the other bounds.
 inline constexpr std::size_t kMaxSeenVertices =
     planning::kMaxUpdatePieces * planning::kMaxPieceVertices;
 
-/// No packet of the channel is larger.
+/// Upper bound of the packet size on the channel; packets of kTick, the last of a log, have exactly
+/// this size.
 [[nodiscard]] std::size_t max_packet_size(Channel channel);
 
 /// The end of a tick.
 struct TickMark {
   Utime utime = 0;
-  std::int32_t events = 0;   ///< Of the tick, without the mark.
-  std::uint64_t digest = 0;  ///< Over channel and packet of all events of the log so far.
+  std::int32_t events = 0;  ///< Events of the tick, without the mark.
 };
 
 using link::Packet;
 using link::PacketView;
-// Samples, command and rates are coded as they travel to and from the vehicle.
+// Samples, command and rates have the same encoding as on the link.
 using link::decode;
 using link::encode;
 
-// What carries its own time.
+// Values that carry their own time.
 [[nodiscard]] bool encode(const LogHeader& header, Packet& packet);
 [[nodiscard]] bool encode(const estimation::StateEstimate& estimate, Packet& packet);
 [[nodiscard]] bool encode(const TickMark& mark, Packet& packet);
-// What is stamped with the tick's time.
+// Values stamped with the tick's time.
 [[nodiscard]] bool encode(Utime now, const PlanReply& reply, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const Status& status, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const PlanQuery& query, Packet& packet);

@@ -1,5 +1,5 @@
-// What estimators say. Values are taken apart by structured bindings, so that a new member does not
-// compile before it is logged.
+// Estimator outputs. Structured bindings unpack all members, so that a new member does not compile
+// until it is logged.
 
 #include <dive/state_estimate_t.hpp>
 #include <dive/vision_estimate_t.hpp>
@@ -13,12 +13,13 @@ using namespace link::detail;
 
 namespace {
 
-constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36) * sizeof(double);
+constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36 + 3) * sizeof(double);
 constexpr Run kEstimate[] = {bytes(kEstimateSize)};
 constexpr Run kVision[] = {bytes(5 * 8 + 4 * sizeof(double) + 2 * 1 + 5 * 4 + kEstimateSize)};
 
 void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t& m) {
-  const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance] = estimate;
+  const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance, map_from_odom] =
+      estimate;
   m.utime = utime;
   m.valid = valid ? 1 : 0;
   m.source = static_cast<std::int8_t>(source);
@@ -26,6 +27,9 @@ void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t&
   write_vector(v_WB_B, m.v);
   write_vector(omega_WB_B, m.omega);
   Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance) = covariance;
+  m.map_from_odom[0] = map_from_odom.yaw;
+  m.map_from_odom[1] = map_from_odom.translation.x();
+  m.map_from_odom[2] = map_from_odom.translation.y();
 }
 
 bool read_estimate(const state_estimate_t& m, estimation::StateEstimate& estimate) {
@@ -35,6 +39,7 @@ bool read_estimate(const state_estimate_t& m, estimation::StateEstimate& estimat
   estimate.omega_WB_B = read_vector(m.omega);
   estimate.covariance =
       Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance);
+  estimate.map_from_odom = {m.map_from_odom[0], {m.map_from_odom[1], m.map_from_odom[2]}};
   return read_flag(m.valid, estimate.valid) &&
          read_enum(m.source, estimation::EstimatorKind::kVisualInertial, estimate.source);
 }

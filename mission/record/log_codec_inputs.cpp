@@ -1,5 +1,5 @@
-// Header, inputs, truth and tick mark. Values are taken apart by structured bindings, so that a
-// new member does not compile before it is logged.
+// Header, inputs, truth and tick mark. Structured bindings unpack all members, so that a new member
+// does not compile until it is logged.
 
 #include <dive/header_t.hpp>
 #include <dive/map_change_t.hpp>
@@ -17,34 +17,28 @@ using namespace link::detail;
 
 namespace {
 
-constexpr Run kHeader[] = {bytes(8 + sizeof(double)),
-                           text(kMaxText),
-                           text(kMaxText),
-                           text(kMaxFileText),
-                           text(kMaxText),
-                           text(kMaxFileText),
-                           text(kMaxMeshText),
-                           text(kMaxFileText),
-                           text(kMaxFileText),
-                           text(kMaxText)};
-constexpr Run kPlanReply[] = {bytes(8 + 8 + 1 + 4 + 2 * sizeof(double)), text(kMaxText),
+constexpr Run kHeader[] = {bytes(8 + sizeof(double)), text(kMaxText),     text(kMaxText),
+                           text(kMaxFileText),        text(kMaxText),     text(kMaxFileText),
+                           text(kMaxMeshText),        text(kMaxFileText), text(kMaxFileText)};
+constexpr Run kPlanReply[] = {bytes(8 + 8 + 2 + 4 + 2 * sizeof(double)), text(kMaxText),
+                              bytes(1 + 4 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
 constexpr Run kOperator[] = {bytes(8 + 1)};
 constexpr Run kMap[] = {bytes(8), array(kPoseSize + 3 * sizeof(double), kMaxSeen)};
-// LCM writes two arrays of the same length one after the other.
+// LCM writes two arrays of the same length in sequence.
 constexpr Run kSurroundings[] = {bytes(8 + 8 + 3 * sizeof(double)),
                                  array(8 + 4, planning::kMaxUpdateCells),
                                  array(sizeof(double) + 4, planning::kMaxUpdatePieces),
                                  array(sizeof(double), 3 * kMaxSeenVertices)};
-constexpr Run kTick[] = {bytes(8 + 4 + 8)};
+constexpr Run kTick[] = {bytes(8 + 4)};
 
 }  // namespace
 
 bool encode(const LogHeader& header, Packet& packet) {
   const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, map_meshes, urdf,
-               resume, resume_gap_s, digest] = header;
+               resume, resume_gap_s] = header;
   for (const std::string* file : {&mission_xml, &map_xml, &urdf, &resume}) {
-    if (file->size() >= kMaxFileText) return false;  // Before LCM counts in int.
+    if (file->size() >= kMaxFileText) return false;  // Checked before LCM counts in int.
   }
   if (map_meshes.size() >= kMaxMeshText) return false;
   header_t m;
@@ -58,7 +52,6 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.resume = resume;
   m.resume_gap = resume_gap_s.value_or(-1.0);
   m.vehicle_urdf = urdf;
-  m.digest = digest;
   return pack(m, kHeader, packet);
 }
 
@@ -69,23 +62,29 @@ bool decode(PacketView packet, LogHeader& header) {
             m->mission_name, m->mission_xml,
             m->map_name,     m->map_xml,
             m->map_meshes,   m->vehicle_urdf,
-            m->resume,       {},
-            m->digest};
+            m->resume,       {}};
   if (m->resume_gap >= 0.0) header.resume_gap_s = m->resume_gap;
   return true;
 }
 
 bool encode(Utime now, const PlanReply& reply, Packet& packet) {
-  const auto& [id, status, reason, waypoints, clearance, length, warm_starts] = reply;
+  const auto& [id, plan] = reply;
+  const auto& [status, accepted, reason, reduced, waypoints, clearance, length, warm_starts] = plan;
   if (waypoints.size() > kMaxWaypoints) return false;
   plan_reply_t m;
   m.utime = now;
   m.id = id;
   m.status = static_cast<std::int8_t>(status);
+  m.accepted = accepted ? 1 : 0;
   m.warm_starts = warm_starts;
   m.clearance = clearance;
   m.length = length;
   m.reason = reason;
+  const auto& [narrow_length, place_W, obstacle] = reduced.value_or(planning::NarrowPart());
+  m.is_reduced = reduced ? 1 : 0;
+  m.narrow_length = narrow_length;
+  write_vector(place_W, m.narrow_place);
+  m.narrow_obstacle = obstacle;
   write_poses(waypoints, m.n, m.waypoints);
   return pack(m, kPlanReply, packet);
 }
@@ -94,12 +93,20 @@ bool decode(PacketView packet, PlanReply& reply) {
   const auto m = unpack<plan_reply_t>(packet, kPlanReply);
   if (!m) return false;
   reply.id = m->id;
-  reply.reason = m->reason;
-  read_poses(m->waypoints, reply.waypoints);
-  reply.clearance_m = m->clearance;
-  reply.length_m = m->length;
-  reply.warm_starts = m->warm_starts;
-  return read_enum(m->status, planning::PlanStatus::kInvalid, reply.status);
+  planning::PlanResult& plan = reply.plan;
+  plan.reason = m->reason;
+  bool is_reduced = false;
+  if (!read_flag(m->is_reduced, is_reduced)) return false;
+  plan.reduced.reset();
+  if (is_reduced) {
+    plan.reduced = {m->narrow_length, read_vector(m->narrow_place), m->narrow_obstacle};
+  }
+  read_poses(m->waypoints, plan.waypoints);
+  plan.clearance_m = m->clearance;
+  plan.length_m = m->length;
+  plan.warm_starts = m->warm_starts;
+  return read_flag(m->accepted, plan.accepted) &&
+         read_enum(m->status, planning::PlanStatus::kInvalid, plan.status);
 }
 
 bool encode(Utime now, OperatorCommand command, Packet& packet) {
@@ -199,18 +206,17 @@ bool decode(PacketView packet, planning::MapUpdate& update) {
 }
 
 bool encode(const TickMark& mark, Packet& packet) {
-  const auto& [utime, events, digest] = mark;
+  const auto& [utime, events] = mark;
   tick_t m;
   m.utime = utime;
   m.events = events;
-  m.digest = static_cast<std::int64_t>(digest);
   return pack(m, kTick, packet);
 }
 
 bool decode(PacketView packet, TickMark& mark) {
   const auto m = unpack<tick_t>(packet, kTick);
   if (!m) return false;
-  mark = {m->utime, m->events, static_cast<std::uint64_t>(m->digest)};
+  mark = {m->utime, m->events};
   return true;
 }
 

@@ -1,5 +1,5 @@
-// Outputs. Values are taken apart by structured bindings, so that a new member does not compile
-// before it is logged.
+// Outputs. Structured bindings unpack all members, so that a new member does not compile until it
+// is logged.
 
 #include <dive/action_t.hpp>
 #include <dive/failsafe_t.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(5 * sizeof(double) + 4 + 1)};
-constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 5 * sizeof(double)), text(kMaxText),
+constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 6 * sizeof(double)), text(kMaxText),
                               text(kMaxText), array(kPoseSize, kMaxWaypoints)};
 constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
                                text(kMaxText), text(kMaxText), text(kMaxText)};
@@ -56,8 +56,9 @@ bool decode(PacketView packet, Status& status) {
 
 bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   const auto& [id, state, cause, request] = query;
-  const auto& [start, goal, goal_attitude_fixed, attitude, clearance, min_z, max_z, seed,
-               min_altitude, goal_tolerance, previous] = request;
+  const auto& [start, goal, goal_attitude_fixed, limits, seed, previous] = request;
+  const auto& [attitude, clearance, reduced_clearance, min_z, max_z, min_altitude, goal_tolerance] =
+      limits;
   if (previous.size() > kMaxWaypoints) return false;
   plan_query_t m;
   m.utime = now;
@@ -68,6 +69,7 @@ bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   m.goal_attitude_fixed = goal_attitude_fixed ? 1 : 0;
   m.attitude = static_cast<std::int8_t>(attitude);
   m.clearance = clearance;
+  m.reduced_clearance = reduced_clearance;
   m.min_z = min_z;
   m.max_z = max_z;
   m.min_altitude = min_altitude;
@@ -85,17 +87,19 @@ bool decode(PacketView packet, PlanQuery& query) {
   query.state = m->state;
   query.cause = m->cause;
   planning::PlanRequest& request = query.request;
+  planning::MotionLimits& limits = request.limits;
   request.start = read_pose(m->start);
   request.goal = read_pose(m->goal);
-  request.clearance = m->clearance;
-  request.min_z = m->min_z;
-  request.max_z = m->max_z;
-  request.min_altitude = m->min_altitude;
-  request.goal_tolerance = m->goal_tolerance;
+  limits.clearance = m->clearance;
+  limits.reduced_clearance = m->reduced_clearance;
+  limits.min_z = m->min_z;
+  limits.max_z = m->max_z;
+  limits.min_altitude = m->min_altitude;
+  limits.goal_tolerance = m->goal_tolerance;
   request.seed = static_cast<std::uint64_t>(m->seed);
   read_poses(m->previous, request.previous);
   return read_flag(m->goal_attitude_fixed, request.goal_attitude_fixed) &&
-         read_enum(m->attitude, planning::AttitudeMode::kHorizontal, request.attitude);
+         read_enum(m->attitude, planning::AttitudeMode::kHorizontal, limits.attitude);
 }
 
 bool encode(Utime now, const TransitionRecord& transition, Packet& packet) {
@@ -168,6 +172,10 @@ std::size_t max_packet_size(Channel channel) {
     case Channel::kFailsafe:
     case Channel::kAction:
       return 5 * kMaxText + 256;
+    case Channel::kTruth:
+      return link::kMaxTruthPacket;
+    case Channel::kTick:
+      return 8 + 8 + 4;
     default:
       return 1024;
   }

@@ -1,5 +1,5 @@
 #pragma once
-// What the files in a log's header are known by.
+// The identification of a log header's files in the journal.
 
 #include <string>
 

@@ -7,13 +7,12 @@
 #include "mission/record/log.h"
 #include "mission/record/log_channels.h"
 #include "mission/record/log_codec.h"
-#include "mission/record/log_digest.h"
 #include "mission/record/log_events.h"
 
 namespace dive::mission {
 namespace {
 
-/// Puts one event after the other into a tick; in the order of Channel, or not at all.
+/// Adds events to a tick one by one; rejects an event out of the order of Channel.
 class TickBuilder {
  public:
   bool add(const LogEvent& event) {
@@ -24,22 +23,26 @@ class TickBuilder {
                                           (channel > last_ || (channel == last_ && repeats)));
     if (!in_order || ++count_ > kMaxEventsPerTick) return false;
     tick_.inputs.now = event.timestamp;
+    if (count_ == 1) offset_ = event.offset;
     last_ = channel;
     seen_.set(channel);
     return decode_into_tick(event);
   }
 
-  /// Does `mark`, of that timestamp, close a whole tick?
-  [[nodiscard]] bool closes(const TickMark& mark, Utime timestamp, std::uint64_t digest) const {
+  /// True if `event` is a mark that closes a complete tick.
+  [[nodiscard]] bool is_closed_by(const LogEvent& event) const {
+    TickMark mark;
+    if (event.channel != Channel::kTick || !decode(event.data, mark)) return false;
     for (const Channel always :
          {Channel::kCommand, Channel::kRates, Channel::kEstimate, Channel::kStatus}) {
       if (!seen_.test(static_cast<std::size_t>(always))) return false;
     }
-    return mark.utime == timestamp && timestamp == tick_.inputs.now && mark.events == count_ &&
-           mark.digest == digest;
+    return mark.utime == event.timestamp && event.timestamp == tick_.inputs.now &&
+           mark.events == count_;
   }
 
   [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] std::uint64_t offset() const { return offset_; }
   [[nodiscard]] LoggedTick take() { return std::move(tick_); }
 
  private:
@@ -91,6 +94,7 @@ class TickBuilder {
   LoggedTick tick_;
   std::bitset<kChannelNames.size()> seen_;
   std::size_t last_ = 0;
+  std::uint64_t offset_ = 0;  // File offset of the tick's first event.
   int count_ = 0;
 };
 
@@ -99,23 +103,42 @@ class TickBuilder {
 struct LogReader::Impl {
   explicit Impl(LogEventFile event_file) : file(std::move(event_file)) {}
 
-  /// The next event; its number must be the next one.
-  LogEventFile::Read read() {
-    const LogEventFile::Read got = file.next(event);
-    if (got != LogEventFile::Read::kEvent) return got;
-    return event.number == next_number++ ? got : LogEventFile::Read::kDamaged;
+  /// Adds `event`; true if it closes a complete tick.
+  bool add_event() {
+    if (event.channel != Channel::kTick && tick.add(event)) return false;
+    if (tick.is_closed_by(event)) return true;
+    skip_from(event.offset);
+    return false;
   }
-  void count_in() {
-    digest.add(to_string(event.channel));
-    digest.add(event.data);
+
+  /// The data at `offset` are unusable, and so is the tick that contains them.
+  void skip_from(std::uint64_t offset) {
+    if (!in_gap) gaps.push_back({last_tick, std::nullopt, offset, file.size() - offset});
+    in_gap = true;
+    tick = {};
+  }
+
+  LoggedTick take_tick() {
+    LoggedTick whole = tick.take();
+    last_tick = whole.inputs.now;
+    events_read += tick.count() + 1;
+    if (in_gap) {
+      gaps.back().to = last_tick;
+      gaps.back().bytes = tick.offset() - gaps.back().offset;
+      in_gap = false;
+    }
+    tick = {};
+    return whole;
   }
 
   LogEventFile file;
-  LogHeader header;
-  LogEvent event;  // Reused.
-  Fnv1a64 digest;
-  std::int64_t next_number = 0;
+  std::optional<LogHeader> header;
+  LogEvent event;  // Reused buffer.
+  TickBuilder tick;
+  std::vector<LogGap> gaps;
+  Utime last_tick = 0;
   std::int64_t events_read = 0;
+  bool in_gap = false;
   bool ended = false;
   bool torn = false;
 };
@@ -128,54 +151,53 @@ tl::expected<LogReader, std::string> LogReader::open(const std::string& path) {
   auto file = LogEventFile::open(path);
   if (!file) return tl::unexpected(file.error());
   auto impl = std::make_unique<Impl>(std::move(*file));
-  if (impl->read() != LogEventFile::Read::kEvent) {
-    return tl::unexpected(fmt::format("'{}' is not a dive log", path));
+  LogEventFile::Read got = impl->file.next(impl->event);
+  if (got == LogEventFile::Read::kTorn) {
+    return tl::unexpected(fmt::format("'{}' ends within its header: it has no tick", path));
+  }
+  if (got == LogEventFile::Read::kDamaged) {
+    impl->skip_from(0);
+    got = impl->file.next(impl->event);
+  }
+  if (got != LogEventFile::Read::kEvent) {
+    return tl::unexpected(
+        fmt::format("'{}' is not a dive log, or is one of another version of dive", path));
   }
   if (impl->event.channel != Channel::kHeader) {
-    return tl::unexpected(fmt::format("'{}' does not begin with a dive's header", path));
+    impl->skip_from(0);
+    impl->add_event();
+  } else if (decode(impl->event.data, impl->header.emplace())) {
+    impl->events_read = 1;
+  } else {
+    return tl::unexpected(fmt::format("the header of '{}' is of another version of dive", path));
   }
-  if (impl->event.timestamp != 0 || !decode(impl->event.data, impl->header) ||
-      impl->header.digest != log_digest(impl->header)) {
-    return tl::unexpected(
-        fmt::format("the header of '{}' is damaged or of another version of dive", path));
-  }
-  impl->count_in();
-  impl->events_read = 1;
   return LogReader(std::move(impl));
 }
 
 std::optional<LoggedTick> LogReader::next() {
   Impl& log = *impl_;
-  TickBuilder tick;
-  while (!log.ended && !log.torn) {
-    switch (log.read()) {
-      case LogEventFile::Read::kEnd:
-        log.ended = true;
-        log.torn = tick.count() > 0;
+  while (!log.ended) {
+    switch (log.file.next(log.event)) {
+      case LogEventFile::Read::kEvent:
+        if (log.add_event()) return log.take_tick();
         break;
       case LogEventFile::Read::kDamaged:
-        log.torn = true;
+        log.skip_from(log.file.offset());
         break;
-      case LogEventFile::Read::kEvent:
-        if (log.event.channel != Channel::kTick) {
-          log.torn = !tick.add(log.event);
-          log.count_in();
-          break;
-        }
-        if (TickMark mark; decode(log.event.data, mark) &&
-                           tick.closes(mark, log.event.timestamp, log.digest.value())) {
-          log.count_in();
-          log.events_read += tick.count() + 1;
-          return tick.take();
-        }
-        log.torn = true;
+      case LogEventFile::Read::kTorn:
+        log.ended = log.torn = true;
+        break;
+      case LogEventFile::Read::kEnd:
+        log.ended = true;
+        log.torn = log.tick.count() > 0 && !log.in_gap;
         break;
     }
   }
   return std::nullopt;
 }
 
-const LogHeader& LogReader::header() const { return impl_->header; }
+const std::optional<LogHeader>& LogReader::header() const { return impl_->header; }
+const std::vector<LogGap>& LogReader::gaps() const { return impl_->gaps; }
 bool LogReader::torn() const { return impl_->torn; }
 std::int64_t LogReader::events_read() const { return impl_->events_read; }
 

@@ -10,7 +10,7 @@
 #include "mission/record/log.h"
 #include "mission/record/log_channels.h"
 #include "mission/record/log_codec.h"
-#include "mission/record/log_digest.h"
+#include "mission/record/log_frame.h"
 
 namespace dive::mission {
 
@@ -19,7 +19,7 @@ struct LogWriter::Impl {
     void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
   };
 
-  /// Encodes and writes one event at `timestamp`; nothing once something failed.
+  /// Encodes and writes one event at `timestamp`; does nothing after a failure.
   template <typename... Value>
   void put(Channel channel, Utime timestamp, const Value&... value) {
     failed = failed || !encode(value..., packet) || !append(channel, timestamp);
@@ -30,27 +30,35 @@ struct LogWriter::Impl {
     lcm_eventlog_event_t event{};
     event.timestamp = timestamp;
     event.channellen = static_cast<std::int32_t>(name.size());
+    event.channel = const_cast<char*>(name.data());  // LCM only reads it
+    seal(name, timestamp);
     event.datalen = static_cast<std::int32_t>(packet.size());
-    event.channel = const_cast<char*>(name.data());  // LCM only reads it.
     event.data = packet.data();
-    digest.add(name);
-    digest.add(packet);
     ++events;
     return lcm_eventlog_write_event(file.get(), &event) == 0;
   }
 
-  /// Closes a tick. It is handed to the system at once: a crash of ours loses no whole tick.
+  /// Appends the checksum of the next record to the packet.
+  void seal(std::string_view name, Utime timestamp) {
+    const FrameBytes frame =
+        to_bytes({file->eventcount, timestamp, static_cast<std::uint32_t>(name.size()),
+                  static_cast<std::uint32_t>(packet.size() + kChecksumSize)});
+    const auto checksum = checksum_bytes(record_checksum(frame, name, packet));
+    packet.insert(packet.end(), checksum.begin(), checksum.end());
+  }
+
+  /// Closes a tick and passes it to the operating system at once: a crash of this process loses no
+  /// complete tick.
   void mark(Utime now) {
     if (events > kMaxEventsPerTick) failed = true;
-    put(Channel::kTick, now, TickMark{now, events, digest.value()});
+    put(Channel::kTick, now, TickMark{now, events});
     failed = failed || std::fflush(file->f) != 0;
     events = 0;
   }
 
   std::unique_ptr<lcm_eventlog_t, Destroy> file;
-  Packet packet;  // Reused.
-  Fnv1a64 digest;
-  std::int32_t events = 0;  // Of this tick so far.
+  Packet packet;            // Reused buffer.
+  std::int32_t events = 0;  // Events of this tick so far.
   bool failed = false;
 };
 
@@ -59,8 +67,8 @@ LogWriter::LogWriter(LogWriter&&) noexcept = default;
 LogWriter& LogWriter::operator=(LogWriter&&) noexcept = default;
 LogWriter::~LogWriter() = default;
 
-tl::expected<LogWriter, std::string> LogWriter::create(const std::string& path, LogHeader header) {
-  header.digest = log_digest(header);
+tl::expected<LogWriter, std::string> LogWriter::create(const std::string& path,
+                                                       const LogHeader& header) {
   auto impl = std::make_unique<Impl>();
   if (!encode(header, impl->packet)) {
     return tl::unexpected(fmt::format(

@@ -19,7 +19,7 @@ tl::unexpected<std::string> unreadable(const char* what, const Diagnostics& diag
   return tl::unexpected(fmt::format("the {} in the log is not accepted: {}", what, first));
 }
 
-/// What a log's dive was made of.
+/// The mission, map and vehicle of a log.
 struct Dived {
   planning::World world;
   vehicle::Model model;
@@ -43,7 +43,7 @@ tl::expected<planning::World, std::string> world_of(const LogHeader& header) {
   return std::move(*world);
 }
 
-// As the vehicle that dived `mission` knew it.
+// Contains the map as the vehicle that dived `mission` had it.
 tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission& mission) {
   Diagnostics diagnostics;
   tl::expected<planning::World, std::string> world;
@@ -66,35 +66,52 @@ tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission
   return Dived{std::move(*world), std::move(*model), std::move(options)};
 }
 
-/// Feeds the log's inputs to an executive; `compare` is told every tick with what both say, and
-/// ends it by returning false.
-template <typename Compare>
-ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
+/// Reads the log to its end. `replay_tick` is called for every tick before the first gap, until it
+/// returns false.
+template <typename ReplayTick>
+ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
   ReplayReport report;
+  bool going = true;
   while (const std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
-    const StepOutputs& replayed = executive.step(tick->inputs);
-    if (report.first_divergence.empty()) {
-      const std::string difference = first_difference(tick->outputs, replayed);
-      if (!difference.empty()) {
-        report.first_divergence =
-            fmt::format("t = {:.2f} s: {}", to_seconds(tick->inputs.now), difference);
-      }
-    }
-    if (!compare(*tick, replayed, report)) break;
+    going = going && log.gaps().empty();
+    if (!going) continue;
+    ++report.replayed;
+    going = replay_tick(*tick, report);
   }
   report.events = log.events_read();
+  report.gaps = log.gaps();
   report.torn = log.torn();
-  report.identical = report.first_divergence.empty() && report.ticks > 0;
+  report.identical = report.first_divergence.empty() && report.gaps.empty() && report.replayed > 0;
   return report;
+}
+
+/// Feeds the log's inputs to an executive. `compare` is called for every tick with both outputs,
+/// and stops the replay by returning false.
+template <typename Compare>
+ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
+  return read_all(log, [&](const LoggedTick& tick, ReplayReport& report) {
+    const StepOutputs& replayed = executive.step(tick.inputs);
+    if (report.first_divergence.empty()) {
+      const std::string difference = first_difference(tick.outputs, replayed);
+      if (!difference.empty()) {
+        report.first_divergence =
+            fmt::format("t = {:.2f} s: {}", to_seconds(tick.inputs.now), difference);
+      }
+    }
+    return compare(tick, replayed, report);
+  });
 }
 
 }  // namespace
 
 tl::expected<ReplayReport, std::string> replay(LogReader& log) {
-  const tl::expected<Mission, std::string> mission = mission_of(log.header());
+  if (!log.header()) {
+    return read_all(log, [](const LoggedTick&, const ReplayReport&) { return false; });
+  }
+  const tl::expected<Mission, std::string> mission = mission_of(*log.header());
   if (!mission) return tl::unexpected(mission.error());
-  const tl::expected<Dived, std::string> dived = dived_of(log.header(), *mission);
+  const tl::expected<Dived, std::string> dived = dived_of(*log.header(), *mission);
   if (!dived) return tl::unexpected(dived.error());
   Executive executive(*mission, dived->world, dived->model, dived->options);
   return feed(log, executive,
@@ -104,9 +121,10 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
 }
 
 tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed) {
-  const tl::expected<Mission, std::string> mission = mission_of(log.header());
+  if (!log.header()) return tl::unexpected(std::string("the log's header is damaged"));
+  const tl::expected<Mission, std::string> mission = mission_of(*log.header());
   if (!mission) return tl::unexpected(mission.error());
-  tl::expected<Dived, std::string> dived = dived_of(log.header(), *mission);
+  tl::expected<Dived, std::string> dived = dived_of(*log.header(), *mission);
   if (!dived) return tl::unexpected(dived.error());
   if (dived->options.resume) {
     return tl::unexpected(std::string(

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mission/scenario/script.h"
-#include "vehicle/simulator/named_waters.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 
@@ -50,8 +50,8 @@ void DiveWatch::add(Kind kind, std::string name, std::string cause) {
   record_.occurrences.push_back({kind, now_s_, std::move(name), std::move(cause)});
 }
 
-// Innermost states as the transitions name them, even those left within the tick, and all others
-// that are active now and were not. A transition from a state to itself is one without a target,
+// Records innermost states named by transitions, even those exited within the tick, and all other
+// states that have become active. A transition from a state to itself is one without a target,
 // unless the state is new.
 void DiveWatch::note_states(const StepOutputs& outputs) {
   if (outputs.transitions.empty()) return;
@@ -112,9 +112,10 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
   settings.script = [&](const DiveHands& hands) { player.play(hands); };
   record.result = simulate_dive(
       mission, world, model, settings,
-      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
+          std::span<const Collision> collisions) {
         watch.observe(inputs, outputs, truth);
-        if (observer) observer(inputs, outputs, truth);
+        if (observer) observer(inputs, outputs, truth, collisions);
       },
       [&](const Executive& executive, const StepOutputs& outputs) {
         watch.keep(executive, outputs);

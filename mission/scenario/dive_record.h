@@ -1,47 +1,48 @@
 #pragma once
-// What is kept of a dive to judge it by.
+// The record of a dive, by which it is evaluated.
 
 #include <set>
 #include <string>
 #include <vector>
 
-#include "mission/check/simulated_dive.h"
 #include "mission/scenario/scenario.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::mission {
 
-/// Something that happened at a moment of a dive.
+/// An occurrence at one instant of a dive.
 struct Occurrence {
   enum class Kind {
-    kEntered,  ///< A state, inner or outer.
-    kEvent,    ///< A transition was taken on it, or a failsafe raised it.
+    kEntered,  ///< Entry of a state, inner or outer.
+    kEvent,    ///< Event that caused a transition, or that a failsafe raised.
     kRung,
-    kReplan,  ///< Of a path being followed; the name is why.
+    kReplan,  ///< Replan of a path being followed; the name is the reason.
     kPayload,
-    kLine,     ///< Of the mission's, or a note of the executive's.
-    kHeading,  ///< For a goal.
-    kStep,     ///< Of the script; the name is its id.
+    kLine,     ///< Log line of the mission, or a note of the executive.
+    kHeading,  ///< Departure for a goal.
+    kStep,     ///< Step of the script; the name is its id.
   } kind = Kind::kEntered;
   double t_s = 0.0;
   std::string name;
-  std::string cause = {};  ///< Of a rung.
-  int step = -1;           ///< Of kStep: which.
+  std::string cause = {};  ///< Cause of a rung.
+  int step = -1;           ///< Index of a kStep.
 };
 
 struct DiveRecord {
   std::vector<Occurrence> occurrences;  ///< In order of time.
-  std::vector<double> nearest_m;        ///< To the place of each expectation, by ground truth.
-  double max_depth_m = 0.0;             ///< By ground truth.
+  /// Smallest distance to the position of each expectation, by ground truth.
+  std::vector<double> nearest_m;
+  double max_depth_m = 0.0;                         ///< By ground truth.
   Eigen::Vector3d end_W = Eigen::Vector3d::Zero();  ///< By ground truth.
   DiveResult result;
 };
 
-/// Fills in a record, but for the steps and the result. Keeps references to both.
+/// Fills a record, except for the steps and the result. Keeps references to both.
 class DiveWatch {
  public:
   DiveWatch(const Scenario& scenario, DiveRecord& record);
 
-  /// Every tick, before observe().
+  /// Called every tick, before observe().
   void keep(const Executive& executive, const StepOutputs& outputs);
   void observe(const StepInputs& inputs, const StepOutputs& outputs,
                const vehicle::GroundTruth& truth);
@@ -58,15 +59,15 @@ class DiveWatch {
   double now_s_ = 0.0;
   std::vector<std::string> active_;
   std::vector<std::string> active_before_;
-  std::set<std::string> new_;  ///< Of them, entered in this tick.
+  std::set<std::string> new_;  ///< Active states entered in this tick.
   std::string leg_;
 };
 
-/// kMuted: the steps of the script happen, but do nothing. What a scenario expects should then not
-/// be so, or it expects nothing of its script.
+/// kMuted: the steps of the script occur without effect. An expectation that still holds does not
+/// test the script.
 enum class Script { kPlayed, kMuted };
 
-/// Dives the scenario, which suits the mission. `observer` may be empty.
+/// Simulates the scenario, which matches the mission. `observer` may be empty.
 [[nodiscard]] DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
                                        const planning::World& world, const vehicle::Model& model,
                                        Script script, const DiveObserver& observer);

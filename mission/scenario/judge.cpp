@@ -21,7 +21,7 @@ std::string listed(const std::vector<std::string>& words) {
                      words.size() > shown ? ", ..." : "");
 }
 
-// --- what happened at some moment ---
+// --- occurrences ---
 
 Occurrence::Kind occurrence_kind(Kind kind) {
   switch (kind) {
@@ -96,7 +96,7 @@ std::string describe_moment(const Expectation& expected) {
   }
 }
 
-// When it happened, or else what did, in the time that counts.
+// The time of the occurrence, or else the occurrences in the relevant period.
 std::string describe_moments(const DiveRecord& record, const Expectation& expected, double from_s) {
   std::vector<std::string> times;
   std::vector<std::string> others;
@@ -123,7 +123,7 @@ Judgement judge_moments(const DiveRecord& record, const Expectation& expected) {
   double from_s = 0.0;
   if (!expected.after.value.empty()) {
     const std::optional<double> at = time_of_step(record, expected.after.value);
-    if (!at) {  // neither so nor not so
+    if (!at) {  // neither met nor negated
       judgement.seen = fmt::format("'{}' never happened", expected.after.value);
       return judgement;
     }
@@ -141,12 +141,12 @@ Judgement judge_moments(const DiveRecord& record, const Expectation& expected) {
   return judgement;
 }
 
-// --- what there was in the end ---
+// --- end of the dive ---
 
 double quantity(const DiveRecord& record, const std::string& name) {
   const DiveResult& result = record.result;
-  if (name == "collisions") return result.collisions;
-  if (name == "min_clearance") return result.min_clearance_m;
+  if (name == "collisions") return static_cast<double>(result.collisions.size());
+  if (name == "min_clearance") return result.nearest.clearance_m;
   if (name == "max_depth") return record.max_depth_m;
   if (name == "final_depth") return result.final_depth_m;
   if (name == "duration") return result.duration_s;
@@ -156,8 +156,15 @@ double quantity(const DiveRecord& record, const std::string& name) {
   if (name == "replans") return result.replans;
   if (name == "largest_step") return result.largest_step_m;
   if (name == "estimator_switches") return result.estimator_switches;
-  DIVE_DEMAND(name == "position_error");  // the schema lists them
-  return result.estimate_error_m;
+  DIVE_DEMAND(name == "position_error");  // the schema lists all values
+  return result.final_error_m;
+}
+
+// The position at which a quantity was measured, if it has one.
+std::string where_of(const DiveResult& result, const std::string& name) {
+  if (name == "collisions") return describe(result.collisions);
+  if (name == "min_clearance") return describe(result.nearest);
+  return "";
 }
 
 Judgement judge_bounds(const DiveRecord& record, const Expectation& expected) {
@@ -171,6 +178,9 @@ Judgement judge_bounds(const DiveRecord& record, const Expectation& expected) {
                          (!expected.at_most || value <= expected.at_most->value);
   judgement.holds = is_within != expected.negated;
   judgement.seen = fmt::format("{:.4g}", value);
+  if (const std::string where = where_of(record.result, expected.name.value); !where.empty()) {
+    judgement.seen += fmt::format(" ({})", where);
+  }
   return judgement;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Holds what came of a dive against what was expected.
+// Compares the actual result of a dive with the expected one.
 
 #include <string>
 #include <vector>
@@ -11,19 +11,19 @@ namespace dive::mission {
 
 struct Judgement {
   bool holds = false;
-  std::string expected;  ///< In words ...
-  std::string seen;      ///< ... and what there was instead, or as well.
-  Span span;             ///< In the scenario's file.
+  std::string expected;  ///< Expected result, in words.
+  std::string seen;      ///< Actual result, in words.
+  Span span;             ///< Position in the scenario's file.
 };
 
-/// One for each of the scenario's expectations, in their order.
+/// One result for each of the scenario's expectations, in their order.
 [[nodiscard]] std::vector<Judgement> judge(const Scenario& scenario, const DiveRecord& record);
 
-/// The opposite of an expectation.
+/// The negation of an expectation.
 [[nodiscard]] Expectation turned_round(Expectation expectation);
 
-/// Judges the dive anew with one expectation after the other turned round, and returns those with
-/// which the scenario would still have held: they expect nothing. Asked of a dive that held.
+/// Re-evaluates the dive with one negated expectation after the other, and returns those with which
+/// the scenario would still have passed: they test nothing. Used on a dive that passed.
 [[nodiscard]] std::vector<Judgement> holds_turned_round(const Scenario& scenario,
                                                         const DiveRecord& record);
 

@@ -8,7 +8,7 @@
 namespace dive::mission {
 namespace {
 
-// Bytes of the UTF-8 sequence that begins `text`, if it is one that XML 1.0 allows; else 0.
+// Number of bytes of the UTF-8 sequence at the start of `text` if XML 1.0 allows it; else 0.
 std::size_t allowed_sequence(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

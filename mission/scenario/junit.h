@@ -1,5 +1,5 @@
 #pragma once
-// JUnit's XML, as continuous integration reads it.
+// JUnit's XML, as read by continuous integration.
 
 #include <string>
 #include <vector>
@@ -10,11 +10,11 @@ struct TestCase {
   std::string name;
   std::string folder;  ///< Shown as the class.
   double seconds = 0.0;
-  std::vector<std::string> failures;  ///< What did not hold, one by one.
-  std::string error;                  ///< It could not be tried; empty: it was.
+  std::vector<std::string> failures;  ///< Expectations that were not met.
+  std::string error;                  ///< Reason that the scenario could not be run; empty: it was.
 };
 
-/// Whatever is in the texts, the result is well-formed: what XML cannot hold becomes '?'.
+/// The result is well-formed for any text: characters that XML does not allow become '?'.
 [[nodiscard]] std::string to_junit(const std::vector<TestCase>& cases);
 
 }  // namespace dive::mission

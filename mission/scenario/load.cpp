@@ -31,14 +31,15 @@ constexpr std::array<std::string_view, 5> kCommands = {"heartbeat", "abort", "pa
 template <class Enum, std::size_t N>
 Enum find_in(const std::array<std::string_view, N>& names, const std::string& name) {
   const auto found = std::ranges::find(names, name);
-  DIVE_DEMAND(found != names.end());  // the schema lists them
+  DIVE_DEMAND(found != names.end());  // the schema lists all values
   return static_cast<Enum>(found - names.begin());
 }
 
 struct WrittenExpectation {
   std::string_view element;
   Expectation::Kind kind;
-  std::string_view attribute;  ///< That says what is expected; empty: the element does.
+  /// Attribute that names what is expected; empty: the element alone does.
+  std::string_view attribute;
 };
 
 using Kind = Expectation::Kind;
@@ -57,7 +58,7 @@ constexpr WrittenExpectation kExpectations[] = {
     {"ends_near", Kind::kEndsNear, ""},
 };
 
-// Text with every run of blanks and line breaks made one blank.
+// Text with every run of blanks and line breaks replaced by one blank.
 std::string in_one_line(const std::string& text) {
   std::istringstream words(text);
   std::string line;
@@ -116,7 +117,7 @@ class Reader {
   void set(const XmlElement& element, vehicle::Conditions& conditions) {
     const bool is_known = conditions.set(read_.name(element, "condition").value,
                                          read_.number(element, "value").value);
-    DIVE_DEMAND(is_known);  // the schema lists them
+    DIVE_DEMAND(is_known);  // the schema lists all values
     last_set_ = read_.number(element, "value").span;
   }
 
@@ -170,7 +171,7 @@ class Reader {
     const auto word = [&](const char* name) { return read_.name(element, name).value; };
     if (element.name == "fault") {
       const std::optional<FaultKind> kind = find_fault(word("name"));
-      DIVE_DEMAND(kind);  // the schema lists them
+      DIVE_DEMAND(kind);  // the schema lists all values
       return FailAction{*kind, until(element)};
     }
     if (element.name == "loss") {
@@ -241,7 +242,8 @@ class Reader {
     }
   }
 
-  // No collision, unless collisions are spoken of, and that the script is played to its end.
+  // Adds the implicit expectations: no collision, unless collisions are mentioned, and execution of
+  // the whole script.
   static void add_unsaid(const XmlElement& root, Scenario& scenario) {
     const bool spoken_of =
         std::ranges::any_of(scenario.expectations, [](const Expectation& expectation) {

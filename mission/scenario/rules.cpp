@@ -1,4 +1,4 @@
-// What must hold of a scenario beyond its schema, and beside its mission.
+// Rules for a scenario beyond its schema, and together with its mission.
 
 #include <algorithm>
 #include <set>
@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 
 #include "common/suggest.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/document/state_index.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
 #include "mission/scenario/scenario.h"
+#include "mission/simulation/simulated_dive.h"
 #include "planning/world/scene.h"
 
 namespace dive::mission {

@@ -1,5 +1,5 @@
 #pragma once
-// A scenario as typed values: one dive of a mission, what happens to it, and what must come of it.
+// A scenario as typed values: one dive of a mission, a script, and the expected results.
 
 #include <cstdint>
 #include <limits>
@@ -13,22 +13,22 @@
 
 #include "common/diagnostic.h"
 #include "common/source_text.h"
-#include "mission/check/faults.h"
 #include "mission/document/mission.h"
 #include "mission/document/rules.h"
 #include "mission/executive/io.h"
+#include "mission/simulation/faults.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
 
-/// When a step of the script happens: `after_s` after the first time.
+/// The trigger of a script step: `after_s` after its first occurrence.
 struct Trigger {
   enum class Kind { kTime, kState, kEvent, kGoal } kind = Kind::kTime;
-  Located<std::string> name;  ///< Of the state, event or goal.
-  double after_s = 0.0;       ///< Of kTime: after the dive began.
+  Located<std::string> name;  ///< Name of the state, event or goal.
+  double after_s = 0.0;       ///< For kTime: time since the dive began.
 };
 
-// What happens then.
+// The action of a step.
 struct FailAction {
   FaultKind kind = FaultKind::kLeak;
   double for_s = std::numeric_limits<double>::infinity();
@@ -57,15 +57,15 @@ using ScriptAction = std::variant<FailAction, LossAction, OperatorAction, Heartb
 
 struct ScriptStep {
   Trigger trigger;
-  Located<std::string> id;  ///< Empty: has none.
+  Located<std::string> id;  ///< Empty: no id.
   std::vector<ScriptAction> actions;
   Span span;
 };
 
-/// One thing that must be so, or must not.
+/// A condition that must hold, or must not.
 struct Expectation {
   enum class Kind {
-    kStepHappens,  ///< Expected of every step of the script without being said.
+    kStepHappens,  ///< Implicitly expected of every step of the script.
     kOutcome,
     kFinalState,
     kEnters,
@@ -79,15 +79,15 @@ struct Expectation {
     kEndsNear,
     kBounds,
   } kind = Kind::kOutcome;
-  Located<std::string> name;  ///< What is expected; of kBounds the quantity.
-  std::string cause;          ///< Of a rung; empty: any.
+  Located<std::string> name;  ///< Name of what is expected; for kBounds the quantity.
+  std::string cause;          ///< Cause of a rung; empty: any.
   bool negated = false;
   Located<std::string> after;  ///< The id of a step; empty: the beginning of the dive.
   std::optional<Located<double>> within_s;
   std::optional<int> times;
   std::optional<Located<double>> at_least;
   std::optional<Located<double>> at_most;
-  int step = -1;  ///< Of kStepHappens.
+  int step = -1;  ///< Step of kStepHappens.
   Eigen::Vector3d place_W = Eigen::Vector3d::Zero();
   double radius_m = 0.0;
   Span span;
@@ -98,25 +98,25 @@ struct Scenario {
   std::string id;
   std::string description;
   Located<std::string> mission_file;  ///< As written.
-  std::string mission_path;           ///< Found from the folder of the scenario.
+  std::string mission_path;           ///< Resolved from the folder of the scenario.
   std::uint64_t seed = 1;
-  double rest_s = 0.0;  ///< 0: never held.
+  double rest_s = 0.0;  ///< 0: never safely held.
   vehicle::Conditions conditions;
-  double camera_scale = 1.0;  ///< Of the pixels along each side ...
-  double camera_hz = 20.0;    ///< ... and pairs a second, where the mission uses the cameras.
+  double camera_scale = 1.0;  ///< Scale of the pixels along each side.
+  double camera_hz = 20.0;    ///< Image pairs per second, if the mission uses the cameras.
   std::vector<ScriptStep> steps;
-  std::vector<Expectation> expectations;  ///< With those that go without saying, at the end.
+  std::vector<Expectation> expectations;  ///< Includes the implicit ones, at the end.
 };
 
-/// Reads, validates against missions/scenario.xsd (compiled in) and types a scenario. All mistakes
-/// are reported; nothing is returned when there was one. Codes: FILE-*, XML-*, XSD-*, SCN-*.
+/// Reads, validates against missions/scenario.xsd (compiled in) and converts a scenario. Reports
+/// all mistakes and returns nothing if there was one. Codes: FILE-*, XML-*, XSD-*, SCN-*.
 [[nodiscard]] std::optional<Scenario> load_scenario(const std::string& path,
                                                     Diagnostics& diagnostics);
-/// The same from memory; `source.path()` says where the mission is looked for.
+/// Loads a scenario from memory; `source.path()` determines the folder of the mission.
 [[nodiscard]] std::optional<Scenario> parse_scenario(SourceText source, Diagnostics& diagnostics);
 
-/// Reports every name that the mission does not have, and fills in where its goals are. False when
-/// there was a mistake.
+/// Reports every name that the mission does not have, and fills in the positions of its goals.
+/// Returns false if there was a mistake.
 [[nodiscard]] bool suit_to_mission(Scenario& scenario, const Mission& mission,
                                    const planning::World& world, Diagnostics& diagnostics);
 

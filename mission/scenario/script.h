@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/random.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/scenario/dive_record.h"
 #include "mission/scenario/scenario.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::mission {
 

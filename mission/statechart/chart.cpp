@@ -33,7 +33,7 @@ int Chart::add_transition(Transition transition) {
 int Chart::set_initial(StateId state, std::vector<StateId> targets) {
   DIVE_DEMAND(state >= 0 && state < static_cast<StateId>(states.size()));
   const auto index = static_cast<int>(transitions.size());
-  // Internal: entering a state's initial states must not leave the state.
+  // Internal: entering a state's initial states must not exit the state.
   transitions.push_back({.source = state,
                          .events = {},
                          .guard = -1,
@@ -63,7 +63,7 @@ bool is_history(StateKind kind) {
   return kind == StateKind::kShallowHistory || kind == StateKind::kDeepHistory;
 }
 
-/// Each check relies on those before it and answers with a sentence, or nothing.
+/// Each check relies on the earlier ones and returns a sentence, or an empty string.
 class Validator {
  public:
   explicit Validator(const Chart& chart) : chart_(chart) {}
@@ -91,7 +91,7 @@ class Validator {
     return t >= 0 && t < static_cast<int>(chart_.transitions.size());
   }
 
-  /// Parents and children agree, and a walk depth first meets 0, 1, 2, ...
+  /// Parents and children are consistent, and a depth-first walk visits 0, 1, 2, ...
   [[nodiscard]] std::string check_tree() const {
     if (count() == 0) return "the chart has no states";
     std::vector<StateId> pending{0};
@@ -197,7 +197,7 @@ class Validator {
     return "";
   }
 
-  /// What a target fills: a history stands for everything below its parent.
+  /// The state filled by a target: for a history, its parent.
   [[nodiscard]] StateId occupied(StateId target) const {
     return is_history(state(target).kind) ? state(target).parent : target;
   }

@@ -1,7 +1,7 @@
 #pragma once
 // A statechart as data: what SCXML (W3C Recommendation of 1 September 2015) calls the document,
-// without XML. Knows nothing of missions or vehicles: guards and actions are numbers that whoever
-// runs the chart gives a meaning.
+// without XML. Independent of missions and vehicles: guards and actions are numbers that the user
+// of the chart defines.
 
 #include <string>
 #include <vector>
@@ -35,25 +35,25 @@ struct State {
   std::vector<ActionId> on_exit;
 };
 
-/// states[0] is the root (the <scxml> element): compound, no transitions of its own.
+/// states[0] is the root (the <scxml> element): compound, without transitions of its own.
 struct Chart {
   std::vector<State> states;
   std::vector<Transition> transitions;
 
   /// Adds a state below `parent` (-1 for the root) and returns its index. Document order: a state,
-  /// then everything below it, then its next sibling.
+  /// then all its descendants, then its next sibling.
   StateId add_state(std::string id, StateKind kind, StateId parent);
   /// Adds an ordinary transition to the end of its source's list and returns its index.
   int add_transition(Transition transition);
   /// Makes `targets` the initial (or, for history, default) transition of `state` and returns its
-  /// index: such a transition may have actions, but neither events nor a guard.
+  /// index. Such a transition may have actions, but neither events nor a guard.
   int set_initial(StateId state, std::vector<StateId> targets);
 
-  /// -1 when there is none of that id.
+  /// -1 if there is no state with that id.
   [[nodiscard]] StateId find(const std::string& id) const;
   [[nodiscard]] bool is_descendant(StateId state, StateId ancestor) const;
 
-  /// Empty when the chart can be interpreted, else the first thing wrong as a sentence: document
+  /// Empty if the chart can be interpreted, otherwise the first violation as a sentence: document
   /// order, ids unique, every compound state with an initial transition into its own descendants,
   /// targets exist and can be active together, history with a default, final states without
   /// children or transitions, every transition with an event, a guard or a target (3.5.1).

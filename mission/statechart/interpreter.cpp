@@ -1,6 +1,6 @@
-// Names and order of the procedures are those of the recommendation's appendix D, in snake_case,
-// so that the two can be read side by side. Where its sets are lists, ours are flags per state; the
-// two places where we differ in what is done, fix_domains() and complete(), say why.
+// Names and order of the procedures are those of the recommendation's appendix D, in snake_case, so
+// that the two can be compared side by side. Its lists and sets are flags per state here. The two
+// deviations in behaviour, fix_domains() and complete(), are explained there.
 
 #include "mission/statechart/interpreter.h"
 
@@ -158,8 +158,8 @@ void Interpreter::select_transitions(const std::string& event) {
   select_from_atomic_states(&event);
 }
 
-/// For each active atomic state in document order: the first enabled transition of it or else of
-/// its nearest ancestor that has one.
+/// For each active atomic state in document order: the first enabled transition of that state or
+/// else of its nearest ancestor that has one.
 void Interpreter::select_from_atomic_states(const std::string* event) {
   enabled_.clear();
   for (StateId atomic = 1; atomic < static_cast<StateId>(active_.size()); ++atomic) {
@@ -189,7 +189,7 @@ bool Interpreter::is_enabled(const Transition& t, const std::string* event) {
   return t.guard < 0 || environment_.evaluate(t.guard);
 }
 
-/// Of two transitions whose exit sets intersect, that of the descendant wins, else the first.
+/// Of two transitions whose exit sets intersect, the descendant's wins, otherwise the first.
 void Interpreter::remove_conflicting_transitions() {
   filtered_.clear();
   for (const int t1 : enabled_) {
@@ -206,8 +206,8 @@ void Interpreter::remove_conflicting_transitions() {
   enabled_.swap(filtered_);
 }
 
-/// The exit set of one transition is what is active below its domain, and a domain is always
-/// active with something active below it: two sets intersect exactly when the domains nest.
+/// The exit set of a transition is every active state below its domain, and a domain is always
+/// active with something active below it: two sets intersect exactly if the domains nest.
 bool Interpreter::exit_sets_intersect(const Transition& t1, const Transition& t2) const {
   const StateId domain1 = transition_domain(t1);
   const StateId domain2 = transition_domain(t2);
@@ -227,9 +227,9 @@ void Interpreter::microstep(const std::string& event) {
   enter_states();
 }
 
-/// Appendix D computes the domain anew for the entry set. By then the exits may have recorded the
-/// very history that the transition targets, the domain may have become smaller, and what was
-/// exited above it would never be entered again. So it is computed once, before any exit.
+/// Appendix D computes the domain again for the entry set. By then the exits may have recorded the
+/// history that the transition targets, the domain may have become smaller, and states exited above
+/// it would never be entered again. Therefore it is computed once, before any exit.
 void Interpreter::fix_domains() {
   domains_.clear();
   for (const int t : enabled_) domains_.push_back(transition_domain(transition(t)));
@@ -296,9 +296,9 @@ void Interpreter::enter(StateId s) {
   if (state(s).kind == StateKind::kFinal) complete(s);
 }
 
-/// A final state completes its parent, and that the parallel state around it when all regions are
-/// complete. Appendix D looks no further than this one; by 3.4 the completion of a parallel state
-/// that is itself a region may complete the next one, so we go on upwards.
+/// A final state completes its parent, and the parent completes the parallel state around it once
+/// all regions are complete. Appendix D stops there; by 3.4 the completion of a parallel state that
+/// is itself a region may complete the next one, so this loop continues upwards.
 void Interpreter::complete(StateId final_state) {
   const StateId parent = state(final_state).parent;
   if (parent == 0) {
@@ -368,7 +368,7 @@ void Interpreter::add_ancestor_states_to_enter(StateId s, StateId ancestor) {
   }
 }
 
-/// Every region of a parallel state that no target has entered already, by default.
+/// Enters by default every region of a parallel state that no target has entered.
 void Interpreter::add_regions_to_enter(StateId parallel) {
   for (const StateId child : state(parallel).children) {
     if (!is_history(state(child)) && !enters_below(child)) add_descendant_states_to_enter(child);
@@ -389,7 +389,8 @@ std::span<const StateId> Interpreter::recorded_or_default(StateId history) const
   return recorded.empty() ? transition(state(history).initial).targets : recorded;
 }
 
-/// getEffectiveTargetStates, without the list: a history stands for what it would restore.
+/// getEffectiveTargetStates, without the list: a history is replaced by the states it would
+/// restore.
 template <typename Predicate>
 bool Interpreter::every_effective_target(const Transition& t, Predicate predicate) const {
   return std::ranges::all_of(t.targets, [&](StateId target) {
@@ -398,8 +399,8 @@ bool Interpreter::every_effective_target(const Transition& t, Predicate predicat
   });
 }
 
-/// The state that the transition happens within: exited is what is active below it, and it stays
-/// active itself. -1 for a targetless transition.
+/// The domain of the transition: active states below it are exited, and it stays active itself. -1
+/// for a targetless transition.
 StateId Interpreter::transition_domain(const Transition& t) const {
   if (t.targets.empty()) return -1;
   const auto below_source = [&](StateId target) { return is_descendant(target, t.source); };
@@ -410,7 +411,7 @@ StateId Interpreter::transition_domain(const Transition& t) const {
   return find_lcca(t);
 }
 
-/// Least common compound ancestor of source and effective targets; the root at the most.
+/// Least common compound ancestor of source and effective targets; at most the root.
 StateId Interpreter::find_lcca(const Transition& t) const {
   for (StateId a = state(t.source).parent; a > 0; a = state(a).parent) {
     if (state(a).kind == StateKind::kCompound &&

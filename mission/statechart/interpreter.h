@@ -13,65 +13,65 @@
 
 namespace dive::statechart {
 
-/// What a chart does to the world, given by whoever runs it.
+/// The effects of a chart, defined by its user.
 class Environment {
  public:
   virtual ~Environment() = default;
   [[nodiscard]] virtual bool evaluate(GuardId guard) = 0;
   virtual void execute(ActionId action) = 0;
-  /// After on_entry actions of the state.
+  /// Called after the on_entry actions of the state.
   virtual void entered(StateId state) = 0;
-  /// Before on_exit actions of the state.
+  /// Called before the on_exit actions of the state.
   virtual void exited(StateId state) = 0;
-  /// A transition was selected in a microstep, told before any state is exited. `event` is empty
-  /// for eventless ones.
+  /// A transition was selected in a microstep; called before any state is exited. `event` is empty
+  /// for eventless transitions.
   virtual void taken(int transition, const std::string& event) = 0;
 };
 
-/// Selecting when nothing is enabled allocates nothing. Not re-entrant: the environment may call
-/// raise(), never dispatch() or settle().
+/// Selection allocates nothing if no transition is enabled. Not re-entrant: the environment may
+/// call raise(), never dispatch() or settle().
 class Interpreter {
  public:
-  /// `chart` must outlive the interpreter and be valid (demanded).
+  /// `chart` must outlive the interpreter and be valid (checked).
   Interpreter(const Chart& chart, Environment& environment);
   Interpreter(const Interpreter&) = delete;
   Interpreter& operator=(const Interpreter&) = delete;
 
-  /// Enters the initial configuration and runs to completion. The initial transition is not told
-  /// to taken().
+  /// Enters the initial configuration and runs to completion. taken() is not called for the initial
+  /// transition.
   void start();
-  /// One external event, run to completion. Ignored once not running.
+  /// Processes one external event and runs to completion. Ignored if not running.
   void dispatch(const std::string& event);
-  /// Queues an internal event from within execute(), entered() or exited() (<raise>). Raised
-  /// between macrosteps, it is handled at the beginning of the next one.
+  /// Queues an internal event from within execute(), entered() or exited() (<raise>). An event
+  /// raised between macrosteps is handled at the beginning of the next one.
   void raise(std::string event);
-  /// Eventless transitions whose guards may have become true since, run to completion.
+  /// Takes eventless transitions whose guards have become true, and runs to completion.
   void settle();
 
-  /// All that the chart remembers between macrosteps.
+  /// State kept between macrosteps.
   struct Memory {
     std::vector<StateId> active;                ///< Document order, the root excluded.
-    std::vector<std::vector<StateId>> history;  ///< By state; empty: nothing recorded.
+    std::vector<std::vector<StateId>> history;  ///< Indexed by state; empty: nothing recorded.
   };
   [[nodiscard]] Memory memory() const { return {configuration(), history_}; }
-  /// Goes on from there instead of start(): nothing is entered and no action is done. The memory is
-  /// one that this chart gave (demanded as far as it shows).
+  /// Restores a state instead of start(): enters no state and executes no action. The memory must
+  /// come from this chart (checked where possible).
   void restore(const Memory& memory);
 
-  /// False before start(), once a final state below the root is entered, and after a livelock.
-  /// The configuration then stays as it is, so that one can ask where the chart ended: a final
-  /// state of the root is entered but never exited.
+  /// False before start(), after a final state below the root is entered, and after a livelock. The
+  /// configuration then stays, so that the final state can be queried: a final state of the root is
+  /// entered but never exited.
   [[nodiscard]] bool running() const { return running_; }
   /// Active states in document order, the root excluded.
   [[nodiscard]] std::vector<StateId> configuration() const;
   [[nodiscard]] bool is_active(StateId state) const {
     return active_[static_cast<std::size_t>(state)];
   }
-  /// Event descriptor matching (SCXML 3.12.1): token-wise prefix, "*" matches all.
+  /// Event descriptor matching (SCXML 3.12.1): token-wise prefix, "*" matches every event.
   [[nodiscard]] static bool matches(std::string_view descriptor, std::string_view event);
 
-  /// A macrostep that takes more microsteps than this (raised events that nothing handles
-  /// included) is a loop in the chart: running stops and livelocked() says so.
+  /// A macrostep with more microsteps than this (raised events that nothing handles included) is a
+  /// loop in the chart: the interpreter stops and livelocked() is true.
   static constexpr int kMaxMicrosteps = 1000;
   [[nodiscard]] bool livelocked() const { return livelocked_; }
 
@@ -120,7 +120,7 @@ class Interpreter {
 
   const Chart& chart_;
   Environment& environment_;
-  std::vector<StateId> last_descendant_;  // Per state; itself for a leaf.
+  std::vector<StateId> last_descendant_;  // Per state; itself for an atomic state.
   std::vector<bool> active_;
   std::vector<std::vector<StateId>> history_;  // Per state; empty: nothing recorded.
   std::deque<std::string> internal_queue_;
@@ -128,15 +128,15 @@ class Interpreter {
   bool livelocked_ = false;
   bool stepping_ = false;
 
-  // Working sets of a microstep, kept so that they are allocated once. Sets of states are flags
-  // per state: read upwards they are in entry order, downwards in exit order.
+  // Working sets of a microstep, allocated once. Sets of states are flags per state: ascending
+  // order is entry order, descending order is exit order.
   std::vector<int> enabled_;
   std::vector<int> filtered_;
-  std::vector<StateId> domains_;  // Of the enabled transitions, in their order.
+  std::vector<StateId> domains_;  // Domains of the enabled transitions, in their order.
   std::vector<bool> to_exit_;
   std::vector<bool> to_enter_;
   std::vector<bool> default_entry_;
-  std::vector<int> default_history_content_;  // Per state: a history's transition, or -1.
+  std::vector<int> default_history_content_;  // Default transition of a history, per state, or -1.
 };
 
 }  // namespace dive::statechart

@@ -179,7 +179,7 @@ def wreck():
     m = Map("wreck", """
 A small freighter upright on the seabed, bow to the east, 26 m long and 7 m wide: double hull of
 plates, a hold under an open hatch, an engine room behind a bulkhead with a door, a deckhouse with
-doors on both sides. Whoever is in the engine room has steel above.""")
+doors on both sides. The engine room has steel above it.""")
     floor = -15.0
     keel, deck, beam, plate = floor, floor + 6.0, 7.0, 0.1
     m.box("seabed", "ground", (80, 60, 1), (0, 0, floor - 0.5))

@@ -22,8 +22,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kTouching = 1e-6;  // m; nearer, two points no longer tell a direction.
-constexpr double kDoubt = 1e-4;     // m between FCL's distance and the separation it implies.
+constexpr double kTouching = 1e-6;  // m; closer points define no direction
+// m; allowed gap between FCL's distance and the separation along its direction
+constexpr double kDoubt = 1e-4;
 
 using FclShape = std::variant<std::monostate, fcl::Boxd, fcl::Cylinderd, fcl::Sphered,
                               fcl::Capsuled, fcl::Ellipsoidd, fcl::Convexd>;
@@ -31,7 +32,7 @@ using FclShape = std::variant<std::monostate, fcl::Boxd, fcl::Cylinderd, fcl::Sp
 // Largest n . x over a shape in its own frame.
 double reach_in_frame(const Box& s, const Vector3d& n) { return s.size.dot(n.cwiseAbs()) / 2.0; }
 double reach_in_frame(const Cylinder& s, const Vector3d& n) {
-  return s.radius * std::hypot(n.x(), n.y()) + s.length / 2.0 * std::abs(n.z());
+  return s.radius * n.head<2>().norm() + s.length / 2.0 * std::abs(n.z());
 }
 double reach_in_frame(const Sphere& s, const Vector3d& n) { return s.radius * n.norm(); }
 double reach_in_frame(const Capsule& s, const Vector3d& n) {
@@ -49,13 +50,34 @@ double reach_in_frame(const HalfSpace& s, const Vector3d& n) {
   return (n - s.normal).norm() < 1e-9 ? 0.0 : kInfinity;
 }
 
-// Without faces FCL looks for support points among all vertices: right for any order of them.
+// The point nearest to p of a shape, or of the core about which it has its radius; all in the
+// shape's own frame. For a cylinder, the nearest point of its axis: exact beside it, close enough
+// over an end.
+Vector3d nearest_in_frame(const Box& s, const Vector3d& p) {
+  return p.cwiseMax(-s.size / 2.0).cwiseMin(s.size / 2.0);
+}
+Vector3d nearest_on_axis(double length, const Vector3d& p) {
+  return {0.0, 0.0, std::clamp(p.z(), -length / 2.0, length / 2.0)};
+}
+Vector3d nearest_in_frame(const Cylinder& s, const Vector3d& p) {
+  return nearest_on_axis(s.length, p);
+}
+Vector3d nearest_in_frame(const Capsule& s, const Vector3d& p) {
+  return nearest_on_axis(s.length, p);
+}
+Vector3d nearest_in_frame(const Sphere&, const Vector3d&) { return Vector3d::Zero(); }
+template <class S>
+Vector3d nearest_in_frame(const S&, const Vector3d& p) {
+  return p;
+}
+
+// Without faces FCL searches all vertices for support points: correct for any order of them.
 fcl::Convexd convex(const std::vector<Vector3d>& vertices) {
   return {std::make_shared<std::vector<Vector3d>>(vertices), 0,
           std::make_shared<std::vector<int>>()};
 }
 
-// The core of a polytope is what FCL sees; its radius is taken off afterwards.
+// FCL gets the core of a polytope; the radius is subtracted afterwards.
 FclShape to_fcl(const Box& s) { return fcl::Boxd(s.size); }
 FclShape to_fcl(const Cylinder& s) { return fcl::Cylinderd(s.radius, s.length); }
 FclShape to_fcl(const Sphere& s) { return fcl::Sphered(s.radius); }
@@ -71,7 +93,7 @@ fcl::Transform3d to_fcl(const Pose& pose) {
   return transform;
 }
 
-// A shape in the form FCL's GJK takes.
+// A shape in the form required by FCL's GJK.
 template <class S>
 class GjkObject {
  public:
@@ -92,8 +114,8 @@ struct Nearest {
   Vector3d on_other = Vector3d::Zero();
 };
 
-// The two points are one when the bodies overlap. FCL's own solver class would do, but Debian's
-// library is built with assertions that end the process; its headers are built as we are.
+// Equal points if the bodies overlap. FCL's own solver class is not used, because Debian's library
+// is built with assertions that end the process; its headers are built with our flags.
 template <class S>
 Nearest gjk(const fcl::Convexd& body, const fcl::Transform3d& X_WB, const S& other,
             const fcl::Transform3d& X_WO) {
@@ -162,14 +184,23 @@ double FixedBody::reach(const Vector3d& n_W) const {
          std::visit([&](const auto& s) { return reach_in_frame(s, n_O); }, shape_);
 }
 
-double FixedBody::box_distance(const Eigen::AlignedBox3d& box_W) const {
-  return box_W_.exteriorDistance(box_W);
+Vector3d FixedBody::towards(const Vector3d& p_W) const {
+  const Vector3d p_O = R_OW_ * (p_W - X_WO_.p);
+  const Vector3d way_O =
+      p_O - std::visit([&](const auto& s) { return nearest_in_frame(s, p_O); }, shape_);
+  const double distance = way_O.norm();
+  return distance < kTouching ? Vector3d(Vector3d::Zero())
+                              : Vector3d(R_OW_.transpose() * way_O / distance);
 }
 
-MovingBody::MovingBody(std::vector<Vector3d> vertices_B) : vertices_B_(std::move(vertices_B)) {
-  DIVE_DEMAND(!vertices_B_.empty());
-  for (const Vector3d& v : vertices_B_) radius_ = std::max(radius_, v.norm());
-  geometry_.reset(new Geometry{convex(vertices_B_)});
+MovingBody::MovingBody(const std::vector<Vector3d>& vertices_B)
+    : vertices_B_(static_cast<Eigen::Index>(vertices_B.size()), 3) {
+  DIVE_DEMAND(!vertices_B.empty());
+  for (std::size_t i = 0; i < vertices_B.size(); ++i) {
+    vertices_B_.row(static_cast<Eigen::Index>(i)) = vertices_B[i].transpose();
+    radius_ = std::max(radius_, vertices_B[i].norm());
+  }
+  geometry_.reset(new Geometry{convex(vertices_B)});
 }
 
 MovingBody::MovingBody(MovingBody&&) noexcept = default;
@@ -177,9 +208,10 @@ MovingBody::~MovingBody() = default;
 
 double MovingBody::least(const Pose& X_WB, const Vector3d& n_W) const {
   const Vector3d n_B = X_WB.q.conjugate() * n_W;
-  double result = kInfinity;
-  for (const Vector3d& v : vertices_B_) result = std::min(result, n_B.dot(v));
-  return result + n_W.dot(X_WB.p);
+  const double lowest =
+      (n_B.x() * vertices_B_.col(0) + n_B.y() * vertices_B_.col(1) + n_B.z() * vertices_B_.col(2))
+          .minCoeff();
+  return lowest + n_W.dot(X_WB.p);
 }
 
 double MovingBody::reach(const Pose& X_WB, const Vector3d& n_W) const { return -least(X_WB, -n_W); }
@@ -198,8 +230,9 @@ Separator MovingBody::along_axes(const Pose& X_WB, const FixedBody& other) const
   return best;
 }
 
-// Of parallel boxes FCL may return points that are not the nearest; then they are farther apart
-// than their direction separates, and a push of a micrometre to where nothing is parallel helps.
+// For parallel boxes FCL may return points that are not the nearest; their distance then exceeds
+// the separation along their direction. A shift of a micrometre, after which nothing is parallel,
+// solves this.
 Separator MovingBody::nearest(const Pose& X_WB, const FixedBody& other) const {
   if (std::holds_alternative<HalfSpace>(other.shape_)) return along_axes(X_WB, other);
   Separator best = ask(X_WB, X_WB, other);
@@ -216,9 +249,15 @@ Separator MovingBody::ask(const Pose& X_WB_asked, const Pose& X_WB, const FixedB
   const Nearest nearest = std::visit(
       [&](const auto& shape) { return gjk(geometry_->convex, pose, shape, other.geometry().X_WO); },
       other.geometry().shape);
-  const double apart = (nearest.on_body - nearest.on_other).norm();
-  if (apart < kTouching) return along_axes(X_WB, other);
-  const Vector3d n_W = (nearest.on_body - nearest.on_other) / apart;
+  return between(X_WB, other, nearest.on_body, nearest.on_other);
+}
+
+Separator MovingBody::between(const Pose& X_WB, const FixedBody& other, const Vector3d& on_body_W,
+                              const Vector3d& on_other_W) const {
+  const double apart = (on_body_W - on_other_W).norm();
+  const bool has_direction = apart >= kTouching && apart < kInfinity;  // NaN has none
+  if (!has_direction) return along_axes(X_WB, other);
+  const Vector3d n_W = (on_body_W - on_other_W) / apart;
   const auto* polytope = std::get_if<Polytope>(&other.shape_);
   return {n_W, separation(X_WB, other, n_W),
           apart - (polytope != nullptr ? polytope->radius : 0.0)};

@@ -34,7 +34,7 @@ constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 bool is_octomap(std::string_view head) {
   if (head.starts_with("# Octomap OcTree")) return true;
-  // Before there was a header: the number of the tree's type, its resolution, its size.
+  // The older format, without a text header: type of the tree, its resolution, its size.
   std::int32_t type = 0;
   double resolution = 0.0;
   if (head.size() < sizeof(type) + sizeof(resolution)) return false;
@@ -91,7 +91,7 @@ tl::expected<RawCloud, std::string> read_raw(const std::string& path, std::size_
   return tl::unexpected("it is neither PCD nor PLY; it seems to be " + seems_to_be(head));
 }
 
-// The rule is in the header, at CloudOptions::unit_m.
+// The rule is documented at CloudOptions::unit_m.
 bool looks_like_millimetres(const std::vector<Vector3d>& points) {
   Vector3d low = points.front();
   Vector3d high = low;
@@ -116,7 +116,7 @@ double median(const std::vector<Vector3d>& points, Eigen::Index axis) {
   return *middle;
 }
 
-// From |value| to the next number that a 4-byte float can hold.
+// Distance from |value| to the next number that a 4-byte float can represent.
 double float_spacing(double value) {
   const auto near = static_cast<float>(std::abs(value));
   return static_cast<double>(std::nextafter(near, std::numeric_limits<float>::infinity())) -
@@ -134,7 +134,7 @@ std::uint64_t hash_of(const Vector3f& p) {
   return hash ^ (hash >> 32);
 }
 
-// Keeps the first of equal points, in their order; how many went.
+// Keeps the first of equal points, in their order; returns the number removed.
 std::size_t drop_duplicates(std::vector<Vector3f>& points) {
   const std::size_t slots = std::bit_ceil(2 * points.size());
   std::vector<std::uint32_t> table(slots, kNobody);
@@ -245,7 +245,7 @@ tl::expected<CloudFile, std::string> read_cloud(const std::string& path,
 bool write_ply(const std::string& path, const std::vector<Vector3f>& points,
                const std::vector<std::string>& comments) {
   static_assert(sizeof(Vector3f) == 3 * sizeof(float));
-  // Under another name first, so that nobody reads half of it.
+  // Written under another name first, so that no process reads a partial file.
   const std::string draft = path + ".new";
   std::error_code failed;
   {

@@ -21,7 +21,7 @@ Input::Input(std::ifstream file, std::uint64_t size)
     : file_(std::move(file)), size_(size), buffer_(kBufferBytes) {}
 
 tl::expected<Input, std::string> Input::open(const std::string& path) {
-  // Asked for first: to open a pipe would wait for its writer.
+  // Checked first, because opening a pipe would wait for its writer.
   std::error_code failed;
   const fs::file_status status = fs::status(path, failed);
   if (!fs::exists(status)) return tl::unexpected(std::string("there is no such file"));
@@ -40,7 +40,7 @@ void Input::fill() {
     end_ -= begin_;
     begin_ = 0;
   }
-  // No more than it was long when opened: others may be writing to it.
+  // At most the length at opening: another process may be writing to the file.
   const auto wanted =
       static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - end_, left() - buffered()));
   file_.read(buffer_.data() + end_, static_cast<std::streamsize>(wanted));

@@ -1,5 +1,5 @@
 #pragma once
-// A file read once from front to end through a buffer of fixed size, and the numbers in it.
+// A file read once from start to end through a buffer of fixed size, and number parsing.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,16 +15,16 @@ namespace dive::planning {
 
 class Input {
  public:
-  /// An error when it is not there, not a regular file, empty or unreadable.
+  /// Opens the file. Error if it is missing, not a regular file, empty or unreadable.
   [[nodiscard]] static tl::expected<Input, std::string> open(const std::string& path);
 
-  /// The next line without its end (LF or CRLF); valid until the next call. Nothing at the end of
-  /// the file and at a line longer than the buffer, 1 MiB: failure() tells.
+  /// The next line without its end (LF or CRLF); valid until the next call. Absent at the end of
+  /// the file and for a line longer than the buffer, 1 MiB; failure() gives the cause.
   [[nodiscard]] std::optional<std::string_view> line();
-  /// The next bytes; false when there are not as many.
+  /// Reads the next bytes; false if fewer are left.
   [[nodiscard]] bool read(char* to, std::size_t bytes);
   [[nodiscard]] bool skip(std::uint64_t bytes);
-  /// What comes next, `bytes` of it at most, without taking it.
+  /// The next bytes, at most `bytes`, without consuming them.
   [[nodiscard]] std::string_view peek(std::size_t bytes);
 
   [[nodiscard]] std::uint64_t left() const { return size_ - taken_; }
@@ -50,15 +50,15 @@ class Input {
 
 /// The words of a line, split at blanks.
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view line);
-/// The first word, taken off the line; empty where there is none.
+/// Removes the first word from the line and returns it; empty if there is none.
 [[nodiscard]] std::string_view take_word(std::string_view& line);
 
-/// A decimal number, nan or inf; nothing where the word is anything else.
+/// A decimal number, nan or inf; absent if the word is anything else.
 [[nodiscard]] std::optional<double> to_number(std::string_view word);
-/// A whole number, not negative.
+/// A non-negative integer; absent if the word is anything else.
 [[nodiscard]] std::optional<std::uint64_t> to_count(std::string_view word);
 
-/// A word of the file as a message can show it: short, without control characters.
+/// A word of the file for a message: shortened, without control characters.
 [[nodiscard]] std::string shown(std::string_view word);
 
 }  // namespace dive::planning

@@ -1,4 +1,4 @@
-// A reader of our own: PCL's is in pcl_io, which links TinyXML, and believes what a header says.
+// Our own reader: PCL's is in pcl_io, which links TinyXML and trusts the header.
 
 #include "planning/cloud/pcd.h"
 
@@ -20,12 +20,12 @@ constexpr std::array<std::string_view, 11> kKeywords = {"VERSION",   "FIELDS", "
                                                         "VIEWPOINT", "POINTS", "DATA"};
 constexpr std::array<std::string_view, 6> kVersions = {".5", "0.5", ".6", "0.6", ".7", "0.7"};
 constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 31;
-// Three bytes of LZF stand for 264 at most.
+// Three bytes of LZF expand to at most 264.
 constexpr std::uint64_t kMostLzfRatio = 88;
 
 struct Entry {
   std::size_t line = 0;
-  std::vector<std::string> words;  ///< Without the keyword.
+  std::vector<std::string> words;  ///< Words without the keyword.
 };
 using Header = std::map<std::string, Entry, std::less<>>;
 
@@ -186,7 +186,7 @@ std::string read_viewpoint(const Entry& entry, RawCloud& cloud) {
   return {};
 }
 
-// Two sizes, then all x, all y, and so on, packed with LZF in one piece.
+// Two sizes, then all x, all y, and so on, compressed with LZF as one block.
 std::string read_compressed(Input& input, const RowLayout& layout, std::uint64_t count,
                             RawCloud& cloud) {
   std::array<std::uint32_t, 2> sizes{};
@@ -280,7 +280,7 @@ tl::expected<RawCloud, std::string> read_pcd(Input& input, std::size_t max_point
     failed = read_binary_rows(input, *layout, *count, cloud);
     warn_of_more_bytes(input, cloud);
   } else if (encoding == "binary_compressed") {
-    // What follows is padding: the sizes have shown that all points are here.
+    // The rest is padding: the sizes prove that all points were read.
     failed = read_compressed(input, *layout, *count, cloud);
   } else {
     failed = fmt::format("line {}: DATA is ascii, binary or binary_compressed", data->line);

@@ -12,7 +12,7 @@ namespace dive::planning {
 
 [[nodiscard]] bool looks_like_pcd(std::string_view head);
 
-/// From the first byte of the file; at most `max_points`.
+/// Reads from the first byte of the file; at most `max_points`.
 [[nodiscard]] tl::expected<RawCloud, std::string> read_pcd(Input& input, std::size_t max_points);
 
 }  // namespace dive::planning

@@ -1,4 +1,4 @@
-// A reader of our own: CGAL's allocates the lists that a file promises, 16 GB each, and reads
+// Our own reader: CGAL's allocates the list sizes of the header, up to 16 GB each, and reads
 // vertices without x, y and z as zeros.
 
 #include "planning/cloud/ply.h"
@@ -60,7 +60,7 @@ std::optional<NumberType> type_of(std::string_view name) {
   return found->type;
 }
 
-// What a line of the header adds to it; false where it makes no sense.
+// Adds one line of the header; false if it is invalid.
 bool take_line(const std::vector<std::string_view>& words, Header& header) {
   if (words[0] == "format") {
     if (words.size() != 3 || !header.encoding.empty() || words[2] != "1.0") return false;

@@ -1,5 +1,5 @@
 #pragma once
-// PLY 1.0, the Stanford polygon format: its vertices.
+// PLY 1.0, the Stanford polygon format; vertices only.
 
 #include <cstddef>
 
@@ -11,7 +11,7 @@ namespace dive::planning {
 
 [[nodiscard]] bool looks_like_ply(std::string_view head);
 
-/// From the first byte of the file; at most `max_points`.
+/// Reads from the first byte of the file; at most `max_points`.
 [[nodiscard]] tl::expected<RawCloud, std::string> read_ply(Input& input, std::size_t max_points);
 
 }  // namespace dive::planning

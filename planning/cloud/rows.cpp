@@ -57,7 +57,7 @@ double decode(NumberType type, const char* bytes, bool big_endian) {
 
 std::string read_text_rows(Input& input, const RowLayout& layout, std::uint64_t count,
                            RawCloud& cloud) {
-  // A word takes two bytes at least, of which the very last may be missing.
+  // A word takes at least two bytes; the second of the very last may be missing.
   cloud.points.reserve(static_cast<std::size_t>(
       std::min<std::uint64_t>(count, input.left() / (2 * layout.words) + 1)));
   std::array<std::string_view, 3> words;

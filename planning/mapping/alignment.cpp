@@ -13,11 +13,11 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr int kFewest = 40;                                          // points on the map
-constexpr std::array<float, 4> kReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one after the other
-constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle against the map
-constexpr float kIndependent = 0.05F;    // of the points: errors of neighbours are alike
-constexpr float kParallel = 0.82F;       // cosine, of a point's surface and the map's
-constexpr float kFarthest = 0.2F;        // m that one sweep may move the vehicle
+constexpr std::array<float, 4> kReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one per iteration
+constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle relative to the map
+constexpr float kIndependent = 0.05F;    // share of the points: errors of neighbours are correlated
+constexpr float kParallel = 0.82F;       // cosine between the point's normal and the map's
+constexpr float kFarthest = 0.2F;        // m, largest correction by one scan
 
 }  // namespace
 
@@ -31,7 +31,7 @@ Vector2f off_the_map(std::span<const SeenPoint> points, const NearestFacet& near
       float height = 0.0F;
       const Facet* facet = nearest(p_W + Vector3f(t.x(), t.y(), 0.0F), reach, height);
       if (facet == nullptr) continue;
-      // Beside a sharp edge the facet that is round it may be the only one.
+      // Beside a sharp edge the facet around the corner may be the only one.
       if (normal_W && std::abs(normal_W->dot(facet->normal())) < kParallel) continue;
       const float robust = std::min(1.0F, 1.5F * sigma / std::max(std::abs(height), 1e-6F));
       const float weight = kIndependent * robust / (sigma * sigma);

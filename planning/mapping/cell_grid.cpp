@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-constexpr int kFarthestCell = 1 << 20;  // from the origin: a thousand kilometres
+constexpr int kFarthestCell = 1 << 20;  // in cells from the origin: a thousand kilometres
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 #pragma once
-// Which cell of the map, and which voxel in it, a point of the world is in. Internal.
+// The cell of the map, and the voxel in it, that contain a point. Internal.
 
 #include <optional>
 
@@ -14,14 +14,14 @@ namespace dive::planning {
 
 class CellGrid {
  public:
-  /// `voxel_m`: width of a voxel.
+  /// `voxel_m`: width of a voxel, m.
   explicit CellGrid(float voxel_m);
 
   struct Place {
     CellKey key;
-    int voxel;  ///< In the cell.
+    int voxel;  ///< Index of the voxel in the cell.
   };
-  /// Nothing for a point that is farther away than any vehicle goes, or not finite.
+  /// Absent for a point that is not finite, or beyond the range of any vehicle.
   [[nodiscard]] std::optional<Place> locate(const Eigen::Vector3f& p_W) const;
   [[nodiscard]] float voxel_m() const { return voxel_m_; }
   [[nodiscard]] float cell_m() const { return cell_m_; }

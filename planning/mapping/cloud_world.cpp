@@ -27,17 +27,18 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kWidestVoxel = 2.0;   // m, as the mapper allows
-constexpr double kWiden = 1.2;         // from one try of a voxel to the next
-constexpr double kLongestEdge = 5.0;   // m, as the mapper allows
-constexpr double kEdgeSpacings = 3.0;  // between points that can be of one surface
-constexpr double kCover = 0.3;         // voxels that a piece grows by, and the radius of a ball
-constexpr std::size_t kBlock = 5'000;  // points that are triangulated at once
+constexpr double kWidestVoxel = 2.0;  // m, as the mapper allows
+constexpr double kWiden = 1.2;        // ratio of one tried voxel width to the one before
+constexpr double kLongestEdge = 5.0;  // m, as the mapper allows
+// ratio of the longest edge of a surface to the spacing of its points
+constexpr double kEdgeSpacings = 3.0;
+constexpr double kCover = 0.3;  // in voxels: growth limit of a piece, and the radius of a ball
+constexpr std::size_t kBlock = 5'000;  // points triangulated at once
 constexpr std::size_t kSpacingSample = 500;
 constexpr std::size_t kSpacingNeighbour = 4;
-constexpr float kWellInside = 1e-3F;  // m: what floats may be wrong by
+constexpr float kWellInside = 1e-3F;  // m: margin for rounding of floats
 
-/// Which voxel a point is in.
+/// Index of the voxel that contains a point.
 using Place = std::array<std::int32_t, 3>;
 
 struct PlaceHash {
@@ -51,7 +52,7 @@ struct PlaceHash {
   }
 };
 
-// Points are no farther than 10^8 m from the origin, and steps no less than millimetres.
+// No overflow: points are within 10^8 m of the origin, and steps are at least millimetres.
 Place place_of(const Vector3f& p, double step) {
   Place place{};
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -61,7 +62,7 @@ Place place_of(const Vector3f& p, double step) {
   return place;
 }
 
-/// The first point of every voxel; nothing when there are more than `most`.
+/// The first point of every voxel; absent if there are more than `most`.
 std::optional<std::vector<Vector3f>> thinned(std::span<const Vector3f> points, double voxel,
                                              std::size_t most) {
   std::unordered_set<Place, PlaceHash> taken;
@@ -74,13 +75,13 @@ std::optional<std::vector<Vector3f>> thinned(std::span<const Vector3f> points, d
   return result;
 }
 
-/// Median distance of a point to the fourth next to it: on a grid, that of the grid.
+/// Median distance of a point to its fourth neighbour: on a grid, the grid's spacing.
 double spacing_of(const std::vector<Vector3f>& points) {
   if (points.size() <= kSpacingNeighbour) return 0.0;
   const std::size_t step = std::max<std::size_t>(1, points.size() / kSpacingSample);
   std::vector<float> spacings;
   for (std::size_t i = 0; i < points.size(); i += step) {
-    std::array<float, kSpacingNeighbour + 1> least{};  // itself among them
+    std::array<float, kSpacingNeighbour + 1> least{};  // including the point itself
     least.fill(std::numeric_limits<float>::infinity());
     for (const Vector3f& p : points) {
       float d = (p - points[i]).squaredNorm();
@@ -98,9 +99,9 @@ double spacing_of(const std::vector<Vector3f>& points) {
 
 using Cells = std::map<CellKey, std::vector<Polytope>>;
 
-/// Block by block, halved at the median until small: PCL's triangulation takes a time that grows
-/// with the square of what it is given. Whatever a later block adds to a cell, the mapper divides
-/// it again, and joins it with what is there already.
+/// Block by block, halved at the median until small, because the time of PCL's triangulation grows
+/// with the square of its input. When a later block adds points to a cell, the mapper splits the
+/// cell's surface again and joins it with the existing one.
 void add_in_blocks(std::span<Vector3f> points, Mapper& mapper, Cells& cells) {
   if (points.size() > kBlock) {
     Eigen::AlignedBox3f box;
@@ -129,9 +130,9 @@ AlignedBox3d box_of(const Polytope& piece) {
           box.max() + Vector3d::Constant(piece.radius)};
 }
 
-/// Lets the pieces hold every point: those that miss one by no more than `reach` grow, and where
-/// there is none so near a ball is put. What is near is told by the pieces as they were, so that
-/// none grows by more than `reach`.
+/// Makes the pieces contain every point: a piece that misses a point by no more than `reach` grows,
+/// and a point farther from all pieces becomes a ball. Distances are to the original pieces, so
+/// that none grows by more than `reach`.
 class Cover {
  public:
   Cover(std::vector<Polytope> pieces, double reach)
@@ -170,7 +171,7 @@ class Cover {
     for (const auto& [place, centres] : balls_) {
       for (const Vector3f& c : centres) rest_.push_back(c);
     }
-    // By place, since the order of the table is not everybody's.
+    // Sorted by position, because the order of the table depends on the library.
     std::sort(rest_.begin(), rest_.end(), [](const Vector3f& a, const Vector3f& b) {
       return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
     });
@@ -203,7 +204,7 @@ class Cover {
   BoxTree tree_;
   double reach_;
   std::vector<Facet> facets_;
-  std::vector<double> radii_;  ///< As they were.
+  std::vector<double> radii_;  ///< Original radii.
   std::unordered_map<Place, std::vector<Vector3f>, PlaceHash> balls_;
   std::vector<Vector3f> rest_;
 };
@@ -222,7 +223,7 @@ MapperOptions mapper_options(double voxel, double longest_edge) {
 Obstacle obstacle_of(Polytope piece, const Vector3d& to_W, const Vector3d& origin) {
   AlignedBox3d box;
   for (const Vector3d& v : piece.vertices) box.extend(v);
-  // About their own middle, as those of a map are.
+  // Vertices relative to their own centre, as for the pieces of a map.
   const Vector3d middle = box.center();
   for (Vector3d& v : piece.vertices) v -= middle;
   Obstacle obstacle;
@@ -233,15 +234,15 @@ Obstacle obstacle_of(Polytope piece, const Vector3d& to_W, const Vector3d& origi
   return obstacle;
 }
 
-/// What is made a map of, and how finely.
+/// The points to convert, and their resolution.
 struct Sampling {
-  std::vector<Vector3f> within;  ///< Empty: all of the cloud.
-  std::vector<Vector3f> thin;    ///< One a voxel.
+  std::vector<Vector3f> within;  ///< Points within the region; empty if that is all of the cloud.
+  std::vector<Vector3f> thin;    ///< One point per voxel.
   double voxel = 0.0;
   bool is_all = true;
 };
 
-// Points this far outside the region still shape the surface within.
+// Points up to this far outside the region still shape the surface within.
 constexpr double kRegionMargin = kLongestEdge + kWidestVoxel;
 
 tl::expected<Sampling, std::string> sample(const CloudFile& cloud,

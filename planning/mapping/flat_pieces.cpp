@@ -14,9 +14,9 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kBent = 0.7F;       // cosine between normals that are of two sides of an edge
-constexpr float kBentShare = 0.1F;  // of the triangles that have to be
-constexpr int kBits = 64;           // cells along one side of the picture of a piece
+constexpr float kBent = 0.7F;       // cosine between the normals of the two sides of an edge
+constexpr float kBentShare = 0.1F;  // least share of triangles beyond kBent for a split at an edge
+constexpr int kBits = 64;           // cells along one side of a piece's raster image
 
 /// Axes of a patch: the first is its longest, the last its normal.
 struct Frame {
@@ -28,7 +28,7 @@ struct Frame {
   [[nodiscard]] float height(const Vector3f& p) const { return axes.col(2).dot(p - centre); }
 };
 
-// Counter-clockwise (Andrew 1979). Sorts the points.
+// Convex hull, counter-clockwise (Andrew 1979). Sorts the points.
 void hull_of(std::vector<Vector2f>& points, std::vector<Vector2f>& hull) {
   std::sort(points.begin(), points.end(), [](const Vector2f& a, const Vector2f& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
@@ -53,7 +53,7 @@ void hull_of(std::vector<Vector2f>& points, std::vector<Vector2f>& hull) {
   if (hull.empty()) hull.push_back(points.front());
 }
 
-/// A picture of the surface, to see whether a hull covers what is none.
+/// Raster image of the surface, to test whether a hull covers area outside it.
 class Picture {
  public:
   Picture(float grain, const Vector2f& low) : grain_(grain), low_(low) {}
@@ -62,7 +62,7 @@ class Picture {
     const auto [x, y] = cell(p);
     rows_[static_cast<std::size_t>(y)] |= std::uint64_t{1} << x;
   }
-  // Everything within one cell of a mark is surface.
+  // Marks everything within one cell of a mark as surface.
   void grow() {
     std::array<std::uint64_t, kBits> wide{};
     for (std::size_t y = 0; y < kBits; ++y) wide[y] = rows_[y] | (rows_[y] << 1) | (rows_[y] >> 1);
@@ -70,7 +70,7 @@ class Picture {
       rows_[y] = wide[y] | (y > 0 ? wide[y - 1] : 0) | (y + 1 < kBits ? wide[y + 1] : 0);
     }
   }
-  // Of every cell whose middle is within the polygon.
+  // True if every cell whose middle is within the polygon is marked.
   [[nodiscard]] bool covers(const std::vector<Vector2f>& polygon) const {
     for (int y = 0; y < kBits; ++y) {
       const float middle = low_.y() + (static_cast<float>(y) + 0.5F) * grain_;
@@ -129,7 +129,7 @@ class Division {
   struct Patch {
     Triangle corners;
     Vector3f middle;
-    Vector3f normal;  // unit, either way
+    Vector3f normal;  // unit, either sign
     float area;
   };
   using Patches = std::span<Patch>;
@@ -168,7 +168,7 @@ class Division {
     divide(patches.subspan(count));
   }
 
-  // Makes one piece of them if it would be flat and stand for nothing that is no surface.
+  // Makes one piece of the patches if it is flat and covers only surface.
   bool accept(Patches patches, const Frame& frame) {
     float low = std::numeric_limits<float>::infinity();
     float high = -low;
@@ -191,7 +191,7 @@ class Division {
     }
     const auto grain = static_cast<float>(options_.grain_m);
     if (!is_last && (most - least).maxCoeff() >= static_cast<float>(kBits) * grain) return false;
-    const Picture surface = picture(grain, least);  // sorting loses the triangles
+    const Picture surface = picture(grain, least);  // first, because sorting loses the triangles
     hull_of(flat_, hull_);
     if (!is_last && !surface.covers(hull_)) return false;
     if (hull_.size() > kMaxPieceVertices) return false;
@@ -199,7 +199,7 @@ class Division {
     return true;
   }
 
-  // Of the triangles whose corners are in flat_, three by three.
+  // Raster image of the triangles whose corners are in flat_, three by three.
   [[nodiscard]] Picture picture(float grain, const Vector2f& least) const {
     Picture picture(grain, least);
     for (std::size_t i = 0; i + 2 < flat_.size(); i += 3) {
@@ -230,7 +230,7 @@ class Division {
     pieces_.push_back(std::move(piece));
   }
 
-  // The two sides of an edge, told apart by which way they face.
+  // Separates the two sides of an edge by their normals.
   Patches::iterator by_normal(Patches patches, const Frame& frame) const {
     const Vector3f along = frame.axes.col(2);
     const Patch* first = &patches.front();

@@ -1,7 +1,7 @@
 #pragma once
-// From triangles to convex pieces: flat polygons with a radius. A surface that was only seen from
-// one side has no inside; what stands for it is as thin as the sweep was noisy, so that the water
-// in front of it stays free.
+// From triangles to convex pieces: flat polygons with a radius. A surface observed from one side
+// only has no inside; its pieces are as thin as the noise of the scans, so that the water in front
+// of it stays free.
 
 #include <array>
 #include <cstdint>
@@ -16,13 +16,15 @@
 namespace dive::planning {
 
 struct FlatPieceOptions {
-  double flat_m = 0.03;  ///< A piece's points are no farther from its plane; beyond it is parted.
-  double skin_m = 0.02;  ///< Of every piece: it reaches so far beyond its points.
-  double grain_m = 0.1;  ///< What lies so near to a triangle counts as part of the surface.
+  /// Largest distance of a piece's points from its plane, m; beyond it the piece is split.
+  double flat_m = 0.03;
+  double skin_m = 0.02;  ///< Radius of every piece: its extent beyond its points, m.
+  /// Distance from a triangle within which a point counts as part of the surface, m.
+  double grain_m = 0.1;
 };
 
-/// Convex pieces that hold every point of the triangles and, within `skin_m` and the roundness of
-/// their edges, nothing farther than `flat_m` above or below them, nor farther than about 1.5
+/// Convex pieces that contain every point of the triangles and, within `skin_m` and the roundness
+/// of their edges, nothing farther than `flat_m` above or below them, nor farther than about 1.5
 /// `grain_m` beside them. Each has at most kMaxPieceVertices vertices, on one plane. Appended to
 /// `pieces`. O(n log n).
 void flat_pieces(std::span<const Eigen::Vector3f> points, std::span<const Triangle> triangles,

@@ -6,13 +6,13 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kMovedOn = 0.3;     // m
-constexpr double kTurned = 0.25;     // rad
-constexpr double kSwimming = 0.05;   // m/s; slower is at rest
+constexpr double kMovedOn = 0.3;     // m moved since the last stored scan
+constexpr double kTurned = 0.25;     // rad turned since the last stored scan
+constexpr double kSwimming = 0.05;   // m/s; slower counts as at rest
 constexpr float kOffTheBow = 0.9F;   // cosine between bow and motion
-constexpr float kAboveFrom = 12.0F;  // heights of the hull: the eyes look 5 degrees up
+constexpr float kAboveFrom = 12.0F;  // heights of the hull: the sensor's view reaches 5 degrees up
 constexpr float kStep = 0.2F;        // m
-constexpr std::size_t kNewest = 4;   // of the kept sweeps, that say what is seen through
+constexpr std::size_t kNewest = 4;   // stored scans used to test whether a ray passed a point
 
 }  // namespace
 
@@ -53,7 +53,7 @@ double Lookout::seen_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const {
   const Eigen::Vector3f v = v_W.cast<float>();
   const bool leads_elsewhere = v_W.norm() > kSwimming && v.normalized().dot(bow) < kOffTheBow;
   const Eigen::Vector3f way = leads_elsewhere ? Eigen::Vector3f(v.normalized()) : bow;
-  // The part of the hull's box that leads.
+  // Half extent of the hull's box in the direction of motion.
   const float lead = (R_WB.transpose() * way).cwiseAbs().dot(half_B_);
   const Eigen::Vector3f across = R_WB.col(1) * half_B_.y();
   const Eigen::Vector3f up = R_WB.col(2) * half_B_.z();

@@ -1,5 +1,5 @@
 #pragma once
-// Where it has been looked: the latest sweep and a bounded history of earlier ones.
+// Observed space: the latest scan and a bounded history of earlier ones.
 
 #include <deque>
 #include <functional>
@@ -15,25 +15,26 @@ namespace dive::planning {
 class Lookout {
  public:
   static constexpr std::size_t kMostSights = 64;
-  static constexpr double kFurthest = 3.0;  ///< m; seen_ahead() says no more.
+  static constexpr double kFurthest = 3.0;  ///< Upper limit of seen_ahead(), m.
 
   explicit Lookout(const RobotHull& hull);
 
-  /// The newest sweep. It is kept when the vehicle has moved on or turned since the last kept one.
+  /// Adds the newest scan. It is stored if the vehicle has moved or turned since the last stored
+  /// one.
   void add(Sight sight);
-  /// Were the newest sweeps looking past p_W, by at least `margin` m?
+  /// True if one of the newest scans passed p_W by at least `margin` m.
   [[nodiscard]] bool sees_past(const Eigen::Vector3f& p_W, float margin) const;
-  /// Was it looked as far as p_W, and nothing there, as far as is remembered?
+  /// True if the newest scan or a stored one observed p_W as free.
   [[nodiscard]] bool is_known(const Eigen::Vector3f& p_W) const;
-  /// How far (m, up to kFurthest) the hull at X_WB can move ahead through water that was looked at:
-  /// along v_W where that leads far off the bow, else along the bow. Asked every 0.2 m at the
-  /// middle of the hull's box, right, left and below, and above where the eyes can see that.
+  /// Distance (m, up to kFurthest) that the hull at X_WB can move ahead through observed free
+  /// space: along v_W if it points far off the bow, else along the bow. Checked every 0.2 m at the
+  /// middle of the hull's box, right, left and below, and above if the sensor can observe that.
   [[nodiscard]] double seen_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const;
 
   void move(const std::function<Pose(Utime)>& correction);
 
  private:
-  Eigen::Vector3f half_B_;  ///< Of the hull's box about B's origin.
+  Eigen::Vector3f half_B_;  ///< Half size of the hull's box about B's origin, m.
   Sight latest_;
   std::deque<Sight> kept_;
 };

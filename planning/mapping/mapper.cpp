@@ -163,7 +163,7 @@ struct Mapper::Impl {
     return taken;
   }
 
-  // Candidates that nobody confirms, and what the sweep saw through.
+  // Removes candidates that stayed unconfirmed, and voxels that rays of the scan passed through.
   void see_through(const Sight& sight) {
     const Eigen::AlignedBox3f reach(sight.origin_W() - Vector3f::Constant(sight.reach()),
                                     sight.origin_W() + Vector3f::Constant(sight.reach()));

@@ -69,9 +69,9 @@ struct MapperStats {
   std::size_t voxels = 0;  ///< Candidates included.
   std::size_t pieces = 0;
   int taken = 0;         ///< Points of the last sweep that passed the filters.
-  int meshed_cells = 0;  ///< Cells divided anew in the last update ...
+  int meshed_cells = 0;  ///< Cells divided again in the last update.
   int meshed_points = 0;
-  int waiting_cells = 0;  ///< ... and those that will be in one of the next.
+  int waiting_cells = 0;  ///< Cells to be divided in a later update.
 };
 
 class Mapper {
@@ -102,8 +102,8 @@ class Mapper {
   [[nodiscard]] MapperStats stats() const;
   [[nodiscard]] const MapperTimes& times() const;
 
-  /// All that is known is triangulated and divided anew with the next update, if
-  /// `points_per_update` allows: to compare with.
+  /// Triangulates and divides the whole map again with the next update, as far as
+  /// `points_per_update` allows; for comparisons.
   void rebuild_all();
 
  private:

@@ -27,8 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPieces = 1U << 20U;  // that the text of pieces takes
-constexpr double kSliver = 1e-3;                // m: half the width of a piece that is a line
+constexpr std::size_t kMostPieces = 1U << 20U;  // limit of the text format for pieces
+constexpr double kSliver = 1e-3;                // m: half the width given to a piece that is a line
 
 using Corners = std::array<Vector3d, 3>;
 
@@ -63,7 +63,7 @@ void append_bytes(const void* data, std::size_t size, std::string& out) {
   out.append(static_cast<const char*>(data), size);
 }
 
-// Binary, little-endian: 80 bytes that say nothing, the number of triangles, and 50 bytes for each.
+// Binary, little-endian: 80 unused bytes, the number of triangles, and 50 bytes for each.
 std::string to_stl(const std::vector<Corners>& triangles) {
   static_assert(std::endian::native == std::endian::little);
   std::string text(80, ' ');
@@ -81,7 +81,7 @@ std::string to_stl(const std::vector<Corners>& triangles) {
   return text;
 }
 
-/// How long the UTF-8 character at the front is; 0 when it is none that XML can hold.
+/// Length of the UTF-8 character at the front; 0 if XML does not allow it.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7F ? 1 : 0;
@@ -108,7 +108,7 @@ bool is_name(std::string_view name) {
   return true;
 }
 
-// What an XML comment may hold: no two hyphens in a row, and characters only.
+// Text that XML allows in a comment: valid characters, no two hyphens in a row.
 std::string as_comment(std::string_view text) {
   std::string result;
   while (!text.empty()) {
@@ -132,7 +132,7 @@ std::string to_sdf(const std::string& name, const std::string& mesh, const std::
       as_comment(comment), escape_xml(name), geometry, geometry);
 }
 
-// Under another name first, so that nobody reads half of it.
+// Written under another name first, so that no process reads a partial file.
 bool write(const std::string& path, const std::string& content) {
   const std::string draft = path + ".new";
   std::error_code failed;

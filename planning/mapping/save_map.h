@@ -1,5 +1,5 @@
 #pragma once
-// What was seen on a dive becomes a map that the next one can know.
+// Saves the observed map of a dive as a map for later missions.
 
 #include <span>
 #include <string>
@@ -11,14 +11,14 @@
 
 namespace dive::planning {
 
-/// Writes NAME.sdf (one static model), the mesh it refers to, NAME.stl (what is flat of the
-/// pieces; a lone point as an octahedron), the pieces themselves, with their radii, where MeshFiles
-/// looks for them beside the mesh, and NAME.cloud.ply (`points`). NAME is `path`. In W. Loaded as a
-/// map it is the pieces of the dive, to a micrometre; without the file of the pieces, what
-/// decompose() makes of the mesh. `comment` becomes a comment in NAME.sdf and NAME.cloud.ply.
-/// Each file is there whole or not at all, NAME.sdf last. An error says what is wrong: nothing was
-/// seen, too many pieces for a mesh, a NAME that no map can refer to (control characters, not
-/// UTF-8, blanks at its ends), or a file that cannot be written.
+/// Writes NAME.sdf (one static model), the mesh that it refers to, NAME.stl (the flat pieces; a
+/// lone point as an octahedron), the pieces themselves, with their radii, where MeshFiles searches
+/// for them beside the mesh, and NAME.cloud.ply (`points`). NAME is `path`. In W. Loaded as a map,
+/// it gives the pieces of the dive, to a micrometre; without the file of pieces, the result of
+/// decompose() on the mesh. `comment` becomes a comment in NAME.sdf and NAME.cloud.ply. Each file
+/// is written completely or not at all, NAME.sdf last. Errors: an empty map, too many pieces for a
+/// mesh, a NAME that no map can refer to (control characters, not UTF-8, blanks at its ends), or a
+/// file that cannot be written.
 [[nodiscard]] tl::expected<void, std::string> save_map(const std::string& path, const SeenMap& map,
                                                        std::span<const Eigen::Vector3f> points,
                                                        const std::string& comment);

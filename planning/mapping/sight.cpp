@@ -9,18 +9,19 @@ namespace dive::planning {
 namespace {
 
 constexpr float kNotLooked = -1.0F;
-constexpr float kFinest = 2.5F;  // degrees a bin: a range camera's pixels are up to 2 apart
+constexpr float kFinest = 2.5F;  // degrees per bin: a range camera's pixels are up to 2 apart
 constexpr float kCoarsest = 10.0F;
-constexpr double kDense = 7500.0;        // points of a sweep that fill bins of kFinest
+constexpr double kDense = 7500.0;        // points of a scan that fill bins of kFinest
 constexpr float kAlikeAbsolute = 0.15F;  // m
-constexpr float kAlikeShare = 0.05F;     // of the distance
+constexpr float kAlikeShare = 0.05F;     // share of the distance
 
-// A mote that is close to the eyes fills as many pixels as something that matters; its size tells.
+// A particle close to the sensor fills as many pixels as a real obstacle; its size distinguishes
+// it.
 constexpr float kSpeckRange = 1.2F;  // m
 constexpr float kSpeckSize = 0.06F;  // m, diagonal of its box
 
-constexpr float kBeside = 5.0F;  // degrees between the points that tell how a surface lies
-constexpr float kSliver = 0.1F;  // sine between them: three points of a line tell nothing
+constexpr float kBeside = 5.0F;  // degrees between the points that define the surface normal
+constexpr float kSliver = 0.1F;  // sine between them: three points on a line define no normal
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
@@ -69,7 +70,7 @@ void Sight::forget_points() {
   point_of_ = {};
 }
 
-// By what is 5 degrees to its left and right, above and below; at an edge by one of the two.
+// Uses the points 5 degrees to the left and right, above and below; at an edge one of the two.
 std::optional<Eigen::Vector3f> Sight::normal_B(const RangeScan& scan, std::size_t i) const {
   const Eigen::Vector3f& here = scan.points_B[i];
   const int b = bin(here - origin_B_);
@@ -120,8 +121,8 @@ void Sight::around(std::size_t bin, Visit visit) const {
   }
 }
 
-// A surface has neighbours in the picture at about its own distance, seen however obliquely: along
-// one of the directions the distance changes little. What drifts in the water stands alone.
+// A surface has neighbours in the range image at about its own distance, even at a grazing angle:
+// along one of the directions the distance changes little. A drifting particle has none.
 void Sight::count_neighbours(std::span<const int> bins) {
   std::vector<int> first(told_.size() + 1, 0);
   for (const int b : bins) {
@@ -139,7 +140,7 @@ void Sight::count_neighbours(std::span<const int> bins) {
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] < 0 || ranges_[i] > reach_) continue;
     const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
-    int count = -1;  // itself
+    int count = -1;  // minus the point itself
     around(static_cast<std::size_t>(bins[i]), [&](std::size_t b) {
       for (int k = first[b]; k < first[b + 1]; ++k) {
         if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
@@ -149,7 +150,7 @@ void Sight::count_neighbours(std::span<const int> bins) {
   }
 }
 
-// What hangs together in the picture, bin by bin, and is small.
+// Removes connected groups of bins that are small.
 void Sight::leave_out_specks(const RangeScan& scan, std::span<const int> bins) {
   const auto may_be_speck = [&](std::size_t b) {
     return told_[b] >= 0.0F && told_[b] <= kSpeckRange;
@@ -195,7 +196,7 @@ void Sight::leave_out_specks(const RangeScan& scan, std::span<const int> bins) {
   }
 }
 
-// Every bin learns the nearest of its neighbours; one that was not looked at stays so.
+// Sets every observed bin to the nearest range among its neighbours; others are unchanged.
 void Sight::spread() {
   nearest_.assign(told_.size(), kNotLooked);
   for (std::size_t at = 0; at < told_.size(); ++at) {

@@ -1,5 +1,5 @@
 #pragma once
-// One sweep as it was seen from one place: how far it was looked in every direction.
+// One scan from one pose: the range in every direction.
 
 #include <optional>
 #include <span>
@@ -12,40 +12,40 @@
 
 namespace dive::planning {
 
-/// Distances by azimuth and elevation about the sensor, in bins as wide as the sweep is dense.
+/// Ranges by azimuth and elevation about the sensor, in bins as wide as the scan is dense.
 class Sight {
  public:
   Sight() = default;
-  /// `scan` as seen from X_WB. Points that are not finite are left out.
+  /// `scan` taken at X_WB. Points that are not finite are left out.
   Sight(const RangeScan& scan, const Pose& X_WB);
 
-  /// Is there water at p_W: was it looked past it and its surroundings, by at least `margin` m?
+  /// True if the scan passed p_W and its surroundings by at least `margin` m, so that p_W is free.
   [[nodiscard]] bool is_past(const Eigen::Vector3f& p_W, float margin) const;
-  /// Was it looked as far as p_W, in that very direction?
+  /// True if the ray in exactly that direction passed p_W.
   [[nodiscard]] bool has_seen(const Eigen::Vector3f& p_W) const;
 
-  /// How many of the points in the bins around point i of the sweep are about as far away; 0 for a
-  /// point of a speck: something near, with nothing beside it, that is too small to be hit.
+  /// Number of points in the bins around point i of the scan at about the same range; 0 for a
+  /// particle: a point nearby with nothing beside it, too small to be an obstacle.
   [[nodiscard]] int neighbours(std::size_t i) const { return neighbours_[i]; }
-  /// Distance of point i from the sensor; NaN where the ray told nothing.
+  /// Distance of point i from the sensor, m; NaN if the ray gave no range.
   [[nodiscard]] float range(std::size_t i) const { return ranges_[i]; }
 
-  /// Of the surface about point i of `scan`, the sweep that this was made of: along one way or the
-  /// other, unit. Nothing where what is beside it in the picture is not about as far away.
+  /// Unit normal, of either sign, of the surface at point i of `scan`, the scan that this was made
+  /// from. Absent if the adjacent points of the image are not at about the same range.
   [[nodiscard]] std::optional<Eigen::Vector3f> normal_B(const RangeScan& scan, std::size_t i) const;
 
   [[nodiscard]] const Eigen::Vector3f& origin_W() const { return origin_W_; }
   [[nodiscard]] const Pose& X_WB() const { return X_WB_; }
   [[nodiscard]] float reach() const { return reach_; }
   [[nodiscard]] Utime utime() const { return utime_; }
-  /// The same sweep from where the vehicle is thought to have been now.
+  /// Moves the scan to a corrected pose of the vehicle.
   void move(const Pose& X_WB);
-  /// Forgets what was kept of single points: what is left is a look around.
+  /// Discards the data of single points; the ranges by direction remain.
   void forget_points();
 
  private:
   [[nodiscard]] int bin(const Eigen::Vector3f& direction_B) const;
-  /// Calls visit(b) for `bin` and the up to eight around it.
+  /// Calls visit(b) for `bin` and its up to eight neighbours.
   template <typename Visit>
   void around(std::size_t bin, Visit visit) const;
   void count_neighbours(std::span<const int> bins);
@@ -60,9 +60,9 @@ class Sight {
   Utime utime_ = 0;
   int columns_ = 0;
   int rows_ = 0;
-  std::vector<float> told_;     ///< Nearest, by bin; negative: not looked at.
-  std::vector<int> point_of_;   ///< Which point of the sweep that was; negative: none.
-  std::vector<float> nearest_;  ///< The same as told_, the neighbours of the bin included.
+  std::vector<float> told_;     ///< Nearest range by bin, m; negative if not observed.
+  std::vector<int> point_of_;   ///< Index of that point in the scan, by bin; negative if none.
+  std::vector<float> nearest_;  ///< Nearest range over the bin and its neighbours, m.
   std::vector<float> ranges_;
   std::vector<int> neighbours_;
 };

@@ -1,5 +1,6 @@
-// The one file that sees PCL, whose templates are slow to compile. Greedy projection is compiled
-// here because PCL's library of it links VTK, which the command would load at every start.
+// The only file that includes PCL, whose templates are slow to compile. Greedy projection is
+// compiled here because PCL's library for it links VTK, which the command would load at every
+// start.
 #include "planning/mapping/triangulate.h"
 
 #include <algorithm>
@@ -21,10 +22,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kFewest = 4;  // points that anything can be made of
+constexpr std::size_t kFewest = 4;  // least number of points for a surface
 constexpr int kMostNeighbours = 40;
 constexpr int kStitchNeighbours = 10;
-constexpr std::size_t kStitches = 2;  // triangles from a point of a rim
+constexpr std::size_t kStitches = 2;  // triangles from one point of a rim
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 using Tree = pcl::search::KdTree<pcl::PointNormal>;
@@ -43,7 +44,7 @@ Tree::Ptr to_tree(const Cloud::Ptr& cloud) {
   return tree;
 }
 
-/// The points on the planes of their neighbours, with normals.
+/// The points projected onto the planes of their neighbours, with normals.
 Cloud::Ptr smoothed(std::span<const Vector3f> points, std::span<const float> slack,
                     int neighbours) {
   const Cloud::Ptr cloud = to_cloud(points);
@@ -66,7 +67,7 @@ Cloud::Ptr smoothed(std::span<const Vector3f> points, std::span<const float> sla
   return result;
 }
 
-/// One of those that are all but in the same place.
+/// Keeps one of the points that are nearly at the same position.
 Cloud::Ptr thinned(const Cloud& cloud, float apart, std::vector<std::uint32_t>& stands_for) {
   const Cloud::Ptr result(new Cloud);
   std::unordered_map<std::int64_t, std::uint32_t> first;
@@ -84,8 +85,8 @@ Cloud::Ptr thinned(const Cloud& cloud, float apart, std::vector<std::uint32_t>& 
   return result;
 }
 
-/// Where greedy projection stops (at edges, where normals part) the surface goes on: from every
-/// point of a rim to the nearest two others that it has no edge with.
+/// Continues the surface where greedy projection stops (at edges, where normals differ): from every
+/// point of a rim to the nearest two others to which it has no edge.
 void stitch(const Cloud::Ptr& cloud, const Tree& tree, float longest, SurfaceMesh& mesh) {
   std::unordered_map<std::uint64_t, int> triangles_at;
   const auto edge = [](std::uint32_t a, std::uint32_t b) {
@@ -133,7 +134,7 @@ SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float>
     for (std::uint32_t i = 0; i < points.size(); ++i) mesh.stands_for.push_back(i);
     return mesh;
   }
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // it would write on the terminal
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // it would write to the terminal
   const Cloud::Ptr cloud =
       thinned(*smoothed(points, slack, options.neighbours), options.apart_m, mesh.stands_for);
   for (const pcl::PointNormal& p : *cloud) mesh.points.emplace_back(p.getVector3fMap());

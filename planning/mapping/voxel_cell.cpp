@@ -92,7 +92,7 @@ std::vector<Polytope> Cell::pieces(double ball_m) const {
   return result;
 }
 
-// More than a cell may have: it is full of something, and nothing is to be swum through there.
+// Replacement for a cell with too many pieces: the whole cell is an obstacle.
 Polytope Cell::everything() const {
   Eigen::AlignedBox3f box;
   for (const Voxel& voxel : voxels) box.extend(voxel.p_W);

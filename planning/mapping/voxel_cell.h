@@ -1,5 +1,5 @@
 #pragma once
-// One cell of the map: ten by ten by ten voxels, and the pieces that stand for them. Internal.
+// One cell of the map: ten by ten by ten voxels, and the pieces that represent them. Internal.
 
 #include <array>
 #include <cstdint>
@@ -14,36 +14,37 @@
 
 namespace dive::planning {
 
-inline constexpr int kSide = 10;  ///< Voxels along the side of a cell.
+inline constexpr int kSide = 10;  ///< Number of voxels along the side of a cell.
 inline constexpr int kMostEvidence = 6;
 
 struct Voxel {
-  Eigen::Vector3f p_W;  ///< Of what was seen in it.
-  float noise = 0.0F;   ///< One sigma of it, m.
+  Eigen::Vector3f p_W;  ///< Position of the points observed in the voxel.
+  float noise = 0.0F;   ///< Standard deviation of that position, m.
   Utime seen = 0;
-  std::int16_t place = 0;    ///< In the cell.
-  std::int8_t evidence = 0;  ///< Sweeps that saw it, less those that saw through it.
-  bool solid = false;        ///< Believed.
-  bool meshed = false;       ///< Part of the cell's surface.
+  std::int16_t place = 0;  ///< Index of the voxel in the cell.
+  /// Number of scans that hit the voxel, minus those that passed through it.
+  std::int8_t evidence = 0;
+  bool solid = false;   ///< True if the voxel is confirmed as occupied.
+  bool meshed = false;  ///< True if the voxel is part of the cell's surface.
 };
 
-/// A flat piece, to ask whether a point lies on it.
+/// A flat piece, to test whether a point lies on it.
 class Facet {
  public:
   explicit Facet(const Polytope& piece);
-  /// Is the point within `tolerance` m of the piece (a little farther off its corners)?
+  /// True if the point is within `tolerance` m of the piece (a little farther off its corners).
   [[nodiscard]] bool holds(const Eigen::Vector3f& p_W, float tolerance) const;
-  /// Signed distance from its plane; nothing when that is more than `reach`, or beside the piece.
+  /// Signed distance from its plane; absent if that is more than `reach`, or beside the piece.
   [[nodiscard]] std::optional<float> height(const Eigen::Vector3f& p_W, float reach) const;
   [[nodiscard]] const Eigen::Vector3f& normal() const { return normal_; }
 
  private:
   Eigen::Vector3f middle_;
   Eigen::Vector3f normal_ = Eigen::Vector3f::UnitZ();
-  float around_ = 0.0F;  ///< Radius about the middle.
+  float around_ = 0.0F;  ///< Radius about the middle, m.
   float radius_ = 0.0F;
   struct Edge {
-    Eigen::Vector3f outward;  ///< In the plane, unit.
+    Eigen::Vector3f outward;  ///< Outward unit vector in the plane.
     float offset;
   };
   std::vector<Edge> edges_;
@@ -52,10 +53,10 @@ class Facet {
 struct Cell {
   std::vector<Voxel> voxels;
   std::vector<Polytope> surface;
-  std::vector<Facet> facets;  ///< Of `surface`.
+  std::vector<Facet> facets;  ///< Facets of `surface`.
   Utime seen = 0;
-  Utime stale_since = 0;  ///< Of a surface that does not fit the voxels any more; 0: it does.
-  bool changed = false;   ///< Since the last update.
+  Utime stale_since = 0;  ///< Time since which the surface no longer fits the voxels; 0 if it fits.
+  bool changed = false;   ///< True if changed since the last update.
 
   Cell() { at_.fill(-1); }
   [[nodiscard]] Voxel* find(int place) {
@@ -65,9 +66,9 @@ struct Cell {
   Voxel& insert(int place);
   void erase(std::size_t index);
   [[nodiscard]] bool is_on_surface(const Eigen::Vector3f& p_W, float tolerance) const;
-  /// The piece of the surface nearest to p_W, within `reach` m; null: there is none.
+  /// The piece of the surface nearest to p_W, within `reach` m; null if there is none.
   [[nodiscard]] const Facet* nearest(const Eigen::Vector3f& p_W, float reach, float& height) const;
-  /// Surface, and a ball for every believed voxel that is not part of it.
+  /// The surface, and a ball for every confirmed voxel that is not part of it.
   [[nodiscard]] std::vector<Polytope> pieces(double ball_m) const;
 
  private:

@@ -8,10 +8,10 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kStart = 0.1;         // of scale_: what the first products are
-constexpr double kToBoundary = 0.995;  // share of the way to the nearest boundary that is taken
-constexpr double kCentring = 0.7;      // of the mean product: aimed at without a correction
-constexpr double kShortest = 0.01;     // step that is taken whatever it does to the products
+constexpr double kStart = 0.1;         // initial products, in units of scale_
+constexpr double kToBoundary = 0.995;  // share of the distance to the nearest boundary in one step
+constexpr double kCentring = 0.7;   // target as a share of the mean product, without a correction
+constexpr double kShortest = 0.01;  // step accepted whatever it does to the products
 
 /// Longest step in [0, longest] that keeps value + step * change >= 0.
 double limit_step(double longest, double value, double change) {
@@ -24,12 +24,12 @@ double limit_step(double longest, const Vector6d& value, const Vector6d& change)
   return longest;
 }
 
-/// The s > 0 with s lambda = mu and (s + gap)(w - lambda) = mu for some 0 < lambda < w: where the
-/// central path crosses a hinge whose row misses its bound by `gap`.
+/// The s > 0 with s lambda = mu and (s + gap)(w - lambda) = mu for some 0 < lambda < w: the point
+/// of the central path for a hinge whose row misses its bound by `gap`.
 double central_slack(double gap, double weight, double mu) {
   const double half = 0.5 * gap - mu / weight;
-  const double root = std::hypot(0.5 * gap, mu / weight);
-  // Root of s^2 + 2 half s - gap mu / weight; the other form loses no digits when half > 0.
+  const double root = std::sqrt(0.25 * gap * gap + mu * mu / (weight * weight));
+  // Root of s^2 + 2 half s - gap mu / weight; the other form avoids cancellation when half > 0.
   return half <= 0.0 ? root - half : mu / weight * (gap / (root + half));
 }
 
@@ -45,7 +45,7 @@ BandedQp::BandedQp(int max_blocks, int max_rows)
 }
 
 void BandedQp::reset(int blocks) {
-  hessian_.set_zero(blocks);  // checks the number
+  hessian_.set_zero(blocks);  // asserts the number of blocks
   newton_.set_zero(blocks);
   block_count_ = blocks;
   rows_.clear();
@@ -74,9 +74,9 @@ double BandedQp::times_row(const Row& row, Vector6d Block::*vector) const {
   return product;
 }
 
-// The start lies on the central path but for stationarity: every product is kStart * scale_. The
-// scale is what one variable within its bounds, or one hinge, can change the objective by, so that
-// neither the units of x nor those of the weights matter.
+// The start satisfies all conditions of the central path except stationarity: every product is
+// kStart * scale_. The scale is the largest change of the objective by one variable within its
+// bounds, or by one hinge, so that the units of x and of the weights have no influence.
 void BandedQp::initialise() {
   for (int i = 0; i < block_count_; ++i) at(i).x = 0.5 * (at(i).lower + at(i).upper);
   scale_ = 1e-12;
@@ -125,7 +125,7 @@ void BandedQp::initialise_row(Row& row) {
   const double reach = row_reach(row);
   row.s = row.t = row.lambda = 0.0;
   row.ds = row.dt = row.dlambda = 0.0;
-  // Met, or missed, wherever x is within its bounds: a constant slope and nothing to decide.
+  // Satisfied or violated everywhere within the bounds of x: a constant slope, nothing to decide.
   row.decided = std::isfinite(gap) && (gap <= -reach || (row.soft && gap >= reach));
   if (row.decided) {
     row.lambda = gap <= -reach ? 0.0 : row.given.weight;
@@ -177,7 +177,7 @@ double BandedQp::complementarity_after(double step) const {
 bool BandedQp::converged(double tolerance) const {
   const double limit = tolerance * scale_;
   for (int i = 0; i < block_count_; ++i) {
-    const Vector6d reach = 0.5 * (at(i).upper - at(i).lower);  // zero where fixed
+    const Vector6d reach = 0.5 * (at(i).upper - at(i).lower);  // zero if fixed
     if (!((at(i).residual.array() * reach.array()).abs() <= limit).all()) return false;
   }
   for (const Row& row : rows_) {
@@ -191,7 +191,7 @@ bool BandedQp::factorise() {
     const Block& block = at(i);
     newton_.diagonal(i) = hessian_.diagonal(i);
     newton_.lower(i) = hessian_.lower(i);
-    // A fixed variable is one of infinite stiffness; 1e100 is as good, and needs no other matrix.
+    // A fixed variable has infinite stiffness; 1e100 has the same effect without another matrix.
     newton_.diagonal(i).diagonal() += block.dual_lower.cwiseQuotient(block.slack_lower) +
                                       block.dual_upper.cwiseQuotient(block.slack_upper) +
                                       1e100 * (Vector6d::Ones() - block.mask);
@@ -219,7 +219,7 @@ void BandedQp::find_direction(const Direction& direction) {
     Block& block = at(i);
     const Vector6d cross_lower = order * block.dx.cwiseProduct(block.ddual_lower);
     const Vector6d cross_upper = order * block.dx.cwiseProduct(block.ddual_upper);
-    // From here on ddual holds the part of the multiplier's change that dx does not make.
+    // From here on ddual is the part of the multiplier's change that does not depend on dx.
     block.ddual_lower =
         (direction.centring * block.mask - cross_lower).cwiseQuotient(block.slack_lower) -
         block.dual_lower;
@@ -314,8 +314,8 @@ bool BandedQp::iterate() {
   find_direction({.centring = ratio * ratio * ratio * now / products_, .second_order = true});
   double step = std::min(1.0, kToBoundary * longest_step());
   if (complementarity_after(step) > now) {
-    // The correction supposes a full step; where products are very unequal it can lead away from
-    // the central path, and the iteration goes round in a circle.
+    // The correction assumes a full step; with very unequal products it can lead away from the
+    // central path, and the iteration cycles.
     find_direction({.centring = kCentring * now / products_, .second_order = false});
     step = std::min(1.0, kToBoundary * longest_step());
     while (complementarity_after(step) > now && step > kShortest) step *= 0.5;
@@ -331,7 +331,7 @@ QpSummary BandedQp::summarise(QpStatus status, int iterations) {
     Block& block = at(i);
     const Vector6d Hx = hessian_.multiply_row(i, [this](int j) { return at(j).x; });
     summary.objective += block.x.dot(0.5 * Hx + block.gradient);
-    // What holds a fixed variable is whatever multiplier balances the rest.
+    // The multiplier of a fixed variable is the one that balances the rest.
     const Vector6d held = (Vector6d::Ones() - block.mask).cwiseProduct(block.residual);
     block.dual_lower += held.cwiseMax(0.0);
     block.dual_upper -= held.cwiseMin(0.0);

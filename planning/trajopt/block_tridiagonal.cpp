@@ -9,7 +9,7 @@ namespace dive::planning {
 namespace {
 
 // The kernels are plain loops over columns: with six rows known at compile time the compiler turns
-// each inner loop into a few vector instructions, where a general triangular solver would branch.
+// each inner loop into a few vector instructions; a general triangular solver would branch.
 
 bool cholesky(Matrix6d& a) {
   for (int j = 0; j < 6; ++j) {

@@ -14,7 +14,7 @@ class BlockTridiagonal {
  public:
   explicit BlockTridiagonal(int max_blocks);
 
-  /// All zero, of `blocks` (at most max_blocks) blocks.
+  /// Sets all of `blocks` (at most max_blocks) blocks to zero.
   void set_zero(int blocks);
 
   [[nodiscard]] int blocks() const { return blocks_; }
@@ -25,7 +25,7 @@ class BlockTridiagonal {
   [[nodiscard]] Matrix6d& lower(int i) { return lower_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Matrix6d& lower(int i) const { return lower_[static_cast<std::size_t>(i)]; }
 
-  /// Row `i` of the product with the vector whose blocks `x(j)` gives.
+  /// Row `i` of the product with the vector whose blocks are `x(j)`.
   template <typename BlockOf>
   [[nodiscard]] Vector6d multiply_row(int i, const BlockOf& x) const {
     Vector6d product = diagonal(i) * x(i);
@@ -35,8 +35,8 @@ class BlockTridiagonal {
   }
 
   /// Replaces the matrix by its Cholesky factor (reciprocals on the diagonal). Only the lower
-  /// triangles of the diagonal blocks are read. False when it is not positive definite; the
-  /// content is then of no use.
+  /// triangles of the diagonal blocks are read. False if it is not positive definite; the content
+  /// is then undefined.
   [[nodiscard]] bool factorise();
 
   /// After factorise(): solves in place for the right-hand side with one block per entry.

@@ -1,4 +1,4 @@
-// Paths to start the optimiser from.
+// Initial paths for the optimiser.
 
 #include <algorithm>
 #include <cmath>

@@ -7,11 +7,11 @@
 namespace dive::planning {
 namespace {
 
-// The hull is nearly the same upside down, so half a turn is all there is to choose from.
+// The hull is nearly the same upside down, so half a turn covers all choices.
 constexpr std::array<double, 5> kRolls{0.0, M_PI / 4, -M_PI / 4, M_PI / 2, -M_PI / 2};
 
-// A hull on its edge reaches this much farther than a level one, m: a segment with more room than
-// that has nothing to choose.
+// Extent of a hull on its edge beyond that of a level one, m: with more clearance than that, the
+// roll of a segment makes no difference.
 constexpr double kReach = 0.15;
 
 class Search {
@@ -25,7 +25,7 @@ class Search {
     const std::size_t count = path_.size();
     std::vector<std::vector<Pose>> choices(count);
     for (std::size_t i = 0; i < count; ++i) choices[i] = choices_at(i);
-    // best[i][k]: of the way to choice k of waypoint i; from[i][k]: the choice before it.
+    // best[i][k]: cost of the path to choice k of waypoint i; from[i][k]: the choice before it.
     std::vector<std::vector<double>> best(count);
     std::vector<std::vector<std::size_t>> from(count);
     best[0].assign(choices[0].size(), 0.0);
@@ -75,7 +75,7 @@ class Search {
 
   void find(const Pose& a, const Pose& b, double reach) {
     const std::array<Pose, 2> segment{a, b};
-    sweep_.find(segment, problem_.clearance + options_.clearance_buffer + reach, contacts_);
+    sweep_.find(segment, problem_.limits.clearance + options_.clearance_buffer + reach, contacts_);
   }
 
   [[nodiscard]] bool is_tight(std::size_t segment) {
@@ -89,7 +89,7 @@ class Search {
     if (!tight) return sum;
     find(a, b, 0.0);
     for (const SweepContact& contact : contacts_) {
-      const double required = problem_.clearance + options_.clearance_buffer + contact.pad;
+      const double required = problem_.limits.clearance + options_.clearance_buffer + contact.pad;
       sum += options_.obstacle_weight * std::max(0.0, required - contact.distance);
     }
     return sum;

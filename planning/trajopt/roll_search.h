@@ -1,8 +1,8 @@
 #pragma once
-// Which way to lie in a narrow place. Between a level hull and one that is turned onto its side lie
-// attitudes that are wider than both, so an optimiser that follows slopes finds its way from the
-// one to the other only by luck. Here the rolls along a path are chosen from a few by dynamic
-// programming, positions and directions staying as they are.
+// The choice of roll in a narrow passage. Between a level hull and one rolled onto its side are
+// attitudes with a larger extent than both, so a gradient-based optimiser moves from one to the
+// other only by chance. Here the rolls along a path are chosen from a few candidates by dynamic
+// programming, with positions and directions unchanged.
 
 #include <span>
 #include <vector>
@@ -14,14 +14,14 @@
 namespace dive::planning {
 
 struct RollSearch {
-  std::vector<Pose> path;    ///< With the best rolls found.
+  std::vector<Pose> path;    ///< The path with the best rolls found.
   double cost = 0.0;         ///< Obstacle and turn cost of `path`.
-  double cost_before = 0.0;  ///< ... of the path as it was.
+  double cost_before = 0.0;  ///< Obstacle and turn cost of the unchanged path.
 };
 
-/// Rolls of every waypoint but the first, and but the last where the goal's attitude is fixed.
-/// Looks at the swept hull between waypoints: O(waypoints * rolls^2) distance queries near
-/// obstacles.
+/// Searches the rolls of every waypoint except the first, and except the last if the goal's
+/// attitude is fixed. Evaluates the swept hull between waypoints: O(waypoints * rolls^2) distance
+/// queries near obstacles.
 [[nodiscard]] RollSearch search_rolls(const TrajoptProblem& problem, const TrajoptOptions& options,
                                       SweepContacts& sweep, std::span<const Pose> path);
 

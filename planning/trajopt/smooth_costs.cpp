@@ -11,21 +11,21 @@ using Eigen::Vector3d;
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix212 = Eigen::Matrix<double, 2, 12>;
 
-constexpr double kStill = 1e-6;  // m: a shorter way has no direction
+constexpr double kStill = 1e-6;  // m: a shorter motion has no direction
 
 Matrix3d relevant(AttitudeMode attitude) {
   return attitude == AttitudeMode::kHorizontal ? Matrix3d(Vector3d(1, 1, 0).asDiagonal())
                                                : Matrix3d(Matrix3d::Identity());
 }
 
-// The angle vector of a unit vector b off the x axis, and its derivative by b.
+// The vector of angles between a unit vector b and the x axis, and its derivative by b.
 Vector2d off_axis(const Vector3d& b, Matrix23& derivative) {
   const Vector2d across = b.tail<2>();
   const double sine = across.norm();
   derivative.setZero();
   if (sine < 1e-9) {
     derivative.rightCols<2>().setIdentity();
-    // Straight backwards every way round is as short: turn by yaw.
+    // Straight backwards every rotation is equally short: turn by yaw.
     return b.x() > 0.0 ? across : Vector2d(M_PI, 0.0);
   }
   const double angle = std::atan2(sine, b.x());
@@ -36,7 +36,7 @@ Vector2d off_axis(const Vector3d& b, Matrix23& derivative) {
   return angle * e;
 }
 
-// z of the body's y axis: zero when it lies level.
+// z of the body's y axis: zero when level.
 double sine_of_bank(const Eigen::Quaterniond& q_WB) { return (q_WB * Vector3d::UnitY()).z(); }
 
 // Adds w |r + J x|^2 over waypoints i and i + 1 to the programme.
@@ -52,9 +52,19 @@ void add_square(double weight, const Eigen::Matrix<double, Rows, 1>& r,
   qp.gradient(i + 1).noalias() += 2.0 * weight * tail.transpose() * r;
 }
 
+// Adds w/2 |r + x_b - R x_a|^2, where R is a rotation, so R'R is the identity, and x_a, x_b are
+// three numbers, from index `at`, of waypoints i and i + 1.
+void add_pull(double weight, const Vector3d& r, const Matrix3d& R, int at, int i, BandedQp& qp) {
+  qp.hessian().diagonal(i).diagonal().segment<3>(at).array() += weight;
+  qp.hessian().diagonal(i + 1).diagonal().segment<3>(at).array() += weight;
+  qp.hessian().lower(i).block<3, 3>(at, at) -= weight * R;
+  qp.gradient(i).segment<3>(at) -= weight * R.transpose() * r;
+  qp.gradient(i + 1).segment<3>(at) += weight * r;
+}
+
 }  // namespace
 
-// A body turned by theta sees b' = b + b x theta.
+// In a body turned by theta, b becomes b' = b + b x theta.
 Vector2d heading_error_model(const Pose& a, const Pose& b, int which, AttitudeMode attitude,
                              Matrix212& J) {
   J.setZero();
@@ -110,10 +120,7 @@ void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
     const Pose& a = path[static_cast<std::size_t>(i)];
     const Pose& b = path[static_cast<std::size_t>(i) + 1];
 
-    Eigen::Matrix<double, 3, 12> J_way = Eigen::Matrix<double, 3, 12>::Zero();
-    J_way.leftCols<3>() = -Matrix3d::Identity();
-    J_way.middleCols<3>(6).setIdentity();
-    add_square<3>(stretch, b.p - a.p, J_way, i, qp);
+    add_pull(2.0 * stretch, b.p - a.p, Matrix3d::Identity(), 0, i, qp);
 
     for (const int which : {0, 1}) {
       Matrix212 J;
@@ -122,13 +129,10 @@ void SmoothCosts::add_to(std::span<const Pose> path, BandedQp& qp) const {
     }
 
     const Eigen::Quaterniond turn = a.q.conjugate() * b.q;
-    Eigen::Matrix<double, 3, 12> J_turn = Eigen::Matrix<double, 3, 12>::Zero();
-    J_turn.middleCols<3>(3) = -turn.conjugate().toRotationMatrix();
-    J_turn.rightCols<3>().setIdentity();
-    add_square<3>(turn_weight, so3_log(turn), J_turn, i, qp);
+    add_pull(2.0 * turn_weight, so3_log(turn), turn.conjugate().toRotationMatrix(), 3, i, qp);
 
-    // Turned by theta, the z component of y moves by (y x z_B) . theta, z_B being W's z seen from
-    // B.
+    // When the body turns by theta, the z component of y changes by (y x z_B) . theta, with z_B the
+    // z axis of W in B.
     const double bank = sine_of_bank(b.q);
     const Vector3d J_bank = Vector3d::UnitY().cross(b.q.conjugate() * Vector3d::UnitZ());
     qp.hessian().diagonal(i + 1).bottomRightCorner<3, 3>() +=

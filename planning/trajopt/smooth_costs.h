@@ -1,7 +1,7 @@
 #pragma once
 // The smooth terms of a path's cost: length, attitude along the motion, turning, lying level. Each
-// knows its value and adds its convex model, as a function of the step (dp in W, rotation vector in
-// B) of every waypoint, to a quadratic programme.
+// has a value and adds its convex model, as a function of the step (dp in W, rotation vector in B)
+// of every waypoint, to a quadratic programme.
 
 #include <span>
 
@@ -11,17 +11,17 @@
 
 namespace dive::planning {
 
-/// What the terms are evaluated with.
+/// Parameters of the terms.
 struct SmoothCosts {
   double length_weight = 100.0;
   double attitude_weight = 20.0;
   double turn_weight = 5.0;
   double upright_weight = 2.0;
   AttitudeMode attitude = AttitudeMode::kFree;
-  /// Length of the path about which it is modelled, m. The length term is
-  ///     E = w/2 (N sum |dp_i|^2 / L_ref + L_ref)  >=  w L,
+  /// Length of the path about which the model is built, m. The length term is
+  ///       E = w/2 (N sum |dp_i|^2 / L_ref + L_ref)  >=  w L,
   /// with equality for N even segments and L_ref = L (Cauchy-Schwarz, then the means): quadratic,
-  /// block-tridiagonal, its minimum is that of w L, and it keeps the waypoints evenly spaced.
+  /// block-tridiagonal, with the minimum of w L, and it keeps the waypoints evenly spaced.
   double reference_length = 1.0;
 
   [[nodiscard]] double value(std::span<const Pose> path) const;
@@ -31,14 +31,14 @@ struct SmoothCosts {
   void add_to(std::span<const Pose> path, BandedQp& qp) const;
 };
 
-/// Angles (rad) by which the body's x axis misses the direction of motion `way_W`: a vector along
-/// (y, z) of the body whose norm is the angle. In kHorizontal only the heading counts. Zero where
-/// there is no motion.
+/// Angles (rad) between the body's x axis and the direction of motion `way_W`: a vector along (y,
+/// z) of the body whose norm is the angle. In kHorizontal only the heading counts. Zero without
+/// motion.
 [[nodiscard]] Eigen::Vector2d heading_error(const Eigen::Quaterniond& q_WB,
                                             const Eigen::Vector3d& way_W, AttitudeMode attitude);
 
-/// The same for pose `a` (which = 0) or `b` (1) and the way from a to b, with its derivative by the
-/// steps (dp in W, rotation vector in B) of both.
+/// The heading error of pose `a` (which = 0) or `b` (1) and the motion from a to b, with its
+/// derivative by the steps (dp in W, rotation vector in B) of both.
 [[nodiscard]] Eigen::Vector2d heading_error_model(const Pose& a, const Pose& b, int which,
                                                   AttitudeMode attitude,
                                                   Eigen::Matrix<double, 2, 12>& J);

@@ -9,14 +9,15 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kLevel = 1e-3;   // m: vertices this level share the contact
-constexpr double kApart = 0.3;    // m: nearer corners count as one
-constexpr double kBeside = 0.05;  // m: farther from everything than from the plane
+constexpr double kLevel = 1e-3;  // m: vertices within this height share the contact
+constexpr double kApart = 0.3;   // m: nearer corners count as one
+// m: tolerance of a corner's distance to the obstacles above its distance to the plane
+constexpr double kBeside = 0.05;
 
 /// The part of one pose that faces an obstacle.
 struct Support {
-  double height = 0.0;                                ///< Least n . x over the vertices.
-  Eigen::Vector3d point_B = Eigen::Vector3d::Zero();  ///< Middle of the vertices at that height.
+  double height = 0.0;                                ///< Least n . x over the vertices, m.
+  Eigen::Vector3d point_B = Eigen::Vector3d::Zero();  ///< Mean of the vertices at that height.
 };
 
 Support support(std::span<const Eigen::Vector3d> vertices_B, const Pose& pose,
@@ -36,8 +37,8 @@ Support support(std::span<const Eigen::Vector3d> vertices_B, const Pose& pose,
   return result;
 }
 
-// How much of the contact is the first pose's: all of it when that is the nearer one, else as the
-// nearest point divides the way between the two supports.
+// The first pose's share of the contact: one if that pose is the nearer one, otherwise the position
+// of the nearest point between the two supports.
 double share_of_first(const Support& a, const Support& b, const Eigen::Vector3d& a_W,
                       const Eigen::Vector3d& b_W, const Eigen::Vector3d& point_W) {
   if (a.height < b.height - kLevel) return 1.0;
@@ -75,13 +76,20 @@ void SweepContacts::find(std::span<const Pose> path, double cutoff,
                          std::vector<SweepContact>& out) {
   out.clear();
   const std::size_t count = vertices_B_.size();
+  // Each pose's vertices are in two sweeps: they stay in their half of the array, and the next
+  // pose's overwrite the other.
+  const auto place = [&](std::size_t i) {
+    const Eigen::Matrix3d R_WB = path[i].q.toRotationMatrix();
+    const std::size_t half = i % 2 * count;
+    for (std::size_t k = 0; k < count; ++k) {
+      sweep_W_[half + k] = R_WB * vertices_B_[k] + path[i].p;
+    }
+  };
+  if (!path.empty()) place(0);
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Pose& a = path[i];
     const Pose& b = path[i + 1];
-    for (std::size_t k = 0; k < count; ++k) {
-      sweep_W_[k] = a * vertices_B_[k];
-      sweep_W_[count + k] = b * vertices_B_[k];
-    }
+    place(i + 1);
     const double missed = pad(angle_between(a.q, b.q));
     scene_.contacts(sweep_W_, cutoff + missed, found_);
     for (const Contact& contact : found_) {
@@ -116,7 +124,7 @@ void SweepContacts::add_corners_of(const Pose& pose, int side, double cutoff,
       return (other - vertex).norm() < kApart;
     };
     if (std::ranges::any_of(corners_, is_near)) continue;
-    // Beside the obstacle its plane means nothing.
+    // Beside the obstacle its plane has no meaning.
     if (scene_.point_distance(pose * vertex) > distance + kBeside) continue;
     corners_.push_back(vertex);
     SweepContact corner = contact;

@@ -13,15 +13,16 @@ namespace dive::planning {
 
 /// One obstacle near one segment.
 struct SweepContact {
-  int segment = 0;  ///< Between waypoints `segment` and `segment + 1`.
+  int segment = 0;  ///< First waypoint of the segment from `segment` to `segment + 1`.
   int obstacle = -1;
-  double distance = 0.0;  ///< Signed, of the hull of both poses, m.
-  double pad = 0.0;       ///< What that hull misses of the true sweep at most, m.
-  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< From the obstacle to the hull.
+  double distance = 0.0;  ///< Signed distance of the hull of both poses, m.
+  double pad = 0.0;       ///< Largest distance by which the true sweep exceeds that hull, m.
+  /// Unit normal from the obstacle to the hull.
+  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d point_on_obstacle_W = Eigen::Vector3d::Zero();
   /// d distance / d step of the two waypoints (dp in W, rotation vector in B; 6 each). The nearest
-  /// point of the hull is a mixture of points of both poses, and so is its motion (Schulman et al.
-  /// 2014, eq. 20-22).
+  /// point of the hull is a convex combination of points of both poses, and so is its motion
+  /// (Schulman et al. 2014, eq. 20-22).
   Vector12d gradient;
 };
 
@@ -35,12 +36,13 @@ class SweepContacts {
   void find(std::span<const Pose> path, double cutoff, std::vector<SweepContact>& out);
 
   /// Adds to `contacts`, found for `path`, the other corners of the hull that face the same
-  /// obstacle within `cutoff` of its nearest plane: a side that lies along a wall has two ends, and
-  /// turning takes one away from it and brings the other nearer, which no single point shows.
+  /// obstacle within `cutoff` of its nearest plane. A side along a wall has two ends: turning moves
+  /// one away and the other nearer, which no single point shows.
   void add_corners(std::span<const Pose> path, double cutoff, std::vector<SweepContact>& contacts);
 
-  /// What the hull of two poses misses of the sweep between them when the vehicle turns by `angle`
-  /// (rad): a point at radius r leaves its chord by at most r (1 - cos(angle / 2)).
+  /// Largest distance by which the sweep between two poses exceeds their hull when the vehicle
+  /// turns by `angle` (rad): a point at radius r deviates from its chord by at most r (1 -
+  /// cos(angle / 2)).
   [[nodiscard]] double pad(double angle) const;
 
  private:

@@ -6,7 +6,7 @@
 
 #include "common/assert.h"
 #include "planning/trajopt/banded_qp.h"
-#include "planning/trajopt/motion_limits.h"
+#include "planning/trajopt/kinematic_limits.h"
 #include "planning/trajopt/roll_search.h"
 #include "planning/trajopt/smooth_costs.h"
 #include "planning/trajopt/sweep_contacts.h"
@@ -15,17 +15,18 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kAcceptRatio = 0.1;  // of the decrease promised, for a step to be taken
-constexpr double kGoodRatio = 0.5;    // for the trust region to grow
+constexpr double kAcceptRatio = 0.1;  // share of the predicted decrease, for a step to be accepted
+constexpr double kGoodRatio = 0.5;    // share of it, for the trust region to grow
 constexpr double kShrink = 0.4;
 constexpr double kGrow = 1.8;
-constexpr double kLargestStep = 1.0;  // m: half a segment or so
-constexpr int kEscalations = 2;       // of the obstacle weight, when a violation stays
+constexpr double kLargestStep = 1.0;  // m: about half a segment
+constexpr int kEscalations = 2;       // increases of the obstacle weight while a violation remains
 constexpr double kEscalation = 5.0;
-constexpr double kFinely = 0.1;       // of the smallest trust region, with more weight
-constexpr double kWorthwhile = 0.05;  // of the cost, for other rolls to be tried
-constexpr double kOutline = 0.007;    // m of the hull left out: the clearance buffer covers it
+constexpr double kFinely = 0.1;       // factor on the smallest trust region, with more weight
+constexpr double kWorthwhile = 0.05;  // share of the cost, for other rolls to be tried
+constexpr double kOutline = 0.007;    // m of the hull left out, covered by the clearance buffer
 constexpr double kQpTolerance = 1e-4;
+constexpr double kPull = 0.1;  // in cost: a waypoint that could gain less is at rest
 
 double length_of(std::span<const Pose> path) {
   double length = 0.0;
@@ -33,14 +34,14 @@ double length_of(std::span<const Pose> path) {
   return length;
 }
 
-// The attitude without what its mode forbids.
+// The attitude without the components that its mode forbids.
 Eigen::Quaterniond levelled(const Eigen::Quaterniond& q, AttitudeMode attitude) {
   if (attitude == AttitudeMode::kFree) return q;
   const Eigen::Vector3d rpy = to_rpy(q);
   return from_rpy(0.0, attitude == AttitudeMode::kHorizontal ? 0.0 : rpy.y(), rpy.z());
 }
 
-// Of a waypoint's step (dp, rotation vector in B): the first axis it may turn about.
+// The first free rotation axis in a waypoint's step (dp, rotation vector in B).
 int first_free_axis(AttitudeMode attitude) {
   switch (attitude) {
     case AttitudeMode::kFree:
@@ -53,15 +54,15 @@ int first_free_axis(AttitudeMode attitude) {
   return 5;
 }
 
-/// A path and all that its cost is made of besides the smooth terms.
+/// A path and all terms of its cost except the smooth ones.
 struct Candidate {
   std::vector<Pose> path;
   std::vector<SweepContact> contacts;
-  std::vector<Hinge> hinges;  ///< Of the contacts first, one each, then all others.
+  std::vector<Hinge> hinges;  ///< One hinge per contact first, then all others.
   double hinge_cost = 0.0;
 };
 
-/// One run: the path, what is near it, and the programme that improves it.
+/// One run: the path, the contacts near it, and the programme that improves it.
 class SequentialProgramme {
  public:
   SequentialProgramme(const TrajoptProblem& problem, const TrajoptOptions& options, Scene& scene,
@@ -76,12 +77,13 @@ class SequentialProgramme {
     costs_.attitude_weight = options.attitude_weight;
     costs_.turn_weight = options.turn_weight;
     costs_.upright_weight = options.upright_weight;
-    costs_.attitude = problem.attitude;
+    costs_.attitude = problem.limits.attitude;
     now_.path.assign(initial.begin(), initial.end());
     fix_ends();
   }
 
   TrajoptResult run();
+  TrajoptAssessment assess();
 
  private:
   static constexpr int kFirstRows = 256;
@@ -98,9 +100,11 @@ class SequentialProgramme {
     return trust_m_ * options_.trust_region_rad / options_.trust_region_m;
   }
   [[nodiscard]] double required(const SweepContact& contact) const {
-    return problem_.clearance + options_.clearance_buffer + contact.pad;
+    return problem_.limits.clearance + options_.clearance_buffer + contact.pad;
   }
+  [[nodiscard]] bool is_pulled(int i);
   [[nodiscard]] double violation() const;
+  [[nodiscard]] bool is_clear() const;
   [[nodiscard]] TrajoptResult result() const;
 
   const TrajoptProblem& problem_;
@@ -113,13 +117,14 @@ class SequentialProgramme {
   double obstacle_weight_;
   double trust_m_ = 0.0;
   double least_trust_m_ = 0.0;
-  bool finely_ = false;  ///< All corners that face an obstacle, and small steps.
+  bool finely_ = false;  ///< True to use all corners that face an obstacle, and small steps.
   BandedQp qp_;
   int rows_capacity_ = kFirstRows;
   double merit_ = 0.0;
   TrajoptStatus status_ = TrajoptStatus::kIterationLimit;
   int iterations_ = 0;
   int qp_solves_ = 0;
+  long waypoints_solved_ = 0;
 };
 
 void SequentialProgramme::fix_ends() {
@@ -128,23 +133,24 @@ void SequentialProgramme::fix_ends() {
   path.back().p = problem_.goal.p;
   if (problem_.goal_attitude_fixed) path.back().q = problem_.goal.q;
   const std::size_t end = path.size() - (problem_.goal_attitude_fixed ? 1 : 0);
-  for (std::size_t i = 1; i < end; ++i) path[i].q = levelled(path[i].q, problem_.attitude);
+  for (std::size_t i = 1; i < end; ++i) path[i].q = levelled(path[i].q, problem_.limits.attitude);
 }
 
-// All that the path costs besides the smooth terms. Hinges as far off as a step can reach are
-// modelled, so that a step does not end in an obstacle that the programme did not know of.
+// Computes all terms of the cost except the smooth ones. Hinges within reach of a step are
+// modelled, so that no step ends in an obstacle that is missing in the programme.
 void SequentialProgramme::evaluate(Candidate& candidate) {
-  sweep_.find(candidate.path, problem_.clearance + options_.clearance_buffer + trust_m_,
+  sweep_.find(candidate.path, problem_.limits.clearance + options_.clearance_buffer + trust_m_,
               candidate.contacts);
   if (finely_) {
-    sweep_.add_corners(candidate.path, problem_.clearance + options_.clearance_buffer + trust_m_,
+    sweep_.add_corners(candidate.path,
+                       problem_.limits.clearance + options_.clearance_buffer + trust_m_,
                        candidate.contacts);
   }
   candidate.hinges.clear();
   add_contact_hinges(candidate);
   add_vertical_hinges(candidate);
-  add_motion_limits(candidate.path, options_.motion, problem_.attitude,
-                    problem_.goal_attitude_fixed, trust_m_, trust_rad(), candidate.hinges);
+  add_kinematic_limits(candidate.path, options_.kinematics, problem_.limits.attitude,
+                       problem_.goal_attitude_fixed, trust_m_, trust_rad(), candidate.hinges);
   candidate.hinge_cost = 0.0;
   for (const Hinge& hinge : candidate.hinges) candidate.hinge_cost += hinge.cost();
 }
@@ -158,18 +164,19 @@ void SequentialProgramme::add_contact_hinges(Candidate& candidate) const {
   }
 }
 
-// Surface and altitude. Both ends are given and not held against the path.
+// Surface and altitude. Both ends are given, and their violations are not charged to the path.
 void SequentialProgramme::add_vertical_hinges(Candidate& candidate) const {
   for (int i = 1; i + 1 < static_cast<int>(candidate.path.size()); ++i) {
     const Eigen::Vector3d& p = candidate.path[static_cast<std::size_t>(i)].p;
-    Hinge surface{.block = i, .missing = p.z() + problem_.clearance};
+    Hinge surface{.block = i, .missing = p.z() + problem_.limits.clearance};
     surface.a(2) = -1.0;
     surface.weight = options_.surface_weight;
     if (surface.missing > -trust_m_) candidate.hinges.push_back(surface);
-    if (problem_.min_altitude <= problem_.clearance) continue;  // the clearance keeps it
-    const auto ground = ground_below(scene_, p, problem_.min_altitude + 2.0 * trust_m_);
+    if (problem_.limits.min_altitude <= problem_.limits.clearance)
+      continue;  // covered by the clearance
+    const auto ground = ground_below(scene_, p, problem_.limits.min_altitude + 2.0 * trust_m_);
     if (!ground) continue;
-    Hinge altitude{.block = i, .missing = *ground + problem_.min_altitude - p.z()};
+    Hinge altitude{.block = i, .missing = *ground + problem_.limits.min_altitude - p.z()};
     altitude.a(2) = 1.0;
     altitude.weight = options_.altitude_weight;
     candidate.hinges.push_back(altitude);
@@ -179,17 +186,17 @@ void SequentialProgramme::add_vertical_hinges(Candidate& candidate) const {
 void SequentialProgramme::bound_waypoint(int i) {
   const Pose& pose = now_.path[static_cast<std::size_t>(i)];
   const bool last = i + 1 == static_cast<int>(now_.path.size());
-  if (i == 0) return;  // fixed: reset() left it so
+  if (i == 0) return;  // fixed by reset()
   Vector6d& lower = qp_.lower(i);
   Vector6d& upper = qp_.upper(i);
   if (!last) {
     lower.head<3>().setConstant(-trust_m_);
     upper.head<3>().setConstant(trust_m_);
-    lower.z() = std::clamp(problem_.min_z - pose.p.z(), -trust_m_, trust_m_);
-    upper.z() = std::clamp(problem_.max_z - pose.p.z(), lower.z(), trust_m_);
+    lower.z() = std::clamp(problem_.limits.min_z - pose.p.z(), -trust_m_, trust_m_);
+    upper.z() = std::clamp(problem_.limits.max_z - pose.p.z(), lower.z(), trust_m_);
   }
   if (last && problem_.goal_attitude_fixed) return;
-  for (int k = first_free_axis(problem_.attitude); k < 6; ++k) {
+  for (int k = first_free_axis(problem_.limits.attitude); k < 6; ++k) {
     lower(k) = -trust_rad();
     upper(k) = trust_rad();
   }
@@ -216,16 +223,16 @@ void SequentialProgramme::step_to(std::vector<Pose>& path) const {
     const Vector6d& step = qp_.x(static_cast<int>(i));
     path[i].p += step.head<3>();
     path[i].q = (path[i].q * so3_exp(step.tail<3>())).normalized();
-    if (problem_.attitude == AttitudeMode::kFlat) {
-      path[i].q = levelled(path[i].q, problem_.attitude);
+    if (problem_.limits.attitude == AttitudeMode::kFlat) {
+      path[i].q = levelled(path[i].q, problem_.limits.attitude);
     }
   }
   path.back().p = problem_.goal.p;
   if (problem_.goal_attitude_fixed) path.back().q = problem_.goal.q;
 }
 
-// One convexification, with as many shorter steps as it takes. False when the path has converged
-// or nothing helps.
+// One convexification, with as many shorter steps as needed. False if the path has converged or no
+// step improves it.
 bool SequentialProgramme::improve() {
   costs_.reference_length = std::max(length_of(now_.path), 1e-3);
   merit_ = costs_.value(now_.path) + now_.hinge_cost;
@@ -233,6 +240,7 @@ bool SequentialProgramme::improve() {
     build_programme();
     const QpSummary summary = qp_.solve({.tolerance = kQpTolerance});
     ++qp_solves_;
+    waypoints_solved_ += static_cast<long>(now_.path.size());
     if (summary.status == QpStatus::kNumericalError) {
       status_ = TrajoptStatus::kQpFailed;
       return false;
@@ -250,16 +258,23 @@ bool SequentialProgramme::improve() {
     if (decrease > kGoodRatio * promised) trust_m_ = std::min(kGrow * trust_m_, kLargestStep);
     return true;
   }
-  status_ = TrajoptStatus::kConverged;  // no step that the model can be trusted for helps
+  status_ = TrajoptStatus::kConverged;  // no step within the model's validity improves it
   return false;
 }
 
 double SequentialProgramme::violation() const {
   double worst = 0.0;
   for (const SweepContact& contact : now_.contacts) {
-    worst = std::max(worst, problem_.clearance + contact.pad - contact.distance);
+    worst = std::max(worst, problem_.limits.clearance + contact.pad - contact.distance);
   }
   return worst;
+}
+
+// The path may use up the buffer, except for the part taken by the outline.
+bool SequentialProgramme::is_clear() const {
+  return std::all_of(now_.contacts.begin(), now_.contacts.end(), [&](const auto& contact) {
+    return required(contact) - contact.distance <= options_.clearance_buffer - kOutline;
+  });
 }
 
 TrajoptResult SequentialProgramme::result() const {
@@ -269,14 +284,16 @@ TrajoptResult SequentialProgramme::result() const {
   result.merit = merit_;
   result.length_m = length_of(now_.path);
   result.violation_m = violation();
+  result.is_clear = is_clear();
   for (const SweepContact& contact : now_.contacts) {
-    const bool violates = contact.distance < problem_.clearance + contact.pad;
+    const bool violates = contact.distance < problem_.limits.clearance + contact.pad;
     const bool listed =
         !result.tight_segments.empty() && result.tight_segments.back() == contact.segment;
     if (violates && !listed) result.tight_segments.push_back(contact.segment);
   }
   result.iterations = iterations_;
   result.qp_solves = qp_solves_;
+  result.waypoints_solved = waypoints_solved_;
   result.waypoint_cost.assign(now_.path.size(), 0.0);
   for (const SweepContact& contact : now_.contacts) {
     const double cost =
@@ -301,11 +318,49 @@ TrajoptResult SequentialProgramme::run() {
     const double missing = violation();
     if (missing <= 0.0 || missing > problem_.escalate_below) break;
     obstacle_weight_ *= kEscalation;
-    // A vehicle askew between two walls gains from its last hundredth of a radian.
+    // A vehicle at an angle between two walls gains from its last hundredth of a radian.
     least_trust_m_ = kFinely * options_.min_trust_region;
     finely_ = true;
   }
   return result();
+}
+
+// True if a Newton step of waypoint i alone would gain enough in the smooth terms.
+bool SequentialProgramme::is_pulled(int i) {
+  const bool last = i + 1 == static_cast<int>(now_.path.size());
+  if (i == 0) return false;
+  const Vector6d& gradient = qp_.gradient(i);
+  const Vector6d curvature = qp_.hessian().diagonal(i).diagonal();
+  double gain = 0.0;
+  const auto add = [&](int k) {
+    if (gradient(k) != 0.0) gain += 0.5 * gradient(k) * gradient(k) / curvature(k);
+  };
+  for (int k = 0; k < 3 && !last; ++k) add(k);
+  if (last && problem_.goal_attitude_fixed) return false;
+  for (int k = first_free_axis(problem_.limits.attitude); k < 6; ++k) add(k);
+  return gain > kPull;
+}
+
+TrajoptAssessment SequentialProgramme::assess() {
+  trust_m_ = 0.0;
+  evaluate(now_);
+  costs_.reference_length = std::max(length_of(now_.path), 1e-3);
+  merit_ = costs_.value(now_.path) + now_.hinge_cost;
+  const auto blocks = static_cast<int>(now_.path.size());
+  qp_.reset(blocks);
+  costs_.add_to(now_.path, qp_);
+  TrajoptAssessment assessment;
+  assessment.pulled.resize(now_.path.size());
+  assessment.violating.resize(now_.path.size());
+  for (int i = 0; i < blocks; ++i) assessment.pulled[static_cast<std::size_t>(i)] = is_pulled(i);
+  for (const Hinge& hinge : now_.hinges) {
+    if (hinge.missing <= options_.clearance_buffer - kOutline) continue;
+    const auto i = static_cast<std::size_t>(hinge.block);
+    assessment.violating[i] = true;
+    if (i + 1 < now_.path.size()) assessment.violating[i + 1] = true;
+  }
+  assessment.path = result();
+  return assessment;
 }
 
 }  // namespace
@@ -319,9 +374,15 @@ TrajoptResult Trajopt::optimise(const TrajoptProblem& problem, std::span<const P
   return SequentialProgramme(problem, options_, scene_, sweep, initial).run();
 }
 
+TrajoptAssessment Trajopt::assess(const TrajoptProblem& problem, std::span<const Pose> path) {
+  DIVE_DEMAND(path.size() >= 2);
+  SweepContacts sweep(scene_, hull_vertices_);
+  return SequentialProgramme(problem, options_, scene_, sweep, path).assess();
+}
+
 std::optional<std::vector<Pose>> Trajopt::other_rolls(const TrajoptProblem& problem,
                                                       std::span<const Pose> path) {
-  if (problem.attitude != AttitudeMode::kFree) return std::nullopt;
+  if (problem.limits.attitude != AttitudeMode::kFree) return std::nullopt;
   SweepContacts sweep(scene_, hull_vertices_);
   RollSearch found = search_rolls(problem, options_, sweep, path);
   if (found.cost > (1.0 - kWorthwhile) * found.cost_before) return std::nullopt;

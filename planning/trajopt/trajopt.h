@@ -1,68 +1,63 @@
 #pragma once
 // Path optimisation by sequential convex programming (Schulman et al. 2014, "Motion planning with
-// sequential convex optimization and convex collision checking"; Xanthidis et al. 2020,
-// "Navigation in the presence of obstacles for an agile autonomous underwater vehicle").
+// sequential convex optimization and convex collision checking"; Xanthidis et al. 2020, "Navigation
+// in the presence of obstacles for an agile autonomous underwater vehicle").
 //
 // Waypoints s_0 .. s_N in SE(3), s_0 fixed. Minimise
 //     100 * length + 200 * sum_k max(0, D_min + pad - d_k)                          (paper eq. 1-3)
 //       + surface, altitude, attitude and turn terms + the limits of the vehicle's motion
-// over obstacles k, d_k being the signed distance between an obstacle and the convex hull of the
-// vehicle at two consecutive waypoints. `pad` covers what that hull misses of the true sweep when
-// the vehicle turns between them: r (1 - cos(dtheta / 2)), with r the hull's radius.
+// over obstacles k, with d_k the signed distance between an obstacle and the convex hull of the
+// vehicle at two consecutive waypoints. `pad` is the most that the true sweep exceeds that hull
+// when the vehicle turns between them: r (1 - cos(dtheta / 2)), with r the hull's radius.
 
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "common/se3.h"
+#include "planning/motion_limits.h"
 #include "planning/world/scene.h"
 #include "planning/world/world.h"
 
 namespace dive::planning {
 
-enum class AttitudeMode {
-  kFree,        ///< x axis along the motion, roll free.
-  kFlat,        ///< x axis along the motion, roll zero.
-  kHorizontal,  ///< Roll and pitch zero, yaw along the motion (the Window's condition).
-};
-
-/// What the vehicle and its follower can do at all.
-struct MotionLimits {
-  double turn_rad_per_m = 1.5;         ///< Change of attitude on the way, as fast as it can be had.
-  double max_turn_rad = 1.2;           ///< ... and between two waypoints.
-  double max_climb_rad = 1.2;          ///< Slope of the path, up or down.
-  double max_heading_error_rad = 0.3;  ///< Between the body's x axis and the motion.
-  double weight = 100.0;               ///< Per metre or rad beyond.
+/// Physical limits of the vehicle and its path follower.
+struct KinematicLimits {
+  double turn_rad_per_m = 1.5;         ///< Largest change of attitude per metre of path.
+  double max_turn_rad = 1.2;           ///< Largest change of attitude between two waypoints.
+  double max_climb_rad = 1.2;          ///< Largest slope of the path, up or down.
+  double max_heading_error_rad = 0.3;  ///< Largest angle between the body's x axis and the motion.
+  double weight = 100.0;               ///< Cost per metre or rad of violation.
 };
 
 struct TrajoptOptions {
-  double length_weight = 100.0;    ///< Per metre (paper).
-  double obstacle_weight = 200.0;  ///< Per metre of violation and obstacle (paper).
-  double surface_weight = 200.0;   ///< Per metre above -D_min: the hinge max(0, z + D_min).
-  double altitude_weight = 200.0;  ///< Per metre of missing altitude.
-  double attitude_weight = 20.0;   ///< Per rad^2 between the x axis and the motion.
-  double turn_weight = 5.0;        ///< Per rad^2 turned between waypoints.
-  double upright_weight = 2.0;     ///< Times the squared sine of the bank, per waypoint.
-  MotionLimits motion;
-  double clearance_buffer = 0.02;       ///< m asked beyond D_min, so that the certificate holds.
-  double trust_region_m = 0.5;          ///< Initial, on positions.
-  double trust_region_rad = 0.5;        ///< Initial, on attitudes.
-  double min_trust_region = 0.01;       ///< m; half the buffer: finer steps change nothing.
-  double improvement_tolerance = 1e-3;  ///< Relative merit change that ends the loop.
+  double length_weight = 100.0;    ///< Cost per metre (paper).
+  double obstacle_weight = 200.0;  ///< Cost per metre of violation and obstacle (paper).
+  double surface_weight = 200.0;   ///< Cost per metre above -D_min: the hinge max(0, z + D_min).
+  double altitude_weight = 200.0;  ///< Cost per metre of missing altitude.
+  double attitude_weight = 20.0;   ///< Cost per rad^2 between the x axis and the motion.
+  double turn_weight = 5.0;        ///< Cost per rad^2 turned between waypoints.
+  double upright_weight = 2.0;     ///< Cost of the squared sine of the bank, per waypoint.
+  KinematicLimits kinematics;
+  /// Margin required beyond D_min so that the certificate holds, m.
+  double clearance_buffer = 0.02;
+  double trust_region_m = 0.5;    ///< Initial trust region of positions, m.
+  double trust_region_rad = 0.5;  ///< Initial trust region of attitudes, rad.
+  /// Smallest trust region, m: half the buffer; finer steps change nothing.
+  double min_trust_region = 0.01;
+  double improvement_tolerance = 1e-3;  ///< Relative change of merit at which the loop ends.
   int max_iterations = 60;
 };
 
 struct TrajoptProblem {
   Pose start;
-  Pose goal;  ///< Position fixed; attitude fixed when `goal_attitude_fixed`.
+  Pose goal;  ///< Goal with fixed position; attitude fixed if `goal_attitude_fixed`.
   bool goal_attitude_fixed = false;
-  AttitudeMode attitude = AttitudeMode::kFree;
-  double clearance = 0.6;  ///< D_min, m.
-  /// m: when a violation up to this stays, the obstacles are made to weigh more, and more again.
+  /// Limits of the path. Depths are hard bounds on positions; a min_altitude beyond D_min is a
+  /// cost. The optimiser does not use reduced_clearance and goal_tolerance.
+  MotionLimits limits;
+  /// Largest remaining violation (m) at which the weight of the obstacles is increased, repeatedly.
   double escalate_below = 0.6;
-  double min_z = -50.0;       ///< Depth limit, m (hard bound on positions).
-  double max_z = 0.0;         ///< Upper limit, m (hard bound on positions).
-  double min_altitude = 0.0;  ///< m above what is straight below; only a demand beyond D_min costs.
 };
 
 enum class TrajoptStatus { kConverged, kIterationLimit, kQpFailed };
@@ -72,26 +67,43 @@ struct TrajoptResult {
   std::vector<Pose> waypoints;
   double merit = 0.0;
   double length_m = 0.0;
-  double violation_m = 0.0;         ///< Largest max(0, D_min - d) over segments and obstacles.
-  std::vector<int> tight_segments;  ///< Those that violate D_min, ascending.
-  /// Obstacle cost charged to each waypoint (half of each adjoining segment's): where a local
-  /// minimum hurts most is where the warm start puts its virtual obstacle.
+  double violation_m = 0.0;  ///< Largest max(0, D_min - d) over segments and obstacles.
+  /// True if D_min is kept with a margin at which the true hull should also keep it.
+  bool is_clear = false;
+  std::vector<int> tight_segments;  ///< Indices of the segments that violate D_min, ascending.
+  /// Obstacle cost per waypoint (half of each adjoining segment's). The warm start puts its virtual
+  /// obstacle at the largest.
   std::vector<double> waypoint_cost;
   int iterations = 0;
   int qp_solves = 0;
+  /// Number of waypoints over all programmes solved, a measure of the work.
+  long waypoints_solved = 0;
+};
+
+/// Assessment of an unchanged path: see Trajopt::assess.
+struct TrajoptAssessment {
+  TrajoptResult path;           ///< Result as after a run without iterations.
+  std::vector<bool> pulled;     ///< Waypoints whose own step could improve the path.
+  std::vector<bool> violating;  ///< Waypoints of a segment that violates a limit.
 };
 
 class Trajopt {
  public:
-  /// Keeps references: world scene and hull must outlive it.
+  /// Stores references: the scene of the world and the hull must outlive it.
   Trajopt(Scene& scene, const RobotHull& hull, TrajoptOptions options = {});
+
+  /// Does not change the hull's outline, which the constructor computes.
+  void set_options(const TrajoptOptions& options) { options_ = options; }
 
   /// Optimises from `initial` (at least two poses; ends are overwritten with start and goal).
   [[nodiscard]] TrajoptResult optimise(const TrajoptProblem& problem,
                                        std::span<const Pose> initial);
 
-  /// `path` with other rolls, when those look better; see roll_search.h. Nothing otherwise, and in
-  /// modes that leave no choice.
+  /// The initial path of optimise(), and the waypoints that it would change.
+  [[nodiscard]] TrajoptAssessment assess(const TrajoptProblem& problem, std::span<const Pose> path);
+
+  /// `path` with other rolls, if those have a lower cost; see roll_search.h. Absent otherwise, and
+  /// in modes that fix the roll.
   [[nodiscard]] std::optional<std::vector<Pose>> other_rolls(const TrajoptProblem& problem,
                                                              std::span<const Pose> path);
 
@@ -102,7 +114,7 @@ class Trajopt {
 };
 
 /// Straight line from start to goal with one waypoint per `spacing` m (at least 3 waypoints),
-/// attitudes as `mode` asks.
+/// attitudes according to `mode`.
 [[nodiscard]] std::vector<Pose> straight_line(const Pose& start, const Pose& goal,
                                               AttitudeMode mode, double spacing);
 

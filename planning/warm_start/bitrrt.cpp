@@ -45,7 +45,7 @@ class Motions final : public ob::MotionValidator {
   }
   bool checkMotion(const ob::State* from, const ob::State* to,
                    std::pair<ob::State*, double>& last_valid) const override {
-    last_valid.second = 0.0;  // Part of a motion is of no use to the planner here.
+    last_valid.second = 0.0;  // Part of a motion is of no use to this planner.
     return checkMotion(from, to);
   }
 
@@ -53,7 +53,7 @@ class Motions final : public ob::MotionValidator {
   const FreeSpace& space_;
 };
 
-// The cost map of T-RRT: how much of the preferred clearance is missing, in [0, 1].
+// The cost map of T-RRT: the missing share of the preferred clearance, in [0, 1].
 class Tightness final : public ob::MechanicalWorkOptimizationObjective {
  public:
   Tightness(const ob::SpaceInformationPtr& information, const FreeSpace& space, double preferred)
@@ -89,8 +89,8 @@ std::vector<Vector3d> positions_of(const ompl::geometric::PathGeometric& path) {
   return positions;
 }
 
-// OMPL's generators take their seeds from one global sequence at construction, so a query owns that
-// sequence from seeding it until the planner is gone.
+// OMPL's generators take their seeds from one global sequence at construction, so a query locks
+// that sequence from seeding it until the planner is destroyed.
 std::mutex& global_seed() {
   static std::mutex mutex;
   return mutex;
@@ -101,7 +101,7 @@ std::mutex& global_seed() {
 std::optional<std::vector<Vector3d>> bitrrt(const FreeSpace& space, const BiTrrtQuery& query) {
   const std::lock_guard<std::mutex> lock(global_seed());
   ompl::msg::noOutputHandler();
-  // OMPL draws 32 bits and does not take 0.
+  // OMPL uses 32 bits and does not accept 0.
   ompl::RNG::setSeed(static_cast<std::uint_fast32_t>(query.seed % 0xfffffffbU + 1U));
 
   const auto states = make_space(query.region);

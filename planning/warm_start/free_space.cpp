@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace dive::planning {
@@ -10,9 +11,22 @@ using Eigen::Vector3d;
 
 FreeSpace::FreeSpace(const Scene& scene, double radius,
                      std::vector<VirtualObstacle> virtual_obstacles)
-    : scene_(scene), radius_(radius), virtual_obstacles_(std::move(virtual_obstacles)) {}
+    : scene_(scene), radius_(radius), virtual_obstacles_(std::move(virtual_obstacles)) {
+  // No position equals NaN.
+  known_.fill({Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()), 0.0});
+}
 
 double FreeSpace::slack(const Vector3d& p_W) const {
+  for (const Known& known : known_) {
+    if (known.p_W == p_W) return known.slack;
+  }
+  known_[oldest_] = {p_W, measure(p_W)};
+  const double slack = known_[oldest_].slack;
+  oldest_ = (oldest_ + 1) % kKnown;
+  return slack;
+}
+
+double FreeSpace::measure(const Vector3d& p_W) const {
   double least = scene_.point_distance(p_W) - radius_;
   for (const VirtualObstacle& ball : virtual_obstacles_) {
     least = std::min(least, (p_W - ball.centre_W).norm() - ball.radius);
@@ -22,19 +36,21 @@ double FreeSpace::slack(const Vector3d& p_W) const {
 
 bool FreeSpace::is_free(const Vector3d& from_W, const Vector3d& to_W) const {
   const double length = (to_W - from_W).norm();
-  if (slack(to_W) < 0.0) return false;
+  const double free_at_end = slack(to_W);
+  if (free_at_end < 0.0) return false;
+  double free = slack(from_W);
   double done = 0.0;
-  while (done < length) {
-    const double free = slack(from_W + (to_W - from_W) * (done / length));
-    if (free < 0.0) return false;
+  while (free >= 0.0) {
     done += std::max(free, kStep);
+    if (done + free_at_end >= length) return true;
+    free = measure(from_W + (to_W - from_W) * (done / length));
   }
-  return true;
+  return false;
 }
 
 namespace {
 
-// From each point to the farthest later one in sight.
+// From each point to the farthest later one that a free straight leg reaches.
 std::vector<Vector3d> cut_corners(const FreeSpace& space, const std::vector<Vector3d>& path) {
   std::vector<Vector3d> result{path.front()};
   std::size_t at = 0;

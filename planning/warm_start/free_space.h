@@ -1,8 +1,10 @@
 #pragma once
-// Where a ball of some radius may be: away from the world and outside virtual obstacles. Motions
-// are checked by stepping as far as the free distance allows, so a free motion of any length in
-// open water takes one or two looks, and none is skipped.
+// The free positions of a ball of some radius: away from the world and outside virtual obstacles.
+// Motions are checked in steps of the free distance, so a free motion of any length in open water
+// takes one or two queries, and no obstacle is skipped.
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,24 +16,37 @@ namespace dive::planning {
 
 class FreeSpace {
  public:
-  /// Keeps a reference to `scene`.
+  /// Stores a reference to `scene`.
   FreeSpace(const Scene& scene, double radius, std::vector<VirtualObstacle> virtual_obstacles);
 
-  /// How far a position may move in any direction and stay free; negative when it is not.
+  /// Distance by which a position may move in any direction and stay free, m; negative if it is not
+  /// free.
   [[nodiscard]] double slack(const Eigen::Vector3d& p_W) const;
-  /// Is the straight motion free? Holds to within kStep / 2 of the radius.
+  /// True if the straight motion is free, to within kStep / 2 of the radius.
   [[nodiscard]] bool is_free(const Eigen::Vector3d& from_W, const Eigen::Vector3d& to_W) const;
 
-  static constexpr double kStep = 0.01;  ///< m, least step along a motion.
+  static constexpr double kStep = 0.01;  ///< Least step along a motion, m.
 
  private:
+  [[nodiscard]] double measure(const Eigen::Vector3d& p_W) const;
+
   const Scene& scene_;
   double radius_;
   std::vector<VirtualObstacle> virtual_obstacles_;
+
+  // Cached slack of a position. A search queries the same position repeatedly: whether it is free,
+  // its cost, and as the end of a motion.
+  struct Known {
+    Eigen::Vector3d p_W;
+    double slack;
+  };
+  static constexpr std::size_t kKnown = 4;
+  mutable std::array<Known, kKnown> known_;
+  mutable std::size_t oldest_ = 0;
 };
 
-/// A polyline with the same ends whose legs are free, no longer than `path`: from each point on to
-/// the farthest that can be reached straight, forward and then backward.
+/// A polyline with the same ends and free legs, no longer than `path`: from each point a straight
+/// leg to the farthest reachable point, forward and then backward.
 [[nodiscard]] std::vector<Eigen::Vector3d> shorten(const FreeSpace& space,
                                                    const std::vector<Eigen::Vector3d>& path,
                                                    double spacing);

@@ -12,14 +12,14 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFinestLook = 0.02;  // m: walls thinner than that are not looked for
+constexpr double kFinestLook = 0.02;  // m: thinner walls may be missed
 
 class Grid {
  public:
   Grid(const Scene& scene, const WidestPathQuery& query) : scene_(scene), query_(query) {
     const Vector3d size = query.region.sizes().cwiseMax(query.finest_cell);
     cell_ = std::max(query.finest_cell, std::cbrt(size.prod() / query.max_cells));
-    // A flat region has few layers, so that the cube root may ask for more cells than allowed.
+    // A flat region has few layers, so the cube root may give more cells than allowed.
     while (shape_for(size).cast<double>().prod() > query.max_cells) cell_ *= 1.1;
     shape_ = shape_for(size);
     const auto cells = static_cast<std::size_t>(shape_.prod());
@@ -33,7 +33,7 @@ class Grid {
   std::optional<WidestPath> search() {
     const int start = nearest_cell(query_.start_W);
     const int goal = nearest_cell(query_.goal_W);
-    // Start and goal are as they are: their cells have all the room that is asked for.
+    // Start and goal are given: their cells count as having the largest clearance.
     distance_[at(start)] = distance_[at(goal)] = query_.enough;
     room_[at(start)] = query_.enough;
     queue_.push({query_.enough, 0.0, start});
@@ -53,7 +53,7 @@ class Grid {
     double room;
     double length;
     int cell;
-    // The roomiest first, then the shortest; then by number, so that the order is always the same.
+    // Largest clearance first, then shortest; then by number, so that the order is deterministic.
     bool operator<(const Entry& other) const {
       if (room != other.room) return room < other.room;
       if (length != other.length) return length > other.length;
@@ -85,7 +85,8 @@ class Grid {
     return known;
   }
 
-  // Room between two points whose own is known. Where their balls overlap nothing is in between.
+  // Clearance between two points with known clearance. Where their balls overlap there is no
+  // obstacle.
   [[nodiscard]] double room_between(const Vector3d& a, double room_a, const Vector3d& b,
                                     double room_b) const {
     const double length = (b - a).norm();
@@ -125,7 +126,7 @@ class Grid {
   [[nodiscard]] WidestPath path_to(int goal) const {
     WidestPath result;
     result.radius = room_[at(goal)];
-    // Any way runs within half a cell's diagonal of a chain of centres, where the room differs by
+    // Any path runs within half a cell's diagonal of a chain of centres, whose clearance differs by
     // no more than that.
     result.bound = result.radius + 0.5 * std::sqrt(3.0) * cell_;
     for (int cell = goal; cell >= 0; cell = parent_[at(cell)]) {

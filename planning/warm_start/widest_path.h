@@ -1,7 +1,8 @@
 #pragma once
-// The way that a ball has most room on: what a sampling planner cannot say when it finds nothing.
-// Dijkstra's algorithm over a grid with the bottleneck instead of the length as its cost (Pollack
-// 1960, "The maximum capacity through a network"), distances looked up only where it comes.
+// The path with the largest clearance for a ball, which a sampling planner that finds no path
+// cannot give. Dijkstra's algorithm over a grid with the bottleneck instead of the length as its
+// cost (Pollack 1960, "The maximum capacity through a network"); distances are computed only where
+// the search arrives.
 
 #include <optional>
 #include <vector>
@@ -16,22 +17,23 @@ namespace dive::planning {
 struct WidestPathQuery {
   Eigen::Vector3d start_W;
   Eigen::Vector3d goal_W;
-  Eigen::AlignedBox3d region;  ///< Positions that may be used.
-  double enough = 1.0;         ///< m: more room than that is worth nothing, a shorter way is.
-  double finest_cell = 0.2;    ///< m; coarser where the region would have more cells than ...
-  int max_cells = 1'000'000;   ///< ... that.
+  Eigen::AlignedBox3d region;  ///< Allowed positions.
+  double enough = 1.0;         ///< Clearance beyond which only a shorter path is better, m.
+  /// Finest cell, m; coarser if the region would have more than `max_cells`.
+  double finest_cell = 0.2;
+  int max_cells = 1'000'000;  ///< Limit of cells in the region.
 };
 
 struct WidestPath {
-  std::vector<Eigen::Vector3d> positions;  ///< From start to goal, a cell apart.
-  /// Least distance between the positions and the nearest obstacle, at most `enough`; what start
-  /// and goal themselves have does not count.
+  std::vector<Eigen::Vector3d> positions;  ///< Positions from start to goal, one cell apart.
+  /// Least distance between the positions and the nearest obstacle, at most `enough`, m; excludes
+  /// start and goal themselves.
   double radius = 0.0;
-  /// No way within the region has more room than that, m.
+  /// Upper bound on the clearance of any path within the region, m.
   double bound = 0.0;
 };
 
-/// Nothing when start and goal are not connected.
+/// Absent if start and goal are not connected.
 [[nodiscard]] std::optional<WidestPath> widest_path(const Scene& scene,
                                                     const WidestPathQuery& query);
 

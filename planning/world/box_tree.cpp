@@ -32,7 +32,7 @@ void BoxTree::build(std::uint32_t first, std::uint32_t count) {
   Eigen::Index axis = 0;
   middles.sizes().maxCoeff(&axis);
   const std::uint32_t half = count / 2;
-  // Ties by index, so that the order is the same on every standard library.
+  // Ties by index, so that the order is the same with every standard library.
   std::nth_element(items_.begin() + first, items_.begin() + first + half,
                    items_.begin() + first + count, [&](const Item& a, const Item& b) {
                      const double difference = middle(a, axis) - middle(b, axis);

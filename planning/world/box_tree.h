@@ -1,5 +1,5 @@
 #pragma once
-// The broadphase: a tree of boxes, built once over obstacles that stay where they are.
+// The broadphase: a tree of boxes, built once over static obstacles.
 
 #include <cmath>
 #include <cstdint>
@@ -11,17 +11,16 @@
 
 namespace dive::planning {
 
-/// Halves the boxes at the median along their longest spread until a few are left; every node knows
-/// the box around what is below it. Visits skip whole branches by their box. Why not FCL's: see
-/// bench/world_bench.cpp, where both run.
+/// Splits the boxes at the median along their longest spread until a few are left; every node
+/// stores the box around its subtree. Visits skip whole branches by their box.
+/// bench/world_bench.cpp compares it with FCL's tree.
 class BoxTree {
  public:
   explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
 
-  /// Calls `visit(index)` for boxes that are no farther from `query` (a box or a point) than the
-  /// reach, in some fixed order, nearer branches first. `visit` returns the reach from then on, m:
-  /// a search for the nearest lowers it, a search for all keeps it, one that has ended makes it
-  /// negative.
+  /// Calls `visit(index)` for boxes no farther from `query` (a box or a point) than the reach, in a
+  /// fixed order, nearer branches first. `visit` returns the new reach, m: a search for the nearest
+  /// lowers it, a search for all keeps it, and a negative value ends the search.
   template <class Query, class Visit>
   void visit(const Query& query, double reach, Visit&& visit) const {
     if (!nodes_.empty()) descend(0, query, reach, visit);
@@ -30,7 +29,7 @@ class BoxTree {
  private:
   static constexpr std::uint32_t kLeafSize = 4;
 
-  // A leaf holds items [first, first + count); an inner node has count 0, its left child next to it
+  // A leaf has items [first, first + count); an inner node has count 0, its left child next to it
   // and its right child at `first`.
   struct Node {
     Eigen::AlignedBox3d box;

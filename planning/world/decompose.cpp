@@ -1,16 +1,20 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <optional>
-#include <queue>
+#include <span>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "planning/world/box_tree.h"
+#include "planning/world/hull_fit.h"
 #include "planning/world/mesh.h"
 #include "planning/world/nearest_in_hull.h"
+#include "planning/world/triangle_soup.h"
 
 namespace dive::planning {
 namespace {
@@ -19,206 +23,103 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 constexpr double kRounding = 1e-6;        // m: pieces are larger than their hull by this
-constexpr double kSimplify = 0.2;         // of the tolerance: what a corner left out may cost
-constexpr std::size_t kMostCorners = 24;  // of a piece
-constexpr std::size_t kMostParts = 5;     // before they are joined, for each piece allowed
+constexpr double kSimplify = 0.2;         // share of the tolerance that leaving out corners may use
+constexpr std::size_t kMostCorners = 24;  // limit per piece
+constexpr std::size_t kMostParts = 5;     // limit before joining, for each piece allowed
 
-// Nearest point of a triangle; Ericson, Real-Time Collision Detection, 5.1.5: by the Voronoi region
-// that p lies in.
-Vector3d nearest_in_triangle(const std::array<Vector3d, 3>& t, const Vector3d& p) {
-  const Vector3d ab = t[1] - t[0];
-  const Vector3d ac = t[2] - t[0];
-  const Vector3d ap = p - t[0];
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return t[0];
-  const Vector3d bp = p - t[1];
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return t[1];
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return t[0] + d1 / (d1 - d3) * ab;
-  const Vector3d cp = p - t[2];
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return t[2];
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return t[0] + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    return t[1] + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t[2] - t[1]);
+// Triangles of a soup, by number: a range of the one array that all patches share.
+using Patch = std::span<std::uint32_t>;
+
+// Area, first and second moments of a triangle, or of several, about an origin near them.
+struct Moments {
+  double area = 0.0;
+  Vector3d first = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+
+  void add(const Moments& other) {
+    area += other.area;
+    first += other.first;
+    second += other.second;
   }
-  return t[0] + (vb * ab + vc * ac) / (va + vb + vc);
-}
-
-// The whole surface, asked for its distance.
-class Soup {
- public:
-  explicit Soup(std::vector<std::array<Vector3d, 3>> triangles)
-      : triangles_(std::move(triangles)), tree_(boxes_of(triangles_)) {}
-
-  [[nodiscard]] double distance(std::size_t triangle, const Vector3d& p) const {
-    return (nearest_in_triangle(triangles_[triangle], p) - p).norm();
-  }
-  // The triangle nearest to p, if one is within `reach`.
-  [[nodiscard]] std::optional<std::size_t> nearest(const Vector3d& p, double reach) const {
-    std::optional<std::size_t> best;
-    tree_.visit(p, reach, [&](std::size_t i) {
-      if (const double d = distance(i, p); d <= reach) {
-        reach = d;
-        best = i;
-      }
-      return reach;
-    });
-    return best;
-  }
-
-  [[nodiscard]] const std::vector<std::array<Vector3d, 3>>& triangles() const { return triangles_; }
-
- private:
-  static std::vector<AlignedBox3d> boxes_of(const std::vector<std::array<Vector3d, 3>>& triangles) {
-    std::vector<AlignedBox3d> boxes;
-    boxes.reserve(triangles.size());
-    for (const auto& t : triangles) {
-      boxes.emplace_back(t[0]);
-      boxes.back().extend(t[1]).extend(t[2]);
-    }
-    return boxes;
-  }
-
-  std::vector<std::array<Vector3d, 3>> triangles_;
-  BoxTree tree_;
-};
-
-using Polygon = std::vector<Vector3d>;  // Flat and convex: a triangle, or what was cut off one.
-using Patch = std::vector<Polygon>;
-
-AlignedBox3d box_of(const Polygon& polygon) {
-  AlignedBox3d box;
-  for (const Vector3d& v : polygon) box.extend(v);
-  return box;
-}
-
-// Both sides of the plane x[axis] = at (Sutherland and Hodgman 1974).
-std::pair<Polygon, Polygon> cut(const Polygon& polygon, Eigen::Index axis, double at) {
-  std::pair<Polygon, Polygon> sides;
-  auto& [below, above] = sides;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector3d& a = polygon[i];
-    const Vector3d& b = polygon[(i + 1) % polygon.size()];
-    if (a[axis] <= at) below.push_back(a);
-    if (a[axis] >= at) above.push_back(a);
-    if ((a[axis] - at) * (b[axis] - at) >= 0.0) continue;
-    Vector3d crossing = a + (at - a[axis]) / (b[axis] - a[axis]) * (b - a);
-    crossing[axis] = at;
-    below.push_back(crossing);
-    above.push_back(crossing);
-  }
-  return sides;
-}
-
-// The polygons, cut where they are larger than that.
-Patch cut_to_size(std::vector<std::array<Vector3d, 3>> triangles, double largest) {
-  Patch todo;
-  for (const auto& t : triangles) todo.emplace_back(t.begin(), t.end());
-  Patch small;
-  while (!todo.empty()) {
-    const Polygon polygon = std::move(todo.back());
-    todo.pop_back();
-    const AlignedBox3d box = box_of(polygon);
-    if (box.diagonal().norm() <= largest) {
-      small.push_back(polygon);
-      continue;
-    }
-    Eigen::Index axis = 0;
-    box.sizes().maxCoeff(&axis);
-    auto [below, above] = cut(polygon, axis, box.center()[axis]);
-    todo.push_back(std::move(below));
-    todo.push_back(std::move(above));
-  }
-  return small;
-}
-
-// The volume, but for a factor, of the ellipsoid with the moments of an area: what a division is to
-// make small. It punishes sides that are not flat, and sides that lie among each other.
-class Spread {
- public:
-  void add(const Polygon& polygon) {
-    for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
-      const std::array<Vector3d, 3> t{polygon[0], polygon[i], polygon[i + 1]};
-      const double area = (t[1] - t[0]).cross(t[2] - t[0]).norm() / 2.0;
-      const Vector3d sum = t[0] + t[1] + t[2];
-      area_ += area;
-      first_ += area / 3.0 * sum;
-      second_ += area / 12.0 * (sum * sum.transpose());
-      for (const Vector3d& v : t) second_ += area / 12.0 * (v * v.transpose());
-    }
-  }
-  [[nodiscard]] double volume() const {
-    if (area_ <= 0.0) return 0.0;
-    const Vector3d mean = first_ / area_;
+  // Measure of the volume of the ellipsoid with these moments, which a division should minimise: it
+  // penalises sides that are not flat, and sides that overlap.
+  [[nodiscard]] double spread() const {
+    if (area <= 0.0) return 0.0;
+    const Vector3d mean = first / area;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-        second_ / area_ - mean * mean.transpose(), Eigen::EigenvaluesOnly);
+        second / area - mean * mean.transpose(), Eigen::EigenvaluesOnly);
     return std::sqrt(std::max(solver.eigenvalues().prod(), 0.0));
   }
-
- private:
-  double area_ = 0.0;
-  Vector3d first_ = Vector3d::Zero();
-  Eigen::Matrix3d second_ = Eigen::Matrix3d::Zero();
 };
 
-// Unit normal, turned so that opposite ones agree: which way a triangle faces means nothing.
-Vector3d normal_of(const Polygon& polygon) {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
-    sum += (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]);
-  }
-  Eigen::Index largest = 0;
-  sum.cwiseAbs().maxCoeff(&largest);
-  return (sum(largest) < 0.0 ? -1.0 : 1.0) * sum.normalized();
+Moments moments_of(const std::array<Vector3d, 3>& t) {
+  Moments moments;
+  const Vector3d sum = t[0] + t[1] + t[2];
+  moments.area = (t[1] - t[0]).cross(t[2] - t[0]).norm() / 2.0;
+  moments.first = moments.area / 3.0 * sum;
+  moments.second = sum * sum.transpose();
+  for (const Vector3d& v : t) moments.second += v * v.transpose();
+  moments.second *= moments.area / 12.0;
+  return moments;
 }
 
-// Puts each polygon on one of two sides, by where it is or by how it lies, so that the sides are as
-// flat as can be.
-std::pair<Patch, Patch> divide(Patch patch) {
-  constexpr int kKeys = 6;
-  std::array<std::vector<double>, kKeys> keys;
-  for (const Polygon& polygon : patch) {
-    const Vector3d centre = box_of(polygon).center();
-    const Vector3d normal = normal_of(polygon);
-    for (int k = 0; k < 3; ++k) {
-      keys[static_cast<std::size_t>(k)].push_back(centre(k));
-      keys[static_cast<std::size_t>(k) + 3].push_back(normal(k));
+// Criteria for dividing a patch: the centre of a triangle's box, and its unit normal, with opposite
+// normals made equal, because a triangle's orientation has no meaning.
+using Keys = Eigen::Matrix<double, 6, 1>;
+
+Keys keys_of(const std::array<Vector3d, 3>& t) {
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  Eigen::Index largest = 0;
+  normal.cwiseAbs().maxCoeff(&largest);
+  Keys keys;
+  keys << AlignedBox3d(t[0]).extend(t[1]).extend(t[2]).center(),
+      (normal(largest) < 0.0 ? -1.0 : 1.0) * normal.normalized();
+  return keys;
+}
+
+// Cuts a patch in two, by the position or the orientation of its triangles, so that both sides are
+// as flat as possible.
+std::pair<Patch, Patch> divide(Patch patch, const TriangleSoup& soup) {
+  Keys low = Keys::Constant(std::numeric_limits<double>::infinity());
+  Keys high = -low;
+  for (const std::uint32_t i : patch) {
+    const Keys keys = keys_of(soup.corners(i));
+    low = low.cwiseMin(keys);
+    high = high.cwiseMax(keys);
+  }
+  Keys middle = low + (high - low) / 2.0;
+  for (Eigen::Index k = 0; k < middle.size(); ++k) {
+    middle(k) = std::min(middle(k), std::nextafter(high(k), low(k)));
+  }
+  const Vector3d origin = middle.head<3>();
+  std::array<std::array<Moments, 2>, 6> sides;
+  for (const std::uint32_t i : patch) {
+    std::array<Vector3d, 3> t = soup.corners(i);
+    const Keys keys = keys_of(t);
+    for (Vector3d& v : t) v -= origin;
+    const Moments moments = moments_of(t);
+    for (std::size_t k = 0; k < sides.size(); ++k) {
+      const auto key = static_cast<Eigen::Index>(k);
+      sides[k][keys(key) > middle(key) ? 1 : 0].add(moments);
     }
   }
-  double best = std::numeric_limits<double>::infinity();
-  std::vector<bool> best_side(patch.size());
-  for (const std::vector<double>& key : keys) {
-    const auto [low, high] = std::ranges::minmax(key);
-    if (!(high > low)) continue;
-    const double middle = std::min(low + (high - low) / 2.0, std::nextafter(high, low));
-    std::array<Spread, 2> spreads;
-    std::vector<bool> side;
-    for (std::size_t i = 0; i < patch.size(); ++i) {
-      side.push_back(key[i] > middle);
-      spreads[side.back() ? 1 : 0].add(patch[i]);
-    }
-    const double cost = spreads[0].volume() + spreads[1].volume();
-    if (cost < best) {
-      best = cost;
-      best_side = std::move(side);
-    }
+  Eigen::Index best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < sides.size(); ++k) {
+    const auto key = static_cast<Eigen::Index>(k);
+    const double cost = sides[k][0].spread() + sides[k][1].spread();
+    if (!(high(key) > low(key)) || !(cost < least)) continue;
+    least = cost;
+    best = key;
   }
-  // Nothing tells them apart: any half will do.
-  if (!std::isfinite(best)) {
-    for (std::size_t i = 0; i < patch.size() / 2; ++i) best_side[i] = true;
+  // If nothing distinguishes them, any half will do.
+  std::size_t half = patch.size() / 2;
+  if (best >= 0) {
+    const auto above = std::ranges::stable_partition(
+        patch, [&](std::uint32_t i) { return keys_of(soup.corners(i))(best) <= middle(best); });
+    half = patch.size() - above.size();
   }
-  std::pair<Patch, Patch> sides;
-  for (std::size_t i = 0; i < patch.size(); ++i) {
-    (best_side[i] ? sides.second : sides.first).push_back(std::move(patch[i]));
-  }
-  return sides;
+  return {patch.first(half), patch.subspan(half)};
 }
 
 std::vector<Vector3d> distinct(std::vector<Vector3d> points) {
@@ -231,8 +132,8 @@ std::vector<Vector3d> distinct(std::vector<Vector3d> points) {
   return points;
 }
 
-// Some of the points, few, and a radius that holds the others: those farthest out, one at a time.
-// Nothing when it would take too many.
+// A small subset of the points, with a radius that covers the others; adds the farthest point, one
+// at a time. Absent if it would need too many.
 std::optional<Polytope> simplify(std::vector<Vector3d> points, double slack) {
   Polytope piece;
   for (int axis = 0; axis < 3; ++axis) {
@@ -264,106 +165,86 @@ std::optional<Polytope> simplify(std::vector<Vector3d> points, double slack) {
   return piece;
 }
 
-// Axes along which the points spread most and least: boxes along them fit a flat piece closely.
-Eigen::Matrix3d principal_axes(const std::vector<Vector3d>& points) {
-  Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& v : points) mean += v / static_cast<double>(points.size());
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const Vector3d& v : points) spread += (v - mean) * (v - mean).transpose();
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
-}
-
-// Is every point of the piece within `tolerance` of the surface? Asked of ever smaller boxes that
-// hold the piece: the distance to one triangle is convex, so a box is near it when its corners are.
-// A margin makes boxes as small as that need no smaller ones: some snug pieces are refused.
-bool is_snug(const Polytope& piece, const Soup& soup, double tolerance) {
-  const double reach = tolerance - piece.radius;
-  const double margin = 0.25 * tolerance;
-  // What is not snug mostly shows it half way between two corners.
-  for (const Vector3d& a : piece.vertices) {
-    for (const Vector3d& b : piece.vertices) {
-      if (!soup.nearest((a + b) / 2.0, reach - margin)) return false;
-    }
-  }
-  const Eigen::Matrix3d axes = principal_axes(piece.vertices);
-  AlignedBox3d all;
-  for (const Vector3d& v : piece.vertices) all.extend(axes.transpose() * v);
-  std::queue<AlignedBox3d> boxes;
-  boxes.push(all);
-  while (!boxes.empty()) {
-    const AlignedBox3d box = boxes.front();
-    boxes.pop();
-    const Vector3d centre = axes * box.center();
-    if (const auto triangle = soup.nearest(centre, reach)) {
-      bool near = true;
-      for (int corner = 0; corner < 8 && near; ++corner) {
-        const Vector3d c = axes * box.corner(static_cast<AlignedBox3d::CornerType>(corner));
-        near = soup.distance(*triangle, c) <= reach;
-      }
-      if (near) continue;
-    }
-    // No point of the hull in this box is farther from x than from the centre of the box.
-    const double radius = box.diagonal().norm() / 2.0;
-    const Vector3d x = nearest_in_hull(piece.vertices, centre);
-    if ((x - centre).norm() > radius) continue;
-    if (!soup.nearest(x, reach - margin)) return false;
-    if (radius <= margin) continue;
-    Eigen::Index axis = 0;
-    box.sizes().maxCoeff(&axis);
-    AlignedBox3d low = box;
-    AlignedBox3d high = box;
-    low.max()[axis] = high.min()[axis] = box.center()[axis];
-    boxes.push(low);
-    boxes.push(high);
-  }
-  return true;
-}
-
-// A part of the surface and the piece that stands for it.
+// A part of the surface and the piece that represents it.
 struct Part {
-  std::vector<Vector3d> points;
+  std::vector<std::uint32_t> vertices;  // Vertices of the mesh, unique, in ascending order.
   Polytope piece;
   AlignedBox3d box;
-  int joined = 0;  // In which of the merger's passes it last grew.
+  int joined = 0;  // The last pass of the merger in which the part grew.
 };
 
-AlignedBox3d box_of(const std::vector<Vector3d>& points, double margin) {
-  AlignedBox3d box;
-  for (const Vector3d& v : points) box.extend(v);
-  box.min().array() -= margin;
-  box.max().array() += margin;
-  return box;
-}
+// Makes parts from patches, and from other parts.
+class PartMaker {
+ public:
+  PartMaker(const TriangleMesh& mesh, const TriangleSoup& soup, const DecompositionOptions& options)
+      : mesh_(mesh), soup_(soup), options_(options) {}
 
-// The hull of the points, if it is snug; of one polygon it always is.
-std::optional<Part> part_of(std::vector<Vector3d> points, const Soup& soup,
-                            const DecompositionOptions& options, bool is_polygon) {
-  const AlignedBox3d box = box_of(points, kRounding);
-  if (is_polygon) return Part{points, Polytope{points, kRounding}, box};
-  if (box.diagonal().norm() > options.largest) return std::nullopt;
-  const double slack = kSimplify * options.tolerance;
-  const bool tiny = box.diagonal().norm() <= options.tolerance / 2.0;
-  points = distinct(std::move(points));
-  // Most that are too large show it by a few of their points.
-  constexpr std::size_t kSample = 32;
-  if (!tiny && points.size() > 2 * kSample) {
-    std::vector<Vector3d> some;
-    for (std::size_t i = 0; i < kSample; ++i) some.push_back(points[i * points.size() / kSample]);
-    const std::optional<Polytope> within = simplify(std::move(some), slack);
-    if (!within || !is_snug({within->vertices, 0.0}, soup, options.tolerance)) {
-      return std::nullopt;
+  // The hull of a patch, if it fits; that of a single triangle always fits.
+  [[nodiscard]] std::optional<Part> of_patch(Patch patch) const {
+    AlignedBox3d box;
+    for (const std::uint32_t i : patch) box.extend(soup_.box(i));
+    box.min().array() -= kRounding;
+    box.max().array() += kRounding;
+    if (patch.size() > 1 && box.diagonal().norm() > options_.largest) return std::nullopt;
+    std::vector<std::uint32_t> vertices;
+    vertices.reserve(3 * patch.size());
+    for (const std::uint32_t i : patch) {
+      const auto& corners = soup_.vertices(i);
+      vertices.insert(vertices.end(), corners.begin(), corners.end());
     }
+    std::ranges::sort(vertices);
+    const auto rest = std::ranges::unique(vertices);
+    vertices.erase(rest.begin(), rest.end());
+    if (patch.size() > 1) return of_vertices(std::move(vertices), box);
+    Part part{std::move(vertices), Polytope{{}, kRounding}, box};
+    for (const std::uint32_t i : part.vertices) part.piece.vertices.push_back(mesh_.vertices[i]);
+    return part;
   }
-  std::optional<Polytope> piece = simplify(points, slack);
-  if (!piece || (!tiny && !is_snug(*piece, soup, options.tolerance))) return std::nullopt;
-  return Part{std::move(points), std::move(*piece), box};
-}
 
-// Joins parts that touch while one piece will do for both, small ones first.
+  // One hull for both, if it fits.
+  [[nodiscard]] std::optional<Part> of_both(const Part& a, const Part& b) const {
+    const AlignedBox3d box = a.box.merged(b.box);
+    if (box.diagonal().norm() > options_.largest) return std::nullopt;
+    std::vector<std::uint32_t> vertices;
+    std::ranges::set_union(a.vertices, b.vertices, std::back_inserter(vertices));
+    return of_vertices(std::move(vertices), box);
+  }
+
+ private:
+  [[nodiscard]] std::optional<Part> of_vertices(std::vector<std::uint32_t> vertices,
+                                                const AlignedBox3d& box) const {
+    const double slack = kSimplify * options_.tolerance;
+    const bool tiny = box.diagonal().norm() <= options_.tolerance / 2.0;
+    // A few of the points suffice to reject most hulls that are too large.
+    constexpr std::size_t kSample = 32;
+    if (!tiny && vertices.size() > 2 * kSample) {
+      std::vector<Vector3d> some;
+      for (std::size_t i = 0; i < kSample; ++i) {
+        some.push_back(mesh_.vertices[vertices[i * vertices.size() / kSample]]);
+      }
+      const std::optional<Polytope> within = simplify(std::move(some), slack);
+      if (!within || !fits_surface({within->vertices, 0.0}, soup_, options_.tolerance)) {
+        return std::nullopt;
+      }
+    }
+    std::vector<Vector3d> points;
+    points.reserve(vertices.size());
+    for (const std::uint32_t i : vertices) points.push_back(mesh_.vertices[i]);
+    std::optional<Polytope> piece = simplify(distinct(std::move(points)), slack);
+    if (!piece || (!tiny && !fits_surface(*piece, soup_, options_.tolerance))) return std::nullopt;
+    return Part{std::move(vertices), std::move(*piece), box};
+  }
+
+  const TriangleMesh& mesh_;
+  const TriangleSoup& soup_;
+  const DecompositionOptions& options_;
+};
+
+// Joins touching parts if one piece fits both, small ones first.
 class Merger {
  public:
-  Merger(std::vector<Part> parts, const Soup& soup, const DecompositionOptions& options)
-      : parts_(std::move(parts)), soup_(soup), options_(options) {}
+  Merger(std::vector<Part> parts, const PartMaker& maker, double largest)
+      : parts_(std::move(parts)), maker_(maker), largest_(largest) {}
 
   std::vector<Part> run() {
     for (pass_ = 1; pass_ <= kMostPasses; ++pass_) {
@@ -374,30 +255,38 @@ class Merger {
 
  private:
   static constexpr int kMostPasses = 8;
-  static constexpr int kMostTries = 6;  // of a part in a pass
+  static constexpr int kMostTries = 6;  // attempts per part in a pass
 
   bool run_once() {
     std::ranges::stable_sort(parts_, {}, [](const Part& p) { return p.box.diagonal().norm(); });
-    std::vector<AlignedBox3d> boxes;
-    for (const Part& part : parts_) boxes.push_back(part.box);
-    const BoxTree tree(boxes);
+    const BoxTree tree = tree_of_parts();
     std::vector<bool> gone(parts_.size());
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (!gone[i]) any = grow(i, tree, gone) || any;
     }
-    std::vector<Part> kept;
+    std::size_t kept = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (!gone[i]) kept.push_back(std::move(parts_[i]));
+      if (gone[i]) continue;
+      if (kept != i) parts_[kept] = std::move(parts_[i]);
+      ++kept;
     }
-    parts_ = std::move(kept);
+    parts_.resize(kept);
     return any;
   }
 
+  [[nodiscard]] BoxTree tree_of_parts() const {
+    std::vector<AlignedBox3d> boxes;
+    boxes.reserve(parts_.size());
+    for (const Part& part : parts_) boxes.push_back(part.box);
+    return BoxTree(boxes);
+  }
+
   bool grow(std::size_t i, const BoxTree& tree, std::vector<bool>& gone) {
+    if (parts_[i].box.diagonal().norm() > largest_) return false;
     std::vector<std::pair<double, std::size_t>> neighbours;
     tree.visit(parts_[i].box, 0.0, [&](std::size_t k) {
-      // What failed in the last pass fails again.
+      // A pair that failed in the last pass fails again.
       const bool is_new = std::max(parts_[i].joined, parts_[k].joined) >= pass_ - 1;
       if (k != i && !gone[k] && is_new) {
         neighbours.emplace_back(parts_[i].box.merged(parts_[k].box).diagonal().norm(), k);
@@ -408,13 +297,12 @@ class Merger {
     int tries = 0;
     bool grown = false;
     for (const auto& [size, k] : neighbours) {
-      if (++tries > kMostTries || size > options_.largest) break;
-      std::vector<Vector3d> points = parts_[i].points;
-      points.insert(points.end(), parts_[k].points.begin(), parts_[k].points.end());
-      std::optional<Part> both = part_of(std::move(points), soup_, options_, false);
+      if (++tries > kMostTries || size > largest_) break;
+      std::optional<Part> both = maker_.of_both(parts_[i], parts_[k]);
       if (!both) continue;
       parts_[i] = std::move(*both);
       parts_[i].joined = pass_;
+      parts_[k] = {};
       gone[k] = true;
       grown = true;
     }
@@ -422,52 +310,46 @@ class Merger {
   }
 
   std::vector<Part> parts_;
-  const Soup& soup_;
-  const DecompositionOptions& options_;
+  const PartMaker& maker_;
+  double largest_;
   int pass_ = 0;
 };
 
-std::vector<std::array<Vector3d, 3>> proper_triangles(const TriangleMesh& mesh) {
-  std::vector<std::array<Vector3d, 3>> triangles;
-  triangles.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::array<Vector3d, 3> t{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]};
-    if ((t[1] - t[0]).cross(t[2] - t[0]).norm() > 0.0) triangles.push_back(t);
-  }
-  return triangles;
+tl::unexpected<std::string> too_many(const DecompositionOptions& options) {
+  return tl::unexpected(fmt::format("it would take more than {} convex pieces at {:.0f} mm",
+                                    options.most_pieces, 1e3 * options.tolerance));
 }
 
 }  // namespace
 
 tl::expected<std::vector<Polytope>, std::string> decompose(const TriangleMesh& mesh,
                                                            const DecompositionOptions& options) {
-  const Soup soup(proper_triangles(mesh));
-  std::vector<Patch> todo{cut_to_size(soup.triangles(), options.largest)};
-  if (todo.front().empty()) todo.clear();
+  const TriangleSoup soup(mesh);
+  const PartMaker maker(mesh, soup, options);
+  std::vector<std::uint32_t> order(soup.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::vector<Patch> todo;
+  if (!order.empty()) todo.emplace_back(order);
   std::vector<Part> parts;
   while (!todo.empty()) {
-    Patch patch = std::move(todo.back());
+    const Patch patch = todo.back();
     todo.pop_back();
-    std::vector<Vector3d> points;
-    for (const Polygon& polygon : patch) {
-      points.insert(points.end(), polygon.begin(), polygon.end());
-    }
-    if (auto part = part_of(std::move(points), soup, options, patch.size() == 1)) {
+    if (auto part = maker.of_patch(patch)) {
       parts.push_back(std::move(*part));
       continue;
     }
     if (parts.size() + todo.size() >= kMostParts * options.most_pieces) {
-      return tl::unexpected(fmt::format("it would take more than {} convex pieces at {:.0f} mm",
-                                        options.most_pieces, 1e3 * options.tolerance));
+      return too_many(options);
     }
-    auto [one, other] = divide(std::move(patch));
-    todo.push_back(std::move(one));
-    todo.push_back(std::move(other));
+    const auto [one, other] = divide(patch, soup);
+    todo.push_back(one);
+    todo.push_back(other);
   }
+  parts = Merger(std::move(parts), maker, options.largest).run();
+  if (parts.size() > options.most_pieces) return too_many(options);
   std::vector<Polytope> pieces;
-  for (Part& part : Merger(std::move(parts), soup, options).run()) {
-    pieces.push_back(std::move(part.piece));
-  }
+  pieces.reserve(parts.size());
+  for (Part& part : parts) pieces.push_back(std::move(part.piece));
   return pieces;
 }
 

@@ -1,4 +1,4 @@
-// The one file that sees CGAL, whose templates are slow to compile.
+// The only file that includes CGAL, whose templates are slow to compile.
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ void append(const ConvexSolid& part, std::vector<Kernel::Point_3>& points) {
   for (const Eigen::Vector3d& v : part.vertices) points.emplace_back(v.x(), v.y(), v.z());
 }
 
-// Distance of the origin to the nearest facet of the part; negative when it is outside.
+// Distance of the origin from the nearest facet of the part; negative if it is outside.
 double origin_depth(const ConvexSolid& part) {
   std::vector<Kernel::Point_3> points;
   append(part, points);
@@ -56,7 +56,7 @@ std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
   for (const ConvexSolid& part : parts) append(part, points);
   Mesh mesh;
   CGAL::convex_hull_3(points.begin(), points.end(), mesh);
-  // Fewer than four would be a hull without volume: a vehicle drawn as a sheet of paper.
+  // A hull with fewer than four vertices has no volume: the vehicle would be a flat sheet.
   DIVE_DEMAND(mesh.number_of_vertices() >= 4);
 
   std::vector<Eigen::Vector3d> vertices;
@@ -65,15 +65,15 @@ std::vector<Eigen::Vector3d> RobotHull::hull_vertices() const {
     const Kernel::Point_3& p = mesh.point(vertex);
     vertices.emplace_back(p.x(), p.y(), p.z());
   }
-  // CGAL walks its border in the order of addresses, so the order of its vertices is not the same
-  // in two runs; a sum over them must be.
+  // CGAL orders the border by addresses, so the order of its vertices differs between runs; sums
+  // over them must not.
   std::sort(vertices.begin(), vertices.end(), [](const auto& a, const auto& b) {
     return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
   });
   return vertices;
 }
 
-// Takes, again and again, the vertex that is farthest beyond those taken so far.
+// Repeatedly adds the vertex farthest outside the hull of those chosen so far.
 std::vector<Eigen::Vector3d> RobotHull::outline(double tolerance) const {
   constexpr int kDirections = 2000;
   const std::vector<Eigen::Vector3d> all = hull_vertices();

@@ -1,6 +1,11 @@
 #include "planning/world/mesh.h"
 
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string_view>
+#include <unordered_map>
 
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
@@ -8,26 +13,82 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include "common/fnv.h"
+
 namespace dive::planning {
 namespace {
 
-void append(const aiMesh& part, TriangleMesh& mesh) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    const aiVector3D& v = part.mVertices[i];
-    mesh.vertices.emplace_back(v.x, v.y, v.z);
+using Corner = std::array<float, 3>;
+
+struct HashOfCorner {
+  std::size_t operator()(const Corner& corner) const {
+    Fnv1a64 digest;
+    digest.add(std::string_view(reinterpret_cast<const char*>(corner.data()), sizeof corner));
+    return digest.value();
   }
-  for (unsigned i = 0; i < part.mNumFaces; ++i) {
-    const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // A line or a point: nothing to swim into.
-    mesh.triangles.push_back(
-        {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
+};
+
+// Three corners for each triangle. Lines and points are not obstacles.
+std::vector<Corner> corners_of(const aiScene& scene) {
+  std::vector<Corner> corners;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    corners.reserve(corners.size() + 3UL * part.mNumFaces);
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      if (face.mNumIndices != 3) continue;
+      for (unsigned k = 0; k < 3; ++k) {
+        const aiVector3D& v = part.mVertices[face.mIndices[k]];
+        // Adding zero removes negative zeros.
+        corners.push_back({v.x + 0.F, v.y + 0.F, v.z + 0.F});
+      }
+    }
+  }
+  return corners;
+}
+
+// Vertices in the order of their first use.
+TriangleMesh welded(const std::vector<Corner>& corners) {
+  TriangleMesh mesh;
+  mesh.triangles.resize(corners.size() / 3);
+  std::unordered_map<Corner, std::uint32_t, HashOfCorner> known;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const auto next = static_cast<std::uint32_t>(mesh.vertices.size());
+    const auto [at, is_new] = known.try_emplace(corners[i], next);
+    if (is_new) mesh.vertices.emplace_back(corners[i][0], corners[i][1], corners[i][2]);
+    mesh.triangles[i / 3][i % 3] = at->second;
+  }
+  return mesh;
+}
+
+// Reads the unit and up axis from the first <asset> of a COLLADA file; Assimp applies the unit and
+// exposes neither.
+void read_collada_asset(const std::string& path, MeshFile& file) {
+  constexpr std::size_t kHead = 1U << 16U;  // bytes
+  std::string head(kHead, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  if (head.find("<COLLADA") == std::string::npos) return;
+  head.resize(std::min(head.find("</asset>"), head.size()));
+  if (const std::size_t unit = head.find("<unit"); unit != std::string::npos) {
+    const std::string element = head.substr(unit, head.find('>', unit) - unit);
+    const std::size_t meter = element.find(" meter=");
+    const double value =
+        meter == std::string::npos ? 1.0 : std::strtod(element.c_str() + meter + 8, nullptr);
+    if (value > 0.0 && std::isfinite(value)) file.unit_m = value;
+  }
+  const std::string_view tag = "<up_axis>";
+  if (const std::size_t up = head.find(tag); up != std::string::npos) {
+    const std::size_t axis = head.find_first_not_of(" \t\r\n", up + tag.size());
+    const bool is_axis = axis != std::string::npos && head[axis] >= 'X' && head[axis] <= 'Z';
+    if (is_axis && head.compare(axis + 1, 3, "_UP") == 0) file.up_axis = head[axis];
   }
 }
 
 }  // namespace
 
-tl::expected<TriangleMesh, std::string> read_mesh(const std::string& path) {
+tl::expected<MeshFile, std::string> read_mesh(const std::string& path) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(
@@ -38,19 +99,22 @@ tl::expected<TriangleMesh, std::string> read_mesh(const std::string& path) {
   const aiScene* scene = importer.ReadFile(
       path, aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_PreTransformVertices);
   if (scene == nullptr) return tl::unexpected(std::string(importer.GetErrorString()));
-  TriangleMesh mesh;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(*scene->mMeshes[i], mesh);
-  if (mesh.triangles.empty()) return tl::unexpected(std::string("it holds no triangles"));
-  if (mesh.triangles.size() > kMostTriangles) {
+  const std::vector<Corner> corners = corners_of(*scene);
+  importer.FreeScene();
+  if (corners.empty()) return tl::unexpected(std::string("it holds no triangles"));
+  if (corners.size() > 3 * kMostTriangles) {
     return tl::unexpected(fmt::format("it holds {} triangles, and {} can be handled",
-                                      mesh.triangles.size(), kMostTriangles));
+                                      corners.size() / 3, kMostTriangles));
   }
-  for (const Eigen::Vector3d& v : mesh.vertices) {
+  MeshFile file;
+  file.mesh = welded(corners);
+  for (const Eigen::Vector3d& v : file.mesh.vertices) {
     if (!v.allFinite()) {
       return tl::unexpected(std::string("it holds a coordinate that is not a finite number"));
     }
   }
-  return mesh;
+  read_collada_asset(path, file);
+  return file;
 }
 
 }  // namespace dive::planning

@@ -1,8 +1,9 @@
 #pragma once
-// Surfaces made of triangles: reading them, and making them into convex obstacles.
+// Triangle meshes: reading them, and decomposing them into convex obstacles.
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,24 +14,32 @@
 
 namespace dive::planning {
 
-/// Reads STL, OBJ, PLY, COLLADA or whatever else Assimp reads; units and node transforms are
-/// honoured, COLLADA's up axis is not (as in Gazebo). Triangles may face either way, overlap, hang
-/// in the air or not close: only those without area are left out. An error says what is wrong with
-/// the file: unreadable, no triangles, numbers that are not finite, beyond `kMostTriangles`.
+struct MeshFile {
+  /// The mesh, in metres by `unit_m`; every vertex belongs to a triangle, and is unique.
+  TriangleMesh mesh;
+  std::optional<double> unit_m;  ///< Length of the unit in the file (COLLADA), already applied, m.
+  char up_axis = '\0';           ///< 'X', 'Y' or 'Z' as given in the file (COLLADA); not applied.
+};
+
+/// Reads STL, OBJ, PLY, COLLADA and the other formats of Assimp; units and node transforms are
+/// applied, COLLADA's up axis is not (as in Gazebo). Triangles may face either way, overlap, be
+/// unconnected or leave gaps. Vertices at the same position are merged, unused ones left out.
+/// Errors: an unreadable file, no triangles, numbers that are not finite, more than
+/// `kMostTriangles`.
 inline constexpr std::size_t kMostTriangles = 4'000'000;
-[[nodiscard]] tl::expected<TriangleMesh, std::string> read_mesh(const std::string& path);
+[[nodiscard]] tl::expected<MeshFile, std::string> read_mesh(const std::string& path);
 
 struct DecompositionOptions {
-  double tolerance = 0.05;  ///< m that a piece may reach beyond the surface, at most.
-  double largest = 25.0;    ///< m from end to end of a piece.
+  double tolerance = 0.05;  ///< Largest extent of a piece beyond the surface, m.
+  double largest = 25.0;    ///< Largest extent of a piece of more than one triangle, m.
   std::size_t most_pieces = 200'000;
 };
 
-/// Convex pieces that hold every point of every triangle, and no point farther than `tolerance`
-/// from the surface: walls are covered, what they enclose stays open, and so does a window.
-/// A patch is cut in two until the hull of what is left passes both demands. The second is proved
-/// by branch and bound with the distance to the surface, whose Lipschitz constant is 1. An error
-/// when it would take more pieces than allowed.
+/// Convex pieces that contain every point of every triangle, and no point farther than `tolerance`
+/// from the surface: walls are covered, and the space that they enclose stays open, as does a
+/// window. A patch is split in two until the hull of each part meets both requirements. The second
+/// is proved by branch and bound with the distance to the surface, whose Lipschitz constant is 1.
+/// Error if it would take more pieces than allowed.
 [[nodiscard]] tl::expected<std::vector<Polytope>, std::string> decompose(
     const TriangleMesh& mesh, const DecompositionOptions& options);
 

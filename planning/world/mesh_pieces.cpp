@@ -12,9 +12,9 @@
 namespace dive::planning {
 namespace {
 
-constexpr std::string_view kMagic = "dive-mesh-pieces 1";
+constexpr std::string_view kMagic = "dive-mesh-pieces 2";
 constexpr double kUnit = 1e-6;           // m
-constexpr std::int64_t kMost = 1 << 20;  // pieces, and corners of one
+constexpr std::int64_t kMost = 1 << 20;  // limit of pieces, and of the corners of one
 
 std::int64_t to_units(double metres) { return std::llround(metres / kUnit); }
 
@@ -24,7 +24,7 @@ std::uint64_t digest_of(std::string_view text) {
   return digest.value();
 }
 
-// Reads what to_text() wrote, word by word; once something does not fit, nothing fits any more.
+// Reads the output of to_text() word by word; after the first error every read fails.
 class Words {
  public:
   explicit Words(std::string_view text) : text_(text) {}
@@ -79,7 +79,7 @@ std::string to_text(const MeshPieces& mesh) {
                   digest, scale.x(), scale.y(), scale.z(), mesh.tolerance, mesh.pieces.size());
   auto out = std::back_inserter(text);
   for (const Polytope& piece : mesh.pieces) {
-    // A corner is moved by half a unit along each axis, which is 0.87 of one.
+    // Rounding moves a corner by up to half a unit along each axis, which is 0.87 units in all.
     const auto radius = static_cast<std::int64_t>(std::ceil(piece.radius / kUnit)) + 1;
     fmt::format_to(out, "{} {}", radius, piece.vertices.size());
     for (const Eigen::Vector3d& v : piece.vertices) {

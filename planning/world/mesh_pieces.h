@@ -1,5 +1,5 @@
 #pragma once
-// What a mesh of a map is made into, as text: kept beside the mesh, and in the log of a dive.
+// The pieces of a map's mesh as text: stored beside the mesh, and in the log of a dive.
 
 #include <cstdint>
 #include <optional>
@@ -13,24 +13,24 @@
 
 namespace dive::planning {
 
-/// Which mesh, at which scale: what its pieces are found by.
+/// The mesh and its scale: the key of its pieces.
 struct MeshKey {
-  std::string uri;           ///< As the map writes it.
-  Eigen::Vector3d scale;     ///< Along the axes of the mesh.
-  std::uint64_t digest = 0;  ///< FNV-1a 64 of the mesh's file.
+  std::string uri;           ///< URI as written in the map.
+  Eigen::Vector3d scale;     ///< Scale along the axes of the mesh.
+  std::uint64_t digest = 0;  ///< FNV-1a 64 digest of the mesh's file.
 };
 
 struct MeshPieces {
   MeshKey key;
-  double tolerance = 0.0;             ///< m that a piece reaches beyond the surface, at most.
-  std::vector<Polytope> pieces = {};  ///< In the frame of the mesh, scaled; at least one.
+  double tolerance = 0.0;             ///< Largest extent of a piece beyond the surface, m.
+  std::vector<Polytope> pieces = {};  ///< At least one piece, in the frame of the mesh, scaled.
 };
 
-/// One piece a line, whole micrometres, then a digest: the same on every machine. Rounding is made
-/// up for in the radius of each piece.
+/// One piece per line in whole micrometres, then a digest: the same on every machine. The radius of
+/// each piece covers the rounding.
 [[nodiscard]] std::string to_text(const MeshPieces& mesh);
 
-/// Takes one mesh from the front of `text`. Nothing when it is damaged, or of another version.
+/// Removes one mesh from the front of `text`. Absent if it is damaged, or of another version.
 [[nodiscard]] std::optional<MeshPieces> take_mesh_pieces(std::string_view& text);
 
 }  // namespace dive::planning

@@ -13,6 +13,7 @@
 #include "common/fnv.h"
 #include "common/source_text.h"
 #include "planning/world/mesh.h"
+#include "planning/world/mesh_extent.h"
 
 namespace dive::planning {
 namespace {
@@ -71,7 +72,7 @@ bool same(const MeshKey& a, const MeshKey& b) {
   return a.uri == b.uri && a.scale == b.scale && a.digest == b.digest;
 }
 
-// Whatever is wrong with the file, it will be made anew.
+// Any error in the file means that the pieces are made again.
 std::optional<std::string> kept_pieces(const fs::path& path, const MeshKey& key) {
   auto text = read_source_text(path.string(), kMaxPiecesBytes);
   if (!text) return std::nullopt;
@@ -81,7 +82,7 @@ std::optional<std::string> kept_pieces(const fs::path& path, const MeshKey& key)
   return text->content();
 }
 
-// Under another name first, so that nobody reads half of it.
+// Written under another name first, so that no process reads a partial file.
 void keep_pieces(const fs::path& path, const std::string& text) {
   fs::path draft = path;
   draft += ".new";
@@ -93,6 +94,28 @@ void keep_pieces(const fs::path& path, const std::string& text) {
   }
   if (!failed) fs::rename(draft, path, failed);
   if (failed) fs::remove(draft, failed);
+}
+
+MeshProblem problem(std::string message) { return {.message = std::move(message)}; }
+
+// FNV-1a of a regular file of at most kMaxMeshBytes, which is never loaded as a whole.
+tl::expected<std::uint64_t, std::string> digest_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return tl::unexpected(fmt::format("cannot be read: {}", path.string()));
+  Fnv1a64 digest;
+  std::string chunk(1U << 16U, '\0');
+  std::size_t size = 0;
+  while (stream) {
+    stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    const auto got = static_cast<std::size_t>(stream.gcount());
+    digest.add(std::string_view(chunk).substr(0, got));
+    size += got;
+    if (size > kMaxMeshBytes) {
+      return tl::unexpected(fmt::format("cannot be read: {} is larger than {} MiB", path.string(),
+                                        kMaxMeshBytes >> 20U));
+    }
+  }
+  return digest.value();
 }
 
 tl::expected<MeshPieces, std::string> make_pieces(const TriangleMesh& mesh, const MeshKey& key) {
@@ -119,34 +142,36 @@ std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& sca
 MeshFiles::MeshFiles(std::string map_path, std::function<void(const std::string&)> say, Keep keep)
     : map_path_(std::move(map_path)), say_(std::move(say)), keep_(keep) {}
 
-tl::expected<FoundMesh, std::string> MeshFiles::find(const std::string& uri,
+tl::expected<FoundMesh, MeshProblem> MeshFiles::find(const std::string& uri,
                                                      const Eigen::Vector3d& scale) {
   const auto path = locate(uri, fs::path(map_path_).parent_path());
-  if (!path) return tl::unexpected(path.error());
-  const auto content = read_source_text(path->string(), kMaxMeshBytes);
-  if (!content) return tl::unexpected(fmt::format("cannot be read: {}", content.error()));
-  auto mesh = read_mesh(path->string());
-  if (!mesh) return tl::unexpected(fmt::format("cannot be used: {}", mesh.error()));
-  for (Eigen::Vector3d& v : mesh->vertices) v = v.cwiseProduct(scale);
+  if (!path) return tl::unexpected(problem(path.error()));
+  const auto digest = digest_of(*path);
+  if (!digest) return tl::unexpected(problem(digest.error()));
+  auto file = read_mesh(path->string());
+  if (!file) return tl::unexpected(problem(fmt::format("cannot be used: {}", file.error())));
+  for (Eigen::Vector3d& v : file->mesh.vertices) v = v.cwiseProduct(scale);
+  if (auto excess = excess_of(file->mesh, path->string(), scale)) {
+    return tl::unexpected(MeshProblem{"MAP-EXTENT", excess->message, excess->hint});
+  }
 
-  Fnv1a64 digest;
-  digest.add(content->content());
-  const MeshKey key{uri, scale, digest.value()};
+  const MeshKey key{uri, scale, *digest};
   const fs::path kept = pieces_path(path->string(), scale);
   std::optional<std::string> text = kept_pieces(kept, key);
   if (!text) {
     if (say_) {
       say_(fmt::format("making convex pieces of {} ({} triangles), this once", path->string(),
-                       mesh->triangles.size()));
+                       file->mesh.triangles.size()));
     }
-    const auto made = make_pieces(*mesh, key);
-    if (!made) return tl::unexpected(made.error());
+    const auto made = make_pieces(file->mesh, key);
+    if (!made) return tl::unexpected(problem(made.error()));
     text = to_text(*made);
     if (keep_ == Keep::kBesideTheMesh) keep_pieces(kept, *text);
   }
-  // Always from the text: what is planned with is what the log holds, to the last bit.
+  // Always from the text, so that the pieces used in planning equal those of the log, to the last
+  // bit.
   std::string_view rest = *text;
-  FoundMesh found{*take_mesh_pieces(rest), std::move(*mesh), ""};
+  FoundMesh found{*take_mesh_pieces(rest), std::move(*file), path->string(), ""};
   if (found.pieces.tolerance > DecompositionOptions{}.tolerance) {
     found.warning = fmt::format(
         "is stood for by pieces that reach up to {:.1f} m beyond it: at {:.2f} m it would take too "
@@ -164,12 +189,12 @@ MeshBundle::MeshBundle(std::string_view bundle) {
   while (auto mesh = take_mesh_pieces(bundle)) meshes_.push_back(std::move(*mesh));
 }
 
-tl::expected<FoundMesh, std::string> MeshBundle::find(const std::string& uri,
+tl::expected<FoundMesh, MeshProblem> MeshBundle::find(const std::string& uri,
                                                       const Eigen::Vector3d& scale) {
   for (const MeshPieces& mesh : meshes_) {
-    if (mesh.key.uri == uri && mesh.key.scale == scale) return FoundMesh{mesh, {}, ""};
+    if (mesh.key.uri == uri && mesh.key.scale == scale) return FoundMesh{mesh, {}, "", ""};
   }
-  return tl::unexpected(std::string("is not in the log"));
+  return tl::unexpected(problem("is not in the log"));
 }
 
 }  // namespace dive::planning

@@ -1,6 +1,6 @@
 #pragma once
-// Where the <mesh> elements of a map get their pieces from: files when a dive is prepared, its log
-// when it is replayed.
+// The source of the pieces for a map's <mesh> elements: files when a dive is prepared, its log when
+// it is replayed.
 
 #include <functional>
 #include <string>
@@ -9,47 +9,55 @@
 
 #include <tl/expected.hpp>
 
+#include "planning/world/mesh.h"
 #include "planning/world/mesh_pieces.h"
 
 namespace dive::planning {
 
 struct FoundMesh {
   MeshPieces pieces;
-  TriangleMesh mesh;    ///< Scaled; empty when only the pieces are known.
-  std::string warning;  ///< For whoever wrote the map, when not empty.
+  MeshFile file;        ///< The mesh, scaled; without triangles if only the pieces are known.
+  std::string path;     ///< Path of the file; empty if only the pieces are known.
+  std::string warning;  ///< Warning for the author of the map, or empty.
+};
+
+/// The reason why there is no mesh.
+struct MeshProblem {
+  const char* code = "MAP-MESH";
+  std::string message;  ///< End of a sentence that begins "the mesh ...".
+  std::string hint = {};
 };
 
 class MeshSource {
  public:
   virtual ~MeshSource() = default;
-  /// The mesh a map refers to by `uri`, `scale` times its size. An error is half a sentence, "the
-  /// mesh ..." before it.
-  [[nodiscard]] virtual tl::expected<FoundMesh, std::string> find(const std::string& uri,
+  /// The mesh that a map refers to by `uri`, scaled by `scale`.
+  [[nodiscard]] virtual tl::expected<FoundMesh, MeshProblem> find(const std::string& uri,
                                                                   const Eigen::Vector3d& scale) = 0;
 };
 
-/// Where the pieces of a mesh file are kept, by the scale that they have been made at.
+/// Path of the file that stores the pieces of a mesh file at one scale.
 [[nodiscard]] std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& scale);
 
-/// Mesh files on the disk, and their pieces beside them: what was decomposed once is kept in
-/// FILE.SCALE.pieces (SCALE by digest) and taken from there while the mesh stays the same.
+/// Mesh files on disk, with their pieces in files beside them: a decomposition is stored in
+/// FILE.SCALE.pieces (SCALE by digest) and reused while the mesh is unchanged.
 class MeshFiles final : public MeshSource {
  public:
   enum class Keep { kBesideTheMesh, kNothing };
 
-  /// `say` is told when something is going to take its time.
+  /// `say` is called before a slow step.
   explicit MeshFiles(std::string map_path, std::function<void(const std::string&)> say = {},
                      Keep keep = Keep::kBesideTheMesh);
 
-  /// Looks, in this order: file:// and plain names relative to the map; model://NAME/REST as
+  /// Searches, in this order: file:// and plain names relative to the map; model://NAME/REST as
   /// NAME/REST beside the map, beside its folder, and below GZ_SIM_RESOURCE_PATH and
-  /// GAZEBO_MODEL_PATH; at last REST, and the bare name of the file, beside the map.
-  /// A mesh that needs too many pieces is tried again with twice the tolerance, up to 0.4 m; the
-  /// warning says so.
-  [[nodiscard]] tl::expected<FoundMesh, std::string> find(const std::string& uri,
+  /// GAZEBO_MODEL_PATH; finally REST, and the bare file name, beside the map. A mesh that needs too
+  /// many pieces is decomposed again with twice the tolerance, up to 0.4 m; the warning reports it.
+  /// Vertices beyond kMaxMeshExtent are a problem with code MAP-EXTENT.
+  [[nodiscard]] tl::expected<FoundMesh, MeshProblem> find(const std::string& uri,
                                                           const Eigen::Vector3d& scale) override;
 
-  /// Everything found so far, for the log.
+  /// All meshes found so far, for the log.
   [[nodiscard]] const std::string& bundle() const { return bundle_; }
 
  private:
@@ -60,11 +68,11 @@ class MeshFiles final : public MeshSource {
   std::string bundle_;
 };
 
-/// What MeshFiles::bundle() gave.
+/// Meshes from the text of MeshFiles::bundle().
 class MeshBundle final : public MeshSource {
  public:
   explicit MeshBundle(std::string_view bundle);
-  [[nodiscard]] tl::expected<FoundMesh, std::string> find(const std::string& uri,
+  [[nodiscard]] tl::expected<FoundMesh, MeshProblem> find(const std::string& uri,
                                                           const Eigen::Vector3d& scale) override;
 
  private:

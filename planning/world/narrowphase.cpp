@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
-#include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
-
+#include "planning/world/corral.h"
 #include "planning/world/primitives.h"
 
 namespace dive::planning {
@@ -18,16 +18,16 @@ using Points = const SolidPoints&;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Below this gap (m) the two nearest points no longer tell a direction.
+// Gap (m) below which the two nearest points define no direction.
 constexpr double kTouching = 1e-6;
-// Overlapping bodies are asked apart by this much (m); see climb().
+// Gap (m) to which overlapping bodies are separated for a query; see climb().
 constexpr double kParted = 0.1;
-constexpr double kNudge = 1e-3;  // And apart ones are moved by this much.
+constexpr double kNudge = 1e-3;  // Least shift, m, also of bodies that are already that far apart.
 constexpr int kMaxIterations = 100;
 
-// --- Support functions: the farthest point along n, of any length but not zero. ---
-// Rounded shapes are given to GJK as their core (a point, a segment) and a radius to subtract:
-// exact, and most overlaps become plain distances between cores.
+// --- Support functions: the farthest point along n, of any length except zero. ---
+// Rounded shapes enter GJK as their core (a point, a segment) and a radius to subtract: exact, and
+// most overlaps become plain distances between cores.
 
 Vector3d core_support(const Box& box, const Vector3d& n) {
   const Vector3d half = box.size / 2.0;
@@ -61,7 +61,7 @@ double radius_of(const S&) {
   return 0.0;
 }
 
-// GJK on curved cores converges a fraction at a time, on polytopes it ends by itself.
+// On curved cores GJK converges by a fraction per step; on polytopes it terminates.
 template <class S>
 constexpr double kTolerance = 1e-9;
 template <>
@@ -69,9 +69,9 @@ constexpr double kTolerance<Cylinder> = 1e-7;
 template <>
 constexpr double kTolerance<Ellipsoid> = 1e-7;
 
-// Above this difference (m) between the distance of FCL's points and the separation along them one
-// of the two is wrong: see solve(). Points that are e farther apart than their direction separates
-// can be sqrt(2 e distance) from the nearest.
+// Largest difference (m) between the distance of GJK's points and the separation along them; above
+// it GJK has stopped too early: see settle(). Points whose distance exceeds the separation along
+// them by e can be sqrt(2 e distance) from the nearest.
 template <class S>
 constexpr double kDoubt = 10.0 * kTolerance<S>;
 
@@ -81,46 +81,49 @@ double separation_along(Points points, const S& shape, const Vector3d& n) {
   return n.dot(points[points.lowest(n)]) - n.dot(core_support(shape, n)) - radius_of(shape);
 }
 
-// --- FCL ---
-
-struct ShiftedPoints {
-  Points points;
-  Vector3d shift;
-};
-
-Vector3d from_ccd(const ccd_vec3_t& v) { return {v.v[0], v.v[1], v.v[2]}; }
-void to_ccd(const Vector3d& v, ccd_vec3_t* out) { ccdVec3Set(out, v.x(), v.y(), v.z()); }
-
-void points_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  const auto& solid = *static_cast<const ShiftedPoints*>(object);
-  to_ccd(solid.points[solid.points.lowest(-from_ccd(*direction))] + solid.shift, out);
-}
-
-template <class S>
-void shape_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  to_ccd(core_support(*static_cast<const S*>(object), from_ccd(*direction)), out);
-}
+// --- GJK ---
 
 struct Nearest {
-  double distance = 0.0;  // Between the cores; not above kTouching when they touch or overlap.
-  Vector3d on_solid;
-  Vector3d on_core;
+  // Distance between the cores, m; at most kTouching if they touch or overlap.
+  double distance = 0.0;
+  double separation = 0.0;  // Separation s(n) of the whole shape, with its radius, m.
+  Vector3d n = Vector3d::UnitZ();
+  Vector3d on_solid = Vector3d::Zero();
 };
 
+// Gilbert, Johnson and Keerthi 1988, with Wolfe's corral for the nearest point of the simplex. It
+// stops as soon as some direction separates by `cutoff`, because larger distances are not needed.
 template <class S>
-Nearest gjk(Points points, const Vector3d& shift, const S& shape) {
-  const ShiftedPoints solid{points, shift};
-  ccd_t ccd;
-  CCD_INIT(&ccd);
-  ccd.support1 = &points_support;
-  ccd.support2 = &shape_support<S>;
-  ccd.max_iterations = kMaxIterations;
-  ccd.dist_tolerance = kTolerance<S>;
-  ccd_vec3_t on_solid{};
-  ccd_vec3_t on_core{};
-  fcl::detail::libccd_extension::ccdGJKDist2(&solid, &shape, &ccd, &on_solid, &on_core);
-  Nearest nearest{0.0, from_ccd(on_solid), from_ccd(on_core)};
-  nearest.distance = (nearest.on_solid - nearest.on_core).norm();  // 0 when FCL found an overlap.
+Nearest gjk(Points points, const Vector3d& shift, const S& shape, double cutoff) {
+  const auto difference = [&](const Vector3d& n, std::size_t& index) -> Vector3d {
+    index = points.lowest(n);
+    return points[index] + shift - core_support(shape, n);
+  };
+  const double enough = cutoff + radius_of(shape);
+  std::size_t index = 0;
+  Vector3d v = points.middle() + shift;  // from the middle of the obstacle
+  if (v.squaredNorm() == 0.0) v = Vector3d::UnitX();
+  v = difference(v, index);
+  Corral corral(v, index);
+  Nearest nearest;
+  for (int iteration = 0;; ++iteration) {
+    nearest.distance = v.norm();
+    if (nearest.distance <= kTouching) break;
+    nearest.n = v / nearest.distance;
+    const Vector3d w = difference(nearest.n, index);
+    const double along = nearest.n.dot(w);
+    nearest.separation = along - radius_of(shape);
+    if (along >= enough || nearest.distance - along <= kTolerance<S>) break;
+    if (iteration == kMaxIterations || corral.full()) break;
+    corral.add(w, index);
+    if (!corral.settle()) break;
+    const Vector3d next = corral.point();
+    if (next.squaredNorm() >= v.squaredNorm()) break;
+    v = next;
+  }
+  for (Eigen::Index i = 0; i < corral.size(); ++i) {
+    nearest.on_solid += corral.weight(i) * points[corral.index(i)];
+  }
   return nearest;
 }
 
@@ -144,23 +147,22 @@ struct Direction {
 };
 
 // Shifts the solid along n until it is clear of the obstacle, and takes the direction between the
-// nearest points there as the next n. s(n) never falls: apart by kParted along n, the distance is
-// at least that, and moving back costs at most the shift. It stops at a local maximum of s.
+// nearest points there as the next n. s(n) never falls: separated by kParted along n, the distance
+// is at least that, and moving back costs at most the shift. It stops at a local maximum of s.
 template <class S>
 Direction climb(Points points, const S& shape, Direction best) {
   for (int step = 0; step < 8; ++step) {
     const Vector3d shift = std::max(kParted - best.separation, kNudge) * best.n;
-    const Nearest nearest = gjk(points, shift, shape);
+    const Nearest nearest = gjk(points, shift, shape, kInfinity);
     if (nearest.distance <= kTouching) break;
-    const Vector3d n = (nearest.on_solid - nearest.on_core) / nearest.distance;
-    const double separation = separation_along(points, shape, n);
-    if (separation <= best.separation + 1e-9) break;
-    best = {separation, n, nearest.on_solid - shift};
+    const double separation = separation_along(points, shape, nearest.n);
+    if (!(separation > best.separation + 1e-9)) break;  // also stops at NaN
+    best = {separation, nearest.n, nearest.on_solid};
   }
   return best;
 }
 
-// The compass finds the two best directions to climb from, not both on one side of the same hill.
+// The compass gives the two best directions to climb from, not both near the same maximum.
 template <class S>
 Direction part(Points points, const S& shape) {
   static const std::array<Vector3d, 26> kCompass = make_compass();
@@ -179,30 +181,28 @@ Direction part(Points points, const S& shape) {
   return a.separation >= b.separation ? a : b;
 }
 
-// Of parallel boxes and the like FCL's GJK may return points that are not the nearest, by a metre
-// in one in a hundred placements on a lattice. Then they are farther apart than their direction
-// separates. A push of a micrometre off the lattice settles it; climb() is the last resort.
+// Rounding may end the search early, with points whose distance exceeds the separation along their
+// direction. A shift of a micrometre out of alignment solves this; climb() is the last resort.
 template <class S>
 Direction settle(Points points, const S& shape, Direction best) {
   const Vector3d nudge = 1e-6 * Vector3d(0.48, 0.35, 0.80);
-  const Nearest nudged = gjk(points, nudge, shape);
+  const Nearest nudged = gjk(points, nudge, shape, kInfinity);
   if (nudged.distance > kTouching) {
-    const Vector3d n = (nudged.on_solid - nudged.on_core) / nudged.distance;
-    const double separation = separation_along(points, shape, n);
-    if (separation > best.separation) best = {separation, n, nudged.on_solid - nudge};
+    const double separation = separation_along(points, shape, nudged.n);
+    if (separation > best.separation) best = {separation, nudged.n, nudged.on_solid};
     if (nudged.distance - radius_of(shape) - separation < kDoubt<S>) return best;
   }
   return climb(points, shape, best);
 }
 
 template <class S>
-void solve(Points points, const S& shape, Separation& result) {
-  const Nearest nearest = gjk(points, Vector3d::Zero(), shape);
+void solve(Points points, const S& shape, double cutoff, Separation& result) {
+  const Nearest nearest = gjk(points, Vector3d::Zero(), shape, cutoff);
   Direction direction;
-  if (nearest.distance > kTouching) {
-    const Vector3d n = (nearest.on_solid - nearest.on_core) / nearest.distance;
-    direction = {separation_along(points, shape, n), n, nearest.on_solid};
-    if (nearest.distance - radius_of(shape) - direction.separation > kDoubt<S>) {
+  if (nearest.distance > kTouching && !std::isnan(nearest.separation)) {
+    direction = {nearest.separation, nearest.n, nearest.on_solid};
+    if (direction.separation < cutoff &&
+        nearest.distance - radius_of(shape) - direction.separation > kDoubt<S>) {
       direction = settle(points, shape, direction);
     }
   } else {
@@ -214,35 +214,39 @@ void solve(Points points, const S& shape, Separation& result) {
   result.on_obstacle = result.on_solid - result.distance * result.normal;
 }
 
-// Far below what a cylinder's own GJK would leave.
+// Far below the remaining error of GJK on a cylinder.
 constexpr double kPipeDoubt = 1e-8;
 
-// Most pipes are passed beside and not over an end: then the nearest points are those of the axis
-// but for the radius, and GJK on a segment ends in a few exact steps.
-void solve_pipe(Points points, const Cylinder& cylinder, Separation& result) {
+// Most pipes are passed at the side and not over an end. The nearest points are then those of the
+// axis, shifted by the radius, and GJK on a segment ends in a few exact steps.
+void solve_pipe(Points points, const Cylinder& cylinder, double cutoff, Separation& result) {
+  // The capsule contains the cylinder, so its distance is a lower bound.
   const Capsule core{cylinder.radius, cylinder.length};
-  const Nearest nearest = gjk(points, Vector3d::Zero(), core);
+  const Nearest nearest = gjk(points, Vector3d::Zero(), core, cutoff);
   if (nearest.distance > kTouching) {
-    result.normal = (nearest.on_solid - nearest.on_core) / nearest.distance;
-    result.distance = separation_along(points, cylinder, result.normal);
+    result.normal = nearest.n;
+    result.distance = separation_along(points, cylinder, nearest.n);
     result.on_solid = nearest.on_solid;
     result.on_obstacle = result.on_solid - result.distance * result.normal;
-    if (std::abs(nearest.distance - cylinder.radius - result.distance) < kPipeDoubt) return;
+    const bool is_exact =
+        std::abs(nearest.distance - cylinder.radius - result.distance) < kPipeDoubt;
+    if (is_exact || nearest.separation >= cutoff) return;
   }
-  solve(points, cylinder, result);
+  solve(points, cylinder, cutoff, result);
 }
 
 void solve(Points points, const HalfSpace& half_space, Separation& result) {
   result.normal = half_space.normal;
   result.on_solid = points[points.lowest(half_space.normal)];
   result.distance = half_space.normal.dot(result.on_solid);
+  if (std::isnan(result.distance)) result.distance = -kInfinity;
   result.on_obstacle = result.on_solid - result.distance * result.normal;
 }
 
 // --- Boxes ---
 
-// The commonest case, walls and floors: a vertex lies straight over the nearest face. Then the
-// plane of the face parts the bodies and the vertex is as near as the plane: exact without GJK.
+// The most frequent case, walls and floors: a vertex lies straight over the nearest face. The plane
+// of the face then separates the bodies, and the vertex is as near as the plane: exact without GJK.
 bool over_face(Points points, const Vector3d& half, const Vector3d& beyond, bool above,
                Eigen::Index axis, Separation& result) {
   const Vector3d normal = (above ? 1.0 : -1.0) * Vector3d::Unit(axis);
@@ -281,9 +285,15 @@ bool NarrowPhase::separation(const SolidPoints& points_O, double cutoff, Separat
     return result.distance < cutoff;
   }
   if (const auto* cylinder = std::get_if<Cylinder>(&shape_)) {
-    solve_pipe(points_O, *cylinder, result);
+    solve_pipe(points_O, *cylinder, cutoff, result);
   } else {
-    std::visit([&](const auto& shape) { solve(points_O, shape, result); }, shape_);
+    std::visit(
+        [&](const auto& shape) {
+          if constexpr (!std::is_same_v<std::decay_t<decltype(shape)>, HalfSpace>) {
+            solve(points_O, shape, cutoff, result);
+          }
+        },
+        shape_);
   }
   return result.distance < cutoff;
 }

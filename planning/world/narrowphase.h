@@ -10,27 +10,29 @@ namespace dive::planning {
 
 /// Nearest features, in the frame of the points.
 struct Separation {
-  double distance = 0.0;                              ///< Signed, m.
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Unit, from the obstacle to the solid.
+  double distance = 0.0;  ///< Signed distance, m.
+  /// Unit vector from the obstacle to the solid.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d on_solid = Eigen::Vector3d::Zero();
   Eigen::Vector3d on_obstacle = Eigen::Vector3d::Zero();
 };
 
-/// One obstacle, asked in its own frame.
+/// One obstacle, queried in its own frame.
 ///
 /// With s(n) = min over the solid of n . x - max over the obstacle of n . x, the signed distance is
-/// max over unit n of s(n): apart, it is the distance; overlapping, minus the shortest shift that
-/// parts the bodies. FCL's GJK proposes n, and what is reported is s(n), computed afresh from the
-/// vertices. Hence the distance never exceeds the truth, whatever FCL returned, and `normal` is its
-/// gradient. Overlaps: doc/decisions/overlap-without-epa.md.
+/// max over unit n of s(n): for separate bodies it is the distance; for overlapping ones it is
+/// minus the shortest shift that separates them. GJK proposes n, and the reported value is s(n),
+/// computed from the vertices. Hence the distance never exceeds the true one, wherever GJK stopped,
+/// and `normal` is its gradient. Overlaps: doc/decisions/overlap-without-epa.md.
 class NarrowPhase {
  public:
   explicit NarrowPhase(const Shape& shape);
 
-  /// The obstacle against the hull of `points_O` (at least one). False when the distance is
-  /// certainly not below `cutoff`; `result` is then unspecified.
+  /// Separation between the obstacle and the hull of `points_O` (at least one). False if the
+  /// distance is certainly not below `cutoff`; `result` is then unspecified.
   [[nodiscard]] bool separation(const SolidPoints& points_O, double cutoff,
                                 Separation& result) const;
+  [[nodiscard]] const Shape& shape() const { return shape_; }
 
  private:
   Shape shape_;

@@ -7,9 +7,9 @@
 
 namespace dive::planning {
 
-/// Nearest to `p` in the hull of `points` (at least one; any of them may coincide, or lie in a
-/// plane or on a line). Wolfe 1976, "Finding the nearest point in a polytope": an active set of at
-/// most four points, exact but for rounding.
+/// The point of the hull of `points` nearest to `p` (at least one point; points may coincide, or
+/// lie in a plane or on a line). Wolfe 1976, "Finding the nearest point in a polytope": an active
+/// set of at most four points, exact up to rounding.
 [[nodiscard]] Eigen::Vector3d nearest_in_hull(std::span<const Eigen::Vector3d> points,
                                               const Eigen::Vector3d& p);
 

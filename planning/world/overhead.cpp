@@ -26,7 +26,7 @@ std::array<Vector3d, 8> corners(const Obstacle& box) {
   return result;
 }
 
-// Plan view of the part of a box with low <= z <= high: points whose convex hull it is.
+// Plan view of the part of a box with low <= z <= high, as points whose convex hull it is.
 void footprint(const Obstacle& box, double low, double high, std::vector<Vector2d>& points) {
   const std::array<Vector3d, 8> corner = corners(box);
   points.clear();
@@ -45,7 +45,7 @@ void footprint(const Obstacle& box, double low, double high, std::vector<Vector2
   }
 }
 
-// Convex hull of points, which are sorted, counter-clockwise, by Andrew's monotone chain.
+// Convex hull of sorted points, counter-clockwise, by Andrew's monotone chain.
 void convex_hull(std::vector<Vector2d>& points, std::vector<Vector2d>& hull) {
   std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
@@ -60,13 +60,13 @@ void convex_hull(std::vector<Vector2d>& points, std::vector<Vector2d>& hull) {
       }
       hull.push_back(p);
     }
-    hull.pop_back();  // The first point of the other pass.
+    hull.pop_back();  // First point of the other pass.
     std::reverse(points.begin(), points.end());
   }
 }
 
-// The same of any polytope: the edges of its hull are among the lines between its vertices, and the
-// others lie inside it.
+// Plan view of any polytope: the edges of its hull are among the lines between its vertices, and
+// the other lines lie inside it.
 void footprint(const Polytope& polytope, const Pose& X_WO, double low, double high,
                std::vector<Vector2d>& points) {
   points.clear();
@@ -90,7 +90,7 @@ std::vector<Eigen::AlignedBox3d> boxes_of(const World& world) {
   return boxes;
 }
 
-// The most points that its footprint can be made of, and two for the hull under construction.
+// Largest number of points in its footprint, plus two for the hull under construction.
 std::size_t largest_footprint(const Obstacle& obstacle) {
   const auto* polytope = std::get_if<Polytope>(&obstacle.shape);
   const std::size_t count = polytope != nullptr ? polytope->vertices.size() : 8;
@@ -118,7 +118,7 @@ bool within(PlanView& view, const Vector2d& p, double radius) {
   return inside;
 }
 
-// Least n . x over the tube: at its nearer end, on the side that faces the solid.
+// Uses the least n . x over the tube: at its nearer end, on the side that faces the solid.
 bool half_space_above(const Obstacle& obstacle, const Vector3d& p_W, double radius) {
   const Vector3d n_W = obstacle.X_WO.q * std::get<HalfSpace>(obstacle.shape).normal;
   const double at_p = n_W.dot(p_W - obstacle.X_WO.p);

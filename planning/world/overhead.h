@@ -1,5 +1,5 @@
 #pragma once
-// What lies between a point and the surface.
+// Obstacles between a point and the surface.
 
 #include <vector>
 
@@ -10,21 +10,20 @@
 
 namespace dive::planning {
 
-/// Memory of is_above(), which allocates where this is too small.
+/// Scratch memory of is_above(), which allocates only to enlarge it.
 struct PlanView {
   std::vector<Eigen::Vector2d> points;
   std::vector<Eigen::Vector2d> hull;
 };
 
-/// Does the obstacle reach into the open vertical tube of `radius` around p_W, from p_W up to the
-/// surface z = 0? Exact for boxes, half-spaces and polytopes; other shapes count as their own box,
-/// so the answer may be yes where it is no, never the reverse.
+/// True if the obstacle reaches into the vertical tube of `radius` around p_W, from p_W up to the
+/// surface z = 0. Exact for boxes, half-spaces and polytopes; other shapes are replaced by their
+/// own box, so the result may be a false positive, never a false negative.
 [[nodiscard]] bool is_above(const Obstacle& obstacle, const Eigen::Vector3d& p_W, double radius,
                             PlanView& scratch);
 
-/// The same of all obstacles of a world, asked fifty times a second: a tree of boxes finds who may
-/// be above, and nothing is allocated after construction. Not thread-safe. The world must outlive
-/// it.
+/// The same query for all obstacles of a world, at 50 Hz: a tree of boxes finds the candidates, and
+/// nothing is allocated after construction. Not thread-safe. The world must outlive it.
 class Ceiling {
  public:
   explicit Ceiling(const World& world);

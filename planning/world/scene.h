@@ -1,7 +1,7 @@
 #pragma once
-// Distances between a moving convex solid and the obstacles of a world: a tree of boxes finds who
-// is near, FCL's GJK how near (narrowphase.h). Distances never exceed the truth; of overlaps the
-// depth may be a little too large, for which see doc/decisions/overlap-without-epa.md.
+// Distances between a moving convex solid and the obstacles of a world: a tree of boxes finds the
+// candidates, GJK the distances (narrowphase.h). Distances never exceed the true ones; the depth of
+// an overlap may be slightly too large, see doc/decisions/overlap-without-epa.md.
 
 #include <memory>
 #include <span>
@@ -17,16 +17,18 @@ namespace dive::planning {
 struct Contact {
   int obstacle = -1;                 ///< Index into World::obstacles.
   double distance = 0.0;             ///< Signed, m; negative is penetration depth.
-  Eigen::Vector3d point_on_solid_W;  ///< On the solid.
+  Eigen::Vector3d point_on_solid_W;  ///< Nearest point on the solid.
   Eigen::Vector3d point_on_obstacle_W;
   Eigen::Vector3d
-      normal_W;  ///< Unit, from the obstacle to the solid: moving along it adds distance.
+      normal_W;  ///< Unit vector from the obstacle to the solid, along which the distance grows.
 };
 
-/// Not thread-safe: one per thread (it keeps scratch memory). Cheap to construct from a World.
+/// Not thread-safe: one per thread, because it has scratch memory. A copy shares the obstacles and
+/// has its own scratch memory, so it may be used by another thread.
 class Scene {
  public:
   explicit Scene(const World& world);
+  Scene(const Scene& other);
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
   ~Scene();

@@ -1,11 +1,14 @@
 #include "planning/world/sdf.h"
 
 #include <array>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "common/xml.h"
+#include "planning/world/mesh_facts.h"
+#include "planning/world/mesh_remarks.h"
 #include "planning/world/sdf_geometry.h"
 
 namespace dive::planning {
@@ -13,7 +16,7 @@ namespace {
 
 constexpr XmlLimits kLimits{.max_bytes = 16U << 20U, .max_depth = 48, .max_elements = 300'000};
 
-// Gazebo's sun is a light; every other include may be a wall.
+// Gazebo's sun is a light; any other include may be a wall.
 constexpr std::array<std::string_view, 2> kLights{"model://sun", "model://sun_lamp"};
 
 bool is_light(const XmlElement& include) {
@@ -21,7 +24,7 @@ bool is_light(const XmlElement& include) {
   return uri != nullptr && (uri->text == kLights[0] || uri->text == kLights[1]);
 }
 
-// Walks world / model / link / collision with the pose so far, and gathers what is solid.
+// Walks world / model / link / collision with the accumulated pose, and collects what is solid.
 class Reader {
  public:
   Reader(const SourceText& source, Diagnostics& diagnostics, MeshSource& meshes)
@@ -43,12 +46,17 @@ class Reader {
         members(element, {}, "");
       }
     }
-    // Files of single objects have their models directly below <sdf>; members() of a world would
-    // be read twice, but <world> is none of the names it looks at.
+    // Files of single objects have their models directly below <sdf>. The members of a <world> are
+    // not read twice, because members() ignores <world>.
     members(sdf, {}, "");
   }
 
-  [[nodiscard]] World take() { return std::move(world_); }
+  [[nodiscard]] World take() {
+    if (first_mesh_) {
+      for (const MeshRemark& each : remarks_on_all(meshes_W_)) warn(*first_mesh_, each);
+    }
+    return std::move(world_);
+  }
 
  private:
   void version(const XmlElement& sdf) const {
@@ -65,8 +73,8 @@ class Reader {
                   "versions 1.4 to 1.11 are read");
   }
 
-  // What a world or a model may hold that is, or may be, solid. Lights, physics, plugins and the
-  // like are none of our business.
+  // Reads the elements of a world or a model that are, or may be, solid. Lights, physics, plugins
+  // and the like are ignored.
   void members(const XmlElement& parent, const Pose& X_WP, const std::string& path) {
     for (const XmlElement& element : parent.children) {
       if (element.name == "model") {
@@ -134,7 +142,8 @@ class Reader {
     if (!wanted) return;
     auto found = meshes_.find(wanted->uri, wanted->scale);
     if (!found) {
-      values_.error("MAP-MESH", wanted->uri_span, "the mesh " + found.error());
+      const MeshProblem& problem = found.error();
+      values_.error(problem.code, wanted->uri_span, "the mesh " + problem.message, problem.hint);
       return;
     }
     if (!found->warning.empty()) {
@@ -142,19 +151,34 @@ class Reader {
                       "a mesh with fewer triangles, or less of it, will do better");
     }
     int surface = -1;
-    if (!found->mesh.triangles.empty()) {
+    if (!found->file.mesh.triangles.empty()) {
+      for (Eigen::Vector3d& v : found->file.mesh.vertices) v = X_WO * v;
+      remark(*wanted, *found, X_WO);
       surface = static_cast<int>(world_.surfaces.size());
-      for (Eigen::Vector3d& v : found->mesh.vertices) v = X_WO * v;
-      world_.surfaces.push_back({name, std::move(found->mesh)});
+      world_.surfaces.push_back({name, std::move(found->file.mesh), found->path});
     }
     for (Polytope& piece : found->pieces.pieces) {
       world_.obstacles.push_back({name, Shape(), X_WO, surface});
-      // About their own middle: the box around a shape is taken to be centred in its frame.
+      // Relative to their own centre: the box around a shape is assumed to be centred in its frame.
       const Eigen::Vector3d middle = middle_of(piece.vertices);
       for (Eigen::Vector3d& v : piece.vertices) v -= middle;
       world_.obstacles.back().X_WO.p = X_WO * middle;
       world_.obstacles.back().shape = std::move(piece);
     }
+  }
+
+  // Each warning once per file: a map may use one mesh in many places.
+  void remark(const SdfMesh& wanted, const FoundMesh& found, const Pose& X_WO) {
+    const PlacedMesh placed{found.file, wanted.scale, X_WO.q.toRotationMatrix(),
+                            facts_of(found.file.mesh)};
+    for (const MeshRemark& each : remarks_on(placed)) warn(wanted, each);
+    meshes_W_.extend(placed.facts.bounds);
+    if (!first_mesh_) first_mesh_ = wanted;
+  }
+
+  void warn(const SdfMesh& mesh, const MeshRemark& remark) {
+    if (!remarked_.emplace(remark.code, mesh.uri).second) return;
+    values_.warning(remark.code, mesh.uri_span, "the mesh " + remark.message, remark.hint);
   }
 
   static Eigen::Vector3d middle_of(const std::vector<Eigen::Vector3d>& points) {
@@ -173,6 +197,9 @@ class Reader {
   SdfValues values_;
   MeshSource& meshes_;
   World world_;
+  Eigen::AlignedBox3d meshes_W_;
+  std::optional<SdfMesh> first_mesh_;
+  std::set<std::pair<std::string, std::string>> remarked_;  // Code and URI.
 };
 
 std::optional<World> read_tree(const std::optional<XmlDocument>& document, Diagnostics& diagnostics,

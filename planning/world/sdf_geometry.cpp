@@ -12,7 +12,7 @@
 namespace dive::planning {
 namespace {
 
-// Beyond it a number in a map is a slip of the pen, and squares of it lose their centimetres.
+// Larger numbers in a map are typing errors, and their squares lose centimetres.
 constexpr double kLargest = 1e6;
 
 const std::array<std::string, 7> kShapes{"box",       "cylinder", "sphere", "capsule",

@@ -1,5 +1,5 @@
 #pragma once
-// The leaves of an SDF file: poses and shapes, each value checked where it is written.
+// The innermost elements of an SDF file: poses and shapes, each value checked where it is read.
 
 #include <optional>
 #include <string>
@@ -23,10 +23,10 @@ class SdfValues {
   SdfValues(const SourceText& source, Diagnostics& diagnostics)
       : source_(source), diagnostics_(diagnostics) {}
 
-  /// The <pose> child of `parent` (x y z roll pitch yaw); identity when there is none.
+  /// The <pose> child of `parent` (x y z roll pitch yaw); identity if there is none.
   [[nodiscard]] Pose pose_of(const XmlElement& parent) const;
 
-  /// What one child of <geometry> draws, but for a <mesh>. Nothing after a diagnostic, and for
+  /// The shape of one child of <geometry> except <mesh>. Absent after a diagnostic, and for
   /// <empty/>.
   [[nodiscard]] std::optional<Shape> shape_of(const XmlElement& element) const;
   [[nodiscard]] std::optional<SdfMesh> mesh_of(const XmlElement& element) const;

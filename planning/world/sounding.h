@@ -1,5 +1,5 @@
 #pragma once
-// How far down is the ground?
+// The height of the ground below a point.
 
 #include <optional>
 
@@ -10,7 +10,7 @@
 namespace dive::planning {
 
 /// Height (z in W) of the first solid straight below `p_W`, found by sphere tracing on the point
-/// distance; nothing within `range` m. A point inside a solid is its own ground.
+/// distance; absent if there is none within `range` m. For a point inside a solid, its own height.
 [[nodiscard]] std::optional<double> ground_below(const Scene& scene, const Eigen::Vector3d& p_W,
                                                  double range = 200.0);
 

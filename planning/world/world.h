@@ -1,5 +1,5 @@
 #pragma once
-// What is solid. A world is a list of convex obstacles in W (ENU, z = 0 at the surface, metres).
+// The solid environment: a list of convex obstacles in W (ENU, z = 0 at the surface, metres).
 
 #include <array>
 #include <cstdint>
@@ -19,14 +19,14 @@ struct Box {
 };
 struct Cylinder {
   double radius;
-  double length;  ///< Along z, centred.
+  double length;  ///< Length along z, centred.
 };
 struct Sphere {
   double radius;
 };
 struct Capsule {
   double radius;
-  double length;  ///< Of the cylindrical part, along z, centred.
+  double length;  ///< Length of the cylindrical part along z, centred.
 };
 struct Ellipsoid {
   Eigen::Vector3d radii;
@@ -36,8 +36,8 @@ struct HalfSpace {
   Eigen::Vector3d normal;
 };
 
-/// Every point within `radius` of the hull of the vertices (at least one, in any position: a
-/// triangle will do).
+/// All points within `radius` of the hull of the vertices (at least one, in any position: a
+/// triangle is allowed).
 struct Polytope {
   std::vector<Eigen::Vector3d> vertices;
   double radius = 0.0;
@@ -46,10 +46,10 @@ struct Polytope {
 using Shape = std::variant<Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace, Polytope>;
 
 struct Obstacle {
-  std::string name;  ///< For people: model, link and collision of the map.
+  std::string name;  ///< Name for messages: model, link and collision of the map.
   Shape shape;
   Pose X_WO;
-  int surface = -1;  ///< Index in World::surfaces of what this is a piece of; -1: of nothing.
+  int surface = -1;  ///< Index in World::surfaces of the surface that this is a piece of, or -1.
 };
 
 /// A convex solid: the hull of its vertices, at least four of them not in one plane.
@@ -58,39 +58,42 @@ struct ConvexSolid {
   std::vector<Eigen::Vector3d> vertices;
 };
 
-/// The vehicle as the planner sees it: convex parts in B whose union contains everything solid,
-/// moving parts over their whole range included.
+/// The vehicle's shape for planning: convex parts in B whose union contains everything solid,
+/// including moving parts over their whole range.
 struct RobotHull {
   std::vector<ConvexSolid> parts;
 
-  /// Radius of the smallest ball around B's origin that holds every part.
+  /// Radius of the smallest ball around B's origin that contains every part, m.
   [[nodiscard]] double radius() const;
-  /// Radius of a ball around B's origin that one of the parts contains; 0 when none holds it.
+  /// Radius of a ball around B's origin that one of the parts contains, m; 0 if no part contains
+  /// the origin.
   [[nodiscard]] double inner_radius() const;
   /// Vertices of the convex hull of all parts (no interior points), in B.
   [[nodiscard]] std::vector<Eigen::Vector3d> hull_vertices() const;
-  /// Some of these, few, whose hull reaches within about `tolerance` (m) of the full one
-  /// everywhere.
+  /// A small subset of these whose hull is everywhere within about `tolerance` (m) of the full one.
   [[nodiscard]] std::vector<Eigen::Vector3d> outline(double tolerance) const;
 };
 
-/// A surface as it was drawn, facing either way and not necessarily closed.
+/// A surface as modelled, facing either way and not necessarily closed.
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// A mesh of the map, in W. Obstacles stand for it; it is kept for whoever must not trust them.
+/// A mesh of the map, in W. Obstacles represent it; the mesh is kept for checks that must not rely
+/// on them.
 struct Surface {
-  std::string name;
+  std::string name;  ///< Name of its obstacles.
   TriangleMesh mesh;
+  std::string file = {};  ///< Source file; empty if the surface was generated.
 };
 
 struct World {
   std::vector<Obstacle> obstacles;
-  std::vector<Surface> surfaces = {};  ///< Empty in a world that was read back from a log.
+  /// Surfaces of the map; empty in a world read back from a log.
+  std::vector<Surface> surfaces = {};
 
-  /// Box around everything bounded (half-spaces excluded); empty when there is nothing.
+  /// Box around everything bounded (half-spaces excluded); empty if there is nothing.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
 };
 

@@ -46,7 +46,7 @@ TEST(FailsafeLadder, WaitsForPersistenceWithoutABreak) {
   const FailsafeConditions leak = only({FailsafeKind::kLeak});
   EXPECT_FALSE(ladder.update(0, leak, true));
   EXPECT_FALSE(ladder.update(from_seconds(0.99), leak, true));
-  EXPECT_FALSE(ladder.update(from_seconds(1.0), {}, true)) << "one good sample starts it anew";
+  EXPECT_FALSE(ladder.update(from_seconds(1.0), {}, true)) << "one good sample starts it again";
   EXPECT_FALSE(ladder.update(from_seconds(1.01), leak, true));
   EXPECT_FALSE(ladder.update(from_seconds(2.0), leak, true));
   EXPECT_TRUE(ladder.update(from_seconds(2.01), leak, true));

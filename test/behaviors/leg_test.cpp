@@ -9,15 +9,16 @@
 #include "behaviors/goal_sequence.h"
 #include "behaviors/surface.h"
 #include "behaviors/trail.h"
+#include "test/behaviors/plan_answer.h"
 
 namespace dive::behaviors {
 namespace {
 
 LegSettings settings() {
   LegSettings result;
-  result.attitude = planning::AttitudeMode::kHorizontal;
-  result.clearance = 1.0;
-  result.min_z = -10.0;
+  result.limits.attitude = planning::AttitudeMode::kHorizontal;
+  result.limits.clearance = 1.0;
+  result.limits.min_z = -10.0;
   return result;
 }
 
@@ -36,7 +37,7 @@ class PerfectVehicle {
     estimate_.X_WB.p = p_W;
   }
   template <class B>
-  BehaviorOutput tick(B& behavior, const PlanAnswer* plan = nullptr) {
+  BehaviorOutput tick(B& behavior, const planning::PlanResult* plan = nullptr) {
     now_ += 20'000;
     if (trail_ != nullptr) trail_->add(estimate_.X_WB.p, true);
     const BehaviorOutput output = behavior.step(input(plan));
@@ -46,7 +47,7 @@ class PerfectVehicle {
     estimate_.v_WB_B = {output.command.v, 0, 0};
     return output;
   }
-  [[nodiscard]] BehaviorInput input(const PlanAnswer* plan) const {
+  [[nodiscard]] BehaviorInput input(const planning::PlanResult* plan) const {
     BehaviorInput input;
     input.now = now_;
     input.estimate = &estimate_;
@@ -78,8 +79,8 @@ std::vector<Pose> straight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return poses;
 }
 
-PlanAnswer success(const std::vector<Pose>& path) {
-  return {planning::PlanStatus::kSuccess, "", path, 1.2};
+planning::PlanResult success(const std::vector<Pose>& path) {
+  return testing::plan_answer(planning::PlanStatus::kSuccess, "", path, 1.2);
 }
 
 TEST(Leg, AsksOnceWaitsThenFollowsToTheGoal) {
@@ -87,19 +88,37 @@ TEST(Leg, AsksOnceWaitsThenFollowsToTheGoal) {
   PerfectVehicle vehicle({0, 0, -3});
   const BehaviorOutput first = vehicle.tick(leg);
   ASSERT_TRUE(first.plan_request);
-  EXPECT_EQ(first.plan_request->clearance, 1.0);
-  EXPECT_EQ(first.plan_request->min_z, -10.0);
+  EXPECT_EQ(first.plan_request->limits.clearance, 1.0);
+  EXPECT_EQ(first.plan_request->limits.min_z, -10.0);
   EXPECT_TRUE(first.plan_request->previous.empty());
   EXPECT_EQ(first.command.v, 0.0) << "no path, no way";
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(vehicle.tick(leg).plan_request);
 
   const std::vector<Pose> path = straight({0, 0, -3}, {6, 0, -3});
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   BehaviorOutput output = vehicle.tick(leg, &answer);
   EXPECT_EQ(leg.progress().clearance_m, 1.2);
   for (int i = 0; i < 2000 && !output.done; ++i) output = vehicle.tick(leg);
   EXPECT_TRUE(output.done);
   EXPECT_LT((vehicle.position() - Eigen::Vector3d(6, 0, -3)).norm(), 0.5);
+}
+
+// Under water a vehicle that has drifted too near to something must get away from it.
+TEST(Leg, AcceptsAndFollowsAReducedPath) {
+  Leg leg(settings(), goal_at(6, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const BehaviorOutput first = vehicle.tick(leg);
+  ASSERT_TRUE(first.plan_request);
+  EXPECT_EQ(first.plan_request->limits.reduced_clearance, 0.0);
+  const std::vector<Pose> path = straight({0, 0, -3}, {6, 0, -3});
+  const planning::PlanResult answer =
+      testing::plan_answer(planning::PlanStatus::kReduced, "the start is near", path, 0.3);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  for (int i = 0; i < 100; ++i) output = vehicle.tick(leg);
+  EXPECT_GT(output.command.v, 0.0);
+  EXPECT_GT(vehicle.position().x(), 0.1);
+  EXPECT_EQ(leg.progress().clearance_m, 0.3);
+  EXPECT_EQ(leg.progress().plan_failures, 0);
 }
 
 TEST(Leg, DwellsAtTheGoal) {
@@ -109,7 +128,7 @@ TEST(Leg, DwellsAtTheGoal) {
   PerfectVehicle vehicle({0, 0, -3});
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {3, 0, -3});
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   BehaviorOutput output = vehicle.tick(leg, &answer);
   double arrived = 0;
   for (int i = 0; i < 3000 && !output.done; ++i) {
@@ -119,6 +138,37 @@ TEST(Leg, DwellsAtTheGoal) {
   EXPECT_NEAR(vehicle.seconds() - arrived, 5.0, 0.05);
 }
 
+// A replan that was under way when the vehicle arrived must not change what it does at the goal.
+TEST(Leg, AtTheGoalIgnoresAnAnswerThatComesLate) {
+  for (const bool has_path : {true, false}) {
+    LegSettings with_period = settings();
+    with_period.replan.period_s = 2.0;
+    LegGoal goal = goal_at(1.2, 0);
+    goal.dwell_s = 5.0;
+    Leg leg(with_period, goal);
+    PerfectVehicle vehicle({0, 0, -3});
+    EXPECT_TRUE(vehicle.tick(leg).plan_request);
+    const std::vector<Pose> path = straight({0, 0, -3}, {1.2, 0, -3});
+    planning::PlanResult answer = success(path);
+    BehaviorOutput output = vehicle.tick(leg, &answer);
+    bool has_asked = false;
+    while (leg.progress().distance_to_go_m > 0.0 && vehicle.seconds() < 60.0) {
+      output = vehicle.tick(leg);
+      has_asked |= output.plan_request.has_value();
+    }
+    ASSERT_TRUE(has_asked);
+    const std::vector<Pose> north = straight(vehicle.position(), {1.2, 9, -7});
+    answer = has_path ? success(north)
+                      : testing::plan_answer(planning::PlanStatus::kNoPath, "late", {}, 0.0);
+    output = vehicle.tick(leg, &answer);
+    EXPECT_FALSE(output.done || output.plan_request);
+    EXPECT_EQ(output.command.v, 0.0);
+    EXPECT_EQ(output.command.d, 3.0);
+    EXPECT_NEAR(to_rpy(output.command.o).z(), 0.0, 1e-9);
+    EXPECT_EQ(leg.progress().plan_failures, 0);
+  }
+}
+
 TEST(Leg, KeepsTheOldPathWhileAndAfterAReplanFails) {
   LegSettings with_period = settings();
   with_period.replan.period_s = 3.0;
@@ -126,14 +176,15 @@ TEST(Leg, KeepsTheOldPathWhileAndAfterAReplanFails) {
   PerfectVehicle vehicle({0, 0, -3});
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   BehaviorOutput output = vehicle.tick(leg, &answer);
   while (!output.plan_request && vehicle.seconds() < 10) output = vehicle.tick(leg);
   ASSERT_TRUE(output.plan_request);
   EXPECT_FALSE(output.plan_request->previous.empty()) << "warm-started from the path it has";
   EXPECT_LT((output.plan_request->previous.back().p - path.back().p).norm(), 1e-12);
   EXPECT_GT(output.command.v, 0.1);
-  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "blocked", {}, 0.0);
   output = vehicle.tick(leg, &failure);
   EXPECT_GT(output.command.v, 0.1);
   EXPECT_EQ(leg.progress().plan_failures, 1);
@@ -155,7 +206,8 @@ TEST(Leg, RetriesAFailedFirstPlanThenGivesUp) {
   few.replan.max_replans = 4;
   Leg leg(few, goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
-  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "blocked", {}, 0.0);
   int asked = 0;
   std::vector<std::uint64_t> seeds;
   BehaviorOutput output;
@@ -174,7 +226,7 @@ TEST(Leg, RetriesAFailedFirstPlanThenGivesUp) {
     }
   }
   EXPECT_EQ(output.failed, Failure::kExhausted);
-  EXPECT_EQ(unreachable, 1) << "told once, and tried again all the same";
+  EXPECT_EQ(unreachable, 1) << "reported once, and still tried again";
   EXPECT_EQ(asked, 5) << "the first and four more";
   EXPECT_EQ(leg.progress().plan_failures, 5);
   EXPECT_NE(seeds[0], seeds[1]) << "another try must be able to end otherwise";
@@ -186,7 +238,7 @@ TEST(Leg, PlansAgainWhenItMissedTheGoal) {
   PerfectVehicle vehicle({0, 0, -3});
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {4, 0, -3});
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   BehaviorOutput output = vehicle.tick(leg, &answer);
   vehicle.move_to({4.5, 2.0, -3});  // swept past it, abeam
   for (int i = 0; i < 50 && !output.plan_request; ++i) output = vehicle.tick(leg);
@@ -212,7 +264,7 @@ class Room final : public PathJudge {
   double seen_to_ = 0.0;
 };
 
-// Somebody swims to within 0.3 m of a path that has 1.2 m, and away again; until then the planner
+// A diver swims to within 0.3 m of a path that has 1.2 m, and away again; until then the planner
 // knows no other. What was certified with 0.3 m is swum.
 TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
   Leg leg(settings(), goal_at(20, 0));
@@ -224,10 +276,11 @@ TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
   is_there = false;
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   BehaviorOutput output = vehicle.tick(leg, &answer);
   is_there = true;
-  const PlanAnswer failure{planning::PlanStatus::kNoPath, "blocked", {}, 0.0};
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "blocked", {}, 0.0);
   while (vehicle.seconds() < 40.0) {
     output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
     if (vehicle.position().x() < 7.0 && vehicle.position().x() > 1.0) {
@@ -241,7 +294,7 @@ TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
   is_there = false;
   while (!output.plan_request) output = vehicle.tick(leg);
   const std::vector<Pose> on = straight(vehicle.position(), {20, 0, -3});
-  const PlanAnswer again = success(on);
+  const planning::PlanResult again = success(on);
   output = vehicle.tick(leg, &again);
   while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
   EXPECT_TRUE(output.done);
@@ -255,14 +308,14 @@ TEST(Leg, SwimsWhereThereWasNeverMoreRoom) {
   vehicle.look(&room, nullptr);
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
-  PlanAnswer answer = success(path);
+  planning::PlanResult answer = success(path);
   answer.clearance_m = 0.3;
   BehaviorOutput output = vehicle.tick(leg, &answer);
   while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
   EXPECT_TRUE(output.done);
 }
 
-// Beside somebody, where there is room ahead and astern, but none to turn.
+// Beside a diver, with clearance ahead and astern but none to turn.
 class Beside final : public PathJudge {
  public:
   double clearance(std::span<const Pose> waypoints) override {
@@ -280,7 +333,7 @@ class Beside final : public PathJudge {
 // had turned north.
 double turn_north(bool with_trail) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
+  unknown.recovery.by_motion = true;
   Leg leg(unknown, goal_at(5, 20));
   PerfectVehicle vehicle({0, 0, -3});
   Trail trail;
@@ -297,7 +350,7 @@ double turn_north(bool with_trail) {
       path = straight(output.plan_request->start.p, {5, 20, -3});
       path.front().q = output.plan_request->start.q;
     }
-    const PlanAnswer answer = success(path);
+    const planning::PlanResult answer = success(path);
     output = vehicle.tick(leg, output.plan_request ? &answer : nullptr);
   }
   EXPECT_GE(vehicle.position().y(), 1.0);
@@ -322,7 +375,7 @@ struct Narrowing {
 // A planner that lets the vehicle on from wherever it is, with the room that it has there.
 Narrowing swim_into(Room& room, bool with_trail, double seconds) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
+  unknown.recovery.by_motion = true;
   unknown.replan.map_change = true;
   unknown.replan.min_interval_s = 0.5;
   unknown.replan.max_replans = 1000;
@@ -335,7 +388,7 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
   std::vector<Pose> path;
   bool was_back = false;
   while (vehicle.seconds() < seconds && !result.unreachable) {
-    PlanAnswer answer;
+    planning::PlanResult answer;
     room.look_from(vehicle.position().x());
     if (output.plan_request) {
       path = straight(output.plan_request->start.p, {30, 0, -3});
@@ -343,7 +396,7 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
       answer.clearance_m = room.clearance(path);
     }
     output = vehicle.tick(sequence, output.plan_request ? &answer : nullptr);
-    const bool is_back = !sequence.needs_sight();
+    const bool is_back = !sequence.needs_free_ahead();
     if (is_back && !was_back) {
       ++result.turned_back;
       result.ways_back.push_back(0.0);
@@ -410,14 +463,14 @@ void tick_and_plan(PerfectVehicle& vehicle, GoalSequence& sequence, BehaviorOutp
   std::vector<Pose> path;
   const bool asked = output.plan_request.has_value();
   if (asked) path = straight(output.plan_request->start.p, {30, 0, -3});
-  const PlanAnswer answer = success(path);
+  const planning::PlanResult answer = success(path);
   output = vehicle.tick(sequence, asked ? &answer : nullptr);
 }
 
 // Where it cannot look it does not stand for ever, nor does it give up at once.
 TEST(Leg, TakesAnotherWayByGoingBackALittle) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
+  unknown.recovery.by_motion = true;
   GoalSequence sequence(unknown, {goal_at(30, 0)});
   PerfectVehicle vehicle({0, 0, -3});
   Trail trail;
@@ -429,27 +482,28 @@ TEST(Leg, TakesAnotherWayByGoingBackALittle) {
   while (vehicle.seconds() < 300.0 && output.failed == Failure::kNone) {
     tick_and_plan(vehicle, sequence, output);
     open.look_from(vehicle.position().x());
-    if (vehicle.position().x() < 4.0 || !sequence.needs_sight()) continue;
-    if (!sequence.take_another_way()) break;
+    if (vehicle.position().x() < 4.0 || !sequence.needs_free_ahead()) continue;
+    if (!sequence.request_alternative()) break;
     ++others;
     output = vehicle.tick(sequence);
-    EXPECT_FALSE(sequence.needs_sight());
+    EXPECT_FALSE(sequence.needs_free_ahead());
     double farthest_back = 10.0;
-    while (!sequence.needs_sight() && vehicle.seconds() < 300.0) {
+    while (!sequence.needs_free_ahead() && vehicle.seconds() < 300.0) {
       output = vehicle.tick(sequence);
       farthest_back = std::min(farthest_back, vehicle.position().x());
     }
     EXPECT_LT(farthest_back, 3.3);
-    EXPECT_TRUE(output.plan_request) << "and plans anew from there";
+    EXPECT_TRUE(output.plan_request) << "and replans from there";
   }
   EXPECT_EQ(others, 5) << "then it is out of reach";
 }
 
-// Somebody was where it wants to go, and it stands with its back to that.
+// A diver was at the goal, and the vehicle holds with its stern to it.
 TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
-  const PlanAnswer failure{planning::PlanStatus::kNoPath, "occupied", {}, 0.0};
+  unknown.recovery.by_motion = true;
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "occupied", {}, 0.0);
   for (const double room : {1.0, 0.05}) {
     Leg leg(unknown, goal_at(-6, 0));
     PerfectVehicle vehicle({0, 0, -3});
@@ -466,11 +520,11 @@ TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
   }
 }
 
-// From where it waits it cannot see that whoever was at its goal has gone.
+// From where the vehicle waits it cannot observe that the diver has left the goal.
 TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
-  unknown.unreachable_after = 40;
+  unknown.recovery.by_motion = true;
+  unknown.recovery.unreachable_after = 40;
   unknown.replan.max_replans = 1000;
   for (const bool leaves : {true, false}) {
     GoalSequence sequence(unknown, {goal_at(20, 0)});
@@ -485,11 +539,12 @@ TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
     int near = 0;
     double farthest = 0.0;
     while (vehicle.seconds() < 400.0 && !output.done && output.failed == Failure::kNone) {
-      PlanAnswer answer{planning::PlanStatus::kNoPath, "the goal is occupied", {}, 0.0};
+      planning::PlanResult answer =
+          testing::plan_answer(planning::PlanStatus::kNoPath, "the goal is occupied", {}, 0.0);
       if (output.plan_request) {
         const Pose& goal = output.plan_request->goal;
         path = straight(output.plan_request->start.p, goal.p);
-        if (water.clearance({&goal, 1}) >= unknown.clearance) answer = success(path);
+        if (water.clearance({&goal, 1}) >= unknown.limits.clearance) answer = success(path);
         if (goal.p.x() < 19.0) ++near;
       }
       output = vehicle.tick(sequence, output.plan_request ? &answer : nullptr);
@@ -509,7 +564,7 @@ TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
 
 TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
   LegSettings unknown = settings();
-  unknown.backs_off = true;
+  unknown.recovery.by_motion = true;
   GoalSequence sequence(unknown, {goal_at(30, 0)});
   PerfectVehicle vehicle({0, 0, -3});
   Trail trail;
@@ -520,26 +575,27 @@ TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
   const auto swim_beyond = [&](double x) {
     do {
       tick_and_plan(vehicle, sequence, output);
-    } while ((vehicle.position().x() < x || !sequence.needs_sight()) && vehicle.seconds() < 300.0);
+    } while ((vehicle.position().x() < x || !sequence.needs_free_ahead()) &&
+             vehicle.seconds() < 300.0);
   };
   for (const double x : {4.0, 12.0}) {
     for (int i = 0; i < 5; ++i) {
       swim_beyond(x);
-      EXPECT_TRUE(sequence.take_another_way()) << x;
+      EXPECT_TRUE(sequence.request_alternative()) << x;
       output = vehicle.tick(sequence);
     }
   }
   swim_beyond(12.0);
-  EXPECT_FALSE(sequence.take_another_way());
+  EXPECT_FALSE(sequence.request_alternative());
 }
 
 TEST(Leg, WithoutAWayBackThereIsNoOther) {
   LegSettings unknown = settings();
-  EXPECT_FALSE(GoalSequence(unknown, {goal_at(30, 0)}).take_another_way()) << "on a known map";
-  unknown.backs_off = true;
+  EXPECT_FALSE(GoalSequence(unknown, {goal_at(30, 0)}).request_alternative()) << "on a known map";
+  unknown.recovery.by_motion = true;
   GoalSequence sequence(unknown, {goal_at(30, 0)});
   PerfectVehicle vehicle({0, 0, -3});
-  EXPECT_TRUE(sequence.take_another_way());
+  EXPECT_TRUE(sequence.request_alternative());
   EXPECT_EQ(vehicle.tick(sequence).failed, Failure::kUnreachable);
 }
 
@@ -554,14 +610,14 @@ TEST(Surface, InUnknownWaterMakesRoomFirst) {
     vehicle.move_to({x, 0, -3});
     trail.add(vehicle.position(), x > 4.6 || x < 3.0);
   }
-  Surface surface({.room = 1.0});
+  Surface surface({.clearance = 1.0});
   while (vehicle.position().z() < -2.9 && vehicle.seconds() < 60.0) vehicle.tick(surface);
   EXPECT_LT(vehicle.position().x(), 5.0);
   EXPECT_GT(vehicle.position().x(), 4.5) << "what is behind has a roof";
   EXPECT_LT(vehicle.seconds(), 20.0);
 
   vehicle.move_to({6.0, 0, -3});
-  Surface crippled({.room = 1.0});
+  Surface crippled({.clearance = 1.0});
   BehaviorInput input = vehicle.input(nullptr);
   input.depth_known = false;
   EXPECT_LT(crippled.step(input).command.d, 0.0) << "up, and nothing else";
@@ -572,7 +628,7 @@ TEST(GoalSequence, TakesItsGoalsInOrder) {
   PerfectVehicle vehicle({0, 0, -3});
   std::vector<Eigen::Vector3d> asked;
   std::vector<Pose> path;
-  PlanAnswer answer;
+  planning::PlanResult answer;
   BehaviorOutput output;
   for (int i = 0; i < 4000 && !output.done; ++i) {
     const bool answered = output.plan_request.has_value();

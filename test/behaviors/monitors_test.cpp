@@ -199,7 +199,7 @@ TEST_F(MonitorsTest, AQuietSensorIsLostAndANanIsSilence) {
 
 TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
   run(30.0);
-  EXPECT_EQ(what(), Only{}) << "where the map is known nobody looks";
+  EXPECT_EQ(what(), Only{}) << "with a known map range data is not monitored";
   MonitorLimits unknown = limits();
   unknown.watches_range = true;
   use(unknown);
@@ -237,6 +237,17 @@ TEST_F(MonitorsTest, AFrozenSensorIsLostWhileTheVehicleMoves) {
   run(9.0);
   EXPECT_EQ(what(), Only{});
   run(2.0);
+  EXPECT_EQ(what(), Only{"depth_lost"});
+}
+
+// The flippers push up for the last of the way, and the depth commanded is near.
+TEST_F(MonitorsTest, AFrozenDepthIsLostAlsoWhereItIsNearlyThatCommanded) {
+  moves_ = false;
+  is_depth_frozen_ = true;
+  input_.command.v = 0.0;
+  input_.command.d = -estimate_.X_WB.p.z() - 0.4;
+  input_.expected_climb = 0.2;
+  run(3.0);
   EXPECT_EQ(what(), Only{"depth_lost"});
 }
 

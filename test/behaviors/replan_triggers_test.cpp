@@ -65,7 +65,8 @@ TEST(ReplanTriggers, NoProgressIsNotComingNearer) {
   }
   EXPECT_EQ(triggers.update(from_seconds(27), signals), ReplanCause::kNone);
   EXPECT_EQ(triggers.update(from_seconds(30), signals), ReplanCause::kNoProgress);
-  EXPECT_EQ(triggers.update(from_seconds(39), signals), ReplanCause::kNone) << "it counts anew";
+  EXPECT_EQ(triggers.update(from_seconds(39), signals), ReplanCause::kNone)
+      << "the count starts again";
   EXPECT_EQ(triggers.update(from_seconds(50), signals), ReplanCause::kNoProgress);
 }
 

@@ -8,13 +8,18 @@ namespace {
 dive::testing::Allocations so_far;
 }  // namespace
 
-void* operator new(std::size_t size) {
+// The form used by std::stable_sort. Replaced too because the sanitizer replaces it as well.
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++so_far.count;
   so_far.largest = std::max(so_far.largest, size);
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  return std::malloc(size == 0 ? 1 : size);
+}
+void* operator new(std::size_t size) {
+  if (void* memory = operator new(size, std::nothrow)) return memory;
   throw std::bad_alloc();
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace dive::testing {

@@ -1,5 +1,5 @@
 #pragma once
-// What operator new was asked for. A test program that links allocations.cpp counts.
+// Counts calls of operator new in a test program that links allocations.cpp.
 
 #include <cstddef>
 
@@ -10,7 +10,7 @@ struct Allocations {
   std::size_t largest = 0;  ///< Bytes.
 };
 
-/// Since the last reset, of the whole program; not for several threads.
+/// Counts of the whole program since the last reset; not thread-safe.
 [[nodiscard]] Allocations allocations();
 void reset_allocations();
 

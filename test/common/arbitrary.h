@@ -1,5 +1,5 @@
 #pragma once
-// Generators of poses for property tests; tiny angles and angles near pi included.
+// Generators of poses for property tests, including tiny angles and angles near pi.
 
 #include <cmath>
 
@@ -10,7 +10,7 @@
 
 namespace dive::testing {
 
-/// A number in [low, high], from a fine grid.
+/// A number in [low, high] from a fine grid.
 inline rc::Gen<double> arbitrary_double(double low, double high) {
   return rc::gen::map(rc::gen::inRange(0, 1'000'001),
                       [low, high](int step) { return low + (high - low) * step / 1e6; });

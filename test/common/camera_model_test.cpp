@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The calibration that comes with the EuRoC sequences, for its left camera.
+// The calibration of the left camera of the EuRoC sequences.
 CameraModel euroc() {
   CameraModel camera;
   camera.width = 752;
@@ -83,7 +83,7 @@ TEST(CameraModel, SaysWhatIsWrongWithIt) {
 
 TEST(CameraModel, DoesNotInventWhereThePictureFoldsOver) {
   CameraModel camera = euroc();
-  camera.radtan = {-0.9, 0.0, 0.0, 0.0};  // folds over at r^2 = 1 / 2.7
+  camera.radtan = {-0.9, 0.0, 0.0, 0.0};  // the distorted image folds over at r^2 = 1 / 2.7
   EXPECT_FALSE(camera.undistort({camera.cx + 2.0 * camera.fx, camera.cy}));
 }
 

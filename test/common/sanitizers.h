@@ -1,6 +1,6 @@
 #pragma once
-// What the sanitizers leave out: tests that would take minutes under them, in code that other tests
-// bring under them too. All run in release.
+// Skips tests that would take minutes under the sanitizers, in code that other tests run under them
+// as well. All run in release.
 
 namespace dive::testing {
 

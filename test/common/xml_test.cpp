@@ -12,7 +12,7 @@ std::optional<XmlDocument> parse(const std::string& text, Diagnostics& diagnosti
   return parse_xml(SourceText("t.xml", text), limits, diagnostics);
 }
 
-// Code and line of the only diagnostic.
+// Code and line of the single diagnostic.
 std::pair<std::string, int> only_error(const std::string& text, XmlLimits limits = {}) {
   Diagnostics diagnostics;
   EXPECT_FALSE(parse(text, diagnostics, limits)) << text.substr(0, 200);
@@ -75,7 +75,8 @@ TEST(ParseXml, IsBounded) {
   XmlLimits small;
   small.max_bytes = 100;
   EXPECT_EQ(only_error(std::string(101, ' '), small), CodeAtLine("XML-SIZE", 1));
-  // Deeper than libxml2 itself allows: refused by it, not by a stack overflow of ours.
+  // Deeper than libxml2 itself allows: libxml2 must refuse it before our recursion overflows the
+  // stack.
   EXPECT_EQ(only_error([] {
               std::string text;
               for (int i = 0; i < 200'000; ++i) text += "<a>";
@@ -105,7 +106,8 @@ TEST(ParseNumber, AcceptsDecimalsOnly) {
   EXPECT_EQ(parse_numbers("1 2 3 4", 3), std::nullopt);
 }
 
-// Regression files of other XML parsers: none may crash, and each is read or refused with a reason.
+// Regression files of other XML parsers: none may crash, and each is read or rejected with a
+// reason.
 TEST(ParseXml, SurvivesTheTortureFiles) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(DIVE_SHARED_DATA) / "xml";

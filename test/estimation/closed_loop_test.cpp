@@ -1,6 +1,6 @@
-// Estimator, follower and autopilot against the simulator: is the covariance honest, and how far
-// from its path does the vehicle really swim? The estimator's motion model and the simulator's
-// equations are independent code; here they meet.
+// Estimator, follower and autopilot against the simulator: consistency of the covariance, and true
+// distance of the vehicle from its path. The estimator's motion model and the simulator's equations
+// are independent code; this test compares them.
 
 #include <algorithm>
 #include <array>
@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 using vehicle::Conditions;
 using vehicle::Simulator;
 
-constexpr double kStartSigma = 0.05;  // m, of where the vehicle is put into the water
+constexpr double kStartSigma = 0.05;  // m, of the position of release
 
 // From open water through a window and round into the next room: 16 m.
 std::vector<Vector3d> way_in() {
@@ -56,7 +56,7 @@ struct Dive {
                            Simulator::kTick);
   }
 
-  // To the end of the path; the largest true distance to it on the way.
+  // Follows the path to its end; returns the largest true distance to it.
   double follow(const std::vector<Pose>& path) {
     follower.set_path(path, estimate.valid ? estimate.X_WB.p : path.front().p);
     double worst = 0.0;

@@ -1,5 +1,5 @@
 #pragma once
-// Distance between two boxes from their features: an oracle that knows neither GJK nor FCL.
+// Distance between two boxes from their features: an oracle independent of GJK and FCL.
 
 #include <algorithm>
 #include <array>
@@ -58,7 +58,7 @@ inline bool boxes_overlap(const PlacedBox& a, const PlacedBox& b) {
   return true;
 }
 
-/// Zero when they overlap.
+/// Zero if they overlap.
 inline double box_to_box(const PlacedBox& a, const PlacedBox& b) {
   if (boxes_overlap(a, b)) return 0.0;
   auto corners_a = box_corners(a.size);

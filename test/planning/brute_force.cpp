@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vehicle/simulator/ground_truth.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
 
 namespace dive::testing {
 

@@ -65,7 +65,7 @@ RandomQuestion random_question(std::uint64_t seed, const planning::RobotHull& hu
   Draw draw(seed);
   RandomQuestion question;
   const int count = static_cast<int>(5.0 * std::pow(40.0, draw(0.0, 1.0)));
-  // The more there are the smaller, or no water would be left.
+  // The more obstacles the smaller, so that some water stays free.
   const double size = draw(1.0, 5.0) * std::cbrt(60.0 / std::max(count, 20));
   for (int i = 0; i < count; ++i) {
     Pose pose;
@@ -74,8 +74,8 @@ RandomQuestion random_question(std::uint64_t seed, const planning::RobotHull& hu
     question.world.obstacles.push_back({fmt::format("o{}", i), shape(draw, size), pose});
   }
   planning::PlanRequest& request = question.request;
-  request.clearance = draw(0.1, 0.6);
-  request.min_z = kDepth - kHalf.z() - 2.0;
+  request.limits.clearance = draw(0.1, 0.6);
+  request.limits.min_z = kDepth - kHalf.z() - 2.0;
   request.seed = seed;
   planning::Scene scene(question.world);
   const std::vector<Vector3d> vertices = hull.hull_vertices();
@@ -86,7 +86,7 @@ RandomQuestion random_question(std::uint64_t seed, const planning::RobotHull& hu
       pose.p = Vector3d(x, draw(-kHalf.y(), kHalf.y()), kDepth + draw(-kHalf.z(), kHalf.z()));
       std::vector<Vector3d> placed;
       for (const Vector3d& v : vertices) placed.push_back(pose * v);
-      if (anywhere || scene.clearance(placed, 1.0) >= request.clearance + 0.05) return;
+      if (anywhere || scene.clearance(placed, 1.0) >= request.limits.clearance + 0.05) return;
     }
   };
   place(-kHalf.x() - draw(-2.0, 1.0), request.start);

@@ -1,5 +1,5 @@
 #pragma once
-// Random worlds and questions for the planner.
+// Random worlds and requests for the planner.
 
 #include <cstdint>
 
@@ -13,9 +13,9 @@ struct RandomQuestion {
   planning::PlanRequest request;
 };
 
-/// 5 to 200 boxes, cylinders and hulls of random points, anyhow turned, in 16 x 16 x 8 m of water;
-/// start and goal at opposite sides, clear of everything by the clearance that is asked for (0.1 to
-/// 0.6 m) except, perhaps, in one of twenty.
+/// 5 to 200 boxes, cylinders and hulls of random points, in random attitudes, in 16 x 16 x 8 m of
+/// water. Start and goal are at opposite sides and keep the requested clearance (0.1 to 0.6 m),
+/// except perhaps in one request of twenty.
 [[nodiscard]] RandomQuestion random_question(std::uint64_t seed, const planning::RobotHull& hull);
 
 }  // namespace dive::testing

@@ -1,6 +1,6 @@
 #pragma once
-// What the tests of planning/ know about solids, written down separately from what they check:
-// membership and support straight from each shape's definition, directions over the whole sphere.
+// Solids for the tests of planning/, written independently of the code under test: membership and
+// support directly from each shape's definition, directions over the whole sphere.
 
 #include <algorithm>
 #include <cmath>
@@ -17,14 +17,14 @@
 
 namespace dive::testing {
 
-/// A value of `generator` at full size: rapidcheck would begin with the smallest of each range, and
-/// that is all solids of one size in one corner.
+/// A value of `generator` at full size: rapidcheck begins with the smallest of each range, which
+/// would give solids of one size in one corner.
 template <class T>
 T draw(const rc::Gen<T>& generator) {
   return *rc::gen::resize(rc::kNominalSize, generator);
 }
 
-/// A pose that is not turned. (In a Pose written as {p, {}} the attitude is not set at all.)
+/// A pose without rotation. (In a Pose written as {p, {}} the attitude is not set at all.)
 inline Pose still(const Eigen::Vector3d& p) {
   Pose pose;
   pose.p = p;
@@ -35,7 +35,7 @@ inline double support_value(const planning::Shape& shape, const Eigen::Vector3d&
 inline std::vector<Eigen::Vector3d> directions(int count);
 
 /// Below 1 inside, 1 on the surface, above 1 outside (half-space: 1 + height over the plane;
-/// polytope: 1 + height over the highest of many planes that touch it, a little too low beside its
+/// polytope: 1 + height over the highest of many planes that touch it, slightly too low beside its
 /// edges).
 inline double membership(const planning::Shape& shape, const Eigen::Vector3d& p) {
   using namespace planning;
@@ -96,7 +96,7 @@ inline double support_value(const planning::Shape& shape, const Eigen::Vector3d&
              : std::numeric_limits<double>::infinity();
 }
 
-/// Separation of two bodies along n: a lower bound on their signed distance, whatever n.
+/// Separation of two bodies along n: a lower bound on their signed distance, for any n.
 inline double separation(std::span<const Eigen::Vector3d> points_W,
                          const planning::Obstacle& obstacle, const Eigen::Vector3d& n_W) {
   double least = 1e300;
@@ -157,7 +157,7 @@ inline rc::Gen<planning::Shape> arbitrary_shape() {
                       });
 }
 
-/// Points, lines, flat ones and solid ones, with a radius or hardly any.
+/// Points, lines, flat and solid polytopes, with a radius or nearly none.
 inline rc::Gen<planning::Shape> arbitrary_polytope() {
   const auto corners = rc::gen::mapcat(rc::gen::inRange(1, 12), [](int count) {
     return rc::gen::container<std::vector<Eigen::Vector3d>>(static_cast<std::size_t>(count),

@@ -1,5 +1,5 @@
 #pragma once
-// The vehicle and the water that the tests of control and simulation swim in.
+// The vehicle, the water and the paths of the tests of control and simulation.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ inline vehicle::Model aqua2() {
   return *model;
 }
 
-/// Still water, perfect sensors, a gait that keeps its promise.
+/// Still water, perfect sensors and the nominal gait speed.
 inline vehicle::Conditions ideal() {
   vehicle::Conditions conditions;
   for (const auto& [name, value] : conditions.list()) {
@@ -54,7 +54,8 @@ inline std::vector<Eigen::Vector3d> turtle(Eigen::Vector3d p, const std::vector<
   return points;
 }
 
-/// From room to window to room: 15 m, three turns of about 40 degrees to either side.
+/// A path through a room, a window and another room: 15 m, three turns of about 40 degrees to
+/// either side.
 inline std::vector<Eigen::Vector3d> s_curve() {
   return turtle({-1.0, -2.0, -4.0}, {0, 40, 40, -20, -40, -40, -20, 20, 20, 0}, 0.04);
 }

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using testing::aqua2;
 
-// The vehicle under its autopilot, in pool conditions unless told otherwise.
+// The vehicle under its autopilot, by default in pool conditions.
 struct Flight {
   explicit Flight(const Conditions& conditions = {},
                   const Pose& start = {{0.0, 0.0, -5.0}, Eigen::Quaterniond::Identity()})
@@ -110,7 +110,7 @@ TEST(Autopilot, HoldsDepthInAnyPose) {
   for (const Vector3d& rpy : {Vector3d(0.0, 0.7, 0.0), Vector3d(0.0, -1.5, 1.0),
                               Vector3d(1.2, 0.0, 0.0), Vector3d(0.0, 1.5, 0.0)}) {
     Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(rpy.x(), rpy.y(), rpy.z())});
-    if (rpy.x() != 0.0) flight.command.v = 0.3;  // rolled, only the nose can do it: under way
+    if (rpy.x() != 0.0) flight.command.v = 0.3;  // rolled: depth by the nose needs speed
     if (rpy.x() == 0.0) flight.fly(40.0);
     flight.fly(20.0);
     EXPECT_NEAR(flight.depth(), 5.0, 0.15) << rpy.transpose();
@@ -119,7 +119,7 @@ TEST(Autopilot, HoldsDepthInAnyPose) {
   }
 }
 
-// On its side the flippers push neither up nor down; what x could do would lead it away, astern.
+// On its side the flippers have no vertical thrust; surge would drive it astern.
 TEST(Autopilot, ThatHangsOnItsSideDoesNotSlideAway) {
   Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(1.3, -0.37, 0.0)});
   flight.command.d = 5.5;

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "vehicle/simulator/ground_truth.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
 
 namespace dive::vehicle {
 namespace {
@@ -31,23 +31,23 @@ TEST(Diver, SwimsItsTrackAndPauses) {
   const auto advance_to = [&](double t) { diver.advance(from_seconds(t), kFarAway); };
   advance_to(9.0);
   expect_at(diver, {0, 0, -5}, north);
-  advance_to(11.0);  // started, and paused
+  advance_to(11.0);  // started, and pausing
   expect_at(diver, {0, 0, -5}, north);
   advance_to(13.0);
   expect_at(diver, {0, 1, -5}, north);
   advance_to(12.0);
   expect_at(diver, {0, 1, -5}, north);
-  advance_to(20.5);  // arrived at 19
+  advance_to(20.5);  // arrived at 19 s
   expect_at(diver, {0, 4, -5}, north);
   advance_to(22.0);  // straight down, level
   expect_at(diver, {0, 4, -5.5}, north);
-  advance_to(30.0);  // turned at 25; the next leg is 5 m long
+  advance_to(30.0);  // turned by 25 s; the next segment is 5 m long
   expect_at(diver, {1.5, 4, -5}, 0.0);
   advance_to(300.0);
   expect_at(diver, {3, 4, -3}, 0.0);
 }
 
-// Towards a vehicle that stands in the way, in ticks of any length; on when it has gone.
+// Stops before a vehicle in its path, in ticks of any length; continues once it has left.
 TEST(Diver, WaitsForTheVehicle) {
   for (const double tick : {0.02, 0.13, 30.0}) {
     Diver diver({.waypoints = {{{0, 0, -5}, 0}, {{20, 0, -5}, 0}}, .speed = 0.5, .keeps_m = 1.5});
@@ -61,7 +61,7 @@ TEST(Diver, WaitsForTheVehicle) {
   }
 }
 
-// Turning on the spot would sweep its legs nearer.
+// Turning on the spot would move its legs nearer.
 TEST(Diver, DoesNotTurnTowardsTheVehicle) {
   const Eigen::Vector3d vehicle_W(4, 2.2, -5);
   Diver diver({.waypoints = {{{0, 0, -5}, 0}, {{4, 0, -5}, 0}, {{4, -4, -5}, 0}}, .speed = 0.5});

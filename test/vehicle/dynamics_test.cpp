@@ -1,6 +1,6 @@
-// Laws of the equations of motion: what they keep, what they lose, where they come to rest.
+// Physical laws of the equations of motion: conservation, dissipation, equilibrium.
 
-#include "vehicle/simulator/dynamics.h"
+#include "vehicle/simulator/dynamics/dynamics.h"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@
 
 #include "test/common/arbitrary.h"
 #include "test/vehicle/aqua2.h"
-#include "vehicle/simulator/flippers.h"
+#include "vehicle/simulator/dynamics/flippers.h"
 
 namespace dive::vehicle {
 namespace {
@@ -23,7 +23,7 @@ using testing::arbitrary_vector;
 const Vector3d kStill = Vector3d::Zero();
 const FlipperForces kAdrift = FlipperForces::Zero();
 
-// Water without friction, a body that neither floats nor sinks nor rights itself.
+// Frictionless water, and a neutrally buoyant body without a righting moment.
 Aqua2Figures frictionless() {
   Aqua2Figures figures;
   figures.body_drag.setZero();
@@ -113,19 +113,19 @@ TEST(Dynamics, FloatsWithTheHullMostlyUnderWater) {
   state.X_WB.p.z() = -0.5;
   for (int i = 0; i < 12000; ++i) dynamics.advance(state, kAdrift, kStill, 0.01);
   double share = 0.0;
-  for (int i = 0; i < 6000; ++i) {  // it bobs on, by a millimetre
+  for (int i = 0; i < 6000; ++i) {  // it oscillates, by a millimetre
     dynamics.advance(state, kAdrift, kStill, 0.01);
     share += dynamics.submerged(state.X_WB) / 6000.0;
   }
-  // Archimedes: the share under water carries the weight of 16.4 kg with 0.05 kg to spare.
+  // Archimedes: the submerged fraction carries 16.4 kg with a reserve of 0.05 kg.
   EXPECT_NEAR(share, 16.4 / 16.45, 2e-3);
   EXPECT_LT(state.v.norm(), 0.01);
 }
 
-// Per unit of pseudo-rate, the sign that command.h promises.
+// The response per unit of pseudo-rate, with the sign that command.h states.
 struct Push {
   PseudoRates rates;
-  int axis;  // of [v'; w'], 0 to 5
+  int axis;  // index in [v'; w'], 0 to 5
 };
 
 class Flipper : public ::testing::TestWithParam<Push> {};

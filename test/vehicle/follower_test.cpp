@@ -25,10 +25,10 @@ using testing::distance_to_polyline;
 using testing::level_path;
 using testing::turtle;
 
-// A path swum in the simulator with a perfect estimate of position and velocity.
+// A path swum in the simulator with perfect position and velocity estimates.
 struct Swim {
   double worst_m = 0.0;        // true distance to the path
-  double worst_depth_m = 0.0;  // depth against depth commanded
+  double worst_depth_m = 0.0;  // depth against commanded depth
   double seconds = 0.0;
   Pose end;
   FollowerStatus status;
@@ -117,7 +117,7 @@ TEST(Follower, SlowsDownWhereDepthCannotKeepUp) {
   EXPECT_FALSE(steep.status.missed);
 }
 
-// --- the law itself, without a vehicle ---
+// --- the law alone, without a vehicle ---
 
 Pose level_at(double x, double y, double z, double yaw = 0.0) {
   return {{x, y, z}, from_rpy(0.0, 0.0, yaw)};
@@ -129,30 +129,43 @@ Follower follower_on(const std::vector<Pose>& path, const FollowerOptions& optio
   return follower;
 }
 
-// The simplest law with the two properties of the one printed in the paper: progress is read off
-// the vehicle's own depth z, as a ratio, so that z = z_start commands z_start and z = 0 divides by
-// zero.
-double printed_depth_law(double z_start, double z_goal, double z) {
-  return z_start + (z_goal - z_start) * (1.0 - z_start / z);
+// The law as printed in the paper: d = z_{i-1} + (1 - z_c / z_{i-1}) (z_i - z_{i-1}). It is
+// homogeneous in z, so that it is the same in depths and in heights.
+double printed_depth_law(double z_start, double z_goal, double z_c) {
+  return z_start + (1.0 - z_c / z_start) * (z_goal - z_start);
 }
 
-TEST(DepthLaw, DivesFromItsStartWhereThePrintedOneNeverLeaves) {
+RC_GTEST_PROP(DepthLaw, LeavesItsStartWhichIsAFixedPointOfThePrintedOne, ()) {
+  const double z_start = *testing::arbitrary_double(-9.0, -1.0);
+  const double z_goal = *testing::arbitrary_double(-9.0, -1.0);
+  RC_ASSERT(printed_depth_law(z_start, z_goal, z_start) == z_start);
+  Follower follower = follower_on({level_at(0, 0, z_start), level_at(30, 0, z_goal)});
+  const double d = follower.step(level_at(15, 0, z_start), {0.4, 0, 0}).d;
+  RC_ASSERT(std::abs(d + 0.5 * (z_start + z_goal)) < 1e-9);
+}
+
+TEST(DepthLaw, DivesToItsGoalWhereThePrintedOneReturnsToItsStart) {
   Follower follower = follower_on({level_at(0, 0, -1), level_at(6, 0, -4)});
-  double printed_z = -1.0;
+  double printed_z = -1.5;  // already half a metre from the start
   double z = -1.0;
   for (double x = 0.0; x < 6.0; x += 0.008) {  // 0.4 m/s at 50 Hz; depth follows within a second
     printed_z += 0.02 * (printed_depth_law(-1.0, -4.0, printed_z) - printed_z);
     const Command command = follower.step(level_at(x, 0, z), {0.4, 0, 0});
     z += 0.02 * (-command.d - z);
   }
-  EXPECT_EQ(printed_z, -1.0) << "the start is a fixed point of the printed law";
+  EXPECT_NEAR(printed_z, -1.0, 1e-3) << "d - z_c = (z_i / z_{i-1}) (z_{i-1} - z_c)";
   EXPECT_NEAR(z, -4.0, 0.4);
 }
 
-TEST(DepthLaw, LeavesTheSurface) {
-  EXPECT_FALSE(std::isfinite(printed_depth_law(-1.0, -4.0, 0.0))) << "singular at z = 0";
-  Follower follower = follower_on({level_at(0, 0, 0), level_at(0, 0, -2)});
-  EXPECT_GT(follower.step(level_at(0, 0, 0), Vector3d::Zero()).d, 0.2) << "straight down as well";
+TEST(DepthLaw, LeavesTheSurfaceWhereThePrintedOneIsSingular) {
+  for (const double z_c : {0.0, -0.1, -2.0}) {
+    EXPECT_FALSE(std::isfinite(printed_depth_law(0.0, -4.0, z_c))) << z_c;
+  }
+  Follower sloped = follower_on({level_at(0, 0, 0), level_at(6, 0, -4)});
+  EXPECT_NEAR(sloped.step(level_at(0, 0, 0), {0.4, 0, 0}).d, 0.0, 1e-9);
+  EXPECT_NEAR(sloped.step(level_at(3, 0, 0), {0.4, 0, 0}).d, 2.0, 1e-9);
+  Follower down = follower_on({level_at(0, 0, 0), level_at(0, 0, -2)});
+  EXPECT_GT(down.step(level_at(0, 0, 0), Vector3d::Zero()).d, 0.2);
 }
 
 RC_GTEST_PROP(DepthLaw, IsLinearInProgressAndNeverLeavesTheSegment, ()) {
@@ -271,7 +284,7 @@ RC_GTEST_PROP(Follower, CommandsSomethingSaneOnAnyPathFromAnywhere, ()) {
   const auto count = *rc::gen::inRange<std::size_t>(2, 8);
   std::vector<Pose> path;
   for (std::size_t i = 0; i < count; ++i) path.push_back(*testing::arbitrary_pose());
-  if (*rc::gen::arbitrary<bool>()) path.push_back(path.back());  // a segment of no length
+  if (*rc::gen::arbitrary<bool>()) path.push_back(path.back());  // a segment of zero length
   Follower follower = follower_on(path);
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -lowest;

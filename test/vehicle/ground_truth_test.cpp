@@ -1,10 +1,12 @@
-#include "vehicle/simulator/ground_truth.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -52,8 +54,8 @@ Eigen::Vector3d nearest_in_box(const Eigen::Vector3d& size, const Pose& X_WO,
   return X_WO * p.cwiseMax(-0.5 * size).cwiseMin(0.5 * size).eval();
 }
 
-// Distance of two boxes by projecting to and fro between them (Cheney and Goldstein, 1959): slow,
-// and nothing of it is in the code under test. Never below the truth.
+// Distance of two boxes by alternating projections (Cheney and Goldstein, 1959): slow, and
+// independent of the code under test. Never below the truth.
 double distance_by_projections(const Eigen::Vector3d& size_a, const Pose& X_WA,
                                const Eigen::Vector3d& size_b, const Pose& X_WB) {
   Eigen::Vector3d on_a = X_WA.p;
@@ -81,7 +83,7 @@ TEST(ClearanceMeter, AgreesWithAlternatingProjectionsBetweenBoxes) {
   }));
 }
 
-// Parallel faces and edges, where distances between triangles are at their most degenerate.
+// Parallel faces and edges, the most degenerate case of distances between triangles.
 TEST(ClearanceMeter, MeasuresAxisAlignedBoxesExactly) {
   EXPECT_TRUE(rc::check([] {
     const Eigen::Vector3d hull_size(1.0, 0.5, 0.25);
@@ -102,7 +104,7 @@ TEST(ClearanceMeter, MeasuresAxisAlignedBoxesExactly) {
   }));
 }
 
-// Closed-form distances of a point to the curved shapes. The hull is a speck at the point.
+// Closed-form distances from a point to the curved shapes. The hull is a tiny body at the point.
 struct SpeckCase {
   const char* name;
   planning::Shape shape;
@@ -137,7 +139,7 @@ double to_capsule(const Eigen::Vector3d& p) {
   return (p - Eigen::Vector3d(0.0, 0.0, along)).norm() - 0.6;
 }
 
-// The nearest surface point solves x_i = r_i^2 p_i / (r_i^2 + t) for the t that puts it on the
+// The nearest surface point solves x_i = r_i^2 p_i / (r_i^2 + t) with the t that puts it on the
 // ellipsoid; t by bisection.
 double to_ellipsoid(const Eigen::Vector3d& p) {
   const Eigen::Array3d square = Eigen::Array3d(1.5, 0.8, 0.5).square();
@@ -182,7 +184,7 @@ TEST(ClearanceMeter, SeesWhatIsInsideWithoutTouchingTheSurface) {
   const ClearanceMeter in_rock(world_of(planning::Sphere{5.0}), box_hull({1.0, 0.5, 0.2}));
   EXPECT_EQ(in_rock.clearance(at(1, 1, 1)), 0.0);
   EXPECT_GT(in_rock.clearance(at(6, 0, 0)), 0.4);
-  // A pole's end swallowed by the second part of the hull.
+  // A pole's end inside the second part of the hull.
   RobotHull hull = box_hull({0.2, 0.2, 0.2});
   hull.parts.push_back(box_solid({5.0, 0.0, 0.0}, {2.0, 2.0, 2.0}));
   const ClearanceMeter swallowed(world_of(Box{{0.1, 0.1, 0.1}}, at(5.3, 0.2, 0)), hull);
@@ -190,27 +192,50 @@ TEST(ClearanceMeter, SeesWhatIsInsideWithoutTouchingTheSurface) {
   EXPECT_NEAR(swallowed.clearance(at(-3, 0, 0)), 2.25, 1e-9);
 }
 
+using Names = std::vector<std::string>;
+
 TEST(ClearanceMeter, CountsSeparateContacts) {
   ClearanceMeter meter(world_of(Box{{1.0, 1.0, 1.0}}), box_hull({1.0, 1.0, 1.0}));
   EXPECT_EQ(meter.min_clearance_m(), std::numeric_limits<double>::infinity());
-  EXPECT_EQ(meter.collisions(), 0);
-  for (const double x : {3.0, 2.0, 1.5}) meter.observe(at(x, 0, 0));
-  EXPECT_EQ(meter.collisions(), 0);
+  EXPECT_EQ(meter.nearest_obstacle(), "");
+  for (const double x : {3.0, 2.0, 1.5}) EXPECT_EQ(meter.observe(at(x, 0, 0)), Names());
   EXPECT_NEAR(meter.min_clearance_m(), 0.5, 1e-9);
-  for (const double x : {0.9, 0.8, 0.95}) meter.observe(at(x, 0, 0));
-  EXPECT_EQ(meter.collisions(), 1);
+  EXPECT_EQ(meter.observe(at(0.9, 0, 0)), Names({"obstacle"}));
   EXPECT_EQ(meter.min_clearance_m(), 0.0);
-  for (const double x : {1.1, 3.0, 1.1}) meter.observe(at(x, 0, 0));
-  EXPECT_EQ(meter.collisions(), 1);
-  meter.observe(at(0.9, 0, 0));
-  EXPECT_EQ(meter.collisions(), 2);
+  for (const double x : {0.8, 0.95, 1.04, 0.99}) {  // less than 5 cm away: the same contact
+    EXPECT_EQ(meter.observe(at(x, 0, 0)), Names()) << x;
+  }
+  for (const double x : {1.1, 3.0, 1.1}) EXPECT_EQ(meter.observe(at(x, 0, 0)), Names());
+  EXPECT_EQ(meter.observe(at(0.9, 0, 0)), Names({"obstacle"}));
 }
 
 TEST(ClearanceMeter, CountsAStartInContact) {
   ClearanceMeter meter(world_of(Box{{1.0, 1.0, 1.0}}), box_hull({1.0, 1.0, 1.0}));
-  meter.observe(Pose{});
-  meter.observe(Pose{});
-  EXPECT_EQ(meter.collisions(), 1);
+  EXPECT_EQ(meter.observe(Pose{}), Names({"obstacle"}));
+  EXPECT_EQ(meter.observe(Pose{}), Names());
+}
+
+// A seabed (a half-space), a crate within a mesh's reach, a mesh in two pieces, and a pebble inside
+// the hull.
+TEST(ClearanceMeter, NamesWhatIsTouchedAndWhatIsNearest) {
+  World world;
+  world.obstacles.push_back(
+      {"seabed", planning::HalfSpace{Eigen::Vector3d::UnitZ()}, at(0, 0, -7)});
+  world.obstacles.push_back({"crate", Box{{1.0, 1.0, 1.0}}, at(3, 0, -6.5)});
+  world.obstacles.push_back({"piece of the wreck", Box{{1.0, 1.0, 1.0}}, at(-3, 0, -5), 0});
+  world.obstacles.push_back({"pebble", planning::Sphere{0.1}, at(0, 5, -4)});
+  world.surfaces.push_back({"wreck", {{{-3, -1, -8}, {-3, 1, -8}, {-3, 0, 0}}, {{0, 1, 2}}}});
+  ClearanceMeter meter(world, box_hull({1.0, 1.0, 1.0}));
+  EXPECT_EQ(meter.observe(at(2.2, 0, -5.2)), Names());
+  EXPECT_EQ(meter.nearest_obstacle(), "crate");
+  EXPECT_NEAR(meter.min_clearance_m(), 0.3, 1e-9);
+  EXPECT_EQ(meter.observe(at(0, 0, -6.3)), Names());
+  EXPECT_EQ(meter.nearest_obstacle(), "seabed");
+  EXPECT_EQ(meter.observe(at(2.2, 0, -6.6)), Names({"seabed", "crate"}));
+  EXPECT_EQ(meter.observe(at(0, 0, -6.6)), Names()) << "still on the seabed";
+  EXPECT_EQ(meter.observe(at(2.2, 0, -6.6)), Names({"crate"})) << "it was left";
+  EXPECT_EQ(meter.observe(at(-2.8, 0, -4)), Names({"wreck"})) << "a mesh has its own name";
+  EXPECT_EQ(meter.observe(at(0, 5, -4)), Names({"pebble"}));
 }
 
 TEST(ClearanceMeter, NothingIsInfinitelyFarInAnEmptyWorld) {
@@ -218,7 +243,7 @@ TEST(ClearanceMeter, NothingIsInfinitelyFarInAnEmptyWorld) {
   meter.observe(Pose{});
   meter.observe(at(1e6, 0, 0));
   EXPECT_EQ(meter.min_clearance_m(), std::numeric_limits<double>::infinity());
-  EXPECT_EQ(meter.collisions(), 0);
+  EXPECT_EQ(meter.nearest_obstacle(), "");
 }
 
 World cluttered_room(Random& random) {
@@ -231,29 +256,44 @@ World cluttered_room(Random& random) {
     const Eigen::Quaterniond q =
         from_rpy(random.uniform(-3, 3), random.uniform(-1, 1), random.uniform(-3, 3));
     world.obstacles.push_back(
-        {"box",
+        {fmt::format("box {}", i),
          Box{{random.uniform(0.1, 1.5), random.uniform(0.1, 1.5), random.uniform(0.1, 1.5)}},
          {p, q}});
   }
   return world;
 }
 
-// Whatever it skips, the outcome is that of measuring every pose: on walks that wander, touch and
-// leave, turn on the spot and jump.
+// A single obstacle, measured at every pose, and its contacts by the definition.
+struct Alone {
+  std::string name;
+  ClearanceMeter meter;
+  bool in_contact = false;
+
+  [[nodiscard]] bool begins_contact(double distance) {
+    const bool begins = distance <= 0.0 && !in_contact;
+    in_contact = distance <= 0.0 || (in_contact && distance < 0.05);
+    return begins;
+  }
+};
+
+// Skipping must not change the result of measuring every pose against every obstacle: on walks that
+// wander, touch and leave, turn on the spot and jump.
 TEST(ClearanceMeter, SkippingChangesNothing) {
   const RobotHull hull{
       {box_solid({0.1, 0, 0}, {0.7, 0.4, 0.15}), box_solid({-0.3, 0.2, 0}, {0.2, 0.1, 0.2})}};
-  int contacts_seen = 0;
-  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+  std::size_t contacts_seen = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
     Random random(seed);
     const World world = cluttered_room(random);
     ClearanceMeter meter(world, hull);
-    const ClearanceMeter exact(world, hull);
+    std::vector<Alone> each;
+    for (const planning::Obstacle& obstacle : world.obstacles) {
+      each.push_back({obstacle.name, ClearanceMeter(World{{obstacle}}, hull)});
+    }
     Pose pose = at(-6, 0, 1);
     Eigen::Vector3d velocity(0.5, 0.1, -0.1);
     double least = std::numeric_limits<double>::infinity();
-    int contacts = 0;
-    bool touching = false;
+    std::string nearest;
     for (int i = 0; i < 600; ++i) {
       velocity +=
           0.3 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()) - 0.02 * pose.p;
@@ -262,24 +302,31 @@ TEST(ClearanceMeter, SkippingChangesNothing) {
                 so3_exp(0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())))
                    .normalized();
       if (i % 150 == 149) pose.p = at(random.uniform(-5, 5), 0, 0).p;
-      meter.observe(pose);
-      const double now = exact.clearance(pose);
-      least = std::min(least, now);
-      contacts += now <= 0.0 && !touching ? 1 : 0;
-      touching = now <= 0.0;
-      ASSERT_EQ(meter.min_clearance_m(), least) << "seed " << seed << " step " << i;
-      ASSERT_EQ(meter.collisions(), contacts) << "seed " << seed << " step " << i;
+      const Names touched = meter.observe(pose);
+      Names expected;
+      for (Alone& one : each) {
+        const double distance = one.meter.clearance(pose);
+        if (one.begins_contact(distance)) expected.push_back(one.name);
+        if (distance >= least) continue;
+        least = distance;
+        nearest = one.name;
+      }
+      ASSERT_EQ(touched, expected) << "seed " << seed << " step " << i;
+      ASSERT_NEAR(meter.min_clearance_m(), least, 1e-12) << "seed " << seed << " step " << i;
+      if (least > 0.0) {
+        ASSERT_EQ(meter.nearest_obstacle(), nearest) << "seed " << seed << " step " << i;
+      }
+      contacts_seen += touched.size();
     }
-    contacts_seen += contacts;
   }
-  EXPECT_GT(contacts_seen, 10);  // the walks do meet walls
+  EXPECT_GT(contacts_seen, 10U);  // the walks do touch walls
 }
 
 TEST(ClearanceMeter, KnowsTheAquaAboveTheSeabed) {
   Diagnostics diagnostics;
   const std::optional<Model> aqua2 = parse_urdf(aqua2_urdf(), diagnostics);
   ASSERT_TRUE(aqua2);
-  // The flippers' tips reach lowest: (0.2 sin 35 deg + 0.00175 cos 35 deg), plus at most 3 mm.
+  // The flippers' tips are lowest: (0.2 sin 35 deg + 0.00175 cos 35 deg), plus at most 3 mm.
   const ClearanceMeter meter(world_of(Box{{40.0, 40.0, 1.0}}, at(0, 0, -7.5)), aqua2->hull);
   const double reach = 0.2 * std::sin(0.611) + 0.00175 * std::cos(0.611);
   EXPECT_LE(meter.clearance(at(3, 2, -5)), 2.0 - reach + 1e-9);

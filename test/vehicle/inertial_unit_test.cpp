@@ -1,4 +1,4 @@
-#include "vehicle/simulator/inertial_unit.h"
+#include "vehicle/simulator/sensors/inertial_unit.h"
 
 #include <cmath>
 #include <limits>
@@ -25,14 +25,14 @@ Conditions with(const ImuNoise& noise) {
   return conditions;
 }
 
-// A dive with some of every motion.
+// Pseudo-rates of a dive that excites every motion.
 PseudoRates rates_at(double t) {
   return {0.6 + 0.3 * std::sin(t), 0.2 * std::sin(0.7 * t), 0.3 * std::sin(1.3 * t),
           0.4 * std::sin(0.9 * t), 0.3 * std::cos(0.5 * t)};
 }
 
-// Strapdown, midpoint rule, from where the truth is after the first tick; in a current, which the
-// unit does not feel.
+// Strapdown integration by the midpoint rule from the true state after the first tick; in a
+// current, which the IMU does not measure.
 TEST(InertialUnit, NoiseFreeSamplesGiveTheTrueMotion) {
   Conditions conditions = with(kSilent);
   conditions.current_W = {0.2, -0.1, 0.05};
@@ -65,7 +65,7 @@ TEST(InertialUnit, NoiseFreeSamplesGiveTheTrueMotion) {
   EXPECT_LT((v_W - sim.truth().X_WB.q * sim.truth().v_WB_B).norm(), 0.003);
 }
 
-// Same dive, same numbers in all else, whether it is there or not.
+// Equal dives with and without the IMU give equal values in everything else.
 TEST(InertialUnit, ChangesNothingElse) {
   Conditions conditions;
   Simulator without(aqua2(), kStart, conditions, 5);
@@ -82,11 +82,11 @@ TEST(InertialUnit, ChangesNothingElse) {
     ASSERT_EQ(a.imu->gyro_B, b.imu->gyro_B);
     ASSERT_EQ(a.imu->accel_B, b.imu->accel_B);
     ASSERT_EQ(a.depth->depth_m, b.depth->depth_m);
-    ASSERT_EQ(b.inertial.samples[3].utime, b.imu->utime);  // as late as the rest
+    ASSERT_EQ(b.inertial.samples[3].utime, b.imu->utime);  // the same latency as the rest
   }
 }
 
-// Against the definition: the mean over T of white noise of density N has the variance N^2 / T.
+// By definition, the mean over T of white noise of density N has the variance N^2 / T.
 TEST(InertialUnit, NoiseHasItsDensity) {
   ImuNoise figures = kSilent;
   figures.gyro_density = 2e-4;
@@ -115,7 +115,7 @@ TEST(InertialUnit, NoiseHasItsDensity) {
   }
 }
 
-// After a time T the biases of many units have spread by walk^2 T beyond where they began.
+// After a time T the biases of many IMUs have spread by the variance walk^2 T.
 TEST(InertialUnit, BiasesWalk) {
   ImuNoise figures;
   figures.gyro_bias_sigma = 1e-3;

@@ -1,4 +1,4 @@
-#include "vehicle/simulator/range_camera.h"
+#include "vehicle/simulator/sensors/range_camera.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ using planning::World;
 
 constexpr int kWidth = 100;
 constexpr int kHeight = 75;
-constexpr double kNone = 20.0;  // what stands for nothing within 10 m
+constexpr double kNone = 20.0;  // m, the mark of a ray that finds nothing within 10 m
 const Eigen::Vector3d kLens(0.31, 0, 0);
 
 Pose at(double x, double y, double z, double yaw = 0.0) {
@@ -64,7 +64,7 @@ bool same_bits(const RangeScan& a, const RangeScan& b) {
                      a.points_B.size() * sizeof(Eigen::Vector3f)) == 0;
 }
 
-// Where a pixel looks, in B, by angles.
+// Direction of a pixel in B, by angles.
 Eigen::Vector3d direction(int row, int column) {
   const double left = std::sqrt(3.0) * (49.5 - column) / 50.0;
   const double up = (37 - row) / 37.5;
@@ -95,7 +95,7 @@ TEST(RangeCamera, IsMountedBetweenTheFrontCamerasAndLooksDown) {
   }
 }
 
-// As a half-space and as the top of a box, for a vehicle that lies any way it likes.
+// A floor as a half-space and as the top of a box, for a vehicle at any attitude.
 TEST(RangeCamera, MeasuresAFlatFloor) {
   const World box{{{"floor", Box{{80, 80, 2}}, at(0, 0, -13)}}};
   for (const World& world : {floor_at(-12.0), box}) {
@@ -106,7 +106,7 @@ TEST(RangeCamera, MeasuresAFlatFloor) {
       for (int i = 0; i < kWidth * kHeight; ++i) {
         const double sink = -(X_WB.q * direction(i / kWidth, i % kWidth)).z();
         const double range = sink > 0.0 ? height / sink : kNone;
-        if (std::abs(range - 10.0) < 1e-4) continue;  // either will do
+        if (std::abs(range - 10.0) < 1e-4) continue;  // either result is correct
         ASSERT_NEAR(seen[static_cast<std::size_t>(i)], range < 10.0 ? range : kNone, 1e-4) << i;
       }
     }
@@ -154,19 +154,19 @@ TEST(RangeCamera, SeesTheNearestOfManyBoxes) {
       const double expected = least < 10.0 ? least : kNone;
       wrong += std::abs(seen[static_cast<std::size_t>(i)] - expected) < 2e-4 ? 0 : 1;
     }
-    EXPECT_LE(wrong, 2);  // rays that pass an edge within rounding
+    EXPECT_LE(wrong, 2);  // rays that pass within rounding of an edge
   }
   EXPECT_GT(met, 20'000U);
 }
 
-// Two plates that make a valley, with the hull of both as the obstacle: the camera looks into it.
+// The camera faces a valley of two plates, with the hull of both as the obstacle.
 TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
   const std::vector<Eigen::Vector3d> corners{{1, -5, -12}, {1, 5, -12},  {5, -5, -16},
                                              {5, 5, -16},  {9, -5, -12}, {9, 5, -12}};
   World world;
   world.obstacles.push_back({"valley", planning::Polytope{corners, 0.01}, {}, 0});
   world.surfaces.push_back(
-      {"valley", {corners, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}}}});  // facing either way
+      {"valley", {corners, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}}}});  // normals either way
   const Pose X_WB = at(4, 0, -10);
   const RangeScan scan = look(world, X_WB);
   int in_valley = 0;
@@ -178,7 +178,7 @@ TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
   }
   EXPECT_GT(in_valley, 1000);
 
-  world.surfaces.clear();  // as a log has it: the lid of the hull
+  world.surfaces.clear();  // as in a log: the lid of the hull
   const std::vector<double> seen = ranges(look(world, X_WB));
   int on_lid = 0;
   for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -193,7 +193,7 @@ TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
 
 TEST(RangeCamera, SeesNothingAboveTheWater) {
   World world = floor_at(-30.0);
-  world.obstacles.push_back({"quay", Box{{2, 40, 6}}, at(6, 0, 0)});  // from -3 to 3
+  world.obstacles.push_back({"quay", Box{{2, 40, 6}}, at(6, 0, 0)});  // z from -3 to 3
   const Pose nose_up{{0, 0, -1}, from_rpy(0, deg_to_rad(-60), 0)};
   const RangeScan scan = look(world, nose_up);
   int wall = 0;
@@ -209,7 +209,7 @@ TEST(RangeCamera, SeesNothingAboveTheWater) {
   }
   EXPECT_GT(wall, 100);
 
-  // Out of the water it still sees what is below, and of the rest says nothing.
+  // Above the surface the camera measures what is below and gives no range elsewhere.
   const RangeScan above = look(world, at(0, 0, 0.5));
   for (int i = 0; i < kWidth * kHeight; ++i) {
     const Eigen::Vector3d seen = ray(above, i / kWidth, i % kWidth);
@@ -254,8 +254,8 @@ TEST(RangeCamera, NoiseAndDropoutsAreAsStated) {
         ASSERT_NEAR(seen[i], kNone, 1e-4);
         continue;
       }
-      ASSERT_LE((scan.points_B[i] - scan.origin_B).norm(), scan.reach);  // a wall stays a wall
-      if (truth[i] > 9.5) continue;                                      // cut short by the reach
+      ASSERT_LE((scan.points_B[i] - scan.origin_B).norm(), scan.reach);  // a wall remains
+      if (truth[i] > 9.5) continue;                                      // truncated by the reach
       const double error = (seen[i] - truth[i]) / (0.01 + 0.005 * truth[i]);
       sum += error;
       squares += error * error;
@@ -285,8 +285,8 @@ TEST(RangeCamera, SameSeedSameScans) {
   }
 }
 
-// In clear sight of a floor: some pixels are nearer, few; a moment later they have moved by no more
-// than the drift, and after a minute they are others.
+// Before a visible floor a few pixels have shorter ranges; a moment later the particles have moved
+// by at most the drift, and after a minute they are different ones.
 TEST(RangeCamera, ParticlesDriftBeforeTheFloor) {
   RangeCameraOptions options = exact();
   options.particles_per_m3 = 0.5;
@@ -306,7 +306,7 @@ TEST(RangeCamera, ParticlesDriftBeforeTheFloor) {
   const std::vector<double> soon = ranges(camera.take(20'000, X_WB));
   const std::vector<double> late = ranges(camera.take(60'000'000, X_WB));
   const std::vector<std::size_t> pixels = before_floor(first);
-  // The frustum holds about a fifth of 216 m^3, each particle one pixel or a few.
+  // The frustum contains about a fifth of 216 m^3, each particle one pixel or a few.
   EXPECT_GT(pixels.size(), 8U);
   EXPECT_LT(pixels.size(), 300U);
   EXPECT_EQ(again, first);
@@ -326,7 +326,7 @@ TEST(RangeCamera, ParticlesDriftBeforeTheFloor) {
   EXPECT_EQ(ranges(still.take(0, X_WB)), ranges(still.take(60'000'000, X_WB)));
 }
 
-// At the distance from its axis that a capsule has, and nothing behind it.
+// The range of a capsule, by the distance from its axis, with nothing behind it.
 TEST(RangeCamera, SeesTheDiverBeforeTheFloor) {
   const Pose X_WB = at(0, 0, -8);
   const Pose X_WD = at(2.2, 0.1, -9, 1.2);

@@ -1,4 +1,4 @@
-// Against the simulated vehicle, whose turning it models.
+// Compares the prediction with the simulated vehicle.
 
 #include "vehicle/reckoned_attitude.h"
 
@@ -11,7 +11,7 @@
 namespace dive::vehicle {
 namespace {
 
-// Turns at what effort makes of it, from rest.
+// Rotates from rest under one effort.
 TEST(ReckonedAttitude, FollowsTheVehicleForASecond) {
   for (int axis = 0; axis < 3; ++axis) {
     Simulator simulator(dive::testing::aqua2(), Pose{{0, 0, -5}, Eigen::Quaterniond::Identity()},
@@ -29,6 +29,22 @@ TEST(ReckonedAttitude, FollowsTheVehicleForASecond) {
     EXPECT_GT(turned, 0.15) << "axis " << axis;
     EXPECT_LT(error, 0.5 * turned) << "axis " << axis;
   }
+}
+
+// Fast enough for drag to matter.
+TEST(ReckonedAttitude, FollowsTheVehicleThroughATurn) {
+  Simulator simulator(dive::testing::aqua2(), Pose{{0, 0, -5}, Eigen::Quaterniond::Identity()}, {},
+                      1);
+  ReckonedAttitude reckoned;
+  reckoned.start(simulator.truth().X_WB.q, simulator.truth().omega_WB_B);
+  PseudoRates rates;
+  rates.yaw = 0.6;
+  for (int tick = 0; tick < 125; ++tick) {
+    static_cast<void>(simulator.step(rates));
+    reckoned.advance(rates, Simulator::kTick);
+  }
+  EXPECT_GT(to_rpy(simulator.truth().X_WB.q).z(), 1.2);
+  EXPECT_LT(angle_between(reckoned.q_WB(), simulator.truth().X_WB.q), 0.25);
 }
 
 TEST(ReckonedAttitude, IsNotTrustedForLong) {

@@ -1,4 +1,4 @@
-#include "vehicle/simulator/stereo_camera.h"
+#include "vehicle/simulator/cameras/stereo_camera.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "estimation/visual_inertial/tag_detector.h"
-#include "vehicle/simulator/named_waters.h"
+#include "estimation/visual_inertial/tags/tag_detector.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::vehicle {
 namespace {
@@ -25,7 +25,7 @@ Pose at(double x, double y, double z, double yaw = 0.0, double pitch = 0.0) {
   return {Eigen::Vector3d(x, y, z), from_rpy(0, pitch, yaw)};
 }
 
-// Water that does nothing, a sensor without noise, half the resolution; one white is 200.
+// Water without effect, a sensor without noise, half the resolution; white is 200.
 StereoCameraOptions exact() {
   StereoCameraOptions options;
   options.width = kWidth;
@@ -73,8 +73,8 @@ Eigen::Vector3d ray(const StereoCameraOptions& o, double u, double v) {
       .normalized();
 }
 
-// The edges of a crate that faces the cameras, against those of CameraModel, which is tested on its
-// own; the vehicle is pitched up as far as the cameras are tilted down.
+// The edges of a crate that faces the cameras, compared with CameraModel, which is tested on its
+// own; the vehicle is pitched up by the tilt of the cameras.
 TEST(StereoCamera, EdgesLieWhereTheCameraModelHasThem) {
   const World world{{{"crate", Box{{1.0, 1.2, 0.8}}, at(3.5, 0.1, -5)}}};
   for (const bool is_distorted : {false, true}) {
@@ -102,7 +102,7 @@ TEST(StereoCamera, EdgesLieWhereTheCameraModelHasThem) {
         first = std::min(first, u);
         last = std::max(last, u);
       }
-      EXPECT_NEAR(first - 0.5, from.x(), 0.8) << k;  // of which 0.5 for the pixel
+      EXPECT_NEAR(first - 0.5, from.x(), 0.8) << k;  // including 0.5 for the pixel
       EXPECT_NEAR(last + 0.5, to.x(), 0.8) << k;
       left_edges[k] = first;
     }
@@ -145,8 +145,8 @@ double bilinear(const ImageFrame& f, const Eigen::Vector2d& p) {
          b * ((1 - a) * grey(f, u, v + 1) + a * grey(f, u + 1, v + 1));
 }
 
-// Points of a floor, seen from two places; and, for what such a number is worth, beside where they
-// should be.
+// Points of a floor, observed from two poses; and, as a reference for the difference, beside their
+// expected pixels.
 TEST(StereoCamera, TextureIsFixedToTheWorld) {
   const World world = floor_at(-6);
   const StereoCameraOptions options = exact();
@@ -172,8 +172,8 @@ TEST(StereoCamera, TextureIsFixedToTheWorld) {
   EXPECT_LT(correlation(seen_here, beside), 0.6);
 }
 
-// A floor far below: a move of a tenth of a pixel must change the picture by a tenth of its
-// gradient. Where texture finer than a pixel is sampled, the picture is another one each time.
+// A floor far below: a motion of a tenth of a pixel must change the image by a tenth of its
+// gradient. Texture finer than a pixel would give a different image each time.
 TEST(StereoCamera, TextureDoesNotAlias) {
   const StereoCameraOptions options = exact();
   const double height = 15.0;
@@ -189,7 +189,7 @@ TEST(StereoCamera, TextureDoesNotAlias) {
     }
   }
   EXPECT_GT(gradients / (160 * 220), 1.0);
-  EXPECT_LT(differences, 0.1 * gradients);  // of which most is rounding to whole grey values
+  EXPECT_LT(differences, 0.1 * gradients);  // mostly rounding to whole grey values
 }
 
 TEST(StereoCamera, SeabedAndWreckDoNotLookAlike) {
@@ -200,7 +200,7 @@ TEST(StereoCamera, SeabedAndWreckDoNotLookAlike) {
   EXPECT_EQ(mean(left({}, exact(), over)), 0.0);
 }
 
-// The same floor through clear water and through water that absorbs in one band, seen by a sensor
+// The same floor through clear water and through water that absorbs in one band, imaged by a sensor
 // for that band.
 TEST(StereoCamera, LightFallsByBeerAndLambertInEachBand) {
   const Pose X_WB = at(0, 0, -4);
@@ -231,7 +231,7 @@ TEST(StereoCamera, LightFallsByBeerAndLambertInEachBand) {
   }
 }
 
-// Nothing but water before it: what the equation gives for rays of infinite length.
+// Only water in front of the camera: the equation for rays of infinite length.
 TEST(StereoCamera, OpenWaterIsVeilAlone) {
   StereoCameraOptions options = exact();
   options.water.veil = {0.3, 0.25, 0.3};
@@ -240,7 +240,7 @@ TEST(StereoCamera, OpenWaterIsVeilAlone) {
   const ImageFrame seen = left({}, options, at(0, 0, -10));
   for (int v = 0; v < kHeight; v += 20) {
     const double up = ray(options, 187, v).z();
-    if (up > 0.0) continue;  // ends at the water's surface
+    if (up > 0.0) continue;  // the ray ends at the water's surface
     const double radiance = 0.2 * std::exp(-0.1 * 10.0) / (0.25 - 0.1 * up);
     ASSERT_NEAR(grey(seen, 187, v), 200.0 * radiance, 1.0) << v;
   }
@@ -267,13 +267,13 @@ TEST(StereoCamera, WithoutLampsNightIsBlack) {
   EXPECT_GT(near, 20.0);
   EXPECT_NEAR(brightness(3.0) / near, 0.25, 0.05);
 
-  // In water that scatters, the beam itself is seen.
+  // In scattering water the beam itself is visible.
   options.water.lamp_backscatter = Bands::Constant(0.05);
   options.lamps.front().p_B.y() += 0.2;
   EXPECT_GT(mean(left({}, options, at(0, 0, -30))), 2.0);
 }
 
-// In the open, under a deck, and where the deck ends.
+// In the open, under a deck, and at the edge of the deck.
 TEST(StereoCamera, ItIsDarkUnderADeck) {
   World world = floor_at(-10);
   world.obstacles.push_back({"deck", Box{{12, 12, 0.2}}, at(0, 0, -7)});
@@ -299,7 +299,8 @@ TEST(StereoCamera, SnowDriftsWithTheWater) {
   EXPECT_GT(lit(first), 50U);
   EXPECT_LT(lit(first), 5000U);
   EXPECT_EQ(camera.take(1'000'000, X_WB)[0]->pixels, first.pixels);
-  // Moving with it, the vehicle sees it at rest; another vehicle does not.
+  // In the image of a vehicle that moves with the water the snow is at rest; in another's it is
+  // not.
   camera.set_current({0.1, 0.2, 0.0});
   const ImageFrame adrift = *camera.take(2'000'000, at(0.1, 0.2, -3))[0];
   std::size_t same = 0;
@@ -357,7 +358,7 @@ TEST(StereoCamera, SeesTheDiver) {
   EXPECT_EQ(grey(both, 5, 235), grey(alone, 5, 235));
 }
 
-// Half the way, in powers of two, after ln 2 of the lag.
+// After ln 2 of the lag the exposure has changed by half, in powers of two.
 TEST(StereoCamera, ExposureFollowsTheLightWithALag) {
   StereoCameraOptions options = exact();
   options.sensor = {};
@@ -378,16 +379,16 @@ TEST(StereoCamera, ExposureFollowsTheLightWithALag) {
     products.push_back(camera.exposure().ms * camera.exposure().gain / bright_ms);
   }
   EXPECT_LT(products[2], 1.8);
-  EXPECT_NEAR(products[6], 2.0, 0.4);  // 0.35 s after the first dark picture
+  EXPECT_NEAR(products[6], 2.0, 0.4);  // 0.35 s after the first dark image
   EXPECT_NEAR(products.back(), 4.0, 0.3);
 
-  camera.set_daylight(0.0);  // it does what it can, and no more
+  camera.set_daylight(0.0);  // saturates at its limits
   for (int k = 60; k < 200; ++k) static_cast<void>(camera.take(2'000'000 + k * 50'000, X_WB));
   EXPECT_EQ(camera.exposure().ms, options.sensor.longest_ms);
   EXPECT_EQ(camera.exposure().gain, options.sensor.highest_gain);
 }
 
-// Photon transfer: the variance of a grey value against its mean.
+// Photon transfer: the variance of a grey value as a function of its mean.
 TEST(StereoCamera, NoiseIsAsStated) {
   StereoCameraOptions options = exact();
   options.sensor.shot_noise = true;
@@ -395,7 +396,7 @@ TEST(StereoCamera, NoiseIsAsStated) {
   options.sensor.electrons_per_ms = 2'000.0;
   options.sensor.read_noise = 30.0;
   options.water.veil = Bands::Constant(1.0);
-  options.water.backscatter = Bands::Constant(0.5);  // open water of one brightness
+  options.water.backscatter = Bands::Constant(0.5);  // open water of uniform brightness
   StereoCamera camera({}, options, 3);
   const ImageFrame frame = *camera.take(0, at(0, 0, -10))[0];
   double sum = 0.0;
@@ -495,8 +496,8 @@ TEST(StereoCamera, RefusesOptionsThatMakeNoCamera) {
   refuses([](auto& o) { o.lamps = {{{}, {1, 0, 0}, -1, 45}}; }, "power");
 }
 
-// In each water a tag 1.5 m away is read as what it is, and its corners lie where the camera model
-// has them.
+// In each water type a tag 1.5 m away is decoded correctly, with its corners where the camera model
+// puts them.
 TEST(StereoCamera, TagsAreReadThroughTheWater) {
   Tag tag;
   tag.id = 42;

@@ -44,7 +44,7 @@ Model aqua2() {
 }
 
 // The planes through three vertices that have all others on one side: the faces of the hull, by
-// brute force. Says how far a point sticks out of it.
+// brute force. Gives the distance of a point outside the hull.
 class Faces {
  public:
   explicit Faces(const Points& hull) {
@@ -100,7 +100,7 @@ TEST(Aqua2, IsAsLargeAsTheVehicleWithItsFlippersInTheGait) {
   for (const planning::ConvexSolid& part : aqua2().hull.parts) {
     for (const Eigen::Vector3d& vertex : part.vertices) bounds.extend(vertex);
   }
-  // The body reaches 0.320 m forward; a flipper 0.2 m behind its hip at -0.249 m; half the width is
+  // The body extends 0.320 m forward; a flipper 0.2 m behind its hip at -0.249 m; half the width is
   // a mid hip and half a flipper; half the height is a flipper's tip at 35 degrees.
   EXPECT_NEAR(bounds.max().x(), 0.320, 1e-3);
   EXPECT_NEAR(bounds.min().x(), -0.449, 2e-3);
@@ -143,7 +143,7 @@ Eigen::AlignedBox3d bounds_of(const planning::ConvexSolid& part) {
   return box;
 }
 
-// The four boxes of the body, as the axis-aligned boxes they are.
+// The four boxes of the body, as axis-aligned boxes.
 std::vector<Eigen::AlignedBox3d> body_boxes(const Model& model) {
   std::vector<Eigen::AlignedBox3d> boxes;
   for (const planning::ConvexSolid& part : model.hull.parts) {
@@ -152,14 +152,15 @@ std::vector<Eigen::AlignedBox3d> body_boxes(const Model& model) {
   return boxes;
 }
 
-// Is a triangle inside the union of the boxes? Divided until each piece is inside one of them.
+// True if a triangle is inside the union of the boxes. Subdivided until each piece is inside one of
+// them.
 bool covered(const std::vector<Eigen::AlignedBox3d>& boxes, const std::array<Eigen::Vector3d, 3>& t,
              int depth = 0) {
   for (const Eigen::AlignedBox3d& box : boxes) {
     if (box.contains(t[0]) && box.contains(t[1]) && box.contains(t[2])) return true;
   }
   if (depth == 12) return false;
-  // Halve the longest edge.
+  // Bisect the longest edge.
   int edge = 0;
   for (int k = 1; k < 3; ++k) {
     const auto length = [&t](int i) {
@@ -269,8 +270,8 @@ TEST(Urdf, EnclosesCurvedShapesClosely) {
   }));
 }
 
-// A paddle on a revolute joint on a slider: at any position of both, all of it is in the hull, and
-// the hull exceeds what they reach by little.
+// A paddle on a revolute joint on a slider: at any position of both joints all of it is in the
+// hull, and the hull exceeds its swept volume only a little.
 TEST(Urdf, SweepsPartsOverTheRangesOfAllTheirJoints) {
   const Model model = read(robot(
       link("base", kMass) + link("carriage", "") +
@@ -342,13 +343,13 @@ TEST(Urdf, GivesTheSameHullEveryTime) {
   }
 }
 
-// ---- what is wrong with a file --------------------------------------------------------------
+// ---- invalid files --------------------------------------------------------------------------
 
 struct Mistake {
   const char* name;
   std::string xml;
   const char* code;
-  const char* at;    ///< The first place of this text is where the diagnostic points.
+  const char* at;    ///< Text whose first occurrence the diagnostic points to.
   const char* hint;  ///< Part of the hint; may be empty.
 };
 
@@ -532,7 +533,7 @@ TEST(Urdf, SaysWhyAFileCannotBeRead) {
   EXPECT_EQ(diagnostics.list()[0].code, "FILE-UNREADABLE");
 }
 
-// Real files of other vehicles: read, or refused with a reason and a place.
+// Real files of other vehicles: each is read, or rejected with a reason and a position.
 TEST(Urdf, ReadsOrRefusesRealFiles) {
   if (!fs::exists(kData / "urdf_others")) GTEST_SKIP() << "no real files at " << kData;
   int files = 0;

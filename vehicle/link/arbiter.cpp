@@ -5,7 +5,7 @@
 namespace dive::link {
 namespace {
 
-constexpr double kSameQuaternion = 0.1;  // of its norm, from 1
+constexpr double kSameQuaternion = 0.1;  // deviation of the norm from 1
 
 bool is_effort(double value) { return std::abs(value) <= 1.0; }  // false for NaN
 
@@ -69,7 +69,7 @@ vehicle::PseudoRates Arbiter::step(const std::optional<ImuSample>& imu,
     if (imu_) yaw_ = to_rpy(imu_->q_WB).z();
     return heard->rates;
   }
-  // Before the first command there is nothing to come up from.
+  // Before the first command there is no dive to end by surfacing.
   const bool was_commanded = heard_[0] || heard_[1];
   if (!was_commanded || !imu_ || !depth_ || dt <= 0.0) return {};
   vehicle::Command command;

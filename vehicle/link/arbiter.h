@@ -1,5 +1,5 @@
 #pragma once
-// The vehicle's end of the link: whom it obeys, and what it does when nobody speaks.
+// The vehicle's end of the link: which commands it obeys, and its reaction when they stop.
 
 #include <optional>
 
@@ -10,25 +10,26 @@
 
 namespace dive::link {
 
-/// Obeys the newest command of the supervisor, or the newest of the executive where the supervisor
-/// is silent. Efforts are good for a moment only: kStale after the last command it stops, and its
-/// own autopilot keeps the depth and attitude commanded; kTimeout after it, it surfaces.
+/// Obeys the newest command of the supervisor, or the newest of the executive while there is none
+/// from the supervisor. Efforts expire: kStale after the last command the vehicle stops, and its
+/// own autopilot keeps the commanded depth and attitude; kTimeout after it, the vehicle surfaces.
 class Arbiter {
  public:
-  static constexpr double kStale = 0.2;     ///< s, as vehicle_command_t.lcm says.
-  static constexpr double kTimeout = 1.0;   ///< s, likewise.
-  static constexpr double kMaxAhead = 5.0;  ///< s that a command's time may be ahead: clocks drift.
-  static constexpr double kMaxDepth = 500.0;  ///< m: a greater one is no command.
+  static constexpr double kStale = 0.2;       ///< Lifetime of an effort, s (vehicle_command_t.lcm).
+  static constexpr double kTimeout = 1.0;     ///< Age that surfaces, s (vehicle_command_t.lcm).
+  static constexpr double kMaxAhead = 5.0;    ///< Tolerated lead of a command, s, for clock drift.
+  static constexpr double kMaxDepth = 500.0;  ///< Maximum plausible depth command, m.
 
   enum class Obeys { kNobody, kExecutive, kSupervisor };
 
   explicit Arbiter(vehicle::AutopilotOptions autopilot = {});
 
-  /// Hears a command; false when it is refused: older than one of the same source, ahead of time,
-  /// or with numbers that are no command.
+  /// Receives a command; false if it is rejected: older than one of the same source, ahead of time,
+  /// or with implausible values.
   bool hear(const VehicleCommand& command, Utime now);
 
-  /// The effort for the tick that ends at `now`; the samples are the vehicle's own, newest last.
+  /// The effort for the tick that ends at `now`, from the newest samples of the vehicle's own
+  /// sensors.
   [[nodiscard]] vehicle::PseudoRates step(const std::optional<ImuSample>& imu,
                                           const std::optional<DepthSample>& depth, Utime now);
 
@@ -40,7 +41,7 @@ class Arbiter {
  private:
   [[nodiscard]] const VehicleCommand* current(Utime now) const;
 
-  std::optional<VehicleCommand> heard_[2];  ///< By Source.
+  std::optional<VehicleCommand> heard_[2];  ///< Newest command by Source.
   Utime heard_at_[2] = {0, 0};
   std::int64_t refused_ = 0;
   vehicle::Autopilot autopilot_;

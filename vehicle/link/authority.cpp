@@ -20,7 +20,8 @@ static_assert(std::tuple_size_v<Key> == crypto_auth_KEYBYTES);
 
 void start_sodium() { DIVE_DEMAND(sodium_init() >= 0); }
 
-// Over the whole packet with no seal in it; its fingerprint tells requests from answers.
+// Computed over the whole packet with a zero code; its fingerprint distinguishes requests from
+// answers.
 template <typename Message>
 Seal seal_of(const Key& key, Message message) {
   message.seal = {};
@@ -136,7 +137,7 @@ Gate::Ruling Gate::judge(const OperatorRequest& request, Utime now) {
     return other.boot == request.boot && other.counter == request.counter &&
            other.seal == request.seal && other.command == request.command;
   };
-  if (last_ && same(*last_)) {  // said again until it is answered: the answer was lost
+  if (last_ && same(*last_)) {  // a repeated request, whose answer was lost
     ruling.answer.verdict = Verdict::kAccepted;
   } else {
     ruling.answer.verdict = check_seal(request, now);
@@ -152,8 +153,8 @@ bool Gate::decide(const OperatorRequest& request, Utime now, Verdict& verdict) {
     counter_ = request.counter;
     return true;
   }
-  // An abort without a seal, or with one that has seen better days, is an abort. A flood of them
-  // is told that it is heard, and that is all.
+  // An abort without a code, or with an invalid or stale one, is still an abort. Beyond the rate
+  // limit it is only acknowledged.
   if (request.command == OperatorCommand::kAbort) {
     verdict = Verdict::kAccepted;
     const bool acts = may_abort(now);

@@ -1,8 +1,9 @@
 #pragma once
-// Who may tell the vehicle what to do. Topside and executive share a key; a request bears a seal
-// (HMAC-SHA-512/256, libsodium's crypto_auth), the nonce of this start of the executive and a
-// counter that only rises, so that none can be forged, kept for later or said twice. To abort takes
-// no seal: whoever can reach the vehicle may bring it up, but not so often that it is all it does.
+// Authentication of operator requests. Topside and executive share a key; a request carries a
+// message authentication code (HMAC-SHA-512/256, libsodium's crypto_auth), the nonce of the
+// executive's session and a counter that only increases, so that a request cannot be forged,
+// delayed or repeated. An abort needs no code: any operator within reach may surface the vehicle,
+// but at a limited rate, so that aborts cannot occupy it.
 
 #include <array>
 #include <cstdint>
@@ -19,12 +20,12 @@ namespace dive::link {
 using Key = std::array<std::uint8_t, 32>;
 
 [[nodiscard]] Key new_key();
-/// A random number that no other start of the executive has had.
+/// A random number that is unique to this start of the executive.
 [[nodiscard]] std::uint64_t new_boot();
 
-/// A file of 64 hexadecimal digits that only its owner may read. Fails with a sentence.
+/// Reads a file of 64 hexadecimal digits that only its owner may read. The error is a sentence.
 [[nodiscard]] tl::expected<Key, std::string> read_key(const std::string& path);
-/// Creates it, and does not overwrite. Fails with a sentence.
+/// Creates the key file and never overwrites one. The error is a sentence.
 [[nodiscard]] tl::expected<void, std::string> write_key(const std::string& path, const Key& key);
 
 void seal(const Key& key, OperatorRequest& request);
@@ -34,20 +35,20 @@ void seal(const Key& key, OperatorAnswer& answer);
 
 [[nodiscard]] const char* describe(Verdict verdict);
 
-/// The executive's side.
+/// The executive's authentication of requests.
 class Gate {
  public:
-  static constexpr double kMaxAge = 10.0;       ///< s since the heartbeat that was answered to.
-  static constexpr double kAbortPeriod = 10.0;  ///< s that one abort without seal takes to earn ...
-  static constexpr int kAbortBurst = 3;         ///< ... of which so many may be saved.
+  static constexpr double kMaxAge = 10.0;       ///< Maximum age of the acknowledged heartbeat, s.
+  static constexpr double kAbortPeriod = 10.0;  ///< Time per permitted abort without a code, s.
+  static constexpr int kAbortBurst = 3;         ///< Maximum number of such aborts in a burst.
 
   Gate(std::optional<Key> key, std::uint64_t boot) : key_(key), boot_(boot) {}
 
   struct Ruling {
     OperatorAnswer answer;
-    bool act = false;  ///< Accepted, for the first time, and not too often.
+    bool act = false;  ///< True if accepted, for the first time, and within the rate limit.
   };
-  /// `now` is the executive's own time, on which `heard` is as well.
+  /// `now` and `heard` are both on the executive's clock.
   [[nodiscard]] Ruling judge(const OperatorRequest& request, Utime now);
 
   [[nodiscard]] std::uint64_t boot() const { return boot_; }
@@ -56,7 +57,7 @@ class Gate {
   [[nodiscard]] const Refusals& refused() const { return refused_; }
 
  private:
-  /// Whether to act; where a seal is not needed the verdict changes.
+  /// True if the executive is to act; changes the verdict where no code is needed.
   [[nodiscard]] bool decide(const OperatorRequest& request, Utime now, Verdict& verdict);
   [[nodiscard]] Verdict check_seal(const OperatorRequest& request, Utime now) const;
   [[nodiscard]] bool may_abort(Utime now);
@@ -64,7 +65,7 @@ class Gate {
   std::optional<Key> key_;
   std::uint64_t boot_;
   std::int64_t counter_ = 0;
-  std::optional<OperatorRequest> last_;  ///< Accepted.
+  std::optional<OperatorRequest> last_;  ///< Last accepted request.
   Refusals refused_;
   double aborts_ = kAbortBurst;
   std::optional<Utime> last_abort_;

@@ -14,15 +14,15 @@
 namespace dive::link {
 namespace {
 
-// Packets of a channel that wait to be handed on; LCM's own limit is 30. Of those with lists so few
-// that a flood does not fill the memory.
+// Maximum number of queued packets per channel; LCM's own limit is 30. Few for packets with lists,
+// so that a flood does not fill the memory.
 constexpr int kQueue = 500;
 constexpr int kListQueue = 16;
 
 struct Subscription {
   std::size_t max_bytes = 0;
   Bus::Handler handler;
-  std::size_t bytes = 0;  ///< Handed on.
+  std::size_t bytes = 0;  ///< Bytes delivered.
   std::int64_t malformed = 0;
   std::exception_ptr thrown;
 };
@@ -35,7 +35,7 @@ std::string with_buffer(const std::string& url, int receive_bytes) {
   return fmt::format("{}{}{}={}", url, joint, kOption, receive_bytes);
 }
 
-// Called by LCM, which is C: nothing may be thrown through it.
+// Called by LCM, which is C: no exception may pass through it.
 void receive(const lcm_recv_buf_t* buffer, const char* /*channel*/, void* user) {
   auto* subscription = static_cast<Subscription*>(user);
   subscription->bytes += buffer->data_size;
@@ -58,7 +58,7 @@ struct Bus::Impl {
     void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
   };
 
-  /// One packet, if there is one.
+  /// Delivers one packet, if there is one.
   bool hand_on() {
     if (lcm_handle_timeout(lcm.get(), 0) <= 0) return false;
     for (const auto& subscription : subscriptions) {
@@ -75,7 +75,7 @@ struct Bus::Impl {
     return sum;
   }
 
-  std::vector<std::unique_ptr<Subscription>> subscriptions;  // LCM keeps their addresses.
+  std::vector<std::unique_ptr<Subscription>> subscriptions;  // LCM stores their addresses.
   std::unique_ptr<lcm_t, Destroy> lcm;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// Packets to and from other processes over LCM (UDP multicast): whoever listens on a channel hears
-// what is said there, late, twice, out of order or not at all.
+// Packets to and from other processes over LCM (UDP multicast): every subscriber of a channel
+// receives its packets, perhaps late, twice, out of order or not at all.
 
 #include <cstdint>
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace dive::link {
 
-/// Channels, by what they carry.
+/// Channels: sender and message type.
 namespace channel {
 inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle: imu_t
 inline constexpr const char* kDepth = "DIVE_DEPTH";             ///< Vehicle: depth_t
@@ -34,18 +34,17 @@ inline constexpr const char* kRequest = "DIVE_OPERATOR";        ///< Topside: op
 inline constexpr const char* kAnswer = "DIVE_OPERATOR_ANSWER";  ///< Executive: operator_answer_t
 }  // namespace channel
 
-/// Loopback only: a packet leaves the machine when a URL with a larger ttl is given.
+/// Loopback only: packets leave the machine only with a URL of a larger ttl.
 inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 
 /// Not thread-safe: one per thread.
 class Bus {
  public:
-  /// False when the packet was none of the channel's.
+  /// False if the packet does not belong to the channel.
   using Handler = std::function<bool(PacketView)>;
 
-  /// Fails with a sentence: a URL that LCM does not know, no network.
-  /// `receive_bytes`: what the system is asked to keep until it is read, unless the URL says; 0: as
-  /// much as it does by itself.
+  /// Fails with a sentence if LCM rejects the URL or there is no network. `receive_bytes`: size of
+  /// the system's receive buffer, unless the URL sets it; 0: the system's default.
   [[nodiscard]] static tl::expected<Bus, std::string> open(const std::string& url,
                                                            int receive_bytes = 0);
   Bus(Bus&&) noexcept;
@@ -53,10 +52,10 @@ class Bus {
   ~Bus();
 
   /// `handler` gets every packet of the channel of at most `max_bytes`; larger ones are counted.
-  /// What it throws comes out of wait().
+  /// Its exceptions leave through wait().
   void subscribe(const char* channel, std::size_t max_bytes, Handler handler);
 
-  /// The same for values, decoded.
+  /// The same for decoded values.
   template <typename Value>
   void listen(const char* channel, std::function<void(const Value&)> handler,
               std::size_t max_bytes = kMaxFixedSize) {
@@ -68,21 +67,21 @@ class Bus {
     });
   }
 
-  /// False when the system did not take it.
+  /// False if the system did not accept the packet.
   bool publish(const char* channel, const Packet& packet);
 
-  /// Hands on what has come and what comes until `deadline` of `clock`; returns early, true, once
-  /// `enough` says so (asked after every packet). At most kMostPackets and hardly more than
-  /// kMostBytes of what has come already, so that a flood does not hold up the caller.
+  /// Delivers the packets that have arrived and those that arrive until `deadline` of `clock`;
+  /// returns true early once `enough` does (called after every packet). Delivers at most
+  /// kMostPackets and about kMostBytes of the backlog, so that a flood does not block the caller.
   bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
 
-  /// Packets that were too large for their channel, or none of it.
+  /// Packets that were too large for their channel, or did not belong to it.
   [[nodiscard]] std::int64_t malformed() const;
 
   static constexpr int kMostPackets = 2000;
   static constexpr std::size_t kMostBytes = 4U << 20U;
-  static constexpr int kPictureBuffer = 4 << 20;     ///< Bytes, for a few pairs of pictures.
-  static constexpr std::size_t kMaxFixedSize = 256;  ///< Bytes; no packet without a list is larger.
+  static constexpr int kPictureBuffer = 4 << 20;     ///< Bytes, for a few image pairs.
+  static constexpr std::size_t kMaxFixedSize = 256;  ///< Largest packet without a list, bytes.
 
  private:
   struct Impl;

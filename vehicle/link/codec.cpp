@@ -1,5 +1,4 @@
-// Values are taken apart by structured bindings, so that a new member does not compile before it is
-// sent.
+// Structured bindings unpack the values, so that a new member does not compile until it is encoded.
 
 #include "vehicle/link/codec.h"
 
@@ -34,7 +33,7 @@ constexpr Run kHealth[] = {bytes(8 + 4 * sizeof(double) + 1)};
 constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
-constexpr Run kTruth[] = {bytes(8 + kPoseSize)};
+constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxTouched)};
 constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
 constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
@@ -264,17 +263,20 @@ bool decode(PacketView packet, VehicleCommand& command) {
 }
 
 bool encode(const Truth& truth, Packet& packet) {
-  const auto& [utime, X_WB] = truth;
+  const auto& [utime, X_WB, touched] = truth;
+  if (touched.size() > kMaxTouched) return false;
   truth_t m;
   m.utime = utime;
   write_pose(X_WB, m.pose);
+  m.n = static_cast<std::int32_t>(touched.size());
+  m.touched = touched;
   return pack(m, kTruth, packet);
 }
 
 bool decode(PacketView packet, Truth& truth) {
-  const auto m = unpack<truth_t>(packet, kTruth);
+  auto m = unpack<truth_t>(packet, kTruth);
   if (!m) return false;
-  truth = {m->utime, read_pose(m->pose)};
+  truth = {m->utime, read_pose(m->pose), std::move(m->touched)};
   return true;
 }
 

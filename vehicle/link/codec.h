@@ -1,17 +1,18 @@
 #pragma once
-// What travels between vehicle, executive, supervisor and topside, as LCM packets
-// (vehicle/messages/*.lcm) and back. LCM's types stay behind it.
+// The values exchanged by vehicle, executive, supervisor and topside, encoded as LCM packets
+// (vehicle/messages/*.lcm) and decoded again. LCM's types stay internal.
 //
-// encode() fills `packet` anew and is false when the value cannot be represented. decode() is false
-// for anything that encode() would not have made of some value: it neither throws nor allocates
-// more than a few times the packet's size. Numbers keep every bit: whether a value makes sense is
-// the receiver's question, but for what a list of points needs to be one.
+// encode() replaces the content of `packet` and returns false if the value cannot be represented.
+// decode() returns false for anything that encode() cannot produce: it neither throws nor allocates
+// more than a few times the packet's size. Numbers keep every bit: the receiver checks whether a
+// value makes sense, except for what makes a list of points valid.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/clock.h"
@@ -26,10 +27,10 @@ namespace dive::link {
 using Packet = std::vector<std::uint8_t>;
 using PacketView = std::span<const std::uint8_t>;
 
-inline constexpr std::size_t kMaxPathLength = 16'384;  ///< Waypoints.
-inline constexpr int kMaxImageSide = 4096;             ///< Pixels.
+inline constexpr std::size_t kMaxPathLength = 16'384;  ///< Maximum number of waypoints.
+inline constexpr int kMaxImageSide = 4096;             ///< Maximum width and height, pixels.
 inline constexpr int kCameras = 3;
-inline constexpr float kMaxReach = 1000.0F;  ///< m, of a range sensor.
+inline constexpr float kMaxReach = 1000.0F;  ///< Largest range of a range sensor, m.
 
 enum class Source { kExecutive, kSupervisor };
 enum class Mode { kRates, kDepthAndAngles };
@@ -44,10 +45,11 @@ struct VehicleCommand {
   vehicle::PseudoRates rates;
 };
 
-/// Where the simulated vehicle really is.
+/// See truth_t.lcm.
 struct Truth {
   Utime utime = 0;
   Pose X_WB;
+  std::vector<std::string> touched = {};
 };
 
 /// See sim_tick_t.lcm.
@@ -59,16 +61,16 @@ struct SimTick {
   std::optional<Utime> range;
   std::optional<Utime> left;
   std::optional<Utime> right;
-  int inertial = 0;         ///< Samples, 0 to 127 ...
-  Utime last_inertial = 0;  ///< ... and when the last was taken; 0 without any.
+  int inertial = 0;         ///< Number of IMU samples, 0 to 127.
+  Utime last_inertial = 0;  ///< Time of the last IMU sample; 0 without any.
 };
 
-/// How many operator requests were refused, by reason.
+/// Number of rejected operator requests, by reason.
 struct Refusals {
   std::int32_t forged = 0;
   std::int32_t replayed = 0;
   std::int32_t stale = 0;
-  std::int32_t too_many = 0;  ///< Aborts without seal, beyond the rate that is acted on.
+  std::int32_t too_many = 0;  ///< Aborts without a code beyond the rate limit.
 };
 
 /// See heartbeat_t.lcm.
@@ -111,9 +113,13 @@ struct Path {
   std::vector<Pose> waypoints;
 };
 
-/// Bytes; no packet of a scan is larger.
+inline constexpr std::size_t kMaxTouched = 256;              ///< Maximum obstacles per packet.
+inline constexpr std::size_t kMaxObstacleName = 64U << 10U;  ///< Maximum length, bytes.
+/// Maximum size of a truth packet, bytes.
+inline constexpr std::size_t kMaxTruthPacket = 128 + kMaxTouched * (kMaxObstacleName + 4);
+/// Maximum size of a scan packet, bytes.
 inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
-/// Bytes of the packet of a frame of so many.
+/// Size of an image packet with `pixel_bytes` of pixels, bytes.
 [[nodiscard]] constexpr std::size_t image_packet_size(std::size_t pixel_bytes) {
   return 30 + pixel_bytes;
 }
@@ -130,7 +136,7 @@ inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(f
 [[nodiscard]] bool encode(const OperatorRequest& request, Packet& packet);
 [[nodiscard]] bool encode(const OperatorAnswer& answer, Packet& packet);
 [[nodiscard]] bool encode(const Path& path, Packet& packet);
-// Of the log, stamped with the tick's time.
+// Messages of the log only, stamped with the tick's time.
 [[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
 

@@ -1,6 +1,5 @@
 #pragma once
-// Shared by the .cpp files of codecs only: packing LCM's generated types with their layouts
-// checked.
+// Packs LCM's generated types and checks their layouts. Only for .cpp files of codecs.
 
 #include <algorithm>
 #include <cstdint>
@@ -17,17 +16,18 @@
 
 namespace dive::link::detail {
 
-// For codecs of other rooms.
+// Shared with the codecs of other modules.
 using link::array;
 using link::bytes;
 using link::fits;
 using link::Run;
 using link::text;
+using link::texts;
 
 inline constexpr std::size_t kPoseSize = 7 * sizeof(double);
 
-/// What was packed must fit as well, so that whatever is written can be read back. A text with a
-/// zero byte is packed shorter than announced.
+/// Checks a packed message too, so that every packet written can be read back. A text with a zero
+/// byte is packed shorter than announced.
 template <typename Message>
 bool pack(const Message& message, std::span<const Run> layout, Packet& packet) {
   const int size = message.getEncodedSize();
@@ -50,7 +50,7 @@ inline bool read_flag(std::int8_t byte, bool& flag) {
   return byte == 0 || byte == 1;
 }
 
-/// `last` is the enumeration's last constant; they count from 0.
+/// `last` is the enumeration's last constant; the constants count from 0.
 template <typename Enum>
 bool read_enum(std::int8_t byte, Enum last, Enum& value) {
   if (byte < 0 || byte > static_cast<std::int8_t>(last)) return false;
@@ -63,7 +63,7 @@ inline void write_vector(const Eigen::Vector3d& vector, double (&out)[3]) {
 }
 inline Eigen::Vector3d read_vector(const double (&in)[3]) { return {in[0], in[1], in[2]}; }
 
-/// As x y z w, which is how Eigen keeps them; not normalised, so that every bit survives.
+/// In the order x y z w, as in Eigen; not normalised, so that every bit survives.
 inline void write_quaternion(const Eigen::Quaterniond& q, double (&out)[4]) {
   std::copy_n(q.coeffs().data(), 4, out);
 }

@@ -30,6 +30,13 @@ class Walker {
         const auto count = length(run.limit);
         return count && skip(*count * run.size);
       }
+      case Run::Kind::kTexts: {
+        const auto count = length(run.limit);
+        for (std::size_t i = 0; i < count.value_or(0); ++i) {
+          if (!skip_text(run.size)) return false;
+        }
+        return count.has_value();
+      }
     }
     return false;
   }

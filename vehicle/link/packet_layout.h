@@ -1,6 +1,6 @@
 #pragma once
-// The shape of an LCM packet, checked before LCM's generated decoder sees it: that decoder trusts
-// the lengths in the packet, allocates what they ask for, and throws at a negative one.
+// The layout of an LCM packet, checked before LCM's generated decoder reads it: that decoder trusts
+// the lengths in the packet, allocates accordingly, and throws at a negative one.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,12 +8,13 @@
 
 namespace dive::link {
 
-/// One run of a packet's bytes.
+/// One section of a packet.
 struct Run {
   enum class Kind {
     kBytes,  ///< `size` bytes.
-    kText,   ///< int32 length n in [1, size], n bytes, the last and only the last of them zero.
-    kArray,  ///< int32 count n in [0, limit], n times `size` bytes.
+    kText,   ///< int32 length n in [1, size], then n bytes, of which only the last is zero.
+    kArray,  ///< int32 count n in [0, limit], then n times `size` bytes.
+    kTexts,  ///< int32 count n in [0, limit], then n times a kText of `size`.
   };
   Kind kind = Kind::kBytes;
   std::size_t size = 0;
@@ -25,8 +26,11 @@ struct Run {
 [[nodiscard]] constexpr Run array(std::size_t element_size, std::size_t max_count) {
   return {Run::Kind::kArray, element_size, max_count};
 }
+[[nodiscard]] constexpr Run texts(std::size_t max_size, std::size_t max_count) {
+  return {Run::Kind::kTexts, max_size, max_count};
+}
 
-/// Is `packet` an 8-byte fingerprint followed by exactly these runs?
+/// True if `packet` is an 8-byte fingerprint followed by exactly these runs.
 [[nodiscard]] bool fits(std::span<const Run> layout, std::span<const std::uint8_t> packet);
 
 }  // namespace dive::link

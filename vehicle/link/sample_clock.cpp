@@ -7,7 +7,7 @@ namespace {
 
 constexpr Utime kLongest = from_seconds(SampleClock::kMaxAge);
 
-// Forged or broken times must not overflow: beyond a few centuries nothing is a time.
+// Forged or broken times must not overflow: times beyond a few centuries are clamped.
 Utime bounded(Utime utime) {
   constexpr Utime kCentury = Utime{100} * 366 * 86'400 * kMicrosecondsPerSecond;
   return std::clamp(utime, -kCentury, kCentury);
@@ -27,7 +27,7 @@ std::optional<Utime> SampleClock::follow(Utime utime, Utime arrived) {
   const Utime theirs = bounded(utime);
   const Utime age = arrived - (theirs + *offset_);
   if (age > kLongest || age < -kLongest) return std::nullopt;
-  if (age < 0) offset_ = arrived - theirs;  // quicker under way than any before
+  if (age < 0) offset_ = arrived - theirs;  // smaller latency than any before
   return theirs + *offset_;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A sensor's clock is not ours: it began at another time, and it may jump.
+// Conversion of a sensor's time: its clock has another origin and may jump.
 
 #include <optional>
 
@@ -7,25 +7,25 @@
 
 namespace dive::link {
 
-/// Turns a sensor's times into ours. Trusts it as long as what arrives is as old as things that are
-/// under way are; a time that lies ahead of ours or far behind means that its clock was set.
+/// Converts a sensor's times to ours. Accepts the sensor's clock while the implied latency is
+/// plausible; a time ahead of ours or far behind means that the sensor's clock was set.
 class SampleClock {
  public:
-  static constexpr double kMaxAge = 0.5;  ///< s that a sample may have been under way.
+  static constexpr double kMaxAge = 0.5;  ///< Maximum plausible latency of a sample, s.
 
-  /// When, on our clock, a sample was taken that bears `utime` and arrived at `arrived`; never
-  /// later than that. Times that go back a little are packets out of order, and stay so.
+  /// The time on our clock of a sample stamped `utime` that arrived at `arrived`; never later than
+  /// that. Times that go back a little are packets out of order, and stay out of order.
   [[nodiscard]] Utime ours(Utime utime, Utime arrived);
 
-  /// Likewise of another sensor that goes by the same clock, but never sets it: nothing for what is
-  /// older than things that are under way, or of a time to come.
+  /// The same for another sensor on the same clock, but without setting the offset: empty for an
+  /// implausible latency or a time in the future.
   [[nodiscard]] std::optional<Utime> follow(Utime utime, Utime arrived);
 
-  /// How often it was set so far.
+  /// Number of times the sensor's clock was set.
   [[nodiscard]] int jumps() const { return jumps_; }
 
  private:
-  std::optional<Utime> offset_;  ///< Ours less the sensor's.
+  std::optional<Utime> offset_;  ///< Our time less the sensor's.
   int jumps_ = 0;
 };
 

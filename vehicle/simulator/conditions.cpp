@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "common/range_check.h"
-#include "vehicle/simulator/sensors.h"
+#include "vehicle/simulator/sensors/sensors.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::vehicle {
@@ -15,7 +15,7 @@ struct Entry {
   double high;
 };
 
-// One row per condition: its name, where it is kept, what it may be.
+// One row per condition: name, member, range.
 constexpr std::array<Entry, 13> kEntries{{
     {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
     {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},

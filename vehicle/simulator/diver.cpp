@@ -12,14 +12,14 @@
 namespace dive::vehicle {
 namespace {
 
-// Moves are this short, so that none leads past a vehicle unseen.
+// Steps are this short, so that no move passes a vehicle undetected.
 constexpr Utime kStep = 20'000;
 
 bool within(double value, double low, double high) {
   return value >= low && value <= high;  // false for NaN
 }
 
-// From the vehicle to the skin of the capsule.
+// Distance from the vehicle to the skin of the capsule.
 double gap(const Pose& X_WD, const Eigen::Vector3d& vehicle_W) {
   Eigen::Vector3d p_D = X_WD.inverse() * vehicle_W;
   p_D.x() -= std::clamp(p_D.x(), -0.5 * Diver::kLength, 0.5 * Diver::kLength);
@@ -65,7 +65,7 @@ Diver::Diver(DiverTrack track) : track_(std::move(track)) {
 void Diver::face(Progress& progress) const {
   if (progress.next >= track_.waypoints.size()) return;
   const Eigen::Vector3d way = track_.waypoints[progress.next].p_W - progress.X_WD.p;
-  constexpr double kUpright = 1e-6;  // m: no heading to be had from less
+  constexpr double kUpright = 1e-6;  // m: too short to define a heading
   if (std::hypot(way.x(), way.y()) < kUpright) return;
   progress.X_WD.q = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
 }

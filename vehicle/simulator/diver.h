@@ -1,8 +1,8 @@
 #pragma once
 // A diver who swims into the vehicle's path.
 //
-// The clearance between the two is a ClearanceMeter's (ground_truth.h) on a world that holds only
-// Diver::shape(), observed at X_DB = X_WD^-1 X_WB.
+// A ClearanceMeter (ground_truth.h) measures the clearance between the two, on a world that holds
+// only Diver::shape(), at the relative pose X_DB = X_WD^-1 X_WB.
 
 #include <cstddef>
 #include <string>
@@ -16,37 +16,35 @@
 
 namespace dive::vehicle {
 
-/// Where a diver swims: straight from waypoint to waypoint, and no farther than the last. Walls are
-/// not asked.
+/// A diver's route: straight from waypoint to waypoint, ending at the last. Walls are ignored.
 struct DiverTrack {
   struct Waypoint {
-    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< Of the diver's middle, m.
-    double pause_s = 0.0;                           ///< Spent there.
+    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< Position of the diver's centre, m.
+    double pause_s = 0.0;                           ///< Time spent at the waypoint.
   };
   std::vector<Waypoint> waypoints = {};
   double speed = 0.5;    ///< m/s.
-  double start_s = 0.0;  ///< The diver is at the first waypoint, at rest, until then.
-  double keeps_m =
-      1.5;  ///< From the vehicle's origin to the diver's skin: never less by own doing.
+  double start_s = 0.0;  ///< Time of departure from the first waypoint.
+  double keeps_m = 1.5;  ///< Minimum distance from the vehicle's origin to the diver's skin.
 
-  /// What is wrong with it, for people; empty when it can be swum.
+  /// A description of the first error; empty if the track is usable.
   [[nodiscard]] std::string validate() const;
 };
 
-/// Frame D: the middle of a capsule, x along its axis towards the head and always level, z up. It
-/// turns on the spot, to where the next waypoint lies; above or below another waypoint it keeps its
-/// heading. Nothing in it is random.
+/// Frame D: centre of a capsule, x along its axis towards the head and always level, z up. The
+/// diver turns on the spot towards the next waypoint; directly above or below the next one the
+/// heading stays. Nothing is random.
 class Diver {
  public:
   static constexpr double kRadius = 0.3;  ///< m
-  static constexpr double kLength = 1.2;  ///< m, of the cylindrical part.
+  static constexpr double kLength = 1.2;  ///< Length of the cylindrical part, m.
 
   /// Demands a track that validates.
   explicit Diver(DiverTrack track);
 
-  /// Swims on until `now`, beside a vehicle that is at `vehicle_W` (finite). A diver whose next
-  /// move would bring it nearer to the vehicle than keeps_m waits, as long as it takes; moves that
-  /// lead away are always made. An earlier `now` than before changes nothing.
+  /// Moves the diver until `now`, beside a vehicle at `vehicle_W` (finite). A diver whose next move
+  /// would come nearer to the vehicle than keeps_m waits, without limit; moves away are always
+  /// made. An earlier `now` than before changes nothing.
   void advance(Utime now, const Eigen::Vector3d& vehicle_W);
 
   /// X_WD after the last advance().
@@ -58,8 +56,8 @@ class Diver {
  private:
   struct Progress {
     Pose X_WD;
-    std::size_t next = 1;  // waypoint ahead
-    double pause_s = 0.0;  // left of the pause at the one behind
+    std::size_t next = 1;  // next waypoint
+    double pause_s = 0.0;  // rest of the pause at the previous waypoint
   };
 
   void face(Progress& progress) const;

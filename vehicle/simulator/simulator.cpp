@@ -6,16 +6,16 @@
 #include "common/assert.h"
 #include "common/random.h"
 #include "vehicle/aqua2_figures.h"
-#include "vehicle/simulator/dynamics.h"
-#include "vehicle/simulator/flippers.h"
-#include "vehicle/simulator/sensors.h"
+#include "vehicle/simulator/dynamics/dynamics.h"
+#include "vehicle/simulator/dynamics/flippers.h"
+#include "vehicle/simulator/sensors/sensors.h"
 
 namespace dive::vehicle {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSubsteps = 2;  // of the tick: the surface is stiff (5 rad/s), the rest is slower
+constexpr int kSubsteps = 2;  // per tick: the surface is stiff (5 rad/s), the rest is slower
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kGravity = 9.81;
 constexpr std::uint64_t kSpeedStream = 0x59eed;
@@ -32,7 +32,7 @@ struct Simulator::Impl {
     Random random(seed, kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     state.X_WB = Pose{start_X_WB.p, start_X_WB.q.normalized()};
-    state.v = -(state.X_WB.q.conjugate() * current_W);  // put into the water at rest over ground
+    state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
   }
 
@@ -64,9 +64,9 @@ struct Simulator::Impl {
     return sensors.sample(truth, specific_force_B, health());
   }
 
-  // What the inertial unit feels in a substep that began at `before` and is done. As long as it
-  // lasts the flippers' forces hold, so that its middle is a shorter step of the same motion; at
-  // its end they leap, and what is felt is halfway.
+  // Feeds the IMU for a finished substep that began at `before`. The flippers' forces are constant
+  // within it, so that its midpoint is a shorter step of the same motion; at its end they jump, and
+  // the sample uses the mean.
   void feel(const Dynamics::State& before, int substep) {
     constexpr double kStep = kTick / kSubsteps;
     static_assert(InertialSamples::kPerTick == 2 * kSubsteps);
@@ -102,7 +102,7 @@ struct Simulator::Impl {
 
   void set_current(const Vector3d& current_in_W) {
     DIVE_DEMAND(current_in_W.allFinite());
-    state.v += state.X_WB.q.conjugate() * (current_W - current_in_W);  // momentum over ground stays
+    state.v += state.X_WB.q.conjugate() * (current_W - current_in_W);  // keeps momentum over ground
     current_W = current_in_W;
   }
 

@@ -16,12 +16,12 @@
 #include "planning/world/world.h"
 #include "vehicle/command.h"
 #include "vehicle/model.h"
-#include "vehicle/simulator/inertial_unit.h"
+#include "vehicle/simulator/sensors/inertial_unit.h"
 
 namespace dive::vehicle {
 
-/// The water and the imperfections of one dive: pool conditions by default. "sigma" values are
-/// drawn once per seed; "noise" values at every sample.
+/// Water and imperfections of one dive; the defaults are pool conditions. "sigma" values are drawn
+/// once per seed; "noise" values at every sample.
 struct Conditions {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
   double speed_scale_sigma = 0.01;                      ///< Relative error of the gait's speed.
@@ -33,12 +33,12 @@ struct Conditions {
   double sensor_latency_s = 0.02;
   double battery_capacity_wh = 200.0;
   double battery_voltage = 28.8;
-  double battery_fraction = 1.0;  ///< At the start.
-  /// An inertial unit for a visual-inertial estimator, beside the 50 Hz of the other; it changes
-  /// nothing else. Not among the names.
+  double battery_fraction = 1.0;  ///< Battery fraction at the start.
+  /// A 200 Hz IMU for a visual-inertial estimator, beside the 50 Hz AHRS; it changes nothing else.
+  /// Not settable by name.
   std::optional<ImuNoise> inertial_unit = std::nullopt;
 
-  /// Sets one by its name, e.g. "current_x" = 0.1; false when there is no such name.
+  /// Sets one by its name, e.g. "current_x" = 0.1; false if there is no such name.
   [[nodiscard]] bool set(const std::string& name, double value);
   /// All names with their values, in a fixed order.
   [[nodiscard]] std::vector<std::pair<std::string, double>> list() const;
@@ -49,7 +49,7 @@ struct SensorSamples {
   std::optional<ImuSample> imu;        ///< 50 Hz.
   std::optional<DepthSample> depth;    ///< 50 Hz.
   std::optional<HealthSample> health;  ///< 1 Hz.
-  InertialSamples inertial = {};       ///< 200 Hz; none without an inertial unit.
+  InertialSamples inertial = {};       ///< 200 Hz; none without an IMU.
 };
 
 struct GroundTruth {
@@ -59,24 +59,26 @@ struct GroundTruth {
   Eigen::Vector3d omega_WB_B = Eigen::Vector3d::Zero();
   double distance_swum_m = 0.0;
   double energy_used_wh = 0.0;
-  Eigen::Vector3d gyro_bias_B = Eigen::Vector3d::Zero();   ///< Of the inertial unit, rad/s ...
-  Eigen::Vector3d accel_bias_B = Eigen::Vector3d::Zero();  ///< ... and m/s^2.
+  Eigen::Vector3d gyro_bias_B = Eigen::Vector3d::Zero();   ///< Gyro bias of the IMU, rad/s.
+  Eigen::Vector3d accel_bias_B = Eigen::Vector3d::Zero();  ///< Accelerometer bias of the IMU,
+                                                           ///< m/s^2.
 };
 
 class Simulator {
  public:
-  static constexpr double kTick = 0.02;  ///< s, one control tick.
+  static constexpr double kTick = 0.02;  ///< Control tick, s.
 
   Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions, std::uint64_t seed);
   Simulator(Simulator&&) noexcept;
   ~Simulator();
 
-  /// Advances one control tick under `rates` and returns what the sensors say at its end.
+  /// Advances one control tick under `rates` and returns the samples at its end.
   [[nodiscard]] SensorSamples step(const PseudoRates& rates);
   [[nodiscard]] const GroundTruth& truth() const;
-  /// From now on the health samples report water in the hull.
+  /// Makes the health samples report water in the hull from now on.
   void inject_leak();
-  /// From now on the water moves at `current_W` (m/s). The vehicle keeps its velocity over ground.
+  /// Sets the water's velocity to `current_W` (m/s) from now on. The vehicle keeps its velocity
+  /// over ground.
   void set_current(const Eigen::Vector3d& current_W);
 
  private:

@@ -78,7 +78,7 @@ TEST_F(Asl, ReadsWhatEurocWrites) {
   }
 }
 
-// The body frame of the files is not the IMU's: all is turned into that of the IMU.
+// The body frame of the files is not the IMU's: everything is converted to the IMU's.
 TEST_F(Asl, MeansTheImuWhenItSaysB) {
   std::string yaml = imu_yaml();
   const std::string unit = "1.0, 0.0, 0.0, 0.0,";

@@ -1,5 +1,5 @@
 #pragma once
-// Writes small recordings in the ASL format, as a person would who has only read its description.
+// Writes small recordings in the ASL format, from its published description only.
 
 #include <string>
 
@@ -8,14 +8,14 @@
 
 namespace dive::estimation::testing {
 
-/// An empty folder of this test's own.
+/// An empty folder for this test only.
 [[nodiscard]] std::string fresh_folder();
 
-/// Makes folders on the way.
+/// Creates missing folders.
 void write_text(const std::string& path, const std::string& text);
 void write_png(const std::string& path, const ImageFrame& picture);
 
-/// EuRoC's own file for its left camera, but for what is put in.
+/// EuRoC's own file for its left camera, with the values of `camera`.
 [[nodiscard]] std::string camera_yaml(const CameraModel& camera);
 [[nodiscard]] std::string imu_yaml();
 

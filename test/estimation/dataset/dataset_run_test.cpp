@@ -1,4 +1,4 @@
-// A recording of a painted room, swum through along a curve, estimated from its files.
+// A recording of a curved path through a painted room, estimated from its files.
 
 #include "estimation/dataset/dataset_run.h"
 
@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 constexpr double kSeconds = 4.0;
 constexpr double kStart = 100.0;
 
-// At rest for a second, then faster and faster to half a metre a second, swaying.
+// At rest for a second, then accelerating to half a metre a second, swaying.
 Pose pose_at_time(double t) {
   const double s = std::max(0.0, t - 1.0);
   const double x = 0.25 * s - 0.25 * std::sin(s);
@@ -45,7 +45,7 @@ Imu imu_at(double t) {
           b.q.conjugate() * (acceleration + Vector3d(0, 0, 9.81))};
 }
 
-// Half the usual size, which makes a picture in a quarter of the time.
+// Half the usual size, for a quarter of the rendering time.
 CameraModel small_camera(double y) {
   CameraModel camera = testing::test_camera(y);
   camera.width /= 2;
@@ -156,7 +156,7 @@ TEST(DatasetRun, BeginsInMotionAtItsSpeed) {
   EXPECT_LT(judged(options).rmse_m, 0.06);
 }
 
-// It believes in 0.2 m/s all the time.
+// It expects 0.2 m/s all the time.
 TEST(DatasetRun, DeadReckonsWithThePrimitiveEstimator) {
   RunOptions options;
   options.estimator = EstimatorKind::kPrimitive;
@@ -174,7 +174,7 @@ TEST(DatasetRun, DoesTheSameTwice) {
   EXPECT_EQ(a.rmse_m, b.rmse_m);
 }
 
-// In four seconds nothing is seen again: keyframes, and what the filter says.
+// No place is revisited in four seconds: there are keyframes, and the estimate stays the filter's.
 TEST(DatasetRun, LooksForLoopsAndLeavesTheFilterAlone) {
   RunOptions options;
   options.loops = true;

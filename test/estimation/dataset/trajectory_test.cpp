@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
-// Twenty metres and more, in all directions.
+// More than twenty metres, in all directions.
 Trajectory spiral(int poses = 400) {
   Trajectory trajectory;
   for (int i = 0; i < poses; ++i) {
@@ -89,7 +89,7 @@ RC_GTEST_PROP(Ate, IsNothingForTheSamePathElsewhere, ()) {
   }
 }
 
-// Errors of 0.3 m, whose directions cancel out: no alignment takes them away.
+// Errors of 0.3 m, whose directions cancel out: no alignment removes them.
 TEST(Ate, IsTheRootMeanSquareOfWhatIsLeft) {
   const Trajectory truth = spiral();
   Trajectory estimate = moved(truth, {{5, -3, 2}, from_rpy(0, 0, 1.0)});
@@ -103,7 +103,7 @@ TEST(Ate, IsTheRootMeanSquareOfWhatIsLeft) {
   EXPECT_NEAR(absolute_error(pairs, *X).max_m, 0.3, 2e-3);
 }
 
-// A tilt is an error for who knows which way is down, and none for who does not.
+// A tilt is an error for an estimator with gravity, and none for one without.
 TEST(Ate, YawAlignmentLeavesATilt) {
   const Trajectory truth = spiral();
   const auto pairs = pair_up(moved(truth, {{0, 0, 0}, from_rpy(0.1, 0, 0)}), truth);
@@ -157,7 +157,7 @@ TEST(Pairs, AreInterpolatedAndNotAcrossGaps) {
   EXPECT_NEAR(pairs[0].truth.p.x(), 0.25, 1e-12);
 }
 
-// Errors drawn from the covariance that the estimate states: 3 in the mean; half as sure: 12.
+// Errors drawn from the stated covariance: 3 in the mean; with half the stated sigma: 12.
 TEST(Nees, IsThreeForAnHonestCovariance) {
   Random random(11);
   const Trajectory truth = spiral(4000);
@@ -178,7 +178,7 @@ TEST(Nees, IsThreeForAnHonestCovariance) {
   EXPECT_NEAR(honest.orientation, 3.0, 0.15);
   for (StateEstimate& e : estimates) e.covariance *= 0.25;
   EXPECT_NEAR(nees(estimates, truth).position, 12.0, 0.6);
-  estimates[0].covariance.setZero();  // says nothing, and is not counted
+  estimates[0].covariance.setZero();  // undefined, and not counted
   EXPECT_EQ(nees(estimates, truth).samples, 3999);
 }
 

@@ -55,7 +55,7 @@ void PaintedRoom::snow(int count, const Vector3d& p_W, double reach, double spee
 }
 
 double PaintedRoom::paint(const Vector3d& p) const {
-  // Two coordinates of the wall and a third number that tells the walls apart.
+  // Two coordinates of the wall and a third number that distinguishes the walls.
   const Vector3d share = p.cwiseAbs().cwiseQuotient(half_);
   Eigen::Index axis = 0;
   share.maxCoeff(&axis);
@@ -124,7 +124,7 @@ ImageFrame PaintedRoom::picture(const CameraModel& camera, const Pose& X_WC, Uti
   frame.height = camera.height;
   frame.pixels.reserve(values.size());
   for (const double value : values) {
-    // Noise from few bits: a normal number for each pixel would take longer than the picture.
+    // Noise from few bits: a normal number for each pixel would take longer than the image.
     const auto bits = random_.bits();
     const double unit = static_cast<double>(bits & 0xffff) / 65536.0 +
                         static_cast<double>((bits >> 16) & 0xffff) / 65536.0 +

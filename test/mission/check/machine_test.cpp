@@ -1,5 +1,5 @@
-// Missions made at random, run by the statechart interpreter with random luck: what the flow
-// analysis says cannot happen does not happen.
+// Random missions, run by the statechart interpreter with random guards and events: nothing happens
+// that the flow analysis excludes.
 
 #include "mission/executive/machine.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 int pick(int below) { return *rc::gen::inRange(0, below); }
 
-// Writes states with consecutive names first, then gives them transitions to each other.
+// Writes states with consecutive names first, then adds transitions between them.
 class MissionWriter {
  public:
   std::string write() {
@@ -37,7 +37,7 @@ class MissionWriter {
         "battery_reserve=\"0\"/><states initial=\"s0\">" +
         states + "</states></mission>";
     for (std::size_t at = text.find('@'); at != std::string::npos; at = text.find('@', at)) {
-      // Every fourth way leads to the end, so that many missions do end.
+      // Every fourth transition leads to the end, so that many missions do end.
       const int target =
           pick(4) == 0 ? static_cast<int>(all_.size()) - 1 : pick(static_cast<int>(all_.size()));
       text.replace(at, 1, all_.at(static_cast<std::size_t>(target)));
@@ -51,7 +51,7 @@ class MissionWriter {
     return all_.back();
   }
 
-  // '@' stands for the name of any state.
+  // '@' is replaced by the name of a random state.
   static std::string transitions(const std::string& id) {
     static const std::vector<std::string> kEvents = {"done.state.", "done.state.", "done.state.",
                                                      "timeout.", "plan.failed."};
@@ -105,7 +105,7 @@ Mission read(const std::string& text) {
   return read_mission(std::move(*document), Language(mission_schema()), diagnostics);
 }
 
-// Lets guards hold at random, and remembers every state that was ever entered.
+// Evaluates guards at random, and records every state that was ever entered.
 class Recorder final : public statechart::Environment {
  public:
   bool evaluate(statechart::GuardId) override { return pick(4) == 0; }
@@ -120,7 +120,7 @@ class Recorder final : public statechart::Environment {
   std::set<statechart::StateId> entered_;
 };
 
-// Some event that one of the active leaves may raise now.
+// A random event that one of the active atomic states may raise now.
 std::string some_event(const Machine& machine, const statechart::Interpreter& interpreter,
                        bool with_emergencies) {
   std::vector<std::string> events;
@@ -199,7 +199,7 @@ void knows_how_a_mission_may_end() {
   if (!surfaced) RC_ASSERT(any_end_in(flow.reached_without(surfacing)));
 }
 
-// What is wrong only with a history inside a parallel takes many missions to show.
+// Defects that need a history inside a parallel occur in few missions.
 constexpr int kMissionsPerCase = 20;
 
 RC_GTEST_PROP(Flow, KnowsEveryStateThatIsEverEntered, ()) {
@@ -210,10 +210,11 @@ RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
   for (int i = 0; i < kMissionsPerCase; ++i) knows_how_a_mission_may_end();
 }
 
-// The executive demands a chart that can be interpreted: whatever names and structure let pass is.
+// The executive requires a chart that can be interpreted: every mission that passes the name and
+// structure rules gives one.
 RC_GTEST_PROP(CheckedMission, MakesAMachine, ()) {
   std::string text = MissionWriter().write();
-  // Now and then a name in a wrong place.
+  // Occasionally a name in a wrong place.
   for (int i = pick(3); i > 0; --i) {
     const std::size_t quote =
         text.find("=\"s", static_cast<std::size_t>(pick(static_cast<int>(text.size()))));

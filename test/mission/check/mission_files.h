@@ -1,5 +1,5 @@
 #pragma once
-// The tables beside the mission files of test/mission/malformed and test/mission/accepted.
+// The tables of the mission files in test/mission/malformed and test/mission/accepted.
 
 #include <fstream>
 #include <sstream>
@@ -11,7 +11,7 @@ namespace dive::mission::testing {
 struct Expected {
   std::string code;
   int line = 0;
-  std::string phrase;  ///< In message or hint.
+  std::string phrase;  ///< Part of the message or hint.
 };
 
 struct MissionFile {
@@ -24,7 +24,7 @@ struct MissionFile {
   }
 };
 
-/// For messages of GoogleTest.
+/// For GoogleTest's messages.
 inline void PrintTo(const MissionFile& file, std::ostream* stream) { *stream << file.path(); }
 
 inline std::vector<MissionFile> mission_files(const std::string& folder) {

@@ -1,4 +1,4 @@
-// What can be said on deck of water that nobody knows.
+// Checks on deck of a mission in an unknown environment.
 
 #include <algorithm>
 #include <cmath>
@@ -52,8 +52,9 @@ TEST(InUnknownWater, TheRehearsalIsCheckedAndSaidToBeOne) {
   CheckOptions options;
   options.simulate = false;
   Diagnostics diagnostics;
-  const CheckReport report = check_mission(mission, world_of(mission), model(), options,
-                                           diagnostics, [](const std::string&) {});
+  CheckObserver observer;
+  const CheckReport report =
+      check_mission(mission, world_of(mission), model(), options, diagnostics, observer);
   EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-WATER"));
   EXPECT_EQ(report.legs.size(), 1U);
 }
@@ -63,21 +64,21 @@ TEST(InUnknownWater, WithoutARehearsalThereIsNoDive) {
   mission.map_file.value.clear();
   mission.map_path.clear();
   Diagnostics diagnostics;
-  const CheckReport report =
-      check_mission(mission, {}, model(), {}, diagnostics, [](const std::string&) {});
+  CheckObserver observer;
+  const CheckReport report = check_mission(mission, {}, model(), {}, diagnostics, observer);
   EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-UNREHEARSED"));
   EXPECT_FALSE(report.dive);
   EXPECT_GT(report.budget.duration_s, 0.0) << "that of the straight way";
 }
 
 TEST(InUnknownWater, OnlyThereEyesAreMissed) {
-  DiveResult nominal;
-  nominal.duration_s = 10.0;
-  nominal.transitions.push_back({0.0, {"", "out", "", "", ""}});
+  NominalDive nominal;
+  nominal.result.duration_s = 10.0;
+  nominal.result.transitions.push_back({0.0, {"", "out", "", "", ""}});
   Mission mission = mission_of("/test/mission/accepted/unknown_water.xml");
   const auto kinds = [&] {
     std::vector<FaultKind> all;
-    for (const FaultCase& one : every_fault_in_every_state(mission, nominal)) {
+    for (const FaultCase& one : draw_fault_cases(mission, nominal, {})) {
       all.push_back(one.faults.at(0).kind);
     }
     return all;
@@ -92,7 +93,7 @@ TEST(InUnknownWater, OnlyThereEyesAreMissed) {
   EXPECT_THAT(kinds(), Contains(FaultKind::kCameraBlur));
 }
 
-// With eyes that see nothing but water.
+// With a sensor that observes only open water.
 TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
   const Mission mission = mission_of(kMurk);
   const auto dived = [&](std::vector<Fault> faults) {
@@ -113,9 +114,8 @@ TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
   EXPECT_EQ(dived({{FaultKind::kRangeSilent, 8.0, 5.0}}).outcome, "success") << "it goes on";
 }
 
-// Under way it is told to go back where it came from, turns about, and then sees nothing: it must
-// not slide on stern first to where it never looked. (Left to its drag it would, by most of a
-// metre.)
+// It is commanded back to where it came from, turns about, and then loses its sensor: it must not
+// slide on stern first into unobserved space. (By drag alone it would, by most of a metre.)
 TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideOnSternFirst) {
   Diagnostics diagnostics;
   std::string text = content_of(DIVE_SOURCE_DIR + kMurk);
@@ -132,13 +132,14 @@ TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideOnSternFirst) {
     hands.inputs.map_update = planning::MapUpdate{hands.inputs.now, {}, is_blind ? 0.0 : 6.0};
   };
   double astern_m = 0.0;
-  const DiveResult result = simulate_dive(
-      *mission, {}, model(), settings,
-      [&](const StepInputs& in, const StepOutputs& out, const vehicle::GroundTruth& truth) {
-        if (out.status.state != "north") return;
-        if (!turned && std::abs(to_rpy(truth.X_WB.q).z()) > 2.0) turned = in.now;
-        astern_m += 0.02 * std::max(-truth.v_WB_B.x(), 0.0);
-      });
+  const DiveResult result = simulate_dive(*mission, {}, model(), settings,
+                                          [&](const StepInputs& in, const StepOutputs& out,
+                                              const vehicle::GroundTruth& truth, const auto&) {
+                                            if (out.status.state != "north") return;
+                                            if (!turned && std::abs(to_rpy(truth.X_WB.q).z()) > 2.0)
+                                              turned = in.now;
+                                            astern_m += 0.02 * std::max(-truth.v_WB_B.x(), 0.0);
+                                          });
   EXPECT_EQ(result.outcome, "success");
   ASSERT_TRUE(turned);
   EXPECT_LT(astern_m, 0.4);

@@ -1,4 +1,4 @@
-// The rules about a mission in its world, where the boundary between right and wrong is known.
+// The rules about a mission in its world, at analytically known limits.
 
 #include <cmath>
 
@@ -86,7 +86,7 @@ TEST(PositionsAreClear, MeasuresTheHullAtItsHeading) {
   EXPECT_EQ(codes({9.19, "0"}), kNone);
   EXPECT_EQ(codes({9.21, "180"}), kClearance);
   EXPECT_EQ(codes({9.81, "0"}), kInside);
-  // Askew.
+  // At an oblique heading.
   const double reach = 0.5 * std::cos(0.5235987755982988) + 0.2 * std::sin(0.5235987755982988);
   EXPECT_EQ(codes({10.0 - 0.6 - reach - 0.01, "60"}), kNone);
   EXPECT_EQ(codes({10.0 - 0.6 - reach + 0.01, "60"}), kClearance);
@@ -97,7 +97,7 @@ TEST(PositionsAreClear, TakesTheBestHeadingWhereItIsOpen) {
   EXPECT_EQ(codes({9.25, ""}), kClearance);
 }
 
-// Rolled on its side a vehicle may come nearer than any level one: only its centre is sure.
+// Rolled on its side a vehicle may come nearer than a level one: only its centre is certain.
 TEST(PositionsAreClear, JudgesAFreeAttitudeByTheCentre) {
   EXPECT_EQ(codes({9.25, "", "free"}), kNone);
   EXPECT_EQ(codes({9.45, "", "free"}), kClearance);

@@ -1,6 +1,7 @@
-// The command as a user or a script meets it: exit status, stdout, stderr.
+// The command line interface: exit status, stdout, stderr.
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -16,11 +17,12 @@ namespace dive::mission {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 using testing::Ran;
 
-// Runs `dive ARGUMENTS` in a folder of the test's own.
+// Runs `dive ARGUMENTS` in a separate folder for each test.
 Ran dive(const std::string& arguments, const std::string& setup = {}) {
   const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
   return testing::run_dive(arguments, test.name(), setup);
@@ -71,12 +73,25 @@ TEST(Command, CamerasAreThoseOfAVehicleThatGoesBySight) {
   const std::string linked = "run --lcm memq:// --cameras nowhere ";
   for (const auto& [line, words] :
        {std::pair("run --cameras nowhere" + by_sight, "give its --lcm URL"),
+        {"run --lcm memq://" + by_sight, "give --cameras DIR"},
         {linked + kWindow, "its estimator is primitive"},
         {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
     const Ran ran = dive(line);
     EXPECT_EQ(ran.status, 2) << line;
     EXPECT_THAT(ran.err, HasSubstr(words)) << line;
   }
+}
+
+TEST(Command, TheCalibrationOfSimulatedCamerasIsWrittenOnceThereAreCameras) {
+  const Ran blind = dive("sim --write-calibration cameras " + kWindow);
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr("no cameras to calibrate"));
+  const Ran written = dive("sim --write-calibration cameras --water green_lake " + kWindow);
+  EXPECT_EQ(written.status, 0) << written.err;
+  const Ran unwritable =
+      dive("sim --write-calibration cameras/imu0/sensor.yaml --water green_lake " + kWindow);
+  EXPECT_EQ(unwritable.status, 2);
+  EXPECT_THAT(unwritable.err, HasSubstr("sensor.yaml"));
 }
 
 TEST(Command, UnreadableFilesAreTwo) {
@@ -88,6 +103,34 @@ TEST(Command, UnreadableFilesAreTwo) {
   }
   EXPECT_EQ(dive("replay " + kWindow).status, 2) << "not a log";
   EXPECT_EQ(dive("run --log out.txt/a.lcmlog " + kWindow).status, 2);
+}
+
+TEST(Command, ErrorsAreOfTheKindThatTheFileIs) {
+  const std::string poses = " --start -1,-2,-4 --goal 9.8,-2,-4.6";
+  const std::string broken_map =
+      "printf '<?xml version=\"1.0\"?>\\n<!-- <mission> -->\\n<sdf version=\"9.9\"/>' > m.sdf;";
+  const std::string cloud = "printf 'ply\\nformat ascii 1.0\\n' > c;";
+  struct Wrong {
+    std::string setup;
+    std::string arguments;
+    std::string says;
+  };
+  for (const Wrong& wrong : std::vector<Wrong>{
+           {"", "sim " + kMap, "this is a map: give the start pose with --start"},
+           {"", "sim --start 0,0,-3 " + kWindow, "this is a mission"},
+           {broken_map, "sim --start 0,0,-3 m.sdf", "MAP-VERSION"},
+           {"", "sim --start 0,0,-3 nowhere.sdf", "no such file"},
+           {"", "plan " + kMap, "this is a map, not a mission: give it with --map"},
+           {cloud, "plan c", "this is a point cloud, not a mission: give it with --cloud"},
+           {"", "plan --map " + kWindow, "this is a mission, not a map"},
+           {cloud, "plan --map c" + poses, "this is a point cloud, not a map"},
+           {broken_map, "plan --map m.sdf" + poses, "MAP-VERSION"},
+           {"", "check " + kMap, "this is a map: a mission names it"},
+           {"", "test " + kWindow, "this is a mission: dive check, plan and run read it"}}) {
+    const Ran ran = dive(wrong.arguments, wrong.setup);
+    EXPECT_EQ(ran.status, 2) << wrong.arguments;
+    EXPECT_THAT(ran.err, HasSubstr(wrong.says)) << wrong.arguments;
+  }
 }
 
 TEST(Command, CheckSaysOkWithTheKeysScriptsRelyOn) {
@@ -122,6 +165,44 @@ TEST(Command, PlanIsTheSameForTheSameSeed) {
   EXPECT_EQ(nlohmann::json::parse(dive(arguments).out).at("waypoints"), json.at("waypoints"));
 }
 
+// A start beside the wreck: the plan is not a success, reports the position, and is used only if
+// allowed.
+TEST(Command, PlanOutOfANarrowStartIsReduced) {
+  const std::string arguments =
+      "plan --start 5.8,0.3,-5.8,0,0,90 --goal 9,-3,-3 --clearance 0.6 --map '" +
+      std::string(DIVE_SOURCE_DIR) + "/missions/maps/wreck.sdf'";
+  const Ran refused = dive(arguments + " --json");
+  EXPECT_EQ(refused.status, 1) << refused.err;
+  const auto json = nlohmann::json::parse(refused.out);
+  EXPECT_EQ(json.at("status"), "reduced");
+  const double clearance = json.at("clearance_m").get<double>();
+  EXPECT_GT(clearance, 0.0);
+  EXPECT_LT(clearance, 0.6);
+  EXPECT_THAT(json.at("reason").get<std::string>(), HasSubstr("of the clearance of 0.6 m"));
+  const auto& reduced = json.at("reduced");
+  EXPECT_GT(reduced.at("length_m").get<double>(), 0.0);
+  EXPECT_LT(reduced.at("length_m").get<double>(), json.at("length_m").get<double>());
+  EXPECT_EQ(reduced.at("clearance_m"), json.at("clearance_m"));
+  EXPECT_LT(std::hypot(reduced.at("x").get<double>() - 5.8, reduced.at("y").get<double>() - 0.3,
+                       reduced.at("z").get<double>() + 5.8),
+            reduced.at("length_m").get<double>() + 0.01);
+  EXPECT_FALSE(reduced.at("obstacle").get<std::string>().empty());
+  EXPECT_FALSE(reduced.at("accepted").get<bool>());
+
+  const Ran allowed = dive(arguments + " --allow-reduced --json");
+  EXPECT_EQ(allowed.status, 0);
+  const auto used = nlohmann::json::parse(allowed.out);
+  EXPECT_EQ(used.at("status"), "reduced");
+  EXPECT_TRUE(used.at("reduced").at("accepted").get<bool>());
+  EXPECT_EQ(used.at("waypoints"), json.at("waypoints"));
+
+  const Ran text = dive(arguments + " --svg reduced.svg");
+  EXPECT_EQ(text.status, 1);
+  EXPECT_THAT(text.out, HasSubstr("goal: reduced: "));
+  EXPECT_THAT(text.out, HasSubstr("narrowest at "));
+  EXPECT_THAT(text.out, HasSubstr("--allow-reduced"));
+}
+
 TEST(Command, PlanRefusesAGoalInsideTheWall) {
   const Ran ran =
       dive("plan --json --start -1,-2,-4 --goal 6.1,-2,-4.6 --clearance 1 --map " + kMap);
@@ -137,8 +218,9 @@ TEST(Command, RunThenReplay) {
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("outcome"), "success");
   EXPECT_EQ(json.at("final_state"), "surfaced");
-  for (const char* key : {"cause", "duration_s", "distance_m", "min_clearance_m", "collisions",
-                          "replans", "estimate_error_m"}) {
+  for (const char* key :
+       {"cause", "duration_s", "distance_m", "min_clearance_m", "collisions", "replans",
+        "final_error_m", "final_sigma_m", "collision_list", "nearest"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   for (const char* key : {"t", "from", "to", "event", "cause"}) {
@@ -150,6 +232,48 @@ TEST(Command, RunThenReplay) {
   EXPECT_TRUE(report.at("identical").get<bool>());
   EXPECT_TRUE(report.at("first_divergence").is_null());
   EXPECT_GT(report.at("events").get<int>(), 10'000);
+}
+
+TEST(Command, ADamagedLogIsNotIdentical) {
+  ASSERT_EQ(dive("run --seed 3 --log a.lcmlog " + kWindow).status, 0);
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "dive-command" /
+                                     "ADamagedLogIsNotIdentical" / "a.lcmlog";
+  const auto damage_at = [&](std::uintmax_t offset) {
+    std::fstream log(path, std::ios::binary | std::ios::in | std::ios::out);
+    log.seekg(static_cast<std::streamoff>(offset));
+    const int byte = log.get();
+    log.seekp(static_cast<std::streamoff>(offset)).put(static_cast<char>(byte ^ 4));
+  };
+  const std::uintmax_t third = std::filesystem::file_size(path) / 3;
+  damage_at(third);
+  const Ran replayed = dive("replay --json a.lcmlog");
+  EXPECT_EQ(replayed.status, 1);
+  const auto report = nlohmann::json::parse(replayed.out);
+  EXPECT_FALSE(report.at("identical").get<bool>());
+  EXPECT_TRUE(report.at("first_divergence").is_null());
+  EXPECT_FALSE(report.at("torn").get<bool>());
+  ASSERT_EQ(report.at("gaps").size(), 1U);
+  const auto gap = report.at("gaps").at(0);
+  EXPECT_NEAR(gap.at("to_s").get<double>() - gap.at("from_s").get<double>(), 0.04, 1e-6);
+  EXPECT_LE(gap.at("offset").get<std::uintmax_t>(), third);
+  EXPECT_GT(gap.at("offset").get<std::uintmax_t>() + gap.at("bytes").get<std::uintmax_t>(), third);
+  EXPECT_LT(gap.at("bytes").get<std::uintmax_t>(), 10'000U);
+  const Ran in_words = dive("replay a.lcmlog");
+  EXPECT_EQ(in_words.status, 1);
+  EXPECT_THAT(in_words.out, HasSubstr("DAMAGED"));
+  EXPECT_THAT(in_words.out, HasSubstr("gap from"));
+  const Ran explained = dive("explain a.lcmlog");
+  EXPECT_EQ(explained.status, 0);
+  EXPECT_THAT(explained.out, HasSubstr("the log is damaged: nothing is known from"));
+  EXPECT_THAT(explained.out, HasSubstr("surfaced")) << "what follows the gap is explained";
+
+  damage_at(200);  // In the header.
+  const Ran headless = dive("replay --json a.lcmlog");
+  EXPECT_EQ(headless.status, 1);
+  EXPECT_EQ(nlohmann::json::parse(headless.out).at("gaps").size(), 2U);
+  EXPECT_FALSE(nlohmann::json::parse(headless.out).at("identical").get<bool>());
+  EXPECT_EQ(dive("replay a.lcmlog --mission " + kWindow).status, 2);
+  EXPECT_EQ(nlohmann::json::parse(dive("explain --json a.lcmlog").out).at("gaps").size(), 2U);
 }
 
 TEST(Command, RunShowsWhereItIsAndEndsWithAVerdict) {
@@ -171,8 +295,7 @@ TEST(Command, AnAbortedDiveIsOne) {
 }
 
 TEST(Command, AFullDiskLosesTheLogNotTheDive) {
-  // A limit on the size of files stands in for a full disk; the signal that goes with it is
-  // ignored.
+  // A limit on file size simulates a full disk; its signal is ignored.
   const Ran ran = dive("run --json --log a.lcmlog " + kWindow, "trap '' XFSZ; ulimit -f 500; ");
   EXPECT_EQ(ran.status, 1);
   EXPECT_EQ(nlohmann::json::parse(ran.out).at("final_state"), "surfaced");
@@ -180,6 +303,50 @@ TEST(Command, AFullDiskLosesTheLogNotTheDive) {
   const Ran replayed = dive("replay --json a.lcmlog");
   const auto report = nlohmann::json::parse(replayed.out);
   EXPECT_TRUE(report.at("identical").get<bool>()) << "what is there is whole";
+}
+
+// A box of 4 x 3 x 2 m whose top is 9 m deep: closed, with known values.
+std::string box_map(const std::string& pose) {
+  return "printf 'v -2 -1.5 -1\\nv 2 -1.5 -1\\nv -2 1.5 -1\\nv 2 1.5 -1\\nv -2 -1.5 1\\nv 2 -1.5 "
+         "1\\nv -2 1.5 "
+         "1\\nv 2 1.5 1\\nf 1 3 2\\nf 2 3 4\\nf 5 6 7\\nf 6 8 7\\nf 1 2 5\\nf 2 6 5\\nf 3 7 4\\nf "
+         "4 7 8\\nf 1 "
+         "5 3\\nf 3 5 7\\nf 2 4 6\\nf 4 8 6\\n' > box.obj && "
+         "echo \"<sdf version='1.6'><model name='m'><static>1</static><pose>" +
+         pose +
+         "</pose><link name='l'><collision name='c'><geometry><mesh><uri>box.obj</uri></mesh>"
+         "</geometry></collision></link></model></sdf>\" > map.sdf && ";
+}
+
+TEST(Command, PlanStatesTheExtentsOfMeshes) {
+  const std::string poses = " --start -8,0,-5 --goal 8,0,-5";
+  const Ran ran = dive("plan --map map.sdf --json" + poses, box_map("0 0 -10 0 0 0"));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, Not(HasSubstr("warning")));
+  const auto meshes = nlohmann::json::parse(ran.out).at("meshes");
+  ASSERT_EQ(meshes.size(), 1U);
+  EXPECT_EQ(meshes[0].at("name"), "m/l/c");
+  EXPECT_EQ(meshes[0].at("file"), "box.obj");
+  EXPECT_EQ(meshes[0].at("triangles"), 12);
+  EXPECT_EQ(meshes[0].at("extent_m"), nlohmann::json({4.0, 3.0, 2.0}));
+  EXPECT_EQ(meshes[0].at("top_z_m"), -9.0);
+  EXPECT_EQ(meshes[0].at("bottom_z_m"), -11.0);
+  EXPECT_NEAR(meshes[0].at("volume_m3").get<double>(), 24.0, 1e-9);
+  EXPECT_EQ(meshes[0].at("closed"), true);
+  const Ran text = dive("plan --map map.sdf" + poses, box_map("0 0 -10 3.14159 0 0"));
+  EXPECT_THAT(text.out, HasSubstr("m/l/c: 12 triangles, 4.00 x 3.00 x 2.00 m, z from -11.00 to "
+                                  "-9.00 m, 24 m3"));
+  EXPECT_THAT(text.err, HasSubstr("MAP-MESH-UPSIDE-DOWN"));
+}
+
+TEST(Command, CheckStatesTheExtentsOfMeshes) {
+  const std::string mission = std::string("sed 's#maps/window.sdf#map.sdf#' ") + kWindow +
+                              " > mission.xml && " + box_map("0 0 -30 0 0 0");
+  const Ran ran = dive("check --static --json mission.xml", mission);
+  const auto meshes = nlohmann::json::parse(ran.out).at("meshes");
+  ASSERT_EQ(meshes.size(), 1U) << ran.out;
+  EXPECT_EQ(meshes[0].at("top_z_m"), -29.0);
+  EXPECT_THAT(dive("check --static mission.xml", mission).out, HasSubstr("mesh   m/l/c: 12 tri"));
 }
 
 }  // namespace

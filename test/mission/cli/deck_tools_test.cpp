@@ -1,5 +1,6 @@
-// What stands beside check and run: explain, graph, import, findings as SARIF, pairs of faults.
+// The commands beside check and run: explain, graph, import, findings as SARIF, pairs of faults.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -17,7 +18,7 @@ using ::testing::HasSubstr;
 
 using testing::Ran;
 
-// Runs `dive ARGUMENTS` in a folder of the test's own.
+// Runs `dive ARGUMENTS` in a separate folder for each test.
 Ran dive(const std::string& arguments, const std::string& setup = {}) {
   const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
   return testing::run_dive(arguments, std::string("deck-") + test.name(), setup);
@@ -94,7 +95,7 @@ TEST(Sarif, PointsAtTheLineOfEveryFinding) {
 TEST(Replay, TellsWhatAChangedMissionWouldHaveDone) {
   ASSERT_EQ(dive("run --log dive.lcmlog " + mission("pool3")).status, 0);
   EXPECT_EQ(dive("replay --mission " + mission("pool3") + " dive.lcmlog").status, 0);
-  // The same with a leg that must be over sooner than it was.
+  // The same mission with a leg whose timeout is shorter than the leg took.
   const std::string change = "mkdir -p maps; cp '" DIVE_SOURCE_DIR
                              "/missions/maps/pool3.sdf' maps; sed 's/timeout=\"200\"/"
                              "timeout=\"12\"/' " +
@@ -109,13 +110,28 @@ TEST(Replay, TellsWhatAChangedMissionWouldHaveDone) {
   EXPECT_EQ(dive("replay --mission nowhere.xml dive.lcmlog").status, 2);
 }
 
-TEST(PairsOfFaults, AreAllSurvivedInPool3) {
+bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
+  return std::ranges::any_of(dive.at("injected"), [&](const nlohmann::json& fault) {
+    return fault.at("fault").get<std::string>().starts_with(sensor);
+  });
+}
+
+// Without attitude and depth the flippers rest, and a vehicle below a pipe rises against it
+// (doc/decisions/blind-and-safely-held.md). Every other pair is survived.
+TEST(PairsOfFaults, AreAllDivedInPool3AndDecideTheExitStatus) {
   DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
-  const Ran ran = dive("check --pairs --json " + mission("pool3"));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = dive("check --pairs --instants 1 --json " + mission("pool3"));
+  EXPECT_EQ(ran.err, "") << "no progress beside JSON";
   const auto faults = nlohmann::json::parse(ran.out).at("faults");
   EXPECT_GT(faults.size(), 150U);
-  for (const auto& each : faults) EXPECT_TRUE(each.at("safe").get<bool>()) << each.dump();
+  bool all_safe = true;
+  for (const auto& each : faults) {
+    const bool is_safe = each.at("safe").get<bool>();
+    all_safe = all_safe && is_safe;
+    const bool can_control_nothing = has_fault_of(each, "imu_") && has_fault_of(each, "depth_");
+    EXPECT_TRUE(is_safe || can_control_nothing) << each.dump();
+  }
+  EXPECT_EQ(ran.status, all_safe ? 0 : 1);
 }
 
 }  // namespace

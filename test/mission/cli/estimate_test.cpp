@@ -1,6 +1,6 @@
-// `dive estimate`: over a recording that the tests write. The primitive estimator looks at no
-// pictures, so that there are none; the visual one is tested in test/estimation/dataset, and here
-// on what `dive run --record` wrote.
+// `dive estimate`: on a recording that the tests write. The primitive estimator uses no images, so
+// the recording has none; test/estimation/dataset tests the visual one, and this file runs it on
+// the output of `dive run --record`.
 
 #include <filesystem>
 #include <fstream>
@@ -61,7 +61,7 @@ void write_swim() {
   write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
 }
 
-// The whole way: a dive, its pictures on the disk, and what anybody's estimator would make of them.
+// End to end: a dive, its images on disk, and the estimate computed from them.
 TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and written");
   const fs::path missions = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios/missions";
@@ -75,7 +75,7 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   write("short.xml", mission);
   write("maps/basin.sdf", content_of(missions / "maps/basin.sdf"));
   const fs::path data = fs::path(::testing::TempDir()) / "dive-command" / place() / "data";
-  fs::remove_all(data);  // of a run that was interrupted
+  fs::remove_all(data);  // left by an interrupted run
   const Ran dived = dive("run short.xml --record data --json");
   ASSERT_EQ(dived.status, 0) << dived.out << dived.err;
 
@@ -103,7 +103,7 @@ TEST(Estimate, SaysHowFarOffItIsInJson) {
   EXPECT_NEAR(json["duration_s"].get<double>(), 20.0, 1e-9);
   EXPECT_NEAR(json["distance_m"].get<double>(), 8.0, 0.05);
   EXPECT_LT(json["ate_m"].get<double>(), 0.5);
-  // It takes the vehicle to start from rest, where this one swims from the beginning.
+  // Static initialisation requires the vehicle at rest, and this one swims from the beginning.
   EXPECT_GT(json["drift_percent"].get<double>(), 0.5);
   EXPECT_LT(json["drift_percent"].get<double>(), 15.0);
   EXPECT_GE(json["nees_position"].get<double>(), 0.0);
@@ -137,7 +137,7 @@ TEST(Estimate, RefusesWhatItCannotRead) {
   const Ran loops = dive("estimate swim --estimator primitive --loops");
   EXPECT_EQ(loops.status, 2);
   EXPECT_THAT(loops.err, HasSubstr("two cameras"));
-  const Ran blind = dive("estimate swim");  // there are no pictures
+  const Ran blind = dive("estimate swim");  // there are no images
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr(".png"));
   EXPECT_EQ(blind.out, "");

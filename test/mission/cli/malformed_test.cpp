@@ -1,5 +1,5 @@
 // `dive check` on every malformed mission: exit status 2, and in its JSON the code and the line
-// that test/mission/malformed/expectations.txt demands.
+// given in test/mission/malformed/expectations.txt.
 
 #include <filesystem>
 #include <fstream>

@@ -1,11 +1,11 @@
-// A leak at the deepest point of a penetration, judged by ground truth: with the trail free, with
-// the trail blocked, and with no way out at all.
+// A leak at the deepest point of a penetration, evaluated by ground truth: with the trail free,
+// with the trail blocked, and without any exit path.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "mission/check/simulated_dive.h"
 #include "mission/cli/loading.h"
+#include "mission/simulation/simulated_dive.h"
 #include "planning/world/overhead.h"
 
 namespace dive::mission {
@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 struct Dived {
   DiveResult result;
   Eigen::Vector3d end_W = Eigen::Vector3d::Zero();  ///< Ground truth.
-  std::vector<std::string> plan_causes;             ///< Of what the abort asked for.
+  std::vector<std::string> plan_causes;             ///< Causes of the plans requested by the abort.
   std::vector<std::string> states;
 };
 
@@ -26,14 +26,15 @@ Dived dive(const Mission& mission, const planning::World& world, const vehicle::
   DiveSettings settings;
   settings.faults = faults;
   Dived dived;
-  dived.result = simulate_dive(
-      mission, world, model, settings,
-      [&](const StepInputs&, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
-        dived.end_W = truth.X_WB.p;
-        if (outputs.plan_query && outputs.plan_query->state == "dive.retrace") {
-          dived.plan_causes.push_back(outputs.plan_query->cause);
-        }
-      });
+  dived.result =
+      simulate_dive(mission, world, model, settings,
+                    [&](const StepInputs&, const StepOutputs& outputs,
+                        const vehicle::GroundTruth& truth, const auto&) {
+                      dived.end_W = truth.X_WB.p;
+                      if (outputs.plan_query && outputs.plan_query->state == "dive.retrace") {
+                        dived.plan_causes.push_back(outputs.plan_query->cause);
+                      }
+                    });
   for (const TimedTransition& transition : dived.result.transitions) {
     dived.states.push_back(transition.record.to);
   }
@@ -68,7 +69,7 @@ class Penetration : public ::testing::Test {
 
 TEST_F(Penetration, ALeakAtTheDeepestPointRetracesAndSurfacesOutside) {
   const Dived dived = in_the_wreck({{FaultKind::kLeak, at_s_}});
-  EXPECT_EQ(dived.result.collisions, 0);
+  EXPECT_TRUE(dived.result.collisions.empty());
   EXPECT_EQ(dived.result.final_state, "dive.aborted");
   EXPECT_LT(dived.result.final_depth_m, 0.5);
   EXPECT_TRUE(is_outside(dived.end_W)) << dived.end_W.transpose();
@@ -78,14 +79,14 @@ TEST_F(Penetration, ALeakAtTheDeepestPointRetracesAndSurfacesOutside) {
 
 TEST_F(Penetration, WithTheTrailBlockedBehindItPlansItsWayOut) {
   const Dived dived = in_the_wreck({{FaultKind::kBlocked, at_s_}, {FaultKind::kLeak, at_s_}});
-  EXPECT_EQ(dived.result.collisions, 0) << "what fell into the way counts";
+  EXPECT_TRUE(dived.result.collisions.empty()) << "what fell into the way counts";
   EXPECT_EQ(dived.result.final_state, "dive.aborted");
   EXPECT_LT(dived.result.final_depth_m, 0.5);
   EXPECT_TRUE(is_outside(dived.end_W)) << dived.end_W.transpose();
   EXPECT_THAT(dived.plan_causes, Contains("the trail is blocked"));
 }
 
-// A tunnel that ends blind, too narrow to pass what falls into it.
+// A blind tunnel, too narrow to pass the object that falls into it.
 TEST(BlindTunnel, WithoutAnyWayOutItSaysSoAndTakesTheLastRung) {
   constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="tunnel">
     <vehicle model="aqua2" speed="0.3" attitude="horizontal"/>

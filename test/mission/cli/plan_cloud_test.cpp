@@ -1,4 +1,4 @@
-// `dive plan --cloud`: through rooms of points that the tests write, in several coordinates.
+// `dive plan --cloud`: through rooms of points written by the tests, in several coordinate systems.
 
 #include <algorithm>
 #include <array>
@@ -30,7 +30,7 @@ std::string place() { return ::testing::UnitTest::GetInstance()->current_test_in
 
 Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
 
-/// Two rooms, 8 m x 6 m x 3 m in all, and a door between them at x = 4, y from 3.5 to 5.2.
+/// Two rooms, 8 m x 6 m x 3 m in total, and a door between them at x = 4, y from 3.5 to 5.2.
 std::vector<Point> rooms() {
   constexpr double kStep = 0.1;
   std::vector<Point> points;
@@ -54,7 +54,7 @@ std::vector<Point> rooms() {
   return points;
 }
 
-/// Writes them, so many units a metre, with `origin` (m) added, where dive() looks.
+/// Writes the points for dive(), in the given units per metre, with `origin` (m) added.
 void write(const std::string& name, const std::vector<Point>& points, const Point& origin,
            double units = 1.0) {
   const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / place();
@@ -75,7 +75,7 @@ std::string at(const Point& p, const Point& origin) {
 constexpr Point kHere{1.0, 1.0, 1.5};
 constexpr Point kThere{7.0, 1.0, 1.5};
 
-/// From one room to the other; the path must lead through the door and never near a point.
+/// From one room to the other; the path must lead through the door and never come near a point.
 void plan_through_the_door(const std::string& file, const std::vector<Point>& points,
                            const Point& origin, const std::string& more = {}) {
   const Ran ran = dive("plan --json --clearance 0.3 --cloud " + file + " --start " +
@@ -111,7 +111,7 @@ void plan_through_the_door(const std::string& file, const std::vector<Point>& po
     }
   }
   EXPECT_TRUE(through_door);
-  // The hull reaches some way beyond the middle of the vehicle whichever way it lies.
+  // The hull extends beyond the vehicle's centre in every attitude.
   EXPECT_GT(nearest, 0.3 + 0.05);
 }
 
@@ -142,7 +142,7 @@ TEST(PlanCloud, TakesMillimetresAsToldAndAsTheyLook) {
 }
 
 TEST(PlanCloud, TheSurfaceBoundsWhatLiesBelowIt) {
-  // A wall from the bed to just below the surface: there is no way over it, but round its end.
+  // A wall from the bed to just below the surface: the only path leads round its end.
   std::vector<Point> wall;
   for (int j = 0; j <= 100; ++j) {
     for (int k = 0; k <= 58; ++k) wall.push_back({5.0, 0.1 * j, -6.0 + 0.1 * k});
@@ -160,8 +160,8 @@ TEST(PlanCloud, TheSurfaceBoundsWhatLiesBelowIt) {
 
 TEST(PlanCloud, LeavesOutWhatIsFarOnlyWhileThePathStaysAway) {
   DIVE_SKIP_UNDER_SANITIZERS("two large plans, and small ones take the same steps");
-  // A bed 90 m square, and across it a wall up to the surface. The way round its end leads out of
-  // what is near start and goal, to where a second wall must not be forgotten.
+  // A bed 90 m square, and across it a wall up to the surface. The path round its end leaves the
+  // neighbourhood of start and goal, where a second wall must not be omitted.
   std::vector<Point> points;
   for (int i = 0; i < 600; ++i) {
     for (int j = 0; j < 600; ++j) points.push_back({0.15 * i, 0.15 * j, -12.0});
@@ -190,7 +190,7 @@ TEST(PlanCloud, LeavesOutWhatIsFarOnlyWhileThePathStaysAway) {
     }
   }
   EXPECT_TRUE(round_the_end);
-  // And one that stays near is planned with no more than that.
+  // A path that stays near is planned with the neighbourhood only.
   const Ran near = dive("plan --cloud wide.ply --start 30,30,-9 --goal 36,30,-9");
   EXPECT_EQ(near.status, 0) << near.err;
   EXPECT_THAT(near.err, HasSubstr("left out"));
@@ -212,7 +212,7 @@ TEST(PlanCloud, WrongUsageAndUnreadableFilesAreTwo) {
   const std::string self = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool3.xml'";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"plan --cloud nowhere.pcd" + poses, "nowhere.pcd: there is no such file"},
-      {"plan --cloud" + self + poses, "neither PCD nor PLY"},
+      {"plan --cloud" + self + poses, "this is a mission, not a point cloud"},
       {"plan --cloud empty.ply" + poses, "empty.ply"},
       {"plan --cloud rooms.ply --start 1,1,1", "--start and --goal"},
       {"plan --cloud rooms.ply --map a.sdf" + poses, "not several"},

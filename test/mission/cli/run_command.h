@@ -7,16 +7,16 @@
 namespace dive::mission::testing {
 
 struct Ran {
-  int status = -1;  ///< Exit status; 128 + signal when it was killed.
+  int status = -1;  ///< Exit status; 128 + signal if it was killed.
   std::string out;
   std::string err;
 };
 
-/// `dive ARGUMENTS`, in a folder of its own named `place`, after the shell words `setup`.
+/// Runs `dive ARGUMENTS` in a separate folder named `place`, after the shell words `setup`.
 [[nodiscard]] Ran run_dive(const std::string& arguments, const std::string& place,
                            const std::string& setup = {});
 
-/// All of a file; empty when there is none.
+/// The content of a file; empty if it does not exist.
 [[nodiscard]] std::string content_of(const std::filesystem::path& path);
 
 }  // namespace dive::mission::testing

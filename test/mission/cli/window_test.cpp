@@ -1,4 +1,4 @@
-// The main job, end to end, through the same functions that the commands use.
+// The main mission, end to end, through the same functions that the commands use.
 
 #include <filesystem>
 #include <fstream>
@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "mission/check/check.h"
-#include "mission/check/simulated_dive.h"
 #include "mission/cli/loading.h"
 #include "mission/record/log.h"
 #include "mission/record/replay.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::mission {
 namespace {
@@ -50,7 +50,8 @@ DiveResult dive_and_log(const DiveSettings& settings, const fs::path& path,
   EXPECT_TRUE(log.has_value());
   DiveResult result = simulate_dive(
       window().mission, window().world, window().model, settings,
-      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth) {
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
+          const auto&) {
         EXPECT_TRUE(log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB}));
       });
   EXPECT_TRUE(log->close());
@@ -59,7 +60,7 @@ DiveResult dive_and_log(const DiveSettings& settings, const fs::path& path,
 
 class WindowDive : public ::testing::TestWithParam<int> {};
 
-// What the mission is judged by: ground truth, on every seed, and a log that replays.
+// The acceptance criteria of the mission: ground truth, on every seed, and a log that replays.
 TEST_P(WindowDive, EndsSurfacedWithClearanceAndReplaysIdentically) {
   DiveSettings settings;
   settings.seed = static_cast<std::uint64_t>(GetParam());
@@ -68,10 +69,10 @@ TEST_P(WindowDive, EndsSurfacedWithClearanceAndReplaysIdentically) {
   const DiveResult result = dive_and_log(settings, path);
   EXPECT_EQ(result.outcome, "success") << result.cause;
   EXPECT_EQ(result.final_state, "surfaced");
-  EXPECT_EQ(result.collisions, 0);
-  EXPECT_GE(result.min_clearance_m, 0.5);
+  EXPECT_TRUE(result.collisions.empty());
+  EXPECT_GE(result.nearest.clearance_m, 0.5);
   EXPECT_LT(result.final_depth_m, 0.5);
-  EXPECT_LT(result.estimate_error_m, 1.0);
+  EXPECT_LT(result.final_error_m, 1.0);
 
   auto log = LogReader::open(path.string());
   ASSERT_TRUE(log.has_value()) << log.error();
@@ -113,7 +114,7 @@ TEST(Window, AReplayAgainstAnotherMissionNamesTheFirstDifference) {
   EXPECT_THAT(report->first_divergence, HasSubstr("t = "));
 }
 
-TEST(Window, ADamagedHeaderIsRefused) {
+TEST(Window, ADamagedHeaderIsAGap) {
   const fs::path path = fs::path(::testing::TempDir()) / "window-damaged.lcmlog";
   dive_and_log({}, path);
   std::string bytes = bytes_of(path);
@@ -122,8 +123,8 @@ TEST(Window, ADamagedHeaderIsRefused) {
   bytes[at + 9] = '3';
   std::ofstream(path, std::ios::binary) << bytes;
   const auto log = LogReader::open(path.string());
-  ASSERT_FALSE(log.has_value());
-  EXPECT_THAT(log.error(), HasSubstr("damaged"));
+  ASSERT_TRUE(log.has_value()) << log.error();
+  EXPECT_FALSE(log->header().has_value()) << "nothing is replayed with a mission that was altered";
 }
 
 TEST(Window, ALeakInTheFarRoomSurfacesOutside) {
@@ -132,13 +133,12 @@ TEST(Window, ALeakInTheFarRoomSurfacesOutside) {
   Eigen::Vector3d end_W;
   const DiveResult result =
       simulate_dive(window().mission, window().world, window().model, settings,
-                    [&](const StepInputs&, const StepOutputs&, const vehicle::GroundTruth& truth) {
-                      end_W = truth.X_WB.p;
-                    });
+                    [&](const StepInputs&, const StepOutputs&, const vehicle::GroundTruth& truth,
+                        const auto&) { end_W = truth.X_WB.p; });
   EXPECT_EQ(result.outcome, "aborted");
   EXPECT_EQ(result.final_state, "dive.aborted");
   EXPECT_THAT(result.cause, HasSubstr("leak"));
-  EXPECT_EQ(result.collisions, 0);
+  EXPECT_TRUE(result.collisions.empty());
   EXPECT_LT(result.final_depth_m, 0.5);
   EXPECT_LT(end_W.x(), 0.0) << "outside of the roof, which starts at x = 0";
 }
@@ -147,8 +147,9 @@ TEST(Window, CheckFindsItReadyAndSaysWhatItTakes) {
   CheckOptions options;
   options.simulate = false;
   Diagnostics diagnostics;
+  CheckObserver observer;
   const CheckReport report = check_mission(window().mission, window().world, window().model,
-                                           options, diagnostics, [](const std::string&) {});
+                                           options, diagnostics, observer);
   EXPECT_TRUE(diagnostics.ok());
   ASSERT_EQ(report.legs.size(), 3U);
   for (const PlannedRouteLeg& leg : report.legs) EXPECT_GE(leg.plan.clearance_m, 1.0) << leg.goal;
@@ -165,8 +166,9 @@ std::vector<std::string> codes_of_check(const Mission& mission) {
   CheckOptions options;
   options.simulate = false;
   Diagnostics diagnostics;
-  const CheckReport report = check_mission(mission, window().world, window().model, options,
-                                           diagnostics, [](const std::string&) {});
+  CheckObserver observer;
+  const CheckReport report =
+      check_mission(mission, window().world, window().model, options, diagnostics, observer);
   EXPECT_FALSE(report.dive.has_value());
   std::vector<std::string> codes;
   for (const Diagnostic& diagnostic : diagnostics.list()) codes.push_back(diagnostic.code);
@@ -181,7 +183,8 @@ TEST(Window, CheckWarnsOfWhatCannotWork) {
   EXPECT_THAT(codes, ::testing::IsSupersetOf({"CHK-TIME", "CHK-ENERGY"}));
 }
 
-// From under a roof to open water: nothing forbids it but the way out, which is not behind it.
+// From under an overhead to open water: valid except for the exit path, which is not behind the
+// vehicle.
 TEST(Check, RefusesADiveThatStartsWithoutAWayOut) {
   constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="outwards">
     <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
@@ -207,8 +210,9 @@ TEST(Check, RefusesADiveThatStartsWithoutAWayOut) {
   world.obstacles.push_back({"roof", planning::Box{{20, 20, 1}}, Pose{{10, 0, -1.5}}});
   CheckOptions options;
   options.simulate = false;
-  const CheckReport report = check_mission(*mission, world, window().model, options, diagnostics,
-                                           [](const std::string&) {});
+  CheckObserver observer;
+  const CheckReport report =
+      check_mission(*mission, world, window().model, options, diagnostics, observer);
   EXPECT_FALSE(report.way_out.exists);
   ASSERT_FALSE(diagnostics.ok());
   EXPECT_EQ(diagnostics.list().back().code, "CHK-NO-WAY-OUT");

@@ -1,5 +1,5 @@
-// What is included and what is filled in: the same mission as if it had been written out, every
-// line of it traced to where it was written, and nothing that grows without bound.
+// Includes and parameters: the same mission as if written in full, every line traced to its source,
+// and bounded growth.
 
 #include <filesystem>
 #include <fstream>
@@ -67,7 +67,7 @@ TEST(Expansion, FillsInReferencesQuotesAndParametersOfParameters) {
   EXPECT_EQ(mission.states.at(0).children.at(1).id.value, "out_up") << "a fragment in a fragment";
 }
 
-// Whatever was not filled in stands in its own file in that line and column.
+// Text without parameters keeps its file, line and column.
 void expect_lines_where_they_were_written(const std::string& path) {
   const Mission mission = loaded(path);
   std::map<std::string, std::vector<std::string>> files;
@@ -103,7 +103,7 @@ TEST(Expansion, LeavesAMissionAloneThatNeedsNone) {
   EXPECT_EQ(loaded(kMissions + "survey.xml").source.content(), text.str());
 }
 
-// What a log keeps is all that a replay needs.
+// The content of a log suffices for a replay.
 TEST(Expansion, ComesToTheSameWhenReadAgainWithoutTheFragments) {
   const Mission mission = loaded(kMissions + "blocks.xml");
   Diagnostics diagnostics;
@@ -131,7 +131,7 @@ class Folder : public ::testing::Test {
     return "<fragment xmlns='urn:dive:mission:1'>" + content + "</fragment>";
   }
 
-  // Of a mission whose states are these and one that ends it.
+  // Diagnostics of a mission with these states and one that ends it.
   [[nodiscard]] Diagnostics check(const std::string& states) const {
     write("m.xml",
           "<mission xmlns='urn:dive:mission:1' id='m'>\n"
@@ -157,7 +157,7 @@ class Folder : public ::testing::Test {
     }
   }
 
-  // Tests run side by side.
+  // A separate folder per test, because tests run in parallel.
   const fs::path folder_ = fs::path(::testing::TempDir()) / "dive-expansion" /
                            ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
@@ -183,7 +183,7 @@ TEST_F(Folder, TwoHundredAreIncludedAndNoMore) {
   expect_only(times(201, "<include href='nothing.xml'/>"), "MIS-INCLUDE", "more than 200");
 }
 
-// Ten lines that stand for 2^40.
+// Ten lines that expand to 2^40.
 TEST_F(Folder, FragmentsThatMultiplyAreStopped) {
   for (int i = 0; i < 6; ++i) {
     write(fmt::format("f{}.xml", i),

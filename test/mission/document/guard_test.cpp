@@ -12,7 +12,7 @@
 namespace dive::mission {
 namespace {
 
-// An expression that knows how to write itself and what it means: the meaning is C++'s own.
+// An expression with its text and its value, computed by C++'s own operators.
 struct Truth {
   std::string text;
   std::function<bool(const GuardVariables&)> meaning;
@@ -51,7 +51,7 @@ rc::Gen<Number> variable_of(Kind kind) {
   return rc::gen::just(variable("temperature", &GuardVariables::temperature));
 }
 
-// Numbers of a kind, with a unit or without: quarters, so that the products below are exact.
+// Numbers of a kind, with or without a unit: quarters, so that the products below are exact.
 rc::Gen<Number> literal_of(Kind kind) {
   std::vector<std::pair<std::string, double>> units = {{"", 1.0}};
   if (kind == Kind::kLength) units.insert(units.end(), {{"m", 1.0}, {" m", 1.0}, {"km", 1000.0}});
@@ -153,7 +153,7 @@ RC_GTEST_PROP(Guard, MeansWhatItSays, ()) {
   }
 }
 
-// Whatever the text, parsing ends with a guard or with an error that points into the text.
+// For any text, parsing ends with a guard or with an error that points into the text.
 RC_GTEST_PROP(Guard, AnswersToAnything, ()) {
   const auto words = *rc::gen::container<std::vector<std::string>>(rc::gen::element<std::string>(
       "depth", "overhead", "and", "or", "not", "(", ")", "<", ">=", "==", "=", "!", "3", "-", ".5",

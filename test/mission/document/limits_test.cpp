@@ -1,4 +1,4 @@
-// Files that are too big to keep, files that are not ours, and files that nobody wrote.
+// Files that are too large, files of other systems, and random files.
 
 #include <filesystem>
 #include <fstream>
@@ -25,7 +25,7 @@ std::string read(const std::string& path) {
   return text.str();
 }
 
-// Code of the only diagnostic for that text in the place of the Window mission.
+// Code of the only diagnostic with that text in place of the Window mission.
 std::string only_code(std::string text) {
   Diagnostics diagnostics;
   EXPECT_FALSE(parse_mission(SourceText(kWindow, std::move(text)), diagnostics));
@@ -74,7 +74,7 @@ TEST(MissionLimits, ManyElementsWithinTheSizeAllowed) {
             "XML-COUNT");
 }
 
-// As many mistakes as fit: each stage is bounded, and what is reported is too.
+// The maximum number of mistakes: each stage is bounded, and so is the report.
 TEST(MissionLimits, ManyMistakes) {
   Diagnostics diagnostics;
   const std::string text = "<mission xmlns='urn:dive:mission:1' id='m'><states initial='a'>" +
@@ -107,7 +107,7 @@ TEST(ForeignFiles, AreRefusedWithALocatedReason) {
       ASSERT_FALSE(diagnostics.ok()) << entry.path();
       const Diagnostic& first = diagnostics.list().front();
       EXPECT_FALSE(first.message.empty()) << entry.path();
-      // One file is in EBCDIC, whose tags are not where an ASCII eye looks for them.
+      // One file is in EBCDIC, in which an ASCII search does not find the tags.
       if (first.code != "FILE-UNREADABLE" && first.code != "XML-SCAN") {
         EXPECT_GT(first.span.line, 0) << entry.path();
       }
@@ -117,7 +117,8 @@ TEST(ForeignFiles, AreRefusedWithALocatedReason) {
   EXPECT_GT(refused, 100);
 }
 
-// One mistake somewhere in a good mission: it is read, or refused with errors that have a place.
+// One mistake at a random position in a valid mission: it is accepted, or rejected with errors that
+// have a position.
 RC_GTEST_PROP(MutatedMission, IsReadOrRefusedWithAPlace, ()) {
   static const std::string kGood = read(kWindow);
   std::string text = kGood;

@@ -1,4 +1,4 @@
-// What is read is what was written, with its place.
+// The reader returns the values as written, with their positions.
 
 #include "mission/document/mission.h"
 
@@ -34,7 +34,7 @@ std::string at(const SourceText& source, const Span& span) {
       .substr(static_cast<std::size_t>(span.column - 1), static_cast<std::size_t>(span.length));
 }
 
-// A mission of a single goto; `attributes` are the goto's, `parts` stand before the states.
+// A mission of a single goto; `attributes` are the goto's, `parts` precede the states.
 std::string mission_text(const std::string& attributes, const std::string& parts = {},
                          const std::string& transition = "event=\"done.state.a\"") {
   return "<mission xmlns=\"urn:dive:mission:1\" id=\"m\">\n"
@@ -206,7 +206,7 @@ TEST(LoadMission, ReadsGuards) {
   EXPECT_FALSE(guard.evaluate(variables));
 }
 
-// The caret stands under the mistake itself, however the value was written.
+// The caret points at the mistake itself, however the value was written.
 TEST(LoadMission, FindsThePlaceInsideACondition) {
   for (const std::string before :
        {"depth &gt; 2 and ", "depth &#x3E;&#61; 2 or ", "depth > 2\n or ", "(depth &lt; 2) and\t",
@@ -223,8 +223,8 @@ TEST(LoadMission, FindsThePlaceInsideACondition) {
   }
 }
 
-// Every number that the schema lets pass is read as what strtod makes of it, and every number
-// outside of its range is refused under its own caret.
+// Every number that the schema accepts has the value that strtod gives, and every number out of
+// range is rejected with its own caret.
 RC_GTEST_PROP(LoadMission, ReadsEveryNumber, ()) {
   const int sign = *rc::gen::element(-1, 1);
   const int whole = *rc::gen::inRange(0, 120'000);
@@ -300,7 +300,7 @@ TEST(HeadingToYaw, IsEastAtNinetyAndCounterClockwise) {
   EXPECT_NEAR(heading_to_yaw(45.0), 0.7853981633974483, 1e-12);
 }
 
-// The document's states where `states` are written, ending in <surface id="up"/>.
+// The states of a document with the given `states`, which end in <surface id="up"/>.
 std::optional<Mission> parse_states(const std::string& states, Diagnostics& diagnostics) {
   std::string text = mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"");
   const std::size_t begin = text.find("<goto");

@@ -1,4 +1,4 @@
-// Fifty times a second, for hours: the executive must not depend on the allocator.
+// At 50 Hz for hours, the executive must not depend on the allocator.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace dive::mission {
 namespace {
 
-// Names longer than a std::string keeps inside itself, every failsafe watching, guards of its own.
+// Names longer than a std::string stores inline, every failsafe monitored, and guards.
 constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
   <map file="none.sdf"/>
@@ -57,7 +57,7 @@ class StepAllocation : public ::testing::Test {
 
   const StepOutputs& tick() {
     inputs_.now += 20'000;
-    noise_ = -noise_;  // a sensor that works is never quite still
+    noise_ = -noise_;  // a working sensor is never quite constant
     inputs_.imu->utime = inputs_.depth->utime = inputs_.health->utime = inputs_.now;
     inputs_.imu->q_WB = from_rpy(0, 0, noise_);
     inputs_.depth->depth_m = 3.0 + noise_;
@@ -65,7 +65,7 @@ class StepAllocation : public ::testing::Test {
     return executive_->step(inputs_);
   }
 
-  // Ticks until `seconds` later that allocated, of those in which nothing began or ended.
+  // Number of ticks in the next `seconds` that allocated although nothing began or ended.
   int ticks_that_allocate(double seconds) {
     int count = 0;
     for (const Utime end = inputs_.now + from_seconds(seconds); inputs_.now < end;) {
@@ -80,24 +80,25 @@ class StepAllocation : public ::testing::Test {
     return count;
   }
 
-  // To the far end of the pool.
+  // Swims to the far end of the pool.
   void swim() {
     const StepOutputs& first = tick();
     ASSERT_TRUE(first.plan_query);
     PlanReply reply;
     reply.id = first.plan_query->id;
-    reply.status = planning::PlanStatus::kSuccess;
+    reply.plan.status = planning::PlanStatus::kSuccess;
+    reply.plan.accepted = true;
     for (int i = 0; i <= 50; ++i) {
       Pose waypoint = first.plan_query->request.start;
       waypoint.p.x() += 2.08 * i;
-      reply.waypoints.push_back(waypoint);
+      reply.plan.waypoints.push_back(waypoint);
     }
-    reply.waypoints.back() = first.plan_query->request.goal;
-    reply.clearance_m = 0.9;
+    reply.plan.waypoints.back() = first.plan_query->request.goal;
+    reply.plan.clearance_m = 0.9;
     inputs_.plan = reply;
     tick();
     inputs_.plan.reset();
-    tick();  // its strings and lists take their sizes
+    tick();  // its strings and lists reach their sizes
   }
 
   vehicle::Model model_;
@@ -120,7 +121,7 @@ TEST_F(StepAllocation, NoneWhileAPathIsFollowedNorWhileTheVehicleHolds) {
   EXPECT_GT(quiet_, 20'000);
 }
 
-// Thousands of pieces below, beside and above, and twenty scans a second that show nothing new.
+// Thousands of pieces below, beside and above, and twenty scans a second without a new observation.
 TEST_F(StepAllocation, NoneInUnknownWaterWhileNothingNewIsSeen) {
   world_ = {};
   std::string text = kMission;

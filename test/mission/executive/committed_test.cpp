@@ -1,4 +1,4 @@
-// What a new executive makes of the time in which there was none.
+// Treatment, by a new executive, of the time without one.
 
 #include "mission/executive/committed.h"
 
@@ -23,7 +23,7 @@ TEST(GapOf, IsTooLongWhereTheClockWentBack) {
   EXPECT_GT(gap_of(resume, 99'000'000, 60.0), 60.0);
 }
 
-// The vehicle keeps its speed for 0.3 s and loses a share of 1/s of it from then on.
+// The vehicle keeps its speed for 0.3 s, which then decays at a rate of 1/s.
 TEST(DriftIn, IsHowFarAVehicleGoesThatNobodySteers) {
   Committed committed;
   const Eigen::Vector3d forward = Eigen::Vector3d(0.6, 0.8, 0.0);

@@ -1,4 +1,4 @@
-// The executive fed by hand: no simulator, no planner; every input is written here.
+// The executive with synthetic inputs: no simulator, no planner; every input is written here.
 
 #include "mission/executive/executive.h"
 
@@ -39,7 +39,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
   </states>
 </mission>)";
 
-// A roof over x > 0, from 1 m to 2 m depth.
+// An overhead over x > 0, from 1 m to 2 m depth.
 planning::World roofed_world() {
   planning::World world;
   world.obstacles.push_back({"roof", planning::Box{{40, 40, 1}}, Pose{{20, 0, -1.5}}});
@@ -80,7 +80,7 @@ class ExecutiveTest : public ::testing::Test {
     inputs.now = now_;
     ImuSample imu;
     imu.utime = now_;
-    noise_ = -noise_;  // a sensor that works is never quite still
+    noise_ = -noise_;  // a working sensor is never quite constant
     imu.q_WB = from_rpy(0, 0, yaw_ + noise_);
     imu.accel_B.z() = 9.81;
     if (imu_speaks_) inputs.imu = imu;
@@ -108,17 +108,18 @@ class ExecutiveTest : public ::testing::Test {
   [[nodiscard]] PlanReply straight_plan() const {
     PlanReply reply;
     reply.id = query_->id;
-    reply.status = planning::PlanStatus::kSuccess;
-    reply.waypoints = {query_->request.start, query_->request.goal};
-    reply.clearance_m = 0.9;
+    reply.plan.status = planning::PlanStatus::kSuccess;
+    reply.plan.accepted = true;
+    reply.plan.waypoints = {query_->request.start, query_->request.goal};
+    reply.plan.clearance_m = 0.9;
     return reply;
   }
 
   [[nodiscard]] PlanReply no_plan() const {
     PlanReply reply;
     reply.id = query_->id;
-    reply.status = planning::PlanStatus::kNoPath;
-    reply.reason = "a wall everywhere";
+    reply.plan.status = planning::PlanStatus::kNoPath;
+    reply.plan.reason = "a wall everywhere";
     return reply;
   }
 
@@ -214,7 +215,7 @@ TEST_F(ExecutiveTest, ALeakSurfacesAfterItsPersistence) {
   ASSERT_EQ(failsafes_.size(), 1U);
   EXPECT_EQ(failsafes_[0].rung, "abort_and_surface");
   EXPECT_EQ(failsafes_[0].cause, "leak");
-  leak_ = false;  // a sensor that dried again does not take the abort back
+  leak_ = false;  // a sensor that dries again does not cancel the abort
   run(30.0);
   EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
@@ -258,7 +259,7 @@ TEST_F(ExecutiveTest, UnderARoofAnAbortGoesBackAlongTheTrail) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
-  run(20.0, straight_plan());  // about 8 m east: under the roof
+  run(20.0, straight_plan());  // about 8 m east: under the overhead
   leak_ = true;
   const StepOutputs aborting = run(3.0);
   EXPECT_EQ(aborting.status.state, "dive.retrace");
@@ -281,7 +282,7 @@ TEST_F(ExecutiveTest, WithoutAWayOutItTakesTheLastRung) {
   tick();
   run(3.0, straight_plan());
   leak_ = true;
-  run(2.0);
+  run(6.0);  // it stops first
   ASSERT_EQ(failsafes_.size(), 2U);
   EXPECT_EQ(failsafes_[1].rung, "emergency_surface");
   EXPECT_EQ(failsafes_[1].cause, "retrace_failure");
@@ -292,9 +293,9 @@ TEST_F(ExecutiveTest, WithoutAWayOutItTakesTheLastRung) {
 TEST_F(ExecutiveTest, SurfacingUnderARoofBecomesAnAbort) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
-  battery_ = 0.4;  // straight from the goal to `ascend`, under the roof
+  battery_ = 0.4;  // straight from the goal to `ascend`, under the overhead
   tick();
-  run(60.0, straight_plan());
+  run(70.0, straight_plan());
   EXPECT_THAT(visited(), ::testing::Contains("dive.retrace"));
   EXPECT_THAT(executive_->result().cause, HasSubstr("ascend was entered under an overhead"));
   EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
@@ -423,7 +424,7 @@ TEST_F(ExecutiveTest, WithoutAttitudeUnderARoofItWaitsAndGoesOnWhenItIsBack) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
-  run(15.0, straight_plan());  // under the roof
+  run(15.0, straight_plan());  // under the overhead
   imu_speaks_ = false;
   const StepOutputs waiting = run(20.0);
   EXPECT_EQ(waiting.status.rung, "hold");
@@ -489,11 +490,11 @@ TEST_F(ExecutiveTest, SomethingInThePathIsSeenAndPlannedAround) {
   ASSERT_TRUE(query_);
   EXPECT_EQ(query_->cause, "there is no path");
   EXPECT_EQ(outputs.command.v, 0.0) << "what leads into it is not followed";
-  const PlanReply through = straight_plan();  // from before it was seen
+  const PlanReply through = straight_plan();  // planned before it was observed
   EXPECT_EQ(run(1.5, through).command.v, 0.0) << "and not taken";
 }
 
-// A wreck from x = 0 on; 1 m/s of battery would not do, so it turns back.
+// A wreck from x = 0 on: it turns back at its maximum penetration.
 TEST_F(ExecutiveTest, APenetrationTurnsBackWhenItIsDeepEnough) {
   world_ = roofed_world();
   use("",

@@ -1,5 +1,5 @@
-// The executive and words of vision that are written here: who is believed is an event of the
-// machine, a variable of guards, a reason to plan anew.
+// The executive with synthetic vision estimates: the active estimator causes an event of the
+// machine, is a variable of guards, and a reason to replan.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -55,9 +55,10 @@ class SightTest : public ::testing::Test {
     if (query_) {
       PlanReply reply;
       reply.id = query_->id;
-      reply.status = planning::PlanStatus::kSuccess;
-      reply.waypoints = {query_->request.start, query_->request.goal};
-      reply.clearance_m = 1.0;
+      reply.plan.status = planning::PlanStatus::kSuccess;
+      reply.plan.accepted = true;
+      reply.plan.waypoints = {query_->request.start, query_->request.goal};
+      reply.plan.clearance_m = 1.0;
       inputs.plan = reply;
       query_.reset();
     }
@@ -82,6 +83,8 @@ class SightTest : public ::testing::Test {
     word.estimate.utime = word.frame_utime;
     word.estimate.valid = true;
     word.estimate.X_WB.p = {0.0, 0.1, -3.0};
+    word.estimate.X_WB.q = from_rpy(0.0, 0.0, yaw_offset_);
+    word.estimate.v_WB_B = v_B_;
     word.estimate.covariance = sigma_ * sigma_ * Matrix6d::Identity();
     return word;
   }
@@ -100,6 +103,8 @@ class SightTest : public ::testing::Test {
   double noise_ = 1e-4;
   bool sees_ = true;
   double sigma_ = 0.03;
+  double yaw_offset_ = 0.0;  ///< rad, from the compass heading to the true one.
+  Eigen::Vector3d v_B_ = Eigen::Vector3d::Zero();
   estimation::ClosedLoops loops_;
   estimation::VisionFault fault_ = estimation::VisionFault::kNone;
   std::optional<PlanQuery> query_;
@@ -118,6 +123,31 @@ TEST_F(SightTest, WhoIsBelievedIsAnEventAVariableAndAReasonToPlanAnew) {
   EXPECT_THAT(notes_, Contains("estimator primitive: the pictures are blurred"));
   EXPECT_THAT(events_, Contains("estimator.switched"));
   EXPECT_EQ(outputs.status.state, "wait");
+}
+
+// The stored drift is over ground and may be an error of vision: the flippers act through the
+// water.
+TEST_F(SightTest, ADriftThatVisionLeavesBehindIsNotBrakedAgainst) {
+  v_B_ = {0.6, 0.0, 0.0};
+  run(6.0);
+  fault_ = estimation::VisionFault::kBlurred;
+  const StepOutputs outputs = run(6.0);
+  ASSERT_EQ(outputs.status.state, "wait");
+  EXPECT_GT(outputs.estimate.v_WB_B.x(), 0.1) << "a drift is remembered";
+  EXPECT_NEAR(outputs.rates.surge, 0.0, 0.01);
+}
+
+// Vision has estimated that the compass is 10 degrees off. Commands are headings of the estimate:
+// if it points as commanded, the flippers have nothing to turn.
+TEST_F(SightTest, ACompassErrorThatVisionHasCorrectedIsNotFlown) {
+  yaw_offset_ = deg_to_rad(10.0);
+  run(6.0);
+  fault_ = estimation::VisionFault::kBlurred;
+  const StepOutputs outputs = run(6.0);
+  ASSERT_EQ(outputs.status.state, "wait");
+  ASSERT_NEAR(to_rpy(outputs.estimate.X_WB.q).z(), yaw_offset_, 0.01) << "it is remembered";
+  ASSERT_NEAR(to_rpy(outputs.command.o).z(), yaw_offset_, 0.01) << "it stays as it is";
+  EXPECT_NEAR(outputs.rates.yaw, 0.0, 0.01);
 }
 
 TEST_F(SightTest, ALoopThatIsClosedIsToldOnceAndIsAnEvent) {

@@ -1,4 +1,4 @@
-// What is above and below, and what is used up: against what was put there.
+// Overhead, altitude and used resources, compared with the constructed world.
 
 #include "mission/executive/surroundings.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Ground at 10 m, and a roof over x > 0, 1 m below the surface.
+// Ground at 10 m, and an overhead over x > 0, 1 m below the surface.
 planning::World world() {
   planning::World world;
   world.obstacles.push_back({"ground", planning::Box{{80, 80, 1}}, Pose{{0, 0, -10.5}}});
@@ -56,7 +56,7 @@ TEST_F(SurroundingsTest, KnowWhatIsAboveAndBelow) {
   EXPECT_NEAR(surroundings.trail().penetration_m(), 10.0, 1e-6);
 }
 
-// So near to the edge of the roof that it may drift below it.
+// So near to the edge of the overhead that it may drift below it.
 TEST_F(SurroundingsTest, BesideARoofThereIsNoWayStraightUp) {
   Surroundings surroundings(mission_, map_);
   look(surroundings, 0.0, -0.5);
@@ -87,9 +87,9 @@ TEST_F(SurroundingsTest, InUnknownWaterBelieveWhatIsDeclaredAndRememberWhere) {
   look(surroundings, 1.0, 5.0, 1.0, true);
   EXPECT_TRUE(surroundings.is_under());
   look(surroundings, 2.0, 5.0);
-  EXPECT_TRUE(surroundings.is_under()) << "whoever holds there is below it still";
+  EXPECT_TRUE(surroundings.is_under()) << "a vehicle that holds there is still below it";
   look(surroundings, 3.0, -5.0);
-  EXPECT_FALSE(surroundings.is_under()) << "and whoever came back is not";
+  EXPECT_FALSE(surroundings.is_under()) << "and one that came back is not";
 }
 
 TEST_F(SurroundingsTest, GoOnWithTheTrailThatWasLeft) {

@@ -1,4 +1,4 @@
-// The executive in unknown water, fed by hand: what is seen is written here.
+// The executive in an unknown environment, with synthetic observations.
 
 #include <utility>
 
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "mission/executive/executive.h"
-#include "mission/executive/planner_service.h"
+#include "mission/onboard/planner_service.h"
 
 namespace dive::mission {
 namespace {
@@ -64,7 +64,7 @@ class UnknownWater : public ::testing::Test {
     executive_.emplace(mission_, nothing_, model_, ExecutiveOptions{});
   }
 
-  // One tick; the vehicle obeys in depth and heading, and swims as fast as it is thought to.
+  // One tick; the vehicle follows depth and heading commands, and swims at the expected speed.
   StepOutputs tick(const std::optional<PlanReply>& plan = {}) {
     now_ += 20'000;
     noise_ = -noise_;
@@ -88,7 +88,7 @@ class UnknownWater : public ::testing::Test {
     yaw_ = to_rpy(outputs.command.o).z();
     return outputs;
   }
-  // Every question is answered by the straight way, a tick later.
+  // Every plan request is answered by the straight path, a tick later.
   StepOutputs swim(double seconds) {
     StepOutputs outputs;
     for (const Utime end = now_ + from_seconds(seconds); now_ < end;) {
@@ -105,9 +105,10 @@ class UnknownWater : public ::testing::Test {
   [[nodiscard]] static PlanReply straight(const PlanQuery& query) {
     PlanReply reply;
     reply.id = query.id;
-    reply.status = planning::PlanStatus::kSuccess;
-    reply.waypoints = {query.request.start, query.request.goal};
-    reply.clearance_m = 5.0;
+    reply.plan.status = planning::PlanStatus::kSuccess;
+    reply.plan.accepted = true;
+    reply.plan.waypoints = {query.request.start, query.request.goal};
+    reply.plan.clearance_m = 5.0;
     return reply;
   }
   void appears(planning::CellKey cell, const Eigen::Vector3d& centre, double edge) {
@@ -151,7 +152,7 @@ TEST_F(UnknownWater, ACautiousVehicleStopsWithinWhatItHasSeen) {
 TEST_F(UnknownWater, WhereItCannotLookItDoesNotWaitForEver) {
   swim(30.0);
   ASSERT_EQ(visited_.back(), "in");
-  // It creeps on along the edge of what it sees, and gets nowhere.
+  // It creeps along the edge of the observed space and makes no progress.
   for (int i = 0; i < 240 && visited_.back() == "in"; ++i) {
     seen_ahead_ = i % 2 == 0 ? 0.0 : 0.3;
     swim(0.1);
@@ -172,7 +173,7 @@ TEST_F(UnknownWater, WhatAppearsBesideThePathIsPlannedRoundAndInThePathIsStopped
   ASSERT_EQ(visited_.back(), "in");
   EXPECT_EQ(tick().status.clearance_m, 5.0);
 
-  appears(1, {14, 0.8, -3}, 0.6);  // between 0.1 and 0.6 m from the hull's way
+  appears(1, {14, 0.8, -3}, 0.6);  // between 0.1 and 0.6 m from the hull's path
   StepOutputs outputs = tick();
   ASSERT_TRUE(outputs.plan_query);
   EXPECT_EQ(outputs.plan_query->cause, "map changed");
@@ -180,7 +181,7 @@ TEST_F(UnknownWater, WhatAppearsBesideThePathIsPlannedRoundAndInThePathIsStopped
   EXPECT_LT(outputs.status.clearance_m, 0.6);
   EXPECT_GT(outputs.status.clearance_m, 0.0);
 
-  // An answer from before it was seen, and another: asked again at once, and still swimming.
+  // Two answers planned before it was observed: requested again at once, while it still swims.
   for (int i = 0; i < 2; ++i) {
     outputs = tick(straight(*query_));
     ASSERT_TRUE(outputs.plan_query);
@@ -258,7 +259,7 @@ TEST_F(UnknownWater, ARoofThatNobodySawIsBelievedOnItsWord) {
   EXPECT_LT(depth_, 0.3);
 }
 
-// `back` is not declared to be under an overhead, but it begins where `in` was.
+// `back` does not declare an overhead, but it begins where `in` was.
 TEST_F(UnknownWater, ARetraceKnowsWhatWasDeclaredOfItsWay) {
   use("cautious", "overhead=\"true\"");
   double shallowest_inside = 100.0;
@@ -305,8 +306,8 @@ TEST(PlannerServiceInUnknownWater, PlansRoundWhatWasSeenAndThroughWhatIsGone) {
     query.request.goal.p = {8, 0, -5};
     service.submit(query, now);
     const std::optional<PlanReply> reply = service.poll(now + from_seconds(1.0));
-    EXPECT_TRUE(reply && reply->status == planning::PlanStatus::kSuccess);
-    return reply ? reply->length_m : 0.0;
+    EXPECT_TRUE(reply && reply->plan.status == planning::PlanStatus::kSuccess);
+    return reply ? reply->plan.length_m : 0.0;
   };
   EXPECT_NEAR(length(0), 8.0, 0.02);
   service.apply({1, {{3, {block({4, 0, -5}, 2.0)}}}, 1.0});

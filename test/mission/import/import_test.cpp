@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -32,25 +34,35 @@ class ImportTest : public ::testing::Test {
                           "<mission>\n<desc> two\n words </desc>\n<global><drop_distance "
                           "m=\"2\"/></global>\n" +
                               primitives + "</mission>\n"),
-                     diagnostics_, source_);
+                     report_);
   }
   std::optional<ForeignMission> qgc(const std::string& content,
                                     std::optional<double> depth_m = std::nullopt) {
-    return read_qgc(file("m.plan", content), depth_m, diagnostics_, source_);
+    return read_qgc(file("m.plan", content), depth_m, report_);
   }
-  // "CODE LINE" of everything that was found.
+  // "CODE LINE" of all findings.
   [[nodiscard]] std::vector<std::string> found() const {
     std::vector<std::string> list;
-    for (const Diagnostic& d : diagnostics_.list()) {
+    const Diagnostics diagnostics = report_.diagnostics();
+    for (const Diagnostic& d : diagnostics.list()) {
       list.push_back(fmt::format("{} {}", d.code, d.span.line));
     }
     return list;
   }
-  // What our own reader makes of it.
-  std::optional<Mission> ours(const ForeignMission& foreign, const std::string& id) {
-    ForeignMission named = foreign;
-    named.id = id;
-    const Imported imported = write_mission(named, {}, "m.xml");
+  // "LINE message hint" of each finding, one per line.
+  [[nodiscard]] std::string told() const {
+    std::string all;
+    const Diagnostics diagnostics = report_.diagnostics();
+    for (const Diagnostic& d : diagnostics.list()) {
+      all += fmt::format("{} {} {}\n", d.span.line, d.message, d.hint);
+    }
+    return all;
+  }
+  // The result of our own reader.
+  std::optional<Mission> ours(ForeignMission foreign, const std::string& id,
+                              const ImportOptions& options = {}) {
+    foreign.id = id;
+    const Imported imported = write_mission(foreign, options, "a--b.xml", report_);
     file(imported.map_name, imported.map_sdf);
     Diagnostics diagnostics;
     const auto mission = load_mission(file(id + ".xml", imported.mission_xml), diagnostics);
@@ -61,8 +73,7 @@ class ImportTest : public ::testing::Test {
   }
 
   fs::path folder_;
-  Diagnostics diagnostics_;
-  SourceText source_;
+  ImportReport report_;
 };
 
 std::string primitive(const std::string& name, const std::string& parts, double timeout = 300,
@@ -96,6 +107,36 @@ TEST_F(ImportTest, GotoAndLegTurnNorthAndEastRound) {
   EXPECT_TRUE(ours(*mission, "two"));
 }
 
+// More than twenty of ACFR's missions have one as their first primitive, at their origin.
+TEST_F(ImportTest, AWaypointWithoutTimeIsTheStartOrIsPassed) {
+  const auto stop = [](const char* device) {
+    return fmt::format("<command device=\"{}\" onoff=\"stop\"/>", device);
+  };
+  const auto at = [](int north) {
+    return fmt::format("<position x=\"{}\" y=\"3\" z=\"2\"/>", north);
+  };
+  const auto mission =
+      acfr(primitive("goto", at(0) + "<heading deg=\"-90\"/>" + stop("lamp"), 0) +
+           primitive("goto", at(90), 0) + primitive("goto", at(10) + stop("camera")) +
+           primitive("goto", at(80) + stop("sonar"), 0));
+  ASSERT_TRUE(mission);
+  ASSERT_EQ(mission->legs.size(), 1U);
+  EXPECT_EQ(mission->legs[0].points[0], Eigen::Vector2d(3, 10));
+  EXPECT_EQ(mission->legs[0].payload, (std::vector<std::string>{"lamp_stop", "camera_stop"}));
+  EXPECT_EQ(mission->payload, std::vector<std::string>{"sonar_stop"});
+  EXPECT_THAT(told(), HasSubstr("the waypoint is where the mission starts"));
+  EXPECT_THAT(told(), HasSubstr("the waypoint is not swum to"));
+
+  const auto imported = ours(*mission, "passed");
+  ASSERT_TRUE(imported);
+  EXPECT_EQ(imported->start.x.value, 3.0);
+  EXPECT_EQ(imported->start_heading_deg, 270.0);
+
+  report_ = {};
+  EXPECT_FALSE(acfr(primitive("goto", at(0), 0)));
+  EXPECT_THAT(told(), HasSubstr("no primitive that can be swum"));
+}
+
 TEST_F(ImportTest, AZambonieIsMownToStarboardForClockwise) {
   const auto mission = acfr(
       primitive("zambonie",
@@ -117,7 +158,8 @@ TEST_F(ImportTest, AnInwardSpiralIsSwumAndSaidToBeDropped) {
                      "<position x=\"0\" y=\"0\" z=\"2\"/><heading deg=\"0\"/><spacing "
                      "m=\"2\"/><length m=\"10\"/><width m=\"8\"/><direction d=\"ccw\"/>"));
   ASSERT_TRUE(mission);
-  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 5"));
+  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 5", "IMP-PATTERN 5"));
+  EXPECT_THAT(told(), HasSubstr("ACFR's name for it is 'spiralinward'"));
   const auto& points = mission->legs[0].points;
   ASSERT_EQ(points.size(), 12U);
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -132,10 +174,10 @@ TEST_F(ImportTest, DefectsAreFoundAtTheirLines) {
                             primitive("goto", "<position x=\"100\" y=\"0\" z=\"0\"/>", 150, 0.5) +
                             primitive("goto", "<position x=\"0\" y=\"0\" z=\"3\"/>", 300, 1.5));
   ASSERT_TRUE(mission);
-  report_defects(*mission, source_, diagnostics_);
-  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-TIMEOUT 6", "IMP-SPEED 7", "IMP-SUBMERGED 7"));
-  EXPECT_THAT(diagnostics_.list()[0].message, HasSubstr("100 m at 0.5 m/s take 200 s"));
-  EXPECT_TRUE(diagnostics_.ok());
+  report_defects(*mission, report_);
+  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-TIMEOUT 6", "IMP-SUBMERGED 7"));
+  EXPECT_THAT(told(), HasSubstr("98 m at 0.5 m/s take 196 s, and the timeout is 150 s"));
+  EXPECT_TRUE(report_.ok());
 }
 
 TEST_F(ImportTest, WhatCannotBeReadIsRefusedAtItsLine) {
@@ -153,21 +195,24 @@ TEST_F(ImportTest, WhatCannotBeReadIsRefusedAtItsLine) {
            {primitive("leg", place + "<heading deg=\"0\"/>"), "lacks a 'length'"},
            {primitive("zambonie", place + "<heading deg=\"0\"/><length m=\"9\"/><width "
                                           "m=\"9\"/><spacing m=\"0\"/>"),
-            "cannot be mown"},
+            "cannot be covered"},
+           {primitive("zamboni", place), "did you mean 'zambonie'?"},
+           {primitive("lawn_mower", place), "ACFR's name for it is 'zambonie'"},
+           {primitive("inward_spiral", place), "ACFR's name for it is 'spiralinward'"},
+           {primitive("gotoandcircle", place), "it has no counterpart here"},
+           {primitive("goto", place, -1), "a timeout of -1 s is negative"},
            {"<primitive><command><command device=\"camera\"/></command></primitive>\n",
-            "needs a device and an onoff"},
+            "needs a device, and onoff"},
            {"", "no primitive that can be swum"}}) {
-    diagnostics_ = {};
+    report_ = {};
     EXPECT_FALSE(acfr(bad.primitives)) << bad.primitives;
-    ASSERT_FALSE(diagnostics_.ok()) << bad.primitives;
-    std::string all;
-    for (const Diagnostic& d : diagnostics_.list()) all += d.message + " " + d.hint + "\n";
-    EXPECT_THAT(all, HasSubstr(bad.phrase));
-    EXPECT_GT(diagnostics_.list().back().span.line, 0);
+    ASSERT_FALSE(report_.ok()) << bad.primitives;
+    EXPECT_THAT(told(), HasSubstr(bad.phrase));
+    EXPECT_GT(report_.diagnostics().list().back().span.line, 0);
   }
-  EXPECT_FALSE(read_acfr(file("x.xml", "<sdf/>"), diagnostics_, source_));
-  EXPECT_FALSE(read_acfr(file("x.xml", "<mission"), diagnostics_, source_));
-  EXPECT_FALSE(read_acfr((folder_ / "none.xml").string(), diagnostics_, source_));
+  EXPECT_FALSE(read_acfr(file("x.xml", "<sdf/>"), report_));
+  EXPECT_FALSE(read_acfr(file("x.xml", "<mission"), report_));
+  EXPECT_FALSE(read_acfr((folder_ / "none.xml").string(), report_));
 }
 
 TEST_F(ImportTest, AWaypointFileIsSwumRelativeToItsFirstWaypoint) {
@@ -177,11 +222,13 @@ TEST_F(ImportTest, AWaypointFileIsSwumRelativeToItsFirstWaypoint) {
           "2\t0\t3\t21\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1\n"
           "3\t0\t3\t16\t0\t0\t0\t0\t47.001\t-121.999\t-3\t1\n");
   ASSERT_TRUE(mission);
-  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 4"));
+  EXPECT_THAT(told(), HasSubstr("command 21 (NAV_LAND)"));
+  EXPECT_THAT(told(), HasSubstr("home, at latitude 47 and longitude -122, 5 m high, is left out"));
   ASSERT_EQ(mission->legs.size(), 2U);
   EXPECT_EQ(mission->legs[1].z, 3.0);
-  EXPECT_NEAR(mission->legs[1].points[0].y(), 111.3, 0.2) << "a thousandth of a degree north";
-  EXPECT_NEAR(mission->legs[1].points[0].x(), 75.9, 0.2);
+  // A thousandth of a degree on WGS 84, computed through earth-centred coordinates.
+  EXPECT_NEAR(mission->legs[1].points[0].y(), 111.171, 0.01);
+  EXPECT_NEAR(mission->legs[1].points[0].x(), 76.055, 0.01);
   EXPECT_TRUE(ours(*mission, "harbour"));
 }
 
@@ -191,10 +238,13 @@ TEST_F(ImportTest, APlanInTheAirNeedsADepth) {
       "{\"command\": 16, \"coordinate\": [47, -122, 20]},\n{\"command\": 16, \"coordinate\": "
       "[47.001, -122, 20]}]}}";
   EXPECT_FALSE(qgc(plan));
-  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 2", "IMP-QGC 3", "IMP-QGC 4"));
+  EXPECT_THAT(told(), HasSubstr("the waypoint is 20 m above the surface (lines 3, 4)"));
+  EXPECT_THAT(found(), ::testing::IsSupersetOf({"IMP-COMMAND 2", "IMP-QGC 3"}));
+  report_ = {};
   const auto mission = qgc(plan, 4.0);
   ASSERT_TRUE(mission);
   EXPECT_EQ(mission->legs.at(1).z, 4.0);
+  EXPECT_THAT(told(), HasSubstr("becomes a depth of 4 m, as --depth demands: 20 m (lines 3, 4)"));
 }
 
 TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints) {
@@ -208,9 +258,10 @@ TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints)
       ",\n{\"type\": \"ComplexItem\", \"TransectStyleComplexItem\": {\"Items\": [\n" +
       waypoint(47.001) + ",\n{\"command\": 206, \"params\": [1]},\n" + waypoint(47.002) + "]}}]}}");
   ASSERT_TRUE(mission);
-  EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 5")) << "a camera's trigger";
   ASSERT_EQ(mission->legs.size(), 3U);
-  EXPECT_NEAR(mission->legs[2].points[0].y(), 222.6, 0.2);
+  EXPECT_EQ(mission->legs[2].payload, std::vector<std::string>{"DO_SET_CAM_TRIGG_DIST_1"});
+  EXPECT_THAT(told(), HasSubstr("3 a survey is swum along the waypoints"));
+  EXPECT_NEAR(mission->legs[2].points[0].y(), 222.34, 0.02);
   EXPECT_EQ(mission->legs[2].z, 3.0);
 }
 
@@ -220,7 +271,7 @@ TEST_F(ImportTest, SurveysInSurveysAreRefusedHoweverDeep) {
     items = "[{\"TransectStyleComplexItem\":{\"Items\":" + items + "}}]";
   }
   EXPECT_FALSE(qgc("{\"mission\": {\"items\": " + items + "}}"));
-  EXPECT_FALSE(diagnostics_.ok());
+  EXPECT_FALSE(report_.ok());
 }
 
 TEST_F(ImportTest, WhatIsNoPlanIsRefused) {
@@ -231,9 +282,195 @@ TEST_F(ImportTest, WhatIsNoPlanIsRefused) {
         "{\"mission\": {\"items\": [{\"TransectStyleComplexItem\": {\"Items\": 3}}]}}",
         "{\"mission\": {\"items\": [{\"command\": 16, \"coordinate\": [200, 0, -1]}]}}",
         "QGC WPL 110\n", "QGC WPL 110\n1 2 3\n"}) {
-    diagnostics_ = {};
+    report_ = {};
     EXPECT_FALSE(qgc(content)) << content;
-    EXPECT_FALSE(diagnostics_.ok()) << content;
+    EXPECT_FALSE(report_.ok()) << content;
+  }
+}
+
+// --- nothing is omitted silently ---
+
+TEST_F(ImportTest, WhatTheFileSaysBesidesItsLegsIsCarriedOverOrReported) {
+  const auto mission = read_acfr(file("m.xml", R"(<mission>
+<location lat="0.000" lon="0.000"/>
+<desc>Reef</desc>
+<global>
+<location lat="-33.839459" lon="151.254380"/>
+<turn_radius m="5"/>
+<drop_distance m="4"/>
+<drop_angle deg="40"/>
+<mission_timeout t="1"/>
+</global>
+<primitive><goto>
+<position x="10" y="3" z="-0.1"/>
+<Heading deg="-135"/>
+<timeout t="0.04"/>
+<velocity x="0.5" z="0.1"/>
+<depth mode="depth"/>
+<command device="camera" onoff="start" freq="2.0"/>
+<comand device="dvl"/>
+stray
+</goto></primitive>
+<primitive><command><command device="camera" onoff="stop"/></command></primitive>
+<postscript/>
+</mission>
+)"),
+                                 report_);
+  ASSERT_TRUE(mission);
+  EXPECT_EQ(mission->origin, "latitude -33.839459, longitude 151.254380");
+  ASSERT_EQ(mission->legs.size(), 1U);
+  EXPECT_EQ(mission->legs[0].heading_deg, 225.0);
+  EXPECT_EQ(mission->legs[0].payload, std::vector<std::string>{"camera_start_freq_2_0"});
+  EXPECT_EQ(mission->payload, std::vector<std::string>{"camera_stop"});
+
+  const auto imported = ours(*mission, "reef");
+  ASSERT_TRUE(imported);
+  EXPECT_EQ(imported->description,
+            "Reef (origin of x and y: latitude -33.839459, longitude 151.254380)");
+  const StateSpec& leg = imported->states.at(0);
+  const auto& go = std::get<GotoState>(leg.leaf);
+  EXPECT_EQ(go.goal.heading_deg.value().value, 225.0);
+  EXPECT_EQ(go.goal.capture_radius.value, 4.0);
+  EXPECT_EQ(leg.timeout.value().seconds.value, 0.1) << "not a minute";
+  EXPECT_EQ(imported->states.at(1).on_entry.at(0).text.value, "camera_stop") << "when it surfaces";
+  EXPECT_EQ(imported->start_heading_deg, 225.0);
+
+  for (const char* line :
+       {"2 'location' lat=\"0.000\" lon=\"0.000\" is left out",
+        "5 'location' lat=\"-33.839459\" lon=\"151.254380\" is the origin",
+        "6 'turn_radius' m=\"5\" is left out", "8 'drop_angle' deg=\"40\" is left out",
+        "9 'mission_timeout' t=\"1\" is left out",
+        "12 'position' z=\"-0.1\" is above the surface: it becomes 0",
+        "14 'timeout' t may be 0.1 to 86400 s: 0.04 s becomes 0.1 s",
+        "15 the attribute z=\"0.1\" of 'velocity' is not understood",
+        "17 'command' device=\"camera\" onoff=\"start\" freq=\"2.0\" becomes the payload command "
+        "'camera_start_freq_2_0'",
+        "18 the element 'comand' in 'goto' is not understood and left out did you mean 'command'?",
+        "18 the attribute device=\"dvl\" of 'comand' is not understood",
+        "11 the text in 'goto' is not understood",
+        "21 ACFR's own software knows no primitive 'command'",
+        "22 the element 'postscript' in 'mission' is not understood",
+        "1 the file has no start: it is put at the first waypoint, x=3 y=10, 1 m deep, heading 225",
+        "1 the file has no map: a flat seabed at 5 m is assumed", "1 the file has no limits"}) {
+    EXPECT_THAT(told(), HasSubstr(line));
+  }
+}
+
+TEST_F(ImportTest, SpeedAndTimeoutsChangeByTheSameRatioOrNotAtAll) {
+  const std::string there = "<position x=\"40\" y=\"0\" z=\"2\"/>";
+  const std::string back = "<position x=\"0\" y=\"0\" z=\"0\"/>";
+  const auto imported = [&](double first, double second, const ImportOptions& options = {}) {
+    report_ = {};
+    const auto mission =
+        acfr(primitive("goto", there, 100, first) + primitive("goto", back, 80, second));
+    return ours(mission.value(), "pace", options).value();
+  };
+  const auto timeout = [](const Mission& mission, std::size_t state) {
+    return mission.states.at(state).timeout.value().seconds.value;
+  };
+  const Mission kept = imported(0.5, 0.5);
+  EXPECT_EQ(kept.speed.value, 0.5);
+  EXPECT_EQ(timeout(kept, 0), 100.0);
+  EXPECT_THAT(told(), ::testing::Not(HasSubstr("becomes")));
+
+  const Mission slowed = imported(1.0, 1.6);
+  EXPECT_EQ(slowed.speed.value, 0.4);
+  EXPECT_EQ(timeout(slowed, 0), 250.0);
+  EXPECT_EQ(timeout(slowed, 1), 320.0);
+  EXPECT_THAT(told(),
+              HasSubstr("5 'velocity' x: 1 m/s becomes 0.4 m/s, because the aqua2 swims at most "
+                        "0.8 m/s"));
+  EXPECT_THAT(told(), HasSubstr("5 'timeout' t is multiplied by 2.5, like the duration of its "
+                                "leg: 100 s becomes 250 s"));
+  EXPECT_THAT(told(), HasSubstr("6 'timeout' t is multiplied by 4"));
+
+  const Mission one_of_two = imported(0.5, 1.0);
+  EXPECT_EQ(one_of_two.speed.value, 0.5) << "of the slowest leg";
+  EXPECT_EQ(timeout(one_of_two, 0), 100.0);
+  EXPECT_EQ(timeout(one_of_two, 1), 160.0);
+
+  const Mission demanded = imported(0.5, 0.5, {.speed = 0.2});
+  EXPECT_EQ(demanded.speed.value, 0.2);
+  EXPECT_EQ(timeout(demanded, 0), 250.0);
+  EXPECT_THAT(told(), HasSubstr("0.5 m/s becomes 0.2 m/s, as --speed demands (lines 5, 6)"));
+}
+
+TEST_F(ImportTest, WhatTheVehicleCannotDoIsWarnedOf) {
+  const auto mission =
+      acfr(primitive("goto", "<position x=\"0\" y=\"0\" z=\"60\"/>", 900, 0.5) +
+           primitive("goto", "<position x=\"0\" y=\"0\" z=\"2\"/>", 900, 0.5, "altitude") +
+           primitive("goto", "<position x=\"9\" y=\"0\" z=\"0\"/>", 900, 0.0) +
+           primitive("goto", "<position x=\"9\" y=\"9\" z=\"0\"/>", 1e6, 0.5));
+  ASSERT_TRUE(mission);
+  report_defects(*mission, report_);
+  EXPECT_TRUE(ours(*mission, "deep"));
+  EXPECT_THAT(found(), ::testing::IsSupersetOf(
+                           {"IMP-DEPTH 5", "IMP-ALTITUDE 6", "IMP-SPEED 7", "IMP-CHANGED 8"}));
+  EXPECT_THAT(told(), HasSubstr("1000000 s becomes 86400 s"));
+}
+
+TEST_F(ImportTest, WhatAPlanSaysBesidesItsWaypointsIsCarriedOverOrReported) {
+  const auto mission = qgc(R"({"fileType": "Plan",
+"geoFence": {"circles": [{"circle": {"radius": 9}}],
+ "polygons": [{"inclusion": true, "polygon": [[46.9, -122.1], [47.1, -122.1], [47.1, -121.9]]}]},
+"rallyPoints": {"points": [[47, -122, 0]]},
+"novelty": 1,
+"mission": {"cruiseSpeed": 15, "plannedHomePosition": [47, -122, 3],
+"items": [
+{"command": 178, "frame": 2, "params": [1, 0.5, -1, 0, 0, 0, 0]},
+{"command": 16, "frame": 3, "params": [20, 2, 0, 90, 47, -122, -2]},
+{"command": 93, "frame": 2, "params": [5, 0, 0, 0, 0, 0, 0]},
+{"command": 2000, "frame": 2, "params": [0, 3, 0, null, null, null, null]},
+{"command": 16, "frame": 10, "params": [0, 0, 1, null, 47.001, -122, 4], "autoContinue": false},
+{"command": 177, "frame": 2, "params": [2, 5, 0, 0, 0, 0, 0]},
+{"command": 2001, "frame": 2, "params": [0, 0, 0, 0, 0, 0, 0]}]}}
+)");
+  ASSERT_TRUE(mission);
+  ASSERT_EQ(mission->legs.size(), 2U);
+  EXPECT_EQ(mission->legs[0].dwell_s, 25.0);
+  EXPECT_EQ(mission->legs[0].capture_radius, 2.0);
+  EXPECT_EQ(mission->legs[0].heading_deg, 90.0);
+  EXPECT_EQ(mission->legs[0].speed, 0.5);
+  EXPECT_TRUE(mission->legs[1].is_altitude) << "frame 10 is above the ground";
+  EXPECT_EQ(mission->legs[1].z, 4.0);
+  EXPECT_EQ(mission->legs[1].payload, std::vector<std::string>{"IMAGE_START_CAPTURE_3"});
+  EXPECT_EQ(mission->payload, std::vector<std::string>{"IMAGE_STOP_CAPTURE"});
+  EXPECT_EQ(mission->fence.size(), 3U);
+  const auto imported = ours(*mission, "harbour");
+  ASSERT_TRUE(imported);
+  EXPECT_EQ(imported->speed.value, 0.5);
+  EXPECT_EQ(imported->failsafes.fence.size(), 3U);
+  EXPECT_EQ(std::get<GoalSequenceState>(imported->states.at(0).leaf).goals.at(0).dwell_s.value,
+            25.0);
+  for (const char* line :
+       {"1 'fileType' is left out", "2 a circle of the 'geoFence' is left out",
+        "4 1 'rallyPoints' are left out", "5 'novelty' is not understood",
+        "6 'cruiseSpeed' is left out", "6 'plannedHomePosition' [47,-122,3] is left out",
+        "8 param1=1 of command 178 (DO_CHANGE_SPEED) is left out",
+        "8 param3=-1 of command 178 (DO_CHANGE_SPEED) is left out",
+        "12 param3=1 of command 16 (NAV_WAYPOINT) is left out", "12 the item has no autocontinue",
+        "13 command 177 (DO_JUMP) param1=2 param2=5 is left out: each leg is swum once",
+        "9 altitudes are above home"}) {
+    EXPECT_THAT(told(), HasSubstr(line));
+  }
+}
+
+TEST_F(ImportTest, AWaypointFileIsReadToTheEndOfItsLines) {
+  const std::string waypoint = "\t3\t16\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1";
+  EXPECT_TRUE(qgc("QGC WPL 110\n1\t0" + waypoint + "\tmore\n"));
+  EXPECT_THAT(told(), HasSubstr("2 'more' after the 12 numbers of a waypoint is not understood"));
+  EXPECT_THAT(told(), HasSubstr("2 param4=0 of a waypoint, its yaw, is taken as not given"));
+  for (const auto& [content, says] : std::vector<std::pair<std::string, std::string>>{
+           {"QGC WPL 120\n1\t0" + waypoint, "this version of waypoint files is not known"},
+           {"QGC WPL 110\n1\t0\t1\t16\t0\t0\t0\t0\t4\t5\t-2\t1", "the frame 1 gives no latitude"},
+           {"QGC WPL 110\n1\t0\t3\t16\t0\t0\t0\t0\t0\t0\t-2\t1", "stand for where the vehicle is"},
+           {"QGC WPL 110\n1\t0\t3\t1e99\t0\t0\t0\t0\t4\t5\t-2\t1", "whole numbers"},
+           {"{\"mission\":\n {\"items\": [}}", "2 the JSON of the plan is broken here"},
+           {"{\"mission\": 1e999}", "a number that is too large"},
+           {"<mission/>", "neither a plan (JSON) nor a waypoint file"}}) {
+    report_ = {};
+    EXPECT_FALSE(qgc(content)) << content;
+    EXPECT_THAT(told(), HasSubstr(says)) << content;
   }
 }
 
@@ -241,29 +478,36 @@ TEST_F(ImportTest, EveryMissionThatTheirVehiclesSwamBecomesOneOfOurs) {
   const fs::path data = fs::path(DIVE_SHARED_DATA) / "missions/acfr";
   if (!fs::exists(data)) GTEST_SKIP() << "the shared data is not here";
   int imported = 0;
-  int timeouts = 0;
-  int submerged = 0;
+  std::map<std::string, int> codes;
   for (const auto& entry : fs::recursive_directory_iterator(data)) {
     if (entry.path().extension() != ".xml") continue;
     SCOPED_TRACE(entry.path().string());
-    diagnostics_ = {};
-    const auto mission = read_acfr(entry.path().string(), diagnostics_, source_);
+    report_ = {};
+    const auto mission = read_acfr(entry.path().string(), report_);
     if (!mission) {
-      ASSERT_FALSE(diagnostics_.ok());
-      EXPECT_GT(diagnostics_.list().front().span.line, 0);
+      ASSERT_FALSE(report_.ok());
+      EXPECT_GT(report_.diagnostics().list().front().span.line, 0);
       continue;
     }
     ++imported;
-    report_defects(*mission, source_, diagnostics_);
-    for (const std::string& line : found()) {
-      timeouts += line.starts_with("IMP-TIMEOUT") ? 1 : 0;
-      submerged += line.starts_with("IMP-SUBMERGED") ? 1 : 0;
+    report_defects(*mission, report_);
+    const auto written = ours(*mission, "theirs");
+    ASSERT_TRUE(written);
+    for (std::size_t i = 0; i < mission->legs.size(); ++i) {
+      const ForeignLeg& leg = mission->legs[i];
+      const double theirs = *leg.timeout_s * leg.speed.value_or(written->speed.value);
+      const double seconds = written->states.at(i).timeout.value().seconds.value;
+      EXPECT_NEAR(seconds, std::max(theirs / written->speed.value, 0.1), 1e-3)
+          << "metres that a leg has time for";
     }
-    EXPECT_TRUE(ours(*mission, "theirs"));
+    const Diagnostics diagnostics = report_.diagnostics();
+    for (const Diagnostic& d : diagnostics.list()) ++codes[d.code];
   }
   EXPECT_GT(imported, 200);
-  EXPECT_GT(timeouts, 0);
-  EXPECT_GT(submerged, 0);
+  EXPECT_EQ(codes["IMP-UNKNOWN"], 0) << "each of their elements is understood";
+  EXPECT_GT(codes["IMP-ORIGIN"], 100);
+  EXPECT_GT(codes["IMP-TIMEOUT"], 0);
+  EXPECT_GT(codes["IMP-SUBMERGED"], 0);
 }
 
 }  // namespace

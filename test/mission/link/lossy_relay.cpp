@@ -1,6 +1,7 @@
-// Hands packets from a vehicle's group to an executive's and back: loses, delays and doubles them.
+// Relays packets between a vehicle's group and an executive's in both directions: drops, delays and
+// duplicates them.
 //
-//   lossy_relay VEHICLE_URL EXECUTIVE_URL LOSS SEED
+//    lossy_relay VEHICLE_URL EXECUTIVE_URL LOSS SEED
 
 #include <chrono>
 #include <csignal>
@@ -41,7 +42,7 @@ void relay(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
   const int copies = draw() < 0.1 ? 2 : 1;
   for (int i = 0; i < copies; ++i) {
     if (draw() < loss) continue;
-    // A fifth of them is overtaken by later ones.
+    // A fifth of them are overtaken by later ones.
     const auto delay =
         std::chrono::microseconds(draw() < 0.2 ? static_cast<int>(30'000 * draw()) : 0);
     waiting.emplace(Clock::now() + delay,
@@ -73,7 +74,7 @@ int main(int argc, char** argv) {
   generator.seed(static_cast<unsigned>(std::atoi(argv[4])));
   Side forth{vehicle, executive};
   Side back{executive, vehicle};
-  // What one side says is never taken for the other's: no packet goes round in a circle.
+  // The channels of the two directions are disjoint, so that no packet circulates.
   subscribe(forth, "DIVE_(IMU|DEPTH|HEALTH|RANGE|IMAGE|INERTIAL|SIM_TICK|SIM_TRUTH|OPERATOR)");
   subscribe(back, "DIVE_(COMMAND|HEARTBEAT|STATUS|ESTIMATE|PATH|OPERATOR_ANSWER)");
   for (;;) {

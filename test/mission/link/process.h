@@ -1,5 +1,5 @@
 #pragma once
-// A program that runs beside the test, with its output in files of a folder of its own.
+// A program that runs beside the test, with its output in files of a given folder.
 
 #include <string>
 #include <vector>
@@ -11,15 +11,15 @@ namespace dive::mission::testing {
 
 class Process {
  public:
-  /// `arguments[0]` is the program. `name` names its output in `folder`.
+  /// `arguments[0]` is the program. Its output files in `folder` are named after `name`.
   Process(std::vector<std::string> arguments, const std::string& folder, const std::string& name);
-  /// Kills it.
+  /// Kills the process.
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
   void kill(int signal) const;
-  /// Exit status, 128 + signal, or -1 when it still runs after so many seconds.
+  /// Exit status, 128 + signal, or -1 if it still runs after `seconds`.
   int wait(double seconds);
   [[nodiscard]] std::string out() const;
   [[nodiscard]] std::string err() const;

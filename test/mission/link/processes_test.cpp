@@ -1,13 +1,15 @@
-// Executive, vehicle, supervisor and topside as the processes that they are, over UDP multicast on
-// this machine. Skipped, and says so, where the machine routes no multicast.
+// Executive, vehicle, supervisor and topside as separate processes, over UDP multicast on this
+// machine. Skipped with a message if the machine does not route multicast.
+//
+// Nothing here depends on the speed of the machine. Tests that depend on the course of a dive run
+// in lock-step. Only tests about real time run in real time: killed processes, operator requests,
+// and clock changes. They wait for events, in open water, and need far less time than their limits.
 
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -30,16 +32,12 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Times real time that a vehicle with eyes can be dived at: the mapper is slow under the
-// sanitizers, and one that is late is rightly taken for one that sees nothing.
-constexpr const char* kPaceWithEyes = dive::testing::kUnderSanitizers ? "1" : "2";
+// Factor on real time for tests that need real time: a tick of the executive then takes some 3 % of
+// its budget.
+constexpr const char* kPace = "2";
 
-// Likewise with one that draws pictures.
-constexpr const char* kPaceBySight = "0.5";
-
-void sleep_s(double seconds) {
-  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-}
+// Limit in seconds for processes that end by themselves: against hanging, not a measurement.
+constexpr double kLong = 900.0;
 
 class Processes : public ::testing::Test {
  protected:
@@ -48,7 +46,7 @@ class Processes : public ::testing::Test {
     folder_ = (fs::path(::testing::TempDir()) / "dive-link" / info->name()).string();
     fs::remove_all(folder_);
     fs::create_directories(folder_);
-    // Tests run side by side: each has a group of its own.
+    // A separate group for each test, because tests run in parallel.
     const unsigned port = 20'000 + 2 * static_cast<unsigned>(::getpid() % 15'000);
     url_ = fmt::format("udpm://239.255.76.67:{}?ttl=0", port);
     far_url_ = fmt::format("udpm://239.255.76.67:{}?ttl=0", port + 1);
@@ -62,7 +60,22 @@ class Processes : public ::testing::Test {
     bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { return heard = true; });
     bus->publish("DIVE_TEST", link::Packet(8));
     SteadyClock clock;
-    return bus->wait(clock, clock.now() + kMicrosecondsPerSecond, [&] { return heard; });
+    return bus->wait(clock, clock.now() + 20 * kMicrosecondsPerSecond, [&] { return heard; });
+  }
+
+  /// Waits until the vehicle's sensors have run for the given vehicle time.
+  void wait_for_vehicle_time(double seconds) const {
+    tl::expected<link::Bus, std::string> bus = link::Bus::open(url_);
+    ASSERT_TRUE(bus) << bus.error();
+    std::optional<Utime> first;
+    Utime last = 0;
+    bus->listen<DepthSample>(link::channel::kDepth, [&](const DepthSample& sample) {
+      if (!first) first = sample.utime;
+      last = sample.utime;
+    });
+    SteadyClock clock;
+    ASSERT_TRUE(bus->wait(clock, clock.now() + from_seconds(kLong),
+                          [&] { return first && to_seconds(last - *first) >= seconds; }));
   }
 
   static std::string mission(const std::string& name) {
@@ -79,15 +92,22 @@ class Processes : public ::testing::Test {
     return std::make_unique<Process>(words, folder_, name);
   }
 
-  /// One of topside's words, whose exit status it returns.
+  /// Sends a topside command and returns its exit status.
   int say(const std::string& name, std::vector<std::string> words) const {
-    return dive(name, std::move(words))->wait(20.0);
+    return dive(name, std::move(words))->wait(kLong);
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// The mission murk in a bay that is shallower and has a thick post on the straight way: what the
-  /// vehicle does there depends on what it sees.
+  /// Calibration of the simulated vehicle's cameras.
+  [[nodiscard]] std::string cameras(const std::string& mission) const {
+    const std::string folder = path("cameras");
+    EXPECT_EQ(say("calibration", {"sim", mission, "--write-calibration", folder}), 0);
+    return folder;
+  }
+
+  /// The mission murk in a shallower bay with a thick post on the straight path: the vehicle's
+  /// motion there depends on its observations.
   [[nodiscard]] std::string murk() const {
     const auto box = [](const char* name, const char* at, const char* size) {
       return fmt::format(
@@ -110,26 +130,50 @@ class Processes : public ::testing::Test {
   std::string far_url_;
 };
 
-// What runs in simulation is what runs on the vehicle, bit for bit.
+// The simulated dive and the dive over the link are bit-identical.
 TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
   for (const std::string name : {"window", "pool2"}) {
     const auto vehicle =
         dive("sim", {"sim", mission(name), "--lockstep", "--seed", "4", "--set", "current_x=0.02"});
     const auto executive = dive(
         "run", {"run", mission(name), "--lockstep", "--seed", "4", "--log", path("linked.lcmlog")});
-    EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
-    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_EQ(vehicle->json().at("ended"), "finished");
     Process built_in({DIVE_COMMAND, "run", mission(name), "--seed", "4", "--set", "current_x=0.02",
                       "--log", path("built-in.lcmlog"), "--json"},
                      folder_, "built-in");
-    EXPECT_EQ(built_in.wait(120.0), 0) << built_in.err();
+    EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
     EXPECT_GT(content(path("linked.lcmlog")).size(), 1'000'000U);
     EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << name;
   }
 }
 
-// The scans as well, and what fails on the vehicle is what fails in it.
+// The simulated vehicle reports its contacts, and the executive's log contains them.
+TEST_F(Processes, InLockStepACollisionIsReportedAndLoggedAsByTheBuiltInSimulator) {
+  const std::string quay = DIVE_SOURCE_DIR "/test/mission/collision/quay.xml";
+  const std::string current = "current_y=0.15";
+  const auto vehicle = dive("sim", {"sim", quay, "--lockstep", "--seed", "2", "--set", current});
+  const auto executive =
+      dive("run", {"run", quay, "--lockstep", "--seed", "2", "--log", path("linked.lcmlog")});
+  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(20.0), 1) << vehicle->err();
+  Process built_in({DIVE_COMMAND, "run", quay, "--seed", "2", "--set", current, "--log",
+                    path("built-in.lcmlog"), "--json"},
+                   folder_, "built-in");
+  EXPECT_EQ(built_in.wait(120.0), 1) << built_in.err();
+  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+  auto expected = built_in.json().at("collision_list");
+  ASSERT_FALSE(expected.empty());
+  for (auto& collision : expected) {  // the vehicle has no access to the executive's estimates
+    for (const char* key : {"estimated", "error_m", "sigma_m"}) collision[key] = nullptr;
+  }
+  EXPECT_EQ(vehicle->json().at("collision_list"), expected);
+  EXPECT_EQ(vehicle->json().at("nearest"), built_in.json().at("nearest"));
+  EXPECT_TRUE(executive->json().at("collision_list").is_null()) << "only ground truth knows";
+}
+
+// With scans too; a sensor failure on the vehicle side gives the same dive.
 TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
   const std::string mission = murk();
   for (const std::string fault : {"range_silent@1000", "range_silent@12"}) {
@@ -137,19 +181,19 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
                                       "current_y=0.02", "--fault", fault});
     const auto executive =
         dive("run", {"run", mission, "--lockstep", "--seed", "3", "--log", path("linked.lcmlog")});
-    EXPECT_GE(executive->wait(120.0), 0) << executive->err();
-    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_GE(executive->wait(kLong), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_EQ(vehicle->json().at("ended"), "finished");
     Process built_in({DIVE_COMMAND, "run", mission, "--seed", "3", "--set", "current_y=0.02",
                       "--fault", fault, "--log", path("built-in.lcmlog"), "--json"},
                      folder_, "built-in");
-    EXPECT_EQ(built_in.wait(120.0), executive->wait(0.0)) << built_in.err();
+    EXPECT_EQ(built_in.wait(kLong), executive->wait(0.0)) << built_in.err();
     EXPECT_GT(built_in.json().at("replans").get<int>(), 0) << "nothing was seen";
     EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << fault;
   }
 }
 
-// What no camera and no inertial unit of the vehicle's would say.
+// Messages that no camera or IMU of the vehicle would send.
 class Rubbish {
  public:
   explicit Rubbish(const std::string& url) : bus_(*link::Bus::open(url)) {}
@@ -157,11 +201,11 @@ class Rubbish {
   void publish() {
     bus_.publish(link::channel::kImage, link::Packet(1000, 7));
     bus_.publish(link::channel::kInertial, link::Packet(50, 7));
-    publish(frame(0, 752, 480), 29);    // cut short
-    publish(frame(0, 800, 600), 0);     // larger than the cameras' ...
-    publish(frame(0, 752, 480, 3), 0);  // ... and so are those in colour
-    publish(frame(2, 752, 480), 0);     // of another camera
-    for (const int camera : {0, 1}) publish(frame(camera, 8, 4), 0);  // of long ago
+    publish(frame(0, 752, 480), 29);    // truncated
+    publish(frame(0, 800, 600), 0);     // larger than the cameras' images
+    publish(frame(0, 752, 480, 3), 0);  // in colour
+    publish(frame(2, 752, 480), 0);     // from another camera
+    for (const int camera : {0, 1}) publish(frame(camera, 8, 4), 0);  // from long ago
   }
 
  private:
@@ -180,7 +224,7 @@ class Rubbish {
   link::Bus bus_;
 };
 
-// The pictures and the inertial samples as well: in pairs, of one eye, and none any more.
+// With images and IMU samples too: in pairs, from one camera, and no longer at all.
 TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string lookout = mission("scenarios/missions/lookout");
@@ -190,28 +234,28 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   std::vector<std::string> sim = {"sim", lookout, "--lockstep"};
   sim.insert(sim.end(), conditions.begin(), conditions.end());
   const auto vehicle = dive("sim", sim);
-  const auto executive = dive("run", {"run", lookout, "--lockstep", "--seed", "3", "--stats",
-                                      "--log", path("linked.lcmlog")});
+  const auto executive = dive("run", {"run", lookout, "--lockstep", "--cameras", cameras(lookout),
+                                      "--seed", "3", "--stats", "--log", path("linked.lcmlog")});
   Rubbish rubbish(url_);
   int status = -1;
-  for (int i = 0; i < 2400 && status < 0; ++i) {
+  for (int i = 0; i < 3600 && status < 0; ++i) {
     rubbish.publish();
     status = executive->wait(0.25);
   }
   EXPECT_EQ(status, 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_EQ(vehicle->json().at("ended"), "finished");
   EXPECT_GT(executive->json().at("stats").at("malformed").get<int>(), 20);
   std::vector<std::string> run = {DIVE_COMMAND, "run", lookout, "--log", path("built-in.lcmlog"),
                                   "--json"};
   run.insert(run.end(), conditions.begin(), conditions.end());
   Process built_in(run, folder_, "built-in");
-  EXPECT_EQ(built_in.wait(600.0), 0) << built_in.err();
+  EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
   EXPECT_GT(built_in.json().at("estimator_switches").get<int>(), 0) << "nothing was seen";
   EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
 }
 
-// What the map is made of is then the pictures, and no range camera is there.
+// The images are then the source of the map, without a range camera.
 TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
   const fs::path missions = fs::path(mission("scenarios/missions/lookout")).parent_path();
@@ -225,14 +269,14 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   fs::copy_file(missions / "maps/basin.sdf", path("maps/basin.sdf"));
   const std::string mission = path("eyes.xml");
   const auto vehicle = dive("sim", {"sim", mission, "--lockstep", "--seed", "3"});
-  const auto executive =
-      dive("run", {"run", mission, "--lockstep", "--seed", "3", "--log", path("linked.lcmlog")});
-  EXPECT_EQ(executive->wait(600.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  const auto executive = dive("run", {"run", mission, "--lockstep", "--cameras", cameras(mission),
+                                      "--seed", "3", "--log", path("linked.lcmlog")});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   Process built_in(
       {DIVE_COMMAND, "run", mission, "--seed", "3", "--log", path("built-in.lcmlog"), "--json"},
       folder_, "built-in");
-  EXPECT_EQ(built_in.wait(600.0), 0) << built_in.err();
+  EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
   EXPECT_GT(fs::file_size(path("built-in.map.cloud.ply")), 5000U) << "nothing was seen";
   EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
 }
@@ -240,106 +284,135 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
 TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string lookout = mission("scenarios/missions/lookout");
-  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle =
-      dive("sim", {"sim", lookout, "--speed", kPaceBySight, "--clock-jump=-3600@5"});
-  const auto executive = dive("run", {"run", lookout, "--speed", kPaceBySight, "--lcm", far_url_,
-                                      "--log", path("log"), "--stats"});
-  EXPECT_EQ(executive->wait(600.0), 0) << executive->err() << executive->out();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
-  const auto stats = executive->json().at("stats");
-  const auto sight = stats.at("sight");
-  EXPECT_GT(sight.at("pairs").get<int>(), 10) << "as many as the machine can draw in time";
-  EXPECT_GT(sight.at("alone").get<int>() + sight.at("pictures_dropped").get<int>(), 5);
-  EXPECT_GT(sight.at("inertial").get<int>(), 1000);
-  EXPECT_GE(stats.at("clock_jumps").get<int>(), 1);
+  Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", lookout, "--lockstep"});
+  const auto executive = dive("run", {"run", lookout, "--lockstep", "--lcm", far_url_, "--cameras",
+                                      cameras(lookout), "--log", path("log")});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err() << executive->out();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
+  EXPECT_EQ(vehicle->json().at("ended"), "finished");
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
+  EXPECT_EQ(explain.wait(kLong), 0);
+  EXPECT_THAT(explain.out(), HasSubstr("visual_inertial")) << "the cameras' estimator never led";
   Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
-  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
+}
+
+// In real time, where the number of images depends on the machine: these assertions do not.
+TEST_F(Processes, InRealTimePicturesAreSortedIntoPairs) {
+  DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
+  const std::string lookout = mission("scenarios/missions/lookout");
+  const auto vehicle = dive("sim", {"sim", lookout, "--speed", "0.5", "--clock-jump=-3600@5"});
+  const auto executive = dive("run", {"run", lookout, "--speed", "0.5", "--cameras",
+                                      cameras(lookout), "--log", path("log"), "--stats"});
+  EXPECT_GE(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
+  const auto stats = executive->json().at("stats");
+  EXPECT_GT(stats.at("sight").at("pairs").get<int>(), 0);
+  EXPECT_GT(stats.at("sight").at("inertial").get<int>(), 0);
+  EXPECT_GE(stats.at("clock_jumps").get<int>(), 1);
+  EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
 }
 
 TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
   const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
+  const std::string lookout = mission("scenarios/missions/lookout");
   const auto executive = dive(
-      "run", {"run", mission("scenarios/missions/lookout"), "--lockstep", "--log", path("log")});
-  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+      "run", {"run", lookout, "--lockstep", "--cameras", cameras(lookout), "--log", path("log")});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--water", "mud"});
-  EXPECT_EQ(blind->wait(20.0), 2);
+  EXPECT_EQ(blind->wait(kLong), 2);
   EXPECT_THAT(blind->err(), HasSubstr("clear_pool"));
 }
 
 TEST_F(Processes, WithAFifthOfAllScansLostTheVehicleStillGoesRoundWhatItSees) {
   const std::string mission = murk();
-  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle =
-      dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--clock-jump=-3600@3"});
-  const auto executive = dive(
-      "run", {"run", mission, "--speed", kPaceWithEyes, "--lcm", far_url_, "--log", path("log")});
-  EXPECT_EQ(executive->wait(240.0), 0) << executive->err() << executive->out();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", mission, "--lockstep"});
+  const auto executive =
+      dive("run", {"run", mission, "--lockstep", "--lcm", far_url_, "--log", path("log")});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err() << executive->out();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_GT(executive->json().at("replans").get<int>(), 0) << "nothing was seen";
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
   Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
-  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
 }
 
 TEST_F(Processes, WhenTheScansStopTheVehicleHoldsAndComesUp) {
   const std::string mission = murk();
-  const auto vehicle =
-      dive("sim", {"sim", mission, "--speed", kPaceWithEyes, "--fault", "range_silent@8"});
-  const auto executive =
-      dive("run", {"run", mission, "--speed", kPaceWithEyes, "--log", path("log")});
-  EXPECT_GE(executive->wait(240.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  const auto vehicle = dive("sim", {"sim", mission, "--lockstep", "--fault", "range_silent@8"});
+  const auto executive = dive("run", {"run", mission, "--lockstep", "--log", path("log")});
+  EXPECT_GE(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
-  EXPECT_EQ(explain.wait(20.0), 0);
+  EXPECT_EQ(explain.wait(kLong), 0);
   EXPECT_THAT(explain.out(), HasSubstr("range_lost"));
 }
 
 TEST_F(Processes, WithAFifthOfAllPacketsLostTheWindowMissionEndsSurfacedAndUnharmed) {
-  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", "4"});
-  const auto executive = dive("run", {"run", mission("window"), "--speed", "4", "--lcm", far_url_,
-                                      "--log", path("log"), "--stats"});
-  EXPECT_EQ(executive->wait(120.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--lockstep"});
+  const auto executive = dive(
+      "run", {"run", mission("window"), "--lockstep", "--lcm", far_url_, "--log", path("log")});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto report = vehicle->json();
   EXPECT_EQ(report.at("collisions"), 0);
   EXPECT_LT(report.at("final_depth_m").get<double>(), 0.4);
   EXPECT_GT(report.at("min_clearance_m").get<double>(), 0.3);
   Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
-  EXPECT_EQ(replay.wait(60.0), 0) << replay.out();
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
+}
+
+// In real time packets are also delayed, duplicated and reordered. How far the vehicle then comes
+// depends on the machine; that it surfaces and that its log replays does not.
+TEST_F(Processes, InRealTimeWithScansLostAndLateTheVehicleComesUp) {
+  const std::string mission = murk();
+  Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
+  const auto vehicle = dive("sim", {"sim", mission, "--speed", kPace, "--clock-jump=-3600@3"});
+  const auto executive = dive("run", {"run", mission, "--speed", kPace, "--lcm", far_url_, "--log",
+                                      path("log"), "--stats"});
+  EXPECT_GE(executive->wait(kLong), 0) << executive->err();
+  EXPECT_GE(vehicle->wait(kLong), 0) << vehicle->err();
+  EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 1);
+  EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
 }
 
 TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
-  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(10.0), 0);
-  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("other")}, folder_, "other").wait(10.0), 0);
-  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", "4"});
-  const auto executive = dive("run", {"run", mission("window"), "--speed", "4", "--key",
+  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
+  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("other")}, folder_, "other").wait(kLong), 0);
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", kPace});
+  const auto executive = dive("run", {"run", mission("window"), "--speed", kPace, "--key",
                                       path("key"), "--log", path("log"), "--stats"});
-  EXPECT_EQ(say("status", {"status", "--patience", "20"}), 0);
-  EXPECT_EQ(say("pause", {"pause", "--key", path("key")}), 0);
+  EXPECT_EQ(say("status", {"status", "--patience", "600"}), 0);
+  EXPECT_EQ(say("pause", {"pause", "--key", path("key"), "--patience", "600"}), 0);
   EXPECT_EQ(say("nokey", {"resume"}), 1);
   EXPECT_EQ(say("wrong", {"resume", "--key", path("other"), "--patience", "1"}), 1);
-  EXPECT_EQ(say("resume", {"resume", "--key", path("key")}), 0);
-  EXPECT_EQ(say("skip", {"skip", "--key", path("key")}), 0);
-  EXPECT_EQ(say("abort", {"abort"}), 0);
-  EXPECT_EQ(say("again", {"abort"}), 0);
-  EXPECT_EQ(executive->wait(60.0), 1) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+  EXPECT_EQ(say("resume", {"resume", "--key", path("key"), "--patience", "600"}), 0);
+  EXPECT_EQ(say("skip", {"skip", "--key", path("key"), "--patience", "600"}), 0);
+  EXPECT_EQ(say("abort", {"abort", "--patience", "600"}), 0);
+  EXPECT_EQ(say("again", {"abort", "--patience", "600"}), 0);
+  EXPECT_EQ(executive->wait(kLong), 1) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto report = executive->json();
   EXPECT_EQ(report.at("final_state"), "dive.aborted");
   EXPECT_THAT(report.at("cause").get<std::string>(), HasSubstr("topside says abort"));
   EXPECT_GE(report.at("stats").at("refused").at("forged").get<int>(), 2);
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
-  EXPECT_EQ(explain.wait(20.0), 0);
+  EXPECT_EQ(explain.wait(kLong), 0);
   for (const char* said : {"topside says pause", "topside says resume", "topside says skip"}) {
     EXPECT_THAT(explain.out(), HasSubstr(said));
   }
@@ -347,13 +420,16 @@ TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
 
 class Death : public Processes {
  protected:
-  // In open water, four times as fast as life.
-  void begin() {
-    vehicle_ = dive("sim", {"sim", mission("pool3"), "--speed", "4"});
+  // In open water.
+  void begin(const std::vector<std::string>& pace = {"--speed", kPace}) {
+    std::vector<std::string> sim = {"sim", mission("pool3")};
+    std::vector<std::string> run = {"run", mission("pool3"), "--log", path("log")};
+    sim.insert(sim.end(), pace.begin(), pace.end());
+    run.insert(run.end(), pace.begin(), pace.end());
+    vehicle_ = dive("sim", sim);
     supervisor_ = dive("supervise", {"supervise"});
-    executive_ = dive("run", {"run", mission("pool3"), "--speed", "4", "--log", path("log")});
-    ASSERT_EQ(say("status", {"status", "--patience", "20"}), 0);
-    sleep_s(2.0);
+    executive_ = dive("run", run);
+    wait_for_vehicle_time(8.0);
   }
 
   std::unique_ptr<Process> vehicle_;
@@ -361,21 +437,21 @@ class Death : public Processes {
   std::unique_ptr<Process> executive_;
 };
 
-TEST_F(Death, OfTheExecutiveBringsTheSupervisorUpWithin2Seconds) {
+// supervisor_test.cpp tests the delay, by a clock that does not depend on the machine.
+TEST_F(Death, OfTheExecutiveBringsTheSupervisorUp) {
   begin();
   executive_->kill(SIGKILL);
-  EXPECT_EQ(supervisor_->wait(60.0), 1) << supervisor_->err();
-  EXPECT_LT(supervisor_->json().at("silent_s").get<double>(), 2.0);
+  EXPECT_EQ(supervisor_->wait(kLong), 1) << supervisor_->err();
   EXPECT_TRUE(supervisor_->json().at("surfaced").get<bool>());
-  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
 }
 
 TEST_F(Death, AnExecutiveThatHangsIsAsGoodAsDead) {
   begin();
   executive_->kill(SIGSTOP);
-  EXPECT_EQ(supervisor_->wait(60.0), 1) << supervisor_->err();
-  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_EQ(supervisor_->wait(kLong), 1) << supervisor_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_GT(vehicle_->json().at("supervised_s").get<double>(), 1.0);
 }
 
@@ -383,17 +459,17 @@ TEST_F(Death, OfExecutiveAndSupervisorLeavesTheVehicleItsOwnTimeOut) {
   begin();
   executive_->kill(SIGKILL);
   supervisor_->kill(SIGKILL);
-  EXPECT_EQ(vehicle_->wait(60.0), 0) << vehicle_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_EQ(vehicle_->json().at("ended"), "surfaced");
   EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
   EXPECT_GT(vehicle_->json().at("silent_s").get<double>(), 1.0);
 }
 
 TEST_F(Death, OfTheSupervisorDisturbsNobody) {
-  begin();
+  begin({"--lockstep"});
   supervisor_->kill(SIGKILL);
-  EXPECT_EQ(executive_->wait(60.0), 0) << executive_->err();
-  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
 }
 
 TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
@@ -403,37 +479,36 @@ TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
   text.insert(at, "<resume policy=\"continue\"/>");
   std::ofstream(path("pool.xml")) << text;
   fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
-  vehicle_ = dive("sim", {"sim", path("pool.xml"), "--speed", "2"});
-  executive_ = dive("run", {"run", path("pool.xml"), "--speed", "2", "--log", path("log")});
-  ASSERT_EQ(say("status", {"status", "--patience", "20"}), 0);
-  sleep_s(4.0);
+  vehicle_ = dive("sim", {"sim", path("pool.xml"), "--lockstep"});
+  executive_ = dive("run", {"run", path("pool.xml"), "--lockstep", "--log", path("log")});
+  wait_for_vehicle_time(8.0);
   executive_->kill(SIGKILL);
-  executive_ = dive("resumed", {"run", path("pool.xml"), "--speed", "2", "--resume", "--journal",
+  executive_ = dive("resumed", {"run", path("pool.xml"), "--lockstep", "--resume", "--journal",
                                 path("log.journal"), "--log", path("log2")});
-  EXPECT_EQ(executive_->wait(60.0), 0) << executive_->err();
-  EXPECT_EQ(vehicle_->wait(30.0), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
 }
 
 TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
   const auto vehicle =
-      dive("sim", {"sim", mission("pool3"), "--speed", "4", "--clock-jump=-3600@10"});
+      dive("sim", {"sim", mission("pool3"), "--speed", kPace, "--clock-jump=-3600@10"});
   const auto executive =
-      dive("run", {"run", mission("pool3"), "--speed", "4", "--log", path("log"), "--stats"});
-  EXPECT_EQ(executive->wait(60.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(30.0), 0) << vehicle->err();
+      dive("run", {"run", mission("pool3"), "--speed", kPace, "--log", path("log"), "--stats"});
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 2);
-  EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"})->wait(20.0), 2);
+  EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"})->wait(kLong), 2);
 }
 
 TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
   const std::string map = DIVE_SOURCE_DIR "/missions/maps/pool2.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "1.5,0,-1,0,0,0", "--lockstep"});
   const auto executive = dive("run", {"run", mission("pool2"), "--lockstep", "--log", path("log")});
-  EXPECT_EQ(executive->wait(60.0), 0) << executive->err();
-  EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
-  EXPECT_EQ(dive("nowhere", {"sim", map, "--start", "0,0"})->wait(20.0), 2);
-  EXPECT_EQ(dive("nothing", {"sim", "no.sdf", "--start", "0,0,-1"})->wait(20.0), 2);
+  EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+  EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
+  EXPECT_EQ(dive("nowhere", {"sim", map, "--start", "0,0"})->wait(kLong), 2);
+  EXPECT_EQ(dive("nothing", {"sim", "no.sdf", "--start", "0,0,-1"})->wait(kLong), 2);
 }
 
 TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
@@ -444,8 +519,8 @@ TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
     if (eyes) words.emplace_back("--eyes");
     const auto vehicle = dive("sim", words);
     const auto executive = dive("run", {"run", mission, "--lockstep", "--log", path("log")});
-    EXPECT_GE(executive->wait(60.0), 0) << executive->err();
-    EXPECT_EQ(vehicle->wait(20.0), 0) << vehicle->err();
+    EXPECT_GE(executive->wait(kLong), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_EQ(executive->json().at("replans").get<int>() > 0, eyes) << executive->out();
   }
 }
@@ -457,17 +532,17 @@ TEST_F(Processes, ThereIsNoVehicleInWaterThatNothingIsSaidOf) {
   text.erase(text.find(rehearsal), rehearsal.size());
   std::ofstream(path("murk.xml")) << text;
   const auto vehicle = dive("sim", {"sim", path("murk.xml")});
-  EXPECT_EQ(vehicle->wait(20.0), 2);
+  EXPECT_EQ(vehicle->wait(kLong), 2);
   EXPECT_THAT(vehicle->err(), HasSubstr("rehearsal="));
 }
 
 TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
   const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
-  EXPECT_EQ(bad->wait(20.0), 2);
+  EXPECT_EQ(bad->wait(kLong), 2);
   EXPECT_THAT(bad->err(), HasSubstr("carrier-pigeon"));
-  const auto nobody = dive("status", {"status", "--patience", "0.3"});
-  EXPECT_EQ(nobody->wait(20.0), 1);
-  EXPECT_THAT(nobody->err(), HasSubstr("no executive was heard"));
+  const auto lonely = dive("status", {"status", "--patience", "0.3"});
+  EXPECT_EQ(lonely->wait(kLong), 1);
+  EXPECT_THAT(lonely->err(), HasSubstr("no executive was heard"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Pictures and inertial samples as they come over a link: late, twice, out of order, by a clock
-// that is set, or not at all.
+// Images and IMU samples as they arrive over a link: late, duplicate, out of order, by a clock that
+// is set, or not at all.
 
 #include "mission/link/sight_inbox.h"
 
@@ -34,13 +34,13 @@ std::vector<Utime> stamps(const std::vector<ImuSample>& samples) {
   return result;
 }
 
-/// Stamps of the next pair; -1 for what is not there.
+/// Stamps of the next pair; -1 for an absent image.
 std::vector<Utime> next(SightInbox& inbox, Utime now) {
   const StereoPair pair = inbox.take_pair(now);
   return {pair.left ? pair.left->utime : -1, pair.right ? pair.right->utime : -1};
 }
 
-/// On a link that takes no time, with sensors by our clock.
+/// On a link without latency, with sensors on our clock.
 class Sight : public ::testing::Test {
  protected:
   Sight() {
@@ -60,7 +60,7 @@ TEST_F(Sight, PairsWhatWasTakenTogetherWhicheverCameFirst) {
   see(1, 2 * kPeriod);
   EXPECT_THAT(next(inbox_, 2 * kPeriod), ElementsAre(-1, -1));
   see(0, 2 * kPeriod + 900);
-  see(2, 2 * kPeriod + 900);  // the back camera, which nobody looks through
+  see(2, 2 * kPeriod + 900);  // the back camera, which is not used
   EXPECT_THAT(next(inbox_, 2 * kPeriod + kMs), ElementsAre(2 * kPeriod + 900, 2 * kPeriod));
   EXPECT_THAT(next(inbox_, 3 * kPeriod), ElementsAre(-1, -1)) << "each is handed on once";
   EXPECT_EQ(inbox_.stats().pairs, 2);
@@ -71,10 +71,10 @@ TEST_F(Sight, ALeftPictureWaitsForItsRightOneAndThenGoesAlone) {
   see(0, kPeriod);
   EXPECT_THAT(next(inbox_, kPeriod + SightInbox::kPatience - 1), ElementsAre(-1, -1));
   EXPECT_THAT(next(inbox_, kPeriod + SightInbox::kPatience), ElementsAre(kPeriod, -1));
-  see(1, kPeriod, 3 * kPeriod);  // after all
+  see(1, kPeriod, 3 * kPeriod);  // the delayed right image
   EXPECT_EQ(inbox_.stats().pictures_dropped, 1);
   see(0, 4 * kPeriod);
-  see(0, 5 * kPeriod);  // the next one comes: the last one's right one is lost
+  see(0, 5 * kPeriod);  // the next left image arrives: the previous right image is lost
   EXPECT_THAT(next(inbox_, 5 * kPeriod), ElementsAre(4 * kPeriod, -1));
   see(1, 6 * kPeriod);
   EXPECT_THAT(next(inbox_, 6 * kPeriod), ElementsAre(5 * kPeriod, -1));
@@ -105,7 +105,7 @@ TEST_F(Sight, KeepsTheNewestWhenNobodyTakesThem) {
 TEST_F(Sight, TakesNoPictureTwiceNorOneThatWasOvertaken) {
   see(0, 2 * kPeriod, 2 * kPeriod);
   see(0, 2 * kPeriod, 2 * kPeriod + kMs);
-  see(0, kPeriod, 2 * kPeriod + 2 * kMs);  // only now, but not too late
+  see(0, kPeriod, 2 * kPeriod + 2 * kMs);  // late, but within the limit
   see(1, kPeriod, 2 * kPeriod + 3 * kMs);
   EXPECT_THAT(next(inbox_, 3 * kPeriod), ElementsAre(kPeriod, kPeriod));
   EXPECT_THAT(next(inbox_, 4 * kPeriod), ElementsAre(2 * kPeriod, -1));
@@ -133,7 +133,7 @@ TEST_F(Sight, AFloodOfInertialSamplesIsBounded) {
 }
 
 TEST(SightClock, IsThatOfTheInertialUnitForThePicturesToo) {
-  const Utime boot = 1'700'000'000 * kSecond;  // theirs is the time of day
+  const Utime boot = 1'700'000'000 * kSecond;  // stamps are the time of day
   SightInbox inbox;
   inbox.hear(picture(0, boot), kSecond);
   EXPECT_THAT(next(inbox, kSecond), ElementsAre(-1, -1)) << "by a clock that is not known yet";
@@ -155,7 +155,7 @@ TEST(SightClock, APictureNeverSetsIt) {
     inbox.hear(inertial(kSecond), kSecond);
     EXPECT_EQ(inbox.clock_jumps(), 0) << jump;
     EXPECT_THAT(stamps(inbox.take_inertial()), ElementsAre(0, kSecond));
-    inbox.hear(inertial(2 * kSecond + jump / 2), 2 * kSecond);  // now it has been set
+    inbox.hear(inertial(2 * kSecond + jump / 2), 2 * kSecond);  // the clock has been set
     EXPECT_EQ(inbox.clock_jumps(), 1) << jump;
   }
 }
@@ -170,7 +170,7 @@ TEST(SightInLockStep, IsWholeOnceAllOfATickHasCome) {
   const auto hear = [&](auto sample) {
     EXPECT_FALSE(inbox.has(tick));
     inbox.hear(sample, std::nullopt);
-    inbox.hear(sample, std::nullopt);  // all is said again
+    inbox.hear(sample, std::nullopt);  // every message is repeated
   };
   hear(inertial(20 * kMs));
   hear(picture(1, 40 * kMs));

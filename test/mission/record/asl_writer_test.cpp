@@ -15,7 +15,7 @@
 
 #include "mission/record/dataset_recorder.h"
 #include "test/vehicle/aqua2.h"
-#include "vehicle/simulator/named_waters.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -31,7 +31,7 @@ class Dataset : public ::testing::Test {
   }
   ~Dataset() override { fs::remove_all(folder_); }
 
-  // As a reader of EuRoC's files reads them: a line of column names behind a #, then values.
+  // Reads like a reader of EuRoC's files: a line of column names after a #, then values.
   [[nodiscard]] Rows rows(const std::string& sensor) const {
     std::ifstream file(folder_ / "mav0" / sensor / "data.csv");
     std::string line;
@@ -48,7 +48,7 @@ class Dataset : public ::testing::Test {
     return result;
   }
 
-  // Of YAML this knows "key: value" and lists of numbers, over several lines.
+  // A YAML subset: "key: value" and lists of numbers over several lines.
   [[nodiscard]] std::map<std::string, std::vector<double>> yaml(const std::string& sensor) const {
     std::ifstream file(folder_ / "mav0" / sensor / "sensor.yaml");
     std::map<std::string, std::vector<double>> result;
@@ -140,7 +140,7 @@ TEST_F(Dataset, SaysWhatTheSensorsAre) {
     EXPECT_THAT(said["intrinsics"], ::testing::ElementsAre(10.5, 11.5, 15.5, 9.5));
     EXPECT_THAT(said["distortion_coefficients"], ::testing::ElementsAre(-0.1, 0.01, 0.001, -0.002));
     EXPECT_THAT(said["rate_hz"], ::testing::ElementsAre(20));
-    ASSERT_EQ(said["data"].size(), 16U);  // of T_BS, row by row
+    ASSERT_EQ(said["data"].size(), 16U);  // T_BS, row by row
     const Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(said["data"].data());
     const CameraModel model = small(camera == "cam0" ? 0.07 : -0.07);
     const Eigen::Vector3d p(0.3, -0.4, 2.0);

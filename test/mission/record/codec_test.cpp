@@ -1,4 +1,4 @@
-// The codec against forged packets. What the log tests show to survive is not shown again here.
+// The codec against forged packets. Cases that the log tests cover are not repeated here.
 
 #include <algorithm>
 #include <cstdint>
@@ -35,8 +35,9 @@ Kind kind(const char* name, const Value& value, Before... before) {
 
 std::vector<Kind> kinds() {
   PlanReply reply;
-  reply.reason = "wall";
-  reply.waypoints.resize(3);
+  reply.plan.reason = "wall";
+  reply.plan.reduced = {.obstacle = "rock"};
+  reply.plan.waypoints.resize(3);
   PlanQuery query;
   query.state = "swim";
   query.request.previous.resize(2);
@@ -49,7 +50,7 @@ std::vector<Kind> kinds() {
           kind("depth", DepthSample{}),
           kind("health", HealthSample{}),
           kind("estimate", estimation::StateEstimate{}),
-          kind("truth", TruthRecord{}),
+          kind("truth", TruthRecord{5, {}, {"rock", "wall/body/shape"}}),
           kind("tick", TickMark{}),
           kind("plan reply", reply, now),
           kind("command", vehicle::Command{}, now),
@@ -75,7 +76,7 @@ TEST(Codec, AcceptsWholePacketsOnly) {
     longer.push_back(0);
     EXPECT_FALSE(k.decodes(longer)) << k.name;
     Packet stranger = k.packet;
-    stranger[3] ^= 1U;  // In the fingerprint.
+    stranger[3] ^= 1U;  // Within the fingerprint.
     EXPECT_FALSE(k.decodes(stranger)) << k.name;
   }
 }
@@ -100,7 +101,7 @@ TEST(Codec, NoForgedLengthIsBelieved) {
 TEST(Codec, ConstantsOutOfRangeAreRefused) {
   const auto refused_values = [](const Kind& k, std::size_t at) {
     std::string refused;
-    for (const int value : {-128, -1, 0, 1, 2, 3, 5, 127}) {
+    for (const int value : {-128, -1, 0, 1, 2, 3, 4, 5, 127}) {
       Packet packet = k.packet;
       packet.at(at) = static_cast<std::uint8_t>(value);
       if (!k.decodes(packet)) refused += fmt::format("{} ", value);
@@ -109,24 +110,26 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   };
   const std::vector<Kind> all = kinds();
   const auto named = [&](const char* name) { return *std::ranges::find(all, name, &Kind::name); };
-  constexpr std::size_t kTime = 8 + 8;  // After the fingerprint and utime.
-  EXPECT_EQ(refused_values(named("health"), kTime + 32), "-128 -1 2 3 5 127 ");       // leak
-  EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 5 127 ");          // valid
-  EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 5 127 ");      // source
-  EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 3 5 127 ");      // status
-  EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 5 127 ");  // fixed
-  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 5 127 ");    // attitude
+  constexpr std::size_t kTime = 8 + 8;  // Offset after the fingerprint and utime.
+  EXPECT_EQ(refused_values(named("health"), kTime + 32), "-128 -1 2 3 4 5 127 ");       // leak
+  EXPECT_EQ(refused_values(named("estimate"), kTime), "-128 -1 2 3 4 5 127 ");          // valid
+  EXPECT_EQ(refused_values(named("estimate"), kTime + 1), "-128 -1 2 3 4 5 127 ");      // source
+  EXPECT_EQ(refused_values(named("plan reply"), kTime + 8), "-128 -1 4 5 127 ");        // status
+  EXPECT_EQ(refused_values(named("plan reply"), kTime + 9), "-128 -1 2 3 4 5 127 ");    // accepted
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 128), "-128 -1 2 3 4 5 127 ");  // fixed
+  EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 4 5 127 ");    // attitude
   const Kind status = named("status");
-  EXPECT_EQ(refused_values(named("operator"), kTime), "-128 -1 5 127 ");              // command
-  EXPECT_EQ(refused_values(named("action"), kTime), "-128 -1 3 5 127 ");              // kind
-  EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 5 127 ");  // finished
+  EXPECT_EQ(refused_values(named("operator"), kTime), "-128 -1 5 127 ");                // command
+  EXPECT_EQ(refused_values(named("action"), kTime), "-128 -1 3 4 5 127 ");              // kind
+  EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 4 5 127 ");  // finished
 }
 
-// Forged counts that add up to the packet's size, but not to one another.
+// Forged counts that add up to the packet's size, but do not agree with each other.
 TEST(Codec, PiecesOfAMapUpdateAreNeitherSharedNorLeftOver) {
   const std::vector<Kind> all = kinds();
   const Kind k = *std::ranges::find(all, "map update", &Kind::name);
-  constexpr std::size_t kCounts = 8 + 8 + 8 + 3 * 8 + 4 + 3 * 8;  // of pieces, by cell
+  // Offset of the counts of pieces, by cell.
+  constexpr std::size_t kCounts = 8 + 8 + 8 + 3 * 8 + 4 + 3 * 8;
   constexpr std::size_t kVertices = kCounts + 3 * 4 + 4 + 3 * 8;
   for (const auto& [at, value] : {std::pair<std::size_t, int>{kCounts + 3, 1},
                                   {kCounts + 3, 3},
@@ -145,14 +148,15 @@ TEST(Codec, PiecesOfAMapUpdateAreNeitherSharedNorLeftOver) {
 TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   Packet packet;
   PlanReply reply;
-  reply.reason.assign(kMaxText - 1, 'x');
-  reply.waypoints.resize(kMaxWaypoints);
+  reply.plan.reason.assign(kMaxText - 1, 'x');
+  reply.plan.reduced = {.obstacle = reply.plan.reason};
+  reply.plan.waypoints.resize(kMaxWaypoints);
   EXPECT_TRUE(encode(0, reply, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlan));
-  reply.waypoints.resize(kMaxWaypoints + 1);
+  reply.plan.waypoints.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, reply, packet));
-  reply.waypoints.clear();
-  reply.reason += 'x';
+  reply.plan.waypoints.clear();
+  reply.plan.reason += 'x';
   EXPECT_FALSE(encode(0, reply, packet));
 
   EXPECT_TRUE(encode(0, std::vector<SeenObstacle>(kMaxSeen), packet));
@@ -180,6 +184,12 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   query.request.previous.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, query, packet));
 
+  TruthRecord truth;
+  truth.touched.assign(link::kMaxTouched, "rock");
+  EXPECT_TRUE(encode(truth, packet));
+  truth.touched.emplace_back("one more");
+  EXPECT_FALSE(encode(truth, packet));
+
   EXPECT_FALSE(encode(0, FailsafeRecord{std::string("a\0b", 3), "", "", ""}, packet));
   LogHeader header = sample_header();
   header.map_xml.assign(kMaxFileText, ' ');
@@ -193,8 +203,7 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   Packet packet;
   const std::string text(kMaxText - 1, 'x');
   const std::string file(kMaxFileText - 1, 'x');
-  ASSERT_TRUE(
-      encode(LogHeader{text, 0, text, file, text, file, file, file, file, 1.0, text}, packet));
+  ASSERT_TRUE(encode(LogHeader{text, 0, text, file, text, file, file, file, file, 1.0}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
   ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));
@@ -209,6 +218,8 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   query.request.previous.resize(kMaxWaypoints);
   ASSERT_TRUE(encode(0, query, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
+  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxTouched, text)}, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kTruth));
   planning::Polytope piece;
   piece.vertices.resize(planning::kMaxPieceVertices);
   planning::MapUpdate update;
@@ -242,6 +253,12 @@ TEST(Digest, OfAHeaderKnowsWhichFileSaysWhat) {
   EXPECT_EQ(before.size(), 16U);
   header.mission_xml.swap(header.map_xml);
   EXPECT_NE(log_digest(header), before);
+}
+
+TEST(Codec, EveryTickMarkHasTheLargestSize) {
+  Packet packet;
+  ASSERT_TRUE(encode(TickMark{}, packet));
+  EXPECT_EQ(packet.size(), max_packet_size(Channel::kTick));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Whatever instant the process dies at, what was committed last is found again, and the dive goes
-// on from there without repeating what is to be done once.
+// The last commit is recovered whatever the instant at which the process dies, and the dive
+// continues from there without repeating actions that are executed once.
 
 #include "mission/record/journal.h"
 
@@ -45,7 +45,7 @@ class JournalTest : public ::testing::Test {
     }
     return commits;
   }
-  // The whole lines of a beginning of the journal.
+  // The complete lines of a prefix of the journal.
   static std::string whole_lines(const std::string& text) {
     const std::size_t end = text.rfind('\n');
     return end == std::string::npos ? std::string() : text.substr(0, end + 1);
@@ -152,7 +152,7 @@ TEST_F(JournalTest, TheDiveGoesOnFromAnyCommitAndRepeatsNothing) {
     const std::size_t done = journal->committed ? journal->committed->done_once.size() : 0;
     EXPECT_EQ(payload.size(), 2U - done) << "line " << line;
     if (!journal->committed) continue;
-    // Goals that lie behind are not swum to again: from c it is not far to the surface.
+    // Completed goals are not visited again: from c the surface is near.
     if (journal->committed->goals_done == 2) {
       EXPECT_LT(result.distance_m, 8.0) << "line " << line;
     }

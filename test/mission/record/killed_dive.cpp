@@ -54,7 +54,7 @@ DiveResult run(const KilledDive& dive, const planning::World& world, const vehic
                std::vector<std::string>* payload) {
   return simulate_dive(
       dive.mission(), world, model, settings,
-      [&](const StepInputs&, const StepOutputs& outputs, const vehicle::GroundTruth&) {
+      [&](const StepInputs&, const StepOutputs& outputs, const vehicle::GroundTruth&, const auto&) {
         if (payload == nullptr) return;
         for (const ActionRecord& action : outputs.actions) {
           if (action.kind == ActionRecord::Kind::kPayload) payload->push_back(action.text);

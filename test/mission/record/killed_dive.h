@@ -1,13 +1,13 @@
 #pragma once
-// Dives in a process of its own that is killed without warning.
+// Dives in a separate process that is killed without warning.
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "mission/check/simulated_dive.h"
 #include "mission/document/mission.h"
 #include "mission/record/journal.h"
+#include "mission/simulation/simulated_dive.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 
@@ -15,17 +15,17 @@ namespace dive::mission::testing {
 
 class KilledDive {
  public:
-  /// A mission of two holds, three goals and a payload command, in open water without anything
-  /// solid.
+  /// A mission of two holds, three goals and a payload command, in open water without any solid.
   KilledDive();
 
-  /// Dives it to the end in this process, with a journal at `path`.
+  /// Runs the dive to the end in this process, with a journal at `path`.
   DiveResult dive(const std::string& path) const;
-  /// Goes on from the journal at `path`; the payload commands it then gives are added to `payload`.
+  /// Continues from the journal at `path`; appends its payload commands to `payload`.
   DiveResult resume(const std::string& path, std::vector<std::string>& payload) const;
-  /// In a child, which dies by SIGKILL right after the journal's line number `line` ...
+  /// In a child process, which dies by SIGKILL right after the journal's line number `line`.
   void kill_after_line(const std::string& path, std::int64_t line) const;
-  /// ... or after so many microseconds. False when it was over by then.
+  /// In a child process, killed after the given time in microseconds. False if it had ended by
+  /// then.
   bool kill_after(const std::string& path, std::int64_t microseconds) const;
 
   [[nodiscard]] const Mission& mission() const { return mission_; }
@@ -36,7 +36,7 @@ class KilledDive {
   vehicle::Model model_;
 };
 
-/// A file's content; empty when there is none.
+/// A file's content; empty if it does not exist.
 [[nodiscard]] std::string content_of(const std::string& path);
 
 }  // namespace dive::mission::testing

@@ -16,12 +16,11 @@
 
 #include "mission/record/log.h"
 #include "mission/record/log_codec.h"
-#include "mission/record/log_digest.h"
 #include "test/mission/record/sample.h"
 
 namespace dive::mission::testing {
 
-/// A path that nobody else uses; removed at the end.
+/// A unique path; removed at the end.
 class TemporaryFile {
  public:
   TemporaryFile()
@@ -59,6 +58,8 @@ struct ReadLog {
   std::string error;
   bool torn = false;
   std::int64_t events = 0;
+  bool has_header = false;
+  std::vector<LogGap> gaps;
   std::vector<LoggedTick> ticks;
 };
 
@@ -72,12 +73,30 @@ inline ReadLog read_log(const std::string& path) {
   }
   while (auto tick = log->next()) read.ticks.push_back(std::move(*tick));
   read.torn = log->torn();
+  read.has_header = log->header().has_value();
+  read.gaps = log->gaps();
   read.events = log->events_read();
   EXPECT_FALSE(log->next().has_value());
   return read;
 }
 
-/// Writes any events, with numbers and digests that are right unless asked otherwise.
+/// CRC-32 of IEEE 802.3, bit by bit.
+inline std::uint32_t crc32_of(std::string_view bytes) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const char byte : bytes) {
+    crc ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~crc;
+}
+
+inline std::string big_endian(std::uint64_t value, int size) {
+  std::string bytes;
+  for (int i = size - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i));
+  return bytes;
+}
+
+/// Writes any events, with correct numbers and checksums unless requested otherwise.
 class Forger {
  public:
   explicit Forger(const std::string& path) : log_(lcm_eventlog_create(path.c_str(), "w")) {
@@ -88,9 +107,7 @@ class Forger {
   ~Forger() { lcm_eventlog_destroy(log_); }
 
   void header() {
-    LogHeader header = sample_header();
-    header.digest = log_digest(header);
-    put("DIVE_HEADER", 0, header);
+    put("DIVE_HEADER", 0, sample_header());
     events_ = 0;
   }
   template <typename... Value>
@@ -103,22 +120,27 @@ class Forger {
     lcm_eventlog_event_t event{};
     event.timestamp = timestamp;
     event.channellen = static_cast<std::int32_t>(channel.size());
-    event.datalen = static_cast<std::int32_t>(packet.size());
     event.channel = channel.data();
+    const std::string record =
+        "\xED\xA1\xDA\x01" + big_endian(static_cast<std::uint64_t>(log_->eventcount), 8) +
+        big_endian(static_cast<std::uint64_t>(timestamp), 8) + big_endian(channel.size(), 4) +
+        big_endian(packet.size() + 4, 4) + channel + std::string(packet.begin(), packet.end());
+    for (const char byte : big_endian(crc32_of(record), 4)) {
+      packet.push_back(static_cast<std::uint8_t>(byte));
+    }
+    event.datalen = static_cast<std::int32_t>(packet.size());
     event.data = packet.data();
     ASSERT_EQ(lcm_eventlog_write_event(log_, &event), 0);
-    digest_.add(channel);
-    digest_.add(packet);
     ++events_;
   }
-  /// The four outputs that every tick has.
+  /// The four outputs of every tick.
   void outputs(Utime now) {
     put("DIVE_OUT_COMMAND", now, now, vehicle::Command{});
     put("DIVE_OUT_RATES", now, now, vehicle::PseudoRates{});
     put("DIVE_OUT_ESTIMATE", now, estimation::StateEstimate{});
     put("DIVE_OUT_STATUS", now, now, Status{});
   }
-  [[nodiscard]] TickMark right_mark(Utime now) const { return {now, events_, digest_.value()}; }
+  [[nodiscard]] TickMark right_mark(Utime now) const { return {now, events_}; }
   void mark(Utime now) { mark(now, right_mark(now)); }
   void mark(Utime now, const TickMark& mark) {
     put("DIVE_TICK", now, mark);
@@ -128,7 +150,6 @@ class Forger {
 
  private:
   lcm_eventlog_t* log_;
-  Fnv1a64 digest_;
   std::int32_t events_ = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// Random ticks, and a list of every field of a tick under the name it must have in a report.
+// Random ticks, and a list of every field of a tick with its name in reports.
 
 #include <bit>
 #include <cmath>
@@ -27,8 +27,7 @@ inline LogHeader sample_header() {
           .map_meshes = "",
           .vehicle_urdf = "<robot/>",
           .resume = "a journal\n",
-          .resume_gap_s = 0.5,
-          .digest = ""};
+          .resume_gap_s = 0.5};
 }
 
 // ---------------------------------------------------------------------------- every field
@@ -99,12 +98,18 @@ void each_input(StepInputs& in, F f) {
   }
   if (in.plan) {
     f("DIVE_IN_PLAN.id", in.plan->id);
-    f("DIVE_IN_PLAN.status", in.plan->status);
-    f("DIVE_IN_PLAN.reason", in.plan->reason);
-    for (Pose& waypoint : in.plan->waypoints) each("DIVE_IN_PLAN.waypoints", waypoint, f);
-    f("DIVE_IN_PLAN.clearance_m", in.plan->clearance_m);
-    f("DIVE_IN_PLAN.length_m", in.plan->length_m);
-    f("DIVE_IN_PLAN.warm_starts", in.plan->warm_starts);
+    f("DIVE_IN_PLAN.status", in.plan->plan.status);
+    f("DIVE_IN_PLAN.accepted", in.plan->plan.accepted);
+    f("DIVE_IN_PLAN.reason", in.plan->plan.reason);
+    if (in.plan->plan.reduced) {
+      f("DIVE_IN_PLAN.reduced.length_m", in.plan->plan.reduced->length_m);
+      each("DIVE_IN_PLAN.reduced.place_W", in.plan->plan.reduced->place_W, f);
+      f("DIVE_IN_PLAN.reduced.obstacle", in.plan->plan.reduced->obstacle);
+    }
+    for (Pose& waypoint : in.plan->plan.waypoints) each("DIVE_IN_PLAN.waypoints", waypoint, f);
+    f("DIVE_IN_PLAN.clearance_m", in.plan->plan.clearance_m);
+    f("DIVE_IN_PLAN.length_m", in.plan->plan.length_m);
+    f("DIVE_IN_PLAN.warm_starts", in.plan->plan.warm_starts);
   }
   if (in.operator_command) f("DIVE_IN_OPERATOR.command", *in.operator_command);
   for (SeenObstacle& seen : in.seen) {
@@ -168,13 +173,14 @@ void each_output(StepOutputs& out, F f) {
     each("DIVE_OUT_PLAN_QUERY.start", request.start, f);
     each("DIVE_OUT_PLAN_QUERY.goal", request.goal, f);
     f("DIVE_OUT_PLAN_QUERY.goal_attitude_fixed", request.goal_attitude_fixed);
-    f("DIVE_OUT_PLAN_QUERY.attitude", request.attitude);
-    f("DIVE_OUT_PLAN_QUERY.clearance", request.clearance);
-    f("DIVE_OUT_PLAN_QUERY.min_z", request.min_z);
-    f("DIVE_OUT_PLAN_QUERY.max_z", request.max_z);
+    f("DIVE_OUT_PLAN_QUERY.attitude", request.limits.attitude);
+    f("DIVE_OUT_PLAN_QUERY.clearance", request.limits.clearance);
+    f("DIVE_OUT_PLAN_QUERY.reduced_clearance", request.limits.reduced_clearance);
+    f("DIVE_OUT_PLAN_QUERY.min_z", request.limits.min_z);
+    f("DIVE_OUT_PLAN_QUERY.max_z", request.limits.max_z);
     f("DIVE_OUT_PLAN_QUERY.seed", request.seed);
-    f("DIVE_OUT_PLAN_QUERY.min_altitude", request.min_altitude);
-    f("DIVE_OUT_PLAN_QUERY.goal_tolerance", request.goal_tolerance);
+    f("DIVE_OUT_PLAN_QUERY.min_altitude", request.limits.min_altitude);
+    f("DIVE_OUT_PLAN_QUERY.goal_tolerance", request.limits.goal_tolerance);
     for (std::size_t i = 0; i < request.previous.size(); ++i) {
       each(fmt::format("DIVE_OUT_PLAN_QUERY.previous[{}]", i), request.previous[i], f);
     }
@@ -210,10 +216,13 @@ void each_field(LoggedTick& tick, F f) {
   if (tick.truth) {
     f("DIVE_TRUTH.utime", tick.truth->utime);
     each("DIVE_TRUTH.X_WB", tick.truth->X_WB, f);
+    for (std::size_t i = 0; i < tick.truth->touched.size(); ++i) {
+      f(fmt::format("DIVE_TRUTH.touched[{}]", i), tick.truth->touched[i]);
+    }
   }
 }
 
-/// All that a tick says, to the last bit.
+/// All values of a tick, with every bit.
 inline std::string bits(LoggedTick tick) {
   std::string text;
   each_field(tick, [&](const std::string& name, const auto& value) {
@@ -240,7 +249,11 @@ class SampleMaker {
     if (chance()) tick.inputs.imu.emplace();
     if (chance()) tick.inputs.depth.emplace();
     if (chance()) tick.inputs.health.emplace();
-    if (chance()) tick.inputs.plan.emplace().waypoints.resize(below(4));
+    if (chance()) {
+      planning::PlanResult& plan = tick.inputs.plan.emplace().plan;
+      plan.waypoints.resize(below(4));
+      if (chance()) plan.reduced.emplace();
+    }
     if (chance()) tick.outputs.plan_query.emplace().request.previous.resize(below(4));
     tick.outputs.transitions.resize(below(3));
     tick.outputs.failsafes.resize(below(3));
@@ -255,7 +268,7 @@ class SampleMaker {
     }
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
-    if (chance()) tick.truth.emplace();
+    if (chance()) tick.truth.emplace().touched.resize(below(3));
     each_field(tick, [this](const std::string&, auto& value) { fill(value); });
     tick.inputs.now = now;
     return tick;
@@ -284,7 +297,7 @@ class SampleMaker {
   }
   void fill(OperatorCommand& value) { value = static_cast<OperatorCommand>(below(5)); }
   void fill(ActionRecord::Kind& value) { value = static_cast<ActionRecord::Kind>(below(3)); }
-  void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(3)); }
+  void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(4)); }
   void fill(planning::AttitudeMode& value) {
     value = static_cast<planning::AttitudeMode>(below(2));
   }

@@ -1,4 +1,4 @@
-// Every kind of expectation, holding and failing, on dives that were never dived.
+// Every kind of expectation, met and unmet, on synthetic dive records.
 
 #include "mission/scenario/judge.h"
 
@@ -11,7 +11,7 @@ namespace {
 using ::testing::HasSubstr;
 using Kind = Occurrence::Kind;
 
-// A scenario that expects `written`, with a step 'leak' whose id can be measured from.
+// A scenario with the expectations `written`, and a step 'leak' whose id can be referred to.
 Scenario expecting(const std::string& written) {
   Diagnostics diagnostics;
   const std::string text =
@@ -43,12 +43,12 @@ DiveRecord dive() {
   record.result.cause = "failsafe leak";
   record.result.duration_s = 40.0;
   record.result.distance_m = 14.0;
-  record.result.min_clearance_m = 0.8;
+  record.result.nearest.clearance_m = 0.8;
   record.result.energy_wh = 0.6;
   record.result.plans = 3;
   record.result.replans = 2;
   record.result.final_depth_m = 0.1;
-  record.result.estimate_error_m = 0.2;
+  record.result.final_error_m = 0.2;
   return record;
 }
 
@@ -131,8 +131,10 @@ TEST(Judge, ExpectsWithoutBeingToldThatNothingIsTouchedAndTheScriptIsPlayed) {
   const Scenario scenario = expecting("<outcome is=\"aborted\"/>");
   ASSERT_EQ(scenario.expectations.size(), 3U);
   DiveRecord harmed = dive();
-  harmed.result.collisions = 1;
+  harmed.result.collisions.push_back({12.5, {1, 2, -3}, "rock", std::nullopt});
   EXPECT_FALSE(judge(scenario, harmed)[1].holds);
+  EXPECT_THAT(judge(scenario, harmed)[1].seen,
+              HasSubstr("with 'rock' at 12.50 s and (1.00, 2.00, -3.00) m"));
   EXPECT_TRUE(judge(scenario, dive())[1].holds);
   DiveRecord short_dive = dive();
   std::erase_if(short_dive.occurrences,

@@ -1,4 +1,4 @@
-// What of a scenario is not a command: its words, its limits, its JUnit.
+// The parts of a scenario beside the command: its vocabulary, its limits, its JUnit.
 
 #include "mission/scenario/scenario.h"
 

@@ -1,4 +1,4 @@
-// The script of a scenario: when its steps happen, and what they do to the inputs.
+// The script of a scenario: when its steps are executed, and their effect on the inputs.
 
 #include "mission/scenario/script.h"
 

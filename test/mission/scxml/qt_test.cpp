@@ -1,4 +1,4 @@
-// `dive graph --format scxml` in an engine that is none of ours: Qt's loads it and takes the same
+// `dive graph --format scxml` in an independent engine: Qt's loads it and takes the same
 // transitions on the same events.
 
 #include <QBuffer>
@@ -25,7 +25,7 @@ GuardVariables zeros() {
   return variables;
 }
 
-/// Does what the SCXML's executable content does, as far as it changes the machine.
+/// Executes the SCXML's executable content as far as it changes the machine.
 class Ours final : public statechart::Environment {
  public:
   explicit Ours(const Machine& machine) : machine_(machine), interpreter_(machine.chart, *this) {
@@ -89,7 +89,7 @@ class Theirs {
 };
 
 std::vector<std::string> events_of(const Machine& machine) {
-  std::set<std::string> events = {"nobody.listens"};
+  std::set<std::string> events = {"unhandled.event"};
   for (const statechart::Transition& transition : machine.chart.transitions) {
     for (std::string event : transition.events) {
       if (event == "*") continue;
@@ -130,7 +130,7 @@ TEST(QtScxml, TakesTheSameTransitionsOnTheSameEvents) {
       ASSERT_EQ(ours.active(), theirs.active()) << "at first";
       std::string told;
       for (int i = 0; i < 30 && ours.running(); ++i) {
-        // The executive's takeovers would end it all too soon.
+        // Frequent takeovers by the executive would end it too soon.
         const bool takeover = random.bits() % 20 == 0;
         const std::string& event = events[random.bits() % events.size()];
         if (event.starts_with("dive.") && !takeover) continue;

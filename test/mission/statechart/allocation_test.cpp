@@ -1,4 +1,4 @@
-// The control loop asks the chart fifty times a second; nearly always nothing is enabled.
+// The control loop queries the chart fifty times a second; nearly always no transition is enabled.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace dive::statechart::testing {
 namespace {
 
-/// An environment that does nothing, so that only the interpreter can allocate.
+/// An environment without effects, so that only the interpreter can allocate.
 class Silent : public Environment {
  public:
   bool evaluate(GuardId) override { return false; }
@@ -31,13 +31,13 @@ TEST(Allocation, NoneWhenNothingIsEnabledNorForATransition) {
   Silent silent;
   Interpreter interpreter(chart, silent);
   interpreter.start();
-  const std::string nobody = "an.event.of.some.length.that.nobody.handles";
+  const std::string unhandled = "an.event.of.some.length.that.no.state.handles";
   const std::string guarded = "g";
   const std::string handled = "e";
   dive::testing::reset_allocations();
   for (int i = 0; i < 10; ++i) {
     interpreter.settle();
-    interpreter.dispatch(nobody);
+    interpreter.dispatch(unhandled);
     interpreter.dispatch(guarded);
     interpreter.dispatch(handled);
   }

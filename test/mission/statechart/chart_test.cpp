@@ -50,7 +50,7 @@ TEST(Chart, AnUnknownParentOrSourceIsOurMistake) {
   EXPECT_THROW(chart.set_initial(1, {}), AssertionFailure);
 }
 
-/// One thing wrong with a chart that was sound, and the sentence it must get.
+/// One defect in an otherwise valid chart, and the expected sentence.
 struct Flaw {
   const char* name;
   std::function<void(Draft&)> make;

@@ -1,9 +1,9 @@
 #pragma once
-// Charts for tests, drawn in one line, and an environment that writes down what happens.
+// Charts for tests, written in one line, and an environment that records all calls.
 //
-// Notation: a  atomic; a(...)  compound; a[...]  parallel; a!  final; a~  shallow history;
-// a~~  deep history. The first child that is not a history is the initial state unless initial()
-// says otherwise.
+// Notation: a  atomic; a(...)  compound; a[...]  parallel; a!  final; a~  shallow history; a~~
+// deep history. The first child that is not a history is the initial state unless initial() sets
+// another.
 
 #include <cctype>
 #include <functional>
@@ -45,7 +45,7 @@ class Draft {
     chart.add_transition(std::move(t));
     return *this;
   }
-  /// Of the transition added last.
+  /// Sets the guard of the transition added last.
   Draft& when(GuardId guard) {
     chart.transitions.back().guard = guard;
     return *this;
@@ -147,7 +147,7 @@ class Recorder : public Environment {
     if (note_taken) note(fmt::format("t{}:{}", transition, event));
   }
 
-  /// What happened since the last call.
+  /// The calls since the last call of this function.
   std::string told() { return std::exchange(told_, {}); }
 
   std::map<GuardId, std::function<bool()>> guards;

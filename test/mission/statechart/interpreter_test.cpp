@@ -1,5 +1,5 @@
-// The rules of SCXML, one small chart each. The numbers are those of the W3C's test assertions
-// whose idea a test takes up.
+// The rules of SCXML, one small chart each. The numbers are those of the W3C test assertions on
+// which a test is based.
 
 #include "mission/statechart/interpreter.h"
 
@@ -164,7 +164,7 @@ TEST(History, IsForgottenOnRestart) {
 }
 
 TEST(History, RecordedOnTheWayOutDoesNotMoveTheDomain) {
-  // By h's default the transition leaves p; what it records then lies within its source, r.
+  // By h's default the transition exits p; the history it then records lies within its source, r.
   Machine m(Draft("m(p[h~~ r(a b)])").initial("h", "r").on("r", "e", "h").internal());
   m.start();
   EXPECT_EQ(m.dispatch("e"), "-a -r -p +p +r +a");
@@ -201,7 +201,8 @@ TEST(Selection, OfConflictingTransitionsTheFirstRegionWins_403) {
 }
 
 TEST(Selection, ATransitionDeeperDownPreemptsItsAncestorsSelectedEarlier_403) {
-  // r1 has none of its own, so it selects that of p; that of c, selected later, is below p.
+  // r1 has no transition of its own, so p's is selected for it; that of c, selected later, is below
+  // p.
   Machine m(Draft("m(p[r1(a) r2(c d)] x)").on("p", "e", "x").on("c", "e", "d"));
   m.start();
   m.dispatch("e");
@@ -253,7 +254,7 @@ TEST(Order, RaisedEventsAreHandledInOrderBeforeTheNextExternalOne_421_423) {
                 .on("a", "second", "", {8}));
   m.recorder.on_action[1] = [&] {
     m.interpreter.raise("first");
-    m.interpreter.raise("nobody");
+    m.interpreter.raise("unhandled");
     m.interpreter.raise("second");
   };
   m.start();

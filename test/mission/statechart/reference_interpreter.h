@@ -1,7 +1,7 @@
 #pragma once
-// The recommendation's appendix D once more, transcribed as literally as C++ allows: ordered sets
-// as lists, recursion, sorting by document order, nothing precomputed. Slow on purpose; it shares
-// no code with the interpreter that it is the yardstick of.
+// A second implementation of the recommendation's appendix D, transcribed as literally as C++
+// allows: ordered sets as lists, recursion, sorting by document order, nothing precomputed. Slow on
+// purpose; it shares no code with the interpreter that it verifies.
 
 #include <list>
 #include <map>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mission/statechart/chart.h"
-#include "mission/statechart/interpreter.h"  // Environment only.
+#include "mission/statechart/interpreter.h"  // for Environment only
 
 namespace dive::statechart::testing {
 
@@ -68,7 +68,7 @@ class ReferenceInterpreter {
   std::set<int> configuration_;
   std::map<int, Set> history_value_;
   std::list<std::string> internal_queue_;
-  std::map<int, int> domain_;  // Of each enabled transition.
+  std::map<int, int> domain_;  // Domain of each enabled transition.
   std::set<int> states_to_enter_;
   std::set<int> states_for_default_entry_;
   std::map<int, int> default_history_content_;

@@ -1,5 +1,5 @@
-// Any chart, any events: the interpreter does what the recommendation's algorithm does, callback
-// by callback, and every configuration it rests in is legal.
+// For any chart and any events: the interpreter makes the same callbacks as the recommendation's
+// algorithm, and every stable configuration is legal.
 
 #include <set>
 #include <string>
@@ -18,8 +18,8 @@
 namespace dive::statechart::testing {
 namespace {
 
-/// Decisions read from a list of numbers; when it ends all further ones are 0, so that a shorter
-/// list is a smaller chart.
+/// Decisions read from a list of numbers; after its end all further ones are 0, so that a shorter
+/// list gives a smaller chart.
 class Tape {
  public:
   explicit Tape(std::vector<int> numbers) : numbers_(std::move(numbers)) {}
@@ -107,7 +107,7 @@ class ChartMaker {
     return -1;
   }
 
-  /// Any transition at all; taken back when the chart would not be valid with it.
+  /// Adds a random transition; removes it if it would make the chart invalid.
   void add_transition() {
     static const std::vector<std::vector<std::string>> kEvents = {
         {"e"}, {"f"}, {"e.x", "f"}, {"*"}, {"done.state"}, {"g.*"}, {}};
@@ -119,7 +119,7 @@ class ChartMaker {
     for (int i = 0; i < targets; ++i) {
       const StateId target = 1 + tape_.below(count() - 1);
       t.targets.push_back(target);
-      // Most pairs exclude each other: keep this one only if the chart allows it.
+      // Most pairs exclude each other: this one is kept only if the chart allows it.
       if (i > 0 && !can_target(t)) t.targets.pop_back();
     }
     t.internal = tape_.below(3) == 0;
@@ -139,7 +139,7 @@ class ChartMaker {
   Chart chart_;
 };
 
-/// Guards depend on how much has happened, and some actions and atomic states raise events.
+/// Guards depend on the number of calls so far, and some actions and atomic states raise events.
 class World : public Recorder {
  public:
   World(const Chart& chart, std::function<void(std::string)> raise)
@@ -168,7 +168,8 @@ class World : public Recorder {
   int happened_ = 0;
 };
 
-/// SCXML 3.11: of a compound state exactly one child, of a parallel state all, and no orphan.
+/// SCXML 3.11: exactly one child of an active compound state, all of a parallel state, and no
+/// orphan.
 std::string illegality(const Chart& chart, const std::vector<StateId>& configuration) {
   std::set<StateId> active(configuration.begin(), configuration.end());
   active.insert(0);
@@ -192,7 +193,7 @@ std::string illegality(const Chart& chart, const std::vector<StateId>& configura
   return "";
 }
 
-/// The first thing that the two do not agree on; empty when they agree to the end.
+/// The first difference between the two; empty if they agree to the end.
 std::string disagreement(const Chart& chart, const std::vector<std::string>& events) {
   Interpreter* mine_ptr = nullptr;
   ReferenceInterpreter* reference_ptr = nullptr;
@@ -236,7 +237,7 @@ RC_GTEST_PROP(Interpreter, DoesWhatTheRecommendationSays, ()) {
   RC_ASSERT(disagreement(chart, events) == "");
 }
 
-// The property above finds small counterexamples; this finds rare ones.
+// The property above finds small counterexamples; this test finds rare ones.
 TEST(Interpreter, DoesWhatTheRecommendationSaysOfManyCharts) {
   Random random(2015);
   const auto below = [&](std::size_t limit) { return random.bits() % limit; };

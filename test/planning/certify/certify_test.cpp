@@ -6,6 +6,7 @@
 #include <rapidcheck.h>
 
 #include "common/assert.h"
+#include "planning/certify/bodies.h"
 #include "planning/world/sdf.h"
 #include "test/planning/boxes.h"
 
@@ -25,7 +26,7 @@ using testing::PlacedBox;
 using testing::point_to_box;
 using testing::still;
 
-// A vehicle of boxes, each with its place in B.
+// A vehicle of boxes, each with its pose in B.
 struct Vehicle {
   std::vector<PlacedBox> boxes;
 
@@ -72,8 +73,8 @@ double distance_at(const Vehicle& vehicle, const Pose& X_WB, const World& world)
   return least;
 }
 
-// Smallest distance at samples no more than `step` apart in the motion of any point of the hull.
-// Where a sample is far from everything, the next ones are skipped by as much.
+// Smallest distance at samples between which no point of the hull moves more than `step`. If a
+// sample is far from everything, the next ones within that distance are skipped.
 double sampled_clearance(const Vehicle& vehicle, const std::vector<Pose>& path, const World& world,
                          double step) {
   const double radius = vehicle.hull().radius();
@@ -120,6 +121,26 @@ std::vector<Pose> arbitrary_path() {
   return path;
 }
 
+TEST(Certificate, DoesNotMissWhatIsAskedForByTheTolerance) {
+  constexpr double kSlack = 0.0005;  // m, true clearance beyond the requested one
+  int missed = 0;                    // certificates without a requested clearance
+  EXPECT_TRUE(rc::check([&] {
+    const World world = arbitrary_world();
+    const auto path = arbitrary_path();
+    const CertifyOptions fine{.tolerance = 1e-5};
+    const double truth = Certifier(world, kAqua.hull(), fine).certify(path).clearance_m;
+    RC_PRE(truth > kSlack && truth < 1.0);
+    const double asked = truth - kSlack;
+    Certifier certifier(world, kAqua.hull());
+    if (certifier.certify(path).clearance_m < asked) ++missed;
+    RC_ASSERT(certifier.certify(path, 5.0, asked).clearance_m >= asked);
+    const Certificate enough = certifier.certify(path, asked + 0.002, asked);
+    RC_ASSERT(enough.clearance_m >= asked);
+    RC_ASSERT(enough.clearance_m <= truth + 1e-4);
+  }));
+  EXPECT_GT(missed, 0);
+}
+
 TEST(Certificate, IsNeverOptimisticAndNoTighterThanItPromises) {
   constexpr double kStep = 0.001;
   int clear = 0;
@@ -146,6 +167,28 @@ TEST(Certificate, IsNeverOptimisticAndNoTighterThanItPromises) {
     RC_ASSERT(std::abs(distance_at(vehicle, where, nearest) - c.nearest_m) < 1e-4);
   }));
   EXPECT_GT(clear, 20);
+}
+
+// The only place where a result of FCL enters the bound: wrong points, wherever they are, must not
+// make it exceed the distance.
+TEST(Certificate, IsABoundWhateverFclAnswers) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const certify::MovingBody body(kAqua.hull().hull_vertices());
+  EXPECT_TRUE(rc::check([&] {
+    const Pose X_WB{draw(arbitrary_vector(3.0)), so3_exp(draw(arbitrary_rotation_vector()))};
+    for (const Obstacle& obstacle : arbitrary_world().obstacles) {
+      const certify::FixedBody other(obstacle);
+      const double truth = distance_at(kAqua, X_WB, obstacle);
+      const Vector3d a = draw(arbitrary_vector(3.0));
+      const Vector3d b = draw(arbitrary_vector(3.0));
+      for (const Vector3d& answer : {b, a, Vector3d(a + Vector3d::Constant(1e-9)),
+                                     Vector3d(kNan, 0.0, 1.0), Vector3d(0.0, kInfinity, 0.0)}) {
+        const certify::Separator separator = body.between(X_WB, other, a, answer);
+        RC_ASSERT(separator.separation <= truth + 1e-9);  // also false for NaN
+      }
+    }
+  }));
 }
 
 TEST(Certificate, SeesTheCollisionInTheMiddleOfAFastTurn) {
@@ -176,7 +219,7 @@ TEST(Certificate, OfOnePoseIsItsDistance) {
   EXPECT_EQ(c.obstacle, 0);
 }
 
-// Where faces are parallel FCL's GJK errs by up to a metre now and then.
+// With parallel faces FCL's GJK is occasionally wrong by up to a metre.
 TEST(Certificate, IsRightOnALattice) {
   const World world{{{"box", Box{{2.0, 1.0, 1.5}}, Pose{}}}};
   Certifier certifier(world, Vehicle{{{{0.5, 0.25, 0.5}, Pose{}}}}.hull());
@@ -205,12 +248,29 @@ TEST(Certificate, OfAnEmptyWorldIsTheCutoff) {
 }
 
 TEST(Certificate, IsOfThePartsNotOfTheirHull) {
-  // A catamaran: the post runs between its hulls, through the hull of both.
+  // A catamaran: the post passes between its hulls, through the convex hull of both.
   const Vehicle catamaran{
       {{{1.0, 0.2, 0.2}, still({0, 0.5, 0})}, {{1.0, 0.2, 0.2}, still({0, -0.5, 0})}}};
   const World post{{{"post", Cylinder{0.1, 4.0}, still({2.0, 0.0, 0.0})}}};
   const std::vector<Pose> leg{still({0, 0, 0}), still({4, 0, 0})};
   EXPECT_NEAR(Certifier(post, catamaran.hull()).certify(leg).clearance_m, 0.3, 0.0021);
+}
+
+TEST(Certificate, IsThatOfANewCertifierAfterAReset) {
+  const World near{{{"post", Cylinder{0.1, 4.0}, still({2.0, 0.9, 0.0})}}};
+  const World far{{{"post", Cylinder{0.1, 4.0}, still({2.0, 1.6, 0.0})}}};
+  const std::vector<Pose> leg{still({0, 0, 0}), {{4, 0, 0}, from_rpy(0.2, 0.1, 0.3)}};
+  const CertifyOptions options{.cutoff = 2.0};
+  Certifier certifier(near, kAqua.hull());
+  const double before = certifier.certify(leg).clearance_m;
+  certifier.reset(far, options);
+  const Certificate reset = certifier.certify(leg);
+  const Certificate fresh = Certifier(far, kAqua.hull(), options).certify(leg);
+  EXPECT_EQ(reset.clearance_m, fresh.clearance_m);
+  EXPECT_EQ(reset.evaluations, fresh.evaluations);
+  EXPECT_GT(reset.clearance_m, before);
+  certifier.reset({}, options);
+  EXPECT_EQ(certifier.certify(leg).clearance_m, options.cutoff);
 }
 
 TEST(Certificate, StaysABoundWhenTheWorkIsCutShort) {

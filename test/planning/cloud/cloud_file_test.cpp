@@ -36,7 +36,7 @@ using ::testing::IsEmpty;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const CloudOptions kMetres{.unit_m = 1.0};
 
-/// One file in a folder of its own, that goes with it.
+/// One file in a temporary folder of its own.
 class Scratch {
  public:
   Scratch() {
@@ -73,7 +73,7 @@ std::string bytes_of(T value, bool big_endian = false) {
   return bytes;
 }
 
-/// A number as PCD's TYPE and SIZE have it, or as PLY's names do.
+/// A number in the types of PCD's TYPE and SIZE, or of PLY.
 std::string bytes_of(double value, const std::string& type, bool big_endian = false) {
   const auto whole = static_cast<std::int64_t>(std::isfinite(value) ? value : 0.0);
   if (type == "F4" || type == "float") return bytes_of(static_cast<float>(value), big_endian);
@@ -105,7 +105,7 @@ std::string packed(const std::string& data) {
          bytes_of(static_cast<std::uint32_t>(data.size())) + result;
 }
 
-/// Fields "label z normal x y": out of order, of any type, one of them three numbers long.
+/// Fields "label z normal x y": out of order, of any type, one of them with three numbers.
 std::string pcd(const std::vector<Vector3d>& points, const std::string& encoding,
                 const std::string& type = "F4", const std::string& extra = "") {
   std::string text = fmt::format(
@@ -134,7 +134,7 @@ std::string pcd(const std::vector<Vector3d>& points, const std::string& encoding
   return text;
 }
 
-/// Properties "uchar red, T y, T x, short id, T z", after an element that is not of interest.
+/// Properties "uchar red, T y, T x, short id, T z", after an element to be skipped.
 std::string ply(const std::vector<Vector3d>& points, const std::string& encoding,
                 const std::string& type = "float", const std::string& after = "") {
   std::string text = fmt::format(
@@ -200,7 +200,8 @@ TEST(Pcd, OldHeadersAndWindowsLinesAreRead) {
 
 TEST(Pcd, TheViewpointIsTheSensorsPose) {
   const Scratch scratch;
-  const std::string viewpoint = "VIEWPOINT 1000 2000 -3000 0 0 0 1\n";  // w x y z: about z by pi
+  // w x y z: rotation by pi about z
+  const std::string viewpoint = "VIEWPOINT 1000 2000 -3000 0 0 0 1\n";
   const auto cloud =
       read_cloud(scratch.with(pcd(kSome, "ascii", "F4", viewpoint)), {.unit_m = 0.001});
   ASSERT_TRUE(cloud) << cloud.error();
@@ -248,7 +249,7 @@ TEST(Cloud, WhatIsNotFiniteAndWhatIsThereTwiceIsDroppedAndCounted) {
   const auto none = read_cloud(scratch.with(pcd({{kNan, kNan, kNan}}, "binary")), {});
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error(), HasSubstr("none of its 1 points"));
-  // 3e38 stands for "nothing" in some files: it must not move the origin.
+  // Some files use 3e38 for a missing value: it must not move the origin.
   const auto far = read_cloud(scratch.with(pcd({{1, 2, 3}, {3e38, 0, 0}}, "binary")), kMetres);
   expect_points(far, {{1, 2, 3}}, "far");
   EXPECT_EQ(far->dropped, 1U);
@@ -261,7 +262,7 @@ TEST(Cloud, CentimetresSurviveInUtm) {
   for (int i = 0; i < 1000; ++i) {
     points.emplace_back(500'000.0 + 0.01 * i, 4'000'000.0 + 0.01 * ((7 * i) % 1000), -20.0);
   }
-  points.emplace_back(0, 0, 0);  // What some writers put where there was no echo.
+  points.emplace_back(0, 0, 0);  // Some writers use zeros where there was no echo.
   for (const std::string& content :
        {pcd(points, "ascii"), pcd(points, "binary", "F8"), pcd(points, "binary_compressed", "F8"),
         ply(points, "ascii", "double"), ply(points, "binary_big_endian", "double")}) {
@@ -286,7 +287,7 @@ TEST(Cloud, MillimetresAreGuessedWithAWarningAndOnlyThen) {
   const Scratch scratch;
   const auto grid = [](double unit, double offset) {
     std::vector<Vector3d> points;
-    for (int i = 0; i < 400; ++i) {  // A depth camera: z whole, x and y not.
+    for (int i = 0; i < 400; ++i) {  // A depth camera: z in whole numbers, x and y not.
       const double z = 800.0 + i;
       const Vector3d p(z * (i % 20 - 10) / 31.0, z * (i / 20 - 10) / 31.0, z);
       points.push_back((p + Vector3d(0, 0, offset)) * unit);
@@ -302,7 +303,7 @@ TEST(Cloud, MillimetresAreGuessedWithAWarningAndOnlyThen) {
   expect_points(told, grid(1, 0), "as told");
   EXPECT_THAT(told->warnings, IsEmpty());
 
-  // A lake in metres is as wide, but no depth of it is a whole number.
+  // A lake in metres is as wide, but none of its depths is a whole number.
   const auto lake = read_cloud(scratch.with(pcd(grid(1, 0.37), "binary")), {});
   expect_points(lake, grid(1, 0.37), "metres");
   EXPECT_THAT(lake->warnings, Contains(HasSubstr("taken to be metres")));
@@ -347,7 +348,7 @@ TEST(Cloud, WhatCannotBeReadIsRefusedWithItsReasonAndWithoutMemory) {
       {"\x7f"
        "ELF\2\1\1",
        "binary data"},
-      // Counts that lie.
+      // Wrong counts.
       {with_count(binary, "1000000000000"), "promises 1000000000000 points, and 10000000 are read"},
       {with_count(binary, "9999999"), "cut short"},
       {with_count(text, "9999999"), "promises 9999999 points and 4 follow"},
@@ -365,13 +366,13 @@ TEST(Cloud, WhatCannotBeReadIsRefusedWithItsReasonAndWithoutMemory) {
       {replaced(vertices, "vertex 4", "vertex -4"), "line 6"},
       {replaced(vertices, "camera 2", "camera 2305843009213693952"), "camera is cut short"},
       {replaced(vertices, "camera 2\n", "camera 2\nproperty list uint float v\n"), "has lists"},
-      // Sizes of compressed data that lie.
+      // Wrong sizes of compressed data.
       {with_sizes(4'000'000'000U, 100), "cut short"},
       {with_sizes(30, 4'000'000'000U), "do not unpack to 4000000000"},
       {with_sizes(1, 100), "1 bytes of compressed data cannot hold 100"},
       {lzf.substr(0, lzf_start + 3), "ends before its compressed data"},
       {lzf.substr(0, lzf_start + 8) + std::string(lzf.size() - lzf_start - 8, '\xff'), "damaged"},
-      // Headers.
+      // Wrong headers.
       {replaced(text, "FIELDS label z normal x y", "FIELDS label z normal x w"), "no field y"},
       {replaced(text, "FIELDS label z normal x y", "FIELDS label z normal x x"), "names x twice"},
       {replaced(text, "SIZE 1 4 4 4 4", "SIZE 1 4 4 4"), "line 4: SIZE has 4 entries, and FIELDS"},
@@ -390,7 +391,7 @@ TEST(Cloud, WhatCannotBeReadIsRefusedWithItsReasonAndWithoutMemory) {
       {replaced(vertices, "property float z", "property float depth"), "have no z"},
       {replaced(vertices, "property short id", "property list uint int id"), "have lists"},
       {replaced(vertices, "element vertex", "element vertices"), "no element vertex"},
-      // Rows.
+      // Wrong rows.
       {replaced(text, "7 3 0.5 0.25 7e30 1 2", "7 3 0.5 0.25 7e30 1,0 2"),
        "line 11: x is \"1,0\", which is not a number"},
       {replaced(text, "7 3 0.5 0.25 7e30 1 2", "7 3 0.5 0.25 1 2"), "line 11 has 6 values"},
@@ -416,7 +417,8 @@ TEST(Cloud, AHeaderOfAGigabyteIsRefusedUnread) {
   const Scratch scratch;
   for (const char* start : {"# .PCD v0.7\n", "ply\nformat ascii 1.0\n"}) {
     const std::string path = scratch.with(start);
-    fs::resize_file(path, std::uintmax_t{1} << 30);  // Zeros that take no room on the disk.
+    // A sparse file of zeros, which uses no disk space.
+    fs::resize_file(path, std::uintmax_t{1} << 30);
     testing::reset_allocations();
     const auto cloud = read_cloud(path, {});
     ASSERT_FALSE(cloud);
@@ -525,7 +527,7 @@ struct Count {
   std::size_t rows = 0;
 };
 
-/// For PCD whose first fields are x y z, 4-byte floats; sizes as its header states them.
+/// Reads PCD whose first fields are x y z, 4-byte floats; sizes from its header.
 Count count_naively(const std::string& content) {
   std::istringstream file(content);
   std::string line;
@@ -607,7 +609,7 @@ TEST(RealClouds, AreCountedRightOrRefusedWithAReason) {
     EXPECT_EQ(cloud->dropped, count.dropped) << path;
     EXPECT_EQ(cloud->points.size(), count.different.size()) << path;
     EXPECT_EQ(cloud->points.size() + cloud->dropped + cloud->duplicates, count.rows) << path;
-    // Those very points, not merely as many.
+    // The same points, not only the same number.
     std::size_t strangers = 0;
     for (const Vector3f& p : cloud->points) {
       const Vector3f at = ((cloud->origin + p.cast<double>()) / cloud->unit_m).cast<float>();

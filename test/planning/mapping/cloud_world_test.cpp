@@ -1,4 +1,4 @@
-// Clouds in files as worlds: every point must lie in a piece, asked triangle by triangle here.
+// Clouds in files as worlds: every point must lie in a piece, tested triangle by triangle here.
 
 #include "planning/mapping/cloud_world.h"
 
@@ -42,7 +42,8 @@ double to_world(const Vector3d& p_W, const World& world) {
   return least;
 }
 
-/// Farthest that a point of the file (of so many) is off the pieces; negative: all are in one.
+/// Largest distance of a point of the file (over `samples` of them) from the pieces; negative if
+/// all are in one.
 double worst_of(const CloudFile& cloud, const CloudWorld& made, std::size_t samples) {
   double worst = -std::numeric_limits<double>::infinity();
   Random random(7);
@@ -56,7 +57,7 @@ double worst_of(const CloudFile& cloud, const CloudWorld& made, std::size_t samp
   return worst;
 }
 
-/// A wavy bed, `step` between its points.
+/// A wavy bed with points `step` apart.
 CloudFile bed(int side, double step, double depth = 20.0) {
   CloudFile cloud;
   for (int i = 0; i < side * side; ++i) {
@@ -114,7 +115,7 @@ TEST(CloudWorldTest, ABedIsClosedHoweverSparseAndTheWaterAboveIsFree) {
       const double x = random.uniform(0.1, 0.9) * width;
       const double y = random.uniform(0.1, 0.9) * width;
       const double z = -20.0 + std::sin(0.3 * x) * std::cos(0.2 * y);
-      // Of a chord two steps long under a bed that bends by 0.13 / m.
+      // Sag of a chord two steps long under a bed with a curvature of 0.13 / m.
       const double sag = 0.13 * (2.0 * step) * (2.0 * step) / 8.0;
       EXPECT_LE(to_world({x, y, z}, made->world), sag) << "a hole at step " << step;
       EXPECT_GE(to_world({x, y, z + 0.5 * made->voxel_m + 0.3}, made->world), 0.05 - sag)

@@ -1,5 +1,6 @@
 #pragma once
-// Distances to flat pieces, triangle by triangle: shares nothing with what makes or measures them.
+// Distances to flat pieces, triangle by triangle: shares nothing with the code that makes or
+// measures them.
 
 #include <algorithm>
 
@@ -28,7 +29,7 @@ inline double to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
   return inside ? (p - q).norm() : least;
 }
 
-/// To a piece whose vertices lie on one plane, in order; negative inside its skin.
+/// Distance to a piece whose vertices lie on one plane, in order; negative inside its skin.
 inline double to_piece(const Eigen::Vector3d& p, const Polytope& piece) {
   const auto& v = piece.vertices;
   double least = (p - v.front()).norm();

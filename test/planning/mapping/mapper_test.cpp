@@ -1,5 +1,5 @@
-// The map of unknown water against surfaces whose equations are known. Sweeps are made here, ray by
-// ray; distances to pieces are measured here, triangle by triangle.
+// The observed map against surfaces with known equations. Scans are made here, ray by ray;
+// distances to pieces are measured here, triangle by triangle.
 
 #include "planning/mapping/mapper.h"
 
@@ -24,11 +24,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Distance along a ray to the nearest surface; infinite when there is none.
+/// Distance along a ray to the nearest surface; infinite if there is none.
 using Surface = std::function<double(const Vector3d& from, const Vector3d& way)>;
 
 constexpr double kReach = 10.0;
-constexpr double kOnPiece = 0.04 + 2.0 * (0.01 + 0.005 * 8.0);  // m: the stated tolerance, 8 m off
+constexpr double kOnPiece = 0.04 + 2.0 * (0.01 + 0.005 * 8.0);  // m: the stated tolerance at 8 m
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 Surface box(const Vector3d& low, const Vector3d& high) {
@@ -53,10 +53,10 @@ Surface all_of(std::vector<Surface> surfaces) {
   };
 }
 
-/// 100 x 75 rays over 120 x 90 degrees, straight ahead.
+/// Scans of 100 x 75 rays over 120 x 90 degrees, straight ahead.
 class Eye {
  public:
-  // No sensor says the same twice, bit for bit.
+  // With noise, because no sensor gives two equal scans, bit for bit.
   explicit Eye(Surface surface, double noise = 1e-5, std::uint64_t seed = 1)
       : surface_(std::move(surface)), noise_(noise), random_(seed) {}
 
@@ -112,7 +112,7 @@ double to_map(const Vector3d& p, const SeenMap& map) {
   return least;
 }
 
-/// A mapper fed by an eye.
+/// A mapper with simulated scans.
 struct Dive {
   explicit Dive(Surface surface, double noise = 1e-5, MapperOptions options = {})
       : eye(std::move(surface), noise), mapper(vehicle(), options, clock) {}
@@ -145,13 +145,13 @@ const Surface kPlate = box({3.0, -20.0, -20.0}, {4.0, 20.0, 20.0});
 const Surface kCube = box({3.0, -0.5, -5.5}, {4.0, 0.5, -4.5});
 
 struct Judgement {
-  double worst_m = 0.0;  ///< Farthest that a point of the surface is off the map.
-  double blocked = 0.0;  ///< Share of the free rays, up to 0.1 m before what they hit.
+  double worst_m = 0.0;  ///< Largest distance of the surface from the map, m.
+  double blocked = 0.0;  ///< Share of the free rays that are blocked, up to 0.1 m before the hit.
   int surface = 0;
   int rays = 0;
 };
 
-// Rays between those of the sweeps, and not the same.
+// Uses rays between those of the scans.
 Judgement judge(const Surface& surface, const SeenMap& map, const Pose& X_WB) {
   Judgement result;
   const Vector3d eye = X_WB * Vector3d(0.3, 0.0, 0.0);
@@ -229,12 +229,12 @@ TEST(MapperTest, EveryPointThatSurvivesIsOnAPieceInSpiteOfNoise) {
   EXPECT_GT(dive.mapper.points().size(), 1000U);
 }
 
-// Round the end of a wall and on along its side, which looks the same all the way: the end must not
-// hold the vehicle back once it is out of sight. Ways of which each was held back once.
+// Round the end of a wall and on along its side, which gives no features along it: the end must not
+// hold the vehicle back once it is out of view. Each of these routes was held back once.
 TEST(MapperTest, ASmoothWallHoldsNobodyBack) {
   struct Way {
     std::uint64_t seed;
-    int turn;  ///< Sweeps that it takes to turn.
+    int turn;  ///< Number of scans during the turn.
     double y;
   };
   for (const Way& way : {Way{1, 60, -5.6}, {1, 60, -5.85}, {2, 120, -5.85}, {3, 120, -5.6}}) {
@@ -242,9 +242,9 @@ TEST(MapperTest, ASmoothWallHoldsNobodyBack) {
             way.seed);
     SteadyClock clock;
     Mapper mapper(vehicle(), {}, clock);
-    constexpr double kStep = 0.015;  // m a sweep: 0.3 m/s
+    constexpr double kStep = 0.015;  // m per scan: 0.3 m/s
     Vector3d p(-5.95, -3.8, -1.0);
-    Vector3d off = Vector3d::Zero();  // of the estimate, which reckons without an error
+    Vector3d off = Vector3d::Zero();  // correction of the estimate, whose dead reckoning is exact
     const auto swim = [&](const Vector3d& step, double yaw_deg) {
       p += step;
       const Eigen::Quaterniond q = from_rpy(0, 0, deg_to_rad(yaw_deg));
@@ -260,7 +260,7 @@ TEST(MapperTest, ASmoothWallHoldsNobodyBack) {
 }
 
 TEST(MapperTest, LeavesADoorOpen) {
-  // 0.8 m wide, in a wall that is seen from both sides of it.
+  // 0.8 m wide, in a wall that is observed from both sides.
   const Surface wall =
       all_of({box({3.0, -5.0, -9.0}, {3.2, -0.4, 0.0}), box({3.0, 0.4, -9.0}, {3.2, 5.0, 0.0})});
   Dive dive(wall, 0.01);
@@ -277,7 +277,7 @@ TEST(MapperTest, WhatIsThereAlreadyChangesNothing) {
   ASSERT_GT(dive.map.pieces(), 10U);
   for (int i = 0; i < 10; ++i) {
     Pose X_WB = kHere;
-    X_WB.p.y() = 1e-4 * i;  // no sweep is the same as the last one
+    X_WB.p.y() = 1e-4 * i;  // no two scans are equal
     const std::optional<MapUpdate> update = dive.look(X_WB);
     ASSERT_TRUE(update.has_value());
     EXPECT_TRUE(update->cells.empty()) << update->cells.size();
@@ -289,7 +289,7 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
   Random random(3);
   for (int i = 0; i < 30; ++i) {
     RangeScan scan = dive.eye.look(kHere);
-    for (int k = 0; k < 40; ++k) {  // snow, elsewhere in each sweep
+    for (int k = 0; k < 40; ++k) {  // marine snow, elsewhere in each scan
       const auto at = static_cast<std::size_t>(random.uniform(0.0, 7499.0));
       const Vector3f way = (scan.points_B[at] - scan.origin_B).normalized();
       scan.points_B[at] = scan.origin_B + way * static_cast<float>(random.uniform(0.4, 2.0));
@@ -309,7 +309,8 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
   }
 }
 
-// What fills the pixels around (row, column) of the sweep, so many up and down and to each side.
+// Sets the range of the pixels around (row, column) of the scan, `tall` up and down and `wide` to
+// each side.
 void put_before(RangeScan& scan, int row, int column, int tall, int wide, float range) {
   for (int r = row - tall; r <= row + tall; ++r) {
     for (int c = column - wide; c <= column + wide; ++c) {
@@ -449,7 +450,7 @@ TEST(MapperTest, MovesWithALoopClosure) {
   const Pose shift{Vector3d(0.0, 0.0, 0.0), from_rpy(0.0, 0.0, 0.5)};
   dive.mapper.move([&](Utime) { return shift; });
   static_cast<void>(dive.look(shift * kHere));
-  // The plate x = 3, turned.
+  // The plate x = 3, rotated.
   EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.1);
   EXPECT_GT(to_map({3.0 * std::cos(0.5) - 1.0, 0.0, -5.0}, dive.map), 0.5);
   for (const auto& [key, pieces] : dive.map.cells()) {
@@ -464,7 +465,7 @@ TEST(MapperTest, SeesAheadAsFarAsItHasLooked) {
   const auto ahead = dive.look(kHere);
   ASSERT_TRUE(ahead);
   EXPECT_NEAR(ahead->seen_ahead_m, 3.0 - 0.35, 0.35);  // up to the plate
-  // Backwards it has not looked: no further than what it knows from being there.
+  // Behind it nothing was observed: free only as far as the vehicle's own position implies.
   Pose X_WB = kHere;
   X_WB.p.y() += 0.001;
   const auto back = dive.look(X_WB, Vector3d(-0.4, 0.0, 0.0));
@@ -479,7 +480,7 @@ TEST(MapperTest, TakesACloudAsItIs) {
   for (int x = 0; x < 60; ++x)
     for (int y = 0; y < 60; ++y)
       points.emplace_back(0.08F * static_cast<float>(x), 0.08F * static_cast<float>(y), -3.0F);
-  points.emplace_back(20.0F, 20.0F, -3.0F);  // a lone one stays
+  points.emplace_back(20.0F, 20.0F, -3.0F);  // a single point stays
   SeenMap map;
   EXPECT_TRUE(map.apply(mapper.add_cloud(points)));
   double worst = 0.0;  // one point is kept per voxel

@@ -1,4 +1,4 @@
-// A map that was seen, saved and loaded again: measured piece by piece here.
+// A map observed, saved and loaded again: measured piece by piece here.
 
 #include "planning/mapping/save_map.h"
 
@@ -29,7 +29,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using ::testing::HasSubstr;
 
-/// A folder of its own, that goes with it.
+/// A temporary folder of its own.
 class Scratch {
  public:
   Scratch() { fs::create_directories(folder_); }
@@ -52,7 +52,8 @@ class Scratch {
                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-/// The hull of points on a plane, in order, and a radius about it; one point or two will do.
+/// Distance to the hull of points on a plane, in order, with a radius about it; one point or two
+/// are allowed.
 double to_piece(const Vector3d& p, const std::vector<Vector3d>& v, double radius) {
   const auto to_segment = [&](const Vector3d& a, const Vector3d& b) {
     const double length2 = (b - a).squaredNorm();
@@ -94,7 +95,7 @@ double to_loaded(const Vector3d& p, const World& world) {
   return least;
 }
 
-/// To the triangles, as they are kept for whoever must not trust the pieces.
+/// Distance to the triangles, which are kept for checks that must not rely on the pieces.
 double to_surfaces(const Vector3d& p, const World& world) {
   double least = std::numeric_limits<double>::infinity();
   for (const Surface& surface : world.surfaces) {
@@ -108,7 +109,7 @@ double to_surfaces(const Vector3d& p, const World& world) {
   return least;
 }
 
-/// A corner of a room, seen by rays from within, and a post too thin to be a surface.
+/// A corner of a room, observed by rays from within, and a post too thin to be a surface.
 struct Seen {
   Seen() {
     for (int sweep = 0; sweep < 6; ++sweep) {
@@ -176,7 +177,7 @@ TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasSeen) {
   const std::optional<World> world = load(scratch.path("the wreck.sdf"));
   ASSERT_TRUE(world.has_value());
   EXPECT_EQ(world->obstacles.size(), seen.map.pieces());
-  EXPECT_EQ(scratch.files().size(), 4U) << "the pieces were made anew";
+  EXPECT_EQ(scratch.files().size(), 4U) << "the pieces were made again";
   double apart = 0.0;
   for (const Vector3d& p : places()) {
     const double told = to_loaded(p, *world);
@@ -206,7 +207,7 @@ TEST(SaveMapTest, WithoutThePiecesTheMeshWillDo) {
   ASSERT_TRUE(world.has_value());
   for (const Vector3d& p : places()) {
     const double truth = to_seen(p, seen.map);
-    // The mesh itself has no skin; what it is decomposed into reaches up to 0.05 m beyond it.
+    // The mesh itself has no skin; its decomposition reaches up to 0.05 m beyond it.
     EXPECT_NEAR(to_surfaces(p, *world), truth + 0.5 * thickest, 0.5 * thickest + 1e-5);
     EXPECT_EQ(world->obstacles.empty(), false);
   }

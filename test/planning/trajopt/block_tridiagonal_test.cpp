@@ -19,7 +19,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// L L' of a random block bidiagonal L with a diagonal away from zero: any such matrix is one.
+// L L' of a random block bidiagonal L with a diagonal away from zero: every such matrix has this
+// form.
 MatrixXd random_matrix(int blocks, Random& random) {
   const int n = 6 * blocks;
   MatrixXd L = MatrixXd::Zero(n, n);
@@ -68,7 +69,7 @@ TEST(BlockTridiagonal, SolvesAndMultipliesAsTheDenseMatrixDoes) {
     }
 
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for (int i = 0; i < blocks; ++i) {  // upper triangles are not looked at
+    for (int i = 0; i < blocks; ++i) {  // upper triangles are not read
       matrix.diagonal(i).triangularView<Eigen::StrictlyUpper>().setConstant(nan);
     }
     RC_ASSERT(matrix.factorise());
@@ -77,7 +78,7 @@ TEST(BlockTridiagonal, SolvesAndMultipliesAsTheDenseMatrixDoes) {
     const VectorXd expected = dense.ldlt().solve(b);
     for (int i = 0; i < blocks; ++i) {
       const Vector6d difference = x[static_cast<std::size_t>(i)] - expected.segment<6>(6 * i);
-      // The condition number of such a matrix may be large; the residual tells better.
+      // The condition number of such a matrix may be large; the residual is the better measure.
       RC_ASSERT(difference.norm() < 1e-6 * (1.0 + expected.norm()));
     }
     VectorXd found(6 * blocks);

@@ -1,7 +1,7 @@
 #pragma once
-// The quadratic programme of banded_qp.h written out densely, and a slow solver of another kind:
-// a primal log barrier over x and one epigraph variable per hinge, with dense Newton steps (Boyd
-// and Vandenberghe, "Convex Optimization", 11.3). It knows no multipliers and no bands.
+// The quadratic programme of banded_qp.h written out densely, and a slow solver of another kind: a
+// primal log barrier over x and one epigraph variable per hinge, with dense Newton steps (Boyd and
+// Vandenberghe, "Convex Optimization", 11.3). It uses neither multipliers nor bands.
 
 #include <cmath>
 #include <vector>
@@ -18,9 +18,9 @@ struct DenseQp {
   Eigen::MatrixXd H;
   Eigen::VectorXd g, lower, upper;
   Eigen::MatrixXd A;
-  Eigen::VectorXd b, weight;  ///< Infinite weight: a hard row.
+  Eigen::VectorXd b, weight;  ///< Right-hand sides and weights; infinite weight: a hard row.
   std::vector<int> row_block;
-  Eigen::VectorXd inside;  ///< Satisfies bounds and hard rows with room to spare.
+  Eigen::VectorXd inside;  ///< A point that satisfies bounds and hard rows with a margin.
 
   [[nodiscard]] int blocks() const { return static_cast<int>(g.size()) / 6; }
   [[nodiscard]] int rows() const { return static_cast<int>(b.size()); }
@@ -46,7 +46,7 @@ struct DenseQp {
     for (int r = 0; r < rows(); ++r) {
       const int i = row_block[static_cast<std::size_t>(r)];
       planning::QpRow row{.block = i, .a = {}, .b = b(r), .weight = weight(r)};
-      row.a.setConstant(1e3);  // beyond the last block it must not matter
+      row.a.setConstant(1e3);  // must have no effect beyond the last block
       row.a.head<6>() = A.row(r).segment<6>(6 * i).transpose();
       if (i + 1 < blocks()) row.a.tail<6>() = A.row(r).segment<6>(6 * i + 6).transpose();
       qp.add_row(row);
@@ -62,7 +62,7 @@ struct DenseQpShape {
 };
 
 /// A feasible programme: H is a sum of few squares, so that it is often singular; curvatures,
-/// ranges and weights spread over some orders of magnitude.
+/// ranges and weights span several orders of magnitude.
 inline DenseQp random_qp(const DenseQpShape& shape, Random& random) {
   const int n = 6 * shape.blocks;
   const auto magnitude = [&] { return std::pow(10.0, random.uniform(-2.0, 2.0)); };
@@ -119,8 +119,8 @@ class BarrierReference {
     }
   }
 
-  /// Its arithmetic may give out where rows all but exclude each other: then the value is that of
-  /// some point, and no more.
+  /// The result. The arithmetic may fail if rows nearly exclude each other: the value is then only
+  /// that of some point.
   struct Least {
     double objective;
     bool is_sure;
@@ -179,7 +179,7 @@ class BarrierReference {
     return result;
   }
 
-  /// Newton's method on t * objective - sum log; false when it does not get there.
+  /// Newton's method on t * objective - sum log; false if it does not converge.
   [[nodiscard]] bool centre(Eigen::VectorXd& y, double t) const {
     const auto n = static_cast<Eigen::Index>(free_.size());
     const std::vector<Inequality> all = inequalities(y.size());
@@ -224,7 +224,7 @@ class BarrierReference {
       while (length > 1e-12 && value(y + length * step) > now + 0.1 * length * gradient.dot(step)) {
         length *= 0.5;
       }
-      if (length <= 1e-12) return decrement < 1e-2;  // as near as rounding lets it
+      if (length <= 1e-12) return decrement < 1e-2;  // the limit of rounding
       y += length * step;
     }
     return false;

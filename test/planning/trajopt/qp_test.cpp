@@ -1,5 +1,5 @@
-// The quadratic programme's solver, judged by the optimality conditions of the problem as given,
-// and by the objective that a dense solver of another kind reaches.
+// The solver of the quadratic programme, checked by the optimality conditions of the original
+// problem, and by the objective of a dense solver of another kind.
 
 #include <limits>
 
@@ -29,10 +29,10 @@ struct Answer {
   VectorXd x, dual_lower, dual_upper, dual;
 };
 
-Answer solve(const DenseQp& dense, BandedQp& qp) {
+Answer solve(const DenseQp& dense, BandedQp& qp, double tolerance = QpOptions{}.tolerance) {
   dense.load(qp);
   Answer answer;
-  answer.summary = qp.solve();
+  answer.summary = qp.solve({.tolerance = tolerance});
   answer.x.resize(dense.g.size());
   answer.dual_lower.resize(dense.g.size());
   answer.dual_upper.resize(dense.g.size());
@@ -46,9 +46,9 @@ Answer solve(const DenseQp& dense, BandedQp& qp) {
   return answer;
 }
 
-Answer solve(const DenseQp& dense) {
+Answer solve(const DenseQp& dense, double tolerance = QpOptions{}.tolerance) {
   BandedQp qp(dense.blocks(), dense.rows());
-  return solve(dense, qp);
+  return solve(dense, qp, tolerance);
 }
 
 DenseQp arbitrary_qp() {
@@ -61,7 +61,7 @@ DenseQp arbitrary_qp() {
   return random_qp(shape, random);
 }
 
-// The largest that the objective's terms get within the bounds: what rounding is measured by.
+// The largest value of the objective's terms within the bounds, the scale of rounding errors.
 double size_of(const DenseQp& qp) {
   const VectorXd most = qp.lower.cwiseAbs().cwiseMax(qp.upper.cwiseAbs());
   double size = most.dot(qp.H.cwiseAbs() * most) + qp.g.cwiseAbs().dot(most);
@@ -105,8 +105,40 @@ TEST(Qp, MeetsTheOptimalityConditionsOfTheProblemAsGiven) {
   }));
 }
 
-// Found among 100,000 random ones: Mehrotra's correction alone goes round in a circle on the first
-// five, and the last creeps.
+// The summary's residuals equal those computed from the original programme, and decrease with the
+// tolerance.
+TEST(Qp, ReportsItsResidualsAsTheyAre) {
+  EXPECT_TRUE(rc::check([] {
+    const DenseQp qp = arbitrary_qp();
+    const double size = size_of(qp);
+    for (const double tolerance : {1e-2, 1e-4, 1e-8}) {
+      const Answer a = solve(qp, tolerance);
+      RC_ASSERT(a.summary.status == QpStatus::kSolved);
+      const VectorXd residual =
+          qp.H * a.x + qp.g - qp.A.transpose() * a.dual - a.dual_lower + a.dual_upper;
+      const double stationarity = residual.cwiseAbs().maxCoeff();
+      RC_ASSERT(std::abs(a.summary.stationarity - stationarity) <= 1e-9 * size);
+      RC_ASSERT(residual.cwiseProduct(qp.upper - qp.lower).cwiseAbs().maxCoeff() <=
+                2.0 * tolerance * size);
+
+      double infeasibility = 0.0;
+      double gap = (a.x - qp.lower).dot(a.dual_lower) + (qp.upper - a.x).dot(a.dual_upper);
+      for (int r = 0; r < qp.rows(); ++r) {
+        const double over = qp.A.row(r).dot(a.x) - qp.b(r);
+        if (qp.is_hard(r)) infeasibility = std::max(infeasibility, -over);
+        gap += std::max(over, 0.0) * a.dual(r);
+        if (!qp.is_hard(r)) gap += std::max(-over, 0.0) * (qp.weight(r) - a.dual(r));
+      }
+      RC_ASSERT(std::abs(a.summary.infeasibility - infeasibility) <= 1e-9);
+      const double products = 2.0 * (static_cast<double>(qp.g.size()) + qp.rows());
+      RC_ASSERT(gap <= 2.0 * products * tolerance * size);
+      RC_ASSERT(gap <= a.summary.complementarity + products * tolerance * size);
+    }
+  }));
+}
+
+// Found among 100,000 random ones: Mehrotra's correction alone cycles on the first five, and on the
+// last makes little progress.
 TEST(Qp, EndsWhereTheCorrectionAloneWouldGoRoundInACircle) {
   constexpr double kShares[] = {0.0, 0.2, 0.9};
   constexpr double kHardShares[] = {0.0, 0.2, 1.0};
@@ -164,7 +196,7 @@ TEST(Qp, LeavesFixedVariablesExactlyWhereTheyAre) {
   }));
 }
 
-// Metres to tenths of a millimetre, and one cost unit to ten thousand.
+// Changes metres to tenths of a millimetre, and one cost unit to ten thousand.
 TEST(Qp, DoesNotCareForUnits) {
   for (const auto& [length, cost] : {std::pair{1e4, 1.0}, {1.0, 1e4}, {1e-4, 1e4}, {1e4, 1e-4}}) {
     EXPECT_TRUE(rc::check([length = length, cost = cost] {
@@ -172,7 +204,7 @@ TEST(Qp, DoesNotCareForUnits) {
       shape.share_hard = 0.0;
       Random random(*rc::gen::arbitrary<std::uint64_t>());
       DenseQp qp = random_qp(shape, random);
-      qp.H.diagonal().array() += 1.0;  // one solution only
+      qp.H.diagonal().array() += 1.0;  // a unique solution
       const Answer metres = solve(qp);
       DenseQp other = qp;
       other.H *= cost / (length * length);
@@ -199,14 +231,14 @@ TEST(Qp, EndsAtTheIterationLimitWhenHardRowsCannotHold) {
   DenseQp qp = random_qp(shape, random);
   BandedQp banded(shape.blocks, 2);
 
-  qp.load(banded);  // beyond the bounds
+  qp.load(banded);  // violates the bounds
   QpRow row{.block = 1, .a = Vector12d::Unit(0), .b = qp.upper(6) + 1.0, .weight = kHardRow};
   banded.add_row(row);
   QpSummary summary = banded.solve();
   EXPECT_EQ(summary.status, QpStatus::kIterationLimit);
   EXPECT_GE(summary.infeasibility, 1.0 - 1e-9);
 
-  qp.load(banded);  // against each other
+  qp.load(banded);  // contradictory rows
   row.b = 0.5 * (qp.lower(6) + qp.upper(6)) + 0.01;
   banded.add_row(row);
   row.a = -row.a;

@@ -1,4 +1,4 @@
-// The smooth costs and their models: what the optimiser descends must be the slope of what it pays.
+// The smooth costs and their models: the optimiser's gradient must be the slope of the cost.
 
 #include "planning/trajopt/smooth_costs.h"
 
@@ -21,7 +21,7 @@ using testing::arbitrary_vector;
 using testing::draw;
 using testing::still;
 
-// Waypoints a metre or two apart; attitudes within 2 rad of the way, any roll.
+// Waypoints a metre or two apart; attitudes within 2 rad of the motion, any roll.
 std::vector<Pose> arbitrary_path() {
   std::vector<Pose> path;
   Vector3d at = draw(arbitrary_vector(5.0));
@@ -72,13 +72,14 @@ TEST(SmoothCosts, ModelHasTheSlopeOfTheValue) {
         for (Pose& pose : path) pose.q = from_rpy(0.0, 0.0, to_rpy(pose.q).z());
       }
       const SmoothCosts costs = arbitrary_costs(mode);
-      for (std::size_t i = 0; i + 1 < path.size(); ++i) {  // backwards the angles have a kink
+      // the angles have a kink at backward motion
+      for (std::size_t i = 0; i + 1 < path.size(); ++i) {
         if (angle_between(path[i].q, path[i + 1].q) > 3.0) return;
         for (const Pose& pose : {path[i], path[i + 1]}) {
           if (heading_error(pose.q, path[i + 1].p - path[i].p, mode).norm() > 3.0) return;
         }
       }
-      if (longest_way_of(path, mode) < 0.3) return;  // nor has a heading without a way a slope
+      if (longest_way_of(path, mode) < 0.3) return;  // without motion the heading has no slope
       ++compared;
       BandedQp qp(static_cast<int>(path.size()), 0);
       qp.reset(static_cast<int>(path.size()));
@@ -150,7 +151,7 @@ TEST(HeadingError, IsTheAngleBetweenTheXAxisAndTheWay) {
     const double angle = std::atan2(x.cross(way).norm(), x.dot(way));
     const Vector2d error = heading_error(q, way, AttitudeMode::kFree);
     RC_ASSERT(std::abs(error.norm() - angle) < 1e-6);
-    // Turning by it, about z for y and about -y for z, points the x axis along the way.
+    // Turning by it, about z for y and about -y for z, points the x axis along the motion.
     const Vector3d turned = q * (so3_exp(Vector3d(0.0, -error.y(), error.x())) * Vector3d::UnitX());
     RC_ASSERT((turned - way.normalized()).norm() < 1e-6);
   }));

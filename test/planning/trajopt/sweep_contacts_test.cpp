@@ -1,5 +1,5 @@
 // Contacts of the swept hull: their gradients against differences of the distance itself, and the
-// pad against the sweep that the vehicle really makes.
+// pad against the true sweep of the vehicle.
 
 #include "planning/trajopt/sweep_contacts.h"
 
@@ -53,7 +53,7 @@ Contact contact_of(Scene& scene, const std::vector<Pose>& path) {
   return contacts.at(0);
 }
 
-// The slopes of the distance by each step, if it has any there: both one-sided ones agree.
+// The slopes of the distance by each step, if they exist: both one-sided ones agree.
 std::optional<Vector12d> numeric_gradient(Scene& scene, const std::vector<Pose>& path) {
   const double h = 1e-5;
   const double here = contact_of(scene, path).distance;
@@ -67,7 +67,7 @@ std::optional<Vector12d> numeric_gradient(Scene& scene, const std::vector<Pose>&
   return gradient;
 }
 
-// Which pose the nearest point belongs to, when each has one lowest vertex and no other near it.
+// The pose of the nearest point, if each has one lowest vertex and no other near it.
 enum class Toucher { kFirst, kSecond, kEdgeBetween, kUnclear };
 
 Toucher toucher_of(const std::vector<Pose>& path, const Vector3d& n_W) {
@@ -92,7 +92,7 @@ SweepContact only_contact(Scene& scene, const std::vector<Pose>& path) {
   return found.at(0);
 }
 
-// Walls, posts and boxes, so that faces, edges and corners all come to be nearest.
+// Walls, posts and boxes, so that the nearest feature is a face, an edge or a corner.
 TEST(SweepContacts, GradientIsTheSlopeOfTheDistance) {
   int of_one_pose = 0;
   int of_the_edge = 0;
@@ -137,8 +137,8 @@ TEST(SweepContacts, GradientHoldsInsideAWallToo) {
   EXPECT_GT(compared, 10);
 }
 
-// A corner points at the flat side of a straight sweep, nearer to the one end or the other and
-// above or below the middle: the push is shared as the corner divides the way.
+// A corner faces the flat side of a straight sweep, nearer to the one end or the other and above or
+// below the middle: the push is divided in proportion to the corner's position along the motion.
 TEST(SweepContacts, SharesThePushAsTheContactDividesTheWay) {
   EXPECT_TRUE(rc::check([] {
     const Pose turn{draw(arbitrary_vector(1.0)), so3_exp(draw(arbitrary_rotation_vector()))};
@@ -158,7 +158,7 @@ TEST(SweepContacts, SharesThePushAsTheContactDividesTheWay) {
     const Vector3d push = contact.gradient.head<3>() + contact.gradient.segment<3>(6);
     RC_ASSERT((push - away).norm() < 1e-6);
     const double share = contact.gradient.segment<3>(6).dot(away);
-    // Of the body's points at the same place, any may be the one; its length is the play.
+    // Any of the body's points at the same position may be chosen; its length is the tolerance.
     RC_ASSERT(std::abs(share - fraction) <= 0.2 + 1e-9);
     if (fraction > 0.3 && fraction < 0.7) RC_ASSERT(std::abs(share - fraction) < 1e-6);
   }));
@@ -200,8 +200,9 @@ TEST(SweepContacts, CutoffLeavesRoomForThePad) {
   EXPECT_TRUE(found.empty());
 }
 
-// Each point of the body, all along the motion, has a point of the hull of both poses within the
-// pad; and for a body that turns on the spot about an axis across its longest radius no less does.
+// Every point of the body, during the whole motion, is within the pad of a point of the hull of
+// both poses; and for a body that turns on the spot about an axis across its longest radius no
+// smaller pad suffices.
 TEST(SweepContacts, HullOfTwoPosesAndPadHoldTheSweep) {
   const World nothing;
   Scene scene(nothing);

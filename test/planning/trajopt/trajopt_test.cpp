@@ -1,4 +1,4 @@
-// Path optimisation on scenes whose answer is known by other means.
+// Path optimisation on scenes whose result is known independently.
 
 #include "planning/trajopt/trajopt.h"
 
@@ -28,8 +28,8 @@ TrajoptProblem swim(const Vector3d& from, const Vector3d& to) {
   TrajoptProblem problem;
   problem.start = {from, heading_along(to - from)};
   problem.goal = {to, heading_along(to - from)};
-  problem.clearance = 1.0;
-  problem.attitude = AttitudeMode::kHorizontal;
+  problem.limits.clearance = 1.0;
+  problem.limits.attitude = AttitudeMode::kHorizontal;
   return problem;
 }
 
@@ -38,12 +38,12 @@ TrajoptResult optimise(const World& world, const TrajoptProblem& problem,
   Scene scene(world);
   Trajopt trajopt(scene, kVehicle);
   if (initial.empty()) {
-    initial = straight_line(problem.start, problem.goal, problem.attitude, 1.5);
+    initial = straight_line(problem.start, problem.goal, problem.limits.attitude, 1.5);
   }
   return trajopt.optimise(problem, initial);
 }
 
-// Of the true motion, every 5 mm, without distances of ours.
+// Least clearance of the true motion, every 5 mm, without our distances.
 double clearance_of(const std::vector<Pose>& path, const World& world) {
   double least = 1e300;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -65,7 +65,7 @@ TEST(Trajopt, StaysOnTheStraightLineInOpenWater) {
   const Vector3d to(9, 3, -6);
   for (const AttitudeMode mode : {AttitudeMode::kFree, AttitudeMode::kHorizontal}) {
     TrajoptProblem problem = swim(from, to);
-    problem.attitude = mode;
+    problem.limits.attitude = mode;
     if (mode == AttitudeMode::kHorizontal) {
       problem.start.q = problem.goal.q = heading_along(Vector3d(3, 1, 0));
     }
@@ -85,7 +85,7 @@ TEST(Trajopt, StraightensABentPathInOpenWater) {
   const TrajoptProblem problem = swim({0, 0, -5}, {9, 0, -5});
   const std::vector<Vector3d> bent{{0, 0, -5}, {1, 1, -6}, {2, -1, -4}, {4, 2, -5},
                                    {7, 2, -5}, {8, 0, -7}, {9, 0, -5}};
-  const auto initial = poses_along(bent, problem.start, problem.goal, problem.attitude);
+  const auto initial = poses_along(bent, problem.start, problem.goal, problem.limits.attitude);
   const TrajoptResult result = optimise(World{}, problem, initial);
   EXPECT_EQ(result.status, TrajoptStatus::kConverged);
   EXPECT_NEAR(result.length_m, 9.0, 0.02);
@@ -94,7 +94,7 @@ TEST(Trajopt, StraightensABentPathInOpenWater) {
 TEST(Trajopt, IsPushedOffABoxBesideTheLineToTheClearanceAndNoFarther) {
   EXPECT_TRUE(rc::check([] {
     const double side = draw(rc::gen::arbitrary<bool>()) ? 1.0 : -1.0;
-    const double beside = draw(arbitrary_double(0.8, 1.5));  // of the box's near face
+    const double beside = draw(arbitrary_double(0.8, 1.5));  // distance from the box's near face
     const double along = draw(arbitrary_double(3.0, 7.0));
     const bool below = draw(rc::gen::arbitrary<bool>());
     const Vector3d centre = below ? Vector3d(along, 0.0, -8.0 - beside - 0.5)
@@ -102,18 +102,48 @@ TEST(Trajopt, IsPushedOffABoxBesideTheLineToTheClearanceAndNoFarther) {
     const World world{{{"box", Box{{1.0, 1.0, 1.0}}, still(centre)}}};
     const TrajoptResult result = optimise(world, swim({0, 0, -8}, {10, 0, -8}));
     RC_ASSERT(result.status == TrajoptStatus::kConverged);
-    const double free = beside - (below ? 0.11 : 0.24);  // what the line itself keeps
+    const double free = beside - (below ? 0.11 : 0.24);  // clearance of the line itself
     const double kept = clearance_of(result.waypoints, world);
     RC_ASSERT(kept >= 1.0 - 1e-6);
-    // The buffer of 0.02 m, the pad of turning, and a metre's width by which a box between two
-    // waypoints is passed by both: not more than that.
+    // The limit includes the buffer of 0.02 m, the pad of turning, and the extra distance of two
+    // waypoints that pass a box a metre wide between them.
     RC_ASSERT(kept <= std::max(free, 1.0) + 0.15);
     RC_ASSERT(result.length_m < 10.5);
   }));
 }
 
+// A path that turns back round the end of a wall saves up to 2 m of length, at 100 a metre, for
+// each metre of distance to that end that it gives up. No saving exceeds a weight of 200; with half
+// of that the path cuts into the clearance, with a hundredth it goes through the wall.
+TEST(Trajopt, NoSavingInLengthIsWorthTheClearance) {
+  const World world{{{"wall", Box{{0.2, 10.0, 30.0}}, still({0, -4.0, -10})}}};  // ends at y = 1
+  for (const double beside : {1.0, 1.5, 2.0, 3.0}) {
+    const std::vector<Vector3d> round{
+        {-beside, -3.0, -10}, {-beside, -1.5, -10}, {-beside, 0, -10},
+        {-beside, 1.5, -10},  {0, 2.5, -10},        {beside, 1.5, -10},
+        {beside, 0, -10},     {beside, -1.5, -10},  {beside, -3, -10}};
+    TrajoptProblem problem;
+    problem.start = {round.front(), from_rpy(0, 0, M_PI / 2)};
+    problem.goal = {round.back(), from_rpy(0, 0, -M_PI / 2)};
+    problem.limits.attitude = AttitudeMode::kHorizontal;
+    problem.limits.clearance = 0.5;
+    problem.escalate_below = 0.0;  // with a constant weight
+    const auto initial = poses_along(round, problem.start, problem.goal, problem.limits.attitude);
+    Scene scene(world);
+    const auto violation = [&](const TrajoptOptions& options) {
+      return Trajopt(scene, kVehicle, options).optimise(problem, initial).violation_m;
+    };
+    TrajoptOptions options;
+    EXPECT_EQ(violation(options), 0.0) << beside;
+    options.obstacle_weight *= 0.5;
+    EXPECT_GT(violation(options), 0.1) << beside;
+    options.obstacle_weight = 2.0;
+    EXPECT_GT(violation(options), 1.0) << beside;
+  }
+}
+
 TEST(Trajopt, PaysForWhatItCannotKeepAndSaysWhereItHurts) {
-  // A gate of 1.6 m: 0.56 m on each side is all there is.
+  // A gate of 1.6 m: at most 0.56 m on each side.
   const World world{{{"left", Box{{0.5, 4.0, 20.0}}, still({4, 2.8, -5})},
                      {"right", Box{{0.5, 4.0, 20.0}}, still({4, -2.8, -5})}}};
   const TrajoptResult result = optimise(world, swim({0, 0, -5}, {9, 0, -5}));
@@ -128,7 +158,7 @@ TEST(Trajopt, PaysForWhatItCannotKeepAndSaysWhereItHurts) {
 TEST(Trajopt, HorizontalKeepsRollAndPitchAtExactlyZero) {
   const World world{{{"box", Box{{1.0, 2.0, 1.0}}, still({4, 0.7, -8.4})}}};
   const TrajoptResult result = optimise(world, swim({0, 0, -8}, {9, -1, -6}));
-  for (std::size_t i = 1; i < result.waypoints.size(); ++i) {  // the start is as it is
+  for (std::size_t i = 1; i < result.waypoints.size(); ++i) {  // the start is given
     const Vector3d up = result.waypoints[i].q * Vector3d::UnitZ();
     EXPECT_EQ(up.head<2>().norm(), 0.0) << to_rpy(result.waypoints[i].q).transpose();
   }
@@ -137,7 +167,7 @@ TEST(Trajopt, HorizontalKeepsRollAndPitchAtExactlyZero) {
 TEST(Trajopt, FreeAttitudePointsAlongTheMotion) {
   const TrajoptProblem problem = [] {
     TrajoptProblem p = swim({0, 0, -3}, {9, 0, -9});
-    p.attitude = AttitudeMode::kFree;
+    p.limits.attitude = AttitudeMode::kFree;
     return p;
   }();
   const auto result = optimise(World{}, problem);
@@ -152,14 +182,14 @@ TEST(Trajopt, LiesOnItsSideInASlitThatIsTooNarrowForALevelVehicle) {
   const World world{{{"left", Box{{1.0, 4.0, 20.0}}, still({4.5, 2.32, -9})},
                      {"right", Box{{1.0, 4.0, 20.0}}, still({4.5, -2.32, -9})}}};
   TrajoptProblem problem = swim({0, 0, -8}, {9, 0, -8});
-  problem.clearance = 0.2;
+  problem.limits.clearance = 0.2;
   Scene scene(world);
   Trajopt trajopt(scene, kVehicle);
   const TrajoptResult level = optimise(world, problem);
   EXPECT_NEAR(clearance_of(level.waypoints, world), 0.08, 0.01);
   EXPECT_FALSE(trajopt.other_rolls(problem, level.waypoints)) << "horizontal leaves no choice";
 
-  problem.attitude = AttitudeMode::kFree;
+  problem.limits.attitude = AttitudeMode::kFree;
   const auto rolled = trajopt.other_rolls(problem, level.waypoints);
   ASSERT_TRUE(rolled);
   const TrajoptResult on_its_side = trajopt.optimise(problem, *rolled);
@@ -169,8 +199,9 @@ TEST(Trajopt, LiesOnItsSideInASlitThatIsTooNarrowForALevelVehicle) {
 
 TEST(Trajopt, LiesLevelAgainWhereThereIsRoom) {
   TrajoptProblem problem = swim({0, 0, -8}, {9, 0, -8});
-  problem.attitude = AttitudeMode::kFree;
-  std::vector<Pose> initial = straight_line(problem.start, problem.goal, problem.attitude, 1.5);
+  problem.limits.attitude = AttitudeMode::kFree;
+  std::vector<Pose> initial =
+      straight_line(problem.start, problem.goal, problem.limits.attitude, 1.5);
   for (std::size_t i = 1; i < initial.size(); ++i) initial[i].q = from_rpy(1.0, 0.0, 0.0);
   const TrajoptResult result = optimise(World{}, problem, initial);
   for (const Pose& pose : result.waypoints) EXPECT_NEAR(to_rpy(pose.q).x(), 0.0, 0.05);
@@ -188,7 +219,7 @@ TEST(Trajopt, ReachesTheGoalAndKeepsItsAttitudeWhenAsked) {
     RC_ASSERT(result.waypoints.back().p == problem.goal.p);
     RC_ASSERT(angle_between(result.waypoints.back().q, problem.goal.q) < 1e-9);
   }));
-  // Free, the goal's attitude follows the motion.
+  // If free, the goal's attitude follows the motion.
   TrajoptProblem problem = swim({0, 0, -5}, {6, 2, -5});
   problem.goal.q = from_rpy(0, 0, 2.5);
   const Pose last = optimise(World{}, problem).waypoints.back();
@@ -196,19 +227,19 @@ TEST(Trajopt, ReachesTheGoalAndKeepsItsAttitudeWhenAsked) {
 }
 
 TEST(Trajopt, HoldsTheDepthLimits) {
-  // The obstacle is best passed below, and the limit stands in the way: it must not be crossed.
+  // The best path is below the obstacle, but the depth limit is above it: it must not be crossed.
   const World world{{{"bar", Box{{0.5, 30.0, 2.0}}, still({4, 0, -4.0})}}};
   TrajoptProblem problem = swim({0, 0, -6.5}, {8, 0, -6.5});
-  problem.min_z = -6.5;
+  problem.limits.min_z = -6.5;
   for (const Pose& pose : optimise(world, problem).waypoints) EXPECT_GE(pose.p.z(), -6.5);
-  problem.min_z = -50.0;
+  problem.limits.min_z = -50.0;
   EXPECT_GE(clearance_of(optimise(world, problem).waypoints, world), 1.0 - 1e-6);
 
-  // Up there is more room still, but for the upper limit.
+  // Higher up the clearance is larger still, but the upper limit applies.
   const World floor{{{"floor", Box{{30.0, 30.0, 2.0}}, still({4, 0, -8.0})}}};
-  problem.max_z = -6.3;
+  problem.limits.max_z = -6.3;
   for (const Pose& pose : optimise(floor, problem).waypoints) EXPECT_LE(pose.p.z(), -6.3);
-  problem.max_z = 0.0;
+  problem.limits.max_z = 0.0;
   const TrajoptResult free = optimise(floor, problem);
   EXPECT_GT(free.waypoints[free.waypoints.size() / 2].p.z(), -6.0);
 }
@@ -220,7 +251,7 @@ TEST(Trajopt, KeepsBelowTheSurfaceByTheClearanceWhereItCan) {
   for (std::size_t i = 1; i + 1 < result.waypoints.size(); ++i) {
     EXPECT_LE(result.waypoints[i].p.z(), -1.0 + 1e-3) << i;
   }
-  // Below it the surface does not pull.
+  // Below the limit the surface has no effect.
   const TrajoptResult deep = optimise(World{}, swim({0, 0, -1.05}, {9, 0, -1.05}));
   for (const Pose& pose : deep.waypoints) EXPECT_NEAR(pose.p.z(), -1.05, 1e-6);
 }
@@ -242,18 +273,18 @@ TEST(Trajopt, TheSurfaceGivesWayToAnObstacleThatLeavesNothingElse) {
   for (const Pose& pose : result.waypoints) EXPECT_LE(pose.p.z(), 0.0);
 }
 
-// The surface cost as the paper prints it, c_z = z + eps for z > -D_min and zero below, against the
-// hinge used here. See doc/decisions/surface-cost.md.
+// The surface cost as printed in the paper, c_z = z + eps for z > -D_min and zero below, against
+// the hinge used here. See doc/decisions/surface-cost.md.
 TEST(SurfaceCost, AsPrintedRewardsTheForbiddenAndJumpsWhereTheHingeDoesNot) {
   constexpr double kClearance = 0.6;
   constexpr double kEps = 0.05;
   const auto printed = [](double z) { return z > -kClearance ? z + kEps : 0.0; };
   const auto hinge = [](double z) { return std::max(0.0, z + kClearance); };
-  // Just above the limit the printed cost is a reward, and only for being too high.
+  // Just above the limit the printed cost is negative: a reward for being too high.
   EXPECT_LT(printed(-0.5), -0.4);
   EXPECT_LT(printed(-0.5), printed(-0.7));
   EXPECT_GT(hinge(-0.5), hinge(-0.7));
-  // At the limit it jumps by the clearance less eps.
+  // At the limit it jumps by the clearance minus eps.
   const double h = 1e-9;
   EXPECT_NEAR(printed(-kClearance + h) - printed(-kClearance - h), kEps - kClearance, 1e-6);
   EXPECT_NEAR(hinge(-kClearance + h) - hinge(-kClearance - h), 0.0, 1e-6);

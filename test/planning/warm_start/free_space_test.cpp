@@ -24,7 +24,7 @@ World arbitrary_balls() {
   return world;
 }
 
-// Least slack along the motion, at millimetres, from the definition.
+// Least slack along the motion, sampled at millimetres, from the definition.
 double sampled_slack(const World& world, double radius, const VirtualObstacle& ball,
                      const Vector3d& from, const Vector3d& to) {
   double least = 1e300;

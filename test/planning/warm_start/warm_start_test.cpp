@@ -22,7 +22,7 @@ World window() {
   return world.value_or(World{});
 }
 
-// A wall across y with two openings, 1.5 m wide, at y = -3 and y = 3; no way over or under it.
+// A wall across y with two openings, 1.5 m wide, at y = -3 and y = 3; no path over or under it.
 World two_doors() {
   World world;
   const auto add = [&](const Vector3d& centre, const Vector3d& size) {
@@ -55,7 +55,7 @@ void expect_free(const World& world, const std::vector<Vector3d>& path, double r
   }
 }
 
-// Where the path crosses the plane x = `x`, first from its start.
+// The first point from the start at which the path crosses the plane x = `x`.
 Vector3d crossing(const std::vector<Vector3d>& path, double x) {
   for (std::size_t i = 1; i < path.size(); ++i) {
     const double a = path[i - 1].x() - x;
@@ -122,7 +122,7 @@ TEST(WarmStart, TakesTheOtherWayWhenAVirtualObstacleStandsInOne) {
 
 TEST(WarmStart, KeepsToTheDepthLimitsExceptAtItsEnds) {
   const World world = two_doors();
-  WarmStart warm_start(world, {.min_z = -4.5, .max_z = -3.5});
+  WarmStart warm_start(world, {.limits = {.min_z = -4.5, .max_z = -3.5}});
   const auto path = warm_start.plan({-3, 0, -4}, {3, 0, -4}, {}, 0.5, 1);
   ASSERT_TRUE(path);
   for (const Vector3d& p : *path) {

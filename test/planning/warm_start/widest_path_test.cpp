@@ -1,4 +1,4 @@
-// The widest way: its room, its bound, and that there is none.
+// The widest path: its clearance, its bound, and the case without a path.
 
 #include "planning/warm_start/widest_path.h"
 

@@ -1,9 +1,12 @@
-// Signed distances, proved right rather than compared: a separating direction bounds a distance
-// from below, a pair of points from above, and where the two meet there is nothing left to doubt.
+// Signed distances, proved rather than compared: a separating direction is a lower bound, a pair of
+// points an upper bound, and where the two are equal the distance is exact.
+
+#include <limits>
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include "planning/world/narrowphase.h"
 #include "planning/world/primitives.h"
 #include "planning/world/scene.h"
 #include "test/planning/reference.h"
@@ -35,7 +38,7 @@ Obstacle arbitrary_obstacle(double range = 2.0) {
           near_origin(draw(arbitrary_pose()), range)};
 }
 
-// The hull of the vehicle at two waypoints, as the optimiser asks for it.
+// The hull of the vehicle at two waypoints, as queried by the optimiser.
 std::vector<Vector3d> arbitrary_sweep(double range) {
   const Pose a = near_origin(draw(arbitrary_pose()), range);
   const Vector3d turn(0.0, draw(arbitrary_double(-0.2, 0.2)), draw(arbitrary_double(-0.5, 0.5)));
@@ -71,7 +74,7 @@ TEST(PointDistance, IsProvedByANearestPointAndByEveryDirection) {
     double most = -1e300;
     for (const Vector3d& n : compass)
       most = std::max(most, separation(point, {"", shape, Pose{}}, n));
-    // Inside an ellipsoid only a lower bound is promised.
+    // Inside an ellipsoid the distance is only a lower bound.
     if (!(inside && std::holds_alternative<Ellipsoid>(shape))) RC_ASSERT(d >= most - 1e-9);
     if (inside) {
       RC_ASSERT(d <= most + 0.1);  // The compass has gaps; the law below has none.
@@ -123,6 +126,44 @@ TEST(BoundingBox, TouchesTheShapeOnEverySide) {
   }));
 }
 
+// The distance from p to the plane of a triangle or, beside it, to its edges.
+double to_triangle(const std::vector<Vector3d>& t, const Vector3d& p) {
+  const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  bool is_over = true;
+  double least = 1e300;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d edge = t[(i + 1) % 3] - t[i];
+    is_over = is_over && n.dot(edge.cross(p - t[i])) >= 0.0;
+    const double along = std::clamp((p - t[i]).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (p - t[i] - along * edge).norm());
+  }
+  return is_over ? std::abs(n.dot(p - t[0])) : least;
+}
+
+// A stray vertex of a mesh makes triangles, and pieces of them, that are kilometres long.
+TEST(Contacts, WithATriangleOfKilometresAreAsNearAsTheirPoints) {
+  EXPECT_TRUE(rc::check([&] {
+    const double far = draw(arbitrary_double(100.0, 10'000.0));
+    const std::vector<Vector3d> triangle{draw(arbitrary_vector(2.0)), draw(arbitrary_vector(2.0)),
+                                         far * draw(arbitrary_vector(1.0)).normalized()};
+    if (!((triangle[1] - triangle[0]).norm() > 0.01 && triangle[2].norm() > 50.0)) return;
+    const Vector3d middle = (triangle[0] + triangle[2]) / 2.0;
+    std::vector<Vector3d> centred;
+    for (const Vector3d& v : triangle) centred.push_back(v - middle);
+    Scene scene(World{{{"o", Polytope{centred, 1e-6}, Pose{middle}}}});
+    const Vector3d beside = draw(arbitrary_double(0.0, 1.0)) * triangle[2];
+    std::vector<Vector3d> points = arbitrary_sweep(4.0);
+    for (Vector3d& v : points) v += beside;
+    std::vector<Contact> contacts;
+    scene.contacts(points, 1e6, contacts);
+    RC_ASSERT(contacts.size() == 1U);
+    const Contact& c = contacts[0];
+    for (const Vector3d& v : points) RC_ASSERT(c.distance <= to_triangle(triangle, v) + 1e-6);
+    if (c.distance > 1e-3) RC_ASSERT(to_triangle(triangle, c.point_on_obstacle_W) < 1e-4);
+    RC_ASSERT(std::abs(scene.point_distance(points[0]) - to_triangle(triangle, points[0])) < 2e-4);
+  }));
+}
+
 TEST(Contacts, ApartAreProvedByTheirPointsAndTheirNormal) {
   const auto compass = directions(300);
   int apart = 0;
@@ -136,7 +177,7 @@ TEST(Contacts, ApartAreProvedByTheirPointsAndTheirNormal) {
     const Contact& c = contacts[0];
     if (c.distance < 1e-3) return;
     ++apart;
-    // Of curved shapes FCL's GJK is sometimes short by a tenth of a millimetre in metres.
+    // For curved shapes FCL's GJK is sometimes short by a tenth of a millimetre in metres.
     const double tolerance = is_curved(obstacle.shape) ? 3e-4 : 1e-8;
     RC_ASSERT(std::abs(c.normal_W.norm() - 1.0) < 1e-9);
     RC_ASSERT(std::abs(separation(points, obstacle, c.normal_W) - c.distance) < 1e-9);
@@ -170,8 +211,8 @@ TEST(Contacts, DistanceGrowsAlongTheNormalAndNowhereFaster) {
   }));
 }
 
-// Overlapping, the reported shift must part the bodies (so the depth is never too small), and
-// among thousands of directions there should hardly ever be a shorter one.
+// For overlapping bodies the reported shift must separate them (so the depth is never too small),
+// and hardly any of thousands of directions should give a shorter one.
 TEST(Contacts, OverlapsArePartedByTheReportedShiftAndItIsRarelyTooLong) {
   const auto compass = directions(2000);
   int overlaps = 0;
@@ -207,7 +248,7 @@ TEST(Contacts, InAWallTheWayOutIsTheNearerFace) {
   EXPECT_LT((contacts[0].normal_W + Vector3d::UnitX()).norm(), 1e-9);
 }
 
-// Lattices make faces, edges and corners meet exactly, where GJK has least to go by.
+// On a lattice faces, edges and corners meet exactly, which is hardest for GJK.
 TEST(Contacts, TouchingOnALatticeIsZeroWithAUsableNormal) {
   Scene scene(World{{{"box", Box{{2.0, 1.0, 1.5}}, Pose{}}}});
   std::vector<Contact> contacts;
@@ -217,7 +258,8 @@ TEST(Contacts, TouchingOnALatticeIsZeroWithAUsableNormal) {
         const Vector3d centre = 0.125 * Vector3d(i, j, k);
         auto points = box_corners({0.5, 0.25, 0.5});
         for (Vector3d& p : points) p += centre;
-        // Of two boxes with parallel axes the distance is that between their intervals.
+        // The distance between two boxes with parallel axes is the distance between their
+        // intervals.
         const Vector3d gap = centre.cwiseAbs() - Vector3d(1.25, 0.625, 1.0);
         const double expected = gap.maxCoeff() > 0.0 ? gap.cwiseMax(0.0).norm() : gap.maxCoeff();
         scene.contacts(points, 10.0, contacts);
@@ -228,6 +270,26 @@ TEST(Contacts, TouchingOnALatticeIsZeroWithAUsableNormal) {
         ASSERT_GT(scene.clearance(points, 10.0), 0.01 - 1e-9) << centre.transpose();
       }
     }
+  }
+}
+
+// The safe result must be the one that stops the vehicle: NaN is below no cutoff.
+TEST(Contacts, WhatIsNotANumberCountsAsAnOverlap) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const Vector3d nowhere = Vector3d::Constant(kNaN);
+  const std::vector<Shape> shapes{Box{nowhere},
+                                  Cylinder{kNaN, kNaN},
+                                  Sphere{kNaN},
+                                  Capsule{kNaN, kNaN},
+                                  Ellipsoid{nowhere},
+                                  Polytope{{nowhere, nowhere, nowhere, nowhere}, 0.0},
+                                  Polytope{box_corners({1, 1, 1}), kNaN},
+                                  HalfSpace{nowhere}};
+  for (const Shape& shape : shapes) {
+    const SolidPoints solid(box_corners({0.8, 0.48, 0.22}));
+    Separation separation;
+    EXPECT_TRUE(NarrowPhase(shape).separation(solid, 1.0, separation)) << shape.index();
+    EXPECT_LT(separation.distance, 0.0) << shape.index();
   }
 }
 
@@ -245,7 +307,7 @@ TEST(Contacts, AHalfSpaceIsMeasuredAlongItsNormal) {
   }));
 }
 
-// The broadphase must lose nothing: a scene of many is as good as many scenes of one.
+// The broadphase must lose nothing: one scene of many obstacles equals many scenes of one.
 TEST(Scene, FindsAmongManyWhatEachAloneWouldFind) {
   EXPECT_TRUE(rc::check([] {
     World world;

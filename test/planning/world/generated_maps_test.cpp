@@ -1,4 +1,4 @@
-// The maps that a script wrote are still what it writes.
+// The maps written by a script are equal to its present output.
 
 #include <cstdlib>
 #include <filesystem>

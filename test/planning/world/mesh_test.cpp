@@ -1,4 +1,4 @@
-// Meshes of maps: what is solid is covered, what is open stays open, and the files are not trusted.
+// Meshes of maps: solids are covered, openings stay open, and damaged files are handled.
 
 #include "planning/world/mesh.h"
 
@@ -15,6 +15,7 @@
 #include "planning/world/primitives.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
+#include "test/common/allocations.h"
 #include "test/common/arbitrary.h"
 #include "test/planning/reference.h"
 
@@ -39,7 +40,7 @@ void add_quad(TriangleMesh& mesh, const Vector3d& corner, const Vector3d& u, con
   add(mesh, {corner, corner + u + v, corner + v});
 }
 
-// A wall of 6 x 4 m in the plane y = 0, with a window of 2 x 1 m in it.
+// A wall of 6 x 4 m in the plane y = 0, with a window of 2 x 1 m.
 TriangleMesh wall_with_window() {
   TriangleMesh mesh;
   add_quad(mesh, {-3, 0, -2}, {6, 0, 0}, {0, 0, 1.5});
@@ -49,7 +50,7 @@ TriangleMesh wall_with_window() {
   return mesh;
 }
 
-// A sphere's surface in rings, of radius r.
+// A sphere of radius r as rings of triangles.
 TriangleMesh ball(double r, int rings) {
   const auto at = [&](int i, int j) -> Vector3d {
     const double a = M_PI * i / rings;
@@ -74,8 +75,8 @@ std::vector<Polytope> pieces_of(const TriangleMesh& mesh, double tolerance = 0.0
   return pieces.value_or(std::vector<Polytope>{});
 }
 
-// Is p in the hull of the vertices, or within the radius of it? Told by half-spaces: p is farther
-// than that exactly if some direction says so.
+// True if p is within the radius of the hull of the vertices, tested with half-spaces: p is farther
+// than that exactly if the test fails in some direction.
 bool holds(const Polytope& piece, const Vector3d& p, const std::vector<Vector3d>& directions) {
   return std::ranges::none_of(directions, [&](const Vector3d& n) {
     double most = -1e300;
@@ -84,7 +85,22 @@ bool holds(const Polytope& piece, const Vector3d& p, const std::vector<Vector3d>
   });
 }
 
-// The distance from p to a triangle, by looking at a fine lattice of it: never too small.
+// The distance from p to a triangle: to its plane where p projects into it, else to its edges.
+double exact_distance(const Triangle& t, const Vector3d& p) {
+  const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  bool is_over = true;
+  double least = 1e300;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d& a = t[i];
+    const Vector3d edge = t[(i + 1) % 3] - a;
+    is_over = is_over && n.dot(edge.cross(p - a)) >= 0.0;
+    const double along = std::clamp((p - a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (p - a - along * edge).norm());
+  }
+  return is_over ? std::abs(n.dot(p - t[0])) : least;
+}
+
+// The distance from p to a triangle, by sampling it on a fine lattice: never too small.
 double sampled_distance(const Triangle& t, const Vector3d& p, int n) {
   double least = 1e300;
   for (int i = 0; i <= n; ++i) {
@@ -153,6 +169,79 @@ TEST(Decompose, ReachesNoFartherThanTheTolerance) {
   }));
 }
 
+// Ground of large triangles, some of them missing, which few pieces can represent: pieces that span
+// several triangles contain them and do not close the gaps.
+TEST(Decompose, CoarseGroundIsHeldAndItsGapsStayOpen) {
+  const auto compass = testing::directions(400);
+  EXPECT_TRUE(rc::check([&] {
+    const double cell = draw(arbitrary_double(0.5, 8.0));
+    const double roughness = draw(arbitrary_double(0.0, 0.06));
+    constexpr int kCells = 4;
+    std::array<std::array<Vector3d, kCells + 1>, kCells + 1> at;
+    for (int i = 0; i <= kCells; ++i) {
+      for (int j = 0; j <= kCells; ++j) {
+        at[i][j] = {cell * i, cell * j, roughness * draw(arbitrary_double(-1.0, 1.0))};
+      }
+    }
+    TriangleMesh mesh;
+    for (int i = 0; i < kCells; ++i) {
+      for (int j = 0; j < kCells; ++j) {
+        if (*rc::gen::inRange(0, 8) == 0) continue;
+        add(mesh, {at[i][j], at[i + 1][j], at[i + 1][j + 1]});
+        add(mesh, {at[i][j], at[i + 1][j + 1], at[i][j + 1]});
+      }
+    }
+    const auto pieces = pieces_of(mesh);
+    const auto distance = [&](const Vector3d& p) {
+      double least = 1e300;
+      for (const auto& [a, b, c] : mesh.triangles) {
+        least = std::min(least,
+                         exact_distance({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}, p));
+      }
+      return least;
+    };
+    for (const Polytope& piece : pieces) {
+      for (int sample = 0; sample < 20; ++sample) {
+        Vector3d p = Vector3d::Zero();
+        double sum = 0.0;
+        for (const Vector3d& v : piece.vertices) {
+          const double weight = std::pow(draw(arbitrary_double(0.01, 1.0)), 4.0);
+          p += weight * v;
+          sum += weight;
+        }
+        RC_ASSERT(distance(p / sum) + piece.radius <= 0.05 + 1e-9);
+      }
+    }
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const double u = draw(arbitrary_double(0.0, 1.0));
+      const double v = draw(arbitrary_double(0.0, 1.0)) * (1.0 - u);
+      const Vector3d p =
+          (1.0 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
+      RC_ASSERT(std::ranges::any_of(
+          pieces, [&](const Polytope& piece) { return holds(piece, p, compass); }));
+    }
+  }));
+}
+
+// Its triangles become kilometres long: one piece each, and nothing else changes.
+TEST(Decompose, AVertexFarAwayAddsNoMorePiecesThanItHasTriangles) {
+  TriangleMesh mesh = ball(2.0, 24);
+  const std::size_t plain = pieces_of(mesh).size();
+  const Vector3d stray = mesh.vertices[1000];
+  std::size_t moved = 0;
+  for (Vector3d& v : mesh.vertices) {
+    if ((v - stray).norm() > 1e-9) continue;
+    v = {5000.0, 3.0, 1.0};
+    ++moved;
+  }
+  ASSERT_EQ(moved, 6U);
+  const auto pieces = pieces_of(mesh);
+  EXPECT_LE(pieces.size(), plain + 2 * moved);
+  EXPECT_TRUE(std::ranges::any_of(pieces, [](const Polytope& piece) {
+    return std::abs(signed_distance(piece, {2500.0, 1.5, 1.0})) < 2.0;
+  }));
+}
+
 TEST(Decompose, AWindowStaysOpenAndARoomStaysHollow) {
   const auto wall = pieces_of(wall_with_window());
   EXPECT_LE(wall.size(), 8U);
@@ -191,6 +280,17 @@ TEST(Decompose, SaysWhenItWouldTakeTooManyPieces) {
   const auto pieces = decompose(ball(2.0, 40), options);
   ASSERT_FALSE(pieces);
   EXPECT_EQ(pieces.error(), "it would take more than 10 convex pieces at 10 mm");
+}
+
+TEST(Decompose, CountsThePiecesThatAreLeftAfterJoining) {
+  DecompositionOptions options;
+  options.tolerance = 0.01;
+  const auto all = decompose(ball(0.5, 10), options);
+  ASSERT_TRUE(all);
+  options.most_pieces = all->size();
+  EXPECT_TRUE(decompose(ball(0.5, 10), options));
+  --options.most_pieces;
+  EXPECT_FALSE(decompose(ball(0.5, 10), options));
 }
 
 TEST(MeshPieces, ComeBackFromTextAndHoldWhatTheyHeld) {
@@ -236,7 +336,7 @@ TEST(MeshPieces, DamagedOnesAreRefused) {
   }
 }
 
-// A map in a folder of its own, of one mesh.
+// A map with one mesh, in a folder of its own.
 class MeshMap : public ::testing::Test {
  protected:
   MeshMap() {
@@ -311,8 +411,20 @@ TEST_F(MeshMap, ItsPiecesAreKeptWhileTheMeshStaysTheSame) {
   EXPECT_EQ(said(), 1);
   EXPECT_EQ(said(), 0);
   std::ofstream(kept()[0], std::ios::app) << "x";
-  EXPECT_EQ(said(), 1) << "a damaged file is made anew";
+  EXPECT_EQ(said(), 1) << "a damaged file is made again";
   EXPECT_EQ(said(), 0);
+}
+
+// Memory depends on the content of the file, not on the limit of a file.
+TEST_F(MeshMap, OfAFewTrianglesTakesLittleMemory) {
+  write("wall.obj", obj(wall_with_window()));
+  for (const char* from : {"mesh", "pieces"}) {
+    MeshFiles files((folder_ / "map.sdf").string());
+    testing::reset_allocations();
+    EXPECT_TRUE(files.find("wall.obj", Vector3d::Ones()));
+    EXPECT_LT(testing::allocations().largest, 32U << 20U) << from;  // Assimp's buffer has 16 MiB.
+  }
+  EXPECT_EQ(kept().size(), 1U);
 }
 
 TEST_F(MeshMap, IsTheSameWorldFromItsLog) {
@@ -325,8 +437,8 @@ TEST_F(MeshMap, IsTheSameWorldFromItsLog) {
   const auto from_log = bundle.find("wall.obj", {1, 2, 3});
   ASSERT_TRUE(from_log);
   EXPECT_EQ(to_text(from_log->pieces), to_text(from_file->pieces));
-  EXPECT_TRUE(from_log->mesh.triangles.empty());
-  EXPECT_EQ(bundle.find("wall.obj", {1, 2, 4}).error(), "is not in the log");
+  EXPECT_TRUE(from_log->file.mesh.triangles.empty());
+  EXPECT_EQ(bundle.find("wall.obj", {1, 2, 4}).error().message, "is not in the log");
 }
 
 struct BadMesh {
@@ -383,13 +495,14 @@ TEST_F(MeshMap, ANumberThatIsNoneIsAnErrorAtItsUri) {
       << diagnostics.list()[0].message;
 }
 
-// The wreck is open: its walls are found where a fine sampling of its triangles has them, and water
-// that is 0.1 m from every triangle is water.
+// The wreck is open: its walls are where a fine sampling of its triangles has them, and positions
+// 0.1 m from every triangle are free.
 TEST(RealMesh, AWreckIsCoveredAndStaysOpen) {
   const std::string path = DIVE_SHARED_DATA "/meshes/wreck_sunkenship/sunkenship_distort.dae";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the shared data is not here";
-  const auto mesh = read_mesh(path);
-  ASSERT_TRUE(mesh) << mesh.error();
+  const auto file = read_mesh(path);
+  ASSERT_TRUE(file) << file.error();
+  const TriangleMesh* mesh = &file->mesh;
   EXPECT_EQ(mesh->triangles.size(), 4171U);
   World world;
   for (Polytope& piece : pieces_of(*mesh)) {

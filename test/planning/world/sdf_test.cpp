@@ -18,7 +18,7 @@ std::optional<World> parse(const std::string& text, Diagnostics& diagnostics) {
   return parse_sdf(SourceText("map.sdf", text), diagnostics, meshes);
 }
 
-// One static model on lines 2 to 6, what is given on line 5.
+// One static model on lines 2 to 6, with `inside` on line 5.
 std::string collision(const std::string& inside) {
   return "<sdf version='1.6'><world name='w'>\n"
          "<model name='m'><static>true</static>\n"

@@ -1,4 +1,4 @@
-// The Window environment is what the paper's experiment needs it to be.
+// The Window environment meets the requirements of the paper's experiment.
 
 #include <algorithm>
 
@@ -52,7 +52,7 @@ TEST(Window, TheStraightLineToTheFarRoomRunsIntoTheDividingWall) {
   EXPECT_EQ(world.obstacles[hit].name, "rooms/wall_dividing/jamb_south");
 }
 
-// Seen from west, the opening is where the map's comment says, and nowhere else.
+// Viewed from the west, the opening is where the map's comment states, and nowhere else.
 TEST(Window, TheOnlyWayBetweenTheRoomsIsTheWindow) {
   Scene scene(window());
   for (double y = -3.95; y < 4.0; y += 0.1) {

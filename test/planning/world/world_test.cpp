@@ -53,7 +53,7 @@ TEST(RobotHull, ReachesAsFarAsItsPartsInEveryDirection) {
   }));
 }
 
-// Sums over the vertices must come out the same in every run, so their order must.
+// Sums over the vertices must be equal in every run, so their order must be.
 TEST(RobotHull, GivesItsVerticesInAnOrderThatDependsOnThemAlone) {
   const auto corners = box_corners({1.0, 0.5, 0.2});
   const std::vector<Vector3d> reversed(corners.rbegin(), corners.rend());
@@ -81,8 +81,8 @@ bool is_overhead(const World& world, const Vector3d& p_W, double radius) {
   return Ceiling(world).is_above(p_W, radius);
 }
 
-// How deep a box reaches into the tube above p, by looking at points of the tube on a grid: the
-// smallest membership, below 1 inside.
+// Overlap of a box with the tube above p, by sampling the tube on a grid: the smallest membership,
+// below 1 inside.
 double least_membership_in_tube(const Obstacle& box, const Vector3d& p, double radius) {
   double least = 1e300;
   const Pose X_OW = box.X_WO.inverse();
@@ -112,7 +112,7 @@ TEST(Overhead, IsExactForBoxesHoweverTheyAreTurned) {
     const bool answer = is_overhead(World{{box}}, p, radius);
     const double least = least_membership_in_tube(box, p, radius);
     if (least < 1.0) RC_ASSERT(answer);
-    // A tube that misses a box a little larger misses the box; the grid has gaps of 0.3 m at most.
+    // A tube that misses a slightly larger box misses the box; the grid has gaps of at most 0.3 m.
     const Obstacle larger{"", Box{size + Vector3d::Constant(0.7)}, box.X_WO};
     if (least_membership_in_tube(larger, p, radius) > 1.0) RC_ASSERT(!answer);
     ++(answer ? yes : no);
@@ -161,7 +161,7 @@ TEST(Overhead, CountsOnlyWhatIsBetweenThePointAndTheSurface) {
   EXPECT_FALSE(is_overhead(box_at(-2.0), {1.51, 0.0, -5.0}, 0.5));
   EXPECT_TRUE(is_overhead(box_at(-2.0), {1.49, 0.0, -5.0}, 0.5));
   EXPECT_FALSE(is_overhead(box_at(-2.0), {1.36, 1.36, -5.0}, 0.5));  // The corner is 0.509 m away.
-  EXPECT_TRUE(is_overhead(box_at(-2.0), {1.35, 1.35, -5.0}, 0.5));   // And here 0.495 m.
+  EXPECT_TRUE(is_overhead(box_at(-2.0), {1.35, 1.35, -5.0}, 0.5));   // The corner is 0.495 m away.
   EXPECT_TRUE(is_overhead(box_at(-2.0), p, 0.0));
   EXPECT_FALSE(is_overhead(box_at(-2.0), {0.0, 0.0, 0.1}, 0.5));
 }
@@ -170,7 +170,8 @@ TEST(Overhead, KnowsSlopesAndNeverMissesACurvedShape) {
   const Vector3d slope = Vector3d(1.0, 0.0, 2.0).normalized();
   const World ground{{{"ground", HalfSpace{slope}, still({0, 0, -5})}}};
   EXPECT_FALSE(is_overhead(ground, {0.0, 0.0, -4.0}, 0.5));
-  EXPECT_TRUE(is_overhead(ground, {0.0, 0.0, -4.9}, 0.5));  // Uphill the tube cuts into it.
+  // Uphill of the point the ground reaches into the tube.
+  EXPECT_TRUE(is_overhead(ground, {0.0, 0.0, -4.9}, 0.5));
   EXPECT_TRUE(is_overhead(ground, {0.0, 0.0, -5.1}, 0.0));
   const World cliff{{{"cliff", HalfSpace{-slope}, still({0, 0, -1})}}};
   EXPECT_TRUE(is_overhead(cliff, {0.0, 0.0, -4.0}, 0.0));

@@ -1,4 +1,4 @@
-// The link without processes: packets, authority, the vehicle's obedience, clocks.
+// The link without processes: packets, authentication, arbitration, clocks.
 
 #include <bit>
 #include <cstring>
@@ -52,7 +52,7 @@ std::vector<Kind> kinds() {
   return {kind("imu", ImuSample{}),
           kind("depth", DepthSample{}),
           kind("health", HealthSample{}),
-          kind("truth", Truth{}),
+          kind("truth", Truth{5, {}, {"rock", "wall"}}),
           kind("command", VehicleCommand{}),
           kind("sim tick", SimTick{5, 3, std::nullopt, 4, 5, 5, std::nullopt, 4, 3}),
           kind("heartbeat", Heartbeat{}),
@@ -147,16 +147,16 @@ TEST(LinkCodec, ATickSaysHowManyInertialSamplesItHas) {
   EXPECT_FALSE(back.left);
   EXPECT_EQ(back.inertial, 4);
   EXPECT_EQ(back.last_inertial, 7);
-  packet[packet.size() - 9] = 0xFF;  // their number: -1
+  packet[packet.size() - 9] = 0xFF;  // number of samples: -1
   EXPECT_FALSE(decode(packet, back));
-  packet[packet.size() - 9] = 0;  // none, but with a time
+  packet[packet.size() - 9] = 0;  // no samples, but with a time
   EXPECT_FALSE(decode(packet, back));
   tick.inertial = 128;
   EXPECT_FALSE(encode(tick, packet));
 }
 
 TEST(LinkCodec, KeepsEveryBitOfAScan) {
-  // Of a NaN too: which ray told nothing, and how it said so.
+  // The bits of a NaN survive too: it marks a ray without a range.
   const auto nan = std::bit_cast<float>(std::uint32_t{0xFFC12345});
   const RangeScan scan{
       9, {0.31F, -0.0F, 1e-40F}, 10.0F, {{1.5F, -2.25F, nan}, {nan, nan, nan}, {20, 0, -0.0F}}};
@@ -183,8 +183,8 @@ TEST(LinkCodec, TakesNoScanWithoutOriginReachOrBound) {
   EXPECT_FALSE(encode(scan, packet));
   scan.points_B.clear();
   ASSERT_TRUE(encode(scan, packet));
-  // What another program writes: LCM's floats are big-endian, the origin's after fingerprint and
-  // time, then the reach, then the count of numbers.
+  // Written by another program: LCM's floats are big-endian; the origin follows fingerprint and
+  // time, then the reach, then the count of values.
   const auto decodes = [&](std::size_t at, auto value) {
     Packet spoilt = packet;
     const auto bits = std::bit_cast<std::uint32_t>(value);
@@ -204,7 +204,7 @@ TEST(LinkCodec, TakesNoScanWithoutOriginReachOrBound) {
   EXPECT_FALSE(decodes(32, 4)) << "no whole point";
 }
 
-// --- authority ---
+// --- authentication ---
 
 TEST(Gate, ActsOnASealedRequestOnceAndAnswersItAgain) {
   const Key key = new_key();
@@ -271,7 +271,7 @@ TEST(Gate, WithoutAKeyNothingButAnAbortIsAccepted) {
 TEST(Gate, AFloodOfAbortsIsActedOnNowAndThen) {
   Gate gate(new_key(), 1);
   int acted = 0;
-  for (int i = 0; i < 1000; ++i) {  // ten a second, each another one
+  for (int i = 0; i < 1000; ++i) {  // ten a second, each a new one
     const auto ruling = gate.judge(request(1, i, OperatorCommand::kAbort), i * kSecond / 10);
     acted += ruling.act ? 1 : 0;
     EXPECT_EQ(ruling.answer.verdict, Verdict::kAccepted) << "who aborts is never turned away";
@@ -297,7 +297,7 @@ TEST(KeyFile, IsItsOwnersAlone) {
   EXPECT_NE(read_key(path.string()).error().find("cannot read"), std::string::npos);
 }
 
-// --- obedience ---
+// --- arbitration ---
 
 VehicleCommand command_at(Utime utime, Source source = Source::kExecutive, double surge = 0.5) {
   VehicleCommand command;
@@ -315,7 +315,8 @@ ImuSample level(Utime now) {
 
 TEST(Arbiter, ObeysTheNewestAndDropsWhatComesLate) {
   Arbiter arbiter;
-  EXPECT_EQ(arbiter.step(level(0), DepthSample{0, 3.0}, 0).surge, 0.0) << "nobody has spoken yet";
+  EXPECT_EQ(arbiter.step(level(0), DepthSample{0, 3.0}, 0).surge, 0.0)
+      << "no command has arrived yet";
   EXPECT_TRUE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.4), 40'000));
   EXPECT_FALSE(arbiter.hear(command_at(20'000, Source::kExecutive, 0.2), 41'000)) << "reordered";
   EXPECT_FALSE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.2), 41'000)) << "twice";
@@ -374,7 +375,7 @@ TEST(Arbiter, StopsWhenTheCommandIsStaleAndSurfacesByItselfAfterASecond) {
 
 TEST(SampleClock, KeepsTheOrderOfPacketsAndTheAgeOfSamples) {
   SampleClock clock;
-  const Utime boot = 1'700'000'000 * kSecond;  // theirs is the time of day
+  const Utime boot = 1'700'000'000 * kSecond;  // the sensor's clock gives the time of day
   EXPECT_EQ(clock.ours(boot, 5 * kSecond), 5 * kSecond);
   EXPECT_EQ(clock.ours(boot + 40'000, 5 * kSecond + 50'000), 5 * kSecond + 40'000);
   EXPECT_EQ(clock.ours(boot + 20'000, 5 * kSecond + 55'000), 5 * kSecond + 20'000) << "reordered";

@@ -1,0 +1,86 @@
+#pragma once
+// The states of a leg, the events that it tells apart, and all transitions between them: what each
+// state needs stands in that state and nowhere else. README.md draws the same picture.
+
+#include <variant>
+
+#include "common/assert.h"
+#include "common/clock.h"
+#include "vehicle/command.h"
+
+namespace dive::behaviors::leg {
+
+/// Holds its place until the planner has found a path. Also after a failure, until the next plan.
+struct Planning {
+  vehicle::Command station;
+  bool is_to_observe = false;  ///< The plan under way leads to a place to observe the goal from.
+};
+/// Follows a path to the goal, and plans the next one meanwhile.
+struct Following {
+  double certified_m = 0.0;  ///< Clearance of the path by the planner, m.
+};
+/// Follows a path to a place from which it can observe a goal that it cannot reach.
+struct Approaching {
+  double certified_m = 0.0;  ///< Clearance of the path by the planner, m.
+};
+/// Goes back along its trail, to plan from there.
+struct BackingOff {};
+/// Stays at the goal.
+struct Dwelling {
+  vehicle::Command station;
+  Utime since = 0;
+};
+
+using State = std::variant<Planning, Following, Approaching, BackingOff, Dwelling>;
+
+struct PathToGoal {
+  double certified_m;
+};
+struct PathToObserve {
+  double certified_m;
+};
+/// The path is cut off, or ended: beside the goal, or where the goal is to be observed.
+struct PathEnded {
+  vehicle::Command station;
+};
+struct GoalReached {
+  vehicle::Command station;
+  Utime now;
+};
+/// Too near to something, no clearance to turn onto the path, or another path is wanted; and there
+/// is a path back.
+struct BackOffBegun {};
+struct BackOffEnded {
+  vehicle::Command station;
+};
+
+using Event =
+    std::variant<PathToGoal, PathToObserve, PathEnded, GoalReached, BackOffBegun, BackOffEnded>;
+
+struct Transitions {
+  using S = State;
+  // clang-format off
+  //           in             on                  goes to
+  S operator()(Planning,    PathToGoal e)    { return Following{e.certified_m}; }
+  S operator()(Planning,    PathToObserve e) { return Approaching{e.certified_m}; }
+  S operator()(Planning,    BackOffBegun)    { return BackingOff{}; }
+  S operator()(Following,   PathToGoal e)    { return Following{e.certified_m}; }
+  S operator()(Following,   PathEnded e)     { return Planning{e.station}; }
+  S operator()(Following,   BackOffBegun)    { return BackingOff{}; }
+  S operator()(Following,   GoalReached e)   { return Dwelling{e.station, e.now}; }
+  S operator()(Approaching, PathToGoal e)    { return Following{e.certified_m}; }
+  S operator()(Approaching, PathEnded e)     { return Planning{e.station}; }
+  S operator()(Approaching, BackOffBegun)    { return BackingOff{}; }
+  S operator()(BackingOff,  BackOffEnded e)  { return Planning{e.station}; }
+  // clang-format on
+  template <class OtherState, class OtherEvent>
+  S operator()(OtherState, OtherEvent) {
+    assertion_failed("this event belongs to this state of a leg", __FILE__, __LINE__);
+  }
+};
+
+[[nodiscard]] inline State transition(const State& state, const Event& event) {
+  return std::visit(Transitions(), state, event);
+}
+
+}  // namespace dive::behaviors::leg

@@ -1,0 +1,324 @@
+// Runs a mission with a series of seeds; collisions and clearances are those of ground truth:
+//     mission_dives missions/window.xml --dives 100 --jobs 2
+//     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
+//     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
+//     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <ranges>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "bench/real_waters.h"
+#include "bench/run_study.h"
+#include "bench/site.h"
+#include "common/random.h"
+#include "mission/check/route.h"
+#include "mission/simulation/simulated_dive.h"
+#include "planning/planner.h"
+#include "vehicle/simulator/diver.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
+
+namespace dive::bench {
+namespace {
+
+constexpr double kSamePlace = 0.01;  // m between waypoints; a shorter distance has no direction
+
+struct RoutedSite : Site {
+  std::vector<Pose> route;  ///< Route of a vehicle that knows the whole world.
+};
+
+RoutedSite load(const std::string& path) {
+  RoutedSite site{load_site(path), {}};
+  const planning::Scene scene(site.world);
+  const mission::Route route = mission::nominal_route(site.mission, scene);
+  SteadyClock clock;
+  planning::Planner planner(site.world, site.model.hull, {}, clock);
+  Pose at = route.start;
+  for (const mission::RouteLeg& leg : route.legs) {
+    const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);
+    const planning::PlanResult plan = planner.plan(request);
+    for (const Pose& waypoint : plan.waypoints) {
+      const bool is_new =
+          site.route.empty() || (waypoint.p - site.route.back().p).norm() > kSamePlace;
+      if (is_new) site.route.push_back(waypoint);
+    }
+    at = request.goal;
+  }
+  return site;
+}
+
+/// A diver who comes from the side to a point of the route, stays a while, and leaves on the other
+/// side.
+vehicle::DiverTrack diver_for(const RoutedSite& site, std::uint64_t seed) {
+  Random random(seed, 0xd1fe);
+  const auto last = static_cast<double>(site.route.size()) - 2.0;
+  const auto at = static_cast<std::size_t>(random.uniform(0.25, 0.75) * last) + 1;
+  const Eigen::Vector3d way = site.route[at].p - site.route[at - 1].p;
+  const Eigen::Vector3d side =
+      Eigen::Vector3d(-way.y(), way.x(), 0.0).normalized() * (random.uniform() < 0.5 ? 1.0 : -1.0);
+  double before = 0.0;
+  for (std::size_t i = 1; i <= at; ++i) before += (site.route[i].p - site.route[i - 1].p).norm();
+  vehicle::DiverTrack track;
+  track.speed = random.uniform(0.2, 0.5);
+  track.start_s = std::max(0.0, before / 0.4 - random.uniform(2.0, 15.0));
+  track.waypoints = {{site.route[at].p + 3.0 * side, 0.0},
+                     {site.route[at].p, random.uniform(3.0, 20.0)},
+                     {site.route[at].p - 3.0 * side, 0.0}};
+  return track;
+}
+
+/// Distances from the vehicle to the obstacles of the world, and to the diver.
+class Apart {
+ public:
+  explicit Apart(const RoutedSite& site)
+      : to_world_(site.world, site.model.hull), to_diver_(diver_alone(), site.model.hull) {}
+
+  void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
+    to_world_.observe(truth.X_WB);
+    if (X_WD) to_diver_.observe(X_WD->inverse() * truth.X_WB);
+    now_ = {truth.X_WB, X_WD};
+  }
+  [[nodiscard]] double from_world_m() const { return to_world_.min_clearance_m(); }
+  [[nodiscard]] double from_diver_m() const { return to_diver_.min_clearance_m(); }
+  [[nodiscard]] double from_world_now_m() const { return to_world_.clearance(now_.X_WB); }
+  /// Infinite without a diver.
+  [[nodiscard]] double from_diver_now_m() const {
+    return now_.X_WD ? to_diver_.clearance(now_.X_WD->inverse() * now_.X_WB)
+                     : to_diver_.min_clearance_m();
+  }
+
+ private:
+  static planning::World diver_alone() {
+    planning::World world;
+    world.obstacles.push_back(vehicle::Diver::shape());
+    return world;
+  }
+
+  struct Now {
+    Pose X_WB;
+    std::optional<Pose> X_WD;
+  };
+  vehicle::ClearanceMeter to_world_;
+  vehicle::ClearanceMeter to_diver_;
+  Now now_;
+};
+
+mission::DiveSettings settings_for(const RoutedSite& site, std::uint64_t seed, bool with_diver,
+                                   Apart& apart) {
+  mission::DiveSettings settings;
+  settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
+                                      const std::optional<Pose>& X_WD) {
+    apart.observe(truth, X_WD);
+  };
+  settings.seed = seed;
+  if (with_diver) settings.diver = diver_for(site, seed);
+  return settings;
+}
+
+// The mission may skip an unreachable goal and still end well.
+bool reached_all(const mission::DiveResult& result) {
+  return result.outcome == "success" &&
+         std::ranges::none_of(result.transitions, [](const mission::TimedTransition& transition) {
+           const std::string& event = transition.record.event;
+           return event.starts_with("plan.failed") || event.starts_with("timeout");
+         });
+}
+
+nlohmann::json dive(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
+  Apart apart(site);
+  const mission::DiveResult result = mission::simulate_dive(
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart), nullptr);
+  return {{"seed", seed},
+          {"outcome", result.outcome},
+          {"reached", reached_all(result)},
+          {"state", result.final_state},
+          {"cause", result.cause},
+          {"clearance", apart.from_world_m()},
+          {"from_diver", apart.from_diver_m()},
+          {"collisions", result.collisions.size()},
+          {"duration", result.duration_s},
+          {"depth", result.final_depth_m},
+          {"error", result.final_error_m},
+          {"replans", result.replans},
+          {"pieces", result.seen.pieces()}};
+}
+
+void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
+  Apart apart(site);
+  if (with_diver) {
+    const vehicle::DiverTrack track = diver_for(site, seed);
+    std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
+    for (const auto& [p_W, pause_s] : track.waypoints) {
+      std::cout << fmt::format(" ({:.2f} {:.2f} {:.2f}), {:.0f} s", p_W.x(), p_W.y(), p_W.z(),
+                               pause_s);
+    }
+    std::cout << '\n';
+  }
+  Utime next = 0;
+  planning::SeenMap seen;
+  std::size_t told = 0;
+  const mission::DiveResult result = mission::simulate_dive(
+      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart),
+      [&](const mission::StepInputs& in, const mission::StepOutputs& out,
+          const vehicle::GroundTruth& truth, const auto&) {
+        if (in.map_update) {
+          told += in.map_update->cells.size();
+          static_cast<void>(seen.apply(*in.map_update));
+        }
+        for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
+        for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
+        if (in.plan && in.plan->plan.waypoints.empty())
+          std::cout << "  plan: " << in.plan->plan.reason << '\n';
+        if (in.now < next) return;
+        next = in.now + 500'000;
+        planning::World near;
+        seen.append_within({out.estimate.X_WB.p - Eigen::Vector3d::Constant(2.5),
+                            out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
+                           near.obstacles);
+        const vehicle::ClearanceMeter by_map(near, site.model.hull);
+        const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
+        std::cout << fmt::format(
+            "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
+            "{:5.2f} {:5.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear {:5.2f} diver "
+            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{})\n",
+            to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
+            truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
+            rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()), off.x(),
+            off.y(), off.z(), truth.v_WB_B.x(), truth.v_WB_B.y(), out.estimate.v_WB_B.x(),
+            out.estimate.v_WB_B.y(), out.command.v, apart.from_world_now_m(),
+            apart.from_diver_now_m(),
+            near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
+            out.status.clearance_m, out.status.cross_track_m, out.status.rung, seen.pieces(), told);
+        told = 0;
+      });
+  std::cout << fmt::format(
+      "{} in {} ({}), clearance {:.3f}, to the diver {:.3f}, {} collision(s)\n", result.outcome,
+      result.final_state, result.cause, apart.from_world_m(), apart.from_diver_m(),
+      result.collisions.size());
+}
+
+// Each job is a process of its own and takes every n-th seed.
+std::vector<nlohmann::json> dive_all(const RoutedSite& site, int first, int dives, int jobs,
+                                     bool with_diver) {
+  const std::string folder = fmt::format("/tmp/mission_dives.{}", ::getpid());
+  std::vector<pid_t> children;
+  for (int job = 0; job < jobs; ++job) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      std::ofstream out(fmt::format("{}.{}", folder, job));
+      for (int i = job; i < dives; i += jobs) {
+        out << dive(site, static_cast<std::uint64_t>(first + i), with_diver) << std::endl;
+      }
+      ::_exit(0);
+    }
+    children.push_back(child);
+  }
+  std::vector<nlohmann::json> results;
+  for (int job = 0; job < jobs; ++job) {
+    int status = 0;
+    ::waitpid(children[static_cast<std::size_t>(job)], &status, 0);
+    const std::string file = fmt::format("{}.{}", folder, job);
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) results.push_back(nlohmann::json::parse(line));
+    ::unlink(file.c_str());
+    if (status != 0) std::cerr << fmt::format("job {} ended with {}\n", job, status);
+  }
+  return results;
+}
+
+// The distribution of one kind of clearance, and the five dives with the least.
+void report_clearance(const std::string& what, const char* key,
+                      const std::vector<nlohmann::json>& results) {
+  std::vector<std::pair<double, int>> clearances;
+  for (const nlohmann::json& r : results) {
+    if (r[key].is_number()) clearances.emplace_back(r[key], r["seed"]);
+  }
+  if (clearances.empty()) return;
+  std::ranges::sort(clearances);
+  const auto at = [&](double share) {
+    const double last = static_cast<double>(clearances.size()) - 1.0;
+    return clearances[static_cast<std::size_t>(share * last)].first;
+  };
+  std::cout << fmt::format(
+      "  {} (ground truth) min {:.3f}, p05 {:.3f}, p25 {:.3f}, median {:.3f}, max {:.3f} m; least:",
+      what, at(0.0), at(0.05), at(0.25), at(0.5), at(1.0));
+  for (const auto& [least_m, seed] : clearances | std::views::take(5)) {
+    std::cout << fmt::format(" seed {} ({:.3f} m)", seed, least_m);
+  }
+  std::cout << '\n';
+}
+
+void report(const std::string& name, std::vector<nlohmann::json> results) {
+  std::ranges::sort(results, {}, [](const nlohmann::json& r) { return r["seed"].get<int>(); });
+  std::map<std::string, int> outcomes;
+  int collided = 0;
+  int reached = 0;
+  for (const nlohmann::json& r : results) {
+    ++outcomes[r["outcome"].get<std::string>()];
+    if (r["collisions"].get<int>() > 0) ++collided;
+    if (r["reached"].get<bool>()) ++reached;
+    if (!r["reached"].get<bool>()) {
+      std::cout << fmt::format("  seed {}: {} in {} after {:.0f} s, {:.1f} m deep: {}\n",
+                               r["seed"].get<int>(), r["outcome"].get<std::string>(),
+                               r["state"].get<std::string>(), r["duration"].get<double>(),
+                               r["depth"].get<double>(), r["cause"].get<std::string>());
+    }
+  }
+  std::cout << name << ": " << results.size() << " dives";
+  for (const auto& [outcome, count] : outcomes) std::cout << ", " << count << ' ' << outcome;
+  std::cout << fmt::format("; {} reached all goals; {} with a collision\n", reached, collided);
+  report_clearance("clearance to what stands still", "clearance", results);
+  report_clearance("clearance to the diver", "from_diver", results);
+}
+
+}  // namespace
+}  // namespace dive::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Dives missions seed after seed; collisions and clearances from ground truth");
+  std::vector<std::string> missions;
+  int dives = 100;
+  int first = 1;
+  int jobs = 2;
+  int traced = 0;
+  bool with_diver = false;
+  std::string data;
+  app.add_option("missions", missions);
+  app.add_option("--real", data, "Folder of the shared data: dives the waters made of it");
+  app.add_option("--dives", dives);
+  app.add_option("--first", first, "Seed of the first dive");
+  app.add_option("--jobs", jobs);
+  app.add_option("--trace", traced, "This seed alone, every half second");
+  app.add_flag("--diver", with_diver, "A diver swims into the path");
+  CLI11_PARSE(app, argc, argv);
+  return dive::bench::run_study([&] {
+    if (!data.empty()) {
+      for (std::string& path : dive::bench::write_real_waters(data)) {
+        missions.push_back(std::move(path));
+      }
+    }
+    if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
+    for (const std::string& path : missions) {
+      const dive::bench::RoutedSite site = dive::bench::load(path);
+      if (traced > 0) {
+        dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
+      } else {
+        dive::bench::report(path, dive::bench::dive_all(site, first, dives, jobs, with_diver));
+      }
+    }
+  });
+}

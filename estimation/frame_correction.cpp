@@ -1,0 +1,214 @@
+#include "estimation/frame_correction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/assert.h"
+#include "common/range_check.h"
+#include "estimation/planar.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Matrix2d turned(double yaw) { return Eigen::Rotation2Dd(yaw).toRotationMatrix(); }
+
+Vector2d at_most(const Vector2d& v, double most) {
+  const double norm = v.norm();
+  return norm > most ? Vector2d(v * (most / norm)) : v;
+}
+
+double towards_zero(double value, double step) {
+  return std::abs(value) <= step ? 0.0 : value - std::copysign(step, value);
+}
+
+Vector3d lifted(const Vector2d& v) { return {v.x(), v.y(), 0.0}; }
+
+}  // namespace
+
+std::string FrameCorrectionOptions::validate() const {
+  if (std::string problem = gate.validate(); !problem.empty()) return problem;
+  RangeCheck check;
+  check("approach", approach, 0.001, 10.0);
+  check("approach_deg", approach_deg, 0.01, 90.0);
+  check("drift_time_s", drift_time_s, 0.1, 1000.0);
+  check("max_drift", max_drift, 0.0, 5.0);
+  check("drift_memory_s", drift_memory_s, 1.0, 1e6);
+  check("drift_sigma", drift_sigma, 0.0, 1.0);
+  check("drift_share", drift_share, 0.0, 1.0);
+  check("slip_time_s", slip_time_s, 0.1, 1000.0);
+  check("max_slip", max_slip, 0.0, 5.0);
+  return check.problem();
+}
+
+FrameCorrection::FrameCorrection(const FrameCorrectionOptions& options,
+                                 const PrimitiveOptions& odometry)
+    : options_(options), odometry_(odometry), gate_(options.gate) {
+  DIVE_DEMAND(options_.validate().empty() && odometry_.validate().empty());
+}
+
+std::optional<OdometryState> FrameCorrection::odometry_at(Utime utime) const {
+  const auto around = past_.at(utime);
+  if (!around) return std::nullopt;
+  const OdometryState& before = around->before->odometry;
+  const OdometryState& after = around->after->odometry;
+  if (around->share == 0.0) return before;
+  return OdometryState{before.p_O + around->share * (after.p_O - before.p_O),
+                       before.v_O + around->share * (after.v_O - before.v_O),
+                       before.q_OB.slerp(around->share, after.q_OB)};
+}
+
+void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {
+  if (init_utime_ != vision.begun_from) {
+    init_utime_ = vision.begun_from;
+    const auto then = past_.at(vision.begun_from);
+    aligned_at_init_W_ = then ? then->before->aligned_W : aligned_W_;
+  }
+  const std::optional<OdometryState> then = odometry_at(vision.estimate.utime);
+  switch (gate_.evaluate(now, vision, then)) {
+    case VisionGate::Decision::kAccepted:
+      return follow(vision.estimate, *then);
+    case VisionGate::Decision::kLost:
+      return release();
+    case VisionGate::Decision::kRejected:
+      return;
+  }
+}
+
+void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& then) {
+  const Eigen::Quaterniond& q_WB = vision.X_WB.q;
+  const double since_s = std::min(to_seconds(vision.utime - anchor_utime_), 2.0 * gate_.period_s());
+  anchor_utime_ = vision.utime;
+  anchor_O_ = then.p_O;
+  yaw_target_ = turn_between(q_WB, then.q_OB);
+  drift_W_ = (q_WB * vision.v_WB_B).head<2>() - turned(yaw_target_) * then.v_O;
+  averaged_s_ = std::min(averaged_s_ + since_s, options_.drift_time_s);
+  if (averaged_s_ > 0.0) mean_drift_W_ += since_s / averaged_s_ * (drift_W_ - mean_drift_W_);
+  base_W_ = vision.X_WB.p.head<2>() + aligned_W_ - aligned_at_init_W_ +
+            drift_W_ * to_seconds(past_.newest_utime() - vision.utime);
+  offset_W_ = estimate_.X_WB.p.head<2>() - target();
+  base_covariance_ = horizontal_covariance(vision.covariance, q_WB.conjugate() * Vector3d::UnitZ());
+  drift_deviation_ = 0.0;
+  estimate_.source = EstimatorKind::kVisualInertial;
+  follows_vision_ = true;
+}
+
+// Loss of vision: the correction keeps the published value.
+void FrameCorrection::release() {
+  base_covariance_ = uncertainty();
+  anchor_utime_ = past_.newest_utime();
+  anchor_O_ = past_.newest().odometry.p_O;
+  base_W_ = estimate_.X_WB.p.head<2>();
+  offset_W_.setZero();
+  yaw_target_ = yaw_;
+  drift_deviation_ = (drift_W_ - mean_drift_W_).norm();
+  drift_W_ = mean_drift_W_ = at_most(mean_drift_W_, options_.max_drift);
+  estimate_.source = EstimatorKind::kPrimitive;
+}
+
+void FrameCorrection::propose_alignment(const Vector2d& by_W) {
+  DIVE_DEMAND(by_W.allFinite());
+  aligned_W_ += by_W;
+  base_W_ += by_W;
+  estimate_.X_WB.p.head<2>() += by_W;
+  estimate_.map_from_odom.translation += by_W;
+  slip_W_ = at_most(slip_W_ + by_W / options_.slip_time_s, options_.max_slip);
+}
+
+const StateEstimate& FrameCorrection::update(const StateEstimate& odometry) {
+  DIVE_DEMAND(past_.empty() || odometry.utime >= past_.newest_utime());
+  if (!odometry.valid) return estimate_ = odometry;
+  if (gate_.times_out(odometry.utime)) release();
+  const double dt = past_.empty() ? 0.0 : to_seconds(odometry.utime - past_.newest_utime());
+  const Vector3d v_O = odometry.X_WB.q * odometry.v_WB_B;
+  past_.push(odometry.utime,
+             {{odometry.X_WB.p.head<2>(), v_O.head<2>(), odometry.X_WB.q}, aligned_W_});
+  advance(dt);
+  publish(odometry);
+  return estimate_;
+}
+
+void FrameCorrection::advance(double dt) {
+  base_W_ += drift_W_ * dt;
+  slip_W_ *= std::exp(-dt / options_.slip_time_s);
+  if (!gate_.uses_vision()) {
+    drift_W_ *= std::exp(-dt / options_.drift_memory_s);
+    return;
+  }
+  offset_W_ = at_most(offset_W_, std::max(offset_W_.norm() - options_.approach * dt, 0.0));
+  const double left = wrap_angle(yaw_ - yaw_target_);
+  yaw_ = wrap_angle(yaw_target_ + towards_zero(left, deg_to_rad(options_.approach_deg) * dt));
+}
+
+/// Displacement of the odometry since t_f, in W.
+Vector2d FrameCorrection::displacement() const {
+  return turned(yaw_) * (past_.newest().odometry.p_O - anchor_O_);
+}
+
+/// The published position without o.
+Vector2d FrameCorrection::target() const { return base_W_ + displacement(); }
+
+void FrameCorrection::publish(const StateEstimate& odometry) {
+  const EstimatorKind source = estimate_.source;
+  estimate_ = odometry;
+  estimate_.source = source;
+  if (follows_vision_) {
+    publish_corrected(odometry);
+  } else {
+    publish_aligned();
+  }
+}
+
+void FrameCorrection::publish_aligned() {
+  estimate_.map_from_odom.translation = aligned_W_;
+  estimate_.X_WB.p.head<2>() += aligned_W_;
+  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(slip_W_);
+}
+
+void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
+  estimate_.X_WB.p.head<2>() = target() + offset_W_;
+  estimate_.X_WB.q = (from_rpy(0.0, 0.0, yaw_) * odometry.X_WB.q).normalized();
+  estimate_.map_from_odom.yaw = yaw_;
+  estimate_.map_from_odom.translation =
+      estimate_.X_WB.p.head<2>() - turned(yaw_) * odometry.X_WB.p.head<2>();
+  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(drift_W_);
+
+  const Matrix3d P = uncertainty();
+  const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
+  const double attitude_variance = std::pow(deg_to_rad(odometry_.attitude_sigma_deg), 2);
+  Matrix6d& covariance = estimate_.covariance;
+  covariance.setZero();
+  covariance.topLeftCorner<2, 2>() = P.topLeftCorner<2, 2>();
+  covariance(2, 2) = odometry.covariance(2, 2);
+  covariance.bottomRightCorner<3, 3>() = P(2, 2) * up_B * up_B.transpose();
+  covariance.diagonal().tail<3>().array() += attitude_variance;
+  covariance.block<2, 3>(0, 3) = P.block<2, 1>(0, 2) * up_B.transpose();
+  covariance.block<3, 2>(3, 0) = covariance.block<2, 3>(0, 3).transpose();
+}
+
+/// Covariance of x, y and heading of the published pose.
+Matrix3d FrameCorrection::uncertainty() const {
+  if (!follows_vision_) {
+    return horizontal_covariance(estimate_.covariance,
+                                 estimate_.X_WB.q.conjugate() * Vector3d::UnitZ());
+  }
+  const double t = to_seconds(past_.newest_utime() - anchor_utime_);
+  const Vector2d D = displacement();
+  Matrix3d F = Matrix3d::Identity();
+  F.block<2, 1>(0, 2) = Vector2d(-D.y(), D.x());
+  Matrix3d P = F * base_covariance_ * F.transpose();
+  const double drift =
+      options_.drift_sigma + options_.drift_share * drift_W_.norm() + drift_deviation_;
+  const double walk = odometry_.drift_m_per_sqrt_s;
+  P.topLeftCorner<2, 2>() += std::pow(odometry_.speed_scale_sigma, 2) * D * D.transpose();
+  P.diagonal().head<2>().array() += std::pow(drift * t, 2) + walk * walk * t;
+  P.topLeftCorner<2, 2>() += offset_W_ * offset_W_.transpose();
+  P(2, 2) += std::pow(wrap_angle(yaw_ - yaw_target_), 2);
+  return P;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,132 @@
+#pragma once
+// The correction from odometry to the map, and the one place where it is estimated and applied.
+// (Frames as in REP 105 of the ROS community, "Coordinate Frames for Mobile Platforms": the pose in
+// odom moves without jumps but drifts; localisation owns map <- odom.)
+//
+// The odometry is the primitive estimator's dead reckoning. Sources propose the position of the
+// vehicle:
+//
+//   vision         a pose in the map at the time of an image, with a covariance
+//   map alignment  a horizontal shift by which a range scan fits the observed map
+//
+// The correction has four degrees of freedom, a heading c, two coordinates and their rate; height,
+// roll and pitch are the odometry's, whose depth and attitude are measured:
+//
+//   p_map(t) = b + Rz(c) (p_odom(t) - a) + d (t - t_f) + o(t)      horizontally
+//   q_map(t) = Rz(c) q_odom(t)
+//
+// a is the odometry's position at t_f, the time of vision's last image, b is vision's position
+// then, and d the difference of their velocities, which is mostly the current. Whenever b changes,
+// o takes up the difference and goes to zero at a bounded speed, and c approaches vision's heading
+// likewise: no source makes the published pose jump except the map alignment, which is applied at
+// once. When vision is lost everything keeps its value, and d becomes its mean over the last
+// seconds: a current persists, and only cameras measure it.
+//
+// Covariance. With vision: that of vision, and o o^T. Without: with the displacement D since then,
+// D' that vector turned by +90 degrees, and e the error in heading, the position error grows by s D
+// + e D' and by the effect of the current (see primitive.h).
+//
+// The map alignment keeps the vehicle consistent with a map that it made itself and gives no
+// information on where that map is: the covariance stays. Repeated shifts in one direction mean an
+// unmodelled velocity: low-passed over T, T s' = -s + sum of shifts delta(t), they are added to the
+// velocity published while vision does not measure it. The position does not integrate them: along
+// a smooth wall the alignment reports no motion, and the vehicle would come to rest in its own map.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "common/planar_transform.h"
+#include "common/timed_buffer.h"
+#include "estimation/primitive.h"
+#include "estimation/state_estimate.h"
+#include "estimation/vision_estimate.h"
+#include "estimation/vision_gate.h"
+
+namespace dive::estimation {
+
+struct FrameCorrectionOptions {
+  VisionGateOptions gate;
+  double approach = 0.15;        ///< Speed at which o goes to zero, m/s.
+  double approach_deg = 3.0;     ///< Rate at which c goes to vision's heading, deg/s.
+  double drift_time_s = 4.0;     ///< Averaging time of d for the loss of vision.
+  double max_drift = 0.4;        ///< Bound of that mean, m/s: the maximum current.
+  double drift_memory_s = 60.0;  ///< Time constant of the decay of d without vision.
+  double drift_sigma = 0.01;     ///< Constant part of the sigma of d without vision, m/s.
+  double drift_share = 0.1;      ///< Sigma of d without vision as a fraction of d.
+  double slip_time_s = 1.0;      ///< T of the low-pass over map alignments.
+  double max_slip = 0.3;         ///< Bound of the velocity that alignments add, m/s.
+
+  /// Empty if usable, else a sentence naming the option and its range.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// Deterministic: the same calls give the same estimates. Does not allocate.
+class FrameCorrection {
+ public:
+  /// Demands options that validate.
+  FrameCorrection(const FrameCorrectionOptions& options, const PrimitiveOptions& odometry);
+
+  /// Proposes an estimate of vision that arrived at `now`, before the update() of that tick.
+  /// Rejected: values that are not finite, not later than the last, implausible or too old.
+  void propose(Utime now, const VisionEstimate& vision);
+  /// The vehicle is `by_W` (m) from its published position according to the observed map. Applied
+  /// at once. Vision's frame moves with it, so that vision does not pull back.
+  void propose_alignment(const Eigen::Vector2d& by_W);
+  /// Called every tick with the pose in odom; returns the pose in the map. Demands non-decreasing
+  /// times.
+  [[nodiscard]] const StateEstimate& update(const StateEstimate& odometry);
+
+  [[nodiscard]] const StateEstimate& estimate() const { return estimate_; }
+  /// Why vision is not used, as of its last update; kNone while it is.
+  [[nodiscard]] VisionFault fault() const { return gate_.fault(); }
+  /// Distance left to the position that vision reports, m.
+  [[nodiscard]] double offset_m() const { return offset_W_.norm(); }
+
+ private:
+  struct Past {
+    OdometryState odometry;
+    Eigen::Vector2d aligned_W = Eigen::Vector2d::Zero();  ///< Sum of map alignments so far, m.
+  };
+  static constexpr std::size_t kPast = 256;  ///< Number of ticks, five seconds.
+
+  [[nodiscard]] std::optional<OdometryState> odometry_at(Utime utime) const;
+  void follow(const StateEstimate& vision, const OdometryState& then);
+  void release();
+  void advance(double dt);
+  void publish(const StateEstimate& odometry);
+  void publish_corrected(const StateEstimate& odometry);
+  void publish_aligned();
+  [[nodiscard]] Eigen::Vector2d displacement() const;
+  [[nodiscard]] Eigen::Vector2d target() const;
+  [[nodiscard]] Eigen::Matrix3d uncertainty() const;
+
+  FrameCorrectionOptions options_;
+  PrimitiveOptions odometry_;
+  VisionGate gate_;
+  TimedBuffer<Past, kPast> past_;
+  StateEstimate estimate_;
+  bool follows_vision_ = false;  ///< True once vision was accepted: the equation above holds.
+
+  Utime anchor_utime_ = 0;                                  ///< t_f, us
+  Eigen::Vector2d anchor_O_ = Eigen::Vector2d::Zero();      ///< a, m
+  Eigen::Vector2d base_W_ = Eigen::Vector2d::Zero();        ///< b + d (t - t_f), m
+  Eigen::Vector2d drift_W_ = Eigen::Vector2d::Zero();       ///< d, m/s
+  Eigen::Vector2d offset_W_ = Eigen::Vector2d::Zero();      ///< o, m
+  double yaw_ = 0.0;                                        ///< c, rad
+  double yaw_target_ = 0.0;                                 ///< Value of c by vision, rad.
+  Eigen::Vector2d mean_drift_W_ = Eigen::Vector2d::Zero();  ///< Mean of d with vision, m/s.
+  double averaged_s_ = 0.0;                                 ///< Averaging time, <= drift_time_s.
+  double drift_deviation_ = 0.0;  ///< Difference of d and its mean at the loss of vision, m/s.
+  /// Covariance of x, y (W, m) and heading (rad) at t_f.
+  Eigen::Matrix3d base_covariance_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector2d slip_W_ = Eigen::Vector2d::Zero();     ///< s, m/s
+  Eigen::Vector2d aligned_W_ = Eigen::Vector2d::Zero();  ///< Sum of map alignments so far, m.
+  /// The same when vision's filter was initialised from the published pose, m.
+  Eigen::Vector2d aligned_at_init_W_ = Eigen::Vector2d::Zero();
+  std::optional<Utime> init_utime_;  ///< Initialisation time of vision's filter, us.
+};
+
+}  // namespace dive::estimation

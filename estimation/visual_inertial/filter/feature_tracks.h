@@ -1,0 +1,44 @@
+#pragma once
+// Observations from the clones of each landmark that is not in the state. Bounded: as many tracks
+// as one frame has features, and those lost in it; as many observations each as there are clones.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace dive::estimation {
+
+struct TrackObservation {
+  std::int64_t frame = 0;
+  Eigen::Vector2d left = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right;
+};
+
+struct Track {
+  std::int64_t id = 0;
+  std::int64_t last_frame = 0;                 ///< Last frame with an observation.
+  std::vector<TrackObservation> observations;  ///< Observations in the order of frames.
+};
+
+class FeatureTracks {
+ public:
+  void add(std::int64_t id, const TrackObservation& observation);
+  /// Removes the observations from a dropped clone.
+  void forget_frame(std::int64_t frame);
+  void forget(std::int64_t id) { tracks_.erase(id); }
+  /// Keeps the track without the observations used in an update.
+  void use_up(std::int64_t id);
+  /// Removes tracks without an observation in `frame`.
+  void forget_lost(std::int64_t frame);
+  void clear() { tracks_.clear(); }
+  /// Tracks in the order of their ids.
+  [[nodiscard]] const std::map<std::int64_t, Track>& all() const { return tracks_; }
+
+ private:
+  std::map<std::int64_t, Track> tracks_;
+};
+
+}  // namespace dive::estimation

@@ -1,0 +1,164 @@
+#include "estimation/visual_inertial/filter/filter_health.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kBlind_s = 1.0;
+constexpr double kSmoothing = 0.05;           // weight of the newest innovation ratio
+constexpr std::int64_t kEnoughRefusals = 10;  // minimum number for a decision
+constexpr double kMostGyroBias = 0.5;         // rad/s
+constexpr double kMostAccelBias = 3.0;        // m/s^2
+constexpr double kShareSmoothing = 0.15;      // weight of the newest: reacts within half a second
+// Limits beyond which the filter is suspect:
+constexpr double kMostRefusedShare = 0.5;
+constexpr double kMostVisualRatio = 1.6;
+constexpr double kMostDepthRatio = 4.0;
+constexpr double kMostSigmas = 6.0;  // of calibrated values from their configured ones
+constexpr double kDoubt_s = 10.0;    // duration of the suspicion
+
+double norm_of_walk(double sigma, double walk, double seconds) {
+  return std::sqrt(sigma * sigma + walk * walk * seconds);
+}
+
+}  // namespace
+
+void HealthWatch::reset(Utime utime) {
+  const InputFaults faults = health.faults;
+  health = {};
+  health.faults = faults;
+  visual_ = depth_ = begun_ = utime;
+  depth_refused_ = visual_refused_ = 0;
+  refused_share_ = 0.0;
+  doubted_.reset();
+}
+
+void HealthWatch::diverge(std::string reason) {
+  if (health.diverged) return;
+  health.diverged = true;
+  health.reason = std::move(reason);
+}
+
+void HealthWatch::on_depth(Utime utime, const UpdateResult& result) {
+  health.depth_innovation_ratio += kSmoothing * (result.ratio - health.depth_innovation_ratio);
+  if (result.verdict == Verdict::kAccepted) {
+    depth_ = utime;
+    depth_refused_ = 0;
+    health.depth_fault = false;
+    return;
+  }
+  ++health.faults.depth_refused;
+  ++depth_refused_;
+  health.faults.last = fmt::format("depth is {:.1f} sigma off", std::sqrt(result.ratio));
+  const double since = to_seconds(utime - depth_);
+  if (depth_refused_ < kEnoughRefusals || since <= options_.max_rejection_s) return;
+  if (to_seconds(utime - visual_) < kBlind_s) {
+    health.depth_fault = true;
+    health.faults.last = fmt::format(
+        "depth disagrees for {:.1f} s with what is seen: the sensor is left out", since);
+  } else {
+    diverge(fmt::format("depth and the filter disagree for {:.1f} s", since));
+  }
+}
+
+void HealthWatch::on_frame(Utime utime, VisualReport report) {
+  health.faults.features_ignored += report.ignored;
+  if (const int judged = report.used + report.rejected; judged > 0) {
+    const double share = static_cast<double>(report.rejected) / judged;
+    refused_share_ += kShareSmoothing * (share - refused_share_);
+  }
+  if (report.used > 0) {
+    visual_ = utime;
+    visual_refused_ = 0;
+    health.visual_innovation_ratio +=
+        kSmoothing * (report.innovation_ratio - health.visual_innovation_ratio);
+  } else {
+    visual_refused_ += report.rejected;
+  }
+  health.visual = std::move(report);
+  const double since = to_seconds(utime - visual_);
+  if (visual_refused_ >= kEnoughRefusals && since > options_.max_rejection_s) {
+    diverge(fmt::format("features and the filter disagree for {:.1f} s", since));
+  }
+}
+
+void HealthWatch::on_silence(double seconds) {
+  if (seconds > options_.max_rejection_s) {
+    diverge(fmt::format("no IMU for {:.1f} s", seconds));
+  }
+}
+
+std::string HealthWatch::doubt_of(Utime utime, const FilterState& state) const {
+  if (refused_share_ > kMostRefusedShare) {
+    return fmt::format("{:.0f} % of what is seen does not fit", 100.0 * refused_share_);
+  }
+  if (health.visual_innovation_ratio > kMostVisualRatio) {
+    return fmt::format("what is seen errs {:.1f} times as much as it should",
+                       std::sqrt(health.visual_innovation_ratio));
+  }
+  if (health.depth_innovation_ratio > kMostDepthRatio) {
+    return fmt::format("depth errs {:.1f} times as much as it should",
+                       std::sqrt(health.depth_innovation_ratio));
+  }
+  const double seconds = to_seconds(utime - begun_);
+  const double gyro = state.imu.gyro_bias.cwiseAbs().maxCoeff() /
+                      norm_of_walk(options_.gyro_bias_sigma, options_.imu.gyro_walk, seconds);
+  if (gyro > kMostSigmas) return fmt::format("the gyro's bias is {:.0f} sigma off", gyro);
+  const double accel = state.imu.accel_bias.cwiseAbs().maxCoeff() /
+                       norm_of_walk(options_.accel_bias_sigma, options_.imu.accel_walk, seconds);
+  if (accel > kMostSigmas) {
+    return fmt::format("the accelerometer's bias is {:.0f} sigma off", accel);
+  }
+  for (std::size_t i = 0; options_.calibrate_extrinsics && i < state.cameras_B.size(); ++i) {
+    const Pose& told = options_.cameras[i].X_BC;
+    const Vector3d turn = so3_log(told.q.conjugate() * state.cameras_B[i].q);
+    const double turned = turn.cwiseAbs().maxCoeff() / deg_to_rad(options_.extrinsic_sigma_deg);
+    const double moved =
+        (state.cameras_B[i].p - told.p).cwiseAbs().maxCoeff() / options_.extrinsic_sigma_m;
+    if (std::max(turned, moved) > kMostSigmas) {
+      return fmt::format("camera {} stands {:.0f} sigma off", i, std::max(turned, moved));
+    }
+  }
+  return {};
+}
+
+void HealthWatch::check(Utime utime, const FilterState& state) {
+  health.since_visual_s = to_seconds(utime - visual_);
+  health.is_blind = health.since_visual_s > kBlind_s;
+  if (!state.is_finite()) return diverge("the state is not finite");
+  std::string doubt = doubt_of(utime, state);
+  const std::int64_t unmeasured = health.faults.imu_saturated + health.faults.imu_gaps;
+  if (unmeasured > unmeasured_) doubt = "the IMU does not measure all that happens";
+  unmeasured_ = unmeasured;
+  if (!doubt.empty()) {
+    doubted_ = utime;
+    health.doubt = std::move(doubt);
+  }
+  health.doubtful = doubted_ && to_seconds(utime - *doubted_) < kDoubt_s;
+  const auto P = state.covariance();
+  const double speed = state.imu.motion.v_WB.norm();
+  const double position = std::sqrt(P.diagonal().segment<2>(imu_error::kPosition).maxCoeff());
+  const double attitude =
+      rad_to_deg(std::sqrt(P.diagonal().segment<3>(imu_error::kAttitude).maxCoeff()));
+  if (speed > options_.max_speed) {
+    diverge(fmt::format("a speed of {:.1f} m/s is none of this vehicle", speed));
+  } else if (position > options_.max_position_sigma_m) {
+    diverge(fmt::format("the position is known to {:.1f} m only", position));
+  } else if (attitude > options_.max_attitude_sigma_deg) {
+    diverge(fmt::format("the attitude is known to {:.1f} degrees only", attitude));
+  } else if (state.imu.gyro_bias.norm() > kMostGyroBias) {
+    diverge(fmt::format("a gyro bias of {:.2f} rad/s is none", state.imu.gyro_bias.norm()));
+  } else if (state.imu.accel_bias.norm() > kMostAccelBias) {
+    diverge(
+        fmt::format("an accelerometer bias of {:.1f} m/s^2 is none", state.imu.accel_bias.norm()));
+  }
+}
+
+}  // namespace dive::estimation

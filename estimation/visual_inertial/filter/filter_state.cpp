@@ -1,0 +1,277 @@
+#include "estimation/visual_inertial/filter/filter_state.h"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "common/assert.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using imu_error::kSize;
+
+// A copy has no error of its own; this keeps the covariance positive definite: 1 urad, 1 um.
+constexpr double kCopyVariance = 1e-12;
+constexpr double kFarVelocity = 0.005;  // m/s of correction that move the first estimates
+constexpr double kLeastPivot = 1e-9;    // of H_f, relative
+
+void turn(Eigen::Quaterniond& q, const Vector3d& by) { q = (q * so3_exp(by)).normalized(); }
+
+Pose corrected(const Pose& pose, const Eigen::Ref<const VectorXd>& error) {
+  Pose result{pose.p + error.segment<3>(3), pose.q};
+  turn(result.q, error.head<3>());
+  return result;
+}
+
+int largest_size(const VisualInertialOptions& options) {
+  return kSize + 6 * static_cast<int>(options.cameras.size()) + 1 +
+         3 * (options.max_landmarks + 1) + 6 * (options.max_clones + 1);
+}
+
+}  // namespace
+
+FilterState::FilterState(const VisualInertialOptions& options)
+    : time_offset_s(options.time_offset_s),
+      calibrates_cameras_(options.calibrate_extrinsics),
+      calibrates_offset_(options.calibrate_time_offset),
+      P_(MatrixXd::Zero(largest_size(options), largest_size(options))) {
+  for (const CameraModel& camera : options.cameras) cameras_B.push_back(camera.X_BC);
+  size_ = landmarks_start();
+  const double attitude = std::pow(deg_to_rad(options.extrinsic_sigma_deg), 2);
+  const double position = std::pow(options.extrinsic_sigma_m, 2);
+  for (std::size_t i = 0; i < cameras_B.size(); ++i) {
+    const auto columns = camera_columns(i);
+    if (!columns) continue;
+    P_.diagonal().segment<3>(columns->start).setConstant(attitude);
+    P_.diagonal().segment<3>(columns->start + 3).setConstant(position);
+  }
+  if (const auto columns = offset_columns()) {
+    P_(columns->start, columns->start) = std::pow(options.time_offset_sigma_s, 2);
+  }
+}
+
+std::optional<Columns> FilterState::camera_columns(std::size_t camera) const {
+  if (!calibrates_cameras_) return std::nullopt;
+  return Columns{kSize + 6 * static_cast<int>(camera), 6};
+}
+
+std::optional<Columns> FilterState::offset_columns() const {
+  if (!calibrates_offset_) return std::nullopt;
+  return Columns{landmarks_start() - 1, 1};
+}
+
+int FilterState::landmarks_start() const {
+  const int cameras = calibrates_cameras_ ? 6 * static_cast<int>(cameras_B.size()) : 0;
+  return kSize + cameras + (calibrates_offset_ ? 1 : 0);
+}
+
+Columns FilterState::landmark_columns(std::size_t landmark) const {
+  return {landmarks_start() + 3 * static_cast<int>(landmark), 3};
+}
+
+Columns FilterState::clone_columns(std::size_t clone) const {
+  return {clones_start() + 6 * static_cast<int>(clone), 6};
+}
+
+void FilterState::begin(const ImuState& state, const Matrix15d& covariance) {
+  imu = state;
+  first = state.motion;
+  clones_.clear();
+  landmarks_.clear();
+  size_ = landmarks_start();
+  P_.topLeftCorner<kSize, kSize>() = covariance;
+  P_.block(0, kSize, kSize, size_ - kSize).setZero();
+  P_.block(kSize, 0, size_ - kSize, kSize).setZero();
+}
+
+void FilterState::propagate(const ImuState& state, const Matrix15d& transition,
+                            const Matrix15d& noise) {
+  imu = state;
+  first = state.motion;
+  const int rest = size_ - kSize;
+  auto P = P_.topLeftCorner<kSize, kSize>();
+  const Matrix15d next = transition * P * transition.transpose() + noise;
+  P = 0.5 * (next + next.transpose());
+  scratch_.noalias() = transition * P_.block(0, kSize, kSize, rest);
+  P_.block(0, kSize, kSize, rest) = scratch_;
+  P_.block(kSize, 0, rest, kSize) = scratch_.transpose();
+}
+
+void FilterState::clone(std::int64_t frame, const Vector3d& rate_B) {
+  DIVE_DEMAND(size_ + 6 <= P_.rows());
+  const Pose pose{imu.motion.p_WB, imu.motion.q_WB};
+  clones_.push_back({frame, pose, {first.p_WB, first.q_WB}});
+  const int at = size_;
+  size_ += 6;
+  P_.block(at, 0, 6, at) = P_.topRows<6>().leftCols(at);
+  if (const auto offset = offset_columns()) {
+    Vector6d by_offset;
+    by_offset << rate_B, first.v_WB;
+    P_.block(at, 0, 6, at).noalias() += by_offset * P_.row(offset->start).head(at);
+    const Vector6d cross = P_.block<6, 1>(at, offset->start);
+    P_.block<6, 6>(at, at) = P_.block<6, 6>(at, 0) + cross * by_offset.transpose();
+  } else {
+    P_.block<6, 6>(at, at) = P_.block<6, 6>(at, 0);
+  }
+  P_.block(0, at, at, 6) = P_.block(at, 0, 6, at).transpose();
+  const Matrix6d own = P_.block<6, 6>(at, at);
+  P_.block<6, 6>(at, at) = 0.5 * (own + own.transpose());
+  P_.diagonal().segment<6>(at).array() += kCopyVariance;
+}
+
+void FilterState::remove(Columns columns) {
+  const int end = columns.start + columns.size;
+  const int tail = size_ - end;
+  // One column, then one row at a time: source and destination overlap.
+  for (int i = 0; i < tail; ++i) {
+    P_.col(columns.start + i).head(size_) = P_.col(end + i).head(size_);
+  }
+  for (int column = 0; column < size_ - columns.size; ++column) {
+    for (int i = 0; i < tail; ++i) P_(columns.start + i, column) = P_(end + i, column);
+  }
+  size_ -= columns.size;
+}
+
+void FilterState::drop_clone(std::size_t clone) {
+  DIVE_DEMAND(clone < clones_.size());
+  remove(clone_columns(clone));
+  clones_.erase(clones_.begin() + static_cast<std::ptrdiff_t>(clone));
+}
+
+void FilterState::drop_landmark(std::size_t landmark) {
+  DIVE_DEMAND(landmark < landmarks_.size());
+  remove(landmark_columns(landmark));
+  landmarks_.erase(landmarks_.begin() + static_cast<std::ptrdiff_t>(landmark));
+}
+
+bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3Xd& H,
+                               const Eigen::Matrix3d& H_f, const Vector3d& r, double variance) {
+  DIVE_DEMAND(size_ + 3 <= P_.rows());
+  const std::array<Columns, 2> columns = view_columns();
+  DIVE_DEMAND(H.cols() == columns[0].size + columns[1].size);
+  Eigen::FullPivLU<Eigen::Matrix3d> lu(H_f);
+  lu.setThreshold(kLeastPivot);
+  if (!lu.isInvertible()) return false;
+  const Eigen::Matrix3d inverse = lu.inverse();
+  // f = H_f^-1 (r - H x - n)
+  const Eigen::Matrix3Xd by_state = -inverse * H;
+  const Eigen::Matrix3Xd cross =
+      by_state.leftCols(columns[0].size) * P_.block(columns[0].start, 0, columns[0].size, size_) +
+      by_state.rightCols(columns[1].size) * P_.block(columns[1].start, 0, columns[1].size, size_);
+  const Eigen::Matrix3d own = cross.middleCols(columns[0].start, columns[0].size) *
+                                  by_state.leftCols(columns[0].size).transpose() +
+                              cross.middleCols(columns[1].start, columns[1].size) *
+                                  by_state.rightCols(columns[1].size).transpose() +
+                              variance * inverse * inverse.transpose();
+  const Vector3d shift = inverse * r;
+  if (!cross.allFinite() || !own.allFinite() || !shift.allFinite()) return false;
+
+  const int at = clones_start();
+  const int tail = size_ - at;
+  const MatrixXd below = P_.block(at, 0, tail, size_);  // the clones' rows, moved down
+  P_.block(at + 3, 0, tail, at) = below.leftCols(at);
+  P_.block(0, at + 3, at, tail) = below.leftCols(at).transpose();
+  P_.block(at + 3, at + 3, tail, tail) = below.rightCols(tail);
+  P_.block(at, 0, 3, at) = cross.leftCols(at);
+  P_.block(at, at + 3, 3, tail) = cross.rightCols(tail);
+  P_.block(at, at, 3, 3) = 0.5 * (own + own.transpose());
+  P_.block(0, at, at, 3) = cross.leftCols(at).transpose();
+  P_.block(at + 3, at, tail, 3) = cross.rightCols(tail).transpose();
+  size_ += 3;
+  landmarks_.push_back(landmark);
+  landmarks_.back().first = landmark.p_W;
+  landmarks_.back().p_W += shift;
+  return true;
+}
+
+MatrixXd FilterState::innovation(std::span<const Columns> columns, const MatrixXd& H) const {
+  MatrixXd S = MatrixXd::Zero(H.rows(), H.rows());
+  int i = 0;
+  for (const Columns& row : columns) {
+    int j = 0;
+    MatrixXd HP = MatrixXd::Zero(H.rows(), row.size);
+    for (const Columns& column : columns) {
+      HP.noalias() +=
+          H.middleCols(j, column.size) * P_.block(column.start, row.start, column.size, row.size);
+      j += column.size;
+    }
+    S.noalias() += HP * H.middleCols(i, row.size).transpose();
+    i += row.size;
+  }
+  return S;
+}
+
+// With S = L L^T and W = P H^T L^-T: x = W L^-1 r, P' = P - W W^T. The lower triangle is computed
+// and mirrored, so that P stays symmetric to the last bit.
+bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, const VectorXd& r,
+                          const VectorXd& variances) {
+  DIVE_DEMAND(H.rows() == r.size() && r.size() == variances.size());
+  if (r.size() == 0 || !H.allFinite() || !r.allFinite()) return false;
+  MatrixXd HP = MatrixXd::Zero(H.rows(), size_);
+  MatrixXd S = variances.asDiagonal();
+  int at = 0;
+  for (const Columns& part : columns) {
+    HP.noalias() += H.middleCols(at, part.size) * P_.block(part.start, 0, part.size, size_);
+    at += part.size;
+  }
+  DIVE_DEMAND(at == H.cols());
+  at = 0;
+  for (const Columns& part : columns) {
+    S.noalias() += HP.middleCols(part.start, part.size) * H.middleCols(at, part.size).transpose();
+    at += part.size;
+  }
+  const Eigen::LLT<MatrixXd> llt(S);
+  if (llt.info() != Eigen::Success) return false;
+  llt.matrixL().solveInPlace(HP);  // W^T
+  const VectorXd error = HP.transpose() * llt.matrixL().solve(r);
+  const VectorXd left = P_.diagonal().head(size_) - HP.colwise().squaredNorm().transpose();
+  if (!error.allFinite() || !(left.array() > 0.0).all()) return false;
+  auto P = P_.topLeftCorner(size_, size_);
+  P.selfadjointView<Eigen::Lower>().rankUpdate(HP.transpose(), -1.0);
+  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  add_error(error);
+  return true;
+}
+
+void FilterState::add_error(const VectorXd& error) {
+  turn(imu.motion.q_WB, error.segment<3>(imu_error::kAttitude));
+  imu.motion.p_WB += error.segment<3>(imu_error::kPosition);
+  imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
+  imu.gyro_bias += error.segment<3>(imu_error::kGyroBias);
+  imu.accel_bias += error.segment<3>(imu_error::kAccelBias);
+  for (std::size_t i = 0; i < cameras_B.size(); ++i) {
+    const auto columns = camera_columns(i);
+    if (columns) cameras_B[i] = corrected(cameras_B[i], error.segment<6>(columns->start));
+  }
+  if (const auto columns = offset_columns()) time_offset_s += error[columns->start];
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    landmarks_[i].p_W += error.segment<3>(landmark_columns(i).start);
+  }
+  for (std::size_t i = 0; i < clones_.size(); ++i) {
+    clones_[i].X_WB = corrected(clones_[i].X_WB, error.segment<6>(clone_columns(i).start));
+  }
+  if (error.segment<3>(imu_error::kVelocity).norm() > kFarVelocity) move_first_estimates();
+}
+
+// After initialisation or darkness the first estimates can be so wrong that Jacobians evaluated
+// there cost more than the little spurious heading information of one change of the linearisation
+// point.
+void FilterState::move_first_estimates() {
+  first = imu.motion;
+  for (Clone& clone : clones_) clone.first = clone.X_WB;
+  for (MapLandmark& landmark : landmarks_) landmark.first = landmark.p_W;
+}
+
+bool FilterState::is_finite() const {
+  const Kinematics& m = imu.motion;
+  return m.q_WB.coeffs().allFinite() && m.p_WB.allFinite() && m.v_WB.allFinite() &&
+         imu.gyro_bias.allFinite() && imu.accel_bias.allFinite() &&
+         covariance().diagonal().allFinite();
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,108 @@
+#pragma once
+// The state of the filter, and the covariance of its errors:
+//
+//   [ IMU 15 | cameras 6 each | time offset 1 | landmarks 3 each | clones 6 each ]
+//
+// Quantities that are not calibrated have no columns. Attitude errors are on the right, R_true = R
+// Exp(theta); the rest is additive; a camera or clone is [theta, p]. Each clone and landmark keeps
+// its first estimate, at which Jacobians are evaluated.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimation/visual_inertial/filter/imu_propagation.h"
+
+namespace dive::estimation {
+
+struct Clone {
+  std::int64_t frame = 0;  ///< Number of the frame taken at this pose.
+  Pose X_WB;
+  Pose first;
+};
+
+struct MapLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  std::int64_t last_frame = 0;  ///< Frame of the last accepted observation.
+  int rejected = 0;             ///< Consecutive rejections.
+};
+
+/// Columns of the error state.
+struct Columns {
+  int start = 0;
+  int size = 0;
+};
+
+class FilterState {
+ public:
+  explicit FilterState(const VisualInertialOptions& options);
+
+  ImuState imu;
+  Kinematics first;  ///< First estimate of `imu`: as propagated, before any update at that time.
+  std::vector<Pose> cameras_B;
+  double time_offset_s = 0.0;
+
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] auto covariance() const { return P_.topLeftCorner(size_, size_); }
+  [[nodiscard]] const std::vector<Clone>& clones() const { return clones_; }
+  [[nodiscard]] std::vector<MapLandmark>& landmarks() { return landmarks_; }
+  [[nodiscard]] const std::vector<MapLandmark>& landmarks() const { return landmarks_; }
+
+  [[nodiscard]] std::optional<Columns> camera_columns(std::size_t camera) const;
+  [[nodiscard]] std::optional<Columns> offset_columns() const;
+  [[nodiscard]] Columns landmark_columns(std::size_t landmark) const;
+  [[nodiscard]] Columns clone_columns(std::size_t clone) const;
+  /// Calibration, then all clones: the columns of a feature's Jacobian.
+  [[nodiscard]] std::array<Columns, 2> view_columns() const {
+    return {{{imu_error::kSize, landmarks_start() - imu_error::kSize},
+             {clones_start(), size_ - clones_start()}}};
+  }
+
+  /// Sets the IMU state and its covariance; removes everything else except the calibration.
+  void begin(const ImuState& state, const Matrix15d& covariance);
+  /// P_II' = F P_II F^T + Q, P_IX' = F P_IX.
+  void propagate(const ImuState& state, const Matrix15d& transition, const Matrix15d& noise);
+  /// Copies the pose; its error includes that of the time offset, by the rate (rad/s) and the
+  /// velocity.
+  void clone(std::int64_t frame, const Eigen::Vector3d& rate_B);
+  void drop_clone(std::size_t clone);
+  void drop_landmark(std::size_t landmark);
+  /// Adds a landmark determined by the three rows r = H x + H_f f + n, n ~ N(0, variance I), H over
+  /// view_columns(); `p_W` is its triangulated position. False, without any change, if H_f is
+  /// singular. Moves the clones' columns.
+  bool add_landmark(const MapLandmark& landmark, const Eigen::Matrix3Xd& H,
+                    const Eigen::Matrix3d& H_f, const Eigen::Vector3d& r, double variance);
+
+  /// The update with r = H x + n, H over `columns` in that order, n ~ N(0, diag(variances)). False,
+  /// without any change, if the result would not be finite or not positive.
+  bool correct(std::span<const Columns> columns, const Eigen::MatrixXd& H, const Eigen::VectorXd& r,
+               const Eigen::VectorXd& variances);
+  /// H P H^T for the same H.
+  [[nodiscard]] Eigen::MatrixXd innovation(std::span<const Columns> columns,
+                                           const Eigen::MatrixXd& H) const;
+
+  [[nodiscard]] bool is_finite() const;
+
+ private:
+  void add_error(const Eigen::VectorXd& error);
+  void move_first_estimates();
+  void remove(Columns columns);
+  [[nodiscard]] int landmarks_start() const;
+  [[nodiscard]] int clones_start() const {
+    return landmarks_start() + 3 * static_cast<int>(landmarks_.size());
+  }
+
+  bool calibrates_cameras_;
+  bool calibrates_offset_;
+  int size_;
+  Eigen::MatrixXd P_;  ///< Allocated at its maximum size, of which size_ is in use.
+  Eigen::MatrixXd scratch_;
+  std::vector<Clone> clones_;
+  std::vector<MapLandmark> landmarks_;
+};
+
+}  // namespace dive::estimation

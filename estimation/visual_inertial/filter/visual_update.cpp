@@ -1,0 +1,300 @@
+#include "estimation/visual_inertial/filter/visual_update.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include <Eigen/Cholesky>
+
+#include "common/assert.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t kFewestSights = 4;  // minimum observations of a track that is used
+constexpr int kMostRejections = 3;        // consecutive, of a landmark
+constexpr int kMostPromotions = 3;        // new landmarks in one frame
+// A landmark keeps the Jacobians of its first estimate: it must be initialised well, when the speed
+// is known.
+constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
+constexpr double kLandmarkDepthShare = 0.05;
+
+std::size_t sights(const Track& track) {
+  std::size_t count = 0;
+  for (const TrackObservation& seen : track.observations) count += seen.right ? 2 : 1;
+  return count;
+}
+
+bool is_usable(const FeatureObservation& feature) {
+  return feature.left.allFinite() && (!feature.right || feature.right->allFinite());
+}
+
+// Covariance of p_W = p + R l, with l as triangulated: the triangulation's own, and the vehicle's.
+Eigen::Matrix3d with_vehicle(const FilterState& state, const Eigen::Vector3d& p_W,
+                             const Eigen::Matrix3d& own) {
+  const Kinematics& now = state.imu.motion;
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << -skew(p_W - now.p_WB) * now.q_WB.toRotationMatrix(), Eigen::Matrix3d::Identity();
+  return own + by_pose * state.covariance().topLeftCorner<6, 6>() * by_pose.transpose();
+}
+
+}  // namespace
+
+/// A track that passed the gate, with its first three rows separate.
+struct VisualUpdate::Gated {
+  LinearSystem system;
+  Landmark landmark;
+  double distance = 0.0;
+  double depth_share = 0.0;  // sigma over depth
+};
+
+VisualUpdate::VisualUpdate(const VisualInertialOptions& options)
+    : options_(options),
+      sigma_(options.pixel_sigma /
+             std::sqrt(options.cameras.front().fx * options.cameras.front().fy)) {}
+
+VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
+                                 std::int64_t number) {
+  DIVE_DEMAND(!state.clones().empty() && state.clones().back().frame == number);
+  VisualReport report;
+  distance_ = freedom_ = 0.0;
+  follow(state, frame, number, report);
+  correct_landmarks(state, number, report);
+  const auto leaving = leaving_clone(state);
+  const std::vector<Candidate> found = candidates(state, number, leaving);
+  std::vector<std::int64_t> used;
+  for (const Candidate& candidate : found) used.push_back(candidate.track->id);
+  correct_tracks(state, found, report);
+  for (const std::int64_t id : used) tracks_.use_up(id);
+  clean(state, number, leaving);
+  if (freedom_ > 0.0) report.innovation_ratio = distance_ / freedom_;
+  return report;
+}
+
+void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
+                          VisualReport& report) {
+  landmark_sights_.clear();
+  std::set<std::int64_t> seen_ids;
+  const bool is_stereo = state.cameras_B.size() > 1;
+  for (const FeatureObservation& feature : frame.features) {
+    if (!is_usable(feature) || report.followed >= options_.max_features ||
+        !seen_ids.insert(feature.id).second) {
+      ++report.ignored;
+      continue;
+    }
+    ++report.followed;
+    TrackObservation seen{number, feature.left, std::nullopt};
+    if (is_stereo) seen.right = feature.right;
+    const auto& marks = state.landmarks();
+    const auto mark = std::find_if(marks.begin(), marks.end(),
+                                   [&](const MapLandmark& m) { return m.id == feature.id; });
+    if (mark == marks.end()) {
+      tracks_.add(feature.id, seen);
+    } else {
+      landmark_sights_.emplace_back(static_cast<std::size_t>(mark - marks.begin()), seen);
+    }
+  }
+}
+
+bool VisualUpdate::is_out(const MatrixXd& S, const VectorXd& r, double& distance) const {
+  const Eigen::LLT<MatrixXd> llt(S);
+  distance = llt.matrixL().solve(r).squaredNorm();
+  return llt.info() != Eigen::Success ||
+         !(distance <= chi_square_limit(options_.gate_sigma, r.size()));
+}
+
+void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
+                                     VisualReport& report) {
+  if (landmark_sights_.empty()) return;
+  const Columns calibration = state.view_columns()[0];
+  const Columns clone = state.clone_columns(state.clones().size() - 1);
+  const int marks = 3 * static_cast<int>(state.landmarks().size());
+  const std::array<Columns, 2> all{{{calibration.start, calibration.size + marks}, clone}};
+  MatrixXd H =
+      MatrixXd::Zero(static_cast<Eigen::Index>(4 * landmark_sights_.size()), all[0].size + 6);
+  VectorXd r(H.rows());
+  Eigen::Index rows = 0;
+  for (const auto& [index, seen] : landmark_sights_) {
+    MapLandmark& mark = state.landmarks()[index];
+    mark.last_frame = number;
+    const Columns own = state.landmark_columns(index);
+    const auto system = landmark_system(state, index, seen);
+    double distance = 0.0;
+    bool is_rejected = !system;
+    if (system) {
+      const std::array<Columns, 3> columns{{calibration, own, clone}};
+      MatrixXd S = state.innovation(columns, system->H);
+      S.diagonal().array() += sigma_ * sigma_;
+      is_rejected = is_out(S, system->r, distance);
+    }
+    mark.rejected = is_rejected ? mark.rejected + 1 : 0;
+    if (is_rejected) {
+      ++report.rejected;
+      continue;
+    }
+    const Eigen::Index count = system->r.size();
+    H.block(rows, 0, count, calibration.size) = system->H.leftCols(calibration.size);
+    H.block(rows, own.start - calibration.start, count, 3) =
+        system->H.middleCols<3>(calibration.size);
+    H.block(rows, all[0].size, count, 6) = system->H.rightCols<6>();
+    r.segment(rows, count) = system->r;
+    rows += count;
+    distance_ += distance;
+    freedom_ += static_cast<double>(count);
+    ++report.used;
+  }
+  H.conservativeResize(rows, Eigen::NoChange);
+  r.conservativeResize(rows);
+  state.correct(all, H, r, VectorXd::Constant(rows, sigma_ * sigma_));
+  for (const auto& [index, seen] : landmark_sights_) {
+    const MapLandmark& mark = state.landmarks()[index];
+    if (mark.rejected > 0) continue;
+    const int at = state.landmark_columns(index).start;
+    report.landmarks.push_back({mark.id, mark.p_W, state.covariance().block<3, 3>(at, at)});
+  }
+}
+
+// The newest but one, unless it has the distance of kept clones from the one before.
+std::optional<std::size_t> VisualUpdate::leaving_clone(const FilterState& state) const {
+  const auto& clones = state.clones();
+  if (clones.size() < static_cast<std::size_t>(options_.max_clones)) return std::nullopt;
+  const Pose& late = clones[clones.size() - 2].X_WB;
+  const Pose& before = clones[clones.size() - 3].X_WB;
+  const bool is_far = (late.p - before.p).norm() >= options_.keyframe_distance_m ||
+                      rad_to_deg(angle_between(late.q, before.q)) >= options_.keyframe_rotation_deg;
+  return is_far ? 0 : clones.size() - 2;
+}
+
+std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
+    const FilterState& state, std::int64_t number, std::optional<std::size_t> leaving) const {
+  std::vector<Candidate> found;
+  // Of the tracks that reach back to the oldest clone a few are used in every frame, not all of
+  // them when it leaves: an unused track then loses one observation, and stays.
+  const std::int64_t oldest = state.clones().front().frame;
+  for (const auto& [id, track] : tracks_.all()) {
+    if (track.observations.empty()) continue;
+    const bool is_lost = track.last_frame != number;
+    const bool is_long = leaving && track.observations.front().frame == oldest;
+    if (!is_lost && !is_long) continue;
+    if (track.observations.size() < kFewestSights) continue;
+    found.push_back({&track, !is_lost});
+  }
+  // Lost tracks cannot wait.
+  std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+    return std::make_tuple(a.may_stay, sights(*b.track), a.track->id) <
+           std::make_tuple(b.may_stay, sights(*a.track), b.track->id);
+  });
+  const std::size_t most = static_cast<std::size_t>(options_.max_update_features);
+  if (found.size() > most) found.resize(most);
+  return found;
+}
+
+std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state, const Track& track,
+                                                       VisualReport& report) const {
+  const auto place = triangulate(views_of(state, track), sigma_);
+  std::optional<LinearSystem> system;
+  if (place) system = track_system(state, track, place->p_W);
+  if (!system || system->r.size() < 4) {
+    ++report.untriangulated;
+    return std::nullopt;
+  }
+  separate_landmark(*system);
+  const Eigen::Index free = system->r.size() - 3;
+  MatrixXd S = state.innovation(state.view_columns(), system->H.bottomRows(free));
+  S.diagonal().array() += sigma_ * sigma_;
+  Gated result;
+  result.depth_share = sigma_ * place->depth_share;
+  if (is_out(S, system->r.tail(free), result.distance)) {
+    ++report.rejected;
+    return std::nullopt;
+  }
+  result.system = std::move(*system);
+  result.landmark = {track.id, place->p_W,
+                     with_vehicle(state, place->p_W, sigma_ * sigma_ * place->covariance)};
+  return result;
+}
+
+void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidate>& found,
+                                  VisualReport& report) {
+  const double speed_variance =
+      state.covariance().diagonal().segment<3>(imu_error::kVelocity).maxCoeff();
+  int room = 0;
+  if (speed_variance < kLandmarkSpeedSigma * kLandmarkSpeedSigma) {
+    room = std::min(kMostPromotions,
+                    options_.max_landmarks - static_cast<int>(state.landmarks().size()));
+  }
+  std::vector<const Track*> staying;
+  std::vector<Gated> passed;
+  Eigen::Index rows = 0;
+  for (const Candidate& candidate : found) {
+    auto one = gated(state, *candidate.track, report);
+    if (!one) continue;
+    if (candidate.may_stay && room > 0 && one->depth_share < kLandmarkDepthShare) {
+      staying.push_back(candidate.track);
+      --room;
+      continue;
+    }
+    rows += one->system.r.size() - 3;
+    passed.push_back(std::move(*one));
+  }
+  const auto columns = state.view_columns();
+  MatrixXd H(rows, columns[0].size + columns[1].size);
+  VectorXd r(rows);
+  rows = 0;
+  for (const Gated& one : passed) {
+    const Eigen::Index free = one.system.r.size() - 3;
+    H.middleRows(rows, free) = one.system.H.bottomRows(free);
+    r.segment(rows, free) = one.system.r.tail(free);
+    rows += free;
+    distance_ += one.distance;
+    freedom_ += static_cast<double>(free);
+  }
+  compress(H, r);
+  if (rows > 0 && state.correct(columns, H, r, VectorXd::Constant(r.size(), sigma_ * sigma_))) {
+    report.used += static_cast<int>(passed.size());
+    for (const Gated& one : passed) report.landmarks.push_back(one.landmark);
+  }
+  const std::int64_t number = state.clones().back().frame;
+  for (const Track* track : staying) promote(state, *track, number, report);
+}
+
+void VisualUpdate::promote(FilterState& state, const Track& track, std::int64_t number,
+                           VisualReport& report) {
+  auto one = gated(state, track, report);
+  if (!one) return;
+  const LinearSystem& system = one->system;
+  const MapLandmark mark{track.id, one->landmark.p_W, one->landmark.p_W, number, 0};
+  if (!state.add_landmark(mark, system.H.topRows<3>(), system.H_f.topRows<3>(), system.r.head<3>(),
+                          sigma_ * sigma_)) {
+    return;
+  }
+  const Eigen::Index free = system.r.size() - 3;
+  if (state.correct(state.view_columns(), system.H.bottomRows(free), system.r.tail(free),
+                    VectorXd::Constant(free, sigma_ * sigma_))) {
+    ++report.used;
+    distance_ += one->distance;
+    freedom_ += static_cast<double>(free);
+    report.landmarks.push_back(one->landmark);
+  }
+}
+
+void VisualUpdate::clean(FilterState& state, std::int64_t number,
+                         std::optional<std::size_t> leaving) {
+  for (const MapLandmark& mark : state.landmarks()) tracks_.forget(mark.id);
+  tracks_.forget_lost(number);
+  if (leaving) {
+    tracks_.forget_frame(state.clones()[*leaving].frame);
+    state.drop_clone(*leaving);
+  }
+  for (std::size_t i = state.landmarks().size(); i-- > 0;) {
+    const MapLandmark& mark = state.landmarks()[i];
+    if (mark.last_frame != number || mark.rejected >= kMostRejections) state.drop_landmark(i);
+  }
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,105 @@
+#pragma once
+// The visual front end: features of the left camera tracked from image to image by ViSP's KLT
+// tracker, and matched in the right one. The output for a filter is normalised coordinates under
+// persistent ids, and the faults of the image.
+//
+// A feature is kept only if it
+//   - is found from the gyro's prediction (infinite homography K R K^-1, and its last motion), and
+//     from there back at its old position;
+//   - obeys the epipolar constraint of the gyro's rotation and one common translation, since the
+//     last image and since the sixteenth before: drifting marine snow becomes detectable in a
+//     second, not in one image.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <Eigen/Geometry>
+
+#include "common/camera_model.h"
+#include "common/measurements.h"
+#include "estimation/visual_inertial/front_end/feature_frame.h"
+
+namespace dive::estimation {
+
+struct TrackerOptions {
+  int max_features = 200;
+  int window_px = 16;             ///< Window of KLT; a multiple of 8.
+  int levels = 2;                 ///< Levels of KLT's pyramid above the image itself.
+  double min_gradient = 6.0;      ///< Minimum of a corner, grey levels per pixel after equalising.
+  double min_distance_px = 12.0;  ///< Distance of a new feature from all others.
+  int cells_per_picture = 8;      ///< Grid cells searched for new features.
+  double back_px = 0.8;           ///< Maximum error of a point tracked forwards and back.
+  double epipolar_px = 1.0;       ///< Tolerance since the last image.
+  double drift_px = 1.5;          ///< Tolerance since the sixteenth before: gyro errors add up.
+  double min_contrast = 3.0;      ///< Standard deviation, grey levels; below it is only noise.
+  int min_features = 10;          ///< Fewer are a fault: moving ones cannot be detected.
+  double max_gap_s = 0.5;         ///< Maximum gap over which features are tracked.
+  double min_depth_m = 0.25;      ///< Minimum depth of a stereo match.
+
+  /// A description of the first error; empty if the options are usable.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// Faults of an image. Only kNone, kFewFeatures and kLost give features.
+enum class PictureFault {
+  kNone,
+  kNotAsAgreed,   ///< Unexpected size, format or number of pixels.
+  kNotLater,      ///< Stamp equal to or before the last one.
+  kFrozen,        ///< Bit for bit the last one: a static camera still has noise.
+  kNoContrast,    ///< Dark, dazzled, or only water.
+  kFewFeatures,   ///< Too few to detect moving ones; the estimator decides whether to use them.
+  kLost,          ///< Nearly all features were lost at once; new ones follow.
+  kLibraryError,  ///< ViSP or OpenCV threw an exception.
+};
+
+[[nodiscard]] const char* to_string(PictureFault fault);
+
+/// Quality of one image, for monitoring the estimator.
+struct PictureQuality {
+  PictureFault fault = PictureFault::kNone;
+  std::string reason;        ///< A sentence; empty without a fault.
+  std::string right_reason;  ///< Reason why the right image was not used, if there was one.
+  double brightness = 0.0;   ///< Mean, grey levels.
+  double contrast = 0.0;     ///< Standard deviation, grey levels.
+  double sharpness = 0.0;    ///< PictureStatistics::sharpness: falls with blur.
+  int tracked = 0;           ///< Features tracked from the last image.
+  int added = 0;             ///< New features.
+  int stereo = 0;            ///< Tracked and new features matched in the right image.
+  int lost = 0;              ///< Not found, not found back, or outside the image.
+  int moving = 0;            ///< Rejected because of motion of their own.
+};
+
+struct TrackedPicture {
+  FeatureFrame frame;  ///< Ids in increasing order; no features if the image was rejected.
+  PictureQuality quality;
+};
+
+/// Equal options, cameras, seed and calls give bit-identical features on one machine.
+class Tracker {
+ public:
+  /// Demands options and cameras that validate; a right camera of the same size as the left one and
+  /// apart from it. Only their relative pose is used.
+  Tracker(TrackerOptions options, const CameraModel& left, const std::optional<CameraModel>& right,
+          std::uint64_t seed);
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+  ~Tracker();
+
+  /// Stamp of the last used image, if any: the start of q_C1C0.
+  [[nodiscard]] std::optional<Utime> utime() const;
+
+  /// Processes the next image, and the right camera's, taken within a millisecond, if there is one.
+  /// `q_C1C0`: the gyro's rotation from the left camera at utime() to now (p_C1 = q_C1C0 p_C0);
+  /// without it there is no prediction and no check of motion. A rejected image changes nothing.
+  /// Library exceptions do not leave it.
+  [[nodiscard]] TrackedPicture step(const ImageFrame& left, const ImageFrame* right,
+                                    const std::optional<Eigen::Quaterniond>& q_C1C0);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::estimation

@@ -1,0 +1,42 @@
+#pragma once
+// From images to loops: the view of a keyframe, and recognition of a place observed before.
+
+#include <optional>
+
+#include "common/camera_model.h"
+#include "common/measurements.h"
+#include "estimation/state_estimate.h"
+#include "estimation/visual_inertial/loop_closure/keyframe.h"
+#include "estimation/visual_inertial/loop_closure/loop_closer.h"
+
+namespace dive::estimation {
+
+struct Keyframe {
+  ImageFrame left;
+  ImageFrame right;
+  StateEstimate filter;  ///< Estimate at the time of the images, without any correction.
+  Pose X_BL;             ///< Camera poses as calibrated by the filter.
+  Pose X_BR;
+  Utime begun_from = 0;  ///< VisionEstimate
+};
+
+/// Runs on a worker. Deterministic.
+class LoopFinder {
+ public:
+  /// Demands options and cameras that validate.
+  LoopFinder(const LoopCloserOptions& options, const CameraModel& left, const CameraModel& right);
+
+  /// The result replaces the correction of the filter applied so far. Unexpected images give no
+  /// keyframe. Nothing connects two initialisations of the filter: a new one drops all earlier
+  /// keyframes.
+  [[nodiscard]] std::optional<LoopCorrection> look(const Keyframe& keyframe);
+
+  [[nodiscard]] const LoopReport& report() const { return closer_.report(); }
+
+ private:
+  PlaceViewer viewer_;
+  LoopCloser closer_;
+  std::optional<Utime> begun_from_;
+};
+
+}  // namespace dive::estimation

@@ -1,0 +1,230 @@
+#include "estimation/visual_inertial/loop_closure/relative_pose.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+using Matrix26d = Eigen::Matrix<double, 2, 6>;
+using Matrix36d = Eigen::Matrix<double, 3, 6>;
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+constexpr int kRansacRounds = 200;
+constexpr double kRansacSigma = 3.0;
+constexpr double kRansacSure = 0.999;
+constexpr int kSteps = 15;
+constexpr int kRounds = 3;  // each with the points that agreed in the one before
+constexpr int kPointSteps = 3;
+constexpr std::size_t kFewestToBegin = 8;
+constexpr double kConverged = 1e-6;     // m and rad
+constexpr double kLeastParallax = 3.0;  // sigma of a disparity, for a point to have a position
+constexpr double kNearest = 0.05;       // m
+constexpr int kColumns = 4;
+constexpr int kRows = 3;
+// chi^2 exceeded with a probability of 1 %, by degrees of freedom.
+constexpr std::array<double, 6> kMostChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
+
+// A point in the left camera then, and all its observations.
+struct Sighting {
+  Vector3d f;
+  PlacePoint then;
+  PlacePoint now;
+};
+
+// From two image points: (b + rho p) in the right camera, two equations linear in rho.
+std::optional<Vector3d> place(const PlacePoint& seen, const Pose& X_RL, double sigma) {
+  if (!seen.right) return std::nullopt;
+  const Vector3d b = X_RL.q * seen.left.homogeneous();
+  const Vector2d a = X_RL.p.head<2>() - *seen.right * X_RL.p.z();
+  const Vector2d c = *seen.right * b.z() - b.head<2>();
+  const double rho = a.dot(c) / a.squaredNorm();
+  if (!(rho * a.norm() > kLeastParallax * sigma) || rho > 1.0 / kNearest) return std::nullopt;
+  return Vector3d(seen.left.homogeneous() / rho);
+}
+
+// PnP: initial pose of the present camera, and the points that agree.
+std::optional<Pose> begin(std::vector<Sighting>& sightings, const RelativePoseOptions& options) {
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> pixels;
+  for (const Sighting& s : sightings) {
+    points.emplace_back(s.f.x(), s.f.y(), s.f.z());
+    pixels.emplace_back(s.now.left.x(), s.now.left.y());
+  }
+  cv::Mat turn, shift;
+  std::vector<int> inliers;
+  try {
+    // The earlier position has an error too, which grows with the camera's motion.
+    const double sigma = options.sigma_now + 2.0 * options.sigma_then;
+    const float tolerance = static_cast<float>(kRansacSigma * sigma);
+    if (!cv::solvePnPRansac(points, pixels, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn, shift,
+                            false, kRansacRounds, tolerance, kRansacSure, inliers,
+                            cv::SOLVEPNP_P3P)) {
+      return std::nullopt;
+    }
+  } catch (const cv::Exception&) {  // if the points determine nothing
+    return std::nullopt;
+  }
+  std::vector<Sighting> agreeing;
+  for (const int i : inliers) agreeing.push_back(sightings[static_cast<std::size_t>(i)]);
+  sightings = std::move(agreeing);
+  const Vector3d r(turn.at<double>(0), turn.at<double>(1), turn.at<double>(2));
+  const Vector3d t(shift.at<double>(0), shift.at<double>(1), shift.at<double>(2));
+  const Pose X_C1C0{t, so3_exp(r)};
+  if (!X_C1C0.is_finite()) return std::nullopt;
+  return X_C1C0.inverse();
+}
+
+// Sums over the image points of one landmark; residuals in sigmas.
+struct PointSystem {
+  Matrix6d H_xx = Matrix6d::Zero();
+  Matrix63d H_xf = Matrix63d::Zero();
+  Matrix3d H_ff = Matrix3d::Zero();
+  Vector6d b_x = Vector6d::Zero();
+  Vector3d b_f = Vector3d::Zero();
+  double chi2 = 0.0;
+  int rows = 0;
+  bool is_before_all = true;
+
+  void add(const Vector3d& h, const Vector2d& seen, double sigma, const Matrix3d& by_f,
+           const Matrix36d& by_x) {
+    if (!(h.z() > kNearest)) {
+      is_before_all = false;
+      return;
+    }
+    Matrix23d E;
+    E << 1.0, 0.0, -h.x() / h.z(), 0.0, 1.0, -h.y() / h.z();
+    E /= h.z() * sigma;
+    const Matrix23d F = E * by_f;
+    const Matrix26d X = E * by_x;
+    const Vector2d r = (seen - h.head<2>() / h.z()) / sigma;
+    H_xx += X.transpose() * X;
+    H_xf += X.transpose() * F;
+    H_ff += F.transpose() * F;
+    b_x += X.transpose() * r;
+    b_f += F.transpose() * r;
+    chi2 += r.squaredNorm();
+    rows += 2;
+  }
+};
+
+PointSystem system_of(const Sighting& s, const Pose& X, const Pose& X_RL,
+                      const RelativePoseOptions& options) {
+  const Matrix3d R_RL = X_RL.q.toRotationMatrix();
+  const Matrix3d R_10 = X.q.conjugate().toRotationMatrix();
+  PointSystem system;
+  system.add(s.f, s.then.left, options.sigma_then, Matrix3d::Identity(), Matrix36d::Zero());
+  if (s.then.right) {
+    system.add(X_RL * s.f, *s.then.right, options.sigma_then, R_RL, Matrix36d::Zero());
+  }
+  const Vector3d f_1 = R_10 * (s.f - X.p);
+  Matrix36d by_x;
+  by_x << -R_10, skew(f_1);
+  system.add(f_1, s.now.left, options.sigma_now, R_10, by_x);
+  if (s.now.right) {
+    system.add(X_RL * f_1, *s.now.right, options.sigma_now, R_RL * R_10, R_RL * by_x);
+  }
+  return system;
+}
+
+// Gauss-Newton; empty if it does not converge.
+std::optional<Matrix6d> adjust(std::vector<Sighting>& sightings, Pose& X, const Pose& X_RL,
+                               const RelativePoseOptions& options) {
+  for (int i = 0; i < kSteps; ++i) {
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
+    std::vector<PointSystem> systems;
+    for (const Sighting& s : sightings) {
+      systems.push_back(system_of(s, X, X_RL, options));
+      const PointSystem& p = systems.back();
+      if (!p.is_before_all) continue;
+      const Matrix63d K = p.H_xf * p.H_ff.inverse();
+      H += p.H_xx - K * p.H_xf.transpose();
+      b += p.b_x - K * p.b_f;
+    }
+    const Eigen::LLT<Matrix6d> llt(H);
+    if (llt.info() != Eigen::Success) return std::nullopt;
+    const Vector6d step = llt.solve(b);
+    if (!step.allFinite()) return std::nullopt;
+    X.p += step.head<3>();
+    X.q = (X.q * so3_exp(step.tail<3>())).normalized();
+    for (std::size_t k = 0; k < sightings.size(); ++k) {
+      const PointSystem& p = systems[k];
+      if (!p.is_before_all) continue;
+      sightings[k].f += p.H_ff.inverse() * (p.b_f - p.H_xf.transpose() * step);
+    }
+    if (step.norm() < kConverged) return Matrix6d(llt.solve(Matrix6d::Identity()));
+  }
+  return std::nullopt;
+}
+
+// The points that agree with X, each at its best position given X and its observations.
+std::vector<Sighting> agreeing(std::vector<Sighting> sightings, const Pose& X, const Pose& X_RL,
+                               const RelativePoseOptions& options) {
+  std::erase_if(sightings, [&](Sighting& s) {
+    PointSystem system = system_of(s, X, X_RL, options);
+    for (int i = 0; i < kPointSteps && system.is_before_all; ++i) {
+      s.f += system.H_ff.inverse() * system.b_f;
+      system = system_of(s, X, X_RL, options);
+    }
+    const auto freedom = static_cast<std::size_t>(std::max(0, system.rows - 3));
+    return !system.is_before_all || !(system.chi2 <= kMostChiSquare.at(freedom));
+  });
+  return sightings;
+}
+
+int cells(const std::vector<Sighting>& sightings, const RelativePoseOptions& options) {
+  std::array<bool, kColumns * kRows> has{};
+  for (const Sighting& s : sightings) {
+    const auto part = [](double at, double half, int count) {
+      return std::clamp(static_cast<int>((at + half) / (2.0 * half) * count), 0, count - 1);
+    };
+    const int column = part(s.now.left.x(), options.half_width, kColumns);
+    const int row = part(s.now.left.y(), options.half_height, kRows);
+    has[static_cast<std::size_t>(row * kColumns + column)] = true;
+  }
+  return static_cast<int>(std::count(has.begin(), has.end(), true));
+}
+
+}  // namespace
+
+std::optional<RelativePose> relative_pose(
+    const PlaceView& then, const PlaceView& now,
+    const std::vector<std::pair<std::size_t, std::size_t>>& matches, const Pose& X_RL,
+    const RelativePoseOptions& options) {
+  std::vector<Sighting> sightings;
+  for (const auto& [i, j] : matches) {
+    const PlacePoint& seen = then.points.at(i);
+    if (const auto f = place(seen, X_RL, options.sigma_then)) {
+      sightings.push_back({*f, seen, now.points.at(j)});
+    }
+  }
+  const std::size_t fewest = std::max(
+      static_cast<std::size_t>(options.fewest),
+      static_cast<std::size_t>(options.fewest_share * static_cast<double>(sightings.size())));
+  if (sightings.size() < fewest) return std::nullopt;
+  std::vector<Sighting> chosen = sightings;
+  std::optional<Pose> X = begin(chosen, options);
+  if (!X) return std::nullopt;
+  std::optional<Matrix6d> covariance;
+  for (int i = 0; i < kRounds; ++i) {
+    if (chosen.size() < kFewestToBegin) return std::nullopt;
+    covariance = adjust(chosen, *X, X_RL, options);
+    if (!covariance) return std::nullopt;
+    chosen = agreeing(sightings, *X, X_RL, options);
+  }
+  if (chosen.size() < fewest || cells(chosen, options) < options.fewest_cells) return std::nullopt;
+  return RelativePose{*X, *covariance, static_cast<int>(chosen.size())};
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,250 @@
+#include "estimation/visual_inertial/pipeline/vision_pipeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/assert.h"
+#include "common/range_check.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kLeastProof = 4.0;        // s of proof required after a divergence
+constexpr double kMostProof = 30.0;        // s, maximum of that after repeated ones
+constexpr double kForgiven = 60.0;         // s after which a divergence is forgotten
+constexpr Utime kRecent = 2'000'000;       // us of IMU samples
+constexpr Utime kAhead = 100'000;          // us
+constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is re-initialised
+constexpr double kLeastSigma = 0.01;       // m
+constexpr double kLeastYawSigma = 0.1;     // deg
+constexpr double kTiltSigma = 0.5;         // deg
+constexpr double kSpeedSigma = 0.05;       // m/s
+constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
+constexpr Utime kInTheDark = 300'000;      // us without a usable image
+
+std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
+  return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
+}
+
+KnownStart start_from(const StateEstimate& published) {
+  KnownStart start;
+  start.utime = published.utime;
+  start.X_WB = published.X_WB;
+  start.v_WB_B = published.v_WB_B;
+  start.position_sigma_m = std::max(horizontal_sigma(published), kLeastSigma);
+  const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
+  const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
+  start.yaw_sigma_deg =
+      std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kLeastYawSigma);
+  start.tilt_sigma_deg = kTiltSigma;
+  start.speed_sigma = kSpeedSigma;
+  return start;
+}
+
+VisionFault of_picture(PictureFault fault) {
+  switch (fault) {
+    case PictureFault::kNone:
+      return VisionFault::kNone;
+    case PictureFault::kFrozen:
+      return VisionFault::kFrozen;
+    case PictureFault::kNoContrast:
+      return VisionFault::kDark;
+    case PictureFault::kFewFeatures:
+      return VisionFault::kFewFeatures;
+    case PictureFault::kLost:
+      return VisionFault::kLost;
+    case PictureFault::kNotAsAgreed:
+    case PictureFault::kNotLater:
+    case PictureFault::kLibraryError:
+      return VisionFault::kBadPicture;
+  }
+  return VisionFault::kBadPicture;
+}
+
+}  // namespace
+
+std::string VisionOptions::validate() const {
+  RangeCheck check;
+  check("period_s", period_s, 0.005, 2.0);
+  check("blurred_share", blurred_share, 0.0, 1.0);
+  check("grace_s", grace_s, 0.0, 10.0);
+  check("refused_s", refused_s, 0.1, 10.0);
+  check("max_dark_s", max_dark_s, 0.1, 1000.0);
+  check("expected_sigma", expected_sigma, 1e-3, 10.0);
+  check("expected_hz", expected_hz, 0.1, 100.0);
+  check("tag_period_s", tag_period_s, 0.01, 10.0);
+  if (!check.problem().empty()) return check.problem();
+  if (std::string problem = tag_fix.validate(); !problem.empty()) return problem;
+  if (filter.cameras.empty()) return "there is no camera";
+  if (std::string problem = filter.validate(); !problem.empty()) return problem;
+  return tracker.validate();
+}
+
+VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
+    : options_((DIVE_DEMAND(options.validate().empty()), options)),
+      filter_(options_.filter, KnownStart{}),
+      tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
+               seed),
+      tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
+      looked_for_tags_(-from_seconds(options_.tag_period_s)) {
+  if (options_.tags.empty()) return;
+  tag_detector_.emplace(options_.filter.cameras[0], options_.tag_detector);
+}
+
+void VisionPipeline::begin(const StateEstimate& published) {
+  filter_.restart(start_from(published));
+  tag_fix_.restart();
+  begun_from_ = published.utime;
+  began_at_ = newest_;
+  has_begun_ = true;
+  has_gap_ = false;
+  ++beginnings_;
+  sees_since_ = last_picture_ = newest_;
+}
+
+void VisionPipeline::hear(const VisionInput& input) {
+  for (const ImuSample& sample : input.imu) {
+    if (sample.utime > input.published.utime + kAhead) continue;  // an invalid clock
+    filter_.add(sample);
+    if (!sample.gyro_B.allFinite() || sample.utime <= newest_) continue;
+    has_gap_ |= sample.utime - newest_ > kLongGap;
+    newest_ = sample.utime;
+    recent_.push_back(sample);
+  }
+  std::erase_if(recent_, [&](const ImuSample& s) { return s.utime < newest_ - kRecent; });
+  for (const DepthSample& sample : input.depth) filter_.add(sample);
+}
+
+// Adds the expected speed while there are no usable images.
+void VisionPipeline::expect_speed(const StateEstimate& published) {
+  const bool is_dark = newest_ - last_picture_ > kInTheDark;
+  const bool is_due = to_seconds(published.utime - told_speed_) >= 1.0 / options_.expected_hz;
+  if (!is_dark || !is_due || !published.valid || !published.v_WB_B.allFinite()) return;
+  told_speed_ = published.utime;
+  filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
+}
+
+// q_C1C0 of the left camera since the tracker's last picture.
+std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
+  const std::optional<Utime> from = tracker_.utime();
+  if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {
+    return std::nullopt;
+  }
+  return turn_by_gyro(recent_, *from, utime, filter_.state().imu.gyro_bias,
+                      options_.filter.cameras[0].X_BC.q);
+}
+
+PictureQuality VisionPipeline::look(const VisionInput& input) {
+  const ImageFrame* right = input.right ? &*input.right : nullptr;
+  TrackedPicture tracked = tracker_.step(*input.left, right, turn_to(input.left->utime));
+  if (!tracked.frame.features.empty()) filter_.add(std::move(tracked.frame));
+  return std::move(tracked.quality);
+}
+
+VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
+  const VisionFault fault = of_picture(quality.fault);
+  const bool has_features = fault == VisionFault::kNone || fault == VisionFault::kFewFeatures ||
+                            fault == VisionFault::kLost;
+  const bool is_blurred = quality.sharpness < options_.blurred_share * sharpness_;
+  if (has_features && is_blurred) return VisionFault::kBlurred;
+  if (fault != VisionFault::kNone) return fault;
+  sharpness_ = sharpness_ == 0.0 ? quality.sharpness
+                                 : sharpness_ + kSharpnessMemory * (quality.sharpness - sharpness_);
+  return VisionFault::kNone;
+}
+
+VisionFault VisionPipeline::judge_filter(Utime now) {
+  const FilterHealth& health = filter_.health();
+  if (health.diverged) return VisionFault::kDiverged;
+  // The cause of a divergence may persist, and a new filter takes it for its biases.
+  const double seen_s = to_seconds(now - began_at_);
+  if (seen_s < proof_s_) return VisionFault::kRefused;
+  if (seen_s > kForgiven) proof_s_ = 0.0;
+  const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
+  const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s;
+  return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
+}
+
+// The filter's estimate is some hundredths of a second after the image.
+void VisionPipeline::look_for_tags(const ImageFrame& picture, VisionEstimate& word) {
+  const double since_s = to_seconds(picture.utime - looked_for_tags_);
+  if (!tag_detector_ || since_s < options_.tag_period_s) return;
+  looked_for_tags_ = picture.utime;
+  const std::vector<SeenTag> seen = tag_detector_->find(picture);
+  if (seen.empty()) return;
+  StateEstimate then = word.estimate;
+  const double dt = to_seconds(picture.utime - then.utime);
+  then.utime = picture.utime;
+  then.X_WB.p += dt * (then.X_WB.q * then.v_WB_B);
+  then.X_WB.q = (then.X_WB.q * so3_exp(dt * then.omega_WB_B)).normalized();
+  word.tag = tag_fix_.see(then, seen);
+}
+
+VisionEstimate VisionPipeline::step(const VisionInput& input) {
+  hear(input);
+  pictured_.reset();
+  const std::int64_t frames = filter_.state_frames();
+  const Utime dark = newest_ - last_picture_;
+  const bool is_lost = filter_.health().diverged || has_gap_ ||
+                       (input.left && to_seconds(dark) > options_.max_dark_s);
+  if (input.published.valid && (!has_begun_ || is_lost)) {
+    if (filter_.health().diverged) proof_s_ = std::clamp(2.0 * proof_s_, kLeastProof, kMostProof);
+    begin(input.published);
+  }
+  VisionEstimate word;
+  word.frame_utime = input.left ? input.left->utime : newest_;
+  word.period_s = options_.period_s;
+  word.fault = VisionFault::kNoPictures;
+  if (input.left) {
+    const PictureQuality quality = look(input);
+    word.tracked = quality.tracked;
+    word.stereo = quality.stereo;
+    word.fault = judge_picture(quality);
+  }
+  expect_speed(input.published);
+  word.estimate = filter_.update(newest_);
+  word.begun_from = begun_from_;
+  word.used = filter_.health().visual.used;
+  const bool sees = word.fault == VisionFault::kNone || word.fault == VisionFault::kFewFeatures;
+  // After a period of darkness the filter is still correcting its errors.
+  const bool is_settled =
+      newest_ - last_picture_ <= kInTheDark && to_seconds(newest_ - sees_since_) > options_.grace_s;
+  if (sees && is_settled && word.estimate.valid && !filter_.health().diverged) {
+    look_for_tags(*input.left, word);
+  }
+  word.estimate = tag_fix_.apply(word.estimate);
+  if (word.fault != VisionFault::kNone) {
+    if (filter_.health().diverged) word.fault = VisionFault::kDiverged;
+    return word;
+  }
+  if (newest_ - last_picture_ > kInTheDark) sees_since_ = newest_;
+  last_picture_ = newest_;
+  word.fault = judge_filter(newest_);
+  const Utime taken = input.left->utime + from_seconds(filter_.state().time_offset_s);
+  const bool has_it = filter_.state_frames() > frames && taken <= newest_;
+  if (word.is_good() && has_it) pictured_ = input.left->utime;
+  return word;
+}
+
+std::optional<StateEstimate> VisionPipeline::at_picture() const {
+  const FilterState& state = filter_.state();
+  if (!pictured_ || state.clones().empty()) return std::nullopt;
+  StateEstimate estimate;
+  estimate.utime = *pictured_;
+  estimate.valid = true;
+  estimate.source = EstimatorKind::kVisualInertial;
+  estimate.X_WB = state.clones().back().X_WB;
+  const int start = state.clone_columns(state.clones().size() - 1).start;
+  // The window's order is (theta, p).
+  const Matrix6d P = state.covariance().block<6, 6>(start, start);
+  estimate.covariance << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(),
+      P.topRightCorner<3, 3>(), P.topLeftCorner<3, 3>();
+  return estimate;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,104 @@
+#pragma once
+// From images, IMU samples and depth to a visual-inertial estimate: front end and filter, their
+// initialisation, and the checks that reject the estimate.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/measurements.h"
+#include "common/tag.h"
+#include "estimation/state_estimate.h"
+#include "estimation/vision_estimate.h"
+#include "estimation/visual_inertial/filter/visual_inertial_filter.h"
+#include "estimation/visual_inertial/front_end/tracker.h"
+#include "estimation/visual_inertial/tags/tag_detector.h"
+#include "estimation/visual_inertial/tags/tag_fix.h"
+
+namespace dive::estimation {
+
+struct VisionOptions {
+  VisualInertialOptions filter;  ///< Filter with one camera or two.
+  TrackerOptions tracker;
+  double period_s = 0.05;        ///< Period of the image pairs.
+  double blurred_share = 0.35;   ///< Fraction of the usual sharpness below which it is blurred.
+  double grace_s = 3.0;          ///< Time for the filter to use a feature after images return.
+  double refused_s = 5.0;        ///< Maximum time between used features after that.
+  double max_dark_s = 15.0;      ///< Time without images after which the filter is re-initialised.
+  double expected_sigma = 0.12;  ///< Sigma of the expected speed in the dark, m/s per axis.
+  double expected_hz = 5.0;      ///< Rate of that update. Its errors persist: more is no better.
+
+  std::vector<Tag> tags;  ///< Tags at known poses; empty: none are searched.
+  TagDetectorOptions tag_detector;
+  TagFixOptions tag_fix;
+  double tag_period_s = 0.2;  ///< Period of the search for tags in the left images.
+
+  /// Empty if usable, else a sentence.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// All inputs that have arrived since the last one.
+struct VisionInput {
+  std::vector<ImuSample> imu;
+  std::vector<DepthSample> depth;
+  /// The newest published estimate, for initialisation and the expected speed.
+  StateEstimate published;
+  std::optional<ImageFrame> left;  ///< Empty if none has arrived.
+  std::optional<ImageFrame> right;
+};
+
+/// Equal options, seed and calls give bit-identical estimates on one machine.
+class VisionPipeline {
+ public:
+  /// Demands options that validate.
+  VisionPipeline(const VisionOptions& options, std::uint64_t seed);
+
+  /// The estimate for the image of `input`, or the fault that there was none. For every input it is
+  /// finite or has a fault.
+  [[nodiscard]] VisionEstimate step(const VisionInput& input);
+
+  /// Landmarks of the last image, in the filter's frame, which may differ from the published one.
+  [[nodiscard]] std::span<const Landmark> landmarks() const { return filter_.landmarks(); }
+  /// Pose of the last image by the filter's window, without velocity. Empty if there was no usable
+  /// image, or the filter is not trusted.
+  [[nodiscard]] std::optional<StateEstimate> at_picture() const;
+  /// Camera poses as calibrated by the filter, left first.
+  [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
+  [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
+  /// Number of initialisations so far.
+  [[nodiscard]] int beginnings() const { return beginnings_; }
+
+ private:
+  void begin(const StateEstimate& published);
+  void expect_speed(const StateEstimate& published);
+  void hear(const VisionInput& input);
+  [[nodiscard]] PictureQuality look(const VisionInput& input);
+  [[nodiscard]] std::optional<Eigen::Quaterniond> turn_to(Utime utime) const;
+  [[nodiscard]] VisionFault judge_picture(const PictureQuality& quality);
+  [[nodiscard]] VisionFault judge_filter(Utime now);
+  void look_for_tags(const ImageFrame& picture, VisionEstimate& word);
+
+  VisionOptions options_;
+  VisualInertialFilter filter_;
+  Tracker tracker_;
+  std::optional<TagDetector> tag_detector_;  ///< Present if there are tags.
+  TagFix tag_fix_;
+  Utime looked_for_tags_;
+  std::vector<ImuSample> recent_;  ///< IMU samples for the rotation between images.
+  bool has_begun_ = false;
+  bool has_gap_ = false;  ///< True after a long gap in the IMU samples.
+  int beginnings_ = 0;
+  Utime begun_from_ = 0;
+  Utime began_at_ = 0;
+  double proof_s_ = 0.0;           ///< Time with images before the filter is accepted.
+  Utime newest_ = 0;               ///< Time of the newest IMU sample.
+  Utime last_picture_ = 0;         ///< Time of the last usable image.
+  std::optional<Utime> pictured_;  ///< Time of the last step's image, if used and accepted.
+  Utime sees_since_ = 0;           ///< Start of the present run of usable images.
+  Utime told_speed_ = 0;
+  double sharpness_ = 0.0;  ///< Usual sharpness.
+};
+
+}  // namespace dive::estimation

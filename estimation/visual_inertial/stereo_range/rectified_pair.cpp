@@ -1,0 +1,96 @@
+#include "estimation/visual_inertial/stereo_range/rectified_pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+using Failure = tl::unexpected<std::string>;
+
+constexpr double kLeastBaseline = 1e-3;  // m
+const double kLeastAgreement = std::cos(deg_to_rad(45.0));
+
+// Beyond this squared radius (normalised) the radial distortion folds the image over itself.
+double fold(const CameraModel& camera) {
+  const double k1 = camera.radtan[0];
+  const double k2 = camera.radtan[1];
+  // d/dr of r (1 + k1 r^2 + k2 r^4), in s = r^2: 1 + 3 k1 s + 5 k2 s^2
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  if (k2 == 0.0) return k1 < 0.0 ? -1.0 / (3.0 * k1) : kNever;
+  const double root = 9.0 * k1 * k1 - 20.0 * k2;
+  if (root < 0.0) return kNever;
+  double least = kNever;
+  for (const double sign : {-1.0, 1.0}) {
+    const double s = (-3.0 * k1 + sign * std::sqrt(root)) / (10.0 * k2);
+    if (s > 0.0) least = std::min(least, s);
+  }
+  return least;
+}
+
+}  // namespace
+
+tl::expected<RectifiedPair, std::string> rectify(const CameraModel& left,
+                                                 const CameraModel& right) {
+  for (const CameraModel* camera : {&left, &right}) {
+    if (std::string why = camera->validate(); !why.empty()) return Failure(std::move(why));
+  }
+  if (left.width != right.width || left.height != right.height) {
+    return Failure(fmt::format("pictures of {} x {} and {} x {} pixels are no pair", left.width,
+                               left.height, right.width, right.height));
+  }
+  const Vector3d across = right.X_BC.p - left.X_BC.p;
+  if (!(across.norm() > kLeastBaseline)) {
+    return Failure(fmt::format("cameras {:g} m apart tell no distance", across.norm()));
+  }
+  const Matrix3d R_BL = left.X_BC.q.toRotationMatrix();
+  const Matrix3d R_BR = right.X_BC.q.toRotationMatrix();
+  if (R_BL.col(2).dot(R_BR.col(2)) < kLeastAgreement) {
+    return Failure("the cameras look in different directions");
+  }
+  const Vector3d x = across.normalized();
+  if (x.dot(R_BL.col(0)) < kLeastAgreement || x.dot(R_BR.col(0)) < kLeastAgreement) {
+    return Failure("the second camera is not to the right of the first");
+  }
+  const Vector3d y = (R_BL.col(2) + R_BR.col(2)).cross(x).normalized();
+  Matrix3d R_BV;
+  R_BV << x, y, x.cross(y);
+
+  RectifiedPair pair;
+  pair.width = left.width;
+  pair.height = left.height;
+  pair.f = std::min({left.fx, left.fy, right.fx, right.fy});
+  pair.cx = 0.5 * (left.cx + right.cx);
+  pair.cy = 0.5 * (left.cy + right.cy);
+  pair.baseline_m = across.norm();
+  pair.X_BV = {left.X_BC.p, Eigen::Quaterniond(R_BV)};
+  return pair;
+}
+
+std::vector<Eigen::Vector2f> seen_from(const RectifiedPair& pair, const CameraModel& camera) {
+  const Matrix3d R_CV = (camera.X_BC.q.conjugate() * pair.X_BV.q).toRotationMatrix();
+  const double fold_at = fold(camera);
+  const Eigen::Vector2f nowhere =
+      Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+  std::vector<Eigen::Vector2f> map;
+  map.reserve(static_cast<std::size_t>(pair.width) * static_cast<std::size_t>(pair.height));
+  for (int v = 0; v < pair.height; ++v) {
+    for (int u = 0; u < pair.width; ++u) {
+      const Vector3d ray_C = R_CV * pair.ray(u, v);
+      const auto pixel = camera.project(ray_C);
+      const bool is_seen = pixel && camera.in_picture(*pixel) &&
+                           (ray_C.head<2>() / ray_C.z()).squaredNorm() < fold_at;
+      map.push_back(is_seen ? Eigen::Vector2f(pixel->cast<float>()) : nowhere);
+    }
+  }
+  return map;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,62 @@
+#include "mission/cli/check_progress.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace dive::mission {
+namespace {
+
+constexpr int kBarWidth = 24;
+constexpr Utime kTerminalPeriod = kMicrosecondsPerSecond / 10;
+constexpr Utime kPlainPeriod = 10 * kMicrosecondsPerSecond;
+
+}  // namespace
+
+std::string progress_bar(double fraction, int width) {
+  const auto filled = static_cast<std::size_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * width));
+  std::string bar(filled, '=');
+  bar.resize(static_cast<std::size_t>(width), ' ');
+  if (filled > 0) bar[filled - 1] = '>';
+  return "[" + bar + "]";
+}
+
+std::string rounded_duration(double seconds) {
+  const auto whole = std::lround(std::max(seconds, 0.0));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+void CheckProgress::on_step(const std::string& what) {
+  step_began_ = clock_.now();
+  next_ = step_began_ + (line_.on_terminal() ? 0 : kPlainPeriod);
+  if (!is_quiet_) line_.keep("check: " + what);
+}
+
+std::string CheckProgress::remaining(double share) const {
+  if (share <= 0.0 || share >= 1.0) return "";
+  const double elapsed_s = to_seconds(clock_.now() - step_began_);
+  return fmt::format(", {} left", rounded_duration(elapsed_s * (1.0 - share) / share));
+}
+
+void CheckProgress::on_progress(double done, double total, const std::string& unit, double share) {
+  const Utime now = clock_.now();
+  if (is_quiet_ || now < next_) return;
+  next_ = now + (line_.on_terminal() ? kTerminalPeriod : kPlainPeriod);
+  const std::string found = findings_ > 0 ? fmt::format(", {} finding(s)", findings_) : "";
+  const std::string bar = line_.on_terminal() ? progress_bar(share, kBarWidth) + " " : "";
+  // The duration of a dive is an estimate and may be exceeded.
+  const std::string amount = done > total
+                                 ? fmt::format("{:.0f} {}, expected {:.0f}", done, unit, total)
+                                 : fmt::format("{:.0f} of {:.0f} {}", done, total, unit);
+  line_.show(fmt::format("check: {}{}{}{}", bar, amount, found, remaining(share)));
+}
+
+void CheckProgress::on_finding(const FaultVerdict& verdict, const std::string& command) {
+  ++findings_;
+  if (!is_quiet_) line_.keep(fmt::format("check: unsafe: {}: {}", describe(verdict), command));
+}
+
+}  // namespace dive::mission

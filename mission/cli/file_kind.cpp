@@ -1,0 +1,86 @@
+#include "mission/cli/file_kind.h"
+
+#include <array>
+#include <cstddef>
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+namespace dive::mission {
+namespace {
+
+constexpr std::size_t kHeadBytes = 64U << 10U;
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr std::string_view kLogMagic = "\xED\xA1\xDA\x01";  // magic number of an LCM event
+constexpr std::string_view kBlanks = " \t\r\n";
+
+constexpr std::array<std::pair<std::string_view, FileKind>, 3> kRoots{
+    {{"mission", FileKind::kMission}, {"scenario", FileKind::kScenario}, {"sdf", FileKind::kMap}}};
+constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
+    {{kLogMagic, FileKind::kLog},
+     {"ply\n", FileKind::kCloud},
+     {"ply\r\n", FileKind::kCloud},
+     {"# .PCD", FileKind::kCloud},
+     {"VERSION ", FileKind::kCloud},
+     {"FIELDS ", FileKind::kCloud}}};
+
+std::string head_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kHeadBytes, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+// Local name of the first start tag, after declarations and comments; empty if not XML.
+std::string_view root_name(std::string_view text) {
+  while (true) {
+    const std::size_t begin = text.find_first_not_of(kBlanks);
+    if (begin == std::string_view::npos || text[begin] != '<') return {};
+    text.remove_prefix(begin + 1);
+    if (text.empty() || (text.front() != '?' && text.front() != '!')) break;
+    const std::string_view end = text.starts_with("!--") ? "-->" : ">";
+    const std::size_t at = text.find(end);
+    if (at == std::string_view::npos) return {};
+    text.remove_prefix(at + end.size());
+  }
+  const std::string_view name = text.substr(0, text.find_first_of(" \t\r\n/>"));
+  const std::size_t colon = name.find(':');
+  return colon == std::string_view::npos ? name : name.substr(colon + 1);
+}
+
+}  // namespace
+
+const char* in_words(FileKind kind) {
+  switch (kind) {
+    case FileKind::kMission:
+      return "a mission";
+    case FileKind::kScenario:
+      return "a scenario";
+    case FileKind::kMap:
+      return "a map";
+    case FileKind::kCloud:
+      return "a point cloud";
+    case FileKind::kLog:
+      return "a log";
+    case FileKind::kUnknown:
+      break;
+  }
+  return "a file of unknown kind";
+}
+
+FileKind kind_of_file(const std::string& path) {
+  const std::string head = head_of(path);
+  std::string_view text = head;
+  for (const auto& [magic, kind] : kMagics) {
+    if (text.starts_with(magic)) return kind;
+  }
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  const std::string_view root = root_name(text);
+  for (const auto& [name, kind] : kRoots) {
+    if (root == name) return kind;
+  }
+  return FileKind::kUnknown;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,102 @@
+#include "mission/executive/active_behavior.h"
+
+#include <variant>
+
+#include "behaviors/retrace.h"
+#include "common/assert.h"
+
+namespace dive::mission {
+
+using statechart::StateId;
+
+ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, ChangedMap& map,
+                               const behaviors::Trail& trail, std::uint64_t seed)
+    : machine_(machine),
+      map_(map),
+      trail_(trail),
+      context_(make_leaf_context(mission, map.scene(), seed)),
+      is_in_unknown_(mission.unknown.has_value()),
+      view_(seen_ahead_options(mission)),
+      behaviors_(machine.chart.states.size()) {}
+
+void ActiveBehavior::enter(StateId state, int goals_done) {
+  const auto index = static_cast<std::size_t>(state);
+  if (std::holds_alternative<std::monostate>(machine_.leaves[index])) return;
+  progress_ = {};
+  behaviors_[index] = make(state, goals_done);
+}
+
+std::unique_ptr<behaviors::Behavior> ActiveBehavior::make(StateId state, int goals_done) const {
+  const auto index = static_cast<std::size_t>(state);
+  const Leaf& leaf = machine_.leaves[index];
+  if (std::holds_alternative<RetraceState>(leaf)) {
+    return std::make_unique<behaviors::Retrace>(trail_, context_.leg, &map_);
+  }
+  return make_leaf_behavior(context_, leaf, machine_.specs[index], goals_done);
+}
+
+void ActiveBehavior::leave(StateId state) {
+  behaviors_[static_cast<std::size_t>(state)].reset();
+  view_.stop_waiting();
+}
+
+std::optional<StateId> ActiveBehavior::state() const {
+  for (std::size_t i = behaviors_.size(); i-- > 0;) {
+    if (behaviors_[i]) return static_cast<StateId>(i);
+  }
+  return std::nullopt;
+}
+
+bool ActiveBehavior::is_missions() const {
+  const std::optional<StateId> active = state();
+  return active && !machine_.is_own(*active);
+}
+
+std::optional<bool> ActiveBehavior::declared_overhead() const {
+  const std::optional<StateId> active = state();
+  if (!active || machine_.is_own(*active)) return std::nullopt;
+  const StateSpec& spec = *machine_.specs[static_cast<std::size_t>(*active)];
+  const bool has_goals = std::holds_alternative<GotoState>(spec.leaf) ||
+                         std::holds_alternative<GoalSequenceState>(spec.leaf);
+  return has_goals ? std::optional(spec.overhead) : std::nullopt;
+}
+
+behaviors::Behavior& ActiveBehavior::behavior() const {
+  const std::optional<StateId> active = state();
+  DIVE_DEMAND(active);
+  return *behaviors_[static_cast<std::size_t>(*active)];
+}
+
+behaviors::BehaviorOutput ActiveBehavior::step(const Situation& situation, bool replan,
+                                               std::optional<PlanQuery>& query) {
+  behaviors::Behavior& active = behavior();
+  const StateId leaf = *state();
+  behaviors::BehaviorInput input = behavior_input(situation);
+  const std::optional<PlanReply> reply = std::exchange(reply_, std::nullopt);
+  const bool is_answered = reply && reply->id == asked_id_ && asked_by_ == leaf;
+  input.plan = is_answered ? &reply->plan : nullptr;
+  input.replan = replan;
+  input.map_changed = std::exchange(map_changed_, false);
+  input.trail = &trail_;
+  input.seen = map_.has_changed() ? &map_ : nullptr;
+  behaviors::BehaviorOutput output = active.step(input);
+  progress_ = active.progress();
+  if (output.plan_request) {
+    asked_id_ = ++queries_;
+    asked_by_ = leaf;
+    query = PlanQuery{asked_id_, machine_.chart.states[static_cast<std::size_t>(leaf)].id,
+                      output.plan_cause, std::move(*output.plan_request)};
+  }
+  if (is_in_unknown_ && active.needs_free_ahead()) limit_by_view(situation, output);
+  return output;
+}
+
+void ActiveBehavior::limit_by_view(const Situation& situation, behaviors::BehaviorOutput& output) {
+  view_.apply(situation.now, situation.mission_now, situation.estimate, output.command);
+  if (output.done || output.failed != behaviors::Failure::kNone) return;
+  if (!view_.waits_in_vain(situation.mission_now) || behavior().request_alternative()) return;
+  progress_.plan_failure = "the way that was planned leads where it cannot look";
+  output.failed = behaviors::Failure::kUnreachable;
+}
+
+}  // namespace dive::mission

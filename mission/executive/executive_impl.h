@@ -1,0 +1,99 @@
+#pragma once
+// The members of the executive, shared by executive.cpp (the stages of a tick) and
+// executive_restart.cpp (the state kept for a restart). Private to mission/executive.
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "behaviors/failsafes.h"
+#include "behaviors/monitors.h"
+#include "mission/executive/active_behavior.h"
+#include "mission/executive/changed_map.h"
+#include "mission/executive/executive.h"
+#include "mission/executive/helm.h"
+#include "mission/executive/localization.h"
+#include "mission/executive/machine.h"
+#include "mission/executive/machine_runner.h"
+#include "mission/executive/sensing.h"
+#include "mission/executive/situation.h"
+#include "mission/executive/surfacing_fallback.h"
+#include "mission/executive/surroundings.h"
+
+namespace dive::mission {
+
+struct Executive::Impl final : private MachineRunner::Observer {
+  Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
+       ExecutiveOptions options_in);
+
+  void step(const StepInputs& inputs);
+  [[nodiscard]] Committed committed() const;
+  [[nodiscard]] ExecutiveResult result() const;
+
+  // The stages of a tick, in order.
+  void begin_tick(Utime now);
+  void sense(const StepInputs& inputs);
+  void estimate(const StepInputs& inputs);
+  void start();
+  void assess();
+  void collect_events(const StepInputs& inputs);
+  void evaluate_failsafes();
+  void process_events();
+  void steer();
+  void actuate();
+  void fill_status();
+
+  // Parts of stages.
+  [[nodiscard]] Eigen::Vector3d first_position() const;
+  [[nodiscard]] double first_sigma() const;
+  void on_entered_atomic(statechart::StateId state) override {
+    behavior.enter(state, goals_left_out);
+  }
+  void on_exited(statechart::StateId state) override { behavior.leave(state); }
+  void resume(const Resume& from);
+  void resume_by_policy(double gap_s);
+  void obey(OperatorCommand command);
+  void skip();
+  void take_rung(const behaviors::FailsafeLadder::Change& change);
+  void follow_behavior();
+  void fail(statechart::StateId leaf, behaviors::Failure failure);
+  [[nodiscard]] vehicle::Command keep_station() const;
+  [[nodiscard]] bool measures_its_speed() const;
+  [[nodiscard]] bool is_held() const { return paused || ladder.rung() == behaviors::Rung::kHold; }
+  void raise_event(std::string name, std::string cause) {
+    events.push_back({std::move(name), std::move(cause)});
+  }
+  void note(std::string text) {
+    outputs.actions.push_back({ActionRecord::Kind::kNote, std::move(text)});
+  }
+
+  const Mission& mission;
+  ExecutiveOptions options;
+  StepOutputs outputs;  // Outputs of the last step, or of the current one so far.
+  ChangedMap map;
+  Machine machine;
+  MachineRunner runner;
+  Surroundings surroundings;
+  ActiveBehavior behavior;
+  Localization localization;
+  Helm helm;
+  SurfacingFallback fallback;
+  behaviors::Monitors monitors;
+  Sensing sensing;
+  behaviors::FailsafeLadder ladder;
+
+  Situation situation;
+  std::vector<Event> events;  ///< Events of this tick, in processing order.
+  bool skip_requested = false;
+  bool started = false;
+  bool paused = false;
+  Utime held_for = 0;  ///< Total time for which the behaviours' clock was stopped, us.
+  Utime started_at = 0;
+  Utime last_step = 0;
+  std::optional<vehicle::Command> held;  ///< Command that keeps station during a hold.
+  vehicle::Command command;
+  int goals_left_out = 0;  ///< Goals reached before a restart.
+};
+
+}  // namespace dive::mission

@@ -1,0 +1,64 @@
+#pragma once
+// Localisation: the odometry, and the correction from it to the map. It publishes the only position
+// of the vehicle, which all other code reads. Private to mission/executive.
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "common/tag.h"
+#include "estimation/frame_correction.h"
+#include "estimation/primitive.h"
+#include "mission/document/guard.h"
+#include "vehicle/reckoned_attitude.h"
+
+namespace dive::mission {
+
+class Localization {
+ public:
+  Localization(EstimatorName estimator, const estimation::PrimitiveOptions& options,
+               const Eigen::Vector3d& position_W, double position_sigma_m);
+
+  void add(const ImuSample& sample) { odometry_.add(sample); }
+  void add(const DepthSample& sample) { odometry_.add(sample); }
+  /// Adds an estimate received at `now`. Ignored if the mission does not use vision.
+  void add(Utime now, const estimation::VisionEstimate& vision);
+  /// Called while the attitude sensor is silent.
+  void predict_attitude(Utime now, const vehicle::ReckonedAttitude& attitude);
+  /// See PrimitiveEstimator.
+  void expect(double speed, double heave);
+  void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
+  /// See FrameCorrection.
+  void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
+
+  /// Called once per tick. Allocates nothing.
+  [[nodiscard]] const estimation::StateEstimate& update(Utime now);
+
+  /// A message; empty if the status of that tag has not changed.
+  [[nodiscard]] std::optional<std::string> describe_tag(const estimation::TagSight& sight);
+
+  /// Expected speed through the water along x of B, m/s.
+  [[nodiscard]] double surge() const { return odometry_.surge(); }
+
+  /// A message about a loop closure; empty if there is none, or none worth a report: along a known
+  /// path every keyframe closes a loop.
+  [[nodiscard]] std::optional<std::string> describe_loop(Utime now,
+                                                         const estimation::ClosedLoops& loops);
+
+  /// True if the last update() changed the active estimator.
+  [[nodiscard]] bool has_switched() const { return has_switched_; }
+  /// Reason of the change, for messages: "visual_inertial: the cameras see well".
+  [[nodiscard]] std::string describe_switch() const;
+
+ private:
+  bool uses_vision_;
+  estimation::PrimitiveEstimator odometry_;
+  estimation::FrameCorrection correction_;
+  estimation::EstimatorKind source_ = estimation::EstimatorKind::kPrimitive;
+  bool has_switched_ = false;
+  int loops_closed_ = 0;
+  std::optional<Utime> loop_reported_;  ///< us
+  std::array<estimation::TagVerdict, Tag::kCodes> reported_tags_{};
+};
+
+}  // namespace dive::mission

@@ -1,0 +1,64 @@
+#pragma once
+// The state of the vehicle and of the mission's progress in one tick. The stages of the executive
+// fill it in order; failsafes, guards, events and behaviours each read a view of it. Private to
+// mission/executive.
+
+#include <optional>
+#include <string>
+
+#include "behaviors/behavior.h"
+#include "behaviors/monitors.h"
+#include "common/clock.h"
+#include "common/measurements.h"
+#include "estimation/state_estimate.h"
+#include "mission/document/guard.h"
+#include "vehicle/command.h"
+
+namespace dive::mission {
+
+/// The sensors usable in this tick; decided once, by Sensing.
+struct SensorStatus {
+  bool imu_is_fresh = false;    ///< The attitude is measured.
+  bool depth_is_fresh = false;  ///< The depth is measured.
+  double depth_m = 0.0;         ///< Last measured depth.
+};
+
+struct Situation {
+  // Time.
+  Utime now = 0;
+  Utime mission_now = 0;         ///< Behaviours' clock, which stops while the vehicle is held.
+  double elapsed_s = 0.0;        ///< Time since the mission started.
+  double state_elapsed_s = 0.0;  ///< Time since the innermost state was entered.
+
+  // Vehicle.
+  SensorStatus sensors;
+  HealthSample health;
+  estimation::StateEstimate estimate;
+  vehicle::Command last_command;  ///< Command of the previous tick.
+  double expected_heave = 0.0;    ///< m/s along z of B, from the efforts of the previous tick.
+
+  // Surroundings.
+  bool overhead = false;    ///< Something solid is above the vehicle.
+  bool open_above = false;  ///< No solid above, including the positions it may drift to.
+  bool can_ascend = false;  ///< A vertical ascent is open, or the best remaining option.
+  /// Height above the ground vertically below; empty without ground.
+  std::optional<double> altitude_m;
+  double penetration_m = 0.0;  ///< Distance back along the trail to open water.
+  /// Fraction used of the time or energy usable since open water.
+  double budget_used = 0.0;
+
+  // Mission.
+  behaviors::Progress progress;  ///< Progress of the active behaviour.
+  bool ascends = false;          ///< The active behaviour ascends vertically in open water.
+  bool out_of_replans = false;
+  bool operator_abort = false;
+  bool retrace_failed = false;
+  std::string retrace_failure;  ///< Reason of a failed retrace; empty without one.
+  std::string internal_error;   ///< Failed assertion; empty without one.
+};
+
+[[nodiscard]] GuardVariables guard_variables(const Situation& situation);
+[[nodiscard]] behaviors::MonitorInput monitor_input(const Situation& situation);
+[[nodiscard]] behaviors::BehaviorInput behavior_input(const Situation& situation);
+
+}  // namespace dive::mission

@@ -1,0 +1,131 @@
+#include "mission/link/inbox.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr std::size_t kMaxRequests = 8;  // limit of requests that wait for a later tick
+
+}  // namespace
+
+Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
+             std::optional<std::size_t> image_bytes)
+    : clock_(clock), lockstep_(lockstep), sees_(sees) {
+  listen_to_sensors(bus);
+  if (image_bytes) listen_to_cameras(bus, *image_bytes);
+  bus.listen<link::Truth>(
+      link::channel::kTruth, [this](const link::Truth& truth) { keep(truth); },
+      link::kMaxTruthPacket);
+  bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
+    is_asked_again_ = tick_ && tick_->utime == tick.utime;
+    if (!tick_ || tick.utime >= tick_->utime) tick_ = tick;
+  });
+  bus.listen<link::OperatorRequest>(link::channel::kRequest,
+                                    [this](const link::OperatorRequest& request) {
+                                      keep(Request{request, clock_.now()});
+                                    });
+}
+
+void Inbox::listen_to_sensors(link::Bus& bus) {
+  bus.listen<ImuSample>(link::channel::kImu,
+                        [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
+  bus.listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
+    keep(depth_, depth_clock_, sample);
+  });
+  bus.listen<HealthSample>(link::channel::kHealth, [this](const HealthSample& sample) {
+    keep(health_, health_clock_, sample);
+  });
+  if (!sees_) return;
+  bus.listen<RangeScan>(
+      link::channel::kRange,
+      [this](const RangeScan& scan) {
+        if (lockstep_ || ahead_) keep(scan_, range_clock_, scan);
+      },
+      link::kMaxScanPacket);
+}
+
+void Inbox::listen_to_cameras(link::Bus& bus, std::size_t image_bytes) {
+  sight_.emplace();
+  // Stamps cannot be converted before our time is fixed.
+  const auto hear = [this](auto sample) {
+    if (lockstep_) {
+      sight_->hear(std::move(sample), std::nullopt);
+    } else if (ahead_) {
+      sight_->hear(std::move(sample), clock_.now() + *ahead_);
+    }
+  };
+  bus.listen<ImuSample>(link::channel::kInertial, hear);
+  bus.listen<ImageFrame>(link::channel::kImage, hear, link::image_packet_size(image_bytes));
+}
+
+std::optional<Utime> Inbox::first_time() const {
+  if (lockstep_) return is_whole(-1) ? std::optional(tick_->utime) : std::nullopt;
+  if (!imu_ || !depth_) return std::nullopt;
+  return std::max(imu_->utime, depth_->utime);
+}
+
+bool Inbox::is_whole(Utime last) const {
+  const auto has = [](const auto& sample, const std::optional<Utime>& utime) {
+    return !utime || (sample && sample->utime == *utime);
+  };
+  return tick_ && tick_->utime > last && has(imu_, tick_->imu) && has(depth_, tick_->depth) &&
+         has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) &&
+         (!sight_ || sight_->has(*tick_)) && truth_ && truth_->utime == tick_->utime;
+}
+
+void Inbox::take(StepInputs& inputs) {
+  const auto move = [this](auto& from, const std::optional<Utime>& utime, auto& to) {
+    if (lockstep_ && !utime) return;
+    to = from;
+    if (!lockstep_) from.reset();
+  };
+  const link::SimTick tick = tick_.value_or(link::SimTick{});
+  move(imu_, tick.imu, inputs.imu);
+  move(depth_, tick.depth, inputs.depth);
+  move(health_, tick.health, inputs.health);
+}
+
+std::optional<RangeScan> Inbox::take_scan() {
+  if (lockstep_ && !tick_.value_or(link::SimTick{}).range) return std::nullopt;
+  return std::exchange(scan_, std::nullopt);
+}
+
+std::optional<link::Truth> Inbox::take_truth() {
+  std::optional<link::Truth> truth = truth_;
+  if (truth_) truth_->touched.clear();
+  return truth;
+}
+
+int Inbox::clock_jumps() const {
+  return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps() + range_clock_.jumps() +
+         (sight_ ? sight_->clock_jumps() : 0);
+}
+
+// A flood of other requests never displaces an abort.
+void Inbox::keep(const Request& request) {
+  if (requests_.size() < kMaxRequests) {
+    requests_.push_back(request);
+  } else if (request.request.command == OperatorCommand::kAbort) {
+    requests_.back() = request;
+  }
+}
+
+// In lock-step the same truth arrives more than once.
+void Inbox::keep(const link::Truth& truth) {
+  if (truth_ && truth_->utime == truth.utime) return;
+  std::vector<std::string> touched;
+  if (truth_) touched = std::move(truth_->touched);
+  touched.insert(touched.end(), truth.touched.begin(), truth.touched.end());
+  truth_ = truth;
+  truth_->touched = std::move(touched);
+}
+
+// Adds the newest sample, converted to our clock where the vehicle's may be set.
+template <typename Sample>
+void Inbox::keep(std::optional<Sample>& kept, link::SampleClock& sample_clock, Sample sample) {
+  if (!lockstep_ && ahead_) {
+    sample.utime = sample_clock.ours(sample.utime, clock_.now() + *ahead_);
+  }
+  if (!kept || sample.utime >= kept->utime) kept = std::move(sample);
+}
+
+}  // namespace dive::mission

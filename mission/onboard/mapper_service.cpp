@@ -1,0 +1,75 @@
+#include "mission/onboard/mapper_service.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+namespace dive::mission {
+namespace {
+
+constexpr double kMaxAttitudeSigma = 0.3;  // rad: a scan taken so would draw walls where none are
+constexpr Utime kMaxTimeOffset = 100'000;  // us from a scan to the nearest pose: else it is dropped
+
+}  // namespace
+
+MapperService::MapperService(const planning::RobotHull& hull,
+                             const planning::MapperOptions& options, Utime latency, Late late)
+    : mapper_(hull, options, clock_), latency_(latency), worker_(late) {}
+
+void MapperService::observe(const estimation::StateEstimate& estimate) {
+  if (!estimate.valid || attitude_sigma(estimate) > kMaxAttitudeSigma) return;
+  map_from_odom_ = estimate.map_from_odom;
+  past_.push(estimate.utime,
+             {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B});
+  if (!next_ || !worker_.has_finished()) return;
+  auto [scan, asked] = *std::exchange(next_, std::nullopt);
+  launch(std::move(scan), asked);
+}
+
+// Of two neighbours the nearer one: there may be a gap between them.
+std::optional<MapperService::Motion> MapperService::motion_at(Utime utime) const {
+  if (past_.empty()) return std::nullopt;
+  const auto around = past_.at(std::min(utime, past_.newest_utime()));
+  if (!around) return std::nullopt;
+  const Motion& nearest = around->share <= 0.5 ? *around->before : *around->after;
+  if (std::abs(nearest.utime - utime) > kMaxTimeOffset) return std::nullopt;
+  return nearest;
+}
+
+// With the alignments that the mapper has found and the published pose does not contain yet.
+PlanarTransform MapperService::map_from_odom() const {
+  PlanarTransform correction = map_from_odom_;
+  for (const auto& waiting : worker_.waiting()) {
+    if (waiting.result) correction.translation += waiting.result->off_W;
+  }
+  return correction;
+}
+
+void MapperService::submit(RangeScan scan, Utime now) {
+  if (worker_.may_start()) {
+    launch(std::move(scan), now);
+  } else {
+    next_.emplace(std::move(scan), now);
+  }
+}
+
+void MapperService::launch(RangeScan scan, Utime now) {
+  worker_.collect();
+  const std::optional<Motion> motion = motion_at(scan.utime);
+  if (!motion) return;
+  const Pose X_WB = map_from_odom() * motion->X_OB;
+  worker_.start(now + latency_, [this, scan = std::move(scan), X_WB, v_W = motion->v_W] {
+    return mapper_.add(scan, X_WB, v_W);
+  });
+}
+
+std::optional<planning::MapUpdate> MapperService::poll(Utime now) {
+  return worker_.poll(now).value_or(std::nullopt);
+}
+
+std::vector<Eigen::Vector3f> MapperService::points() {
+  worker_.collect();
+  return mapper_.points();
+}
+
+}  // namespace dive::mission

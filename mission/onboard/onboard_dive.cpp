@@ -1,0 +1,134 @@
+#include "mission/onboard/onboard_dive.h"
+
+#include <utility>
+
+#include "common/assert.h"
+#include "mission/executive/leaf_behaviors.h"
+#include "mission/onboard/stereo_eyes.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr std::uint64_t kTrackerStream = 0x7ac4;  // the tracker draws by itself
+
+}  // namespace
+
+OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
+                         const vehicle::Model& model, const OnboardSettings& settings,
+                         const std::optional<estimation::VisionOptions>& vision, Late late)
+    : mission_(mission),
+      world_(known_world(mission, world)),
+      model_(model),
+      settings_(settings),
+      planner_(world_, model.hull, planner_options(mission, settings.planner),
+               settings.planner_latency_ticks * kControlPeriod, late) {
+  planning::MapperOptions mapping = mapper_options(mission, settings.mapper);
+  if (goes_by_sight(mission)) {
+    DIVE_DEMAND(vision.has_value());
+    make_vision(world, *vision, mapping, late);
+  }
+  if (mission.unknown) {
+    mapper_.emplace(model.hull, mapping, settings.mapper_latency_ticks * kControlPeriod, late);
+  }
+}
+
+void OnboardDive::make_vision(const planning::World& world, const estimation::VisionOptions& vision,
+                              planning::MapperOptions& mapping, Late late) {
+  estimation::VisionOptions options = vision;
+  options.tags = known_tags(mission_, world);
+  RangeMaker make_range;
+  if (has_stereo_eyes(mission_)) {
+    const std::vector<CameraModel>& cameras = options.filter.cameras;
+    auto eyes = stereo_eyes(cameras.at(0), cameras.at(1), mapping);
+    DIVE_DEMAND(eyes);
+    make_range = std::move(eyes->make_range);
+    mapping = eyes->mapper;
+  }
+  vision_.emplace(options, settings_.seed ^ kTrackerStream,
+                  settings_.vision_latency_ticks * kControlPeriod, late, std::move(make_range),
+                  loop_settings(mission_, settings_.loop_latency_ticks * kControlPeriod));
+}
+
+OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
+  ExecutiveOptions options;
+  options.seed = settings_.seed;
+  options.resume = settings_.resume;
+  executive_.emplace(mission_, world_, model_, options);
+  report_ = {};
+  Utime now = began_ = port.begin();
+  const Utime longest = from_seconds(longest_dive_s(mission_));
+  while (executive_->result().outcome == Outcome::kRunning && now - began_ < longest) {
+    const std::optional<Utime> tick = port.wait_for_tick();
+    if (!tick) break;
+    now = *tick;
+    step(port, now, keeper);
+  }
+  report_.executive = executive_->result();
+  if (mapper_) report_.seen_points = mapper_->points();
+  return std::move(report_);
+}
+
+void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
+  StepInputs inputs;
+  inputs.now = now;
+  port.sense(inputs);
+  ask_services(inputs);
+  port.amend(inputs);
+  take_updates(inputs);
+  const StepOutputs& outputs = executive_->step(inputs);
+  if (keeper) keeper(*executive_, outputs);
+  port.command(outputs);
+  feed_services(port, inputs, outputs);
+  report(outputs, now);
+  port.end_tick(inputs, outputs);
+}
+
+void OnboardDive::ask_services(StepInputs& inputs) {
+  inputs.plan = planner_.poll(inputs.now);
+  if (mapper_) inputs.map_update = mapper_->poll(inputs.now);
+  if (vision_) inputs.vision = vision_->poll(inputs.now);
+}
+
+void OnboardDive::take_updates(const StepInputs& inputs) {
+  if (!inputs.seen.empty()) planner_.add(inputs.seen);
+  if (!inputs.map_update) return;
+  planner_.apply(*inputs.map_update);
+  static_cast<void>(report_.seen.apply(*inputs.map_update));
+}
+
+// A scan and a pair of images are placed by the estimate of the time when they were taken, so that
+// the services get this tick's estimate first.
+void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
+                                const StepOutputs& outputs) {
+  if (mapper_) {
+    mapper_->observe(outputs.estimate);
+    map(port.take_scan(), inputs.now);
+    if (vision_) map(vision_->take_scan(), inputs.now);
+  }
+  if (vision_) {
+    vision_->hear(port.take_imu_samples());
+    if (inputs.depth) vision_->hear(*inputs.depth);
+    vision_->observe(outputs.estimate);
+    auto [left, right] = port.take_images();
+    vision_->submit(std::move(left), std::move(right), inputs.now);
+  }
+  if (outputs.plan_query) planner_.submit(*outputs.plan_query, inputs.now);
+}
+
+void OnboardDive::map(std::optional<RangeScan> scan, Utime now) {
+  if (scan) mapper_->submit(std::move(*scan), now);
+}
+
+void OnboardDive::report(const StepOutputs& outputs, Utime now) {
+  if (outputs.plan_query) {
+    ++report_.plans;
+    if (!outputs.plan_query->request.previous.empty()) ++report_.replans;
+  }
+  for (const TransitionRecord& record : outputs.transitions) {
+    report_.transitions.push_back({to_seconds(now - began_), record});
+  }
+  report_.failsafes.insert(report_.failsafes.end(), outputs.failsafes.begin(),
+                           outputs.failsafes.end());
+}
+
+}  // namespace dive::mission

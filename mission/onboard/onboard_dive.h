@@ -1,0 +1,74 @@
+#pragma once
+// One dive as the computer on board runs it: each tick the executive steps, and the services around
+// it (planner, mapper, visual-inertial estimator) are fed and asked. The same loop for a vehicle
+// and for the built-in simulator (mission/README.md has one tick).
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "estimation/visual_inertial/pipeline/vision_pipeline.h"
+#include "mission/document/mission.h"
+#include "mission/executive/executive.h"
+#include "mission/executive/io.h"
+#include "mission/onboard/mapper_service.h"
+#include "mission/onboard/planner_service.h"
+#include "mission/onboard/settings.h"
+#include "mission/onboard/vehicle_port.h"
+#include "mission/onboard/vision_service.h"
+#include "planning/world/seen.h"
+#include "planning/world/world.h"
+#include "vehicle/model.h"
+
+namespace dive::mission {
+
+/// Told every tick, after the step and before its outputs reach the vehicle.
+using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
+
+/// What the loop has counted and kept.
+struct OnboardReport {
+  ExecutiveResult executive;
+  int plans = 0;
+  int replans = 0;  ///< Of them, while a path was being followed.
+  std::vector<TimedTransition> transitions;
+  std::vector<FailsafeRecord> failsafes;
+  planning::SeenMap seen;                    ///< In unknown water: the map at the end ...
+  std::vector<Eigen::Vector3f> seen_points;  ///< ... and its points, in W.
+};
+
+class OnboardDive {
+ public:
+  /// Mission and model must outlive it. In unknown water nothing of `world` is used. `vision` is
+  /// the calibration of the vehicle's cameras and IMU, to which the mission's tags are added:
+  /// demanded where the mission uses the visual-inertial estimator, and a stereo pair where it maps
+  /// with its cameras; ignored elsewhere.
+  OnboardDive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
+              const OnboardSettings& settings,
+              const std::optional<estimation::VisionOptions>& vision, Late late);
+
+  /// Until the machine has ended, longest_dive_s() has passed, or the vehicle says that it is over.
+  [[nodiscard]] OnboardReport run(VehiclePort& port, const DiveKeeper& keeper);
+
+ private:
+  void make_vision(const planning::World& world, const estimation::VisionOptions& vision,
+                   planning::MapperOptions& mapping, Late late);
+  void step(VehiclePort& port, Utime now, const DiveKeeper& keeper);
+  void ask_services(StepInputs& inputs);
+  void take_updates(const StepInputs& inputs);
+  void feed_services(VehiclePort& port, const StepInputs& inputs, const StepOutputs& outputs);
+  void map(std::optional<RangeScan> scan, Utime now);
+  void report(const StepOutputs& outputs, Utime now);
+
+  const Mission& mission_;
+  const planning::World world_;  ///< As far as it is known.
+  const vehicle::Model& model_;
+  const OnboardSettings settings_;
+  PlannerService planner_;
+  std::optional<VisionService> vision_;  ///< With the visual-inertial estimator.
+  std::optional<MapperService> mapper_;  ///< In unknown water.
+  std::optional<Executive> executive_;   ///< From run() on.
+  Utime began_ = 0;
+  OnboardReport report_;
+};
+
+}  // namespace dive::mission

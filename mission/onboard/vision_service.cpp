@@ -1,0 +1,114 @@
+#include "mission/onboard/vision_service.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kBeyond = 10'000;         // us that inertial samples reach beyond a picture ...
+constexpr Utime kPatience = 60'000;       // ... for which it waits so long
+constexpr double kMissed = 2.0;           // periods without pictures: they are missed
+constexpr std::size_t kMostImu = 4096;    // twenty seconds that a worker may be late
+constexpr std::size_t kMostDepth = 1024;  // likewise
+
+template <class Sample>
+void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) {
+  if (samples.size() == most) samples.erase(samples.begin());
+  samples.push_back(sample);
+}
+
+}  // namespace
+
+VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
+                             Utime latency, Late late, RangeMaker make_range,
+                             const std::optional<LoopSettings>& loops)
+    : pipeline_(options, seed),
+      period_s_(options.period_s),
+      latency_(latency),
+      make_range_(std::move(make_range)),
+      worker_(late) {
+  const std::vector<CameraModel>& cameras = options.filter.cameras;
+  if (!loops || cameras.size() < 2) return;
+  auto finder = std::make_shared<estimation::LoopFinder>(loops->closer, cameras[0], cameras[1]);
+  loops_.emplace([finder](const auto& keyframe) { return finder->look(keyframe); }, *loops, late);
+}
+
+void VisionService::hear(std::span<const ImuSample> samples) {
+  for (const ImuSample& sample : samples) {
+    keep(imu_, sample, kMostImu);
+    newest_imu_ = sample.utime;
+  }
+}
+
+void VisionService::hear(const DepthSample& sample) { keep(depth_, sample, kMostDepth); }
+
+void VisionService::submit(std::optional<ImageFrame> left, std::optional<ImageFrame> right,
+                           Utime now) {
+  if (!left) return;  // it is missed
+  next_ = Pair{std::move(left), std::move(right), now};
+}
+
+// The filter can deal with a picture once it knows how the vehicle moved up to it.
+bool VisionService::is_ripe(Utime now) const {
+  return newest_imu_ >= next_->left->utime + kBeyond || now - next_->asked >= kPatience;
+}
+
+void VisionService::observe(const estimation::StateEstimate& published) {
+  published_ = published;
+  const Utime now = published.utime;
+  if (!worker_.may_start()) return;
+  if (next_) {
+    if (is_ripe(now)) launch(next_->asked, std::exchange(next_, std::nullopt));
+  } else if (to_seconds(now - launched_) > kMissed * period_s_) {
+    launch(now, std::nullopt);
+  }
+}
+
+void VisionService::launch(Utime asked, std::optional<Pair> pair) {
+  worker_.collect();
+  launched_ = published_.utime;
+  estimation::VisionInput input;
+  input.imu = std::exchange(imu_, {});
+  input.depth = std::exchange(depth_, {});
+  input.published = published_;
+  if (pair) {
+    input.left = std::move(pair->left);
+    input.right = std::move(pair->right);
+  }
+  worker_.start(asked + latency_,
+                [this, input = std::move(input)]() mutable { return work(std::move(input)); });
+}
+
+VisionService::Answer VisionService::work(estimation::VisionInput input) {
+  Answer answer{pipeline_.step(input), std::nullopt};
+  if (make_range_ && input.left) {
+    answer.scan = make_range_(
+        {&*input.left, input.right ? &*input.right : nullptr, &answer.word, pipeline_.landmarks()});
+  }
+  if (!loops_ || !input.right) return answer;
+  if (const auto filter = pipeline_.at_picture()) {
+    const std::span<const Pose> cameras_B = pipeline_.cameras_B();
+    answer.keyframe.emplace(estimation::Keyframe{std::move(*input.left), std::move(*input.right),
+                                                 *filter, cameras_B[0], cameras_B[1],
+                                                 answer.word.begun_from});
+  }
+  return answer;
+}
+
+std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
+  if (loops_) loops_->poll(now);
+  std::optional<Answer> answer = worker_.poll(now);
+  if (!answer) return std::nullopt;
+  if (answer->scan) scan_ = std::move(answer->scan);
+  if (loops_) {
+    loops_->correct(answer->word);
+    if (answer->keyframe) loops_->submit(std::move(*answer->keyframe), now);
+  }
+  return answer->word;
+}
+
+std::optional<RangeScan> VisionService::take_scan() { return std::exchange(scan_, std::nullopt); }
+
+}  // namespace dive::mission

@@ -1,0 +1,48 @@
+#include "mission/simulation/contacts.h"
+
+#include <utility>
+
+#include "mission/executive/changed_map.h"
+
+namespace dive::mission {
+
+Contacts::Contacts(const vehicle::TriangulatedWorld& world, const planning::RobotHull& hull,
+                   const std::optional<vehicle::DiverTrack>& diver)
+    : hull_(hull), world_(world, hull) {
+  if (!diver) return;
+  diver_.emplace(*diver);
+  planning::World alone;
+  alone.obstacles.push_back(vehicle::Diver::shape());
+  to_diver_.emplace(alone, hull);
+}
+
+void Contacts::add(std::span<const SeenObstacle> appeared) {
+  planning::World world;
+  world.obstacles = as_obstacles(appeared, appeared_count_);
+  appeared_count_ += world.obstacles.size();
+  appeared_.emplace_back(world, hull_);
+}
+
+std::vector<std::string> Contacts::observe(Utime now, const Pose& X_WB) {
+  std::vector<std::string> touched;
+  observe(world_, X_WB, now, X_WB, touched);
+  for (vehicle::ClearanceMeter& meter : appeared_) observe(meter, X_WB, now, X_WB, touched);
+  if (diver_) {
+    diver_->advance(now, X_WB.p);
+    observe(*to_diver_, diver_->pose().inverse() * X_WB, now, X_WB, touched);
+  }
+  return touched;
+}
+
+void Contacts::observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime now,
+                       const Pose& X_WB, std::vector<std::string>& touched) {
+  for (std::string& name : meter.observe(X_OB)) touched.push_back(std::move(name));
+  if (meter.min_clearance_m() >= nearest_.clearance_m) return;
+  nearest_ = {meter.min_clearance_m(), to_seconds(now), X_WB.p, meter.nearest_obstacle()};
+}
+
+std::optional<Pose> Contacts::diver() const {
+  return diver_ ? std::optional(diver_->pose()) : std::nullopt;
+}
+
+}  // namespace dive::mission

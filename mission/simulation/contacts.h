@@ -1,0 +1,49 @@
+#pragma once
+// Contacts of the true vehicle in a simulated dive, with three sources: the world, obstacles that
+// have appeared since the dive began, and a diver.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/clock.h"
+#include "mission/executive/io.h"
+#include "mission/record/collision.h"
+#include "planning/world/world.h"
+#include "vehicle/simulator/diver.h"
+#include "vehicle/simulator/ground_truth/ground_truth.h"
+
+namespace dive::mission {
+
+class Contacts {
+ public:
+  /// The hull must outlive this object.
+  Contacts(const vehicle::TriangulatedWorld& world, const planning::RobotHull& hull,
+           const std::optional<vehicle::DiverTrack>& diver);
+
+  /// Adds obstacles from now on, with the names that as_obstacles() gives them.
+  void add(std::span<const SeenObstacle> appeared);
+  /// Moves the diver and evaluates the pose of one tick. Returns the names of the obstacles with
+  /// which a contact begins.
+  std::vector<std::string> observe(Utime now, const Pose& X_WB);
+
+  [[nodiscard]] const NearestApproach& nearest() const { return nearest_; }
+  /// X_WD, if there is a diver.
+  [[nodiscard]] std::optional<Pose> diver() const;
+
+ private:
+  void observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime now, const Pose& X_WB,
+               std::vector<std::string>& touched);
+
+  const planning::RobotHull& hull_;
+  vehicle::ClearanceMeter world_;
+  /// One meter for each add(), so that contacts persist.
+  std::vector<vehicle::ClearanceMeter> appeared_;
+  std::size_t appeared_count_ = 0;  ///< Number of obstacles in them.
+  std::optional<vehicle::Diver> diver_;
+  std::optional<vehicle::ClearanceMeter> to_diver_;
+  NearestApproach nearest_;
+};
+
+}  // namespace dive::mission

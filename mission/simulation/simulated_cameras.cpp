@@ -1,0 +1,46 @@
+#include "mission/simulation/simulated_cameras.h"
+
+namespace dive::mission {
+namespace {
+
+vehicle::CameraFault fault_of(const FaultInjector& faults, int camera) {
+  if (faults.is_on(FaultKind::kCameraMissing)) return vehicle::CameraFault::kMissing;
+  if (camera == 1 && faults.is_on(FaultKind::kCameraOneEye)) return vehicle::CameraFault::kMissing;
+  if (faults.is_on(FaultKind::kCameraBlackout)) return vehicle::CameraFault::kBlackout;
+  if (faults.is_on(FaultKind::kCameraFrozen)) return vehicle::CameraFault::kFrozen;
+  if (faults.is_on(FaultKind::kCameraBlur)) return vehicle::CameraFault::kBlur;
+  return vehicle::CameraFault::kNone;
+}
+
+}  // namespace
+
+estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
+                                         const vehicle::ImuNoise& imu) {
+  estimation::VisionOptions options;
+  options.period_s = 1.0 / cameras.rate_hz;
+  options.filter.cameras = {cameras.camera(0), cameras.camera(1)};
+  options.filter.imu = {imu.gyro_density, imu.accel_density, imu.gyro_walk, imu.accel_walk};
+  return options;
+}
+
+vehicle::Conditions with_imu(vehicle::Conditions conditions) {
+  if (!conditions.inertial_unit) conditions.inertial_unit = vehicle::ImuNoise{};
+  return conditions;
+}
+
+SimulatedCameras::SimulatedCameras(const planning::World& world,
+                                   const vehicle::StereoCameraOptions& cameras,
+                                   const vehicle::Conditions& conditions, std::uint64_t seed)
+    : cameras_(world, cameras, seed) {
+  cameras_.set_current(conditions.current_W);
+}
+
+vehicle::StereoFrames SimulatedCameras::look(const vehicle::GroundTruth& truth,
+                                             const std::optional<Pose>& X_WD,
+                                             const FaultInjector& faults) {
+  if (!cameras_.due(truth.utime)) return {};
+  for (const int camera : {0, 1}) cameras_.set_fault(camera, fault_of(faults, camera));
+  return cameras_.take(truth.utime, truth.X_WB, X_WD);
+}
+
+}  // namespace dive::mission

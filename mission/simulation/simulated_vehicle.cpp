@@ -1,0 +1,243 @@
+#include "mission/simulation/simulated_vehicle.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "mission/simulation/contacts.h"
+#include "mission/simulation/simulated_cameras.h"
+#include "vehicle/link/arbiter.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kSayAgain = 5'000;  // us of real time before the first repetition, in lock-step
+// us: limit of the interval, which doubles each time; an executive that waits for its own worker
+// has received the samples
+constexpr Utime kSeldomAgain = 80'000;
+// us without an answer: the executive has died; on a slow machine planning for one tick may take
+// long
+constexpr Utime kGiveUp = 120'000'000;
+constexpr double kAtSurface = 0.3;      // m
+constexpr double kRestAtSurface = 5.0;  // s
+
+class SimulatedVehicle {
+ public:
+  SimulatedVehicle(const planning::World& world, const vehicle::Model& model, const Pose& start,
+                   const VehicleSettings& settings, link::Bus& bus, Clock& clock)
+      : settings_(settings),
+        bus_(bus),
+        clock_(clock),
+        simulator_(model, start,
+                   settings.cameras ? with_imu(settings.conditions) : settings.conditions,
+                   settings.seed),
+        contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt),
+        injector_(settings.faults) {
+    if (settings.range_camera) camera_.emplace(world, *settings.range_camera, settings.seed);
+    if (settings.cameras) {
+      cameras_.emplace(world, *settings.cameras, settings.conditions, settings.seed);
+    }
+    bus_.listen<link::VehicleCommand>(
+        link::channel::kCommand,
+        [this](const link::VehicleCommand& command) { arbiter_.hear(command, now()); });
+    bus_.listen<link::Heartbeat>(
+        link::channel::kHeartbeat,
+        [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
+  }
+
+  VehicleReport run(const VehicleWanted& wanted) {
+    Utime next = clock_.now();
+    while (report_.ended.empty() && is_wanted(wanted)) {
+      tick();
+      next += from_seconds(vehicle::Simulator::kTick);
+      if (settings_.lockstep && !is_alone_) {
+        wait_for_command(wanted);
+      } else if (!arbiter_.executive() && inputs_.imu && inputs_.depth) {
+        wait_for_the_first(wanted);
+        next = clock_.now();
+      } else {
+        say();
+        bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
+        is_alone_ = is_alone_ && !is_answered();
+      }
+      // Time lost by a slow machine is not made up, because a vehicle's time passes.
+      next = std::max(next, clock_.now() - from_seconds(vehicle::Simulator::kTick));
+      judge();
+    }
+    return report();
+  }
+
+ private:
+  [[nodiscard]] Utime now() const { return simulator_.truth().utime; }
+
+  [[nodiscard]] bool is_wanted(const VehicleWanted& wanted) {
+    if (wanted()) return true;
+    report_.ended = "interrupted";
+    return false;
+  }
+
+  void tick() {
+    const vehicle::SensorSamples samples = simulator_.step(rates_);
+    inputs_ = {};
+    inputs_.now = now();
+    inputs_.imu = samples.imu;
+    inputs_.depth = samples.depth;
+    inputs_.health = samples.health;
+    const StepInputs own = inputs_;  // faults of the link do not affect the vehicle's own autopilot
+    injector_.apply(simulator_.truth(), inputs_);
+    inertial_ = samples.inertial;
+    injector_.apply(inertial_);
+    look();
+    set_clock();
+    touched_ = contacts_.observe(now(), simulator_.truth().X_WB);
+    for (Collision& collision : collisions_at(now(), simulator_.truth().X_WB, touched_, {})) {
+      report_.collisions.push_back(std::move(collision));
+    }
+    own_ = {own.imu, own.depth};
+  }
+
+  void look() {
+    if (cameras_) pictures_ = cameras_->look(simulator_.truth(), std::nullopt, injector_);
+    scan_.reset();
+    if (!camera_ || !camera_->due(now())) return;
+    camera_->set_frozen(injector_.is_on(FaultKind::kRangeFrozen));
+    scan_ = camera_->take(now(), simulator_.truth().X_WB);
+    if (injector_.is_on(FaultKind::kRangeSilent)) scan_.reset();
+  }
+
+  void set_clock() {
+    const std::optional<ClockJump>& jump = settings_.clock_jump;
+    if (!jump || to_seconds(now()) < jump->at_s) return;
+    const Utime by = from_seconds(jump->by_s);
+    if (inputs_.imu) inputs_.imu->utime += by;
+    if (inputs_.depth) inputs_.depth->utime += by;
+    if (inputs_.health) inputs_.health->utime += by;
+    if (scan_) scan_->utime += by;
+    for (ImuSample& sample : inertial_.samples) sample.utime += by;
+    for (std::optional<ImageFrame>& picture : pictures_) {
+      if (picture) picture->utime += by;
+    }
+  }
+
+  template <typename Value>
+  void publish(const char* channel, const Value& value) {
+    if (link::encode(value, packet_)) bus_.publish(channel, packet_);
+  }
+
+  void say() {
+    link::SimTick tick;
+    tick.utime = now();
+    const auto add = [&](const char* channel, const auto& sample, std::optional<Utime>& time) {
+      if (!sample) return;
+      time = sample->utime;
+      publish(channel, *sample);
+    };
+    add(link::channel::kImu, inputs_.imu, tick.imu);
+    add(link::channel::kDepth, inputs_.depth, tick.depth);
+    add(link::channel::kHealth, inputs_.health, tick.health);
+    add(link::channel::kRange, scan_, tick.range);
+    for (const ImuSample& sample : inertial_.list()) {
+      publish(link::channel::kInertial, sample);
+      ++tick.inertial;
+      tick.last_inertial = sample.utime;
+    }
+    add(link::channel::kImage, pictures_[0], tick.left);
+    add(link::channel::kImage, pictures_[1], tick.right);
+    publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_});
+    if (settings_.lockstep) publish(link::channel::kSimTick, tick);
+  }
+
+  [[nodiscard]] bool is_answered() const {
+    return arbiter_.executive() && arbiter_.executive()->utime == now();
+  }
+
+  // The dive begins with the first command; no dive time passes between the first samples and that
+  // command.
+  void wait_for_the_first(const VehicleWanted& wanted) {
+    while (!arbiter_.executive() && is_wanted(wanted)) {
+      say();
+      bus_.wait(clock_, clock_.now() + from_seconds(vehicle::Simulator::kTick),
+                [this] { return arbiter_.executive().has_value(); });
+    }
+  }
+
+  void wait_for_command(const VehicleWanted& wanted) {
+    const Utime asked = clock_.now();
+    Utime pause = kSayAgain;
+    while (!is_answered() && !finished_ && is_wanted(wanted)) {
+      say();
+      bus_.wait(clock_, clock_.now() + pause, [this] { return is_answered() || finished_; });
+      pause = std::min(2 * pause, kSeldomAgain);
+      const bool has_begun = arbiter_.executive().has_value();
+      if (has_begun && clock_.now() - asked > kGiveUp) {
+        is_alone_ = true;
+        return;
+      }
+    }
+  }
+
+  void judge() {
+    const vehicle::GroundTruth& truth = simulator_.truth();
+    const auto who = arbiter_.obeys(now());
+    if (arbiter_.executive()) {
+      if (who == link::Arbiter::Obeys::kNobody) report_.silent_s += vehicle::Simulator::kTick;
+      if (who == link::Arbiter::Obeys::kSupervisor) {
+        report_.supervised_s += vehicle::Simulator::kTick;
+      }
+    }
+    rates_ = arbiter_.step(own_.imu, own_.depth, now());
+    const bool is_up = -truth.X_WB.p.z() < kAtSurface;
+    const bool is_led = who == link::Arbiter::Obeys::kExecutive;
+    if (!is_up || is_led || !arbiter_.executive()) up_since_ = now();
+    if (finished_) report_.ended = "finished";
+    if (to_seconds(now() - up_since_) > kRestAtSurface) report_.ended = "surfaced";
+    if (to_seconds(now()) >= settings_.max_seconds) report_.ended = "time";
+  }
+
+  VehicleReport report() {
+    const vehicle::GroundTruth& truth = simulator_.truth();
+    report_.duration_s = to_seconds(now());
+    report_.distance_m = truth.distance_swum_m;
+    report_.nearest = contacts_.nearest();
+    report_.final_depth_m = -truth.X_WB.p.z();
+    report_.energy_wh = truth.energy_used_wh;
+    report_.refused = arbiter_.refused();
+    return report_;
+  }
+
+  struct OwnSamples {
+    std::optional<ImuSample> imu;
+    std::optional<DepthSample> depth;
+  };
+
+  const VehicleSettings& settings_;
+  link::Bus& bus_;
+  Clock& clock_;
+  vehicle::Simulator simulator_;
+  Contacts contacts_;
+  std::optional<vehicle::RangeCamera> camera_;
+  FaultInjector injector_;
+  link::Arbiter arbiter_;
+  vehicle::PseudoRates rates_;
+  StepInputs inputs_;
+  std::optional<SimulatedCameras> cameras_;
+  std::vector<std::string> touched_;   ///< Obstacles touched in this tick.
+  std::optional<RangeScan> scan_;      ///< Scan of this tick.
+  vehicle::StereoFrames pictures_;     ///< Images of this tick.
+  vehicle::InertialSamples inertial_;  ///< IMU samples of this tick.
+  OwnSamples own_;
+  link::Packet packet_;
+  bool finished_ = false;
+  bool is_alone_ = false;
+  Utime up_since_ = 0;
+  VehicleReport report_;
+};
+
+}  // namespace
+
+VehicleReport simulate_vehicle(const planning::World& world, const vehicle::Model& model,
+                               const Pose& start_X_WB, const VehicleSettings& settings,
+                               link::Bus& bus, Clock& clock, const VehicleWanted& wanted) {
+  return SimulatedVehicle(world, model, start_X_WB, settings, bus, clock).run(wanted);
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,391 @@
+// The correction from odometry to the map, with an odometry of known errors and estimates of vision
+// written here.
+
+#include "estimation/frame_correction.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "common/assert.h"
+#include "common/random.h"
+#include "test/common/allocations.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr Utime kTick = 20'000;
+constexpr double kDt = 0.02;
+constexpr Utime kPeriod = 50'000;
+constexpr Utime kLatency = 80'000;
+
+// A vehicle that swims east at 0.4 m/s in water that moves north, with a compass error.
+class FrameCorrectionTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] Vector3d true_position(Utime t) const {
+    return Vector3d(0.4, current_, 0.0) * to_seconds(t) - 3.0 * Vector3d::UnitZ();
+  }
+
+  [[nodiscard]] StateEstimate odometry() const {
+    StateEstimate estimate;
+    estimate.utime = now_;
+    estimate.valid = true;
+    const Eigen::Quaterniond turn = from_rpy(0, 0, compass_off_);
+    estimate.X_WB.q = turn;
+    estimate.X_WB.p = turn * Vector3d(0.4 * to_seconds(now_), 0.0, -3.0);
+    estimate.v_WB_B = Vector3d(0.4, 0.0, 0.0);
+    estimate.covariance = 0.01 * Matrix6d::Identity();
+    return estimate;
+  }
+
+  [[nodiscard]] VisionEstimate word(Utime taken) const {
+    VisionEstimate word;
+    word.frame_utime = taken;
+    word.begun_from = begun_from_;
+    word.fault = VisionFault::kNone;
+    word.period_s = to_seconds(kPeriod);
+    word.estimate.utime = taken;
+    word.estimate.valid = true;
+    word.estimate.source = EstimatorKind::kVisualInertial;
+    word.estimate.X_WB.p = true_position(taken) + vision_off_;
+    word.estimate.v_WB_B = Vector3d(0.4, current_, 0.0);
+    word.estimate.covariance = 1e-4 * Matrix6d::Identity();
+    return word;
+  }
+
+  // One tick, with a due update, if vision works.
+  const StateEstimate& tick() {
+    now_ += kTick;
+    if (vision_works_ && now_ >= next_due_) {
+      VisionEstimate due = word(next_due_ - kLatency);
+      due.fault = vision_fault_;
+      correction_.propose(now_, due);
+      if (fault_once_) vision_fault_ = VisionFault::kNone;
+    }
+    while (now_ >= next_due_) next_due_ += kPeriod;
+    const Vector3d before = correction_.estimate().X_WB.p;
+    const StateEstimate& estimate = correction_.update(odometry());
+    if (now_ > kTick) step_ = (estimate.X_WB.p - before).norm();
+    largest_step_ = std::max(largest_step_, step_);
+    return estimate;
+  }
+
+  const StateEstimate& run(double seconds) {
+    for (const Utime end = now_ + from_seconds(seconds); now_ < end;) tick();
+    return correction_.estimate();
+  }
+
+  // Ticks until the source is `source`, at most 5 s; s.
+  double until(EstimatorKind source) {
+    const Utime begin = now_;
+    while (correction_.estimate().source != source && now_ - begin < 5'000'000) tick();
+    return to_seconds(now_ - begin);
+  }
+
+  [[nodiscard]] double error() const {
+    return (correction_.estimate().X_WB.p - true_position(now_)).norm();
+  }
+
+  FrameCorrection correction_{FrameCorrectionOptions{}, PrimitiveOptions{}};
+  Utime now_ = 0;
+  Utime next_due_ = 100'000;
+  double current_ = 0.0;
+  double compass_off_ = 0.0;
+  Vector3d vision_off_ = Vector3d::Zero();
+  Utime begun_from_ = 0;
+  bool vision_works_ = true;
+  VisionFault vision_fault_ = VisionFault::kNone;
+  bool fault_once_ = false;
+  double step_ = 0.0;
+  double largest_step_ = 0.0;
+};
+
+constexpr auto kVision = EstimatorKind::kVisualInertial;
+constexpr auto kOdometry = EstimatorKind::kPrimitive;
+
+TEST_F(FrameCorrectionTest, PublishesTheOdometryUntilVisionIsAccepted) {
+  vision_works_ = false;
+  const StateEstimate& published = run(2.0);
+  EXPECT_EQ(published.source, kOdometry);
+  EXPECT_EQ(published.X_WB.p, odometry().X_WB.p);
+  EXPECT_EQ(published.covariance, odometry().covariance);
+  EXPECT_EQ(correction_.fault(), VisionFault::kStarting);
+}
+
+TEST_F(FrameCorrectionTest, FollowsVisionInACurrentAndWithACompassBias) {
+  current_ = 0.2;
+  compass_off_ = deg_to_rad(3.0);
+  EXPECT_LT(until(kVision), 0.5);
+  run(10.0);
+  EXPECT_LT(error(), 0.002);
+  const StateEstimate& published = correction_.estimate();
+  EXPECT_LT(std::abs(to_rpy(published.X_WB.q).z()), deg_to_rad(0.1));
+  EXPECT_NEAR(published.v_WB_B.y(), 0.2, 0.01);
+  EXPECT_EQ(correction_.fault(), VisionFault::kNone);
+}
+
+TEST_F(FrameCorrectionTest, LosesVisionWithinThreeImagesOfRejectedUpdatesOrSilence) {
+  run(10.0);
+  vision_fault_ = VisionFault::kDark;
+  const Utime dark = now_;
+  until(kOdometry);
+  EXPECT_LE(to_seconds(now_ - dark), 2.6 * to_seconds(kPeriod));
+  EXPECT_EQ(correction_.fault(), VisionFault::kDark);
+  vision_fault_ = VisionFault::kNone;
+  EXPECT_LT(until(kVision), 0.25);
+  run(10.0);
+  vision_works_ = false;
+  const Utime silent = now_;
+  until(kOdometry);
+  EXPECT_LE(to_seconds(now_ - silent), 3.0 * to_seconds(kPeriod));
+  EXPECT_EQ(correction_.fault(), VisionFault::kNoPictures);
+}
+
+TEST_F(FrameCorrectionTest, KeepsVisionThroughOneRejectedUpdate) {
+  run(3.0);
+  fault_once_ = true;
+  for (int i = 0; i < 20; ++i) {
+    vision_fault_ = VisionFault::kLost;
+    run(0.17);
+    ASSERT_EQ(correction_.estimate().source, kVision) << i;
+  }
+}
+
+// The current persists, and its velocity is known.
+TEST_F(FrameCorrectionTest, KeepsTheCurrentWithoutVision) {
+  current_ = 0.2;
+  run(4.0);
+  vision_works_ = false;
+  run(7.0);
+  EXPECT_EQ(correction_.estimate().source, kOdometry);
+  EXPECT_LT(error(), 0.15) << "of 1.4 m that it was carried";
+  EXPECT_GT(horizontal_sigma(correction_.estimate()), 0.5 * error());
+}
+
+TEST_F(FrameCorrectionTest, CovarianceGrowsWithoutVisionAndCoversTheRemainingOffset) {
+  run(5.0);
+  const double before = horizontal_sigma(correction_.estimate());
+  vision_works_ = false;
+  double last = before;
+  for (int i = 0; i < 10; ++i) {
+    const double sigma = horizontal_sigma(run(1.0));
+    EXPECT_GT(sigma, last);
+    last = sigma;
+  }
+  vision_off_.y() = 0.5;
+  vision_works_ = true;
+  until(kVision);
+  EXPECT_GT(correction_.offset_m(), 0.4);
+  EXPECT_GT(horizontal_sigma(correction_.estimate()), 0.4);
+  run(5.0);
+  EXPECT_LT(correction_.offset_m(), 0.01);
+  EXPECT_LT(horizontal_sigma(correction_.estimate()), 2.0 * before);
+}
+
+// Vision that is lost repeatedly is accepted after ever longer times, because each change costs a
+// plan.
+TEST_F(FrameCorrectionTest, WaitsLongerForVisionThatWasLostSoon) {
+  double last = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    vision_fault_ = VisionFault::kNone;
+    const double waited = until(kVision);
+    EXPECT_GE(waited, last - kDt);
+    EXPECT_LT(waited, 1.0);
+    last = waited;
+    vision_fault_ = VisionFault::kFewFeatures;
+    until(kOdometry);
+  }
+  EXPECT_GT(last, 0.5);
+  vision_fault_ = VisionFault::kNone;
+  until(kVision);
+  run(10.0);
+  vision_fault_ = VisionFault::kDark;
+  until(kOdometry);
+  vision_fault_ = VisionFault::kNone;
+  EXPECT_LT(until(kVision), 0.25) << "long ago is forgotten";
+}
+
+TEST_F(FrameCorrectionTest, RejectsAnImplausibleUpdate) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto after = [&](const std::function<void(VisionEstimate&)>& spoil) {
+    FrameCorrection correction(FrameCorrectionOptions{}, PrimitiveOptions{});
+    now_ = 0;
+    Utime next = 100'000;
+    for (; now_ < 2'000'000;) {
+      now_ += kTick;
+      static_cast<void>(correction.update(odometry()));
+      if (now_ < next) continue;
+      next += kPeriod;
+      VisionEstimate said = word(now_ - kLatency);
+      if (now_ > 1'000'000) spoil(said);
+      correction.propose(now_, said);
+    }
+    EXPECT_TRUE(correction.estimate().X_WB.is_finite());
+    EXPECT_TRUE(correction.estimate().covariance.allFinite());
+    return correction.estimate().source == kVision ? VisionFault::kNone : correction.fault();
+  };
+  EXPECT_EQ(after([](VisionEstimate&) {}), VisionFault::kNone);
+  EXPECT_EQ(after([&](VisionEstimate& w) { w.estimate.X_WB.p.x() = kNan; }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([&](VisionEstimate& w) { w.estimate.covariance(0, 0) = kNan; }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.covariance(1, 1) = -1.0; }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.X_WB.q.coeffs() *= 2.0; }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.v_WB_B.x() = 3.0; }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.X_WB.q = from_rpy(0.5, 0, 0); }),
+            VisionFault::kImplausible);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime = 1'000'000; }), VisionFault::kBadPicture);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime += 1'000'000; }), VisionFault::kBadPicture);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime = 1'900'000 - w.frame_utime; }),
+            VisionFault::kBadPicture);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.valid = false; }), VisionFault::kStarting);
+}
+
+TEST_F(FrameCorrectionTest, RejectsAnOldUpdateAsLate) {
+  run(3.0);
+  vision_works_ = false;
+  const VisionEstimate old = word(now_ - 20'000);
+  run(1.0);
+  correction_.propose(now_, old);
+  EXPECT_EQ(correction_.fault(), VisionFault::kLate);
+}
+
+// After a correction by the map, vision does not pull the vehicle back; a filter initialised from
+// the published estimate already contains the correction.
+TEST_F(FrameCorrectionTest, AnAlignmentMovesTheFrameOfVisionWithIt) {
+  run(3.0);
+  correction_.propose_alignment({0.0, 0.3});
+  run(3.0);
+  EXPECT_NEAR(correction_.estimate().X_WB.p.y(), 0.3, 1e-3);
+  EXPECT_EQ(correction_.estimate().source, kVision);
+  begun_from_ = now_;
+  vision_off_.y() = 0.3;
+  run(1.0);
+  EXPECT_NEAR(correction_.estimate().X_WB.p.y(), 0.3, 1e-3);
+  EXPECT_LT(correction_.offset_m(), 0.01);
+  vision_works_ = false;
+  const double before = run(1.0).X_WB.p.y();
+  correction_.propose_alignment({0.0, -0.2});
+  EXPECT_NEAR(run(0.02).X_WB.p.y(), before - 0.2, 0.01) << "in the dark as well";
+}
+
+// The odometry reports rest, while the vehicle slides north at 0.1 m/s by ten alignments a second.
+TEST_F(FrameCorrectionTest, LearnsASlideFromAlignmentsWithoutIntegratingIt) {
+  vision_works_ = false;
+  StateEstimate odometry = this->odometry();
+  odometry.v_WB_B.setZero();
+  odometry.X_WB.q = from_rpy(0, 0, deg_to_rad(90.0));
+  const auto rest = [&](double seconds) {
+    for (const Utime end = odometry.utime + from_seconds(seconds); odometry.utime < end;) {
+      odometry.utime += kTick;
+      static_cast<void>(correction_.update(odometry));
+    }
+  };
+  for (int scan = 0; scan < 60; ++scan) {
+    rest(0.1);
+    correction_.propose_alignment({0.0, 0.01});
+  }
+  rest(kDt);
+  const StateEstimate& published = correction_.estimate();
+  EXPECT_NEAR(published.v_WB_B.x(), 0.1, 0.01);
+  EXPECT_NEAR(published.v_WB_B.y(), 0.0, 1e-3);
+  EXPECT_NEAR((published.X_WB.p - odometry.X_WB.p).y(), 0.6, 1e-9);
+  rest(10.0);
+  EXPECT_LT(published.v_WB_B.norm(), 1e-3) << "without scans the velocity decays";
+  EXPECT_NEAR((published.X_WB.p - odometry.X_WB.p).y(), 0.6, 1e-9);
+  correction_.propose_alignment({50.0, 0.0});
+  rest(kDt);
+  EXPECT_LE(published.v_WB_B.norm(), 0.3 + 1e-9) << "a jump is no velocity";
+}
+
+TEST_F(FrameCorrectionTest, AllocatesNothing) {
+  run(1.0);
+  testing::reset_allocations();
+  run(2.0);
+  vision_works_ = false;
+  run(1.0);
+  correction_.propose_alignment({0.1, 0.0});
+  EXPECT_EQ(testing::allocations().count, 0U);
+}
+
+TEST(FrameCorrection, DemandsIncreasingTimeAndValidOptions) {
+  FrameCorrection correction({}, {});
+  StateEstimate estimate;
+  estimate.valid = true;
+  estimate.utime = 20'000;
+  static_cast<void>(correction.update(estimate));
+  estimate.utime = 0;
+  EXPECT_THROW(static_cast<void>(correction.update(estimate)), AssertionFailure);
+  FrameCorrectionOptions options;
+  options.approach = 0.0;
+  EXPECT_NE(options.validate().find("approach"), std::string::npos);
+  EXPECT_THROW(FrameCorrection(options, {}), AssertionFailure);
+}
+
+// For any vision updates at any times in any order: no step is longer than the two estimators'
+// speeds and the approach explain, and the covariance stays valid.
+RC_GTEST_PROP(FrameCorrection, PublishesNoJumpAndTheCorrectionThatExplainsIt,
+              (std::uint32_t seed)) {
+  Random random(seed, 3);
+  FrameCorrectionOptions options;
+  FrameCorrection correction(options, PrimitiveOptions{});
+  Vector3d p_W(0, 0, -2);
+  double yaw = random.uniform(-3.0, 3.0);
+  double speed = 0.0;
+  double rate = 0.0;
+  Vector3d before = p_W;
+  for (int i = 1; i < 1500; ++i) {
+    if (i % 50 == 0) {
+      speed = random.uniform(-0.2, 0.8);
+      rate = random.uniform(-0.6, 0.6);
+    }
+    StateEstimate primitive;
+    primitive.utime = kTick * i;
+    primitive.valid = true;
+    yaw += kDt * rate;
+    primitive.X_WB.q = from_rpy(random.uniform(-0.1, 0.1), 0.05, yaw);
+    primitive.v_WB_B = Vector3d(speed, 0.05, 0.0);
+    const Vector3d v_W = primitive.X_WB.q * primitive.v_WB_B;
+    p_W.head<2>() += kDt * v_W.head<2>();
+    primitive.X_WB.p = p_W;
+    primitive.covariance = 0.01 * Matrix6d::Identity();
+    if (i > 20 && random.uniform() < 0.5) {
+      VisionEstimate word;
+      word.frame_utime = kTick * i - static_cast<Utime>(random.uniform(0.0, 150'000.0));
+      word.begun_from = random.uniform() < 0.01 ? word.frame_utime : Utime{0};
+      word.fault = random.uniform() < 0.2 ? VisionFault::kLost : VisionFault::kNone;
+      word.estimate = primitive;
+      word.estimate.utime = word.frame_utime;
+      word.estimate.X_WB.p += Vector3d(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), 0.0);
+      word.estimate.X_WB.q = from_rpy(0.0, 0.0, random.uniform(-0.5, 0.5)) * primitive.X_WB.q;
+      word.estimate.v_WB_B += Vector3d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.0);
+      correction.propose(kTick * i, word);
+    }
+    const StateEstimate& published = correction.update(primitive);
+    const Vector3d step = published.X_WB.p - before;
+    before = published.X_WB.p;
+    if (i == 1) continue;
+    const double turning = 0.3 * deg_to_rad(options.approach_deg);
+    const double most = 0.85 + options.gate.max_excess_speed + options.approach + turning;
+    RC_ASSERT(step.head<2>().norm() <= most * kDt);
+    const Pose expected = published.map_from_odom * primitive.X_WB;
+    RC_ASSERT((expected.p - published.X_WB.p).norm() < 1e-9);
+    RC_ASSERT(angle_between(expected.q, published.X_WB.q) < 1e-6);
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(published.covariance);
+    RC_ASSERT(solver.eigenvalues().minCoeff() > 0.0);
+    RC_ASSERT(published.covariance.isApprox(published.covariance.transpose(), 1e-12));
+  }
+}
+
+}  // namespace
+}  // namespace dive::estimation

@@ -1,0 +1,222 @@
+#include "test/estimation/visual_inertial/filter/analytic_dive.h"
+
+#include <array>
+#include <cmath>
+
+namespace dive::testing {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kLength = 114.5;  // m, circumference of the ellipse with these half axes
+constexpr double kHalfX = 22.0;
+constexpr double kHalfY = 14.0;
+constexpr double kMiddleDepth = 6.0;
+constexpr double kGravity = 9.81;
+constexpr int kPoints = 6000;
+
+// amplitude sin(w t + phase), and its derivatives
+struct Wave {
+  double amplitude;
+  double rate;
+  double phase;
+  [[nodiscard]] double value(double t) const { return amplitude * std::sin(rate * t + phase); }
+  [[nodiscard]] double first(double t) const {
+    return amplitude * rate * std::cos(rate * t + phase);
+  }
+  [[nodiscard]] double second(double t) const { return -rate * rate * value(t); }
+};
+
+// Per axis of W: the oval, depth that changes three times a lap, the oscillation by the flippers.
+std::array<std::array<Wave, 2>, 3> waves(double w) {
+  const double is_moving = w > 0.0 ? 1.0 : 0.0;
+  return {{{{{kHalfX, w, 0.0}, {0.005 * is_moving, 4.1, 0.3}}},
+           {{{kHalfY, w, -M_PI / 2}, {0.008 * is_moving, 3.3, 1.3}}},
+           {{{0.8, 3.0 * w, 0.4}, {0.01 * is_moving, 5.2, 2.1}}}}};
+}
+
+// Along the tangent of the oval, with a sway; roll and pitch slowly, with the flippers'
+// oscillation.
+Quaterniond attitude(double t, double w) {
+  const double is_moving = w > 0.0 ? 1.0 : 0.0;
+  // d/dt of (a sin wt, -b cos wt)
+  const double heading = std::atan2(kHalfY * std::sin(w * t), kHalfX * std::cos(w * t));
+  const double roll = is_moving * (0.25 * std::sin(0.21 * t) + 0.03 * std::sin(4.4 * t));
+  const double pitch = is_moving * (0.12 * std::sin(0.17 * t + 1.0) + 0.03 * std::sin(5.0 * t));
+  return from_rpy(roll, pitch, heading + is_moving * 0.05 * std::sin(0.9 * t));
+}
+
+CameraModel camera(double y) {
+  CameraModel model;
+  model.width = 752;
+  model.height = 480;
+  model.fx = model.fy = 240.0;
+  model.cx = 375.5;
+  model.cy = 239.5;
+  // The optical axis along x of B, then 40 degrees down; x of the image to the right.
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  model.X_BC = {{0.31, y, 0.0}, from_rpy(0.0, deg_to_rad(40.0), 0.0) * Quaterniond(R)};
+  return model;
+}
+
+}  // namespace
+
+AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
+    : options_(options), random_(seed, 77) {
+  told_.push_back(camera(0.07));
+  if (options_.is_stereo) told_.push_back(camera(-0.07));
+  for (const CameraModel& model : told_) {
+    true_.push_back({model.X_BC.p + normal3(options_.extrinsic_sigma_m),
+                     model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))});
+  }
+  time_offset_s_ = options_.time_offset_sigma_s * random_.normal();
+  gyro_bias_ = normal3(options_.gyro_bias_sigma);
+  accel_bias_ = normal3(options_.accel_bias_sigma);
+  const double tilt = deg_to_rad(options_.unit_tilt_deg);
+  unit_error_ = so3_exp({tilt * random_.normal(), tilt * random_.normal(),
+                         deg_to_rad(options_.unit_heading_deg) * random_.normal()});
+  const double lap = kLength / 0.4;
+  for (int i = 0; i < kPoints; ++i) {
+    const double t = options_.speed > 0.0 ? lap * 0.4 / options_.speed * i / kPoints : 0.0;
+    points_.push_back(random_point_before(truth(t).X_WB, 2.0, 6.0));
+  }
+  is_followed_.resize(points_.size(), false);
+}
+
+Vector3d AnalyticDive::normal3(double sigma) {
+  const double x = random_.normal();
+  const double y = random_.normal();
+  return sigma * Vector3d(x, y, random_.normal());
+}
+
+DiveTruth AnalyticDive::truth(double t) const {
+  constexpr double kStep = 1e-4;  // s, of the difference that gives the turn rate
+  const double w = 2.0 * M_PI * options_.speed / kLength;
+  DiveTruth truth;
+  Vector3d v_W = Vector3d::Zero();
+  truth.X_WB.p = {0.0, 0.0, -kMiddleDepth};
+  truth.acceleration_W.setZero();
+  const auto all = waves(w);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const Wave& wave : all[static_cast<std::size_t>(axis)]) {
+      truth.X_WB.p[axis] += wave.value(t);
+      v_W[axis] += wave.first(t);
+      truth.acceleration_W[axis] += wave.second(t);
+    }
+  }
+  truth.X_WB.q = attitude(t, w);
+  truth.v_WB_B = truth.X_WB.q.conjugate() * v_W;
+  const Eigen::AngleAxisd turn(attitude(t - kStep, w).conjugate() * attitude(t + kStep, w));
+  truth.omega_WB_B = turn.angle() / (2.0 * kStep) * turn.axis();
+  return truth;
+}
+
+ImuSample AnalyticDive::imu(Utime utime) {
+  const DiveTruth now = truth(to_seconds(utime));
+  const double dt = 1.0 / options_.imu_hz;
+  gyro_bias_ += normal3(options_.gyro_walk * std::sqrt(dt));
+  accel_bias_ += normal3(options_.accel_walk * std::sqrt(dt));
+  ImuSample sample;
+  sample.utime = utime;
+  sample.q_WB = now.X_WB.q * unit_error_;
+  sample.gyro_B = now.omega_WB_B + gyro_bias_ + normal3(options_.gyro_noise / std::sqrt(dt));
+  sample.accel_B = now.X_WB.q.conjugate() * (now.acceleration_W + Vector3d(0, 0, kGravity)) +
+                   accel_bias_ + normal3(options_.accel_noise / std::sqrt(dt));
+  return sample;
+}
+
+DepthSample AnalyticDive::depth(Utime utime) {
+  return {utime, -truth(to_seconds(utime)).X_WB.p.z() + options_.depth_sigma_m * random_.normal()};
+}
+
+bool AnalyticDive::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which,
+                        Vector2d& pixel) const {
+  const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
+  if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
+  const CameraModel& model = told_[which];
+  pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
+  return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
+         pixel.y() <= model.height - 1;
+}
+
+Vector3d AnalyticDive::random_point_before(const Pose& X_WB, double near, double far) {
+  const CameraModel& model = told_.front();
+  const double u = random_.uniform(0.0, model.width);
+  const double v = random_.uniform(0.0, model.height);
+  const double range = random_.uniform(near, far);
+  const Vector3d ray((u - model.cx) / model.fx, (v - model.cy) / model.fy, 1.0);
+  return X_WB * (true_.front() * (range * ray));
+}
+
+void AnalyticDive::follow_points(const Pose& X_WB, std::size_t wanted) {
+  Vector2d pixel;
+  for (auto i = followed_.begin(); i != followed_.end();) {
+    const bool is_lost =
+        random_.uniform() < options_.loss_share || !sees(X_WB, points_[i->second], 0, pixel);
+    if (is_lost) is_followed_[i->second] = false;
+    i = is_lost ? followed_.erase(i) : std::next(i);
+  }
+  // Starts at a random point, so that the points are spread over the image.
+  const std::size_t begin = random_.bits() % points_.size();
+  for (std::size_t k = 0; k < points_.size() && followed_.size() < wanted; ++k) {
+    const std::size_t i = (begin + k * 7919) % points_.size();
+    if (is_followed_[i] || !sees(X_WB, points_[i], 0, pixel)) continue;
+    is_followed_[i] = true;
+    points_of_[next_id_] = i;
+    followed_[next_id_++] = i;
+  }
+}
+
+void AnalyticDive::follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted) {
+  Vector2d pixel;
+  for (auto& [id, flake] : flakes_) {
+    flake.p_W += to_seconds(utime - flake.utime) * flake.v_W;
+    flake.utime = utime;
+  }
+  std::erase_if(flakes_, [&](const auto& entry) {
+    const Flake& flake = entry.second;
+    return random_.uniform() < options_.loss_share || !sees(X_WB, flake.p_W, 0, pixel);
+  });
+  while (flakes_.size() < wanted) {
+    const Vector3d p_W = random_point_before(X_WB, 0.5, 3.0);
+    const Vector3d direction = normal3(1.0).normalized();
+    flakes_[kSnow + next_id_++] = {p_W, random_.uniform(0.05, 0.3) * direction, utime};
+  }
+}
+
+void AnalyticDive::observe(const Pose& X_WB, std::int64_t id, const Vector3d& p_W,
+                           estimation::FeatureFrame& frame) {
+  estimation::FeatureObservation feature;
+  feature.id = id;
+  for (std::size_t i = 0; i < true_.size(); ++i) {
+    Vector2d pixel;
+    if (!sees(X_WB, p_W, i, pixel)) continue;
+    const double x = pixel.x() + options_.pixel_sigma * random_.normal();
+    const double y = pixel.y() + options_.pixel_sigma * random_.normal();
+    const CameraModel& model = told_[i];
+    const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
+    if (i == 0) {
+      feature.left = image;
+    } else {
+      feature.right = image;
+    }
+  }
+  frame.features.push_back(feature);
+}
+
+estimation::FeatureFrame AnalyticDive::frame(Utime utime) {
+  const Pose X_WB = truth(to_seconds(utime)).X_WB;
+  const auto snow = static_cast<std::size_t>(options_.snow_share * options_.features);
+  follow_points(X_WB, static_cast<std::size_t>(options_.features) - snow);
+  follow_snow(X_WB, utime, snow);
+  estimation::FeatureFrame frame;
+  frame.utime = utime - from_seconds(time_offset_s_);
+  for (const auto& [id, point] : followed_) observe(X_WB, id, points_[point], frame);
+  for (const auto& [id, flake] : flakes_) observe(X_WB, id, flake.p_W, frame);
+  return frame;
+}
+
+}  // namespace dive::testing

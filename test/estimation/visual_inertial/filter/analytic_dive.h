@@ -1,0 +1,103 @@
+#pragma once
+// A dive in closed form, for the filter's tests: an oval of 115 m among random points, with depth
+// and roll, observed by a stereo pair; and its sensors' samples. Shares no code with the filter.
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "common/measurements.h"
+#include "common/random.h"
+#include "estimation/visual_inertial/front_end/feature_frame.h"
+
+namespace dive::testing {
+
+struct AnalyticDiveOptions {
+  double speed = 0.4;  ///< Mean speed over the oval, m/s; 0 is at rest.
+  bool is_stereo = true;
+  double imu_hz = 200.0;
+  double frame_hz = 20.0;
+  double depth_hz = 10.0;
+  double pixel_sigma = 0.7;
+  double depth_sigma_m = 0.02;
+  double gyro_noise = 1.7e-4;   ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
+  double accel_noise = 2.0e-3;  ///< m/s^2/sqrt(Hz)
+  double gyro_walk = 2.0e-5;    ///< rad/s^2/sqrt(Hz)
+  double accel_walk = 1.0e-3;   ///< m/s^3/sqrt(Hz)
+  double gyro_bias_sigma = 0.005;
+  double accel_bias_sigma = 0.05;
+  double extrinsic_sigma_deg = 0.3;  ///< Error of the configured camera rotation.
+  double extrinsic_sigma_m = 0.005;  ///< Error of the configured camera position.
+  double time_offset_sigma_s = 0.003;
+  int features = 200;          ///< Features tracked at a time.
+  double snow_share = 0.0;     ///< Fraction of them that drift through the water.
+  double loss_share = 0.01;    ///< Fraction of the tracks lost from one frame to the next.
+  double unit_tilt_deg = 0.3;  ///< One sigma of the AHRS attitude; drawn once.
+  double unit_heading_deg = 1.5;
+};
+
+struct DiveTruth {
+  Pose X_WB;
+  Eigen::Vector3d v_WB_B;
+  Eigen::Vector3d omega_WB_B;
+  Eigen::Vector3d acceleration_W;
+};
+
+class AnalyticDive {
+ public:
+  AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed);
+
+  [[nodiscard]] DiveTruth truth(double t) const;
+  /// Next samples, in order; t in s by the IMU's clock.
+  [[nodiscard]] ImuSample imu(Utime utime);
+  [[nodiscard]] DepthSample depth(Utime utime);
+  /// The image taken at `utime` by the IMU's clock; its stamp is by the cameras' clock.
+  [[nodiscard]] estimation::FeatureFrame frame(Utime utime);
+
+  /// Cameras as configured in the filter.
+  [[nodiscard]] const std::vector<CameraModel>& cameras() const { return told_; }
+  [[nodiscard]] const std::vector<Pose>& true_cameras_B() const { return true_; }
+  [[nodiscard]] double true_time_offset_s() const { return time_offset_s_; }
+  [[nodiscard]] const Eigen::Vector3d& gyro_bias() const { return gyro_bias_; }
+  [[nodiscard]] const Eigen::Vector3d& accel_bias() const { return accel_bias_; }
+  /// True if a feature's id belongs to a moving object.
+  [[nodiscard]] static bool is_snow(std::int64_t id) { return id >= kSnow; }
+  [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const {
+    return points_[points_of_.at(id)];
+  }
+
+ private:
+  static constexpr std::int64_t kSnow = 1'000'000'000;
+  struct Flake {
+    Eigen::Vector3d p_W;
+    Eigen::Vector3d v_W;
+    Utime utime;
+  };
+
+  [[nodiscard]] Eigen::Vector3d normal3(double sigma);
+  [[nodiscard]] bool sees(const Pose& X_WB, const Eigen::Vector3d& p_W, std::size_t camera,
+                          Eigen::Vector2d& pixel) const;
+  [[nodiscard]] Eigen::Vector3d random_point_before(const Pose& X_WB, double near, double far);
+  void follow_points(const Pose& X_WB, std::size_t wanted);
+  void follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted);
+  void observe(const Pose& X_WB, std::int64_t id, const Eigen::Vector3d& p_W,
+               estimation::FeatureFrame& frame);
+
+  AnalyticDiveOptions options_;
+  Random random_;
+  std::vector<CameraModel> told_;
+  std::vector<Pose> true_;
+  double time_offset_s_;
+  Eigen::Vector3d gyro_bias_;
+  Eigen::Vector3d accel_bias_;
+  Eigen::Quaterniond unit_error_;
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<bool> is_followed_;
+  std::map<std::int64_t, std::size_t> points_of_;  ///< All ids used so far.
+  std::map<std::int64_t, std::size_t> followed_;
+  std::map<std::int64_t, Flake> flakes_;
+  std::int64_t next_id_ = 1;
+};
+
+}  // namespace dive::testing

@@ -1,0 +1,243 @@
+// The measurement model of a feature: Jacobians against differences, the projection, triangulation.
+
+#include "estimation/visual_inertial/filter/feature_update.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include "common/random.h"
+#include "estimation/visual_inertial/filter/scalar_updates.h"
+#include "test/common/arbitrary.h"
+#include "test/estimation/visual_inertial/filter/analytic_dive.h"
+#include "test/estimation/visual_inertial/filter/filter_dive.h"
+#include "test/estimation/visual_inertial/filter/numeric_jacobian.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing::numeric_jacobian;
+using testing::turn_by;
+using testing::turned;
+
+Pose disturbed(const Pose& pose, const VectorXd& e) {
+  return {pose.p + e.segment<3>(3), turn_by(pose.q, e.segment<3>(0))};
+}
+
+// The cameras' projection, written independently.
+Vector2d image_of(const Pose& X_WB, const Pose& X_BC, const Vector3d& p_W) {
+  const Eigen::Isometry3d W_B = Eigen::Translation3d(X_WB.p) * X_WB.q;
+  const Eigen::Isometry3d B_C = Eigen::Translation3d(X_BC.p) * X_BC.q;
+  const Vector3d p_C = (W_B * B_C).inverse() * p_W;
+  return p_C.head<2>() / p_C.z();
+}
+
+RC_GTEST_PROP(Feature, HasTheJacobiansThatDifferencesGive, ()) {
+  const Pose X_WB = *testing::arbitrary_pose();
+  const Pose X_BC{*testing::arbitrary_vector(0.5), so3_exp(*testing::arbitrary_rotation_vector())};
+  const Vector3d p_C = *testing::arbitrary_vector(1.0) + Vector3d(0, 0, 3.0);
+  const Vector3d p_W = X_WB * (X_BC * p_C);
+  const auto jacobians = view_jacobians(X_WB, X_BC, p_W);
+  RC_ASSERT(jacobians.has_value());
+  RC_ASSERT((*project(X_WB, X_BC, p_W) - image_of(X_WB, X_BC, p_W)).norm() < 1e-12);
+  const auto by_clone = numeric_jacobian(
+      [&](const VectorXd& e) { return VectorXd(image_of(disturbed(X_WB, e), X_BC, p_W)); }, 6);
+  const auto by_camera = numeric_jacobian(
+      [&](const VectorXd& e) { return VectorXd(image_of(X_WB, disturbed(X_BC, e), p_W)); }, 6);
+  const auto by_landmark = numeric_jacobian(
+      [&](const VectorXd& e) { return VectorXd(image_of(X_WB, X_BC, p_W + e)); }, 3);
+  RC_ASSERT((jacobians->clone - by_clone).cwiseAbs().maxCoeff() < 1e-6);
+  RC_ASSERT((jacobians->camera - by_camera).cwiseAbs().maxCoeff() < 1e-6);
+  RC_ASSERT((jacobians->landmark - by_landmark).cwiseAbs().maxCoeff() < 1e-6);
+}
+
+TEST(Feature, IsNotSeenFromBehind) {
+  EXPECT_FALSE(project({}, {}, {0.0, 0.0, -1.0}));
+  EXPECT_FALSE(view_jacobians({}, {}, {0.0, 0.0, 0.01}));
+}
+
+// A state in motion with five clones, moved away from their first estimates.
+struct Window {
+  testing::AnalyticDive dive{testing::AnalyticDiveOptions{}, 8};
+  FilterState state{testing::told(dive, {})};
+  Track track;
+  Vector3d p_W;
+
+  Window() {
+    Random random(4);
+    state.begin(ImuState{}, 1e-4 * Matrix15d::Identity());
+    p_W = dive.truth(1.0).X_WB * Vector3d(2.5, 0.2, -1.6);
+    track.id = 1;
+    for (int i = 0; i < 5; ++i) {
+      const auto truth = dive.truth(0.5 * i);
+      ImuState imu;
+      imu.motion = {truth.X_WB.q, truth.X_WB.p, truth.X_WB.q * truth.v_WB_B};
+      state.propagate(imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity());
+      state.clone(i, truth.omega_WB_B);
+      track.observations.push_back({i, image_of(truth.X_WB, state.cameras_B[0], p_W),
+                                    image_of(truth.X_WB, state.cameras_B[1], p_W)});
+    }
+    // An update moves the clones, not their first estimates.
+    const std::array<Columns, 1> all{{{0, state.size()}}};
+    MatrixXd H = MatrixXd::Zero(3, state.size());
+    VectorXd r(3);
+    for (int i = 0; i < 3; ++i) {
+      for (Eigen::Index j = 0; j < H.cols(); ++j) H(i, j) = random.normal();
+      r[i] = 0.02 * random.normal();
+    }
+    EXPECT_TRUE(state.correct(all, H, r, VectorXd::Constant(3, 1e-4)));
+  }
+};
+
+// The unobservable directions: a rotation of everything about the vertical, a translation of
+// everything; in the columns of calibration and clones, and in the landmark's.
+TEST(Track, SaysNothingOfATurnAboutTheVerticalOrAShift) {
+  const Window window;
+  const auto system = track_system(window.state, window.track, window.p_W);
+  ASSERT_TRUE(system);
+  const auto columns = window.state.view_columns();
+  MatrixXd nothing = MatrixXd::Zero(system->H.cols(), 4);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Eigen::Index at = columns[0].size + static_cast<Eigen::Index>(6 * i);
+    const Pose& first = window.state.clones()[i].first;
+    nothing.block<3, 1>(at, 0) = first.q.conjugate() * Vector3d::UnitZ();
+    nothing.block<3, 1>(at + 3, 0) = Vector3d::UnitZ().cross(first.p);
+    nothing.block<3, 3>(at + 3, 1).setIdentity();
+  }
+  MatrixXd of_landmark(3, 4);
+  of_landmark << Vector3d::UnitZ().cross(window.p_W), Eigen::Matrix3d::Identity();
+  EXPECT_LT((system->H * nothing + system->H_f * of_landmark).norm(), 1e-9);
+  const double at_current =
+      (window.state.clones()[2].X_WB.p - window.state.clones()[2].first.p).norm();
+  EXPECT_GT(at_current, 1e-4) << "the window has moved, or this shows nothing";
+}
+
+TEST(Track, KeepsAllThatIsFreeOfTheLandmark) {
+  const Window window;
+  const auto before = track_system(window.state, window.track, window.p_W);
+  auto after = before;
+  separate_landmark(*after);
+  const Eigen::Index free = after->r.size() - 3;
+  EXPECT_EQ(free, 17);
+  EXPECT_LT(after->H_f.bottomRows(free).norm(), 1e-12);
+  // The information left is that of least squares over the landmark: H^T (I - H_f (H_f^T H_f)^-1
+  // H_f^T) H.
+  const MatrixXd projector =
+      MatrixXd::Identity(20, 20) -
+      before->H_f * (before->H_f.transpose() * before->H_f).inverse() * before->H_f.transpose();
+  const MatrixXd N = after->H.bottomRows(free);
+  EXPECT_LT((N.transpose() * N - before->H.transpose() * projector * before->H).norm(), 1e-9);
+  EXPECT_LT(
+      (N.transpose() * after->r.tail(free) - before->H.transpose() * projector * before->r).norm(),
+      1e-9);
+}
+
+TEST(Compression, LosesNothing) {
+  Random random(9);
+  MatrixXd H(40, 7);
+  VectorXd r(40);
+  for (double& x : H.reshaped()) x = random.normal();
+  for (double& x : r) x = random.normal();
+  const MatrixXd information = H.transpose() * H;
+  const VectorXd gradient = H.transpose() * r;
+  compress(H, r);
+  EXPECT_EQ(H.rows(), 7);
+  EXPECT_LT((H.transpose() * H - information).norm(), 1e-12 * information.norm());
+  EXPECT_LT((H.transpose() * r - gradient).norm(), 1e-12 * gradient.norm());
+}
+
+TEST(Gate, IsTheQuantileOfTables) {
+  // 95 % is 1.6449 sigma of a normal, 99 % is 2.3263.
+  EXPECT_NEAR(chi_square_limit(1.6449, 3), 7.815, 0.05);
+  EXPECT_NEAR(chi_square_limit(1.6449, 40), 55.758, 0.02);
+  EXPECT_NEAR(chi_square_limit(2.3263, 10), 23.209, 0.06);
+}
+
+RC_GTEST_PROP(ImuSystems, HaveTheJacobiansThatDifferencesGive, ()) {
+  testing::AnalyticDive dive(testing::AnalyticDiveOptions{}, 8);
+  FilterState state(testing::told(dive, {}));
+  ImuState imu;
+  const Pose pose = *testing::arbitrary_pose();
+  imu.motion = {pose.q, pose.p, *testing::arbitrary_vector(1.0)};
+  imu.gyro_bias = *testing::arbitrary_vector(0.1);
+  state.begin(imu, Matrix15d::Identity());
+  const Vector3d sensor = *testing::arbitrary_vector(0.5);
+  const auto expected = [&](const VectorXd& e) {
+    const Eigen::Quaterniond q = turn_by(imu.motion.q_WB, e.segment<3>(0));
+    const Vector3d v = imu.motion.v_WB + e.segment<3>(6);
+    VectorXd z(7);
+    z << (imu.motion.p_WB + e.segment<3>(3) + q * sensor).z(), q.conjugate() * v,
+        imu.gyro_bias + e.segment<3>(9);
+    return z;
+  };
+  const MatrixXd numeric = numeric_jacobian(expected, 15);
+  const ImuSystem depth = depth_system(state, 3.0, sensor, 0.1);
+  const ImuSystem still = still_system(state, Vector3d::Zero(), 0.1, 0.1);
+  RC_ASSERT((depth.H - numeric.topRows<1>()).cwiseAbs().maxCoeff() < 1e-6);
+  RC_ASSERT((still.H - numeric.bottomRows<6>()).cwiseAbs().maxCoeff() < 1e-6);
+  const VectorXd at = expected(VectorXd::Zero(15));
+  RC_ASSERT(std::abs(depth.r[0] - (-3.0 - at[0])) < 1e-12);
+  RC_ASSERT((still.r + at.tail<6>()).norm() < 1e-12);
+}
+
+RC_GTEST_PROP(Triangulation, FindsWhatCamerasSee, ()) {
+  const Pose X_WB = *testing::arbitrary_pose();
+  const Vector3d p_B = *testing::arbitrary_vector(1.5) + Vector3d(0, 0, 4.0);
+  const Vector3d p_W = X_WB * p_B;
+  std::vector<View> views;
+  for (int i = 0; i < 6; ++i) {
+    const Pose X_WC = X_WB * Pose{{0.1 * i, 0.02 * i * i, 0.03 * i}, so3_exp({0, 0.02 * i, 0})};
+    views.push_back({X_WC, image_of(X_WC, {}, p_W)});
+  }
+  const auto found = triangulate(views, 1.0 / 240.0);
+  RC_ASSERT(found.has_value());
+  RC_ASSERT((found->p_W - p_W).norm() < 1e-6);
+  RC_ASSERT(found->cost < 1e-12);
+}
+
+TEST(Triangulation, StatesTheErrorItHas) {
+  const double sigma = 1.0 / 240.0;
+  Random random(2);
+  const Vector3d p_W(0.3, -0.4, 4.0);
+  double nees = 0.0;
+  constexpr int kRuns = 2000;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<View> views;
+    for (int i = 0; i < 8; ++i) {
+      const Pose X_WC{{0.15 * i, 0.05 * i, 0.0}, Eigen::Quaterniond::Identity()};
+      const double x = sigma * random.normal();
+      views.push_back({X_WC, image_of(X_WC, {}, p_W) + Vector2d(x, sigma * random.normal())});
+    }
+    const auto found = triangulate(views, sigma);
+    ASSERT_TRUE(found);
+    const Vector3d error = found->p_W - p_W;
+    nees += error.dot((sigma * sigma * found->covariance).inverse() * error) / kRuns;
+  }
+  EXPECT_NEAR(nees, 3.0, 0.2);
+}
+
+TEST(Triangulation, SaysWhyItFindsNothing) {
+  const double sigma = 1.0 / 240.0;
+  const Pose at;
+  const Pose beside{{0.2, 0.0, 0.0}, Eigen::Quaterniond::Identity()};
+  const auto error = [&](std::vector<View> views) {
+    const auto found = triangulate(views, sigma);
+    return found ? std::optional<TriangulationError>() : found.error();
+  };
+  EXPECT_EQ(error({{at, {0, 0}}}), TriangulationError::kTooFewViews);
+  EXPECT_EQ(error({{at, {0.1, 0}}, {at, {0.1, 0}}}), TriangulationError::kNoParallax);
+  EXPECT_EQ(error({{at, {0, 0}}, {beside, {0.1, 0.0}}}), TriangulationError::kBehind);
+  EXPECT_EQ(error({{at, {0.002, 0}}, {beside, {0.0, 0.0}}}), TriangulationError::kTooFar);
+  EXPECT_EQ(error({{at, {0.01, 0}}, {beside, {0.0, 0.0}}}), TriangulationError::kNoParallax)
+      << "20 m away, and a pixel is 8 m";
+}
+
+}  // namespace
+}  // namespace dive::estimation

@@ -1,0 +1,333 @@
+// The filter on dives in closed form: consistency, calibration, initialisation, darkness, marine
+// snow.
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/assert.h"
+#include "estimation/visual_inertial/filter/visual_inertial_filter.h"
+#include "test/common/sanitizers.h"
+#include "test/estimation/visual_inertial/filter/filter_dive.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using testing::AnalyticDive;
+using testing::AnalyticDiveOptions;
+using testing::ErrorSample;
+using testing::FilterDiveResult;
+using testing::Hooks;
+using testing::known_start;
+using testing::run;
+using testing::told;
+
+struct Consistency {
+  double nees_position = 0.0;
+  double nees_attitude = 0.0;
+  double worst_position = 0.0;
+};
+
+// The errors at the end of short dives: one draw each.
+Consistency ends(const AnalyticDiveOptions& options, int runs, double seconds) {
+  Consistency mean;
+  for (int i = 0; i < runs; ++i) {
+    const auto seed = static_cast<std::uint64_t>(200 + i);
+    AnalyticDive dive(options, seed);
+    Random random(seed, 1);
+    const double begin = random.uniform(0.0, 250.0);
+    VisualInertialFilter filter(told(dive, options), known_start(dive, begin, random));
+    const FilterDiveResult result = run(dive, options, filter, begin, begin + seconds);
+    EXPECT_FALSE(filter.health().diverged) << filter.health().reason;
+    const ErrorSample& last = result.errors.back();
+    mean.nees_position += last.nees_position / runs;
+    mean.nees_attitude += last.nees_attitude / runs;
+    mean.worst_position = std::max(mean.worst_position, last.position.norm());
+  }
+  return mean;
+}
+
+// Bounds for 36 degrees of freedom: 99 % of the means of twelve three-dimensional NEES are within.
+constexpr double kLeastNees = 1.49;
+constexpr double kMostNees = 5.14;
+
+TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInStereo) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  const Consistency mean = ends({}, 12, 20.0);
+  EXPECT_GT(mean.nees_position, kLeastNees);
+  EXPECT_LT(mean.nees_position, kMostNees);
+  EXPECT_GT(mean.nees_attitude, kLeastNees);
+  EXPECT_LT(mean.nees_attitude, kMostNees);
+  EXPECT_LT(mean.worst_position, 0.15);
+}
+
+TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInMonoAt50Hz) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  AnalyticDiveOptions options;
+  options.is_stereo = false;
+  options.imu_hz = 50.0;
+  const Consistency mean = ends(options, 12, 20.0);
+  EXPECT_GT(mean.nees_position, kLeastNees);
+  EXPECT_LT(mean.nees_position, kMostNees);
+  EXPECT_GT(mean.nees_attitude, kLeastNees);
+  EXPECT_LT(mean.nees_attitude, kMostNees);
+  EXPECT_LT(mean.worst_position, 0.2);
+}
+
+struct Dived {
+  AnalyticDiveOptions options;
+  AnalyticDive dive;
+  Random random{11};
+  VisualInertialFilter filter;
+  explicit Dived(const AnalyticDiveOptions& of = {}, std::uint64_t seed = 21)
+      : options(of),
+        dive(options, seed),
+        filter(told(dive, options), known_start(dive, 0.0, random)) {}
+  FilterDiveResult go(double begin, double end, const Hooks& hooks = {}) {
+    return run(dive, options, filter, begin, end, hooks);
+  }
+};
+
+TEST(Calibration, FindsOffsetAndCamerasAndBiases) {
+  AnalyticDiveOptions options;
+  options.time_offset_sigma_s = 0.01;
+  Dived d(options, 22);
+  ASSERT_GT(std::abs(d.dive.true_time_offset_s()), 0.004) << "or there is nothing to find";
+  auto told_options = told(d.dive, options);
+  told_options.time_offset_sigma_s = 0.01;
+  VisualInertialFilter filter(told_options, known_start(d.dive, 0.0, d.random));
+  static_cast<void>(run(d.dive, options, filter, 0.0, 40.0));
+  const FilterState& state = filter.state();
+  EXPECT_NEAR(state.time_offset_s, d.dive.true_time_offset_s(), 0.001);
+  EXPECT_LT((state.imu.gyro_bias - d.dive.gyro_bias()).norm(), 0.0005);
+  const auto stereo = [](const Pose& a, const Pose& b) {
+    return rad_to_deg(so3_log(a.q.conjugate() * b.q).norm());
+  };
+  const auto& truth = d.dive.true_cameras_B();
+  const double told_off =
+      std::abs(stereo(told_options.cameras[0].X_BC, told_options.cameras[1].X_BC) -
+               stereo(truth[0], truth[1]));
+  const Pose error = (state.cameras_B[0].inverse() * state.cameras_B[1]).inverse() *
+                     (truth[0].inverse() * truth[1]);
+  EXPECT_GT(told_off, 0.1);
+  EXPECT_LT(rad_to_deg(so3_log(error.q).norm()), 0.03) << "of one camera to the other";
+}
+
+TEST(Calibration, IsLeftOutWhereItIsSwitchedOff) {
+  AnalyticDiveOptions options;
+  options.extrinsic_sigma_deg = options.extrinsic_sigma_m = options.time_offset_sigma_s = 0.0;
+  AnalyticDive dive(options, 5);
+  auto of = told(dive, options);
+  of.calibrate_extrinsics = of.calibrate_time_offset = false;
+  of.max_landmarks = 0;
+  Random random(5);
+  VisualInertialFilter filter(of, known_start(dive, 0.0, random));
+  const auto result = run(dive, options, filter, 0.0, 15.0);
+  EXPECT_LT(result.errors.back().position.norm(), 0.1);
+  EXPECT_EQ(filter.state().size(), 15 + 6 * (of.max_clones - 1));
+  EXPECT_EQ(filter.state().cameras_B[0].p, dive.cameras()[0].X_BC.p);
+}
+
+TEST(Start, InMotionTakesLessThanHalfASecond) {
+  AnalyticDiveOptions options;
+  AnalyticDive dive(options, 31);
+  MotionStart start;
+  const auto truth = dive.truth(0.0);
+  start.position_W = truth.X_WB.p + Vector3d(0.05, -0.05, 3.0);
+  start.v_WB_B = {0.35, 0.0, 0.0};
+  VisualInertialFilter filter(told(dive, options), start);
+  double began = -1.0;
+  Hooks hooks;
+  hooks.each_tick = [&](double t, VisualInertialFilter& f) {
+    if (began < 0.0 && f.state_frames() > 0) began = t;
+  };
+  const auto result = run(dive, options, filter, 0.0, 20.0, hooks);
+  EXPECT_GE(began, 0.0);
+  EXPECT_LT(began, 0.5);
+  EXPECT_EQ(result.errors.size(), 20U) << "valid from the first second on";
+  EXPECT_FALSE(filter.health().diverged) << filter.health().reason;
+  EXPECT_LT(result.errors.back().position.norm(), 0.5);
+  EXPECT_LT(result.errors.back().nees_position, 16.0);
+  EXPECT_LT(result.errors.back().nees_attitude, 16.0);
+}
+
+TEST(Start, AtRestFindsTheVerticalAndStandsStill) {
+  AnalyticDiveOptions options;
+  options.speed = 0.0;
+  AnalyticDive dive(options, 32);
+  RestStart start;
+  start.position_W = dive.truth(0.0).X_WB.p;
+  start.yaw = to_rpy(dive.truth(0.0).X_WB.q).z();
+  VisualInertialFilter filter(told(dive, options), start);
+  const auto result = run(dive, options, filter, 0.0, 10.0);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_TRUE(filter.health().is_still);
+  EXPECT_LT(result.errors.back().position.norm(), 0.05);
+  EXPECT_LT(rad_to_deg(result.errors.back().attitude), 1.5);
+  EXPECT_LT(result.errors.back().nees_attitude, 16.0);
+  EXPECT_LT((filter.state().imu.gyro_bias - dive.gyro_bias()).norm(), 0.001);
+}
+
+TEST(Start, AtRestDoesNotBeginInMotion) {
+  AnalyticDiveOptions options;
+  AnalyticDive dive(options, 33);
+  VisualInertialFilter filter(told(dive, options), RestStart{});
+  EXPECT_TRUE(run(dive, options, filter, 0.0, 3.0).errors.empty());
+  EXPECT_FALSE(filter.update(4'000'000).valid);
+}
+
+TEST(Start, AgainKeepsTheCalibration) {
+  Dived d;
+  static_cast<void>(d.go(0.0, 10.0));
+  const double offset = d.filter.state().time_offset_s;
+  EXPECT_NE(offset, 0.0);
+  d.filter.restart(known_start(d.dive, 10.5, d.random));
+  EXPECT_EQ(d.filter.state().time_offset_s, offset);
+  const auto result = d.go(10.005, 20.0);
+  EXPECT_LT(result.errors.back().position.norm(), 0.1);
+  EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
+}
+
+TEST(Darkness, CostsWhatTheCovarianceSaysAndIsTold) {
+  AnalyticDiveOptions options;
+  options.speed = 0.25;
+  Dived d(options, 41);
+  Hooks hooks;
+  hooks.has_frame = [](double t) { return t < 20.0 || t > 27.0; };
+  bool was_blind = false;
+  double sigma_before = 0.0;
+  double sigma_dark = 0.0;
+  double most_jump = 0.0;
+  Vector3d last = Vector3d::Zero();
+  hooks.each_tick = [&](double t, VisualInertialFilter& f) {
+    const StateEstimate& estimate = f.update(from_seconds(t));
+    if (!estimate.valid) return;
+    if (t < 20.0) sigma_before = horizontal_sigma(estimate);
+    if (t < 27.0) sigma_dark = horizontal_sigma(estimate);
+    if (t > 22.0 && t < 27.0) was_blind = was_blind || f.health().is_blind;
+    if (t > 27.0 && t < 28.0) most_jump = std::max(most_jump, (estimate.X_WB.p - last).norm());
+    last = estimate.X_WB.p;
+  };
+  const auto result = d.go(0.0, 35.0, hooks);
+  EXPECT_TRUE(was_blind);
+  EXPECT_FALSE(d.filter.health().is_blind);
+  EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
+  EXPECT_LT(result.errors.back().position.norm(), 0.4);
+  EXPECT_LT(result.errors.back().nees_position, 16.0);
+  EXPECT_GT(sigma_dark, 2.0 * sigma_before) << "it knows that it sees nothing";
+  EXPECT_LT(most_jump, 4.0 * sigma_dark);
+}
+
+TEST(Darkness, IsBoundedByAnExpectedSpeed) {
+  AnalyticDiveOptions options;
+  options.speed = 0.25;
+  double sigma[2];
+  for (const bool knows_speed : {false, true}) {
+    Dived d(options, 42);
+    Hooks hooks;
+    hooks.has_frame = [](double t) { return t < 5.0; };
+    hooks.each_tick = [&](double t, VisualInertialFilter& f) {
+      const bool is_tenth = std::llround(t * 200.0) % 20 == 0;
+      if (!knows_speed || !is_tenth) return;
+      f.add_speed(from_seconds(t), d.dive.truth(t).v_WB_B, Vector3d::Constant(0.1));
+    };
+    const auto result = d.go(0.0, 25.0, hooks);
+    sigma[knows_speed ? 1 : 0] = horizontal_sigma(d.filter.update(26'000'000));
+    EXPECT_EQ(d.filter.health().faults.speed_refused, 0);
+    EXPECT_LT(result.errors.back().nees_position, 16.0);
+  }
+  EXPECT_LT(sigma[1], 0.3 * sigma[0]);
+}
+
+TEST(Snow, IsKeptOut) {
+  AnalyticDiveOptions options;
+  options.snow_share = 0.5;
+  Dived d(options, 51);
+  const auto result = d.go(0.0, 30.0);
+  EXPECT_GT(result.used, 2000);
+  EXPECT_LT(static_cast<double>(result.used_snow), 0.01 * static_cast<double>(result.used));
+  EXPECT_GT(result.snow.size(), 1'000U);
+  EXPECT_LT(result.errors.back().position.norm(), 0.2);
+  EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
+}
+
+TEST(Landmarks, LieWhereTheirCovarianceSays) {
+  Dived d;
+  double nees = 0.0;
+  int count = 0;
+  Hooks hooks;
+  std::int64_t last = 0;
+  hooks.each_tick = [&](double t, VisualInertialFilter& f) {
+    if (t < 5.0 || f.state_frames() == last) return;
+    last = f.state_frames();
+    for (const Landmark& landmark : f.landmarks()) {
+      const Vector3d error = landmark.p_W - d.dive.landmark(landmark.id);
+      ASSERT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(landmark.covariance)
+                    .eigenvalues()
+                    .minCoeff(),
+                0.0);
+      nees += error.dot(landmark.covariance.llt().solve(error));
+      ++count;
+    }
+  };
+  static_cast<void>(d.go(0.0, 15.0, hooks));
+  ASSERT_GT(count, 1000);
+  EXPECT_LT(nees / count, 6.0);
+  EXPECT_GT(nees / count, 0.5);
+}
+
+TEST(Filter, GivesTheSameBitForBit) {
+  Pose last[2];
+  for (Pose& pose : last) {
+    Dived d;
+    static_cast<void>(d.go(0.0, 5.0));
+    pose = d.filter.update(6'000'000).X_WB;
+  }
+  EXPECT_EQ(last[0].p, last[1].p);
+  EXPECT_EQ(last[0].q.coeffs(), last[1].q.coeffs());
+}
+
+TEST(Filter, PublishesInTheConventionsOfAllEstimators) {
+  Dived d;
+  static_cast<void>(d.go(0.0, 5.0));
+  const StateEstimate& estimate = d.filter.update(5'010'000);
+  const auto truth = d.dive.truth(5.01);
+  EXPECT_EQ(estimate.source, EstimatorKind::kVisualInertial);
+  EXPECT_EQ(estimate.utime, 5'010'000);
+  EXPECT_LT((estimate.v_WB_B - truth.v_WB_B).norm(), 0.05);
+  EXPECT_LT((estimate.omega_WB_B - truth.omega_WB_B).norm(), 0.03);
+  EXPECT_EQ(estimate.covariance, Matrix6d(estimate.covariance.transpose()));
+  const Matrix15d P = d.filter.state().covariance().topLeftCorner<15, 15>();
+  const double z = estimate.covariance(2, 2);
+  EXPECT_NEAR(z / P(imu_error::kPosition + 2, imu_error::kPosition + 2), 1.0, 0.2);
+}
+
+TEST(Filter, DemandsOptionsAndStartsThatHold) {
+  AnalyticDive dive({}, 1);
+  VisualInertialOptions options = told(dive, {});
+  EXPECT_EQ(options.validate(), "");
+  options.pixel_sigma = std::nan("");
+  EXPECT_THAT(options.validate(), ::testing::StartsWith("pixel_sigma is nan"));
+  EXPECT_THROW(VisualInertialFilter(options, RestStart{}), AssertionFailure);
+  options = told(dive, {});
+  options.cameras.clear();
+  EXPECT_THAT(options.validate(), ::testing::HasSubstr("one or two"));
+  options = told(dive, {});
+  MotionStart start;
+  start.speed_sigma = 0.0;
+  EXPECT_NE(validate(FilterStart{start}), "");
+  EXPECT_THROW(VisualInertialFilter(options, start), AssertionFailure);
+  KnownStart known;
+  known.X_WB.q.coeffs().setZero();
+  EXPECT_THAT(validate(FilterStart{known}), ::testing::HasSubstr("unit quaternion"));
+  RestStart rest;
+  rest.yaw = std::nan("");
+  EXPECT_NE(validate(FilterStart{rest}), "");
+}
+
+}  // namespace
+}  // namespace dive::estimation

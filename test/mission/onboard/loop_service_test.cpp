@@ -1,0 +1,238 @@
+// Loop closure as a service: a vehicle that goes sideways along a painted wall and back, and an
+// estimator that drifts as drawn here.
+
+#include "mission/onboard/loop_service.h"
+
+#include <chrono>
+#include <future>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <utility>
+
+#include <Eigen/LU>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "test/estimation/visual_inertial/painted_room.h"
+
+namespace dive::mission {
+namespace {
+
+using estimation::Keyframe;
+using estimation::LoopCorrection;
+using estimation::StateEstimate;
+using estimation::VisionEstimate;
+
+constexpr Utime kTick = 20'000;
+constexpr Utime kStep = 4'000'000;  // from one keyframe to the next
+constexpr Utime kLatency = 400'000;
+constexpr int kOut = 8;  // keyframes, and as many back
+constexpr Utime kTurn = kOut * kStep;
+constexpr double kStepLength = 0.3;
+constexpr double kDrift = 0.02;  // m, one sigma of a step
+
+CameraModel camera(double y) { return estimation::testing::pinhole_camera(y, 376, 240, 230.0); }
+
+LoopSettings settings() {
+  LoopSettings settings;
+  settings.closer.keyframe_m = 0.9 * kStepLength;
+  settings.latency = kLatency;
+  return settings;
+}
+
+LoopService::Look finder() {
+  const auto finder =
+      std::make_shared<estimation::LoopFinder>(settings().closer, camera(0.07), camera(-0.07));
+  return [finder](const Keyframe& keyframe) { return finder->look(keyframe); };
+}
+
+Pose true_pose(int step) {
+  const int out = step <= kOut ? step : 2 * kOut - step;
+  return {{0.0, -1.2 + kStepLength * out, -1.0}, Eigen::Quaterniond::Identity()};
+}
+
+/// What a word said, and when.
+struct Said {
+  Utime utime = 0;
+  VisionEstimate word;
+  Pose truth;
+};
+
+class LoopServiceTest : public ::testing::Test {
+ protected:
+  void use(LoopService::Look look, Late late = Late::kWait) {
+    service_.emplace(std::move(look), settings(), late);
+    now_ = 0;
+    random_ = Random(3);
+    room_ = estimation::testing::PaintedRoom({3, 4, 2});
+    error_W_.setZero();
+    variance_ = 1e-6;
+    said_.clear();
+  }
+
+  [[nodiscard]] StateEstimate filter(int step) const {
+    StateEstimate estimate;
+    estimate.utime = now_;
+    estimate.valid = true;
+    estimate.X_WB = true_pose(step);
+    estimate.X_WB.p += error_W_;
+    estimate.covariance.diagonal() << variance_, variance_, 1e-4, 1e-6, 1e-6, 1e-6;
+    return estimate;
+  }
+
+  [[nodiscard]] Keyframe keyframe(int step) {
+    Pose seen_from = true_pose(step);
+    if (step > kOut) seen_from.p.y() += look_alike_m_;
+    const auto picture = [&](double y) {
+      return room_.picture(camera(y), seen_from * camera(y).X_BC, now_);
+    };
+    return {picture(0.07),     picture(-0.07),     filter(step),
+            camera(0.07).X_BC, camera(-0.07).X_BC, begun_from_};
+  }
+
+  [[nodiscard]] VisionEstimate corrected(int step) const {
+    VisionEstimate word;
+    word.begun_from = begun_from_;
+    word.estimate = filter(step);
+    service_->correct(word);
+    return word;
+  }
+
+  // To the next keyframe, with a word at every tick.
+  void advance(int step) {
+    if (step > 0) {
+      error_W_.head<2>() += kDrift * Eigen::Vector2d(random_.normal(), random_.normal());
+      variance_ += kDrift * kDrift;
+    }
+    service_->submit(keyframe(step), now_);
+    for (const Utime end = now_ + kStep; now_ < end;) {
+      now_ += kTick;
+      service_->poll(now_);
+      said_.push_back({now_, corrected(step), true_pose(step)});
+    }
+  }
+
+  void go_and_return() {
+    for (int step = 0; step <= 2 * kOut; ++step) advance(step);
+  }
+
+  std::optional<LoopService> service_;
+  estimation::testing::PaintedRoom room_{{3, 4, 2}};
+  Random random_{3};
+  Utime now_ = 0;
+  Utime begun_from_ = 7;
+  double look_alike_m_ = 0.0;  ///< So far off is what it sees on its way back.
+  Eigen::Vector3d error_W_ = Eigen::Vector3d::Zero();
+  double variance_ = 0.0;
+  std::vector<Said> said_;
+};
+
+TEST_F(LoopServiceTest, TakesAwayWhatWasDriftedAndSaysHowSureItIs) {
+  use(finder());
+  go_and_return();
+  const VisionEstimate& last = said_.back().word;
+  ASSERT_GT(last.loops.count, 2);
+  EXPECT_GE(last.loops.recognised - last.loops.seen, 20'000'000);
+  EXPECT_LT(last.loops.seen, kTurn);
+  const Eigen::Vector3d error = said_.back().truth.p - last.estimate.X_WB.p;
+  EXPECT_GT(error_W_.norm(), 0.06);
+  EXPECT_LT(error.norm(), 0.5 * error_W_.norm());
+  const Eigen::Matrix2d P = last.estimate.covariance.topLeftCorner<2, 2>();
+  EXPECT_LT(P.trace(), 2.0 * variance_);
+  EXPECT_LT(error.head<2>().dot(P.inverse() * error.head<2>()), 12.0);
+  EXPECT_GE(last.estimate.covariance(2, 2), 1e-4) << "of the height it tells nothing";
+  EXPECT_NEAR(last.estimate.X_WB.p.z(), -1.0, 0.02);
+}
+
+TEST_F(LoopServiceTest, AnswersAtTheStatedTimeAndAlwaysTheSame) {
+  use(finder());
+  go_and_return();
+  const std::vector<Said> first = std::exchange(said_, {});
+  use(finder());
+  go_and_return();
+  ASSERT_EQ(first.size(), said_.size());
+  int count = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const VisionEstimate& word = first[i].word;
+    EXPECT_EQ(word.estimate.X_WB.p, said_[i].word.estimate.X_WB.p);
+    EXPECT_EQ(word.estimate.covariance, said_[i].word.estimate.covariance);
+    EXPECT_EQ(word.loops.moved_m, said_[i].word.loops.moved_m);
+    if (word.loops.count == count) continue;
+    EXPECT_EQ(word.loops.count, ++count);
+    EXPECT_EQ(first[i].utime, word.loops.recognised + kLatency);
+  }
+  EXPECT_GT(count, 2);
+}
+
+// The same wall once more, somewhat farther on: nearer than a picture is wide. What is seen of that
+// one twice is rightly known again.
+TEST_F(LoopServiceTest, APlaceThatOnlyLooksTheSameChangesNothing) {
+  for (const double off : {-0.8, 0.8}) {
+    look_alike_m_ = off;
+    use(finder());
+    go_and_return();
+    for (const Said& said : said_) {
+      const estimation::ClosedLoops& loops = said.word.loops;
+      EXPECT_FALSE(loops.seen <= kTurn && loops.recognised > kTurn);
+      EXPECT_LT(loops.moved_m, 0.25);
+    }
+  }
+}
+
+TEST_F(LoopServiceTest, AFilterThatBeginsAnewIsNotCorrectedByWhatWasSeenBefore) {
+  use(finder());
+  go_and_return();
+  const int count = said_.back().word.loops.count;
+  begun_from_ = 8;
+  EXPECT_EQ(corrected(2 * kOut).estimate.X_WB.p, filter(2 * kOut).X_WB.p);
+  for (const int step : {0, 1, 2}) advance(step);
+  EXPECT_EQ(said_.back().word.loops.count, count);
+  EXPECT_EQ(said_.back().word.estimate.X_WB.p, filter(2).X_WB.p);
+}
+
+TEST_F(LoopServiceTest, WhatIsNotFiniteIsNotTouched) {
+  use(finder());
+  go_and_return();
+  VisionEstimate word;
+  word.begun_from = begun_from_;
+  word.estimate = filter(2 * kOut);
+  word.estimate.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  const Pose before = word.estimate.X_WB;
+  service_->correct(word);
+  EXPECT_EQ(word.estimate.X_WB.p, before.p);
+}
+
+// Would never come back from a poll that waits.
+TEST_F(LoopServiceTest, AWorkerThatIsLateDelaysAndNeverBlocks) {
+  std::promise<void> done;
+  const std::shared_future<void> is_done = done.get_future().share();
+  int looked = 0;
+  use(
+      [&](const Keyframe& keyframe) {
+        ++looked;
+        is_done.wait();
+        LoopCorrection correction;
+        correction.utime = keyframe.filter.utime;
+        correction.filter = keyframe.filter.X_WB;
+        correction.correction.p.x() = 0.5;
+        return std::optional(correction);
+      },
+      Late::kNotYet);
+  for (const int step : {0, 1, 2}) advance(step);
+  EXPECT_EQ(said_.back().word.loops.count, 0);
+  done.set_value();
+  // The machine may take its time to notice.
+  for (int i = 0; i < 60'000 && corrected(2).loops.count == 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    service_->poll(now_);
+  }
+  EXPECT_EQ(looked, 1) << "while one was looked at no other was taken";
+  EXPECT_EQ(corrected(2).loops.count, 1);
+  EXPECT_NEAR(corrected(2).loops.moved_m, 0.5, 1e-12);
+  EXPECT_NEAR(corrected(2).estimate.X_WB.p.x() - filter(2).X_WB.p.x(), 0.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,86 @@
+#include "mission/onboard/mapper_service.h"
+
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "test/vehicle/aqua2.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr Utime kTick = 20'000;
+
+estimation::StateEstimate estimate_with(double attitude_sigma) {
+  estimation::StateEstimate estimate;
+  estimate.utime = kTick;
+  estimate.valid = true;
+  estimate.X_WB.p.z() = -3.0;
+  estimate.covariance.setIdentity();
+  estimate.covariance *= 1e-4;
+  estimate.covariance(4, 4) = attitude_sigma * attitude_sigma;
+  return estimate;
+}
+
+RangeScan wall_ahead() {
+  RangeScan scan;
+  scan.utime = kTick;
+  for (int y = -10; y <= 10; ++y) {
+    for (int z = -10; z <= 10; ++z) {
+      scan.points_B.emplace_back(3.0F, 0.1F * static_cast<float>(y), 0.1F * static_cast<float>(z));
+    }
+  }
+  return scan;
+}
+
+bool is_mapped(const estimation::StateEstimate& estimate) {
+  const vehicle::Model& model = dive::testing::aqua2();
+  MapperService service(model.hull, {}, kTick);
+  service.observe(estimate);
+  service.submit(wall_ahead(), kTick);
+  return service.poll(3 * kTick).has_value();
+}
+
+TEST(MapperService, MapsNothingWhileTheAttitudeIsAGuess) {
+  EXPECT_TRUE(is_mapped(estimate_with(0.01)));
+  EXPECT_TRUE(is_mapped(estimate_with(0.25)));
+  EXPECT_FALSE(is_mapped(estimate_with(0.35))) << "about one axis is enough";
+  EXPECT_FALSE(is_mapped(estimation::StateEstimate{})) << "not valid";
+}
+
+// The correction changes between the time of the scan and its mapping.
+TEST(MapperService, PlacesAScanByTheNewestCorrection) {
+  const vehicle::Model& model = dive::testing::aqua2();
+  MapperService service(model.hull, {}, kTick);
+  constexpr int kScans = 6;  // a voxel is not confirmed by one
+  constexpr Utime kScan = 200'000;
+  estimation::StateEstimate estimate = estimate_with(0.01);
+  for (int i = 0; i < kScans; ++i, estimate.utime += kScan) service.observe(estimate);
+  estimate.map_from_odom = {std::numbers::pi / 2.0, {0.0, 10.0}};
+  estimate.X_WB = estimate.map_from_odom * estimate.X_WB;
+  service.observe(estimate);
+  std::vector<planning::SeenCell> cells;
+  for (int i = 1; i <= kScans; ++i) {
+    RangeScan scan = wall_ahead();
+    scan.utime = kTick + (i - 1) * kScan;
+    scan.points_B.front().z() += 0.001F * static_cast<float>(i);  // else it counts as frozen
+    service.submit(std::move(scan), (i + kScans) * kScan);
+    const auto update = service.poll((i + kScans) * kScan + kTick);
+    ASSERT_TRUE(update) << i;
+    cells.insert(cells.end(), update->cells.begin(), update->cells.end());
+  }
+  ASSERT_FALSE(cells.empty());
+  for (const planning::SeenCell& cell : cells) {
+    for (const planning::Polytope& piece : cell.pieces) {
+      for (const Eigen::Vector3d& vertex : piece.vertices) {
+        EXPECT_NEAR(vertex.y(), 13.0, 0.3) << "3 m ahead of a bow that points north from (0, 10)";
+        EXPECT_NEAR(vertex.x(), 0.0, 1.3);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,306 @@
+// The cameras' estimator as a service, in a painted room, on pictures and samples whose truth is
+// known.
+
+#include "mission/onboard/vision_service.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/onboard/stereo_eyes.h"
+#include "test/estimation/visual_inertial/painted_room.h"
+
+namespace dive::mission {
+namespace {
+
+using estimation::VisionEstimate;
+using estimation::VisionFault;
+
+constexpr Utime kTick = 20'000;
+constexpr Utime kPeriod = 100'000;
+constexpr Utime kLatency = 80'000;
+constexpr double kSpeed = 0.3;
+
+CameraModel small_camera(double y) {
+  return estimation::testing::pinhole_camera(y, 320, 208, 190.0);
+}
+
+estimation::VisionOptions options() {
+  estimation::VisionOptions options;
+  options.period_s = to_seconds(kPeriod);
+  options.filter.cameras = {small_camera(0.07), small_camera(-0.07)};
+  return options;
+}
+
+// Swims along y past the wall ahead, and keeps its heading.
+Pose pose_at(Utime t) {
+  return {{0.0, kSpeed * to_seconds(t), -1.0}, Eigen::Quaterniond::Identity()};
+}
+
+/// What a test lays hands on.
+struct Taken {
+  std::optional<ImageFrame> left;
+  std::optional<ImageFrame> right;
+};
+
+class VisionServiceTest : public ::testing::Test {
+ protected:
+  void use(Late late, RangeMaker make_range = nullptr,
+           const std::optional<LoopSettings>& loops = std::nullopt) {
+    service_.emplace(options(), 1, kLatency, late, std::move(make_range), loops);
+  }
+
+  [[nodiscard]] estimation::StateEstimate published() const {
+    estimation::StateEstimate estimate;
+    estimate.utime = now_;
+    estimate.valid = true;
+    estimate.X_WB = swims_at(now_);
+    estimate.v_WB_B = {0.0, kSpeed, 0.0};
+    estimate.covariance = 1e-4 * Matrix6d::Identity();
+    return estimate;
+  }
+
+  void hear() {
+    for (int i = 1; i <= 4; ++i) {
+      ImuSample sample;
+      sample.utime = now_ - kTick + i * 5'000;
+      sample.accel_B = {0.0, acceleration_at(sample.utime), 9.81};
+      if (imu_is_nan_) sample.gyro_B.x() = std::numeric_limits<double>::quiet_NaN();
+      if (imu_speaks_) service_->hear({&sample, 1});
+    }
+    service_->hear(DepthSample{now_, 1.0});
+  }
+
+  [[nodiscard]] Taken take() {
+    const auto picture = [&](double y, int index) {
+      const CameraModel camera = small_camera(y);
+      ImageFrame frame = room_.picture(camera, eyes_at(now_) * camera.X_BC, now_);
+      frame.camera = index;
+      return frame;
+    };
+    return {picture(0.07, 0), picture(-0.07, 1)};
+  }
+
+  // The words of so many seconds; `spoil` is given each pair.
+  std::vector<VisionEstimate> run(double seconds,
+                                  const std::function<void(Taken&)>& spoil = nullptr) {
+    std::vector<VisionEstimate> words;
+    for (const Utime end = now_ + from_seconds(seconds); now_ < end;) {
+      now_ += kTick;
+      hear();
+      if (auto word = service_->poll(now_)) {
+        arrived_.push_back(now_ - word->frame_utime);
+        words.push_back(*word);
+        if (service_->take_scan()) ++scans_;
+      }
+      service_->observe(published());
+      if (now_ % kPeriod != 0) continue;
+      Taken taken = take();
+      if (spoil) spoil(taken);
+      service_->submit(std::move(taken.left), std::move(taken.right), now_);
+    }
+    return words;
+  }
+
+  [[nodiscard]] static std::vector<VisionFault> faults(const std::vector<VisionEstimate>& words) {
+    std::vector<VisionFault> result;
+    for (const VisionEstimate& word : words) result.push_back(word.fault);
+    return result;
+  }
+
+  std::function<Pose(Utime)> swims_at = pose_at;
+  std::function<Pose(Utime)> eyes_at = pose_at;  ///< Where the pictures are taken from.
+  std::function<double(Utime)> acceleration_at = [](Utime) { return 0.0; };  ///< Along y, m/s^2.
+  estimation::testing::PaintedRoom room_{{3, 4, 2}};
+  std::optional<VisionService> service_;
+  Utime now_ = 0;
+  bool imu_speaks_ = true;
+  bool imu_is_nan_ = false;
+  std::vector<Utime> arrived_;
+  int scans_ = 0;
+};
+
+// What the cameras see turns, the inertial unit does not: good pictures, and nothing to be
+// believed.
+TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
+  use(Late::kWait);
+  ASSERT_TRUE(run(3.0).back().is_good());
+  eyes_at = [](Utime t) {
+    const double turned = 0.35 * std::sin(1.2 * (to_seconds(t) - 3.0));
+    return Pose{pose_at(t).p, from_rpy(0.0, 0.0, turned)};
+  };
+  run(1.0);
+  const std::vector<VisionEstimate> words = run(8.0);
+  EXPECT_THAT(faults(words), ::testing::Contains(VisionFault::kRefused));
+  for (const VisionEstimate& word : words) {
+    EXPECT_FALSE(word.is_good())
+        << "not even when it was initialised again, and takes it for its biases";
+  }
+  eyes_at = pose_at;
+  EXPECT_TRUE(run(12.0).back().is_good()) << "in the end it is believed again";
+}
+
+TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
+  use(Late::kWait);
+  const std::vector<VisionEstimate> words = run(2.0);
+  ASSERT_GE(words.size(), 18U);
+  EXPECT_THAT(arrived_, ::testing::Each(kLatency));
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
+    const estimation::StateEstimate& estimate = words[i].estimate;
+    EXPECT_LT((estimate.X_WB.p - pose_at(estimate.utime).p).norm(), 0.02) << i;
+    EXPECT_EQ(words[i].begun_from, words[4].begun_from);
+  }
+}
+
+TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
+  use(Late::kWait);
+  const std::vector<VisionEstimate> first = run(1.0);
+  now_ = 0;
+  room_ = estimation::testing::PaintedRoom({3, 4, 2});
+  use(Late::kWait);
+  const std::vector<VisionEstimate> second = run(1.0);
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].estimate.X_WB.p, second[i].estimate.X_WB.p) << i;
+    EXPECT_EQ(first[i].estimate.covariance, second[i].estimate.covariance) << i;
+    EXPECT_EQ(first[i].used, second[i].used) << i;
+  }
+}
+
+TEST_F(VisionServiceTest, SaysWhatIsWrongWithThePictures) {
+  use(Late::kWait);
+  run(1.0);
+  const auto spoiled = [&](const std::function<void(Taken&)>& spoil) {
+    run(0.1, spoil);
+    std::vector<VisionEstimate> words = run(0.4, spoil);
+    run(1.0);
+    return faults(words);
+  };
+  using ::testing::Each;
+  EXPECT_THAT(spoiled([](Taken& t) {
+                for (auto& p : t.left->pixels) p = 3;
+              }),
+              Each(VisionFault::kDark));
+  std::optional<ImageFrame> kept;
+  EXPECT_THAT(spoiled([&](Taken& t) {
+                if (kept) t.left->pixels = kept->pixels;
+                kept = t.left;
+              }),
+              ::testing::Contains(VisionFault::kFrozen).Times(::testing::Ge(3)));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->width = 160; }), Each(VisionFault::kBadPicture));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->utime = 900'000; }), Each(VisionFault::kBadPicture));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left.reset(); }), Each(VisionFault::kNoPictures));
+  EXPECT_THAT(spoiled([](Taken& t) { t.right.reset(); }), Each(VisionFault::kNone))
+      << "one eye will do";
+  EXPECT_TRUE(run(0.3).back().is_good());
+}
+
+TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
+  use(Late::kWait);
+  run(1.0);
+  const Utime begun = run(0.2).back().begun_from;
+  imu_is_nan_ = true;
+  for (const VisionEstimate& word : run(1.0)) {
+    EXPECT_TRUE(word.estimate.X_WB.is_finite() && word.estimate.covariance.allFinite());
+  }
+  imu_is_nan_ = false;
+  imu_speaks_ = false;
+  for (const VisionEstimate& word : run(4.0)) EXPECT_TRUE(word.estimate.X_WB.is_finite());
+  imu_speaks_ = true;
+  run(1.5);
+  const VisionEstimate last = run(0.2).back();
+  EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
+  EXPECT_GT(last.begun_from, begun);
+  EXPECT_LT((last.estimate.X_WB.p - pose_at(last.estimate.utime).p).norm(), 0.1);
+}
+
+TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
+  std::size_t landmarks = 0;
+  use(Late::kWait, [&](const SeenPair& pair) -> std::optional<RangeScan> {
+    EXPECT_EQ(pair.left->utime, pair.word->frame_utime);
+    EXPECT_EQ(pair.right->camera, 1);
+    landmarks += pair.landmarks.size();
+    RangeScan scan;
+    scan.utime = pair.left->utime;
+    return scan;
+  });
+  const std::vector<VisionEstimate> words = run(2.0);
+  EXPECT_EQ(scans_, static_cast<int>(words.size()));
+  EXPECT_GT(landmarks, 0U);
+}
+
+// Of the walls, at their distance from where the vehicle was when the pictures were taken.
+TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
+  planning::MapperOptions mapper;
+  mapper.min_neighbours = 3;
+  const StereoEyes eyes = *stereo_eyes(small_camera(0.07), small_camera(-0.07), mapper);
+  EXPECT_GT(eyes.mapper.noise_square, 0.002) << "1/m";
+  EXPECT_EQ(eyes.mapper.validate(), "");
+  EXPECT_EQ(eyes.mapper.min_neighbours, 3) << "the rest is the caller's";
+  EXPECT_FALSE(stereo_eyes(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
+  int told = 0;
+  int wrong = 0;
+  use(Late::kWait, [&](const SeenPair& pair) {
+    std::optional<RangeScan> scan = eyes.make_range(pair);
+    EXPECT_EQ(scan.has_value(), pair.right != nullptr);
+    if (!scan) return scan;
+    EXPECT_EQ(scan->utime, pair.left->utime);
+    const Pose X_WB = pose_at(scan->utime);
+    for (const Eigen::Vector3f& p_B : scan->points_B) {
+      const Eigen::Vector3d p_W = X_WB * p_B.cast<double>();
+      const double r = (p_B - scan->origin_B).norm();
+      if (!p_W.allFinite() || r > scan->reach) continue;
+      ++told;
+      const double off = (p_W.cwiseAbs() - Eigen::Vector3d(3, 4, 2)).cwiseAbs().minCoeff();
+      if (off > 0.01 + 3.0 * eyes.mapper.noise_square * r * r) ++wrong;
+    }
+    return scan;
+  });
+  run(2.0);
+  EXPECT_GT(scans_, 15);
+  EXPECT_GT(told, scans_ * 500) << "of 7,500 rays each";
+  EXPECT_LT(wrong, told / 50);
+  run(0.5, [](Taken& taken) { taken.right.reset(); });
+}
+
+// Back and forth along the wall: what was observed first is observed again.
+TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
+  constexpr double kReach = 1.2;
+  constexpr double kRate = kSpeed / kReach;
+  swims_at = eyes_at = [](Utime t) {
+    return Pose{{0.0, kReach * std::sin(kRate * to_seconds(t)), -1.0},
+                Eigen::Quaterniond::Identity()};
+  };
+  acceleration_at = [](Utime t) {
+    return -kReach * kRate * kRate * std::sin(kRate * to_seconds(t));
+  };
+  LoopSettings loops;
+  loops.closer.keyframe_m = 0.3;
+  loops.closer.least_gap_s = 8.0;
+  use(Late::kWait, nullptr, loops);
+  const std::vector<VisionEstimate> words = run(27.0);
+  EXPECT_THAT(arrived_, ::testing::Each(kLatency)) << "nothing waits for a loop";
+  EXPECT_GT(words.back().loops.count, 1);
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
+    const estimation::StateEstimate& estimate = words[i].estimate;
+    EXPECT_LT((estimate.X_WB.p - eyes_at(estimate.utime).p).norm(), 0.05) << i;
+  }
+}
+
+TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {
+  use(Late::kNotYet);
+  Utime last = 0;
+  for (const VisionEstimate& word : run(1.0)) {
+    EXPECT_GE(word.frame_utime, last);
+    last = word.frame_utime;
+  }
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,119 @@
+// What is injected reaches the executive, and what appears is solid to everyone.
+
+#include "mission/simulation/faults.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace dive::mission {
+namespace {
+
+StepInputs healthy(Utime now) {
+  StepInputs inputs;
+  inputs.now = now;
+  inputs.imu = ImuSample{};
+  inputs.depth = DepthSample{now, 3.0 + to_seconds(now)};
+  inputs.health = HealthSample{now, 0.9, 20.0, false};
+  PlanReply reply;
+  reply.plan.status = planning::PlanStatus::kSuccess;
+  reply.plan.accepted = true;
+  reply.plan.waypoints.resize(2);
+  inputs.plan = reply;
+  inputs.map_update.emplace().scan_utime = now;
+  return inputs;
+}
+
+StepInputs injected(FaultKind kind, double seconds) {
+  FaultInjector injector({{kind, 5.0}});
+  StepInputs inputs;
+  for (double t = 0.0; t <= seconds; t += 0.5) {
+    vehicle::GroundTruth truth;
+    truth.utime = from_seconds(t);
+    truth.X_WB.p = {t, 0, -3};
+    inputs = healthy(truth.utime);
+    injector.apply(truth, inputs);
+  }
+  return inputs;
+}
+
+TEST(FaultInjector, ChangesNothingBeforeItsTime) {
+  for (std::size_t i = 0; i < kFaultCount; ++i) {
+    const auto kind = static_cast<FaultKind>(i);
+    EXPECT_EQ(find_fault(to_string(kind)), kind);
+    const StepInputs inputs = injected(kind, 4.5);
+    EXPECT_TRUE(inputs.imu && inputs.imu->q_WB.coeffs().allFinite()) << to_string(kind);
+    EXPECT_EQ(inputs.depth->depth_m, 7.5) << to_string(kind);
+    EXPECT_TRUE(inputs.health && !inputs.health->leak) << to_string(kind);
+    EXPECT_EQ(inputs.health->battery_fraction, 0.9) << to_string(kind);
+    EXPECT_EQ(inputs.plan->plan.status, planning::PlanStatus::kSuccess) << to_string(kind);
+    EXPECT_TRUE(inputs.map_update) << to_string(kind);
+    EXPECT_TRUE(inputs.seen.empty() && !inputs.operator_command) << to_string(kind);
+  }
+}
+
+TEST(FaultInjector, SpoilsWhatItSays) {
+  EXPECT_TRUE(injected(FaultKind::kLeak, 6).health->leak);
+  EXPECT_EQ(injected(FaultKind::kBattery, 6).health->battery_fraction, 0.0);
+  EXPECT_GT(injected(FaultKind::kTemperature, 6).health->temperature_c, 80.0);
+  EXPECT_FALSE(injected(FaultKind::kImuSilent, 6).imu);
+  EXPECT_FALSE(injected(FaultKind::kImuNan, 6).imu->q_WB.coeffs().allFinite());
+  EXPECT_FALSE(injected(FaultKind::kDepthSilent, 6).depth);
+  EXPECT_TRUE(std::isnan(injected(FaultKind::kDepthNan, 6).depth->depth_m));
+  EXPECT_EQ(injected(FaultKind::kDepthFrozen, 6).depth->depth_m, 8.0);
+  EXPECT_FALSE(injected(FaultKind::kHealthSilent, 6).health);
+  EXPECT_FALSE(injected(FaultKind::kRangeSilent, 6).map_update);
+  EXPECT_EQ(injected(FaultKind::kPlannerFails, 6).plan->plan.status, planning::PlanStatus::kNoPath);
+  EXPECT_FALSE(injected(FaultKind::kPlannerSilent, 6).plan);
+  EXPECT_EQ(injected(FaultKind::kAbort, 5).operator_command, OperatorCommand::kAbort);
+  EXPECT_FALSE(injected(FaultKind::kAbort, 6).operator_command) << "said once";
+}
+
+TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
+  const auto heard = [](FaultKind kind) {
+    FaultInjector injector({{kind, 5.0}});
+    StepInputs inputs = healthy(from_seconds(6.0));
+    vehicle::GroundTruth truth;
+    truth.utime = inputs.now;
+    injector.apply(truth, inputs);
+    vehicle::InertialSamples samples;
+    samples.count = 4;
+    injector.apply(samples);
+    return samples;
+  };
+  EXPECT_EQ(heard(FaultKind::kImuSilent).count, 0U);
+  EXPECT_FALSE(heard(FaultKind::kImuNan).samples[3].gyro_B.allFinite());
+  EXPECT_TRUE(heard(FaultKind::kCameraMissing).samples[3].gyro_B.allFinite());
+}
+
+TEST(FaultInjector, DropsSomethingIntoTheTrailBehind) {
+  const StepInputs inputs = injected(FaultKind::kBlocked, 5);
+  ASSERT_EQ(inputs.seen.size(), 1U);
+  EXPECT_LT(inputs.seen[0].X_WO.p.x(), 4.0);
+  EXPECT_GT(inputs.seen[0].X_WO.p.x(), 0.0);
+  EXPECT_TRUE(injected(FaultKind::kBlocked, 6).seen.empty()) << "once";
+}
+
+// Where the vehicle swims there and back, the point 2 m back along the trail is its own position.
+TEST(FaultInjector, DropsNothingOntoTheVehicle) {
+  FaultInjector injector({{FaultKind::kBlocked, 0.5}, {FaultKind::kBlocked, 5.0}});
+  std::vector<double> dropped_s;
+  for (int tick = 0; tick <= 100; ++tick) {
+    const double t = 0.1 * tick;
+    vehicle::GroundTruth truth;
+    truth.utime = from_seconds(t);
+    truth.X_WB.p = {t < 4.0 ? t : 8.0 - t, 0, -3};  // turns about at 4 s
+    StepInputs inputs = healthy(truth.utime);
+    injector.apply(truth, inputs);
+    for (const SeenObstacle& obstacle : inputs.seen) {
+      dropped_s.push_back(t);
+      EXPECT_GE((obstacle.X_WO.p - truth.X_WB.p).norm(), 1.5);
+    }
+  }
+  ASSERT_EQ(dropped_s.size(), 2U);
+  EXPECT_NEAR(dropped_s[0], 1.5, 0.11);
+  EXPECT_GT(dropped_s[1], 5.5);
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,80 @@
+#pragma once
+// A simulated range camera, by tracing a ray per pixel (Embree). Only the simulator has the world;
+// in an unknown environment the vehicle has only these scans.
+//
+// Pinhole: the grid of pixels is uniform on the image plane. In the camera's frame C (x along the
+// optical axis, y left, z up) the ray of the pixel in column c and row r is
+//
+//   [1, tan(horizontal / 2) (1 - 2 (c + 1/2) / width), tan(vertical / 2) (1 - 2 (r + 1/2) /
+// height)]
+//
+// Mounted midway between the links camera_front_left and camera_front_right of vehicle/aqua2.urdf,
+// tilted down: p_BC = origin_B, R_BC = Ry(tilt_deg).
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/clock.h"
+#include "common/range_scan.h"
+#include "common/se3.h"
+#include "planning/world/world.h"
+
+namespace dive::vehicle {
+
+struct RangeCameraOptions {
+  int width = 100;
+  int height = 75;
+  double horizontal_deg = 120.0;
+  double vertical_deg = 90.0;
+  double tilt_deg = 40.0;  ///< Tilt of the optical axis below x of B.
+  Eigen::Vector3d origin_B = {0.31, 0.0, 0.0};
+  double reach_m = 10.0;
+  double rate_hz = 10.0;
+  /// Standard deviation of a range: noise_m + noise_share * range.
+  double noise_m = 0.01;
+  double noise_share = 0.005;
+  double dropout_share = 0.02;     ///< Fraction of the pixels of a scan without a range.
+  double particles_per_m3 = 0.5;   ///< Marine snow within 3 m of the lens along each axis of W.
+  double particle_radius = 0.004;  ///< m
+  double particle_drift = 0.05;    ///< Speed of each particle in its own direction, m/s.
+
+  /// A description of the first error; empty if the options are usable.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// Equal world, options, seed and calls of take() give bit-identical scans.
+class RangeCamera {
+ public:
+  /// Demands options that validate. Meshes are traced as drawn, as long as the world has them, from
+  /// either side, not by their convex pieces; curved shapes as in ClearanceMeter.
+  RangeCamera(const planning::World& world, RangeCameraOptions options, std::uint64_t seed);
+  RangeCamera(RangeCamera&&) noexcept;
+  RangeCamera& operator=(RangeCamera&&) noexcept;
+  ~RangeCamera();
+
+  /// True if a scan is due: rate_hz times a second from 0 on.
+  [[nodiscard]] bool due(Utime now) const;
+
+  /// Takes one scan at a finite pose; X_WD: pose of a Diver in the water. Always width * height
+  /// points, row by row from the top, each row from the left; in the present B.
+  ///
+  /// A pixel returns the nearest surface on its ray, or a particle before it whose image, grown by
+  /// half a pixel's width all round, covers the centre of the pixel. If there is nothing within
+  /// `reach`, or the ray leaves the water (z = 0) before, the point is at twice the reach: objects
+  /// above the surface are invisible. NaN: dropouts; every pixel while the lens is inside a solid,
+  /// a half-space or the diver; and, with the lens above the water, pixels that point up or whose
+  /// ray does not reach the water.
+  [[nodiscard]] RangeScan take(Utime now, const Pose& X_WB,
+                               const std::optional<Pose>& X_WD = std::nullopt);
+
+  /// Repeats the next scan with new stamps until set to false.
+  void set_frozen(bool frozen);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::vehicle

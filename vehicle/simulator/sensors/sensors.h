@@ -1,0 +1,51 @@
+#pragma once
+// Sensor models on the true state: noise, a heading bias drawn once per dive, and latency.
+
+#include <array>
+#include <optional>
+
+#include "common/random.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::vehicle {
+
+class Sensors {
+ public:
+  static constexpr double kMaxLatency = 1.0;  ///< s
+
+  /// `tick` is the time between two calls of sample(), s.
+  Sensors(const Conditions& conditions, std::uint64_t seed, double tick);
+
+  /// Gives the IMU, if there is one, its input at `utime`, before the tick's sample().
+  void feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
+            const Eigen::Vector3d& specific_force_B);
+  [[nodiscard]] const std::optional<InertialUnit>& inertial_unit() const { return unit_; }
+
+  /// Samples the truth at the end of a tick and returns the samples that arrive then, which were
+  /// taken one latency before. `specific_force_B` is the specific force at B's origin, m/s^2.
+  [[nodiscard]] SensorSamples sample(const GroundTruth& truth,
+                                     const Eigen::Vector3d& specific_force_B,
+                                     const HealthSample& health);
+
+ private:
+  struct Taken {
+    ImuSample imu;
+    DepthSample depth;
+    InertialSamples inertial;
+  };
+  static constexpr std::size_t kSlots = 64;
+
+  [[nodiscard]] Eigen::Vector3d noise(double sigma);
+
+  Conditions conditions_;
+  Random random_;
+  double heading_bias_ = 0.0;  ///< rad
+  std::optional<InertialUnit> unit_;
+  InertialSamples felt_;  ///< IMU samples of this tick.
+  std::size_t latency_ticks_ = 0;
+  std::size_t taken_count_ = 0;
+  Utime next_health_ = 0;
+  std::array<Taken, kSlots> taken_{};
+};
+
+}  // namespace dive::vehicle
