@@ -2,16 +2,19 @@
 # Installs, checks the format of the sources and their words, builds and runs all tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --asan    the same again under the address and undefined-behaviour sanitizers
+#   ./check.sh --ci      and those of what runs on board or reads what others wrote, under the
+#                        address and undefined-behaviour sanitizers
+#   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
 set -euo pipefail
 cd "$(dirname "$0")"
 
-presets=(release)
+sanitize=
 for argument in "$@"; do
   case "$argument" in
-    --asan) presets+=(asan) ;;
+    --ci) sanitize=sanitized ;;
+    --asan) sanitize=all ;;
     *)
-      sed -n '2,5p' "$0" | sed 's/^# \{0,1\}//' >&2
+      sed -n '2,7p' "$0" | sed 's/^# \{0,1\}//' >&2
       exit 2
       ;;
   esac
@@ -28,9 +31,15 @@ if grep -rnwiIE "$(paste -sd'|' doc/unused-words.txt)" --exclude={name-changes.m
   echo "These words are listed in doc/unused-words.txt: say it in plain words." >&2
   exit 1
 fi
-for preset in "${presets[@]}"; do
-  echo "== $preset"
-  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" --log-level=WARNING
-  cmake --build --preset "$preset" -j2
-  ctest --preset "$preset" -j2
-done
+# check PRESET TARGET CTEST_ARGUMENTS...
+check() {
+  echo "== $1"
+  [ -f "build/$1/build.ninja" ] || cmake --preset "$1" --log-level=WARNING
+  cmake --build --preset "$1" -j2 --target "$2"
+  ctest --preset "$1" -j2 "${@:3}"
+}
+check release all
+case "$sanitize" in
+  sanitized) check asan sanitized_tests -L sanitized ;;
+  all) check asan all ;;
+esac

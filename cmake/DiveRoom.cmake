@@ -10,7 +10,11 @@ add_library(dive_flags INTERFACE)
 target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror
                                             -Wno-error=maybe-uninitialized -ffp-contract=off)
 if(DIVE_SANITIZE)
-  add_compile_options(-fsanitize=${DIVE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  # Checks of null and alignment double the time to compile; a null pointer stops the address
+  # sanitizer anyway.
+  add_compile_options(-fsanitize=${DIVE_SANITIZE} -fno-sanitize=null,alignment
+                      -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_compile_definitions(_GLIBCXX_ASSERTIONS)
   add_link_options(-fsanitize=${DIVE_SANITIZE})
 endif()
 
@@ -22,18 +26,28 @@ function(dive_room name)
                                 ${ROOM_LIBRARIES})
 endfunction()
 
-# dive_test(NAME [ALONE] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per room; ALONE
-# where its tests run in real time and must not share the machine with others.
+# dive_test(NAME [ALONE] [SANITIZED] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per
+# room; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
+# where CI runs it under the sanitizers too, because what it tests runs on board or reads what others
+# wrote (CI has not the time for all).
+add_custom_target(sanitized_tests)
 function(dive_test name)
-  cmake_parse_arguments(TEST "ALONE" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TEST "ALONE;SANITIZED" "" "SOURCES;USES;LIBRARIES" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                              DIVE_SHARED_DATA="${DIVE_SHARED_DATA}")
+  # What is tested is in the libraries; the test programs themselves need not be fast.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
                                         GTest::gtest_main rapidcheck)
+  set(labels)
+  if(TEST_SANITIZED)
+    add_dependencies(sanitized_tests ${name})
+    set(labels LABELS sanitized)
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
-                       PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE})
+                       PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE} ${labels})
 endfunction()
 
 # dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.

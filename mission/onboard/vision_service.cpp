@@ -60,7 +60,9 @@ void VisionService::observe(const estimation::StateEstimate& published) {
   const Utime now = published.utime;
   if (!worker_.may_start()) return;
   if (next_) {
-    if (is_ripe(now)) launch(next_->asked, std::exchange(next_, std::nullopt));
+    if (!is_ripe(now)) return;
+    const Utime asked = next_->asked;
+    launch(asked, std::exchange(next_, std::nullopt));
   } else if (to_seconds(now - launched_) > kMissed * period_s_) {
     launch(now, std::nullopt);
   }
