@@ -10,11 +10,11 @@ namespace {
 constexpr double kSpeed = 0.15;         // m/s, bow or stern first
 constexpr double kLookahead = 0.4;      // m
 constexpr double kArrived = 0.2;        // m
-constexpr double kOffCourse = 0.5;      // rad: turns first
-constexpr double kGraceSeconds = 15.0;  // beside kSlow times what the route should take
+constexpr double kOffCourse = 0.5;      // rad off course: turns first
+constexpr double kGraceSeconds = 15.0;  // s added to kSlow times the route's expected time
 constexpr double kSlow = 3.0;
 
-// On the route, headed along `way`, or astern with the bow the other way.
+// A pose on the route: bow along `way`, or opposite to it when astern.
 Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way, bool is_astern) {
   const Eigen::Vector3d bow = is_astern ? Eigen::Vector3d(-way) : way;
   return {p_W, from_rpy(0.0, 0.0, std::atan2(bow.y(), bow.x()))};
@@ -79,7 +79,7 @@ bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
   return true;
 }
 
-// From here on, with the turn on the spot to where it begins.
+// The rest of the route, with the turn on the spot at its start.
 double BackOff::clearance_of_rest(const Route& route, const BehaviorInput& input) {
   std::vector<Pose> poses = {input.estimate->X_WB};
   Eigen::Vector3d from = poses.front().p;

@@ -1,13 +1,12 @@
 #pragma once
-// In an unknown environment: back to where there was clearance. A plan lets a vehicle out of a
-// tight start with no more clearance than the start has, and only so far. A vehicle that plans
-// again and again uses that up each time: it works its way into a narrowing, a little nearer to
-// things with every plan, until it cannot turn. So a vehicle that has come too near, or has been
-// near for too long, goes back along its trail, which is free, and plans from there with what the
-// map has shown since.
+// Return to a place with clearance, in an unknown environment. A plan may start with reduced
+// clearance. A vehicle that replans often can use this each time: it works its way into a
+// narrowing, a little nearer to obstacles with every plan, until it cannot turn. A vehicle that has
+// come too near, or has been near for too long, therefore returns along its trail, which is free,
+// and plans from there with the map as it is then.
 //
-// There is no clearance to turn about: the vehicle goes back stern first if its bow points more
-// away from the path than along it. The course is a line of sight to the point of the path
+// There is no clearance to turn around: the vehicle swims stern first if its bow points away from
+// the path. The course is a line of sight to the point of the path
 // `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
 
 #include <cstddef>
@@ -29,23 +28,23 @@ class BackOff {
   explicit BackOff(double d_min_m, const BackOffOptions& options = {})
       : d_min_m_(d_min_m), options_(options) {}
 
-  /// Idle, once a tick before begin(). True when the vehicle should go back; begin() decides
-  /// whether it can. Measures the clearance when the map has changed.
+  /// Called once per tick while idle, before begin(). True if the vehicle should back off; begin()
+  /// decides whether it can. Measures the clearance when the map has changed.
   [[nodiscard]] bool is_needed(const BehaviorInput& input);
 
-  /// Which places will do.
+  /// Conditions on the place.
   struct Asked {
     double least_m = 0.0;  ///< Least distance from here, m.
     /// Longest path along the trail, m; max_distance_m when absent.
     std::optional<double> most_m = std::nullopt;
     bool open = false;  ///< Only places with open water above.
   };
-  /// Starts along BehaviorInput::trail to the nearest place that has clearance and is asked for; if
-  /// there is none, to the one with most clearance. False when no place has more than here, or the
-  /// path there is blocked.
+  /// Starts along BehaviorInput::trail to the nearest place that has clearance and meets the
+  /// conditions; if there is none, to the one with most clearance. False if no place has more than
+  /// here, or the path is blocked.
   [[nodiscard]] bool begin(const BehaviorInput& input, const Asked& asked);
-  /// Under way, once a tick. Nothing when it has arrived, is blocked or took too long: it is idle
-  /// then. Speeds below 0 are astern.
+  /// Called once per tick while under way. Empty if it has arrived, is blocked or took too long; it
+  /// is idle then. Negative speeds are astern.
   [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
 
   [[nodiscard]] bool is_under_way() const { return route_.has_value(); }

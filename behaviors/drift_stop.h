@@ -1,7 +1,7 @@
 #pragma once
-// Coming to rest where nothing but the hull's own thrust can do it. The flippers have no effort
-// sideways, and a hull that slips sideways coasts for half a minute: it is turned until the drift
-// lies along it, bow or stern ahead, and surge stops it.
+// Stops a drift by thrust. The flippers cannot push sideways, and a hull that slips sideways coasts
+// for half a minute: it is turned until the drift lies along it, bow or stern ahead, and surge
+// stops it.
 
 #include <optional>
 

@@ -97,7 +97,8 @@ void FailsafeLadder::advance(Watch& watch, Utime now, bool condition) {
   if (to_seconds(now - *watch.false_since) >= watch.policy.clear_s) watch.active_since.reset();
 }
 
-// Has what was meant to pass not passed? What is gone, and only waits to be believed, has.
+// True if the condition has lasted too long for its rung. One that has ended and only waits for
+// clear_s has not.
 bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool has_way_out) {
   const Rung rung = watch.policy.rung;
   const bool may = rung == Rung::kReplan || (rung == Rung::kHold && has_way_out);
@@ -114,7 +115,7 @@ std::optional<FailsafeLadder::Change> FailsafeLadder::update(Utime now,
     if (watch.policy.rung == Rung::kNone) continue;
     advance(watch, now, conditions[i]);
     if (!watch.active_since) continue;
-    // Without eyes the vehicle can still go back along its trail.
+    // Without range data the vehicle can still return along its trail.
     const bool has_way_out = open_above || static_cast<Kind>(i) == Kind::kRangeLost;
     const bool escalated = is_overdue(watch, now, has_way_out);
     const Rung rung = escalated ? Rung::kAbortAndSurface : watch.policy.rung;
@@ -125,7 +126,7 @@ std::optional<FailsafeLadder::Change> FailsafeLadder::update(Utime now,
   }
   const bool latched = rung_ >= Rung::kRetrace;
   if (latched && change.rung <= rung_) return std::nullopt;
-  // Of several that ask for the same rung the first to have asked keeps it.
+  // Among failsafes that request the same rung, the first one keeps it.
   const Watch& present = watches_[static_cast<std::size_t>(cause_)];
   const bool stands = rung_ == Rung::kNone ||
                       (present.active_since && (present.policy.rung == rung_ || change.escalated));

@@ -1,8 +1,8 @@
 #pragma once
 // Failsafes: conditions that are watched whatever the mission does, and one ordered ladder of what
-// to do about them. A higher rung always wins. warn, replan and hold are taken back when their
-// cause has been gone for a while; retrace and all above it are never left downwards, and
-// emergency_surface never at all.
+// to do about them. A higher rung always wins. warn, replan and hold are withdrawn when their cause
+// has been absent for a while; from retrace upwards the ladder never goes down, and
+// emergency_surface is final.
 
 #include <array>
 #include <optional>
@@ -16,49 +16,50 @@ namespace dive::behaviors {
 enum class Rung { kNone, kWarn, kReplan, kHold, kRetrace, kAbortAndSurface, kEmergencySurface };
 
 [[nodiscard]] const char* to_string(Rung rung);
-/// Of those a mission may name: warn and up.
+/// A rung that a mission may name: warn and higher; empty for any other name.
 [[nodiscard]] std::optional<Rung> find_rung(std::string_view name);
 
 enum class FailsafeKind {
   kLeak,
   kBattery,            ///< Charge below a fraction.
-  kTemperature,        ///< Of the hull's inside, above a limit.
+  kTemperature,        ///< Temperature inside the hull above a limit.
   kOverdepth,          ///< Deeper than the mission allows.
-  kUnderAltitude,      ///< Nearer to the ground below than the mission allows.
-  kGeofence,           ///< Outside of the fence.
-  kOvertime,           ///< The mission takes longer than it may.
-  kOverdueLeg,         ///< One leg takes a multiple of the time it should.
-  kStuck,              ///< Under way, yet in the same place.
+  kUnderAltitude,      ///< Lower above the ground than the mission allows.
+  kGeofence,           ///< Outside the fence.
+  kOvertime,           ///< The mission has exceeded its time limit.
+  kOverdueLeg,         ///< A leg has taken a multiple of its expected time.
+  kStuck,              ///< Commanded to move, but in the same place.
   kImuLost,            ///< No plausible sample for a while.
-  kDepthLost,          ///< The same, or a sensor that never changes.
+  kDepthLost,          ///< The same, or a reading that never changes.
   kHealthLost,         ///< The same.
-  kRangeLost,          ///< In unknown water: nothing new is seen for a while.
-  kEstimatorDiverged,  ///< The estimate is not finite, or denies the depth sensor.
+  kRangeLost,          ///< No new range data for a while, in an unknown environment.
+  kEstimatorDiverged,  ///< The estimate is not finite, or contradicts the depth sensor.
   kLocalisationLost,   ///< The position is too uncertain.
-  kPlannerFailure,     ///< Plans fail in a row, or none are left.
+  kPlannerFailure,     ///< Several plans failed in a row, or the replan budget is used up.
   kCommsLost,          ///< No heartbeat from topside.
-  kOperatorAbort,      ///< Topside says so.
-  kRetraceFailure,     ///< The way out could not be swum.
+  kOperatorAbort,      ///< Topside requested an abort.
+  kRetraceFailure,     ///< The exit path could not be swum.
   kInternalError,      ///< One of our own assertions failed.
 };
 inline constexpr std::size_t kFailsafeCount = 20;
 
 struct FailsafePolicy {
-  Rung rung = Rung::kAbortAndSurface;  ///< kNone: not watched.
-  double persistence_s = 0.0;          ///< The condition must hold without a break that long.
-  double clear_s = 5.0;                ///< ... and be gone that long before the rung is taken back.
-  double escalate_s = 60.0;  ///< replan, and hold in open water, become abort_and_surface then;
-                             ///< hold for want of range anywhere, for the way back was swum.
+  Rung rung = Rung::kAbortAndSurface;  ///< kNone: not monitored.
+  double persistence_s = 0.0;          ///< Uninterrupted time before the failsafe is active, s.
+  double clear_s = 5.0;                ///< Time without the condition before the rung ends, s.
+  /// Time after which replan, and hold in open water, become abort_and_surface, s. A hold caused by
+  /// kRangeLost becomes one under an overhead too, because the trail back was swum.
+  double escalate_s = 60.0;
 };
 
-/// What a failsafe is when a mission says nothing about it.
+/// Name and default policy of a failsafe.
 struct FailsafeTraits {
   FailsafeKind kind;
-  std::string_view name;  ///< In missions, events (failsafe.NAME) and logs.
+  std::string_view name;  ///< Name in missions, events (failsafe.NAME) and logs.
   FailsafePolicy policy;
-  std::string_view threshold_name;  ///< The attribute that sets it; empty: it has none.
+  std::string_view threshold_name;  ///< Attribute of the threshold; empty: no threshold.
   double threshold = 0.0;
-  bool in_missions = true;  ///< May a mission name it?
+  bool in_missions = true;  ///< True if a mission may name it.
 };
 [[nodiscard]] const FailsafeTraits& traits(FailsafeKind kind);
 [[nodiscard]] std::optional<FailsafeKind> find_failsafe(std::string_view name);
@@ -66,7 +67,7 @@ struct FailsafeTraits {
 
 /// Indexed by FailsafeKind.
 using FailsafePolicies = std::array<FailsafePolicy, kFailsafeCount>;
-using FailsafeConditions = std::array<bool, kFailsafeCount>;  ///< What is true this tick.
+using FailsafeConditions = std::array<bool, kFailsafeCount>;  ///< Conditions of one tick.
 
 [[nodiscard]] FailsafePolicies default_policies();
 
@@ -76,23 +77,23 @@ class FailsafeLadder {
 
   struct Change {
     Rung rung = Rung::kNone;
-    FailsafeKind cause = FailsafeKind::kLeak;  ///< The one that set the rung.
-    std::vector<FailsafeKind> competing;       ///< Others that are active.
-    bool escalated = false;                    ///< The cause's own rung has lasted too long.
+    FailsafeKind cause = FailsafeKind::kLeak;  ///< Failsafe that set the rung.
+    std::vector<FailsafeKind> competing;       ///< Other active failsafes.
+    bool escalated = false;                    ///< The rung of the cause lasted too long.
   };
-  /// One tick; a change of rung or of its cause, if there was one. `open_above`: hold escalates
+  /// Advances one tick; returns a change of the rung or of its cause. `open_above`: hold escalates
   /// only where the vehicle can ascend, except kRangeLost. Allocates only when there is a change.
   [[nodiscard]] std::optional<Change> update(Utime now, const FailsafeConditions& conditions,
                                              bool open_above);
 
-  /// Goes on from a rung that another ladder had reached.
+  /// Continues from the rung of another ladder, after a restart.
   void restore(Rung rung, FailsafeKind cause) {
     rung_ = rung;
     cause_ = cause;
   }
 
   [[nodiscard]] Rung rung() const { return rung_; }
-  /// The failsafe that set the present rung; meaningful above kNone.
+  /// Failsafe that set the present rung; undefined for kNone.
   [[nodiscard]] FailsafeKind cause() const { return cause_; }
   [[nodiscard]] bool is_active(FailsafeKind kind) const {
     return watches_[static_cast<std::size_t>(kind)].active_since.has_value();

@@ -16,7 +16,7 @@ GoalSequence::GoalSequence(const LegSettings& settings, std::vector<LegGoal> goa
 
 void GoalSequence::begin_next() {
   ++current_;
-  settings_.seed += 1000;  // each leg draws its own
+  settings_.seed += 1000;  // each leg draws from its own seed
   leg_.emplace(settings_, goals_[current_]);
 }
 
@@ -31,7 +31,7 @@ BehaviorOutput GoalSequence::step(const BehaviorInput& input) {
   if (output.done && current_ + 1 < goals_.size()) {
     begin_next();
     BehaviorInput next = input;
-    next.plan = nullptr;  // it was for the leg before
+    next.plan = nullptr;  // it answers a request of the previous leg
     output = leg_->step(next);
   }
   return output;

@@ -1,5 +1,5 @@
 #pragma once
-// goto and goal_sequence: one leg after the other, in the order written.
+// goto and goal_sequence: legs in the order written.
 
 #include <optional>
 #include <vector>
@@ -11,14 +11,14 @@ namespace dive::behaviors {
 
 class GoalSequence final : public Behavior {
  public:
-  /// At least one goal; begins with the one of index `first`.
+  /// Demands at least one goal; starts with the goal at index `first`.
   GoalSequence(const LegSettings& settings, std::vector<LegGoal> goals, std::size_t first = 0);
 
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   [[nodiscard]] bool needs_free_ahead() const override { return !leg_->is_backing_off(); }
   [[nodiscard]] bool request_alternative() override { return leg_->request_alternative(); }
-  /// Goes on to the next goal; false at the last one.
+  /// Continues with the next goal; false at the last one.
   [[nodiscard]] bool skip() override;
   [[nodiscard]] int goals_done() const override { return static_cast<int>(current_); }
 

@@ -1,5 +1,5 @@
 #pragma once
-// hold: keep depth and heading for a while.
+// hold: keep depth and heading for a given time.
 
 #include <optional>
 

@@ -9,7 +9,7 @@
 namespace dive::behaviors {
 namespace {
 
-// What two proofs of the same clearance may differ by: a share of it, and m.
+// Difference that two proofs of the same clearance may have: a share of it, and m.
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
@@ -111,7 +111,7 @@ bool Leg::is_following() const {
 bool Leg::take_answer(const BehaviorInput& input) {
   const PlanClient::Event answer = planner_.update(input);
   if (answer == PlanClient::Event::kFailed) {
-    // A path that is being followed stays certified: it is followed on.
+    // The path being followed stays certified, so that it is kept.
     recovery_.plan_failed(input.now);
     progress_.plan_failures = recovery_.failures();
     progress_.plan_failure = planner_.reason();
@@ -174,7 +174,7 @@ Failure Leg::back_off_if_needed(const BehaviorInput& input) {
 
 bool Leg::begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason) {
   if (!recovery_.begin_back_off(input, reason)) return false;
-  planner_.cancel();  // what comes now was planned from where it will not be
+  planner_.cancel();  // its answer would start where the vehicle no longer is
   raise(leg::BackOffBegun{});
   return true;
 }
@@ -259,7 +259,7 @@ BehaviorOutput Leg::dwell(const leg::Dwelling& dwelling, const BehaviorInput& in
   return output;
 }
 
-// `place_W`: instead of the goal.
+// `place_W`: a destination other than the goal.
 void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& output,
               const std::optional<Eigen::Vector3d>& place_W) {
   LegGoal goal = goal_;
@@ -281,20 +281,20 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   output.plan_cause = cause;
 }
 
-// z that a path may lead up to, m. The vehicle may always start where it is.
+// Highest z of a path, m. The vehicle may always start where it is.
 double Leg::highest(const Eigen::Vector3d& p_W) const {
   if (!settings_.max_rise) return settings_.limits.max_z;
   const double level = std::max(began_z_, goal_.position_W.z()) + *settings_.max_rise;
   return std::min(settings_.limits.max_z, std::max(level, p_W.z()));
 }
 
-// From the waypoint that is being left.
+// The rest of the path, from the waypoint last passed.
 std::span<const Pose> Leg::rest_of_path() const {
   const int segment = std::max(follower_.status().segment, 1);
   return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
 }
 
-// The path from the vehicle on, as far as it takes to stop.
+// The path from the vehicle onwards, over its stopping distance.
 std::vector<Pose> Leg::next_of_path(const Pose& X_WB) const {
   std::vector<Pose> next = {X_WB};
   double left = kStopSeconds * settings_.speed;
@@ -310,7 +310,8 @@ std::vector<Pose> Leg::next_of_path(const Pose& X_WB) const {
   return next;
 }
 
-// What is near the path farther on may have moved by then, or another path been found.
+// Obstacles farther along the path are ignored: they may move, or another path may be found, before
+// the vehicle gets there.
 bool Leg::is_cut_off(const BehaviorInput& input, double rest_m, double certified_m) const {
   if (rest_m <= 0.0) return true;
   const double least =

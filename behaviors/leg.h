@@ -1,6 +1,6 @@
 #pragma once
-// One leg: from wherever the vehicle is to one goal. Plans, follows, replans on its triggers while
-// it keeps following the path it has, and stays at the goal as long as asked. Where the path has
+// One leg: from the vehicle's position to one goal. Plans, follows the path, replans on its
+// triggers while it keeps following, and stays at the goal for the dwell time. Where the path has
 // lost its clearance nearer than the vehicle can stop, it holds and plans from there. In an unknown
 // environment it backs off along its trail, and observes a goal that it cannot reach.
 //
@@ -19,13 +19,13 @@
 
 namespace dive::behaviors {
 
-/// What holds for every leg of a mission.
+/// Settings that all legs of a mission share.
 struct LegSettings {
   double speed = 0.4;  ///< m/s
-  /// A vehicle that has drifted too near to something is let out at whatever clearance it has.
+  /// A vehicle that drifted too near to an obstacle may start with the clearance it has.
   planning::MotionLimits limits = {.reduced_clearance = 0.0};
-  /// Height that a path may lead above both where the leg began and its goal, m. Under an overhead
-  /// that is on no map the way up looks free: the sensor looks down.
+  /// Height by which a path may rise above both the leg's start and its goal, m. An overhead that
+  /// is on no map is not observed, because the sensor points down.
   std::optional<double> max_rise;
   ReplanPolicy replan;
   RecoveryOptions recovery;
@@ -40,7 +40,7 @@ struct LegGoal {
   double dwell_s = 0.0;
 };
 
-/// The question to the planner: from a pose to a goal under the settings of the mission.
+/// Request to the planner: from a pose to a goal, with the settings of the mission.
 [[nodiscard]] planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& goal,
                                                 const Pose& from_X_WB);
 
@@ -48,14 +48,14 @@ class Leg {
  public:
   Leg(const LegSettings& settings, LegGoal goal);
 
-  /// One tick. `done` once the goal was reached and the dwell is over; `failed` when there is no
-  /// path and the planner finds none, or the budget of replans is used up.
+  /// Advances one tick. `done` once the goal is reached and the dwell is over; `failed` when there
+  /// is no path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
   /// The path cannot be observed ahead: on the next tick the vehicle backs off a little, and plans
   /// from there. False where it does not back off, and when it has done so from here too often.
   [[nodiscard]] bool request_alternative();
-  /// Goes back along the trail, and not to where it has not been.
+  /// True while it goes back along the trail, where the vehicle has been.
   [[nodiscard]] bool is_backing_off() const;
 
  private:

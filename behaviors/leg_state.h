@@ -1,6 +1,6 @@
 #pragma once
-// The states of a leg, the events that it tells apart, and all transitions between them: what each
-// state needs stands in that state and nowhere else. README.md draws the same picture.
+// The states of a leg, its events and all transitions between them. Data that only one state needs
+// are members of that state. README.md has the diagram.
 
 #include <variant>
 
@@ -10,12 +10,12 @@
 
 namespace dive::behaviors::leg {
 
-/// Holds its place until the planner has found a path. Also after a failure, until the next plan.
+/// Holds its place until the planner has found a path, and after a failure until the next plan.
 struct Planning {
   vehicle::Command station;
   bool is_to_observe = false;  ///< The plan under way leads to a place to observe the goal from.
 };
-/// Follows a path to the goal, and plans the next one meanwhile.
+/// Follows a path to the goal while the next one is planned.
 struct Following {
   double certified_m = 0.0;  ///< Clearance of the path by the planner, m.
 };
@@ -39,7 +39,7 @@ struct PathToGoal {
 struct PathToObserve {
   double certified_m;
 };
-/// The path is cut off, or ended: beside the goal, or where the goal is to be observed.
+/// The path is cut off, or has ended beside the goal or at the place to observe it from.
 struct PathEnded {
   vehicle::Command station;
 };
@@ -47,8 +47,8 @@ struct GoalReached {
   vehicle::Command station;
   Utime now;
 };
-/// Too near to something, no clearance to turn onto the path, or another path is wanted; and there
-/// is a path back.
+/// Too near to an obstacle, no clearance to turn onto the path, or an alternative is requested; and
+/// there is a path back.
 struct BackOffBegun {};
 struct BackOffEnded {
   vehicle::Command station;

@@ -11,16 +11,18 @@ namespace {
 constexpr double kSameQuaternion = 0.1;     // of its norm, from 1
 constexpr double kMaxTurnRate = 35.0;       // rad/s: what the gyros of a vehicle can show
 constexpr double kMaxAcceleration = 160.0;  // m/s^2
-constexpr double kHighest = -5.0;           // m of depth: waves and a barometer's drift
+constexpr double kHighest = -5.0;           // m of depth: waves, and drift of a barometer
 constexpr double kDeepest = 500.0;          // m
-constexpr double kFrozenSeconds = 10.0;     // a sensor's last digit is never that quiet
-constexpr double kNoticeable = 0.15;        // m of depth that a sensor must show ...
-constexpr double kLag = 1.0;                // ... after so many s
-constexpr double kMoved = 0.3;              // m: farther is not the same place
-constexpr double kUnderWay = 0.1;           // m/s commanded, or ...
-constexpr double kFarFromDepth = 0.5;       // m from the depth commanded: the vehicle wants to move
-constexpr double kClimbing = 0.05;          // m/s that the flippers should make
-constexpr double kLegGrace = 30.0;          // s that a short leg may be late by
+constexpr double kFrozenSeconds = 10.0;     // a working sensor's noise shows within this time
+constexpr double kNoticeable = 0.15;        // m: a change of depth that the sensor must show
+constexpr double kLag = 1.0;                // s within which it must show it
+constexpr double kMoved = 0.3;              // m: a distance that counts as motion
+// The vehicle is meant to move if it is commanded this speed (m/s) or is this far from its
+// commanded depth (m).
+constexpr double kUnderWay = 0.1;
+constexpr double kFarFromDepth = 0.5;
+constexpr double kClimbing = 0.05;  // m/s: a vertical velocity expected from the efforts
+constexpr double kLegGrace = 30.0;  // s of delay allowed to a short leg
 
 }  // namespace
 
@@ -82,10 +84,10 @@ bool Monitors::is_silent(const Source& source, Utime now, double after_s) const 
 const FailsafeConditions& Monitors::update(const MonitorInput& input) {
   const bool wants_to_move = input.command.v > kUnderWay ||
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
-  if (!wants_to_move) {  // at rest even a good sensor may repeat itself
+  if (!wants_to_move) {  // at rest a working sensor may repeat its value
     if (!is_true(FailsafeKind::kImuLost)) imu_.changed = input.now;
-    // Blind it matters more than a false alarm does. Flippers that push all the time for the last
-    // of the way are no rest.
+    // Without attitude a missed failure is worse than a false alarm. Flippers that keep pushing
+    // over the last metres are not at rest.
     const bool pushes = std::abs(input.expected_climb) > kClimbing;
     if (!pushes && !is_true(FailsafeKind::kDepthLost) && !is_true(FailsafeKind::kImuLost)) {
       depth_.changed = input.now;
@@ -113,7 +115,7 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   };
   set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
                                   same_for(imu_) > kFrozenSeconds);
-  // A vehicle that should have risen or sunk, and a sensor that does not show it.
+  // The vehicle should have risen or sunk, and the sensor does not show it.
   const double dt = to_seconds(input.now - last_update_);
   last_update_ = input.now;
   expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;

@@ -1,7 +1,7 @@
 #pragma once
-// What the failsafes watch, from raw samples to conditions. A sample that no working sensor can
-// send (NaN, a quaternion that is none, a depth beyond the ocean) is not passed on and counts as
-// one that did not arrive, so that a broken sensor and a silent one are the same thing.
+// From raw samples to the conditions of the failsafes. A sample that no working sensor can send
+// (NaN, a quaternion without unit norm, an impossible depth) is discarded, so that a broken sensor
+// and a silent one are treated alike.
 
 #include <array>
 #include <optional>
@@ -21,30 +21,30 @@ namespace dive::behaviors {
 [[nodiscard]] bool is_plausible(const DepthSample& sample);
 [[nodiscard]] bool is_plausible(const HealthSample& sample);
 
-/// What a mission allows.
+/// Limits of the mission.
 struct MonitorLimits {
-  std::array<double, kFailsafeCount> threshold{};  ///< By FailsafeKind; see FailsafeTraits.
+  std::array<double, kFailsafeCount> threshold{};  ///< Indexed by FailsafeKind; FailsafeTraits.
   double max_depth = 0.0;                          ///< m
   double min_altitude = 0.0;                       ///< m
   double mission_timeout_s = 0.0;
-  bool watches_range = false;          ///< In unknown water.
-  std::vector<Eigen::Vector2d> fence;  ///< Corners in W, in order, three or more; empty: none.
+  bool watches_range = false;          ///< True in an unknown environment.
+  std::vector<Eigen::Vector2d> fence;  ///< Three or more corners in W, in order; empty: no fence.
 };
 
-/// What the executive knows this tick.
+/// Quantities of one tick.
 struct MonitorInput {
   Utime now = 0;
-  double elapsed_s = 0.0;  ///< Since the mission started.
+  double elapsed_s = 0.0;  ///< Time since the mission started, s.
   const estimation::StateEstimate* estimate = nullptr;
-  std::optional<double> altitude_m;  ///< Above the ground straight below; none where there is none.
-  vehicle::Command command;          ///< The last one.
-  double expected_climb = 0.0;       ///< m/s, upwards, that the flippers should make.
-  double leg_elapsed_s = 0.0;        ///< Since the leg began.
-  double leg_expected_s = 0.0;       ///< For the leg at the mission's speed; 0: not on a leg.
-  int plan_failures = 0;             ///< In a row.
+  std::optional<double> altitude_m;  ///< Height above the ground; empty without ground below.
+  vehicle::Command command;          ///< Command of the previous tick.
+  double expected_climb = 0.0;       ///< Upward velocity expected from the efforts, m/s.
+  double leg_elapsed_s = 0.0;        ///< Time since the leg began, s.
+  double leg_expected_s = 0.0;       ///< Duration of the leg at the mission's speed, s; 0: no leg.
+  int plan_failures = 0;             ///< Number of failed plans in a row.
   bool out_of_replans = false;
   bool operator_abort = false;
-  bool rises = false;  ///< Straight up, in open water: it needs no eyes for that.
+  bool rises = false;  ///< A vertical ascent in open water, for which no range data are needed.
   bool retrace_failed = false;
 };
 
@@ -52,15 +52,15 @@ class Monitors {
  public:
   explicit Monitors(MonitorLimits limits);
 
-  /// Samples as they arrive, at `now`; false when implausible or older than the last: not to be
-  /// used.
+  /// Records a sample that arrives at `now`; false if it is implausible or older than the last one
+  /// and must not be used.
   [[nodiscard]] bool accept(Utime now, const ImuSample& sample);
   [[nodiscard]] bool accept(Utime now, const DepthSample& sample);
   [[nodiscard]] bool accept(Utime now, const HealthSample& sample);
   void heartbeat(Utime now) { heartbeat_ = now; }
-  /// Something was seen, at `scan_utime`.
+  /// Records the time of a mapped scan.
   void saw(Utime scan_utime) { seen_ = scan_utime; }
-  /// Silence counts from here for sensors that never spoke.
+  /// Start of the silence of sensors that never sent a sample.
   void start(Utime now);
 
   /// Allocates nothing.
@@ -71,7 +71,7 @@ class Monitors {
   }
 
  private:
-  /// When a source was last heard, and since when it has said the same.
+  /// Times of the last sample and of the last change of its value.
   struct Source {
     std::optional<Utime> heard;
     Utime sampled = 0;
@@ -94,14 +94,14 @@ class Monitors {
   Source imu_, depth_, power_;
   Eigen::Vector4d last_q_ = Eigen::Vector4d::Zero();
   double last_depth_m_ = 0.0;
-  double expected_rise_m_ = 0.0;  ///< Since the depth sensor last said something new.
+  double expected_rise_m_ = 0.0;  ///< Expected rise since the measured depth last changed, m.
   Utime last_update_ = 0;
   HealthSample health_;
   std::optional<Utime> heartbeat_;
   std::optional<Utime> seen_;
   Utime started_ = 0;
-  std::optional<Eigen::Vector3d> anchor_W_;  ///< Where it was when it last got anywhere ...
-  Utime anchored_ = 0;                       ///< ... and when.
+  std::optional<Eigen::Vector3d> anchor_W_;  ///< Position at the last progress.
+  Utime anchored_ = 0;                       ///< Time of the last progress, us.
 };
 
 }  // namespace dive::behaviors

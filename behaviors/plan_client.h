@@ -1,6 +1,6 @@
 #pragma once
-// A behaviour's conversation with the planner: one question at a time, and an answer, or none in
-// time. What a behaviour asks is its own affair; when it has failed is decided here, for all.
+// A behaviour's exchange with the planner: one request at a time, its answer, and its timeout. What
+// counts as a failure is decided here for all behaviours.
 
 #include <string>
 
@@ -12,19 +12,19 @@ class PlanClient {
  public:
   enum class Event {
     kNone,
-    kPath,    ///< BehaviorInput::plan is the answer, with a path that may be followed.
-    kFailed,  ///< The answer has no path, or there was none within kPlanTimeout: see reason().
+    kPath,    ///< BehaviorInput::plan is the answer and has a path that may be followed.
+    kFailed,  ///< The answer has no path, or none came within kPlanTimeout: see reason().
   };
 
-  /// The request goes out this tick. An earlier one that is still open is dropped.
+  /// Records a request sent in this tick. An earlier open request is dropped.
   void ask(Utime now);
-  /// What comes now was planned for another situation: it is ignored.
+  /// Drops the open request; its answer will be ignored.
   void cancel() { is_pending_ = false; }
-  /// Once a tick, before anything else. Answers to what was not asked are ignored.
+  /// Called once per tick before anything else. Answers without a request are ignored.
   [[nodiscard]] Event update(const BehaviorInput& input);
 
   [[nodiscard]] bool is_pending() const { return is_pending_; }
-  /// Why the last question failed; empty when it did not.
+  /// Reason of the failure of the last request; empty if it did not fail.
   [[nodiscard]] const std::string& reason() const { return reason_; }
 
  private:

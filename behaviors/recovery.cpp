@@ -10,10 +10,10 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kNearlyThere = 0.3;    // m from a place: it is in no direction
-constexpr double kApproachStep = 0.25;  // m between the places that are tried
+constexpr double kNearlyThere = 0.3;    // m: within it a place has no meaningful bearing
+constexpr double kApproachStep = 0.25;  // m between the places tried
 
-// On the spot, until the bow points along `way`.
+// A turn on the spot until the bow points along `way`.
 std::array<Pose, 2> turn_along(const Eigen::Vector3d& way, const Pose& X_WB) {
   return {X_WB, Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))}};
 }
@@ -131,8 +131,8 @@ bool LegRecovery::can_turn_onto(std::span<const Pose> path, const BehaviorInput&
   return true;
 }
 
-// Farther each time from one place: what blocks the path may take a while to go, and where there is
-// little clearance the vehicle cannot lie still.
+// The distance grows with each attempt from one place: an obstacle may need time to leave, and with
+// little clearance the vehicle cannot keep station.
 bool LegRecovery::begin_back_off(const BehaviorInput& input, BackOffReason reason) {
   const int count = back_off_.count_at(input.estimate->X_WB.p);
   BackOff::Asked nearest;
@@ -168,7 +168,7 @@ void TrailRecovery::path_lost(const Eigen::Vector3d& p_W) {
   if (made_progress && detours_ < options_.max_detours) {
     tries_ = 0;
     blocked_since_.reset();
-    detour_from_W_.reset();  // it counts once
+    detour_from_W_.reset();  // progress counts once
   }
   if (observed_from_W_ && (p_W - *observed_from_W_).norm() > options_.observe_again_m) {
     observations_ = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// What a behaviour does about an obstruction, and when it gives up. The behaviour does it; which
-// step comes next, from where and how often is decided here. README.md has the order of the steps.
+// Recovery from obstructions: which step comes next, from where and how often, and when to give up.
+// The behaviour executes the steps. README.md has their order.
 
 #include <optional>
 #include <span>

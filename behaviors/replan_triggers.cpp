@@ -3,7 +3,7 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kNearer = 0.2;  // m: less is no progress
+constexpr double kNearer = 0.2;  // m: least reduction of the distance that counts as progress
 
 }  // namespace
 
@@ -46,12 +46,12 @@ ReplanCause ReplanTriggers::update(Utime now, const ReplanSignals& signals) {
   if (to_seconds(now - path_start_) < policy_.min_interval_s) return ReplanCause::kNone;
   kept_ = ReplanCause::kNone;
   if (cause == ReplanCause::kNone || !take_one()) return ReplanCause::kNone;
-  path_start_ = now;  // the next one counts from this request, answered or not
+  path_start_ = now;  // the interval starts at this request, answered or not
   nearest_m_.reset();
   return cause;
 }
 
-// The most urgent last. Events are kept, conditions come again.
+// The most urgent cause is the last one set. Events are kept; conditions persist by themselves.
 ReplanCause ReplanTriggers::pending(Utime now, const ReplanSignals& signals) {
   if (!policy_.deviation_m || signals.deviation_m <= *policy_.deviation_m) {
     deviating_since_.reset();

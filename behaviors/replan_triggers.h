@@ -1,5 +1,5 @@
 #pragma once
-// When a path being followed is replanned.
+// Triggers that replan the path being followed.
 
 #include <optional>
 
@@ -8,16 +8,15 @@
 namespace dive::behaviors {
 
 struct ReplanPolicy {
-  std::optional<double> period_s;     ///< Every so often.
-  std::optional<double> deviation_m;  ///< When further from the path than this.
-  std::optional<double>
-      clearance_m;  ///< When the map shows something nearer to the path than this.
-  std::optional<double> no_progress_s;  ///< When so long no nearer to the goal.
-  bool map_change = true;               ///< When the map shows something in the path.
-  bool estimator_switch = true;         ///< When another estimator has taken over.
+  std::optional<double> period_s;       ///< Time between replans, s.
+  std::optional<double> deviation_m;    ///< Distance from the path, m.
+  std::optional<double> clearance_m;    ///< Clearance of the rest of the path, m.
+  std::optional<double> no_progress_s;  ///< Time without progress towards the goal, s.
+  bool map_change = true;               ///< Replan when an obstacle blocks the path.
+  bool estimator_switch = true;         ///< Replan when the active estimator changes.
   double deviation_persistence_s = 0.5;
-  double min_interval_s = 2.0;  ///< Between two replans, whatever the trigger.
-  int max_replans = 50;         ///< Per leg: a vehicle must not replan for ever.
+  double min_interval_s = 2.0;  ///< Least time between two replans, whatever the trigger, s.
+  int max_replans = 50;         ///< Budget of a leg: a vehicle must not replan for ever.
 };
 
 enum class ReplanCause {
@@ -28,18 +27,18 @@ enum class ReplanCause {
   kNoProgress,
   kMapChanged,
   kEstimatorSwitched,
-  kDemanded,  ///< By a failsafe.
+  kDemanded,  ///< Requested by a failsafe.
 };
 
 [[nodiscard]] const char* to_string(ReplanCause cause);
 
-/// What the triggers look at, every tick.
+/// Inputs of the triggers, every tick.
 struct ReplanSignals {
   double deviation_m = 0.0;
   double distance_to_go_m = 0.0;
-  /// Of the rest of the path to what the map shows now; only when that has changed.
+  /// Clearance of the rest of the path in the map as it is now; only if the map has changed.
   std::optional<double> new_clearance_m;
-  bool path_blocked = false;  ///< ... and that is less than the leg may have.
+  bool path_blocked = false;  ///< True if that clearance is less than the leg allows.
   bool estimator_switched = false;
   bool demanded = false;
 };
@@ -50,10 +49,10 @@ class ReplanTriggers {
 
   /// A new path is being followed from `now` on.
   void path_started(Utime now);
-  /// One tick. Anything but kNone asks for a replan and counts against the budget. What happens
-  /// between two replans that are too close together is kept until the next may be.
+  /// Advances one tick. Every result but kNone requests a replan and is taken from the budget. An
+  /// event within min_interval_s of a replan is kept until the interval is over.
   [[nodiscard]] ReplanCause update(Utime now, const ReplanSignals& signals);
-  /// Takes one from the budget for a cause of the caller's own; false when it is used up.
+  /// Takes a replan from the budget for the caller; false if the budget is used up.
   [[nodiscard]] bool take_one();
   [[nodiscard]] int replans() const { return replans_; }
 
@@ -63,8 +62,8 @@ class ReplanTriggers {
   ReplanPolicy policy_;
   Utime path_start_ = 0;
   std::optional<Utime> deviating_since_;
-  std::optional<double> nearest_m_;  ///< To the goal, so far ...
-  Utime nearest_at_ = 0;             ///< ... and when.
+  std::optional<double> nearest_m_;  ///< Least distance to the goal so far, m.
+  Utime nearest_at_ = 0;             ///< Time of that distance, us.
   ReplanCause kept_ = ReplanCause::kNone;
   int replans_ = 0;
 };

@@ -8,17 +8,17 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kCaptureRadius = 0.5;
-constexpr double kGraceSeconds = 60.0;  // beside kSlow times what the path takes at full speed
+constexpr double kGraceSeconds = 60.0;  // s added to kSlow times the path's time at full speed
 constexpr double kSlow = 4.0;
-constexpr int kMaxArrivals = 5;        // at places that turn out not to be open
-constexpr double kBeyond = 1.0;        // m of open water to be swum into, if the trail has them
+constexpr int kMaxArrivals = 5;        // at places that turn out to have an overhead
+constexpr double kBeyond = 1.0;        // m to swim into open water, if the trail is that long
 constexpr double kAtRest = 0.08;       // m/s
-constexpr double kStopSeconds = 4.0;   // it has stopped by then, whatever is estimated
+constexpr double kStopSeconds = 4.0;   // s after which it has stopped, whatever the estimate
 constexpr double kLevel = 0.15;        // rad of tilt
 constexpr double kStillTurning = 0.2;  // rad/s
-constexpr double kLevelSeconds = 4.0;  // it is level by then
-constexpr double kBearingFrom = 1.0;   // m: the first point of the trail that gives a bearing
-constexpr double kAhead = 15.0;        // m: farther off it is judged when it comes nearer
+constexpr double kLevelSeconds = 4.0;  // s after which it is level
+constexpr double kBearingFrom = 1.0;   // m: distance of the first point that gives a bearing
+constexpr double kAhead = 15.0;        // m of the path that are checked at a time
 
 const char* to_string(retrace::Loss cause) {
   switch (cause) {
@@ -65,8 +65,8 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station(input.estimate->X_WB);
   if (!input.attitude_known) {
-    since_ = input.now;             // it does not count
-    output.done = input.can_go_up;  // without attitude it finds no better place
+    since_ = input.now;             // time without attitude does not count
+    output.done = input.can_go_up;  // without attitude it cannot reach a better place
     return output;
   }
   if (input.can_go_up && is_stopping()) {
@@ -110,7 +110,7 @@ bool Retrace::is_stopping() const {
          std::holds_alternative<retrace::Arrived>(state_);
 }
 
-// A vehicle that comes upon an overhead must not take its edge for open water while it coasts.
+// A vehicle that coasts under an overhead must not take its edge for open water.
 bool Retrace::has_stopped(const BehaviorInput& input) const {
   return input.estimate->v_WB_B.norm() < kAtRest || to_seconds(input.now - *since_) > kStopSeconds;
 }
@@ -119,8 +119,8 @@ Eigen::Quaterniond Retrace::stopping_attitude(const estimation::StateEstimate& e
   return from_rpy(0.0, 0.0, drift_stop_.heading(estimate.X_WB.q, estimate.v_WB_B));
 }
 
-// Turning back at speed, or on its side, leads the vehicle off what was swum and its position
-// estimate off the vehicle.
+// A turn at speed, or on its side, takes the vehicle off the trail and makes its position estimate
+// wrong.
 void Retrace::stop(retrace::Stopping& stopping, const BehaviorInput& input,
                    BehaviorOutput& output) {
   const Pose& X_WB = input.estimate->X_WB;
@@ -186,7 +186,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   if (status.finished) arrive(input, output);
 }
 
-// There, if the vehicle comes to rest where it can go up; else on to where it can.
+// Arrived if the vehicle comes to rest with open water above; else on to where there is.
 void Retrace::arrive(const BehaviorInput& input, BehaviorOutput& output) {
   const bool leads_to_trail = recovery_.is_patient() && is_off_trail_;
   if (!leads_to_trail && ++arrivals_ > kMaxArrivals) output.failed = Failure::kExhausted;
@@ -195,14 +195,14 @@ void Retrace::arrive(const BehaviorInput& input, BehaviorOutput& output) {
   raise(retrace::EndReached{});
 }
 
-// What is left of the path, as far as kAhead.
+// The rest of the path, up to kAhead.
 bool Retrace::is_blocked(PathJudge& changes) const {
   const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
   const double clearance = changes.clearance(beginning(follower_.path().subspan(behind), kAhead));
   return clearance <= (is_off_trail_ ? 0.0 : recovery_.needed_on_trail_m());
 }
 
-// Only what blocks the path may go away.
+// Only an obstacle on the path may move away.
 void Retrace::lose_path(retrace::Loss cause, const BehaviorInput& input) {
   recovery_.path_lost(input.estimate->X_WB.p);
   station_.reset();
@@ -211,13 +211,14 @@ void Retrace::lose_path(retrace::Loss cause, const BehaviorInput& input) {
   raise(retrace::PathLost{cause});
 }
 
-// Where it is, as long as it is kept there.
+// The present place, for as long as it is kept.
 vehicle::Command& Retrace::station(const Pose& X_WB) {
   if (!station_) station_ = station_keeping(std::max(-X_WB.p.z(), 0.0), to_rpy(X_WB.q).z());
   return *station_;
 }
 
-// To where the trail leads out: the map drops what has gone when the sensor observes the place.
+// Bow towards the trail's exit: the map drops an obstacle once the sensor observes free space
+// there.
 void Retrace::begin_observation(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   recovery_.observation_begun(X_WB.p, input.now);

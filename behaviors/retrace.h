@@ -1,10 +1,9 @@
 #pragma once
-// retrace: back along the breadcrumb trail to the last point with open water above. The vehicle
-// swam that path once, so it is known to be free, unless the map has shown something on it since.
-// Then, and when the vehicle makes no progress, a detour is planned, with less and less clearance.
-// With open water above it stops, checks again, and is done. Before it turns back it stops as it is
-// and comes level. Without attitude it cannot swim: it waits, and is done as soon as there is open
-// water above.
+// retrace: back along the breadcrumb trail to the last point with open water above. The vehicle has
+// swum that path, so it is free unless an obstacle has been mapped on it since. In that case, and
+// when the vehicle makes no progress, a detour is planned, each time with less clearance. With open
+// water above the vehicle stops, checks again, and is done. Before it turns back it stops and comes
+// level. Without attitude it cannot swim: it waits, and is done once there is open water above.
 //
 // Its states and transitions: retrace_state.h. What is tried next, and how often: recovery.h.
 
@@ -24,23 +23,23 @@ namespace dive::behaviors {
 
 class Retrace final : public Behavior {
  public:
-  /// Keeps a reference to the trail. `changes` judges it against all that the map has shown since
-  /// the dive began; null: nothing.
+  /// Keeps a reference to the trail. `changes` measures its clearance to all obstacles mapped since
+  /// the dive began; null: none.
   Retrace(const Trail& trail, const LegSettings& settings, PathJudge* changes);
 
   /// `failed` (kExhausted) when the trail never saw open water, or neither the trail nor any
   /// planned path can be swum.
   ///
-  /// In an unknown environment (BlockedTrailOptions::wait_s) what blocks the trail may go away, and
-  /// no other path out is known: the vehicle observes the trail for a while, then plans a detour
-  /// back onto the trail and hardly higher than that, and so on for as long as it may.
+  /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and
+  /// no other exit path is known: the vehicle observes the trail for a while, then plans a detour
+  /// back onto the trail and hardly above it, and repeats this until the time is over.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
   [[nodiscard]] bool needs_free_ahead() const override { return is_off_trail_; }
   [[nodiscard]] bool request_alternative() override { return alternative_requested_ = true; }
 
  private:
-  // One tick in a state. The command of `output` is to hold the place; each changes what differs.
+  // One tick in a state. `output` starts as the command to keep station.
   void run(const BehaviorInput& input, BehaviorOutput& output, bool wants_alternative = false);
   void stop(retrace::Stopping& stopping, const BehaviorInput& input, BehaviorOutput& output);
   void come_level(Utime since, const BehaviorInput& input, BehaviorOutput& output);
@@ -49,7 +48,7 @@ class Retrace final : public Behavior {
   void observe_trail(Utime since, const BehaviorInput& input, BehaviorOutput& output);
   void plan_detour(retrace::Loss cause, const BehaviorInput& input, BehaviorOutput& output);
 
-  // What leads from state to state.
+  // Transitions between states.
   void raise(const retrace::Event& event) { state_ = retrace::transition(state_, event); }
   void begin_trail(const BehaviorInput& input);
   void arrive(const BehaviorInput& input, BehaviorOutput& output);
@@ -76,11 +75,11 @@ class Retrace final : public Behavior {
   DriftStop drift_stop_;
   Progress progress_;
   std::optional<Utime> since_;  ///< Time at which it began to stop, or to follow; with attitude.
-  std::optional<vehicle::Command> station_;          ///< Place that it holds; none while following.
-  Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< End of the trail's path out.
-  bool is_off_trail_ = false;           ///< It has followed a detour, and the trail not since.
-  bool alternative_requested_ = false;  ///< Since the last tick.
-  int arrivals_ = 0;                    ///< At places that were to be open water.
+  std::optional<vehicle::Command> station_;          ///< Station kept; empty while following.
+  Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< End of the exit path along the trail.
+  bool is_off_trail_ = false;           ///< On a detour, or since one not back on the trail.
+  bool alternative_requested_ = false;  ///< Requested since the last tick.
+  int arrivals_ = 0;                    ///< Number of arrivals at expected open water.
 };
 
 }  // namespace dive::behaviors

@@ -1,9 +1,9 @@
 #pragma once
-// The states of a retrace, the events that it tells apart, and all transitions between them: what
-// each state needs stands in that state and nowhere else. README.md draws the same picture.
+// The states of a retrace, its events and all transitions between them. Data that only one state
+// needs are members of that state. README.md has the diagram.
 //
-// Whatever the state: without attitude the vehicle holds its place. With open water above it stops
-// and is done, in Stopping, Levelling and Arrived.
+// In every state: without attitude the vehicle holds its place. In Stopping, Levelling and Arrived
+// it is done once it has stopped with open water above.
 
 #include <optional>
 #include <variant>
@@ -15,18 +15,18 @@
 
 namespace dive::behaviors::retrace {
 
-/// Why a path is not followed any further.
+/// Reason why a path is abandoned.
 enum class Loss {
-  kBlocked,       ///< Something is on it; in an unknown environment that may go away.
+  kBlocked,       ///< An obstacle is on it; in an unknown environment it may move.
   kUnobservable,  ///< It leads where the sensor cannot observe free space.
   kNoProgress,    ///< It takes too long.
 };
 
-/// Stops as it is.
+/// Stops in its present attitude.
 struct Stopping {
-  std::optional<Eigen::Quaterniond> q_WB;  ///< Attitude that it had first below an overhead.
+  std::optional<Eigen::Quaterniond> q_WB;  ///< First attitude below an overhead.
 };
-/// Comes level, before it turns back.
+/// Comes level before it turns back.
 struct Levelling {
   Utime since = 0;
 };
@@ -34,13 +34,13 @@ struct Levelling {
 struct FollowingTrail {
   double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
 };
-/// Follows a planned path around what blocks the trail.
+/// Follows a planned path around the obstacle on the trail.
 struct FollowingDetour {
   double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
 };
 /// At the end of the trail, or of a detour.
 struct Arrived {};
-/// Holds its place with the bow along the trail: the map drops what the sensor no longer observes.
+/// Holds its place with the bow along the trail: the map drops an obstacle that is no longer there.
 struct ObservingTrail {
   Utime since = 0;
 };
@@ -57,8 +57,8 @@ using State = std::variant<Stopping, Levelling, FollowingTrail, FollowingDetour,
 struct Stopped {
   Utime now;
 };
-/// It is level, at the end of a path, or has observed the trail: what is left of the trail is
-/// found.
+/// The rest of the trail was found, after it came level, reached the end of a path, or observed the
+/// trail.
 struct TrailFound {
   double allowed_s;
 };
@@ -67,7 +67,7 @@ struct EndReached {};
 struct PathLost {
   Loss cause;
 };
-/// The path is blocked, or no detour was found: what blocks the trail may go away.
+/// The path is blocked, or there is no detour, and the obstacle may move.
 struct ObservationBegun {
   Utime now;
 };

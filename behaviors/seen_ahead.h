@@ -1,12 +1,14 @@
 #pragma once
-// How fast a vehicle in unknown water may swim: no faster than it can stop within what it has seen.
+// The highest speed in an unknown environment: the one from which the vehicle can stop within the
+// space that it has observed free.
 //
-// It goes on at v for the reaction time t_r, until what appears has become a command, and then
-// comes to rest with the time constant tau of its own drag, over v tau. So that it stops `margin`
-// short of where its sight ends its speed may be
+// It continues at v for the reaction time t_r, until a new obstacle has changed the command, and
+// then comes to rest by drag with the time constant tau, over v tau. To stop `margin` before the
+// end of the observed space it may swim at
 //     v_max = max(0, (seen_ahead - travelled since that scan - margin) / (t_r + tau)).
-// A command takes tau as well to become speed: told v_max as that falls, the vehicle would be
-// faster all the time, and stop 0.1 m beyond its sight. What is commanded is therefore at most
+// Speed follows the command with tau as well: commanded v_max while v_max falls, the vehicle would
+// always be faster than that and stop 0.1 m beyond the observed space. The command is therefore at
+// most
 //     clamp(v_max - 3 (v - v_max), 0, v_max).
 
 #include <array>
@@ -20,8 +22,8 @@
 namespace dive::behaviors {
 
 struct SeenAheadOptions {
-  bool stops_within_sight = true;  ///< False: what was not seen is taken for water.
-  double stale_s = 1.0;            ///< A scan that is older shows nothing any more: no way ahead.
+  bool stops_within_sight = true;  ///< False: unobserved space counts as free.
+  double stale_s = 1.0;            ///< Age of a scan after which nothing ahead is free, s.
   double margin_m = 0.25;
   double reaction_s = 0.2;
   double time_constant_s = 1.0;
@@ -31,17 +33,17 @@ class SeenAhead {
  public:
   explicit SeenAhead(SeenAheadOptions options) : options_(options) {}
 
-  /// One tick: where the vehicle is now.
+  /// Records the position of a tick.
   void advance(Utime now, const Eigen::Vector3d& p_W);
-  /// The newest scan, not after the last tick, showed `seen_ahead_m` of water.
+  /// Records the free distance ahead in the newest scan, m, measured not after the last tick.
   void hear(Utime scan_utime, double seen_ahead_m);
 
-  /// m/s that may be commanded to a vehicle that swims forward at `speed`: 0 before the first scan
-  /// and after one that is stale, infinite where nothing limits it.
+  /// Highest command (m/s) for a vehicle that swims forward at `speed`: 0 before the first scan and
+  /// after a stale one, infinite without a limit.
   [[nodiscard]] double max_command(Utime now, double speed) const;
 
  private:
-  /// How far it had swum when.
+  /// Distance swum by a time.
   struct Mark {
     Utime utime = 0;
     double swum_m = 0.0;
@@ -49,12 +51,12 @@ class SeenAhead {
   struct Scan {
     Utime utime = 0;
     double seen_ahead_m = 0.0;
-    double swum_m = 0.0;  ///< By then.
+    double swum_m = 0.0;  ///< Distance swum by then, m.
   };
 
   SeenAheadOptions options_;
-  std::array<Mark, 256> marks_;  ///< A ring: five seconds of ticks.
-  std::size_t count_ = 0;        ///< Of all marks so far.
+  std::array<Mark, 256> marks_;  ///< Ring buffer of five seconds of ticks.
+  std::size_t count_ = 0;        ///< Number of marks so far.
   std::optional<Eigen::Vector3d> last_W_;
   double swum_m_ = 0.0;
   std::optional<Scan> scan_;

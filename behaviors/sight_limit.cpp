@@ -6,15 +6,15 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kPatience = 12.0;       // s without getting on ...
-constexpr double kGotOn = 1.0;           // ... which is m
-constexpr double kElsewhere = 0.8;       // rad
-constexpr double kSlack = 0.015;         // m/s; less is let be, ...
-constexpr double kPush = 2.0;            // ... what is missing is asked for so many times over ...
-constexpr double kMostPush = 0.3;        // ... and no more than that, or than was told, m/s
-constexpr double kSharp = 0.4;           // rad still to be turned: from here on ...
-constexpr double kTurnSpeed = 0.06;      // ... no faster, m/s, ...
-constexpr double kAllButStopped = 0.12;  // ... and not before it is as slow as this, m/s
+constexpr double kPatience = 12.0;       // s of a wait without progress
+constexpr double kGotOn = 1.0;           // m that count as progress
+constexpr double kElsewhere = 0.8;       // rad: a change of heading that restarts the wait
+constexpr double kSlack = 0.015;         // m/s: a smaller difference of speed is ignored
+constexpr double kPush = 2.0;            // gain on the difference of speed
+constexpr double kMostPush = 0.3;        // m/s: bound of the compensation, as is the command
+constexpr double kSharp = 0.4;           // rad still to turn: a sharp turn
+constexpr double kTurnSpeed = 0.06;      // m/s: bound of the forward speed in a sharp turn
+constexpr double kAllButStopped = 0.12;  // m/s: speed below which a sharp turn may start
 
 }  // namespace
 

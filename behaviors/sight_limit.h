@@ -1,5 +1,5 @@
 #pragma once
-// In unknown water: what a vehicle may do of what it is told, by what it has seen.
+// Limits on the command in an unknown environment, by the space observed free.
 
 #include <optional>
 
@@ -11,45 +11,46 @@
 
 namespace dive::behaviors {
 
-/// No faster than it can stop, not up to where it did not look, and not for ever at the edge of its
-/// sight.
+/// Limits the speed to what allows a stop in observed space, forbids an ascent into unobserved
+/// space, and ends the wait at the edge of the observed space.
 class SightLimit {
  public:
   explicit SightLimit(SeenAheadOptions options) : ahead_(options) {}
 
-  /// As SeenAhead's.
+  /// See SeenAhead.
   void advance(Utime now, const Eigen::Vector3d& p_W) { ahead_.advance(now, p_W); }
   void hear(Utime scan_utime, double seen_ahead_m) { ahead_.hear(scan_utime, seen_ahead_m); }
 
-  /// Takes from `command` what cannot be seen to be safe. `leaf_now` is the behaviours' clock.
+  /// Removes from `command` the motion into space not observed free. `leaf_now` is the behaviours'
+  /// clock.
   void apply(Utime now, Utime leaf_now, const estimation::StateEstimate& estimate,
              vehicle::Command& command);
   /// True when the vehicle has turned towards its path for long enough and still does not observe
   /// it: most likely the path leads up behind an obstacle. The wait begins again with the next
   /// call, and whenever the commanded heading changes.
   [[nodiscard]] bool waits_in_vain(Utime leaf_now);
-  /// Another behaviour begins: it has not waited yet.
+  /// Resets the wait, when another behaviour starts.
   void stop_waiting() { waiting_.reset(); }
 
  private:
-  /// Since when and where the vehicle waits to see more.
+  /// A wait for new observations.
   struct Waiting {
     Utime since = 0;
     Eigen::Vector3d p_W;
-    double yaw = 0.0;  ///< rad, that it is told.
+    double yaw = 0.0;  ///< Commanded heading, rad.
   };
 
   SeenAhead ahead_;
   std::optional<Waiting> waiting_;
-  std::optional<double> blocked_depth_;  ///< Where it came to the end of its sight, m.
+  std::optional<double> blocked_depth_;  ///< Depth at the edge of the observed space, m.
 };
 
-/// A vehicle that turns under way slides on, for seconds, stern first or sideways, and nothing on
-/// board can stop a slide sideways; and a slow vehicle that is pushed back stays behind: the
-/// autopilot steers its speed by what it has commanded, and the drag of a slow hull is next to
-/// nothing. At `surge` (m/s, negative: astern) this asks for more, or less, than was commanded.
-/// From `yaw` (rad) a sharp turn begins only when the vehicle has all but stopped, and gathers no
-/// way before it has ended. To be called after any limit by sight: that must not forbid to stop.
+/// Compensates the difference between the commanded speed and the measured `surge` (m/s, negative:
+/// astern). The autopilot controls speed without feedback and the drag of a slow hull is very
+/// small, so that a vehicle pushed back would not recover. A vehicle that turns under way slides
+/// stern first or sideways for seconds, and no flipper can stop a sideways slide: from `yaw` (rad)
+/// a sharp turn starts only when the vehicle has almost stopped, and there is no forward speed
+/// until it is over. Call it after all speed limits, because they must not prevent braking.
 void hold_speed(double surge, double yaw, vehicle::Command& command);
 
 }  // namespace dive::behaviors

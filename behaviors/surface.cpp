@@ -5,9 +5,9 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kAboveSurface = -1.0;     // m of depth, to be pushed against
-constexpr double kPatience = 2.0;          // times the ascent it should take ...
-constexpr double kPatienceSeconds = 10.0;  // ... and so long besides
+constexpr double kAboveSurface = -1.0;     // m of depth: keeps the effort upwards at the surface
+constexpr double kPatience = 2.0;          // an ascent without depth lasts this many times as long
+constexpr double kPatienceSeconds = 10.0;  // as expected, and this many s more
 
 }  // namespace
 
@@ -16,20 +16,20 @@ Surface::Surface(SurfaceOptions options)
   progress_.leg = "surface";
 }
 
-// Nothing where there is clearance, or no path to any.
+// Empty if there is clearance, or no path to a place that has it.
 std::optional<vehicle::Command> Surface::back_off(const BehaviorInput& input) {
   if (!input.depth_known || !input.attitude_known) may_back_off_ = false;
   if (!may_back_off_ || options_.clearance <= 0.0) return std::nullopt;
   if (!back_off_.is_under_way()) {
     BehaviorInput now = input;
-    now.map_changed = input.seen != nullptr;  // it looks at once
+    now.map_changed = input.seen != nullptr;  // measures the clearance at once
     may_back_off_ =
         back_off_.is_needed(now) &&
         back_off_.begin(now, {.most_m = options_.back_off.max_distance_to_ascend_m, .open = true});
     if (!may_back_off_) return std::nullopt;
   }
   std::optional<vehicle::Command> command = back_off_.follow(input);
-  may_back_off_ = command.has_value();  // once
+  may_back_off_ = command.has_value();  // only once
   return command;
 }
 
@@ -51,7 +51,7 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw);
   output.done = depth < options_.surfaced_depth;
-  if (!input.depth_known) {  // up, whatever the estimate believes, for long enough to be true
+  if (!input.depth_known) {  // up, whatever the estimate, for long enough to be there
     output.command = station_keeping(kAboveSurface, yaw);
     const double needed = kPatience * entry_depth_ / options_.ascent_rate + kPatienceSeconds;
     output.done = to_seconds(input.now - *entered_at_) > needed;

@@ -1,8 +1,8 @@
 #pragma once
-// surface: straight up at a steady rate, until the depth sensor says so; without one as fast as it
-// goes, for twice as long as it should take. The executive sees to it that there is open water
-// above. In an unknown environment, where it may drift against something on its way up, it backs
-// off first.
+// surface: a vertical ascent at a steady rate until the depth sensor reports the surface; without
+// depth samples as fast as possible, for twice the time that it should take. The executive ensures
+// open water above. In an unknown environment, where the vehicle may drift against an obstacle
+// while it rises, it backs off first.
 
 #include <optional>
 
@@ -14,7 +14,7 @@ namespace dive::behaviors {
 
 struct SurfaceOptions {
   double ascent_rate = 0.25;     ///< m/s
-  double surfaced_depth = 0.25;  ///< m: shallower is surfaced.
+  double surfaced_depth = 0.25;  ///< Depth above which the vehicle has surfaced, m.
   double clearance = 0.0;        ///< D_min of BackOff, m; 0: it does not back off.
   BackOffOptions back_off = {};
 };

@@ -12,7 +12,7 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kSamePoint = 1e-6;  // m
-constexpr double kHardly = 0.25;     // m: half of what crumbs are apart
+constexpr double kHardly = 0.25;     // m: half the distance between breadcrumbs
 
 }  // namespace
 
@@ -29,13 +29,13 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
 
 Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity_(capacity) {
   DIVE_DEMAND(spacing > 0.0 && capacity >= 4);
-  crumbs_.reserve(capacity);  // nothing is allocated while diving
+  crumbs_.reserve(capacity);  // no allocation during a dive
 }
 
 void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
   if (!crumbs_.empty()) {
     const bool near = (p_W - crumbs_.back().p_W).norm() < spacing_;
-    // The last open point before a roof is worth a crumb of its own, however near.
+    // The last open point before an overhead gets a breadcrumb of its own, however near the last.
     if (near && open_above == crumbs_.back().open_above) return;
   }
   const double step = crumbs_.empty() ? 0.0 : (p_W - crumbs_.back().p_W).norm();
@@ -52,7 +52,7 @@ void Trail::thin_out() {
   spacing_ *= 2.0;
 }
 
-// Where a roof begins two crumbs lie in the same place.
+// Where an overhead begins two breadcrumbs lie in the same place.
 bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
   DIVE_DEMAND(!crumbs_.empty());
   double to_open = std::numeric_limits<double>::infinity();
@@ -64,12 +64,13 @@ bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
   return to_open <= to_covered + kHardly;
 }
 
-// Dijkstra over the crumbs, from p_W, until the first one that will do is settled.
+// Dijkstra's algorithm over the breadcrumbs, from p_W to the first one that satisfies the
+// condition.
 Trail::Found Trail::find(const Eigen::Vector3d& p_W, double link_m, double most_m,
                          const std::function<bool(const Crumb&)>& is_there) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const std::size_t count = crumbs_.size();
-  const std::size_t here = count;  // p_W comes after the newest crumb
+  const std::size_t here = count;  // p_W comes after the newest breadcrumb
   const auto place = [&](std::size_t i) { return i == here ? p_W : crumbs_[i].p_W; };
   std::vector<double> distance(count + 1, kFar);
   std::vector<std::size_t> before(count + 1, here);
@@ -111,7 +112,7 @@ Trail::Way Trail::way_to(const Eigen::Vector3d& p_W, double link_m, double most_
   return find(p_W, link_m, most_m, is_there).way;
 }
 
-// The way on from the open crumb `end`, to older ones.
+// The path from the open breadcrumb `end` on to older ones.
 Trail::Way Trail::further(Way way, std::size_t end, double beyond_m) const {
   double gone = 0.0;
   for (std::size_t i = end; i-- > 0 && crumbs_[i].open_above && gone < beyond_m;) {

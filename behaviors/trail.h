@@ -1,6 +1,6 @@
 #pragma once
-// The breadcrumb trail: where the vehicle has been, so that it can go back the way it came. Under
-// an overhead the way out is back along it to the last point with open water above.
+// The breadcrumb trail: the positions of the vehicle so far, along which it can return. Under an
+// overhead the exit path leads back along it to the last point with open water above.
 
 #include <functional>
 #include <vector>
@@ -11,8 +11,8 @@
 
 namespace dive::behaviors {
 
-/// Of D_min: so near to the trail all is as free as on it, so that it may be left out what lies
-/// between two places of it that are no further apart.
+/// Share of D_min. Within that distance of the trail the water is as free as on it, so that the
+/// part between two points of it that are no farther apart may be skipped.
 inline constexpr double kTrailLinkShare = 0.8;
 
 /// Level poses at two or more points, each heading for the next.
@@ -20,11 +20,11 @@ inline constexpr double kTrailLinkShare = 0.8;
 
 class Trail {
  public:
-  /// Drops a crumb every `spacing` m. Bounded: when `capacity` crumbs are there every second one
-  /// goes and the spacing doubles.
+  /// Adds a breadcrumb every `spacing` m. Bounded: at `capacity` breadcrumbs every second one is
+  /// removed and the spacing doubles.
   explicit Trail(double spacing = 0.5, std::size_t capacity = 4096);
 
-  /// `open_above`: nothing solid between here and the surface.
+  /// `open_above`: nothing solid between p_W and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
 
   struct Crumb {
@@ -37,33 +37,33 @@ class Trail {
     bool arrives = false;
     double length_m = 0.0;
   };
-  /// The shortest way from `p_W` along the trail to a crumb with open water above it, both
-  /// included, and up to `beyond_m` of open water on; nothing but `p_W` when there is none (then it
-  /// does not arrive). Where the trail comes within `link_m` of itself it may be left out what lies
-  /// between: a vehicle that is on its way out must not go in again to follow the way it came.
+  /// The shortest path from `p_W` along the trail to a breadcrumb with open water above it, both
+  /// included, and up to `beyond_m` farther in open water; only `p_W` if there is none (`arrives`
+  /// is false then). Where the trail comes within `link_m` of itself the part between is skipped: a
+  /// vehicle on its exit path must not go in again because it came that way.
   [[nodiscard]] Way way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m = 0.0) const;
 
-  /// As way_out, to the first crumb for which `is_there` holds, asked from the nearest on, none
-  /// farther along the trail than `most_m`.
+  /// The same to the nearest breadcrumb along the trail for which `is_there` is true, at most
+  /// `most_m` away.
   [[nodiscard]] Way way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
                            const std::function<bool(const Crumb&)>& is_there) const;
 
-  /// Length of the trail from the newest crumb with open water above to the newest one of all, m;
-  /// 0 while that is the same, and from the first crumb where there is none with open water.
+  /// Length of the trail from the newest breadcrumb with open water above to the newest of all, m;
+  /// 0 if they are the same. From the first breadcrumb if none has open water above.
   [[nodiscard]] double penetration_m() const { return penetration_m_; }
 
-  /// Was there open water above the crumb that is nearest to `p_W`, or above one that is hardly
-  /// farther? There is at least one.
+  /// True if the breadcrumb nearest to `p_W`, or one hardly farther away, has open water above.
+  /// Requires a breadcrumb.
   [[nodiscard]] bool was_open_at(const Eigen::Vector3d& p_W) const;
 
-  /// How many crumbs have ever been dropped, and the newest of them (there is one).
+  /// Number of breadcrumbs added so far, and the newest of them (requires one).
   [[nodiscard]] std::size_t dropped() const { return dropped_; }
   [[nodiscard]] const Crumb& newest() const { return crumbs_.back(); }
 
   [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
 
  private:
-  /// The way to a crumb, and which; crumbs_.size(): it does not arrive.
+  /// The path to a breadcrumb and its index; crumbs_.size(): no such breadcrumb.
   struct Found {
     Way way;
     std::size_t end = 0;
