@@ -45,7 +45,7 @@ struct Planner::Impl {
   std::vector<Eigen::Vector3d> hull_vertices;
   Scene scene;
   PathSearch search;
-  PlannerStatistics statistics;  // Of the last plan.
+  PlannerStatistics statistics;  // of the last plan
 
   Impl(const World& world, const RobotHull& hull, const PlannerOptions& options_in, Clock& clock_in)
       : options(options_in),
@@ -65,7 +65,7 @@ struct Planner::Impl {
   bool move_goal(PlanRequest& request);
 };
 
-// What can be said without looking at the map. Empty, or why the question makes no sense.
+// Checks that need no map. Empty, or the reason why the request is invalid.
 std::string Planner::Impl::question_problem(const PlanRequest& request) const {
   if (!is_finite(request.start)) return "the start is not a finite pose";
   if (!is_finite(request.goal)) return "the goal is not a finite pose";
@@ -134,7 +134,7 @@ bool Planner::Impl::move_goal(PlanRequest& request) {
   return certify_at(request.goal).clearance_m >= request.limits.clearance;
 }
 
-// Where start and goal are. Empty, or what is wrong; a goal may be moved within its tolerance.
+// Checks start and goal in the map. Empty, or the reason; a goal may be moved within its tolerance.
 std::string Planner::Impl::place_problem(PlanRequest& request, double& start_clearance) {
   const Certificate start = certify_at(request.start);
   start_clearance = start.clearance_m;

@@ -25,7 +25,7 @@ struct PlannerOptions {
   [[nodiscard]] std::string validate() const;
 };
 
-/// What one plan has cost. Times depend on the machine: they are never logged.
+/// Cost of one plan. Times depend on the machine and are never logged.
 struct PlannerStatistics {
   int iterations = 0;         ///< Iterations of the optimiser, all attempts.
   long waypoints_solved = 0;  ///< Waypoints summed over all programmes: what the work grows with.
@@ -45,7 +45,7 @@ class Planner {
   ~Planner();
 
   [[nodiscard]] PlanResult plan(const PlanRequest& request);
-  /// Of the last plan().
+  /// Statistics of the last plan().
   [[nodiscard]] const PlannerStatistics& statistics() const;
   /// Certified clearance of any motion, e.g. a retrace.
   [[nodiscard]] Certificate certify(std::span<const Pose> waypoints);

@@ -79,7 +79,7 @@ std::vector<bool> restless(const Flow& flow, const StateIndex& index) {
 
 }  // namespace
 
-// Of nested states only the outermost is reported.
+// Only the outermost of nested states is reported.
 void states_are_reachable(const Subject& subject, const Flow& flow) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const int parent = subject.index.parent(state);

@@ -129,7 +129,7 @@ struct StateSpec {
       initial;            ///< Compound: the first child if not written. History: its default.
   bool overhead = false;  ///< Declared here or on an ancestor.
   std::optional<Timeout> timeout;
-  std::optional<ReplanPolicy> replan;  ///< Where it differs from the mission's policy.
+  std::optional<ReplanPolicy> replan;  ///< Policy of this state, if it has its own.
   std::vector<ActionSpec> on_entry;
   std::vector<ActionSpec> on_exit;
   std::vector<TransitionSpec> transitions;
@@ -155,7 +155,7 @@ enum class UnknownPolicy {
   kOptimistic,  ///< Unobserved space counts as free.
 };
 
-/// What an executive does after a restart.
+/// Behaviour of an executive after a restart.
 enum class ResumePolicy { kContinue, kHold, kSurface };
 
 /// Indexed by behaviors::FailsafeKind. A failsafe that is not listed keeps its default policy.
@@ -186,7 +186,7 @@ struct Mission {
   /// Mapping sensor in an unknown environment.
   Located<EyesName> eyes = {EyesName::kRangeCamera, {}};
   double memory_s = 600.0;  ///< Time for which observations of an unknown environment are kept.
-  /// As written; empty: unknown environment without a simulated world.
+  /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
   std::string water = "coastal_sea";  ///< Optical water type in simulation.

@@ -23,7 +23,7 @@ struct ForeignLeg {
   std::optional<double> heading_deg;  ///< Heading from north at a single point, in [0, 360).
   double dwell_s = 0.0;               ///< Dwell at the last point.
   std::optional<double> speed;        ///< m/s, as written.
-  std::optional<double> timeout_s;    ///< As written.
+  std::optional<double> timeout_s;    ///< Timeout as written, s.
   double capture_radius = 0.5;        ///< m
   std::vector<std::string> payload;   ///< Payload commands on entry.
   Span span;

@@ -1,6 +1,6 @@
 #pragma once
-// Work off the control thread whose result is given a stated time after it was asked for, never
-// when the machine happens to be ready: so that a simulated dive is the same on every machine.
+// Work on a second thread whose result is delivered a stated time after the request, not when the
+// machine is ready, so that a simulated dive is the same on every machine.
 
 #include <chrono>
 #include <deque>
@@ -13,13 +13,12 @@
 
 namespace dive::mission {
 
-/// What happens when a result is due and the worker is late: in simulation it is waited for, so
-/// that a dive does not depend on the machine; on a vehicle nothing may hold up the control loop.
+/// Behaviour when a result is due and the worker is late: the simulation waits, so that a dive does
+/// not depend on the machine; on a vehicle nothing may delay the control loop.
 enum class Late { kWait, kNotYet };
 
-/// One task at a time, each on a thread of normal priority: its result may come late, a command may
-/// not. What a task refers to must outlive the worker, and is the task's alone until
-/// has_finished().
+/// Runs one task at a time on a thread of normal priority: a result may be late, a command may not.
+/// Objects used by a task must outlive the worker and belong to the task until has_finished().
 template <class Result>
 class DelayedWorker {
  public:
@@ -30,14 +29,14 @@ class DelayedWorker {
   DelayedWorker(const DelayedWorker&) = delete;
   DelayedWorker& operator=(const DelayedWorker&) = delete;
 
-  /// start() would not wait for the task before.
+  /// True if start() would not wait for the last task.
   [[nodiscard]] bool has_finished() const {
     return !task_.valid() || task_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
-  /// The caller may start() now: on a vehicle only once the task before has finished.
+  /// True if the caller may start() now: on a vehicle only after the last task has finished.
   [[nodiscard]] bool may_start() const { return late_ == Late::kWait || has_finished(); }
 
-  /// Waits for the task before, whose result is kept until it is due.
+  /// Waits for the last task, whose result is kept until it is due, and starts the next.
   template <class Task>
   void start(Utime due, Task&& task) {
     collect();
@@ -48,12 +47,12 @@ class DelayedWorker {
     });
   }
 
-  /// Waits for the task: its result is among waiting().
+  /// Waits for the task and adds its result to waiting().
   void collect() {
     if (task_.valid()) results_.push_back({due_, task_.get()});
   }
 
-  /// The oldest result, once it is due. Throws what its task threw.
+  /// The oldest result, once it is due. Throws the exception of its task.
   [[nodiscard]] std::optional<Result> poll(Utime now) {
     const bool is_due = task_.valid() && now >= due_;
     if ((late_ == Late::kWait && is_due) || has_finished()) collect();
@@ -67,11 +66,11 @@ class DelayedWorker {
     Utime due = 0;
     Result result;
   };
-  /// Results that are not due yet, or were not asked for, oldest first.
+  /// Results that are not due or not polled yet, oldest first.
   [[nodiscard]] const std::deque<Waiting>& waiting() const { return results_; }
-  /// Nothing is under way, and nothing waits.
+  /// True without a task and without waiting results.
   [[nodiscard]] bool is_idle() const { return !task_.valid() && results_.empty(); }
-  /// Forgets what waits.
+  /// Drops the waiting results.
   void drop_waiting() { results_.clear(); }
 
  private:

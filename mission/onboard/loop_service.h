@@ -1,8 +1,8 @@
 #pragma once
-// Loop closure beside the visual-inertial estimator, on a worker of its own: keyframes in, and what
-// closed loops say of the estimator's words. A keyframe is answered a stated time after it came,
-// never when the machine happens to be ready; while one is looked at no other is taken. So a worker
-// that is late has fewer keyframes and later corrections, and on a vehicle nothing waits for it.
+// Loop closure beside the visual-inertial estimator, on its own worker: keyframes in, corrections
+// of the estimates out. A keyframe is answered a stated time after it arrived, not when the machine
+// is ready; meanwhile no other is accepted. A slow worker means fewer keyframes and later
+// corrections, and on a vehicle nothing waits for it.
 
 #include <functional>
 #include <optional>
@@ -16,22 +16,22 @@ namespace dive::mission {
 
 struct LoopSettings {
   estimation::LoopCloserOptions closer;
-  Utime latency = 400'000;  ///< From a keyframe to its answer, in dive time, at least.
+  Utime latency = 400'000;  ///< Least time from a keyframe to its answer, in dive time, us.
 };
 
 class LoopService {
  public:
-  /// LoopFinder::look(), or what stands in for it. Called on the worker, for one after the other.
+  /// LoopFinder::look() or a substitute. Called on the worker, for one keyframe at a time.
   using Look =
       std::function<std::optional<estimation::LoopCorrection>(const estimation::Keyframe&)>;
 
   LoopService(Look look, const LoopSettings& settings, Late late);
 
-  /// Accepted when it is far enough from the last one and the worker is idle.
+  /// Submits a keyframe; ignored if it is too near to the last one or the worker is busy.
   void submit(estimation::Keyframe keyframe, Utime now);
-  /// Every tick: takes what is found once its time has come.
+  /// Called every tick: applies a correction once it is due.
   void poll(Utime now);
-  /// A word of the estimator as the loops correct it that were closed since it began.
+  /// Corrects an estimate by the loops closed since the filter was initialised.
   void correct(estimation::VisionEstimate& word) const;
 
  private:
@@ -39,9 +39,9 @@ class LoopService {
 
   Look look_;  ///< The worker's while it is busy.
   LoopSettings settings_;
-  std::optional<Pose> last_;                              ///< Keyframe that was taken, ...
-  Utime begun_from_ = 0;                                  ///< ... and by which filter.
-  std::optional<estimation::LoopCorrection> correction_;  ///< Of that filter.
+  std::optional<Pose> last_;                              ///< Pose of the last keyframe.
+  Utime begun_from_ = 0;                                  ///< Initialisation of its filter, us.
+  std::optional<estimation::LoopCorrection> correction_;  ///< Correction of that filter.
   estimation::ClosedLoops loops_;
   DelayedWorker<std::optional<estimation::LoopCorrection>> worker_;
 };

@@ -1,6 +1,5 @@
 #pragma once
-// In unknown water, of a mission whose eyes are its cameras: the stereo pair in the place of a
-// range sensor.
+// The stereo pair as the mapping sensor in an unknown environment.
 
 #include <string>
 
@@ -14,11 +13,11 @@ namespace dive::mission {
 
 struct StereoEyes {
   RangeMaker make_range;
-  planning::MapperOptions mapper;  ///< As given, with the noise that such ranges have.
+  planning::MapperOptions mapper;  ///< The given options with the noise of stereo ranges.
 };
 
-/// A pair of pictures of which one is missing, or that cannot be matched, gives no sweep. An error
-/// is a sentence: cameras that are no stereo pair.
+/// A pair with a missing image, or without matches, gives no scan. The error is a sentence: the
+/// cameras are not a stereo pair.
 [[nodiscard]] tl::expected<StereoEyes, std::string> stereo_eyes(const CameraModel& left,
                                                                 const CameraModel& right,
                                                                 planning::MapperOptions mapper);

@@ -1,6 +1,6 @@
 #pragma once
-// What the loop on board needs of a vehicle: ticks, samples, and somewhere to send commands. There
-// is one for the built-in simulator and one for vehicles over LCM.
+// The vehicle as the loop on board uses it: ticks, samples and commands. One implementation for the
+// built-in simulator, one for vehicles over LCM.
 
 #include <optional>
 #include <vector>
@@ -18,31 +18,33 @@ struct StereoPair {
   std::optional<ImageFrame> right;
 };
 
-/// Of each tick the functions are called in the order in which they stand here.
+/// In each tick the functions are called in this order.
 class VehiclePort {
  public:
   virtual ~VehiclePort() = default;
 
-  /// Once, before the first tick, when the executive is ready: the time at which the dive begins.
+  /// Called once, before the first tick, when the executive is ready; returns the dive's start
+  /// time.
   [[nodiscard]] virtual Utime begin() = 0;
 
-  /// Waits for the next tick: its time, later than the one before. Nothing: the dive is over.
+  /// Waits for the next tick and returns its time, later than the last; empty when the dive is
+  /// over.
   [[nodiscard]] virtual std::optional<Utime> wait_for_tick() = 0;
-  /// The samples of the tick, and an operator's command.
+  /// Adds the samples of the tick, and an operator's command.
   virtual void sense(StepInputs& inputs) = 0;
-  /// What planner, mapper and estimator have answered is among the inputs now: the last look at
-  /// them before the step.
+  /// Last change of the inputs before the step; the answers of planner, mapper and estimator are
+  /// among them.
   virtual void amend(StepInputs& /*inputs*/) {}
 
-  /// To the flippers.
+  /// Sends the efforts to the flippers.
   virtual void command(const StepOutputs& outputs) = 0;
-  /// A range scan of this tick, measured at its stamp.
+  /// A range scan that arrived in this tick, measured at its own time.
   [[nodiscard]] virtual std::optional<RangeScan> take_scan() = 0;
   /// The raw IMU samples since the last tick, oldest first.
   [[nodiscard]] virtual std::vector<ImuSample> take_imu_samples() = 0;
   [[nodiscard]] virtual StereoPair take_images() = 0;
 
-  /// The tick is over.
+  /// Called at the end of the tick.
   virtual void end_tick(const StepInputs& inputs, const StepOutputs& outputs) = 0;
 };
 

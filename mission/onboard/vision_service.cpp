@@ -7,8 +7,8 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kBeyond = 10'000;         // us that inertial samples reach beyond a picture ...
-constexpr Utime kPatience = 60'000;       // ... for which it waits so long
+constexpr Utime kBeyond = 10'000;         // us by which IMU samples must extend beyond an image
+constexpr Utime kPatience = 60'000;       // us that an image waits for them
 constexpr double kMissed = 2.0;           // periods without pictures: they are missed
 constexpr std::size_t kMostImu = 4096;    // twenty seconds that a worker may be late
 constexpr std::size_t kMostDepth = 1024;  // likewise

@@ -1,7 +1,7 @@
 #pragma once
-// The visual-inertial estimator off the control thread. A pair of pictures is answered a stated
-// time after it was taken, never when the machine happens to be ready, so that a simulated dive is
-// the same on every machine.
+// The visual-inertial estimator on a worker thread. The estimate for a pair of images is delivered
+// a stated time after the exposure, not when the machine is ready, so that a simulated dive is the
+// same on every machine.
 
 #include <cstdint>
 #include <functional>
@@ -20,39 +20,38 @@
 
 namespace dive::mission {
 
-/// What there is when a pair of pictures has been dealt with.
+/// A processed pair of images and its results.
 struct SeenPair {
   const ImageFrame* left = nullptr;
-  const ImageFrame* right = nullptr;  ///< None where none came.
+  const ImageFrame* right = nullptr;  ///< Null if the image is missing.
   const estimation::VisionEstimate* word = nullptr;
-  std::span<const estimation::Landmark> landmarks;  ///< That corrected the filter, in its frame.
+  std::span<const estimation::Landmark> landmarks;  ///< Used by the filter, in its frame.
 };
 
-/// Makes of such a pair what a range sensor would have told of that moment, or nothing. Called on
-/// the worker, for one pair after the other.
+/// Converts a pair to the scan of a range sensor at that time, or to nothing. Called on the worker,
+/// for one pair at a time.
 using RangeMaker = std::function<std::optional<RangeScan>(const SeenPair&)>;
 
 class VisionService {
  public:
-  /// `latency`: from the moment of a pair to its answer, in dive time, at least. With `loops`, and
-  /// two cameras, places are recognised, and what is said is corrected by that. Demands options
-  /// that validate.
+  /// `latency`: least time from the exposure of a pair to its estimate, in dive time, us. With
+  /// `loops` and two cameras, loop closures correct the estimates. Demands options that validate.
   VisionService(const estimation::VisionOptions& options, std::uint64_t seed, Utime latency,
                 Late late = Late::kWait, RangeMaker make_range = nullptr,
                 const std::optional<LoopSettings>& loops = std::nullopt);
 
   void hear(std::span<const ImuSample> samples);
   void hear(const DepthSample& sample);
-  /// A pair, of which either may be missing, after the observe() of that tick. Waits until the
-  /// inertial samples have reached it, and with Late::kNotYet until the worker is free; of those
-  /// that wait only the newest is kept.
+  /// Submits a pair, of which either image may be missing, after the observe() of that tick. It
+  /// waits for the IMU samples up to its time, and with Late::kNotYet for the worker; of the
+  /// waiting pairs only the newest is kept.
   void submit(std::optional<ImageFrame> left, std::optional<ImageFrame> right, Utime now);
-  /// What was published this tick. What can be started by what was heard so far is started.
+  /// Records the published estimate of this tick, and starts the waiting pair if that is possible.
   void observe(const estimation::StateEstimate& published);
 
-  /// The next answer once its time has come. Where no pictures come there are answers that say so.
+  /// The next estimate once it is due. Without images there are estimates with that fault.
   [[nodiscard]] std::optional<estimation::VisionEstimate> poll(Utime now);
-  /// What was made of the pair of that answer, once: measured at its frame_utime, in B.
+  /// The scan made from the pair of that estimate, once: measured at its frame_utime, in B.
   [[nodiscard]] std::optional<RangeScan> take_scan();
 
  private:
@@ -64,7 +63,7 @@ class VisionService {
   struct Answer {
     estimation::VisionEstimate word;
     std::optional<RangeScan> scan;
-    std::optional<estimation::Keyframe> keyframe = {};  ///< What may be one.
+    std::optional<estimation::Keyframe> keyframe = {};  ///< Candidate.
   };
 
   [[nodiscard]] bool is_ripe(Utime now) const;
@@ -76,11 +75,12 @@ class VisionService {
   Utime latency_;
   RangeMaker make_range_;
   std::optional<LoopService> loops_;
-  std::vector<ImuSample> imu_;  ///< Not handed to the worker yet ...
+  // Not given to the worker yet:
+  std::vector<ImuSample> imu_;
   std::vector<DepthSample> depth_;
   Utime newest_imu_ = 0;
   estimation::StateEstimate published_;
-  std::optional<Pair> next_;  ///< ... and neither is this.
+  std::optional<Pair> next_;  ///< Waiting pair.
   Utime launched_ = 0;
   std::optional<RangeScan> scan_;
   DelayedWorker<Answer> worker_;

@@ -97,7 +97,7 @@ struct Scenario {
   SourceText source;
   std::string id;
   std::string description;
-  Located<std::string> mission_file;  ///< As written.
+  Located<std::string> mission_file;  ///< Path as written.
   std::string mission_path;           ///< Resolved from the folder of the scenario.
   std::uint64_t seed = 1;
   double rest_s = 0.0;  ///< 0: never safely held.

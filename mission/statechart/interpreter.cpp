@@ -189,7 +189,7 @@ bool Interpreter::is_enabled(const Transition& t, const std::string* event) {
   return t.guard < 0 || environment_.evaluate(t.guard);
 }
 
-/// Of two transitions whose exit sets intersect, the descendant's wins, otherwise the first.
+/// If the exit sets of two transitions intersect, the descendant's wins, otherwise the first.
 void Interpreter::remove_conflicting_transitions() {
   filtered_.clear();
   for (const int t1 : enabled_) {

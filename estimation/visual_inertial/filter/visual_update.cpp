@@ -173,7 +173,7 @@ std::optional<std::size_t> VisualUpdate::leaving_clone(const FilterState& state)
 std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
     const FilterState& state, std::int64_t number, std::optional<std::size_t> leaving) const {
   std::vector<Candidate> found;
-  // Of the tracks that reach back to the oldest clone a few are used in every frame, not all of
+  // A few of the tracks that reach back to the oldest clone are used in every frame, not all of
   // them when it leaves: an unused track then loses one observation, and stays.
   const std::int64_t oldest = state.clones().front().frame;
   for (const auto& [id, track] : tracks_.all()) {

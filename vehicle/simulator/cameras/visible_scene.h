@@ -1,5 +1,5 @@
 #pragma once
-// What each ray of a camera meets: a surface with its look, the water's surface from below, or
+// What each ray of a camera hits: a surface with its texture, the water's surface from below, or
 // nothing within the visible range.
 
 #include <array>
