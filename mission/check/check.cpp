@@ -26,33 +26,34 @@ constexpr double kSecondsPerHour = 3600.0;
 
 constexpr std::array kDeckRules = {
     Rule{"CHK-UNKNOWN-WATER", Severity::kWarning,
-         "What is checked and dived in unknown water is the rehearsal: the vehicle will not know "
-         "it."},
+         "In an unknown environment the checks use the simulated world, which the vehicle does not "
+         "know."},
     Rule{"CHK-UNKNOWN-UNREHEARSED", Severity::kWarning,
-         "A mission in unknown water has a rehearsal, without which little can be proved."},
+         "A mission in an unknown environment names a simulated world; little can be proved "
+         "without."},
     Rule{
         "CHK-PLAN", Severity::kError,
         "Every leg of the nominal route has a path that is certified to keep the clearance, or the "
         "reduced_clearance that the mission accepts where the leg starts."},
     Rule{"CHK-NO-WAY-OUT", Severity::kError,
          "From every point of the route the trail leads back to open water."},
-    Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without touching."},
+    Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without contact."},
     Rule{"CHK-TIME", Severity::kError, "The route takes no longer than mission_timeout."},
     Rule{"CHK-TIME-MARGIN", Severity::kWarning,
-         "The route and the longest way out together take no longer than mission_timeout."},
+         "The route and the longest exit path together take no longer than mission_timeout."},
     Rule{"CHK-ENERGY", Severity::kError, "The route leaves battery_reserve in the battery."},
     Rule{"CHK-ENERGY-WORST", Severity::kWarning,
-         "The battery lasts until overtime, and then for the longest way out."},
+         "The battery lasts until mission_timeout, and then for the longest exit path."},
     Rule{"CHK-NO-RETURN", Severity::kError,
-         "From every point of the route time and charge reach out and up."},
+         "From every point of the route, time and charge suffice to leave and surface."},
     Rule{"CHK-THIRDS", Severity::kWarning,
-         "A penetration spends no more than a third of what is usable before it turns back."},
+         "A penetration uses at most a third of the usable time and charge before it turns back."},
     Rule{"CHK-FENCE", Severity::kError, "The whole vehicle stays within the geofence."},
     Rule{"CHK-DIVE", Severity::kError, "The simulated dive ends as planned, without a collision."},
     Rule{"CHK-DIVE-CLEARANCE", Severity::kWarning,
-         "The simulated dive keeps at least half of the clearance asked."},
+         "The simulated dive keeps at least half of the required clearance."},
     Rule{"CHK-FAULT", Severity::kError,
-         "Whatever fails in whatever state, the dive ends surfaced or held, without a collision."},
+         "After any fault in any state the dive ends surfaced or held, without a collision."},
 };
 
 double link_of(const Mission& mission) {
@@ -71,16 +72,16 @@ void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
   if (!mission.unknown) return;
   if (has_rehearsal(mission)) {
     diagnostics.warning("CHK-UNKNOWN-WATER", mission.source, map_span(mission),
-                        "what is proved here is proved of the rehearsal: the vehicle will know "
-                        "nothing of it when the dive begins, and the water may be another");
+                        "all proofs are for the simulated world: the vehicle does not know it when "
+                        "the dive begins, and the real environment may differ");
     return;
   }
   diagnostics.warning(
       "CHK-UNKNOWN-UNREHEARSED", mission.source, map_span(mission),
-      "the water is unknown and has no rehearsal: that goals are free, that there "
-      "are ways to them and out of overheads cannot be proved, distances and budget "
-      "are those of straight ways, and there is no dive in simulation",
-      "write rehearsal=\"maps/NAME.sdf\": a world like the one that is expected");
+      "the environment is unknown and has no simulated world: whether goals are free "
+      "and paths to them and out of overheads exist cannot be proved, distances and "
+      "budget assume straight paths, and there is no simulated dive",
+      "write rehearsal=\"maps/NAME.sdf\" with a world like the expected one");
 }
 
 std::string shown(const Eigen::Vector3d& p_W) {
@@ -96,7 +97,7 @@ void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const
   diagnostics.error("CHK-PLAN", mission.source, leg.span,
                     fmt::format("the path to goal '{}' is reduced: {}; narrowest at {}; {}",
                                 leg.goal.id, plan.reason, shown(plan.reduced->place_W), accepted),
-                    "move the place where the leg starts, or state the least that is accepted: "
+                    "move the start of the leg, or state the least clearance that is accepted: "
                     "reduced_clearance=\"...\" here or in limits");
 }
 
@@ -174,14 +175,14 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
 void report_way_out(const WayOutProof& proof, const Mission& mission, Diagnostics& diagnostics) {
   if (!proof.exists) {
     diagnostics.error("CHK-NO-WAY-OUT", mission.source, mission.start.x.span,
-                      "the dive starts under an overhead: an abort on the way would find no open "
-                      "water on the trail behind it",
+                      "the dive starts under an overhead: an abort would find no open water on "
+                      "the trail",
                       "start where there is open water above");
   }
   if (proof.clearance_m <= 0.0) {
     diagnostics.error("CHK-RETRACE", mission.source, map_span(mission),
-                      fmt::format("swum backwards the route touches the map (clearance {:.2f} m), "
-                                  "so an abort could not retrace it",
+                      fmt::format("an abort cannot retrace the route: swum backwards it has a "
+                                  "clearance of {:.2f} m",
                                   proof.clearance_m));
   }
 }
@@ -268,13 +269,13 @@ void check_budget(const Budget& budget, const WayOutProof& way_out, const Missio
   const Usable limit = usable(mission, conditions);
   if (budget.duration_s > limit.time_s) {
     diagnostics.error("CHK-TIME", mission.source, timeout.span,
-                      fmt::format("the route takes {:.0f} s at {:g} m/s, longer than the mission "
-                                  "may last ({:g} s)",
+                      fmt::format("the route takes {:.0f} s at {:g} m/s, longer than "
+                                  "mission_timeout ({:g} s)",
                                   budget.duration_s, mission.speed.value, timeout.value),
                       "raise mission_timeout or shorten the route");
   } else if (budget.duration_s + way_out.longest_s > limit.time_s) {
     diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
-                        fmt::format("the route takes {:.0f} s and the longest way out {:.0f} s: "
+                        fmt::format("the route takes {:.0f} s and the longest exit path {:.0f} s: "
                                     "together longer than mission_timeout",
                                     budget.duration_s, way_out.longest_s));
   }
@@ -287,24 +288,25 @@ void check_budget(const Budget& budget, const WayOutProof& way_out, const Missio
   } else if (budget.no_return) {
     diagnostics.error("CHK-NO-RETURN", mission.source,
                       span_of_state(mission, budget.no_return->state),
-                      fmt::format("{:.0f} m along the route, in '{}', time or charge no longer "
-                                  "reach out and up",
+                      fmt::format("from {:.0f} m along the route, in '{}', time or charge no "
+                                  "longer suffice to leave and surface",
                                   budget.no_return->distance_m, budget.no_return->state),
                       "shorten the route, or raise mission_timeout");
   }
   const double charge = conditions.battery_capacity_wh * conditions.battery_fraction;
   if (budget.worst_energy_wh > charge) {
-    diagnostics.warning("CHK-ENERGY-WORST", mission.source, timeout.span,
-                        fmt::format("until mission_timeout and then out takes {:.1f} Wh, and the "
-                                    "battery has {:.1f} Wh",
-                                    budget.worst_energy_wh, charge),
-                        "lower mission_timeout");
+    diagnostics.warning(
+        "CHK-ENERGY-WORST", mission.source, timeout.span,
+        fmt::format("a dive until mission_timeout and the exit path take {:.1f} Wh, "
+                    "and the battery has {:.1f} Wh",
+                    budget.worst_energy_wh, charge),
+        "lower mission_timeout");
   }
   if (budget.spent_under > 1.0 / 3.0) {
     diagnostics.warning("CHK-THIRDS", mission.source,
                         span_of_state(mission, budget.spent_under_state),
-                        fmt::format("{:.0f} % of the usable time or charge are spent in '{}' "
-                                    "before the way back begins, more than a third",
+                        fmt::format("{:.0f} % of the usable time or charge are used in '{}' "
+                                    "before the return begins, more than a third",
                                     100.0 * budget.spent_under, budget.spent_under_state));
   }
 }
@@ -344,7 +346,7 @@ void check_fence(const std::vector<PlannedRouteLeg>& legs, const Route& route,
         const Eigen::Vector3d p = waypoints[i].p + static_cast<double>(k) / pieces * way;
         if (inside_fence(fence, p.head<2>()) >= radius + 0.5 * kStep) continue;
         diagnostics.error("CHK-FENCE", mission.source, route.legs[l].span,
-                          fmt::format("on its way to '{}' the vehicle reaches over the geofence at "
+                          fmt::format("on the path to '{}' the vehicle crosses the geofence at "
                                       "({:.1f}, {:.1f})",
                                       legs[l].goal, p.x(), p.y()));
         return;
@@ -369,7 +371,7 @@ void report_dive(const DiveResult& dive, const Mission& mission, const DiveSetti
   if (dive.collisions.empty() && dive.nearest.clearance_m < 0.5 * asked.value) {
     diagnostics.warning("CHK-DIVE-CLEARANCE", mission.source, asked.span,
                         fmt::format("the simulated dive passes {}, less than half of the "
-                                    "clearance asked ({:g} m)",
+                                    "required clearance ({:g} m)",
                                     describe(dive.nearest), asked.value),
                         hint_for(mission, settings));
   }

@@ -74,7 +74,7 @@ void check_way_up(Site& site, const Flow::Arc& arc, int state, int surface) {
     site.error("CHK-SURFACE-OVERHEAD", span_of(site, arc, surface),
                fmt::format("'{}' may begin at {}, but '{}' is above that",
                            site.index.spec(surface).id.value, name, site.obstacle_name(obstacle)),
-               "lead out from under the overhead first");
+               "leave the overhead first");
     return;
   }
 }

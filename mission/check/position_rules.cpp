@@ -16,15 +16,14 @@ void positions_have_ground(Site& site) {
   for (const Spot& spot : site.spots()) {
     if (site.in_world(*spot.position)) continue;
     site.error("CHK-NO-GROUND", spot.position->z.span,
-               fmt::format("{} is given by altitude, but there is no ground below", spot.name),
+               fmt::format("{} uses ALTITUDE, but there is no ground below", spot.name),
                "give its DEPTH");
   }
   for (const TagSpec& tag : site.mission.tags) {
     if (site.in_world(tag.position)) continue;
-    site.error(
-        "CHK-NO-GROUND", tag.position.z.span,
-        fmt::format("the tag {} is given by altitude, but there is no ground below", tag.id.value),
-        "give its DEPTH");
+    site.error("CHK-NO-GROUND", tag.position.z.span,
+               fmt::format("the tag {} uses ALTITUDE, but there is no ground below", tag.id.value),
+               "give its DEPTH");
   }
 }
 
@@ -92,8 +91,8 @@ void overheads_are_declared(Site& site) {
     const int obstacle = p_W && !spot.overhead_declared ? site.overhead(*p_W) : -1;
     if (obstacle < 0) continue;
     site.warning("CHK-OVERHEAD", spot.position->x.span,
-                 fmt::format("{} is under '{}', but its state does not say so", spot.name,
-                             site.obstacle_name(obstacle)),
+                 fmt::format("{} is under '{}', but its state does not declare the overhead",
+                             spot.name, site.obstacle_name(obstacle)),
                  "write overhead=\"true\", so that an abort looks for open water first");
   }
 }

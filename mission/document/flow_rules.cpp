@@ -85,8 +85,8 @@ void states_are_reachable(const Subject& subject, const Flow& flow) {
     const int parent = subject.index.parent(state);
     if (flow.entered(state) || (parent >= 0 && !flow.entered(parent))) continue;
     const Located<std::string>& id = subject.index.spec(state).id;
-    subject.error("MIS-UNREACHABLE", id.span, fmt::format("nothing leads to '{}'", id.value),
-                  "no transition that can be taken has it as its target");
+    subject.error("MIS-UNREACHABLE", id.span, fmt::format("'{}' cannot be reached", id.value),
+                  "add a transition whose target it is, or remove it");
   }
 }
 
@@ -99,8 +99,8 @@ void states_have_a_way_out(const Subject& subject, const Flow& flow) {
     const Located<std::string>& done = completes ? subject.index.spec(parent).id : spec.id;
     subject.error(
         "MIS-TRAP", done.span,
-        completes ? fmt::format("nothing follows when '{}' is done", done.value)
-                  : fmt::format("there is no way out of '{}'", done.value),
+        completes ? fmt::format("no transition follows when '{}' is done", done.value)
+                  : fmt::format("no transition leaves '{}'", done.value),
         fmt::format("add a <transition event=\"done.state.{}\" target=\"...\"/>", done.value));
   }
 }
@@ -114,7 +114,8 @@ void done_is_noticed(const Subject& subject, const Flow& flow) {
     }
     subject.warning(
         "MIS-DONE", spec.id.span,
-        fmt::format("nothing follows when '{}' is done: it waits for its timeout", spec.id.value),
+        fmt::format("no transition follows when '{}' is done: it waits for its timeout",
+                    spec.id.value),
         fmt::format("add a <transition event=\"done.state.{}\" target=\"...\"/>", spec.id.value));
   }
 }
@@ -180,7 +181,7 @@ void mission_surfaces(const Subject& subject, const Flow& flow) {
     } else {
       subject.error("MIS-NEVER-SURFACES", id.span,
                     fmt::format("the mission ends in '{}' without ever surfacing", id.value),
-                    "let a <surface> come before it");
+                    "add a <surface> before it");
     }
   }
 }

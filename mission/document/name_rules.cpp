@@ -77,7 +77,7 @@ void ids_are_unique(const Subject& subject) {
     const auto [first, is_new] = seen.emplace(id.value, id.span);
     if (is_new) return;
     subject.error("MIS-ID-DUPLICATE", id.span,
-                  fmt::format("the id '{}' is taken already, in line {}, column {}", id.value,
+                  fmt::format("the id '{}' is already used in line {}, column {}", id.value,
                               first->second.line, first->second.column),
                   "states and goals need different ids");
   };
@@ -94,7 +94,7 @@ void ids_are_not_reserved(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const Located<std::string>& id = subject.index.spec(state).id;
     if (id.value == "dive") {
-      subject.error("MIS-ID-RESERVED", id.span, "the id 'dive' is the executive's own");
+      subject.error("MIS-ID-RESERVED", id.span, "the id 'dive' is reserved for the executive");
     }
   }
 }
@@ -111,9 +111,10 @@ void raised_events_are_its_own(const Subject& subject) {
       if (action->kind != ActionSpec::Kind::kRaise) continue;
       const std::string family = action->text.value.substr(0, action->text.value.find('.'));
       if (std::ranges::find(kReserved, family) == std::end(kReserved)) continue;
-      subject.error("MIS-EVENT-RESERVED", action->text.span,
-                    fmt::format("events that begin with '{}' are the executive's own", family),
-                    "raise one with a name of your own");
+      subject.error(
+          "MIS-EVENT-RESERVED", action->text.span,
+          fmt::format("events that begin with '{}' are reserved for the executive", family),
+          "raise one with a name of your own");
     }
   }
 }
@@ -124,7 +125,7 @@ void initial_states_exist(const Subject& subject) {
     const int target = index.find(initial.value);
     if (target < 0) {
       subject.error("MIS-INITIAL", initial.span,
-                    fmt::format("there is no state '{}' to begin with", initial.value),
+                    fmt::format("the initial state '{}' does not exist", initial.value),
                     hint_for_state(subject, initial.value));
     } else if (owner >= 0 && (target == owner || !index.is_within(target, owner))) {
       subject.error(
@@ -146,7 +147,7 @@ void targets_exist(const Subject& subject) {
       for (const Located<std::string>& target : transition.targets) {
         if (subject.index.find(target.value) >= 0) continue;
         subject.error("MIS-TARGET", target.span,
-                      fmt::format("there is no state '{}' to go to", target.value),
+                      fmt::format("the target state '{}' does not exist", target.value),
                       hint_for_state(subject, target.value));
       }
     }
@@ -162,10 +163,10 @@ void timeouts_lead_somewhere(const Subject& subject) {
     if (next.value.empty()) {
       subject.error("MIS-TIMEOUT", timeout->seconds.span,
                     fmt::format("'{}' has a timeout but no on_timeout", spec.id.value),
-                    "say which state is entered then: a timeout is never a success");
+                    "name the state to enter: a timeout is never a success");
     } else if (subject.index.find(next.value) < 0) {
       subject.error("MIS-TIMEOUT", next.span,
-                    fmt::format("there is no state '{}' to go to on timeout", next.value),
+                    fmt::format("the on_timeout state '{}' does not exist", next.value),
                     hint_for_state(subject, next.value));
     }
   }

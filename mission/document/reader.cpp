@@ -58,19 +58,20 @@ class Reader {
     }
     if (file != nullptr && unknown != nullptr) {
       diagnostics_.error("MIS-MAP", attributes_.source(), unknown->name_span,
-                         "the map is given by a file, and is said to be unknown as well",
-                         "a world for rehearsals of unknown water is 'rehearsal'");
+                         "the map has both a file and a policy for unknown environments",
+                         "the simulated world of an unknown environment is 'rehearsal'");
     } else if (file == nullptr && unknown == nullptr) {
       diagnostics_.error("MIS-MAP", attributes_.source(), element.span,
-                         "the map has neither a file nor a policy for unknown water",
+                         "the map has neither a file nor a policy for unknown environments",
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
     for (const char* name : {"rehearsal", "memory_s", "eyes"}) {
       const XmlAttribute* of_unknown = element.attribute(name);
       if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;
-      diagnostics_.error("MIS-MAP", attributes_.source(), of_unknown->name_span,
-                         fmt::format("'{}' is for unknown water, but the map is known", name));
+      diagnostics_.error(
+          "MIS-MAP", attributes_.source(), of_unknown->name_span,
+          fmt::format("'{}' is for unknown environments, but the map is known", name));
     }
     if (unknown == nullptr || file != nullptr) return;
     if (element.attribute("rehearsal") != nullptr) {

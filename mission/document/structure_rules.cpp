@@ -68,8 +68,8 @@ void transitions_say_something(const Subject& subject) {
     for (const TransitionSpec& transition : subject.index.spec(state).transitions) {
       if (transition.events.empty() && transition.targets.empty()) {
         subject.error("MIS-TRANSITION", transition.span,
-                      "this transition has neither an event nor a target, so it does nothing, over "
-                      "and over",
+                      "this transition has neither an event nor a target, so it would be taken "
+                      "without end",
                       "give it a target");
       }
     }
@@ -154,9 +154,9 @@ void histories_remember_their_own(const Subject& subject) {
     } else if (spec.type == StateType::kShallowHistory &&
                index.parent(target) != index.parent(state)) {
       subject.error("MIS-HISTORY", spec.initial->span,
-                    fmt::format("'{}' does not stand beside the shallow history '{}'",
+                    fmt::format("'{}' is not a sibling of the shallow history '{}'",
                                 spec.initial->value, spec.id.value),
-                    "name a state directly beside it, or use type=\"deep\"");
+                    "name a sibling, or use type=\"deep\"");
     }
   }
 }

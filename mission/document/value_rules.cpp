@@ -68,7 +68,7 @@ void altitudes_are_in_open_water(const Subject& subject) {
       subject.error(
           "MIS-ALTITUDE-OVERHEAD", goal->position.z.span,
           fmt::format("the goal '{}' is under an overhead, but given by altitude", goal->id.value),
-          "an altitude is above what lies below the open surface: give its DEPTH");
+          "altitude is measured from the first solid below the surface: use DEPTH");
     }
   }
 }
@@ -76,19 +76,19 @@ void altitudes_are_in_open_water(const Subject& subject) {
 void altitudes_have_known_ground(const Subject& subject) {
   if (!subject.mission.unknown) return;
   Span last;  // all goals of one transect have the same
-  const auto look = [&](const std::string& name, const Position& position) {
+  const auto check = [&](const std::string& name, const Position& position) {
     const Span& span = position.z.span;
-    const bool is_told = span.line == last.line && span.column == last.column;
-    if (position.z_units != ZUnits::kAltitude || is_told) return;
+    const bool is_reported = span.line == last.line && span.column == last.column;
+    if (position.z_units != ZUnits::kAltitude || is_reported) return;
     last = span;
     subject.error("MIS-ALTITUDE-UNKNOWN", span,
-                  fmt::format("{} is given by altitude, but in unknown water", name),
-                  "no ground is known when the dive begins: give its DEPTH");
+                  fmt::format("{} uses ALTITUDE in an unknown environment", name),
+                  "the ground is not known when the dive begins: use DEPTH");
   };
-  look("the start", subject.mission.start);
+  check("the start", subject.mission.start);
   for (int state = 0; state < subject.index.size(); ++state) {
     for (const Goal* goal : goals_of(subject.index.spec(state))) {
-      look(fmt::format("the goal '{}'", goal->id.value), goal->position);
+      check(fmt::format("the goal '{}'", goal->id.value), goal->position);
     }
   }
 }
@@ -97,8 +97,8 @@ void eyes_are_looked_through(const Subject& subject) {
   const Mission& mission = subject.mission;
   if (!has_stereo_eyes(mission) || goes_by_sight(mission)) return;
   subject.error("MIS-EYES", mission.eyes.span,
-                "the map is to be made of what the cameras see, but nothing looks through them",
-                "write <estimation estimator=\"visual_inertial\"/>, or leave 'eyes' out");
+                "the cameras map the environment, but the estimator does not use them",
+                "write <estimation estimator=\"visual_inertial\"/>, or remove 'eyes'");
 }
 
 void surfacing_is_in_open_water(const Subject& subject) {
@@ -115,12 +115,11 @@ void surfacing_is_in_open_water(const Subject& subject) {
 void limits_leave_room(const Subject& subject) {
   const Limits& limits = subject.mission.limits;
   if (limits.max_depth.value > limits.clearance.value) return;
-  subject.error(
-      "MIS-LIMITS", limits.max_depth.span,
-      fmt::format("with {:g} m to the surface (clearance) nothing is left above a depth of "
-                  "{:g} m",
-                  limits.clearance.value, limits.max_depth.value),
-      "raise max_depth or lower clearance");
+  subject.error("MIS-LIMITS", limits.max_depth.span,
+                fmt::format("a clearance of {:g} m to the surface leaves no space above max_depth "
+                            "{:g} m",
+                            limits.clearance.value, limits.max_depth.value),
+                "raise max_depth or lower clearance");
 }
 
 void reduced_clearances_are_less(const Subject& subject) {
@@ -137,7 +136,7 @@ void reduced_clearances_are_less(const Subject& subject) {
         fmt::format("a reduced clearance of {:g} m is more than the clearance of {:g} m "
                     "({})",
                     reduced->value, clearance.value, mission.source.line_name(clearance.span.line)),
-        "write the least that the mission accepts where a start lacks the clearance");
+        "state the least clearance that the mission accepts where a leg starts");
   };
   check(mission.limits.reduced_clearance);
   for (int state = 0; state < subject.index.size(); ++state) {
@@ -156,7 +155,7 @@ void failsafes_bring_it_up(const Subject& subject) {
         "MIS-FAILSAFE", *written,
         fmt::format("'{}' does not bring the vehicle up: its rung is {}",
                     behaviors::to_string(kind), behaviors::to_string(failsafes.policy(kind).rung)),
-        "abort_and_surface does");
+        "use abort_and_surface");
   }
 }
 
@@ -167,9 +166,9 @@ void tags_are_told_apart(const Subject& subject) {
         tags.begin(), tag, [&](const TagSpec& other) { return other.id.value == tag->id.value; });
     if (first == tag) continue;
     subject.error("MIS-TAG-DUPLICATE", tag->id.span,
-                  fmt::format("there is a tag {} already ({})", tag->id.value,
+                  fmt::format("tag {} is already defined ({})", tag->id.value,
                               subject.mission.source.line_name(first->id.span.line)),
-                  "one that is seen twice tells of two places: print another");
+                  "two tags with one id cannot be distinguished: print another");
   }
 }
 
@@ -178,12 +177,12 @@ void tags_can_be_used(const Subject& subject) {
   for (const TagSpec& tag : mission.tags) {
     const std::string name = fmt::format("the tag {}", tag.id.value);
     if (!goes_by_sight(mission)) {
-      subject.error("MIS-TAG-UNUSED", tag.id.span,
-                    name + " is given to an estimator that sees nothing",
+      subject.error("MIS-TAG-UNUSED", tag.id.span, name + " is not used by the primitive estimator",
                     "write estimator=\"visual_inertial\"");
     } else if (mission.unknown) {
-      subject.error("MIS-TAG-UNUSED", tag.id.span, name + " is in unknown water",
-                    "there the vehicle keeps to the map that it makes, and tags would pull it off");
+      subject.error(
+          "MIS-TAG-UNUSED", tag.id.span, name + " is in an unknown environment",
+          "there the position is relative to the observed map, which tags would contradict");
     }
     if (tag.position.z_units == ZUnits::kAltitude) continue;
     const double z = tag.position.in_world(0.0).z();
@@ -205,8 +204,9 @@ void times_fit_into_the_mission(const Subject& subject) {
     if (time == nullptr || time->value <= limit.value) continue;
     subject.warning(
         "MIS-TIME", time->span,
-        fmt::format("'{}' is given {:g} s, more than the whole mission ({:g} s, {})", spec.id.value,
-                    time->value, limit.value, subject.mission.source.line_name(limit.span.line)));
+        fmt::format("the timeout of '{}' is {:g} s, longer than the whole mission ({:g} s, {})",
+                    spec.id.value, time->value, limit.value,
+                    subject.mission.source.line_name(limit.span.line)));
   }
 }
 
