@@ -14,13 +14,11 @@
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/picture.h"
+#include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
 #include "mission/onboard/stereo_eyes.h"
 #include "mission/record/dataset_recorder.h"
-#include "mission/record/journal.h"
-#include "mission/record/log.h"
-#include "mission/record/log_digest.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/mapping/save_map.h"
 #include "planning/world/scene.h"
@@ -29,108 +27,6 @@
 
 namespace dive::mission {
 namespace {
-
-std::string default_log_path(const Mission& mission, std::uint64_t seed) {
-  return fmt::format("dive-runs/{}-seed{}.lcmlog", mission.id, seed);
-}
-
-void create_folder_of(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;  // a problem with the folder is reported when the file is created
-  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
-}
-
-std::optional<LogWriter> open_log(const std::string& path, const LogHeader& header) {
-  tl::expected<LogWriter, std::string> writer = LogWriter::create(path, header);
-  if (!writer) {
-    complain(fmt::format("{}: {}", path, writer.error()));
-    return std::nullopt;
-  }
-  return std::move(*writer);
-}
-
-/// A new journal, or the old one with the state to continue from in `from` and its seed in the
-/// header; prints an error and returns nothing if that is impossible.
-std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,
-                                          std::optional<Resume>& from) {
-  const auto refuse = [&](const std::string& why) {
-    complain(why);
-    return std::nullopt;
-  };
-  const JournalHeader ours{log_digest(header), header.seed};
-  if (!resume) {
-    tl::expected<JournalWriter, std::string> writer = JournalWriter::create(path, ours);
-    if (!writer) return refuse(writer.error());
-    return std::move(*writer);
-  }
-  tl::expected<Journal, std::string> journal = read_journal(path, &header.resume);
-  if (!journal) return refuse(journal.error());
-  if (journal->header.digest != ours.digest) {
-    return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
-  }
-  header.seed = journal->header.seed;
-  if (journal->committed) {
-    from = Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
-  }
-  tl::expected<JournalWriter, std::string> writer = JournalWriter::append(path);
-  if (!writer) return refuse(writer.error());
-  return std::move(*writer);
-}
-
-/// Log and journal of a dive.
-class Recording {
- public:
-  /// Prints an error and returns nothing if they cannot be opened.
-  static std::optional<Recording> open(const RunArguments& arguments, const LoadedMission& loaded) {
-    LogHeader header = header_of(loaded, arguments.seed);
-    // The built-in simulator starts at the estimated pose, with its own clock.
-    if (arguments.resume && arguments.link.url.empty()) header.resume_gap_s = 0.0;
-    Recording recording;
-    recording.log_path_ =
-        arguments.log.empty() ? default_log_path(loaded.mission, arguments.seed) : arguments.log;
-    recording.journal_path_ =
-        arguments.journal.empty() ? recording.log_path_ + ".journal" : arguments.journal;
-    create_folder_of(recording.log_path_);
-    recording.journal_ =
-        open_journal(recording.journal_path_, arguments.resume, header, recording.resume_);
-    if (!recording.journal_) return std::nullopt;
-    recording.log_ = open_log(recording.log_path_, header);
-    if (!recording.log_) return std::nullopt;
-    recording.seed_ = header.seed;
-    return recording;
-  }
-
-  [[nodiscard]] std::uint64_t seed() const { return seed_; }
-  [[nodiscard]] const std::optional<Resume>& resume() const { return resume_; }
-  [[nodiscard]] const std::string& log_path() const { return log_path_; }
-
-  void keep(const Executive& executive, const StepOutputs& outputs) {
-    has_journal_ = journal_->keep(executive, outputs);
-  }
-  void write(const StepInputs& inputs, const StepOutputs& outputs,
-             const std::optional<TruthRecord>& truth) {
-    has_log_ &= log_->write(inputs, outputs, truth);
-  }
-  /// Prints an error if anything was lost; returns false if it was part of the log.
-  bool close() {
-    has_log_ &= log_->close();
-    if (!has_journal_) {
-      complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path_));
-    }
-    if (!has_log_) complain(fmt::format("{}: the log is not complete (disk full?)", log_path_));
-    return has_log_;
-  }
-
- private:
-  std::string log_path_;
-  std::string journal_path_;
-  std::uint64_t seed_ = 0;
-  std::optional<Resume> resume_;
-  std::optional<JournalWriter> journal_;
-  std::optional<LogWriter> log_;
-  bool has_journal_ = true;
-  bool has_log_ = true;
-};
 
 void print_verdict(const DiveResult& result, const std::string& log) {
   print(fmt::format("{}: {} in state {}{}", result.outcome == "success" ? "SUCCESS" : "NOT DONE",
@@ -303,18 +199,23 @@ std::optional<LinkSettings> link_settings(const RunArguments& arguments,
   return settings;
 }
 
+/// True if the cameras can do what the mission uses them for; else prints an error.
+bool serve(const estimation::VisionOptions& vision, const RunArguments& arguments,
+           const LoadedMission& loaded) {
+  if (!has_stereo_eyes(loaded.mission)) return true;
+  const auto& cameras = vision.filter.cameras;
+  const auto eyes = stereo_eyes(cameras[0], cameras[1], {});
+  if (eyes) return true;
+  complain(fmt::format("{}: they are the mission's eyes, but no stereo pair: {}", arguments.cameras,
+                       eyes.error()));
+  return false;
+}
+
 int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   std::optional<estimation::VisionOptions> vision;
   if (!arguments.cameras.empty()) {
     vision = read_vision(arguments.cameras);
-    if (!vision) return kExitUsage;
-    if (const auto& cameras = vision->filter.cameras; has_stereo_eyes(loaded.mission)) {
-      if (const auto eyes = stereo_eyes(cameras[0], cameras[1], {}); !eyes) {
-        complain(fmt::format("{}: they are the mission's eyes, but no stereo pair: {}",
-                             arguments.cameras, eyes.error()));
-        return kExitUsage;
-      }
-    }
+    if (!vision || !serve(*vision, arguments, loaded)) return kExitUsage;
   }
   // Set before the bus is created, because its own thread must not wait either.
   const bool is_first = arguments.link.lockstep || run_first();
@@ -366,38 +267,76 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
 
-}  // namespace
-
-int run_dive(const RunArguments& arguments) {
-  const bool is_linked = !arguments.link.url.empty();
+/// Settings of a simulated dive; prints an error and returns nothing if something is wrong.
+std::optional<DiveSettings> dive_settings(const RunArguments& arguments) {
   DiveSettings settings;
   settings.seed = arguments.seed;
   const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
-  if (!faults) return kExitUsage;
+  if (!faults) return std::nullopt;
   settings.faults = *faults;
   if (arguments.leak_at_s >= 0.0)
     settings.faults.push_back({FaultKind::kLeak, arguments.leak_at_s});
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
-  if (!conditions) return kExitUsage;
+  if (!conditions) return std::nullopt;
   settings.conditions = *conditions;
   if (!arguments.diver.empty()) {
     settings.diver = parse_diver(arguments.diver);
-    if (!settings.diver) return kExitUsage;
+    if (!settings.diver) return std::nullopt;
   }
+  return settings;
+}
+
+/// True if the options fit each other; else prints an error.
+bool fit_each_other(const RunArguments& arguments, const DiveSettings& settings) {
+  const bool is_linked = !arguments.link.url.empty();
   if (is_linked &&
       (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
        !arguments.record.empty() || !arguments.water.empty() || settings.diver)) {
     complain(
         "--diver, --svg, --record and --water are for the built-in simulator, and so are --fault, "
         "--leak-at and --set: with --lcm give those to dive sim");
-    return kExitUsage;
+    return false;
   }
-
   if (!is_linked && !arguments.cameras.empty()) {
     complain("--cameras are those of a vehicle: give its --lcm URL");
-    return kExitUsage;
+    return false;
   }
+  return true;
+}
 
+/// True if the mission can be dived with these options; else prints an error.
+bool fit_mission(const RunArguments& arguments, const Mission& mission) {
+  const bool is_linked = !arguments.link.url.empty();
+  if (!is_linked && !has_rehearsal(mission)) {
+    complain(
+        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
+                    "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+                    arguments.mission));
+    return false;
+  }
+  if (!arguments.cameras.empty() && !goes_by_sight(mission)) {
+    complain(
+        fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
+                    "write estimator=\"visual_inertial\"",
+                    arguments.mission));
+    return false;
+  }
+  if (is_linked && arguments.cameras.empty() && goes_by_sight(mission)) {
+    complain(
+        fmt::format("{}: its estimator is visual_inertial, which needs the calibration of the "
+                    "vehicle's cameras: give --cameras DIR (of a simulated vehicle: dive sim "
+                    "--write-calibration DIR)",
+                    arguments.mission));
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+int run_dive(const RunArguments& arguments) {
+  const std::optional<DiveSettings> settings = dive_settings(arguments);
+  if (!settings || !fit_each_other(arguments, *settings)) return kExitUsage;
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
   if (!loaded) {
@@ -405,29 +344,9 @@ int run_dive(const RunArguments& arguments) {
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});
     return kExitUsage;
   }
-  if (!is_linked && !has_rehearsal(loaded->mission)) {
-    complain(
-        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
-                    "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
-                    arguments.mission));
-    return kExitUsage;
-  }
-  if (!arguments.cameras.empty() && !goes_by_sight(loaded->mission)) {
-    complain(
-        fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
-                    "write estimator=\"visual_inertial\"",
-                    arguments.mission));
-    return kExitUsage;
-  }
-  if (is_linked && arguments.cameras.empty() && goes_by_sight(loaded->mission)) {
-    complain(
-        fmt::format("{}: its estimator is visual_inertial, which needs the calibration of the "
-                    "vehicle's cameras: give --cameras DIR (of a simulated vehicle: dive sim "
-                    "--write-calibration DIR)",
-                    arguments.mission));
-    return kExitUsage;
-  }
-  return is_linked ? dive_linked(arguments, *loaded) : simulate(arguments, *loaded, settings);
+  if (!fit_mission(arguments, loaded->mission)) return kExitUsage;
+  return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings)
+                                    : dive_linked(arguments, *loaded);
 }
 
 }  // namespace dive::mission

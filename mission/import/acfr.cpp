@@ -3,27 +3,23 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "common/se3.h"
 #include "common/suggest.h"
 #include "common/xml.h"
-#include "mission/import/acfr_patterns.h"
+#include "mission/import/acfr_elements.h"
+#include "mission/import/acfr_points.h"
 #include "mission/import/foreign_mission.h"
-#include "mission/import/xml_account.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr XmlLimits kLimits{};
-constexpr std::size_t kMaxPoints = 990;  // limit for all legs of one of our missions
-constexpr double kMinCapture = 0.05;     // m
-constexpr double kMaxCapture = 20.0;     // m
+constexpr double kMinCapture = 0.05;  // m
+constexpr double kMaxCapture = 20.0;  // m
 constexpr std::size_t kMaxDescription = 3900;
 constexpr std::size_t kMaxWord = 60;  // length of a payload command: see as_id()
 constexpr std::array<std::string_view, 6> kRead = {"goto",         "leg",          "zambonie",
@@ -59,20 +55,10 @@ const std::vector<std::string>& known_names() {
   return names;
 }
 
-using Eigen::Vector2d;
-
-/// North and east as ACFR writes them, in our x east and y north.
-Vector2d in_world(double x_north, double y_east) { return {y_east, x_north}; }
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 void lower_names(XmlElement& element) {
-  element.name = lower(std::move(element.name));
+  element.name = lower_case(std::move(element.name));
   for (XmlAttribute& attribute : element.attributes) {
-    attribute.name = lower(std::move(attribute.name));
+    attribute.name = lower_case(std::move(attribute.name));
   }
   for (XmlElement& child : element.children) lower_names(child);
 }
@@ -103,11 +89,12 @@ std::string hint_for_primitive(const std::string& name) {
 
 class Reader {
  public:
-  explicit Reader(ImportReport& report) : report_(report) {}
+  explicit Reader(ImportReport& report) : report_(report), elements_(report) {}
 
   std::optional<ForeignMission> read(const XmlElement& root) {
     if (root.name != "mission") {
-      error(root.span, fmt::format("this is not a mission of ACFR's: the root is '{}'", root.name));
+      elements_.error(root.span,
+                      fmt::format("this is not a mission of ACFR's: the root is '{}'", root.name));
       return std::nullopt;
     }
     ForeignMission mission;
@@ -117,97 +104,37 @@ class Reader {
     for (const XmlElement& element : root.children) {
       if (element.name == "global") read_global(element, mission);
       if (element.name == "location") {
-        leave_out(element, "ACFR's software reads it in 'global' only");
+        elements_.leave_out(element, "ACFR's software reads it in 'global' only");
       }
     }
     for (const XmlElement& primitive : root.children) {
       if (primitive.name != "primitive") continue;
-      account_.take(primitive);
+      elements_.account().take(primitive);
       for (const XmlElement& element : primitive.children) add(element, mission);
     }
     mission.payload = std::move(commands_);
     count_points(root, mission);
     if (!report_.ok()) return std::nullopt;  // the erroneous part was not read to its end
-    account_.report_rest(root, known_names(), report_);
+    elements_.account().report_rest(root, known_names(), report_);
     return mission;
   }
 
  private:
-  void error(Span span, std::string message, std::string hint = {}) {
-    report_.error("IMP-ACFR", span, std::move(message), std::move(hint));
-  }
-
-  // An element that is understood and has no equivalent.
-  void leave_out(const XmlElement& element, const std::string& why) {
-    account_.take(element);
-    for (const XmlAttribute& attribute : element.attributes) {
-      account_.attribute(element, attribute.name);
-    }
-    report_.note("IMP-LEFT-OUT", element.span,
-                 fmt::format("{} is left out: {}", in_words(element), why));
-  }
-
   void count_points(const XmlElement& root, const ForeignMission& mission) {
     std::size_t points = 0;
     for (const ForeignLeg& leg : mission.legs) points += leg.points.size();
     if (mission.legs.empty()) {
-      error(root.span, "the mission has no primitive that can be swum");
-    } else if (points > kMaxPoints) {
-      error(root.span,
-            fmt::format("the mission has {} waypoints, more than {}", points, kMaxPoints));
+      elements_.error(root.span, "the mission has no primitive that can be swum");
+    } else if (points > kMaxAcfrPoints) {
+      elements_.error(root.span, fmt::format("the mission has {} waypoints, more than {}", points,
+                                             kMaxAcfrPoints));
     }
   }
-
-  // --- values ---
-
-  std::optional<double> number_in(const XmlAttribute& attribute) {
-    const std::optional<double> value = parse_number(attribute.value);
-    if (!value) error(attribute.value_span, fmt::format("'{}' is not a number", attribute.value));
-    return value;
-  }
-
-  std::optional<double> number(const XmlElement& element,
-                               std::initializer_list<std::string_view> names) {
-    for (const std::string_view name : names) {
-      if (const XmlAttribute* attribute = account_.attribute(element, name)) {
-        return number_in(*attribute);
-      }
-    }
-    error(element.span, fmt::format("'{}' lacks the attribute '{}'", element.name, *names.begin()));
-    return std::nullopt;
-  }
-
-  /// Value of a required part of the primitive.
-  std::optional<double> part(const XmlElement& primitive, std::string_view name,
-                             std::initializer_list<std::string_view> attributes) {
-    const XmlElement* child = account_.child(primitive, name);
-    if (child != nullptr) return number(*child, attributes);
-    error(primitive.span, fmt::format("'{}' lacks a '{}'", primitive.name, name));
-    return std::nullopt;
-  }
-
-  // Degrees from north. Empty, without an error, if the primitive has none.
-  std::optional<double> heading_of(const XmlElement& primitive) {
-    const XmlElement* element = account_.child(primitive, "heading");
-    if (element == nullptr) element = account_.child(primitive, "rotation");
-    if (element == nullptr) return std::nullopt;
-    if (element->attribute("deg") == nullptr && element->attribute("rad") != nullptr) {
-      const auto angle = number(*element, {"rad"});
-      return angle ? std::optional(rad_to_deg(*angle)) : std::nullopt;
-    }
-    if (element->attribute("deg") == nullptr && element->attribute("r") != nullptr) {
-      report_.warning("IMP-CHANGED", element->span,
-                      fmt::format("{} is taken to be in degrees", in_words(*element)));
-    }
-    return number(*element, {"deg", "r"});
-  }
-
-  // --- the mission as a whole ---
 
   void read_description(const XmlElement& root, ForeignMission& mission) {
-    const XmlElement* desc = account_.child(root, "desc");
+    const XmlElement* desc = elements_.account().child(root, "desc");
     if (desc == nullptr) return;
-    mission.description = squeezed(account_.text(*desc));
+    mission.description = squeezed(elements_.account().text(*desc));
     if (mission.description.size() <= kMaxDescription) return;
     std::size_t end = kMaxDescription;  // not inside a UTF-8 character
     while (end > 0 && (static_cast<unsigned char>(mission.description[end]) & 0xC0U) == 0x80U) {
@@ -219,29 +146,29 @@ class Reader {
   }
 
   void read_global(const XmlElement& global, ForeignMission& mission) {
-    account_.take(global);
+    elements_.account().take(global);
     for (const XmlElement& element : global.children) {
       if (element.name == "drop_distance") {
-        account_.take(element);
-        drop_m_ = number(element, {"m"}).value_or(drop_m_);
+        elements_.account().take(element);
+        drop_m_ = elements_.number(element, {"m"}).value_or(drop_m_);
       } else if (element.name == "location") {
         read_location(element, mission);
       } else if (element.name == "turn_radius") {
-        leave_out(element, "the planner knows how the aqua2 turns");
+        elements_.leave_out(element, "the planner knows how the aqua2 turns");
       } else if (element.name == "drop_angle") {
-        leave_out(element, "a goal is reached by distance alone");
+        elements_.leave_out(element, "a goal is reached by distance alone");
       } else if (element.name == "mission_timeout") {
-        leave_out(element,
-                  "it is ACFR's timeout for primitives without one, not the limits' "
-                  "mission_timeout");
+        elements_.leave_out(element,
+                            "it is ACFR's timeout for primitives without one, not the limits' "
+                            "mission_timeout");
       }
     }
   }
 
   void read_location(const XmlElement& element, ForeignMission& mission) {
-    account_.take(element);
-    const auto latitude = number(element, {"lat"});
-    const auto longitude = number(element, {"lon"});
+    elements_.account().take(element);
+    const auto latitude = elements_.number(element, {"lat"});
+    const auto longitude = elements_.number(element, {"lon"});
     if (!latitude || !longitude) return;
     mission.origin = fmt::format("latitude {}, longitude {}", element.attribute("lat")->value,
                                  element.attribute("lon")->value);
@@ -251,13 +178,12 @@ class Reader {
                              in_words(element)));
   }
 
-  // --- primitives ---
-
   void add(const XmlElement& element, ForeignMission& mission) {
     if (std::ranges::find(kRead, element.name) == kRead.end()) {
-      account_.take(element);
-      return error(element.span, fmt::format("the primitive '{}' is not known", element.name),
-                   hint_for_primitive(element.name));
+      elements_.account().take(element);
+      return elements_.error(element.span,
+                             fmt::format("the primitive '{}' is not known", element.name),
+                             hint_for_primitive(element.name));
     }
     if (std::ranges::find(kDropped, element.name) != kDropped.end()) {
       report_.warning("IMP-PRIMITIVE", element.span,
@@ -266,7 +192,7 @@ class Reader {
                                   element.name),
                       {}, element.name == "command" ? "" : hint_for_primitive(element.name));
     }
-    account_.take(element);
+    elements_.account().take(element);
     if (element.name == "command") return keep_commands(element);
     ForeignLeg leg;
     leg.span = element.span;
@@ -275,7 +201,7 @@ class Reader {
     read_depth_mode(element, leg);
     keep_commands(element);
     leg.payload = std::exchange(commands_, {});
-    const bool has_points = read_points(element, leg);
+    const bool has_points = read_points(elements_, element, leg);
     leave_out_parts(element);
     if (!has_points) return;
     if (leg.timeout_s == 0.0) return pass(std::move(leg), mission);
@@ -295,8 +221,8 @@ class Reader {
 
   void read_capture_radius(const XmlElement& primitive, ForeignLeg& leg) {
     double drop_m = drop_m_;
-    if (const XmlElement* own = account_.child(primitive, "drop_distance")) {
-      drop_m = number(*own, {"m"}).value_or(drop_m);
+    if (const XmlElement* own = elements_.account().child(primitive, "drop_distance")) {
+      drop_m = elements_.number(*own, {"m"}).value_or(drop_m);
     }
     leg.capture_radius = std::clamp(drop_m, kMinCapture, kMaxCapture);
     if (leg.capture_radius == drop_m) return;
@@ -307,12 +233,13 @@ class Reader {
   }
 
   void read_pace(const XmlElement& primitive, ForeignLeg& leg) {
-    leg.timeout_s = part(primitive, "timeout", {"t"});
-    leg.speed = part(primitive, "velocity", {"x"});
+    leg.timeout_s = elements_.part(primitive, "timeout", {"t"});
+    leg.speed = elements_.part(primitive, "velocity", {"x"});
     if (const XmlElement* timeout = primitive.child("timeout")) leg.timeout_span = timeout->span;
     if (const XmlElement* velocity = primitive.child("velocity")) leg.speed_span = velocity->span;
     if (leg.timeout_s && *leg.timeout_s < 0.0) {
-      error(leg.timeout_span, fmt::format("a timeout of {:g} s is negative", *leg.timeout_s));
+      elements_.error(leg.timeout_span,
+                      fmt::format("a timeout of {:g} s is negative", *leg.timeout_s));
     }
     if (!leg.speed || *leg.speed > 0.0) return;
     report_.warning("IMP-SPEED", leg.speed_span,
@@ -323,8 +250,9 @@ class Reader {
   }
 
   void read_depth_mode(const XmlElement& element, ForeignLeg& leg) {
-    const XmlElement* depth = account_.child(element, "depth");
-    const XmlAttribute* mode = depth == nullptr ? nullptr : account_.attribute(*depth, "mode");
+    const XmlElement* depth = elements_.account().child(element, "depth");
+    const XmlAttribute* mode =
+        depth == nullptr ? nullptr : elements_.account().attribute(*depth, "mode");
     if (mode == nullptr) {
       report_.warning(
           "IMP-MODE", element.span,
@@ -333,12 +261,12 @@ class Reader {
                       element.name));
       return;
     }
-    const std::string word = lower(mode->value);
+    const std::string word = lower_case(mode->value);
     leg.is_altitude = word == "altitude";
     if (leg.is_altitude || word == "depth") return;
     const std::string hint = did_you_mean(word, std::vector<std::string>{"depth", "altitude"});
-    error(mode->value_span, fmt::format("'{}' is no depth mode", mode->value),
-          hint.empty() ? "there are depth and altitude" : hint);
+    elements_.error(mode->value_span, fmt::format("'{}' is no depth mode", mode->value),
+                    hint.empty() ? "there are depth and altitude" : hint);
   }
 
   void keep_commands(const XmlElement& primitive) {
@@ -348,101 +276,30 @@ class Reader {
   }
 
   void keep_command(const XmlElement& element) {
-    account_.take(element);
-    const XmlAttribute* device = account_.attribute(element, "device");
+    elements_.account().take(element);
+    const XmlAttribute* device = elements_.account().attribute(element, "device");
     if (device == nullptr || element.attributes.size() < 2) {
-      return error(element.span, "a command needs a device, and onoff or another setting for it");
+      return elements_.error(element.span,
+                             "a command needs a device, and onoff or another setting for it");
     }
     std::string word = device->value;
-    if (const XmlAttribute* state = account_.attribute(element, "onoff"))
+    if (const XmlAttribute* state = elements_.account().attribute(element, "onoff"))
       word += "_" + state->value;
     for (const XmlAttribute& attribute : element.attributes) {
       if (attribute.name == "device" || attribute.name == "onoff") continue;
-      account_.attribute(element, attribute.name);
+      elements_.account().attribute(element, attribute.name);
       word += fmt::format("_{}_{}", attribute.name, attribute.value);
     }
     if (word.size() > kMaxWord) {
-      return error(element.span, fmt::format("{} is too long to be a payload command: more than {} "
-                                             "characters",
-                                             in_words(element), kMaxWord));
+      return elements_.error(element.span,
+                             fmt::format("{} is too long to be a payload command: more than {} "
+                                         "characters",
+                                         in_words(element), kMaxWord));
     }
     commands_.push_back(as_id(word));
     report_.note("IMP-PAYLOAD", element.span,
                  fmt::format("{} becomes the payload command '{}', which the payload must know",
                              in_words(element), commands_.back()));
-  }
-
-  // --- positions ---
-
-  bool read_points(const XmlElement& element, ForeignLeg& leg) {
-    const auto x = part(element, "position", {"x"});
-    const auto y = part(element, "position", {"y"});
-    const auto z = part(element, "position", {"z"});
-    if (!x || !y || !z) return false;
-    leg.z = std::max(*z, 0.0);
-    if (*z < 0.0) {
-      report_.warning("IMP-CHANGED", element.child("position")->span,
-                      fmt::format("'position' z=\"{:g}\" is {}: it becomes 0", *z,
-                                  leg.is_altitude ? "in the ground" : "above the surface"));
-    }
-    const Vector2d begin = in_world(*x, *y);
-    leg.points = {begin};
-    const auto heading = heading_of(element);
-    if (element.name == "goto") {
-      if (heading) leg.heading_deg = *heading - 360.0 * std::floor(*heading / 360.0);
-      return true;
-    }
-    if (!heading) {
-      error(element.span, fmt::format("'{}' lacks a 'heading'", element.name));
-      return false;
-    }
-    const auto length = part(element, "length", {"m", "l"});
-    if (!length) return false;
-    const double h = deg_to_rad(*heading);
-    const Vector2d along = in_world(std::cos(h), std::sin(h));
-    if (element.name == "leg") {
-      leg.points.push_back(begin + *length * along);
-      return true;
-    }
-    return cover(element, {begin, along, in_world(-std::sin(h), std::cos(h)), *length}, leg);
-  }
-
-  // `area` lacks the pattern-specific values, and its `across` is to starboard.
-  bool cover(const XmlElement& element, CoveredArea area, ForeignLeg& leg) {
-    const auto width = part(element, "width", {"m", "w"});
-    const bool has_offset =
-        element.child("spacing") == nullptr && element.child("offset") != nullptr;
-    const auto spacing = part(element, has_offset ? "offset" : "spacing", {"m", "s"});
-    if (!width || !spacing) return false;
-    if (*spacing < 0.05 || area.length < 0.0 || *width < 0.0 ||
-        *width / *spacing > static_cast<double>(kMaxPoints)) {
-      error(element.span,
-            fmt::format("{:g} m of width cannot be covered every {:g} m", *width, *spacing));
-      return false;
-    }
-    area.width = *width;
-    area.spacing = *spacing;
-    if (is_counterclockwise(element)) area.across *= -1.0;
-    const bool rows = element.name == "zambonie";
-    leg.points = rows ? rows_over(area) : spiral_over(area);
-    report_.warning(
-        "IMP-PATTERN", element.span,
-        rows ? fmt::format("'zambonie' is swum as {} rows back and forth, one after the other; "
-                           "ACFR's vehicles swim loops, so that rows beside each other are far "
-                           "apart in time",
-                           leg.points.size() / 2)
-             : fmt::format("'{}' is swum with square corners", element.name));
-    return true;
-  }
-
-  bool is_counterclockwise(const XmlElement& element) {
-    const XmlElement* direction = account_.child(element, "direction");
-    const XmlAttribute* turn = direction == nullptr ? nullptr : account_.attribute(*direction, "d");
-    if (turn == nullptr) return false;
-    const std::string word = lower(turn->value);
-    if (word == "cw" || word == "ccw") return word == "ccw";
-    error(turn->value_span, fmt::format("'{}' is no direction: there are cw and ccw", turn->value));
-    return false;
   }
 
   void leave_out_parts(const XmlElement& primitive) {
@@ -454,12 +311,12 @@ class Reader {
          {"min_width_length", "the whole area is covered"},
          {"drop_angle", "a goal is reached by distance alone"}}};
     for (const auto& [name, why] : kParts) {
-      if (const XmlElement* element = primitive.child(name)) leave_out(*element, why);
+      if (const XmlElement* element = primitive.child(name)) elements_.leave_out(*element, why);
     }
   }
 
   ImportReport& report_;
-  XmlAccount account_;
+  AcfrElements elements_;
   double drop_m_ = 0.5;
   std::vector<std::string> commands_;
 };
