@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "mission/check/site.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -103,7 +104,7 @@ void legs_fit_their_timeouts(Site& site) {
 
 void surfacing_is_unobstructed(Site& site) {
   for (int surface = 0; surface < site.index.size(); ++surface) {
-    if (!std::holds_alternative<SurfaceState>(site.index.spec(surface).leaf)) continue;
+    if (!is_surfacing(site.index.spec(surface))) continue;
     for (int state = 0; state < site.index.size(); ++state) {
       if (!site.flow.entered(state)) continue;
       for (const int a : site.flow.arcs_from(state)) {
@@ -111,6 +112,13 @@ void surfacing_is_unobstructed(Site& site) {
         if (contains(arc.lands, surface)) check_way_up(site, arc, state, surface);
       }
     }
+  }
+}
+
+void states_obey_their_own_rules(Site& site) {
+  for (int state = 0; state < site.index.size(); ++state) {
+    const StateSpec& spec = site.index.spec(state);
+    if (spec.atomic) spec.atomic->check_in_map(site.mission, spec, site);
   }
 }
 

@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "common/assert.h"
+#include "mission/document/state_index.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
 #include "mission/statechart/interpreter.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -53,7 +55,7 @@ class Walker final : public statechart::Environment {
     }
     if (entered_state.kind != statechart::StateKind::kAtomic) return;
     const StateSpec* spec = machine_.specs[index(state)];
-    if (spec == nullptr || std::holds_alternative<std::monostate>(spec->leaf)) return;
+    if (spec == nullptr || !spec->atomic) return;
     open_leaves_.push_back(state);
     route_.leaves.push_back(entered_state.id);
     add_leaf(*spec);
@@ -63,21 +65,16 @@ class Walker final : public statechart::Environment {
   static std::size_t index(int id) { return static_cast<std::size_t>(id); }
 
   void add_leaf(const StateSpec& spec) {
-    if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) add_goal(spec, leaf->goal);
-    if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
-      for (const Goal& goal : leaf->goals) add_goal(spec, goal);
-    }
-    if (const auto* leaf = std::get_if<HoldState>(&spec.leaf)) {
-      route_.hold_s += leaf->duration_s.value;
-    }
-    if (std::holds_alternative<SurfaceState>(spec.leaf)) {
+    for (const Goal* goal : goals_of(spec)) add_goal(spec, *goal);
+    route_.hold_s += spec.atomic->rest_s().value;
+    if (is_surfacing(spec)) {
       route_.ascent_m += std::max(-at_.z(), 0.0);
       at_.z() = 0.0;
     }
   }
 
   void add_goal(const StateSpec& spec, const Goal& goal) {
-    RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(context_, goal)};
+    RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(*context_.scene, goal)};
     const auto& limits = context_.mission->limits;
     const auto& reduced =
         goal.reduced_clearance ? goal.reduced_clearance : limits.reduced_clearance;

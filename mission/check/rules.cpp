@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include "mission/check/site.h"
+#include "mission/states/state_elements.h"
 
 namespace dive::mission {
 namespace {
@@ -31,6 +32,7 @@ constexpr void (*kWayRules[])(Site&) = {
     overheads_are_declared,
     legs_fit_their_timeouts,
     surfacing_is_unobstructed,
+    states_obey_their_own_rules,
 };
 
 constexpr Rule kMapRules[] = {
@@ -69,6 +71,8 @@ std::vector<Rule> all_rules() {
   std::vector<Rule> rules(document.begin(), document.end());
   rules.insert(rules.end(), std::begin(kMapRules), std::end(kMapRules));
   rules.insert(rules.end(), std::begin(kRules), std::end(kRules));
+  const std::vector<Rule> of_states = state_rules();
+  rules.insert(rules.end(), of_states.begin(), of_states.end());
   return rules;
 }
 

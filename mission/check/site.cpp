@@ -43,6 +43,7 @@ std::vector<Spot> Site::spots() const {
     for (const Goal* goal : goals_of(spec)) {
       Spot spot{fmt::format("the goal '{}'", goal->id.value), &goal->position, {}, spec.overhead};
       if (goal->heading_deg) spot.heading_deg = goal->heading_deg->value;
+      if (goal->dwell_heading_deg) spot.heading_deg = goal->dwell_heading_deg;
       spots.push_back(std::move(spot));
     }
   }

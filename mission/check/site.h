@@ -10,6 +10,7 @@
 #include "mission/document/flow.h"
 #include "mission/document/mission.h"
 #include "mission/document/state_index.h"
+#include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
 #include "planning/world/world.h"
 
@@ -23,7 +24,7 @@ struct Spot {
   bool overhead_declared = false;
 };
 
-class Site {
+class Site final : public MapContext {
  public:
   /// All three must outlive this object.
   Site(const Mission& whole, const planning::World& solid, const planning::RobotHull& hull,
@@ -37,8 +38,8 @@ class Site {
 
   /// Start and goals in document order.
   [[nodiscard]] std::vector<Spot> spots() const;
-  /// Position in W; empty where an altitude has no ground below.
-  [[nodiscard]] std::optional<Eigen::Vector3d> in_world(const Position& position) const;
+  [[nodiscard]] double hull_radius() const override { return radius_; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> in_world(const Position& position) const override;
   /// Height of the first solid vertically below, if there is any.
   [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
   /// Nearest obstacle to the hull at the best attitude that the mission allows there, if it is
@@ -46,12 +47,12 @@ class Site {
   /// bound of the true one: a distance that is too small proves a conflict.
   [[nodiscard]] std::optional<planning::Contact> nearest(const Eigen::Vector3d& p_W,
                                                          const std::optional<double>& heading_deg,
-                                                         double cutoff);
+                                                         double cutoff) override;
   /// Index of an obstacle between p_W and the surface, -1 if there is none.
   [[nodiscard]] int overhead(const Eigen::Vector3d& p_W) const;
-  [[nodiscard]] const std::string& obstacle_name(int obstacle) const;
+  [[nodiscard]] const std::string& obstacle_name(int obstacle) const override;
 
-  void error(const char* code, Span span, std::string message, std::string hint = {});
+  void error(const char* code, Span span, std::string message, std::string hint = {}) override;
   void warning(const char* code, Span span, std::string message, std::string hint = {});
 
  private:
@@ -77,5 +78,6 @@ void overheads_are_declared(Site& site);
 // Rules of leg_rules.cpp.
 void legs_fit_their_timeouts(Site& site);
 void surfacing_is_unobstructed(Site& site);
+void states_obey_their_own_rules(Site& site);
 
 }  // namespace dive::mission

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mission/states/atomic_state.h"
+
 namespace dive::mission {
 
 Whereabouts::Whereabouts(const Mission& mission, const StateIndex& index, const Flow& flow)
@@ -61,9 +63,9 @@ void Whereabouts::spread() {
 std::set<Place> Whereabouts::after(int state) const {
   const int last_goal = last_goal_[static_cast<std::size_t>(state)];
   if (last_goal >= 0) return {Place{last_goal, false}};
-  if (std::holds_alternative<RetraceState>(index_.spec(state).leaf)) return {};  // in open water
+  if (is_retracing(index_.spec(state))) return {};  // in open water
   const std::set<Place>& places = at_begin_[static_cast<std::size_t>(state)];
-  if (!std::holds_alternative<SurfaceState>(index_.spec(state).leaf)) return places;
+  if (!is_surfacing(index_.spec(state))) return places;
   std::set<Place> surfaced;
   for (const Place& place : places) surfaced.insert(Place{place.goal, true});
   return surfaced;

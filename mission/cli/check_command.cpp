@@ -13,6 +13,7 @@
 #include "mission/cli/mesh_report.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
+#include "mission/states/state_elements.h"
 
 namespace dive::mission {
 namespace {
@@ -57,8 +58,9 @@ void print_report(const CheckReport& report) {
 
 int run_check(const CheckArguments& arguments) {
   if (arguments.list_rules) {
-    print_rules({document_rules(), map_rules(), world_rules(), deck_rules(), import_rules()},
-                arguments.json);
+    print_rules(
+        {document_rules(), map_rules(), world_rules(), state_rules(), deck_rules(), import_rules()},
+        arguments.json);
     return kExitSuccess;
   }
   CheckOptions options;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "mission/document/rule_set.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -161,8 +162,7 @@ void mission_surfaces(const Subject& subject, const Flow& flow) {
   const StateIndex& index = subject.index;
   std::vector<bool> surfacing(static_cast<std::size_t>(index.size()), false);
   for (int state = 0; state < index.size(); ++state) {
-    surfacing[static_cast<std::size_t>(state)] =
-        std::holds_alternative<SurfaceState>(index.spec(state).leaf);
+    surfacing[static_cast<std::size_t>(state)] = is_surfacing(index.spec(state));
   }
   const std::vector<bool> ends = flow.ends();
   const std::vector<bool> anyhow = flow.reached_without(std::vector<bool>(surfacing.size(), false));

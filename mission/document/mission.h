@@ -2,10 +2,10 @@
 // A mission as typed values, each with its position in the file.
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -44,6 +44,7 @@ struct Goal {
   std::optional<Located<double>> heading_deg;  ///< Clockwise from north, as on a compass.
   Located<double> capture_radius;              ///< m
   Located<double> dwell_s;
+  std::optional<double> dwell_heading_deg;  ///< Heading that the vehicle turns to for the dwell.
   /// Reduced clearance of the leg to this goal, instead of the one in the limits.
   std::optional<Located<double>> reduced_clearance;
   Span span;
@@ -66,25 +67,8 @@ struct Timeout {
   Located<std::string> on_timeout;  ///< State entered at the timeout.
 };
 
-struct GotoState {
-  Goal goal;
-};
-/// Goals in sequence. A transect is one too: its goals are the ends of its rows.
-struct GoalSequenceState {
-  std::vector<Goal> goals;
-};
-struct HoldState {
-  Located<double> duration_s;
-};
-struct RetraceState {};
-struct SurfaceState {
-  bool makes_room = true;  ///< Moves away first from obstacles that it may drift against.
-};
-
-/// monostate: an empty `state`, which only monitors and commands nothing. It is allowed only in
-/// regions of a parallel that do not steer.
-using Leaf = std::variant<std::monostate, GotoState, GoalSequenceState, HoldState, RetraceState,
-                          SurfaceState>;
+/// The behaviour of an atomic state as the mission describes it: mission/states/atomic_state.h.
+class AtomicState;
 
 /// An action on entry, on exit or in a transition.
 struct ActionSpec {
@@ -124,7 +108,10 @@ struct StateSpec {
   Located<std::string> id;
   std::string element;  ///< Element as written: "goto", "transect", ...; a part has its parent's.
   StateType type = StateType::kLeaf;
-  Leaf leaf;  ///< Used only by kLeaf.
+  /// Behaviour, used only by kLeaf. Null: an empty `state`, which only monitors and commands
+  /// nothing. It is allowed only in regions of a parallel that do not steer.
+  std::shared_ptr<const AtomicState> atomic;
+  bool is_generated = false;  ///< Made of its parent's element, not written by itself.
   std::optional<Located<std::string>>
       initial;            ///< Compound: the first child if not written. History: its default.
   bool overhead = false;  ///< Declared here or on an ancestor.

@@ -11,6 +11,7 @@
 
 #include "common/suggest.h"
 #include "mission/document/rule_set.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -84,7 +85,7 @@ void ids_are_unique(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
     note(spec.id);
-    if (std::holds_alternative<GotoState>(spec.leaf)) continue;  // its goal is the state itself
+    if (spec.atomic && spec.atomic->is_its_goal()) continue;
     for (const Goal* goal : goals_of(spec)) note(goal->id);
   }
 }
@@ -105,8 +106,7 @@ void raised_events_are_its_own(const Subject& subject) {
                                             "abort", "map",     "estimator", "loop",     "dive"};
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
-    const bool is_made = spec.element == "wreck_penetration" && spec.type == StateType::kLeaf;
-    if (is_made) continue;
+    if (spec.is_generated) continue;
     for (const ActionSpec* action : actions_of(spec)) {
       if (action->kind != ActionSpec::Kind::kRaise) continue;
       const std::string family = action->text.value.substr(0, action->text.value.find('.'));

@@ -1,6 +1,7 @@
 #include "mission/document/rules.h"
 
 #include "mission/document/rule_set.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -80,6 +81,14 @@ constexpr Rule kRules[] = {
     {"MIS-ENDS-SUBMERGED", Severity::kWarning, "The mission cannot end under water."},
 };
 
+// The rules that an element has of its own.
+void states_obey_their_own_rules(const Subject& subject, Diagnostics& diagnostics) {
+  for (int state = 0; state < subject.index.size(); ++state) {
+    const StateSpec& spec = subject.index.spec(state);
+    if (spec.atomic) spec.atomic->check(subject.mission, spec, diagnostics);
+  }
+}
+
 using DocumentRule = void (*)(const Subject&);
 
 constexpr DocumentRule kNameRules[] = {
@@ -121,6 +130,7 @@ void check_rules(const Mission& mission, Diagnostics& diagnostics) {
   for (const DocumentRule rule : kStructureRules) rule(subject);
   const bool is_machine = diagnostics.error_count() == errors_before;
   for (const DocumentRule rule : kValueRules) rule(subject);
+  states_obey_their_own_rules(subject, diagnostics);
   // Flow is checked only for a valid machine.
   if (!is_machine) return;
   const Flow flow(mission, subject.index);

@@ -20,7 +20,8 @@ struct Rule {
   const char* sentence = "";  ///< The condition that must hold.
 };
 
-/// All codes that load_mission() can report, in the order in which they are checked.
+/// All codes that load_mission() can report, in the order in which they are checked, except those
+/// of single states: state_rules() in mission/states/state_elements.h.
 [[nodiscard]] std::span<const Rule> document_rules();
 
 /// Reports every violation, with the codes MIS-*. Rules about flow are skipped for a machine with

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "mission/states/atomic_state.h"
+
 namespace dive::mission {
 
 StateIndex::StateIndex(const Mission& mission) {
@@ -47,13 +49,10 @@ bool is_history(const StateSpec& spec) {
 }
 
 bool is_behavior(const StateSpec& spec) {
-  return spec.type == StateType::kLeaf && !std::holds_alternative<std::monostate>(spec.leaf);
+  return spec.type == StateType::kLeaf && spec.atomic != nullptr;
 }
 
-bool is_planning(const StateSpec& spec) {
-  return std::holds_alternative<GotoState>(spec.leaf) ||
-         std::holds_alternative<GoalSequenceState>(spec.leaf);
-}
+bool is_planning(const StateSpec& spec) { return !goals_of(spec).empty(); }
 
 std::vector<const ActionSpec*> actions_of(const StateSpec& spec) {
   std::vector<const ActionSpec*> actions;
@@ -81,12 +80,7 @@ const Timeout* state_timeout(const StateSpec& spec) {
 }
 
 std::vector<const Goal*> goals_of(const StateSpec& spec) {
-  std::vector<const Goal*> goals;
-  if (const auto* leaf = std::get_if<GotoState>(&spec.leaf)) goals.push_back(&leaf->goal);
-  if (const auto* leaf = std::get_if<GoalSequenceState>(&spec.leaf)) {
-    for (const Goal& goal : leaf->goals) goals.push_back(&goal);
-  }
-  return goals;
+  return spec.atomic ? spec.atomic->goals() : std::vector<const Goal*>();
 }
 
 std::set<std::string> possible_events(const StateIndex& index) {

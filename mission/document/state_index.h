@@ -60,7 +60,7 @@ class StateIndex {
 [[nodiscard]] std::vector<const ActionSpec*> actions_of(const StateSpec& spec);
 /// The timeout, or nullptr.
 [[nodiscard]] const Timeout* state_timeout(const StateSpec& spec);
-/// The goals of a goto or goal_sequence; empty for other states.
+/// The goals of a state in the order in which they are visited; empty for a state without.
 [[nodiscard]] std::vector<const Goal*> goals_of(const StateSpec& spec);
 
 }  // namespace dive::mission

@@ -1,11 +1,14 @@
 #include "mission/document/state_reader.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "common/assert.h"
 #include "mission/document/source_place.h"
 #include "mission/document/state_index.h"
+#include "mission/states/state_elements.h"
 
 namespace dive::mission {
 namespace {
@@ -18,22 +21,25 @@ std::optional<Located<std::string>> first_inside(const StateSpec& spec) {
 }
 
 bool is_state(const XmlElement& element) {
-  constexpr std::string_view kOthers[] = {"goal",   "leg",     "rows",   "entry",     "exit",
-                                          "replan", "onentry", "onexit", "transition"};
-  return std::ranges::find(kOthers, element.name) == std::end(kOthers);
+  constexpr std::string_view kStructure[] = {"state", "parallel", "history", "final"};
+  return find_state_element(element.name) != nullptr ||
+         std::ranges::find(kStructure, element.name) != std::end(kStructure);
 }
 
 }  // namespace
 
 StateSpec StateReader::state(const XmlElement& element, bool overhead_above) {
-  if (element.name == "wreck_penetration") return penetration(element);
   StateSpec spec;
   spec.element = element.name;
   spec.id = attributes_.name(element, "id");
   spec.overhead = overhead_above || (element.attribute("overhead") != nullptr &&
                                      attributes_.flag(element, "overhead"));
-  set_type_and_leaf(element, spec);
   read_content(element, spec);
+  if (const StateElement* own = find_state_element(element.name)) {
+    own->read(element, *this, spec);
+    return spec;
+  }
+  set_type(element, spec);
   for (const XmlElement& child : element.children) {
     if (is_state(child)) spec.children.push_back(state(child, spec.overhead));
   }
@@ -60,31 +66,26 @@ void StateReader::read_content(const XmlElement& element, StateSpec& spec) {
   }
 }
 
-void StateReader::set_type_and_leaf(const XmlElement& element, StateSpec& spec) {
-  if (element.name == "goto") {
-    spec.leaf = GotoState{goal(element)};
-  } else if (element.name == "goal_sequence") {
-    GoalSequenceState sequence;
-    for (const XmlElement& child : element.children) {
-      if (child.name == "goal") sequence.goals.push_back(goal(child));
-    }
-    spec.leaf = std::move(sequence);
-  } else if (element.name == "transect") {
-    spec.leaf = transect(element);
-  } else if (element.name == "hold") {
-    spec.leaf = HoldState{attributes_.number(element, "duration")};
-  } else if (element.name == "retrace") {
-    spec.leaf = RetraceState{};
-  } else if (element.name == "surface") {
-    spec.leaf = SurfaceState{};
-  } else if (element.name == "history") {
+void StateReader::set_type(const XmlElement& element, StateSpec& spec) const {
+  if (element.name == "history") {
     spec.type = attributes_.name(element, "type").value == "deep" ? StateType::kDeepHistory
                                                                   : StateType::kShallowHistory;
+  } else if (element.name == "final") {
+    spec.type = StateType::kFinal;
+  } else if (element.name == "parallel") {
+    spec.type = StateType::kParallel;
   } else {
-    spec.type = element.name == "final"      ? StateType::kFinal
-                : element.name == "parallel" ? StateType::kParallel
-                                             : StateType::kCompound;
+    DIVE_DEMAND(element.name == "state");  // all others are in the table
+    spec.type = StateType::kCompound;
   }
+}
+
+std::vector<Goal> StateReader::goals_in(const XmlElement& element) const {
+  std::vector<Goal> goals;
+  for (const XmlElement& child : element.children) {
+    if (child.name == "goal") goals.push_back(goal(child));
+  }
+  return goals;
 }
 
 Goal StateReader::goal(const XmlElement& element) const {

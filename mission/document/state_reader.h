@@ -1,7 +1,9 @@
 #pragma once
-// The states of a mission, from elements that have passed the schema. `transect` becomes a sequence
-// of goals and `wreck_penetration` a state with child states, so that no other code handles them.
-// Private to mission/document.
+// The states of a mission, from elements that have passed the schema. What is common to all states
+// is read here; what an element has of its own is read by its file in mission/states.
+
+#include <optional>
+#include <vector>
 
 #include "common/diagnostic.h"
 #include "common/xml.h"
@@ -18,25 +20,21 @@ class StateReader {
 
   [[nodiscard]] StateSpec read(const XmlElement& element) { return state(element, false); }
 
+  // For the elements of mission/states.
+  [[nodiscard]] const AttributeReader& attributes() const { return attributes_; }
+  /// The goal that the attributes of an element give.
+  [[nodiscard]] Goal goal(const XmlElement& element) const;
+  /// The goals of all its elements <goal>.
+  [[nodiscard]] std::vector<Goal> goals_in(const XmlElement& element) const;
+
  private:
   [[nodiscard]] StateSpec state(const XmlElement& element, bool overhead_above);
-  void set_type_and_leaf(const XmlElement& element, StateSpec& spec);
+  void set_type(const XmlElement& element, StateSpec& spec) const;
   void read_content(const XmlElement& element, StateSpec& spec);
-  [[nodiscard]] Goal goal(const XmlElement& element) const;
   [[nodiscard]] std::optional<Timeout> timeout(const XmlElement& element);
   [[nodiscard]] TransitionSpec transition(const XmlElement& element);
   [[nodiscard]] std::optional<Guard> guard(const XmlAttribute& cond);
   [[nodiscard]] std::vector<ActionSpec> actions(const XmlElement& element) const;
-
-  // Defined in mission/states/transect.cpp.
-  [[nodiscard]] GoalSequenceState transect(const XmlElement& element) const;
-  // Defined in mission/states/wreck_penetration.cpp.
-  [[nodiscard]] StateSpec penetration(const XmlElement& element);
-  [[nodiscard]] StateSpec penetration_part(const XmlElement& element, const char* part,
-                                           Leaf leaf) const;
-  [[nodiscard]] Goal penetration_waypoint(const XmlElement& element, const XmlElement& waypoint,
-                                          const char* part) const;
-  [[nodiscard]] TransitionSpec turn_back(const XmlElement& element) const;
 
   const AttributeReader& attributes_;
   Diagnostics& diagnostics_;

@@ -8,6 +8,7 @@
 
 #include "mission/document/rule_set.h"
 #include "mission/document/rules.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -104,7 +105,7 @@ void eyes_are_looked_through(const Subject& subject) {
 void surfacing_is_in_open_water(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
-    if (!spec.overhead || !std::holds_alternative<SurfaceState>(spec.leaf)) continue;
+    if (!spec.overhead || !is_surfacing(spec)) continue;
     subject.error(
         "MIS-SURFACE-OVERHEAD", spec.id.span,
         fmt::format("'{}' surfaces, but is declared to be under an overhead", spec.id.value),
@@ -197,15 +198,14 @@ void times_fit_into_the_mission(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);
     const Timeout* timeout = state_timeout(spec);
-    const auto* hold = std::get_if<HoldState>(&spec.leaf);
-    const Located<double>* time = timeout != nullptr ? &timeout->seconds
-                                  : hold != nullptr  ? &hold->duration_s
-                                                     : nullptr;
-    if (time == nullptr || time->value <= limit.value) continue;
+    const Located<double> time = timeout != nullptr ? timeout->seconds
+                                 : spec.atomic      ? spec.atomic->rest_s()
+                                                    : Located<double>();
+    if (time.value <= limit.value) continue;
     subject.warning(
-        "MIS-TIME", time->span,
+        "MIS-TIME", time.span,
         fmt::format("the timeout of '{}' is {:g} s, longer than the whole mission ({:g} s, {})",
-                    spec.id.value, time->value, limit.value,
+                    spec.id.value, time.value, limit.value,
                     subject.mission.source.line_name(limit.span.line)));
   }
 }

@@ -1,9 +1,8 @@
 #include "mission/executive/active_behavior.h"
 
-#include <variant>
-
-#include "behaviors/retrace.h"
 #include "common/assert.h"
+#include "mission/document/state_index.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 
@@ -21,18 +20,20 @@ ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, C
 
 void ActiveBehavior::enter(StateId state, int goals_done) {
   const auto index = static_cast<std::size_t>(state);
-  if (std::holds_alternative<std::monostate>(machine_.leaves[index])) return;
+  if (!machine_.atomic[index]) return;
   progress_ = {};
   behaviors_[index] = make(state, goals_done);
 }
 
 std::unique_ptr<behaviors::Behavior> ActiveBehavior::make(StateId state, int goals_done) const {
   const auto index = static_cast<std::size_t>(state);
-  const Leaf& leaf = machine_.leaves[index];
-  if (std::holds_alternative<RetraceState>(leaf)) {
-    return std::make_unique<behaviors::Retrace>(trail_, context_.leg, &map_);
-  }
-  return make_leaf_behavior(context_, leaf, machine_.specs[index], goals_done);
+  const StateSpec* spec = machine_.specs[index];
+  return machine_.atomic[index]->make_behavior(
+      {.leg = spec != nullptr ? leg_settings(context_, *spec) : context_.leg,
+       .scene = *context_.scene,
+       .trail = trail_,
+       .observed_map = map_,
+       .goals_done = goals_done});
 }
 
 void ActiveBehavior::leave(StateId state) {
@@ -56,9 +57,7 @@ std::optional<bool> ActiveBehavior::declared_overhead() const {
   const std::optional<StateId> active = state();
   if (!active || machine_.is_own(*active)) return std::nullopt;
   const StateSpec& spec = *machine_.specs[static_cast<std::size_t>(*active)];
-  const bool has_goals = std::holds_alternative<GotoState>(spec.leaf) ||
-                         std::holds_alternative<GoalSequenceState>(spec.leaf);
-  return has_goals ? std::optional(spec.overhead) : std::nullopt;
+  return is_planning(spec) ? std::optional(spec.overhead) : std::nullopt;
 }
 
 behaviors::Behavior& ActiveBehavior::behavior() const {

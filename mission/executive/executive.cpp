@@ -14,6 +14,7 @@
 #include "mission/executive/executive_impl.h"
 #include "mission/executive/failsafe_words.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -312,7 +313,7 @@ void Executive::Impl::follow_behavior() {
 void Executive::Impl::fail(StateId leaf, behaviors::Failure failure) {
   const auto index = static_cast<std::size_t>(leaf);
   const std::string& why = behavior.progress().plan_failure;
-  if (machine.is_own(leaf) || std::holds_alternative<RetraceState>(machine.leaves[index])) {
+  if (machine.is_own(leaf) || is_retracing(*machine.specs[index])) {
     situation.retrace_failed = true;  // the failsafe responds in the next tick
     situation.retrace_failure = why.empty() ? "the trail never saw open water" : why;
     return;

@@ -2,6 +2,7 @@
 
 #include "mission/executive/executive_impl.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 

@@ -2,14 +2,8 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
-#include "behaviors/goal_sequence.h"
-#include "behaviors/hold.h"
-#include "behaviors/surface.h"
-#include "common/assert.h"
 #include "mission/document/state_index.h"
-#include "planning/world/sounding.h"
 
 namespace dive::mission {
 namespace {
@@ -80,53 +74,11 @@ LeafContext make_leaf_context(const Mission& mission, const planning::Scene& sce
   return context;
 }
 
-double ground_height(const planning::Scene& scene, const Position& position) {
-  const Eigen::Vector3d at_surface(position.x.value, position.y.value, 0.0);
-  return planning::ground_below(scene, at_surface).value_or(0.0);
-}
-
-behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal) {
-  behaviors::LegGoal leg;
-  leg.id = goal.id.value;
-  leg.position_W = goal.position.in_world(ground_height(*context.scene, goal.position));
-  if (goal.heading_deg) leg.yaw = heading_to_yaw(goal.heading_deg->value);
-  leg.capture_radius = goal.capture_radius.value;
-  leg.dwell_s = goal.dwell_s.value;
-  return leg;
-}
-
 behaviors::LegSettings leg_settings(const LeafContext& context, const StateSpec& spec) {
   behaviors::LegSettings settings = context.leg;
   if (spec.replan) settings.replan = replan_policy(*context.mission, *spec.replan);
   if (context.mission->unknown && spec.overhead) settings.max_rise = kUnknownRise;
   return settings;
-}
-
-std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
-                                                        const Leaf& leaf, const StateSpec* spec,
-                                                        int goals_done) {
-  if (const auto* single = std::get_if<GotoState>(&leaf)) {
-    return std::make_unique<behaviors::GoalSequence>(
-        leg_settings(context, *spec),
-        std::vector<behaviors::LegGoal>{leg_goal(context, single->goal)});
-  }
-  if (const auto* sequence = std::get_if<GoalSequenceState>(&leaf)) {
-    std::vector<behaviors::LegGoal> goals;
-    for (const Goal& goal : sequence->goals) goals.push_back(leg_goal(context, goal));
-    return std::make_unique<behaviors::GoalSequence>(
-        leg_settings(context, *spec), std::move(goals),
-        std::min(static_cast<std::size_t>(goals_done), sequence->goals.size() - 1));
-  }
-  if (const auto* hold = std::get_if<HoldState>(&leaf)) {
-    return std::make_unique<behaviors::Hold>(hold->duration_s.value);
-  }
-  const auto* surface = std::get_if<SurfaceState>(&leaf);
-  DIVE_DEMAND(surface != nullptr);
-  behaviors::SurfaceOptions options;
-  if (surface->makes_room && context.leg.recovery.by_motion) {
-    options.clearance = context.leg.limits.clearance;
-  }
-  return std::make_unique<behaviors::Surface>(options);
 }
 
 behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission) {

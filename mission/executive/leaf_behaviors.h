@@ -1,9 +1,9 @@
 #pragma once
-// Converts a mission's states to the parameters of their behaviours.
+// Converts a mission's values to the settings of its behaviours and of what runs beside them. The
+// behaviours themselves are made in mission/states.
 
-#include <memory>
+#include <cstdint>
 
-#include "behaviors/behavior.h"
 #include "behaviors/failsafes.h"
 #include "behaviors/leg.h"
 #include "behaviors/monitors.h"
@@ -25,21 +25,9 @@ struct LeafContext {
 [[nodiscard]] LeafContext make_leaf_context(const Mission& mission, const planning::Scene& scene,
                                             std::uint64_t seed);
 
-/// Height of the ground (z in W) below a position as written; the surface if there is no ground.
-[[nodiscard]] double ground_height(const planning::Scene& scene, const Position& position);
-
-[[nodiscard]] behaviors::LegGoal leg_goal(const LeafContext& context, const Goal& goal);
-
 /// The settings of the legs of `spec`: the mission's, except where the state has its own.
 [[nodiscard]] behaviors::LegSettings leg_settings(const LeafContext& context,
                                                   const StateSpec& spec);
-
-/// The behaviour of an atomic state, without its first `goals_done` goals. `spec` is required where
-/// the state has goals. Retrace needs the trail and is made by ActiveBehavior.
-[[nodiscard]] std::unique_ptr<behaviors::Behavior> make_leaf_behavior(const LeafContext& context,
-                                                                      const Leaf& leaf,
-                                                                      const StateSpec* spec,
-                                                                      int goals_done);
 
 /// Speed limit in an unknown environment as a function of the free distance ahead.
 [[nodiscard]] behaviors::SeenAheadOptions seen_ahead_options(const Mission& mission);

@@ -3,6 +3,9 @@
 #include <utility>
 
 #include "common/assert.h"
+#include "mission/states/hold.h"
+#include "mission/states/retrace.h"
+#include "mission/states/surface.h"
 
 namespace dive::mission {
 namespace {
@@ -50,13 +53,14 @@ class Builder {
   StateId add(const std::string& id, StateKind kind, StateId parent, const StateSpec* spec) {
     const StateId state = machine_.chart.add_state(id, kind, parent);
     machine_.specs.push_back(spec);
-    machine_.leaves.push_back(spec != nullptr ? spec->leaf : Leaf{});
+    machine_.atomic.push_back(spec != nullptr ? spec->atomic : nullptr);
     return state;
   }
 
-  StateId add_own_leaf(const std::string& id, StateId parent, Leaf leaf) {
+  StateId add_own_leaf(const std::string& id, StateId parent,
+                       std::shared_ptr<const AtomicState> atomic) {
     const StateId state = add(id, StateKind::kAtomic, parent, nullptr);
-    machine_.leaves.back() = std::move(leaf);
+    machine_.atomic.back() = std::move(atomic);
     return state;
   }
 
@@ -73,13 +77,15 @@ class Builder {
 
   void add_own_states(StateId root) {
     const StateId retreat = add(kRetreatState, StateKind::kCompound, root, nullptr);
-    const StateId back = add_own_leaf(kBackState, retreat, RetraceState{});
-    const StateId wait = add_own_leaf(kWaitState, retreat, HoldState{{kRetreatWait, {}}});
+    const StateId back = add_own_leaf(kBackState, retreat, std::make_shared<RetraceState>());
+    const StateId wait = add_own_leaf(
+        kWaitState, retreat, std::make_shared<HoldState>(Located<double>{kRetreatWait, {}}));
     const StateId abort = add(kAbortState, StateKind::kCompound, root, nullptr);
-    const StateId retrace = add_own_leaf(kRetraceState, abort, RetraceState{});
-    const StateId surface = add_own_leaf(kAbortSurfaceState, abort, SurfaceState{});
-    const StateId emergency =
-        add_own_leaf(kEmergencyState, root, SurfaceState{.makes_room = false});
+    const StateId retrace = add_own_leaf(kRetraceState, abort, std::make_shared<RetraceState>());
+    const StateId surface =
+        add_own_leaf(kAbortSurfaceState, abort, std::make_shared<SurfaceState>());
+    const StateId emergency = add_own_leaf(
+        kEmergencyState, root, std::make_shared<SurfaceState>(SurfaceState::Obstacles::kIgnored));
     const StateId aborted = add(kAbortedState, StateKind::kFinal, root, nullptr);
     machine_.chart.set_initial(retreat, {back});
     on(back, done_event(kBackState), wait);

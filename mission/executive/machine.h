@@ -10,6 +10,7 @@
 // dive.abort on dive.abort_and_surface and to dive.emergency on dive.emergency_surface. No mission
 // can name these events, so none can block them.
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,8 @@ struct Machine {
   std::vector<ActionSpec> actions;  ///< Indexed by ActionId.
   /// Indexed by StateId; null for the root and the executive's own states.
   std::vector<const StateSpec*> specs;
-  std::vector<Leaf> leaves;  ///< Indexed by StateId; the behaviour of an atomic state.
+  /// Indexed by StateId; the behaviour of an atomic state, null where there is none.
+  std::vector<std::shared_ptr<const AtomicState>> atomic;
 
   [[nodiscard]] bool is_own(statechart::StateId state) const {
     return specs[static_cast<std::size_t>(state)] == nullptr;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 
@@ -70,8 +71,7 @@ void MachineRunner::taken(int /*transition*/, const std::string& event) {
 
 void MachineRunner::refuse_to_surface_under_an_overhead(StateId state) {
   const auto index = static_cast<std::size_t>(state);
-  const bool surfaces =
-      !machine_.is_own(state) && std::holds_alternative<SurfaceState>(machine_.leaves[index]);
+  const bool surfaces = !machine_.is_own(state) && is_surfacing(*machine_.specs[index]);
   if (!surfaces || !variables_.overhead) return;
   abort_cause_ = event_cause_ = machine_.chart.states[index].id + " was entered under an overhead";
   interpreter_.raise(kAbortEvent);

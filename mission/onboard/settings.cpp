@@ -1,6 +1,7 @@
 #include "mission/onboard/settings.h"
 
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
 
 namespace dive::mission {

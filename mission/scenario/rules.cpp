@@ -12,6 +12,7 @@
 #include "mission/executive/machine.h"
 #include "mission/scenario/scenario.h"
 #include "mission/simulation/simulated_dive.h"
+#include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
 
 namespace dive::mission {
@@ -62,8 +63,7 @@ Vocabulary vocabulary_of(const Mission& mission, const StateIndex& index) {
   for (int state = 0; state < index.size(); ++state) {
     const StateSpec& spec = index.spec(state);
     for (const Goal* goal : goals_of(spec)) {
-      words.goals.insert(std::holds_alternative<GotoState>(spec.leaf) ? spec.id.value
-                                                                      : goal->id.value);
+      words.goals.insert(spec.atomic->is_its_goal() ? spec.id.value : goal->id.value);
     }
     for (const ActionSpec* action : actions_of(spec)) {
       if (action->kind == ActionSpec::Kind::kPayload) words.payloads.insert(action->text.value);
@@ -90,14 +90,13 @@ class Checker {
   }
 
   void place_goals(const planning::Scene& scene) {
-    const LeafContext context = make_leaf_context(mission_, scene, scenario_.seed);
     for (Expectation& expectation : scenario_.expectations) {
       if (expectation.kind != Kind::kReaches) continue;
       for (int state = 0; state < index_.size(); ++state) {
         const StateSpec& spec = index_.spec(state);
         for (const Goal* goal : goals_of(spec)) {
           if (goal->id.value != expectation.name.value) continue;
-          expectation.place_W = leg_goal(context, *goal).position_W;
+          expectation.place_W = leg_goal(scene, *goal).position_W;
         }
       }
     }

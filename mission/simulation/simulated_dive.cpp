@@ -10,6 +10,7 @@
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/simulation/contacts.h"
 #include "mission/simulation/simulated_cameras.h"
+#include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
 #include "vehicle/simulator/water/named_waters.h"
 

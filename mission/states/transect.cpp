@@ -1,7 +1,8 @@
-// <transect>: rows, read as one sequence of goals.
+#include "mission/states/transect.h"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 
 #include "common/se3.h"
 #include "mission/document/state_reader.h"
+#include "mission/states/goal_sequence.h"
 
 namespace dive::mission {
 namespace {
@@ -63,22 +65,22 @@ std::vector<Line> lines_of(const AttributeReader& attributes, const XmlElement& 
 }  // namespace
 
 // A row at an altitude is divided so that it follows the ground; at a depth its ends suffice.
-GoalSequenceState StateReader::transect(const XmlElement& element) const {
-  const Located<double> z = attributes_.number(element, "z");
-  const ZUnits units = attributes_.z_units(element);
-  const Located<std::string> id = attributes_.name(element, "id");
-  GoalSequenceState sequence;
+void read_transect(const XmlElement& element, const StateReader& reader, StateSpec& spec) {
+  const AttributeReader& attributes = reader.attributes();
+  const Located<double> z = attributes.number(element, "z");
+  const ZUnits units = attributes.z_units(element);
+  std::vector<Goal> goals;
   const auto add = [&](const Vector2d& p, Span span) {
     Goal goal;
-    goal.id = {fmt::format("{}-{}", id.value, sequence.goals.size() + 1), span};
+    goal.id = {fmt::format("{}-{}", spec.id.value, goals.size() + 1), span};
     goal.position = {{p.x(), span}, {p.y(), span}, z, units};
-    goal.capture_radius = attributes_.number(element, "capture_radius");
+    goal.capture_radius = attributes.number(element, "capture_radius");
     goal.dwell_s = {0.0, span};
-    goal.reduced_clearance = attributes_.optional_number(element, "reduced_clearance");
+    goal.reduced_clearance = attributes.optional_number(element, "reduced_clearance");
     goal.span = span;
-    sequence.goals.push_back(std::move(goal));
+    goals.push_back(std::move(goal));
   };
-  for (const Line& line : lines_of(attributes_, element)) {
+  for (const Line& line : lines_of(attributes, element)) {
     const double length = (line.to - line.from).norm();
     const int pieces =
         units == ZUnits::kAltitude ? std::max(1, static_cast<int>(length / kGroundStep)) : 1;
@@ -86,7 +88,7 @@ GoalSequenceState StateReader::transect(const XmlElement& element) const {
       add(line.from + static_cast<double>(i) / pieces * (line.to - line.from), line.span);
     }
   }
-  return sequence;
+  spec.atomic = std::make_shared<GoalSequenceState>(std::move(goals));
 }
 
 }  // namespace dive::mission

@@ -1,15 +1,18 @@
-// <wreck_penetration>: in and out again, read as a compound state with one child state per part.
+#include "mission/states/wreck_penetration.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "common/assert.h"
 #include "mission/document/state_reader.h"
+#include "mission/states/goal_sequence.h"
+#include "mission/states/goto.h"
+#include "mission/states/retrace.h"
 
 namespace dive::mission {
 namespace {
@@ -23,6 +26,37 @@ TransitionSpec leads(std::vector<std::string> events, std::string target, Span s
   return spec;
 }
 
+// The part is what an element of its own would be.
+StateSpec part(const StateSpec& whole, const char* name,
+               std::shared_ptr<const AtomicState> atomic) {
+  StateSpec spec;
+  spec.element = whole.element;
+  spec.is_generated = true;
+  spec.id = {fmt::format("{}-{}", whole.id.value, name), whole.id.span};
+  spec.atomic = std::move(atomic);
+  spec.overhead = true;
+  return spec;
+}
+
+std::shared_ptr<const AtomicState> go_to(const StateReader& reader, const XmlElement& waypoint,
+                                         std::string id) {
+  Goal goal = reader.goal(waypoint);
+  goal.id = {std::move(id), waypoint.span};
+  return std::make_shared<GotoState>(std::move(goal));
+}
+
+TransitionSpec turn_back(const AttributeReader& attributes, const XmlElement& element,
+                         std::string target) {
+  TransitionSpec spec = leads({}, std::move(target), element.span);
+  const std::string cond = fmt::format("penetration > {} m or spent > {}",
+                                       attributes.number(element, "max_penetration").value,
+                                       attributes.number(element, "turn_back").value);
+  Guard::Error error;
+  spec.guard = Guard::parse(cond, error);
+  DIVE_DEMAND(spec.guard);
+  return spec;
+}
+
 }  // namespace
 
 //   ID            compound, timeout
@@ -32,86 +66,49 @@ TransitionSpec leads(std::vector<std::string> events, std::string target, Span s
 //     ID-exit     goto; if no path is found, ID-retrace
 //     ID-retrace  retrace
 //     ID-out      final
-StateSpec StateReader::penetration(const XmlElement& element) {
-  const Located<std::string> id = attributes_.name(element, "id");
-  const auto part = [&id](const char* name) { return fmt::format("{}-{}", id.value, name); };
+void read_wreck_penetration(const XmlElement& element, const StateReader& reader,
+                            StateSpec& whole) {
+  const auto id_of = [&whole](const char* name) {
+    return fmt::format("{}-{}", whole.id.value, name);
+  };
   const XmlElement& entry = *element.child("entry");
   const XmlElement* exit = element.child("exit");
   const Span span = element.span;
 
-  StateSpec whole;
-  whole.element = element.name;
-  whole.id = id;
   whole.type = StateType::kCompound;
-  whole.initial = {part("entry"), id.span};
-  read_content(element, whole);
+  whole.initial = {id_of("entry"), whole.id.span};
+  whole.overhead = false;  // the entry is in open water
   const std::optional<ReplanPolicy> replan = std::exchange(whole.replan, std::nullopt);
 
-  StateSpec in =
-      penetration_part(element, "entry", GotoState{penetration_waypoint(element, entry, "entry")});
+  StateSpec in = part(whole, "entry", go_to(reader, entry, id_of("entry")));
   in.overhead = false;
-  in.transitions = {leads({"done.state." + in.id.value}, part("inside"), span),
+  in.transitions = {leads({"done.state." + in.id.value}, id_of("inside"), span),
                     leads({"plan.failed." + in.id.value}, {}, span)};
   // Reported outside as a penetration that cannot be started.
   in.transitions.back().actions = {
-      {ActionSpec::Kind::kRaise, {"plan.failed." + id.value, span}, false}};
+      {ActionSpec::Kind::kRaise, {"plan.failed." + whole.id.value, span}, false}};
 
-  GoalSequenceState goals;
-  for (const XmlElement& child : element.children) {
-    if (child.name == "goal") goals.goals.push_back(goal(child));
-  }
-  StateSpec inside = penetration_part(element, "inside", std::move(goals));
+  StateSpec inside =
+      part(whole, "inside", std::make_shared<GoalSequenceState>(reader.goals_in(element)));
   inside.transitions = {leads({"done.state." + inside.id.value, "plan.failed." + inside.id.value},
-                              part("exit"), span),
-                        turn_back(element)};
+                              id_of("exit"), span),
+                        turn_back(reader.attributes(), element, id_of("exit"))};
 
-  StateSpec out = penetration_part(
-      element, "exit",
-      GotoState{penetration_waypoint(element, exit != nullptr ? *exit : entry, "exit")});
-  out.transitions = {leads({"done.state." + out.id.value}, part("out"), span),
-                     leads({"plan.failed." + out.id.value}, part("retrace"), span)};
+  StateSpec out =
+      part(whole, "exit", go_to(reader, exit != nullptr ? *exit : entry, id_of("exit")));
+  out.transitions = {leads({"done.state." + out.id.value}, id_of("out"), span),
+                     leads({"plan.failed." + out.id.value}, id_of("retrace"), span)};
 
-  StateSpec back = penetration_part(element, "retrace", RetraceState{});
-  back.transitions = {leads({"done.state." + back.id.value}, part("out"), span)};
+  StateSpec back = part(whole, "retrace", std::make_shared<RetraceState>());
+  back.transitions = {leads({"done.state." + back.id.value}, id_of("out"), span)};
 
-  StateSpec end = penetration_part(element, "out", std::monostate{});
+  StateSpec end = part(whole, "out", nullptr);
   end.type = StateType::kFinal;
   end.overhead = false;
 
   for (StateSpec* planning : {&in, &inside, &out}) planning->replan = replan;
   whole.children = {std::move(in), std::move(inside), std::move(out), std::move(back),
                     std::move(end)};
-  return whole;
-}
-
-StateSpec StateReader::penetration_part(const XmlElement& element, const char* part,
-                                        Leaf leaf) const {
-  const Located<std::string> id = attributes_.name(element, "id");
-  StateSpec spec;
-  spec.element = element.name;
-  spec.id = {fmt::format("{}-{}", id.value, part), id.span};
-  spec.leaf = std::move(leaf);
-  spec.overhead = true;
-  return spec;
-}
-
-Goal StateReader::penetration_waypoint(const XmlElement& element, const XmlElement& waypoint,
-                                       const char* part) const {
-  Goal result = goal(waypoint);
-  result.id = {fmt::format("{}-{}", attributes_.name(element, "id").value, part), waypoint.span};
-  return result;
-}
-
-TransitionSpec StateReader::turn_back(const XmlElement& element) const {
-  TransitionSpec spec =
-      leads({}, fmt::format("{}-exit", attributes_.name(element, "id").value), element.span);
-  const std::string cond = fmt::format("penetration > {} m or spent > {}",
-                                       attributes_.number(element, "max_penetration").value,
-                                       attributes_.number(element, "turn_back").value);
-  Guard::Error error;
-  spec.guard = Guard::parse(cond, error);
-  DIVE_DEMAND(spec.guard);
-  return spec;
 }
 
 }  // namespace dive::mission

@@ -16,6 +16,7 @@
 #include "mission/document/rules.h"
 #include "mission/document/state_index.h"
 #include "mission/statechart/interpreter.h"
+#include "mission/states/atomic_state.h"
 
 namespace dive::mission {
 namespace {
@@ -182,8 +183,7 @@ void knows_how_a_mission_may_end() {
   }
   if (!ended) return;
   for (int state = 0; state < index.size(); ++state) {
-    surfacing[static_cast<std::size_t>(state)] =
-        std::holds_alternative<SurfaceState>(index.spec(state).leaf);
+    surfacing[static_cast<std::size_t>(state)] = is_surfacing(index.spec(state));
   }
   const auto any_end_in = [&](const std::vector<bool>& states) {
     bool any = false;

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "mission/document/mission.h"
+#include "mission/document/state_index.h"
 
 namespace dive::mission {
 namespace {
@@ -46,9 +47,9 @@ TEST(Expansion, MakesTheStatesThatWouldHaveBeenWritten) {
   const StateSpec& east = mission.states[1];
   EXPECT_EQ(east.id.value, "east");
   ASSERT_EQ(east.children.size(), 2U);
-  const auto& corner = std::get<GotoState>(east.children[0].leaf);
-  EXPECT_EQ(corner.goal.position.x.value, 11.0);
-  EXPECT_EQ(corner.goal.position.z.value, 3.5) << "a parameter of the mission, handed on";
+  const Goal& corner = *goals_of(east.children[0]).at(0);
+  EXPECT_EQ(corner.position.x.value, 11.0);
+  EXPECT_EQ(corner.position.z.value, 3.5) << "a parameter of the mission, handed on";
   EXPECT_EQ(east.children[0].timeout->on_timeout.value, "ascend");
   EXPECT_EQ(mission.states[0].children[0].timeout->on_timeout.value, "east");
   EXPECT_EQ(mission.failsafes
@@ -60,7 +61,7 @@ TEST(Expansion, MakesTheStatesThatWouldHaveBeenWritten) {
 TEST(Expansion, FillsInReferencesQuotesAndParametersOfParameters) {
   const Mission mission = loaded(kAccepted + "included.xml");
   const StateSpec& out = mission.states.at(0).children.at(0);
-  EXPECT_EQ(std::get<GotoState>(out.leaf).goal.position.x.value, 6.0);
+  EXPECT_EQ(goals_of(out).at(0)->position.x.value, 6.0);
   EXPECT_EQ(out.timeout->on_timeout.value, "out_up");
   ASSERT_TRUE(out.transitions.at(0).guard);
   EXPECT_NE(mission.source.content().find("cond=\"elapsed &lt; &#50;00 s and"), std::string::npos);

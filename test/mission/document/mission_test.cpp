@@ -11,6 +11,9 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include "mission/document/state_index.h"
+#include "mission/states/atomic_state.h"
+
 namespace dive::mission {
 namespace {
 
@@ -78,12 +81,12 @@ TEST(LoadMission, ReadsTheWindowMission) {
   ASSERT_EQ(rooms.children.size(), 3U);
   EXPECT_TRUE(rooms.children[0].overhead) << "an overhead holds for what is inside";
   EXPECT_FALSE(mission->states[0].overhead);
-  const auto& in = std::get<GoalSequenceState>(rooms.children[0].leaf);
-  ASSERT_EQ(in.goals.size(), 1U);
-  EXPECT_EQ(in.goals[0].position.in_world(0.0), Eigen::Vector3d(9.8, -2.0, -4.6));
-  EXPECT_EQ(in.goals[0].dwell_s.value, 2.0);
-  EXPECT_FALSE(in.goals[0].heading_deg);
-  EXPECT_EQ(at(mission->source, in.goals[0].position.z.span), "4.6");
+  const std::vector<const Goal*> in = goals_of(rooms.children[0]);
+  ASSERT_EQ(in.size(), 1U);
+  EXPECT_EQ(in[0]->position.in_world(0.0), Eigen::Vector3d(9.8, -2.0, -4.6));
+  EXPECT_EQ(in[0]->dwell_s.value, 2.0);
+  EXPECT_FALSE(in[0]->heading_deg);
+  EXPECT_EQ(at(mission->source, in[0]->position.z.span), "4.6");
   EXPECT_EQ(rooms.children[0].timeout->on_timeout.value, "out");
   const TransitionSpec& first = rooms.children[0].transitions.at(0);
   EXPECT_EQ(first.events, (std::vector<std::string>{"done.state.in", "plan.failed.in"}));
@@ -111,11 +114,11 @@ TEST(LoadMission, FillsInDefaults) {
   EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).persistence_s, 0.0);
   EXPECT_EQ(threshold(failsafes, FailsafeKind::kBattery), 0.2) << "limits/@battery_reserve";
   EXPECT_EQ(threshold(failsafes, FailsafeKind::kPlannerFailure), 3.0);
-  const auto& go = std::get<GotoState>(mission->states[0].leaf);
-  EXPECT_EQ(go.goal.capture_radius.value, 0.5);
-  EXPECT_EQ(at(mission->source, go.goal.capture_radius.span), "goto");
-  EXPECT_EQ(go.goal.id.value, "a");
-  EXPECT_EQ(go.goal.position.in_world(0.0), Eigen::Vector3d(1.0, 2.0, -3.0));
+  const Goal& go = *goals_of(mission->states[0]).at(0);
+  EXPECT_EQ(go.capture_radius.value, 0.5);
+  EXPECT_EQ(at(mission->source, go.capture_radius.span), "goto");
+  EXPECT_EQ(go.id.value, "a");
+  EXPECT_EQ(go.position.in_world(0.0), Eigen::Vector3d(1.0, 2.0, -3.0));
   EXPECT_FALSE(mission->states[0].transitions[0].guard);
   EXPECT_FALSE(mission->states[0].transitions[0].internal);
 }
@@ -146,7 +149,7 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   ASSERT_EQ(failsafes.fence.size(), 3U);
   EXPECT_EQ(failsafes.fence[2][1].value, 9.0);
   EXPECT_EQ(at(mission->source, *failsafes.written[0]), "leak");
-  EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.in_world(-20.0).z(), -17.0);
+  EXPECT_EQ(goals_of(mission->states[0]).at(0)->position.in_world(-20.0).z(), -17.0);
 }
 
 TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
@@ -241,7 +244,7 @@ RC_GTEST_PROP(LoadMission, ReadsEveryNumber, ()) {
             diagnostics);
   if (std::abs(value) <= 100'000.0) {
     RC_ASSERT(mission.has_value());
-    RC_ASSERT(std::get<GotoState>(mission->states[0].leaf).goal.position.x.value == value);
+    RC_ASSERT(goals_of(mission->states[0]).at(0)->position.x.value == value);
   } else {
     RC_ASSERT(!mission);
     RC_ASSERT(diagnostics.list().size() == 1U);
@@ -262,7 +265,7 @@ TEST(LoadMission, ReadsEveryFormOfADecimal) {
         parse(mission_text(fmt::format("x=\"{}\" y=\"2\" z=\"3\" z_units=\"DEPTH\"", written)),
               diagnostics);
     ASSERT_TRUE(mission) << written << "\n" << rendered(diagnostics);
-    EXPECT_EQ(std::get<GotoState>(mission->states[0].leaf).goal.position.x.value, value) << written;
+    EXPECT_EQ(goals_of(mission->states[0]).at(0)->position.x.value, value) << written;
   }
 }
 
@@ -310,8 +313,8 @@ std::optional<Mission> parse_states(const std::string& states, Diagnostics& diag
 
 std::vector<Eigen::Vector3d> goals_in_world(const StateSpec& spec) {
   std::vector<Eigen::Vector3d> points;
-  for (const Goal& goal : std::get<GoalSequenceState>(spec.leaf).goals) {
-    points.push_back(goal.position.in_world(-20.0));
+  for (const Goal* goal : goals_of(spec)) {
+    points.push_back(goal->position.in_world(-20.0));
   }
   return points;
 }
@@ -373,8 +376,8 @@ TEST(WreckPenetration, IsMadeOfStates) {
   EXPECT_TRUE(inside.overhead && out.overhead && retrace.overhead);
   EXPECT_EQ(goals_in_world(inside).size(), 2U);
   EXPECT_EQ(inside.replan->period_s->value, 7.0);
-  EXPECT_EQ(std::get<GotoState>(out.leaf).goal.position.x.value, 0.0) << "out where it came in";
-  EXPECT_TRUE(std::holds_alternative<RetraceState>(retrace.leaf));
+  EXPECT_EQ(goals_of(out).at(0)->position.x.value, 0.0) << "out where it came in";
+  EXPECT_TRUE(is_retracing(retrace));
   EXPECT_EQ(end.type, StateType::kFinal);
   const Guard& turn_back = *inside.transitions.at(1).guard;
   GuardVariables variables;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "mission/document/mission.h"
+#include "mission/document/state_index.h"
 #include "mission/import/foreign_mission.h"
 
 namespace dive::mission {
@@ -328,9 +329,9 @@ stray
   EXPECT_EQ(imported->description,
             "Reef (origin of x and y: latitude -33.839459, longitude 151.254380)");
   const StateSpec& leg = imported->states.at(0);
-  const auto& go = std::get<GotoState>(leg.leaf);
-  EXPECT_EQ(go.goal.heading_deg.value().value, 225.0);
-  EXPECT_EQ(go.goal.capture_radius.value, 4.0);
+  const Goal& go = *goals_of(leg).at(0);
+  EXPECT_EQ(go.heading_deg.value().value, 225.0);
+  EXPECT_EQ(go.capture_radius.value, 4.0);
   EXPECT_EQ(leg.timeout.value().seconds.value, 0.1) << "not a minute";
   EXPECT_EQ(imported->states.at(1).on_entry.at(0).text.value, "camera_stop") << "when it surfaces";
   EXPECT_EQ(imported->start_heading_deg, 225.0);
@@ -440,8 +441,7 @@ TEST_F(ImportTest, WhatAPlanSaysBesidesItsWaypointsIsCarriedOverOrReported) {
   ASSERT_TRUE(imported);
   EXPECT_EQ(imported->speed.value, 0.5);
   EXPECT_EQ(imported->failsafes.fence.size(), 3U);
-  EXPECT_EQ(std::get<GoalSequenceState>(imported->states.at(0).leaf).goals.at(0).dwell_s.value,
-            25.0);
+  EXPECT_EQ(goals_of(imported->states.at(0)).at(0)->dwell_s.value, 25.0);
   for (const char* line :
        {"1 'fileType' is left out", "2 a circle of the 'geoFence' is left out",
         "4 1 'rallyPoints' are left out", "5 'novelty' is not understood",
