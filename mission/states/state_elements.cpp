@@ -5,6 +5,7 @@
 #include "mission/states/goal_sequence.h"
 #include "mission/states/goto.h"
 #include "mission/states/hold.h"
+#include "mission/states/orbit.h"
 #include "mission/states/retrace.h"
 #include "mission/states/surface.h"
 #include "mission/states/transect.h"
@@ -19,6 +20,7 @@ constexpr StateElement kElements[] = {
     {"goal_sequence", read_goal_sequence},
     {"transect", read_transect},
     {"wreck_penetration", read_wreck_penetration},
+    {"orbit", read_orbit, kOrbitRules},
     {"hold", read_hold},
     {"retrace", read_retrace},
     {"surface", read_surface},

@@ -1,0 +1,69 @@
+#pragma once
+// orbit: from station to station on a circle, with the bow to its centre at each.
+//
+// The flippers have no effort sideways, so the vehicle cannot circle a point and face it at the
+// same time. It swims to a station bow ahead, comes to rest, turns its bow to the point and stays
+// for the dwell, turns to the next station, and swims on.
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "behaviors/behavior.h"
+#include "behaviors/leg.h"
+
+namespace dive::behaviors {
+
+struct OrbitCircle {
+  Eigen::Vector2d centre_W = Eigen::Vector2d::Zero();  ///< The point that the bow is turned to, m.
+  double radius = 3.0;                                 ///< m
+};
+
+/// Expected time at a station beside the dwell, s: to come to rest and to turn twice.
+inline constexpr double kStationTurnSeconds = 9.0;
+
+class Orbit final : public Behavior {
+ public:
+  /// At least one station; begins with the one of index `first`. The dwell of a station is the time
+  /// during which the bow points to the centre within 3 degrees of the estimated bearing.
+  Orbit(const LegSettings& settings, const OrbitCircle& circle, std::vector<LegGoal> stations,
+        std::size_t first = 0);
+
+  [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
+  [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
+  [[nodiscard]] bool needs_free_ahead() const override;
+  [[nodiscard]] bool request_alternative() override;
+  /// Goes on to the next station; false at the last one.
+  [[nodiscard]] bool skip() override;
+  [[nodiscard]] int goals_done() const override { return static_cast<int>(current_); }
+
+ private:
+  enum class Phase {
+    kSwimming,   ///< On the leg to the current station.
+    kStopping,   ///< Comes to rest: a vehicle that turns under way slides on sideways.
+    kFacing,     ///< Turns its bow to the centre, and dwells.
+    kDeparting,  ///< Turns its bow to the next station.
+  };
+
+  [[nodiscard]] BehaviorOutput swim(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput stop(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput face(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput depart(const BehaviorInput& input);
+  void begin_leg();
+  [[nodiscard]] vehicle::Command station_command(double yaw) const;
+
+  LegSettings settings_;
+  OrbitCircle circle_;
+  std::vector<LegGoal> stations_;
+  std::size_t current_;
+  Phase phase_ = Phase::kSwimming;
+  std::optional<Leg> leg_;          ///< To the current station.
+  Utime stopping_since_ = 0;        ///< Time of arrival.
+  double arrival_yaw_ = 0.0;        ///< Heading at arrival, rad.
+  double faced_s_ = 0.0;            ///< Time with the bow to the centre at this station, s.
+  std::optional<Utime> last_tick_;  ///< Time of the last tick of the dwell.
+};
+
+}  // namespace dive::behaviors
