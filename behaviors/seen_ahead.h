@@ -9,13 +9,12 @@
 // faster all the time, and stop 0.1 m beyond its sight. What is commanded is therefore at most
 //     clamp(v_max - 3 (v - v_max), 0, v_max).
 
-#include <array>
-#include <cstddef>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include "common/clock.h"
+#include "common/timed_buffer.h"
 
 namespace dive::behaviors {
 
@@ -41,11 +40,6 @@ class SeenAhead {
   [[nodiscard]] double max_command(Utime now, double speed) const;
 
  private:
-  /// How far it had swum when.
-  struct Mark {
-    Utime utime = 0;
-    double swum_m = 0.0;
-  };
   struct Scan {
     Utime utime = 0;
     double seen_ahead_m = 0.0;
@@ -53,8 +47,7 @@ class SeenAhead {
   };
 
   SeenAheadOptions options_;
-  std::array<Mark, 256> marks_;  ///< A ring: five seconds of ticks.
-  std::size_t count_ = 0;        ///< Of all marks so far.
+  TimedBuffer<double, 256> distances_;  ///< Distance swum by tick, m: five seconds.
   std::optional<Eigen::Vector3d> last_W_;
   double swum_m_ = 0.0;
   std::optional<Scan> scan_;
