@@ -50,6 +50,9 @@ struct Progress {
   double clearance_m = 0.0;       ///< Certified, of the path being followed.
   double cross_track_m = 0.0;
   int segment = 0;
+  /// An observed obstacle has left the rest of the path less clearance than it may keep; until
+  /// another path is followed.
+  bool path_is_blocked = false;
   double elapsed_s = 0.0;    ///< Since the leg began ...
   double expected_s = 0.0;   ///< ... and what its first path takes; 0 while there is none.
   int plan_failures = 0;     ///< In a row.

@@ -130,6 +130,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
 }
 
 void Leg::take_path(const BehaviorInput& input, double clearance_m) {
+  progress_.path_is_blocked = false;
   const planning::PlanResult& plan = *input.plan;
   const auto* planning = std::get_if<leg::Planning>(&state_);
   const bool leads_to_goal = planning == nullptr || !planning->is_to_observe;
@@ -331,6 +332,7 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
     signals.new_clearance_m = clearance;
     signals.path_blocked = clearance < kept(settings_.limits.clearance);
     progress_.clearance_m = std::min(certified_m, clearance);
+    progress_.path_is_blocked |= signals.path_blocked;
   }
   return signals;
 }

@@ -152,6 +152,7 @@ void Retrace::begin_trail(const BehaviorInput& input) {
   if (!way.arrives) return raise(retrace::TrailEndless{});
   out_W_ = way.points.back();
   follower_.set_path(level_poses(way.points), p_W);
+  progress_.path_is_blocked = false;
   raise(retrace::TrailFound{time_allowed_s(way.length_m)});
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
 }
@@ -205,6 +206,7 @@ bool Retrace::is_blocked(PathJudge& changes) const {
 // Only an obstacle on the path may move away.
 void Retrace::lose_path(retrace::Loss cause, const BehaviorInput& input) {
   recovery_.path_lost(input.estimate->X_WB.p);
+  if (cause == retrace::Loss::kBlocked) progress_.path_is_blocked = true;
   station_.reset();
   if (cause == retrace::Loss::kBlocked && recovery_.observes_first())
     return begin_observation(input);
@@ -257,6 +259,7 @@ void Retrace::take_answer(const BehaviorInput& input) {
   is_off_trail_ = true;
   since_ = input.now;
   follower_.set_path(input.plan->waypoints, p_W);
+  progress_.path_is_blocked = false;
   raise(retrace::DetourFound{time_allowed_s(follower_.status().distance_to_go_m)});
 }
 

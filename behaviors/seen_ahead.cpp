@@ -13,18 +13,16 @@ constexpr double kBraking = 3.0;
 void SeenAhead::advance(Utime now, const Eigen::Vector3d& p_W) {
   if (last_W_) swum_m_ += (p_W - *last_W_).norm();
   last_W_ = p_W;
-  marks_[count_++ % marks_.size()] = {now, swum_m_};
+  distances_.push(now, swum_m_);
 }
 
 void SeenAhead::hear(Utime scan_utime, double seen_ahead_m) {
-  // The newest mark that is no newer than the scan; of one that is too old, the oldest.
-  const std::size_t kept = std::min(count_, marks_.size());
-  Mark then{scan_utime, swum_m_};
-  for (std::size_t back = 1; back <= kept; ++back) {
-    then = marks_[(count_ - back) % marks_.size()];
-    if (then.utime <= scan_utime) break;
+  double swum_m = 0.0;  // before the oldest tick
+  if (!distances_.empty()) {
+    const auto ticks = distances_.at(std::min(scan_utime, distances_.newest_utime()));
+    if (ticks) swum_m = *ticks->before;
   }
-  scan_ = Scan{scan_utime, seen_ahead_m, then.swum_m};
+  scan_ = Scan{scan_utime, seen_ahead_m, swum_m};
 }
 
 double SeenAhead::max_command(Utime now, double speed) const {

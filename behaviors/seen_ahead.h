@@ -11,13 +11,12 @@
 // most
 //     clamp(v_max - 3 (v - v_max), 0, v_max).
 
-#include <array>
-#include <cstddef>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include "common/clock.h"
+#include "common/timed_buffer.h"
 
 namespace dive::behaviors {
 
@@ -43,11 +42,6 @@ class SeenAhead {
   [[nodiscard]] double max_command(Utime now, double speed) const;
 
  private:
-  /// Distance swum by a time.
-  struct Mark {
-    Utime utime = 0;
-    double swum_m = 0.0;
-  };
   struct Scan {
     Utime utime = 0;
     double seen_ahead_m = 0.0;
@@ -55,8 +49,7 @@ class SeenAhead {
   };
 
   SeenAheadOptions options_;
-  std::array<Mark, 256> marks_;  ///< Ring buffer of five seconds of ticks.
-  std::size_t count_ = 0;        ///< Number of marks so far.
+  TimedBuffer<double, 256> distances_;  ///< Distance swum by tick, m: five seconds.
   std::optional<Eigen::Vector3d> last_W_;
   double swum_m_ = 0.0;
   std::optional<Scan> scan_;

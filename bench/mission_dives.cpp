@@ -154,7 +154,7 @@ nlohmann::json dive(const RoutedSite& site, std::uint64_t seed, bool with_diver)
           {"depth", result.final_depth_m},
           {"error", result.final_error_m},
           {"replans", result.replans},
-          {"pieces", result.seen.pieces()}};
+          {"pieces", result.observed_map.pieces()}};
 }
 
 void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
@@ -169,16 +169,12 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
     std::cout << '\n';
   }
   Utime next = 0;
-  planning::SeenMap seen;
   std::size_t told = 0;
   const mission::DiveResult result = mission::simulate_dive(
       site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart),
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth, const auto&) {
-        if (in.map_update) {
-          told += in.map_update->cells.size();
-          static_cast<void>(seen.apply(*in.map_update));
-        }
+        for (const planning::ObstacleUpdate& update : in.obstacles) told += update.cells.size();
         for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
         for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
         if (in.plan && in.plan->plan.waypoints.empty())
@@ -186,9 +182,9 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
         if (in.now < next) return;
         next = in.now + 500'000;
         planning::World near;
-        seen.append_within({out.estimate.X_WB.p - Eigen::Vector3d::Constant(2.5),
-                            out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
-                           near.obstacles);
+        in.observed_map.append_within({out.estimate.X_WB.p - Eigen::Vector3d::Constant(2.5),
+                                       out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
+                                      near.obstacles);
         const vehicle::ClearanceMeter by_map(near, site.model.hull);
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
@@ -202,7 +198,8 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
             out.estimate.v_WB_B.y(), out.command.v, apart.from_world_now_m(),
             apart.from_diver_now_m(),
             near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
-            out.status.clearance_m, out.status.cross_track_m, out.status.rung, seen.pieces(), told);
+            out.status.clearance_m, out.status.cross_track_m, out.status.rung,
+            in.observed_map.pieces(), told);
         told = 0;
       });
   std::cout << fmt::format(

@@ -24,15 +24,14 @@
 #include "common/clock.h"
 #include "planning/mapping/mapper.h"
 #include "planning/planner.h"
+#include "planning/world/observed_map.h"
 #include "planning/world/scene.h"
-#include "planning/world/seen.h"
 #include "vehicle/simulator/sensors/range_camera.h"
 
 namespace dive::bench {
 namespace {
 
 using Milliseconds = std::chrono::duration<double, std::milli>;
-using planning::MapUpdate;
 
 constexpr double kSpeed = 0.4;    // m/s
 constexpr double kRate = 20.0;    // Hz
@@ -45,7 +44,7 @@ double timed(Work&& work) {
   return Milliseconds(std::chrono::steady_clock::now() - begin).count();
 }
 
-planning::World world_of(const planning::SeenMap& map, const Eigen::Vector3d& p_W) {
+planning::World world_of(const planning::ObservedMap& map, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kAround);
   planning::World world;
   map.append_within({p_W - reach, p_W + reach}, world.obstacles);
@@ -204,12 +203,12 @@ void scan_of(const std::string& name, int every, bool clean) {
   Utime now = 0;
   for (std::size_t i = 0; i < poses.size(); i += static_cast<std::size_t>(every)) {
     planning::Mapper mapper(environment.hull, mapping, clock);
-    planning::SeenMap map;
+    planning::ObservedMap map;
     // the first fills the voxels, the second splits all surfaces
     for (int sweep = 0; sweep < 2; ++sweep) {
       const RangeScan scan = camera.take(now += 200'000, poses[i]);
       if (const auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) {
-        static_cast<void>(map.apply(*update));
+        static_cast<void>(map.apply(update->obstacles));
       }
       if (sweep == 0) mapper.rebuild_all();
     }
@@ -244,7 +243,7 @@ void stream_of(const std::string& name, bool rebuild) {
   planning::MapperOptions mapping;
   if (rebuild) mapping.points_per_update = 100'000'000;
   planning::Mapper mapper(environment.hull, mapping, clock);
-  planning::SeenMap map;
+  planning::ObservedMap map;
   planning::PlanResult path;
   std::vector<double> all, points, triangulate, divide, build, plan, meshed, blocked, upright;
   int failed = 0;
@@ -255,7 +254,8 @@ void stream_of(const std::string& name, bool rebuild) {
     double to_plan = 0.0;
     const Eigen::Vector3d v_W = poses[i].q * Eigen::Vector3d(kSpeed, 0.0, 0.0);
     all.push_back(timed([&] {
-      if (auto update = mapper.add(scan, poses[i], v_W)) static_cast<void>(map.apply(*update));
+      if (auto update = mapper.add(scan, poses[i], v_W))
+        static_cast<void>(map.apply(update->obstacles));
       std::optional<planning::Planner> planner;
       planning::World world;
       to_build = timed([&] {
@@ -336,7 +336,7 @@ void swim_for_hours(const std::string& name) {
   SteadyClock clock;
   vehicle::RangeCamera camera(environment.world, {}, 1);
   planning::Mapper mapper(environment.hull, {}, clock);
-  planning::SeenMap map;
+  planning::ObservedMap map;
   const auto stride = static_cast<std::size_t>(kPeriod * kRate);
   const std::size_t round = 2 * (poses.size() - 1);
   for (int sweep = 1; sweep <= static_cast<int>(kHours * 3600.0 / kPeriod); ++sweep) {
@@ -346,7 +346,7 @@ void swim_for_hours(const std::string& name) {
     const RangeScan scan = camera.take(from_seconds(t), X_WB);
     X_WB.p.y() += kDriftPerHour * t / 3600.0;
     if (const auto update = mapper.add(scan, X_WB, Eigen::Vector3d::Zero())) {
-      static_cast<void>(map.apply(*update));
+      static_cast<void>(map.apply(update->obstacles));
     }
     if (sweep % static_cast<int>(600.0 / kPeriod) != 0) continue;
     std::cout << fmt::format("{}: {:3.0f} min, {} voxels, {} cells, {} pieces, {:.0f} MB\n", name,

@@ -128,7 +128,7 @@ FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const plan
                       const vehicle::Model& model, DiveSettings settings) {
   settings.faults = fault.faults;
   FaultVerdict verdict{fault, simulate_dive(mission, world, model, settings, nullptr)};
-  verdict.dive.seen = {};
+  verdict.dive.observed_map = {};
   verdict.dive.seen_points = {};
   verdict.surfaced =
       verdict.dive.outcome != "failure" && verdict.dive.final_depth_m < kSurfacedDepth;

@@ -55,20 +55,20 @@ void print_linked(const LinkedResult& result, const std::string& log, bool with_
 
 /// Writes the map made in an unknown environment beside the log. Prints an error if it cannot be
 /// written.
-std::optional<std::string> keep_map(const std::string& log, const planning::SeenMap& seen,
+std::optional<std::string> keep_map(const std::string& log, const planning::ObservedMap& map,
                                     const std::vector<Eigen::Vector3f>& points,
                                     const LoadedMission& loaded) {
-  if (seen.pieces() == 0) return std::nullopt;
+  if (map.pieces() == 0) return std::nullopt;
   const std::string name = std::filesystem::path(log).replace_extension(".map").string();
   const tl::expected<void, std::string> saved = planning::save_map(
-      name, seen, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION);
+      name, map, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION);
   if (saved) return name + ".sdf";
   complain(fmt::format("{}: the map is not kept: {}", name, saved.error()));
   return std::nullopt;
 }
 
-void print_map(const std::optional<std::string>& map, const planning::SeenMap& seen) {
-  if (map) print(fmt::format("  map {} ({} pieces)", *map, seen.pieces()));
+void print_map(const std::optional<std::string>& file, const planning::ObservedMap& map) {
+  if (file) print(fmt::format("  map {} ({} pieces)", *file, map.pieces()));
 }
 
 const std::string& water_of(const RunArguments& arguments, const Mission& mission) {
@@ -142,7 +142,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   const bool has_dataset = close_dataset(dataset);
   const bool is_complete = recording->close() && has_dataset;
   const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.seen, result.seen_points, loaded);
+      keep_map(recording->log_path(), result.observed_map, result.seen_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result);
     if (dataset) json["dataset"] = arguments.record;
@@ -152,7 +152,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
     print_json(json);
   } else {
     print_verdict(result, recording->log_path());
-    print_map(map, result.seen);
+    print_map(map, result.observed_map);
     if (dataset) {
       print(fmt::format("  dataset {} ({} stereo pairs)", arguments.record, dataset->pairs()));
     }
@@ -253,7 +253,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   }
   const bool is_complete = recording->close();
   const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.seen, result.seen_points, loaded);
+      keep_map(recording->log_path(), result.observed_map, result.seen_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
@@ -262,7 +262,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
     print_json(json);
   } else {
     print_linked(result, recording->log_path(), arguments.stats);
-    print_map(map, result.seen);
+    print_map(map, result.observed_map);
   }
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }

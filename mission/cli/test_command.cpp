@@ -164,7 +164,7 @@ void try_out(Trial& trial, const TestArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
   trial.result = record.result;
-  trial.result.seen = {};  // the report does not use the map
+  trial.result.observed_map = {};  // the report does not use the map
   trial.result.seen_points = {};
   for (const Judgement& judgement : judge(*trial.scenario, record)) {
     ++trial.expectations;

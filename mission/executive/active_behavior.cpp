@@ -8,7 +8,7 @@ namespace dive::mission {
 
 using statechart::StateId;
 
-ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, ChangedMap& map,
+ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, MapView& map,
                                const behaviors::Trail& trail, std::uint64_t seed)
     : machine_(machine),
       map_(map),
@@ -77,7 +77,7 @@ behaviors::BehaviorOutput ActiveBehavior::step(const Situation& situation, bool 
   input.replan = replan;
   input.map_changed = std::exchange(map_changed_, false);
   input.trail = &trail_;
-  input.seen = map_.has_changed() ? &map_ : nullptr;
+  input.seen = map_.has_observed() ? &map_ : nullptr;
   behaviors::BehaviorOutput output = active.step(input);
   progress_ = active.progress();
   if (output.plan_request) {

@@ -13,10 +13,10 @@
 #include "behaviors/behavior.h"
 #include "behaviors/sight_limit.h"
 #include "behaviors/trail.h"
-#include "mission/executive/changed_map.h"
 #include "mission/executive/io.h"
 #include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
+#include "mission/executive/map_view.h"
 #include "mission/executive/situation.h"
 #include "mission/statechart/chart.h"
 
@@ -25,7 +25,7 @@ namespace dive::mission {
 class ActiveBehavior {
  public:
   /// All of them must outlive this object.
-  ActiveBehavior(const Mission& mission, const Machine& machine, ChangedMap& map,
+  ActiveBehavior(const Mission& mission, const Machine& machine, MapView& map,
                  const behaviors::Trail& trail, std::uint64_t seed);
 
   /// Enters an atomic state without its first `goals_done` goals. A state that only monitors has no
@@ -68,7 +68,7 @@ class ActiveBehavior {
   void limit_by_view(const Situation& situation, behaviors::BehaviorOutput& output);
 
   const Machine& machine_;
-  ChangedMap& map_;
+  MapView& map_;
   const behaviors::Trail& trail_;
   LeafContext context_;
   bool is_in_unknown_;

@@ -23,7 +23,6 @@ using behaviors::Rung;
 using statechart::StateId;
 
 constexpr double kPushUp = -1.0;  // m of depth: above the surface, so that effort stays upwards
-constexpr Utime kMaxScanLead = 100'000;  // us that the clock of a range sensor may be ahead
 
 /// The event for the transition to the executive's own state of a rung; null if the rung has none.
 const char* takeover_event(Rung rung) {
@@ -123,18 +122,21 @@ void Executive::Impl::sense(const StepInputs& inputs) {
     localization.add(inputs.now, *inputs.vision);
     if (auto about = localization.describe_tag(inputs.vision->tag)) note(std::move(*about));
   }
-  if (!inputs.seen.empty()) {
-    map.add(inputs.seen);
-    behavior.take_map_change();
-  }
+  if (map.update(inputs.observed_map)) behavior.take_map_change();
   if (inputs.plan) behavior.take(*inputs.plan);
-  if (!inputs.map_update) return;
-  const planning::MapUpdate& update = *inputs.map_update;
-  if (update.scan_utime > inputs.now + kMaxScanLead || !map.apply(update)) return;
-  monitors.saw(update.scan_utime);
-  localization.propose_alignment(update.off_W);
-  behavior.take_free_ahead(update.scan_utime, update.seen_ahead_m);
-  if (!update.cells.empty()) behavior.take_map_change();
+  take_scan(inputs);
+}
+
+void Executive::Impl::take_scan(const StepInputs& inputs) {
+  if (const auto& free_ahead = inputs.free_ahead;
+      free_ahead && sensing.accept(inputs.now, *free_ahead)) {
+    monitors.saw(free_ahead->scan_utime);
+    behavior.take_free_ahead(free_ahead->scan_utime, free_ahead->free_ahead_m);
+  }
+  if (const auto& correction = inputs.pose_correction;
+      correction && sensing.accept(inputs.now, *correction)) {
+    localization.propose_alignment(correction->correction_W);
+  }
 }
 
 void Executive::Impl::estimate(const StepInputs& inputs) {
@@ -191,8 +193,9 @@ void Executive::Impl::collect_events(const StepInputs& inputs) {
       raise_event("loop.closed", std::move(*cause));
     }
   }
-  if (!inputs.seen.empty()) {
-    raise_event("map.changed", "something was seen that the map did not know");
+  const bool was_blocked = std::exchange(path_was_blocked, situation.progress.path_is_blocked);
+  if (path_was_blocked && !was_blocked) {
+    raise_event("map.changed", "an observed obstacle is in the path");
   }
 }
 

@@ -10,12 +10,12 @@
 #include "behaviors/failsafes.h"
 #include "behaviors/monitors.h"
 #include "mission/executive/active_behavior.h"
-#include "mission/executive/changed_map.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/helm.h"
 #include "mission/executive/localization.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/machine_runner.h"
+#include "mission/executive/map_view.h"
 #include "mission/executive/sensing.h"
 #include "mission/executive/situation.h"
 #include "mission/executive/surfacing_fallback.h"
@@ -51,6 +51,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
     behavior.enter(state, goals_left_out);
   }
   void on_exited(statechart::StateId state) override { behavior.leave(state); }
+  void take_scan(const StepInputs& inputs);
   void resume(const Resume& from);
   void resume_by_policy(double gap_s);
   void obey(OperatorCommand command);
@@ -71,7 +72,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   const Mission& mission;
   ExecutiveOptions options;
   StepOutputs outputs;  // Outputs of the last step, or of the current one so far.
-  ChangedMap map;
+  MapView map;
   Machine machine;
   MachineRunner runner;
   Surroundings surroundings;
@@ -86,6 +87,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Situation situation;
   std::vector<Event> events;  ///< Events of this tick, in processing order.
   bool skip_requested = false;
+  bool path_was_blocked = false;  ///< By observed obstacles, in the previous tick.
   bool started = false;
   bool paused = false;
   Utime held_for = 0;  ///< Total time for which the behaviours' clock was stopped, us.

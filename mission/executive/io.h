@@ -12,8 +12,10 @@
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
+#include "planning/mapping/scan_result.h"
 #include "planning/plan.h"
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
+#include "planning/world/obstacle_update.h"
 #include "vehicle/command.h"
 
 namespace dive::mission {
@@ -30,12 +32,6 @@ struct PlanReply {
   planning::PlanResult plan;  ///< With waypoints only where it is accepted.
 };
 
-/// Something solid that the map did not know: a box, in W.
-struct SeenObstacle {
-  Pose X_WO;
-  Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< Edge lengths, m, > 0.
-};
-
 struct StepInputs {
   Utime now = 0;
   std::optional<ImuSample> imu;
@@ -43,9 +39,14 @@ struct StepInputs {
   std::optional<HealthSample> health;
   std::optional<PlanReply> plan;
   std::optional<OperatorCommand> operator_command;
-  std::vector<SeenObstacle> seen;  ///< Since the last tick.
-  /// Of unknown water, well-formed. Each one counts: where two have come, one waits for its tick.
-  std::optional<planning::MapUpdate> map_update;
+  /// Changes of the observed map in this tick, at most one of each source. Each one counts: where
+  /// two have come from a source, one waits for its tick.
+  std::vector<planning::ObstacleUpdate> obstacles;
+  /// The observed map with these changes. Not logged: update_map() makes it from all changes so
+  /// far.
+  planning::ObservedMap observed_map;
+  std::optional<planning::FreeAhead> free_ahead;
+  std::optional<planning::PoseCorrection> pose_correction;
   /// What the cameras' estimator says of one pair of pictures. Each one counts as well.
   std::optional<estimation::VisionEstimate> vision = {};
 };

@@ -1,5 +1,7 @@
 #include "mission/executive/sensing.h"
 
+#include "mission/executive/map_updates.h"
+
 namespace dive::mission {
 namespace {
 
@@ -9,7 +11,24 @@ constexpr Utime kMaxDepthAge = 500'000;  // us; for older samples the estimated 
 // us; for older samples no turning effort is made by attitude
 constexpr Utime kMaxImuAge = 100'000;
 
+template <class ScanMessage>
+bool accept_scan(Utime now, const ScanMessage& message, std::optional<Utime>& last) {
+  const bool is_newer = !last || message.scan_utime > *last;
+  if (!is_newer || message.scan_utime > now + kMaxScanLead || !is_well_formed(message))
+    return false;
+  last = message.scan_utime;
+  return true;
+}
+
 }  // namespace
+
+bool Sensing::accept(Utime now, const planning::FreeAhead& free_ahead) {
+  return accept_scan(now, free_ahead, last_free_ahead_);
+}
+
+bool Sensing::accept(Utime now, const planning::PoseCorrection& correction) {
+  return accept_scan(now, correction, last_correction_);
+}
 
 void Sensing::update(const StepInputs& inputs, behaviors::Monitors& monitors,
                      Localization& localization) {

@@ -19,6 +19,11 @@ class Sensing {
   /// nothing.
   void update(const StepInputs& inputs, behaviors::Monitors& monitors, Localization& localization);
 
+  /// False for a result of a scan that is not well-formed, not newer than the last accepted one, or
+  /// of the future.
+  [[nodiscard]] bool accept(Utime now, const planning::FreeAhead& free_ahead);
+  [[nodiscard]] bool accept(Utime now, const planning::PoseCorrection& correction);
+
   [[nodiscard]] const SensorStatus& status() const { return status_; }
   /// Last accepted sample; null before the first.
   [[nodiscard]] const ImuSample* imu() const { return imu_ ? &*imu_ : nullptr; }
@@ -29,6 +34,8 @@ class Sensing {
   std::optional<DepthSample> depth_;
   Utime imu_received_ = 0;
   Utime depth_received_ = 0;
+  std::optional<Utime> last_free_ahead_;  ///< Times of the last accepted scans.
+  std::optional<Utime> last_correction_;
   SensorStatus status_;
 };
 

@@ -10,7 +10,7 @@ constexpr double kDrift = 0.2;           // m of possible drift of a vehicle at 
 
 }  // namespace
 
-Surroundings::Surroundings(const Mission& mission, ChangedMap& map) : mission_(mission), map_(map) {
+Surroundings::Surroundings(const Mission& mission, MapView& map) : mission_(mission), map_(map) {
   if (mission.unknown) declared_.emplace();
 }
 

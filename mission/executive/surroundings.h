@@ -11,7 +11,7 @@
 #include "common/clock.h"
 #include "estimation/state_estimate.h"
 #include "mission/document/mission.h"
-#include "mission/executive/changed_map.h"
+#include "mission/executive/map_view.h"
 
 namespace dive::mission {
 
@@ -24,7 +24,7 @@ struct Usable {
 class Surroundings {
  public:
   /// Mission and map must outlive this object.
-  Surroundings(const Mission& mission, ChangedMap& map);
+  Surroundings(const Mission& mission, MapView& map);
 
   /// Before the first look(): the trail recorded by an earlier executive.
   void restore(std::span<const behaviors::Trail::Crumb> trail);
@@ -53,7 +53,7 @@ class Surroundings {
                                        std::optional<bool> declared_roof);
 
   const Mission& mission_;
-  ChangedMap& map_;
+  MapView& map_;
   behaviors::Trail trail_;
   /// In an unknown environment: from the mission's declarations.
   std::optional<behaviors::Trail> declared_;

@@ -235,7 +235,7 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.plans = report.plans;
   result_.replans = report.replans;
   result_.transitions = std::move(report.transitions);
-  result_.seen = std::move(report.seen);
+  result_.observed_map = report.observed_map;
   result_.seen_points = std::move(report.seen_points);
   result_.stats.clock_jumps = inbox_.clock_jumps();
   result_.stats.refused = gate_.refused();

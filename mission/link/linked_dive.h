@@ -19,7 +19,7 @@
 #include "mission/link/sight_inbox.h"
 #include "mission/onboard/onboard_dive.h"
 #include "mission/onboard/settings.h"
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
@@ -60,7 +60,7 @@ struct LinkedResult {
   std::vector<TimedTransition> transitions;
   LinkStats stats;
   /// In an unknown environment: the map at the end.
-  planning::SeenMap seen;
+  planning::ObservedMap observed_map;
   std::vector<Eigen::Vector3f> seen_points = {};  ///< Points of that map, in W.
 };
 

@@ -40,7 +40,8 @@ std::optional<MapperService::Motion> MapperService::motion_at(Utime utime) const
 PlanarTransform MapperService::map_from_odom() const {
   PlanarTransform correction = map_from_odom_;
   for (const auto& waiting : worker_.waiting()) {
-    if (waiting.result) correction.translation += waiting.result->off_W;
+    if (!waiting.result || !waiting.result->correction) continue;
+    correction.translation += waiting.result->correction->correction_W;
   }
   return correction;
 }
@@ -63,7 +64,7 @@ void MapperService::launch(RangeScan scan, Utime now) {
   });
 }
 
-std::optional<planning::MapUpdate> MapperService::poll(Utime now) {
+std::optional<planning::ScanResult> MapperService::poll(Utime now) {
   return worker_.poll(now).value_or(std::nullopt);
 }
 

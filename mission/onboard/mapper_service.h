@@ -30,9 +30,9 @@ class MapperService {
   /// dropped.
   void submit(RangeScan scan, Utime now);
 
-  /// The next update once its time has come. None is ever left out: each tells what changed since
-  /// the one before.
-  [[nodiscard]] std::optional<planning::MapUpdate> poll(Utime now);
+  /// The next result once its time has come. None is ever left out: the obstacles of each are
+  /// changes since the one before.
+  [[nodiscard]] std::optional<planning::ScanResult> poll(Utime now);
 
   /// One point per voxel, in W. Waits for the worker.
   [[nodiscard]] std::vector<Eigen::Vector3f> points();
@@ -55,7 +55,7 @@ class MapperService {
   TimedBuffer<Motion, kPast> past_;
   PlanarTransform map_from_odom_;  ///< Of the newest published pose.
   std::optional<std::pair<RangeScan, Utime>> next_;
-  DelayedWorker<std::optional<planning::MapUpdate>> worker_;
+  DelayedWorker<std::optional<planning::ScanResult>> worker_;
 };
 
 }  // namespace dive::mission

@@ -4,6 +4,7 @@
 
 #include "common/assert.h"
 #include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/map_updates.h"
 #include "mission/onboard/stereo_eyes.h"
 
 namespace dive::mission {
@@ -55,6 +56,7 @@ OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
   options.resume = settings_.resume;
   executive_.emplace(mission_, world_, model_, options);
   report_ = {};
+  map_ = {};
   Utime now = began_ = port.begin();
   const Utime longest = from_seconds(longest_dive_s(mission_));
   while (executive_->result().outcome == Outcome::kRunning && now - began_ < longest) {
@@ -64,6 +66,7 @@ OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
     step(port, now, keeper);
   }
   report_.executive = executive_->result();
+  report_.observed_map = map_;
   if (mapper_) report_.seen_points = mapper_->points();
   return std::move(report_);
 }
@@ -74,7 +77,8 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
   port.sense(inputs);
   ask_services(inputs);
   port.amend(inputs);
-  take_updates(inputs);
+  update_map(map_, inputs);
+  planner_.set_map(map_);
   const StepOutputs& outputs = executive_->step(inputs);
   if (keeper) keeper(*executive_, outputs);
   port.command(outputs);
@@ -85,15 +89,16 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
 
 void OnboardDive::ask_services(StepInputs& inputs) {
   inputs.plan = planner_.poll(inputs.now);
-  if (mapper_) inputs.map_update = mapper_->poll(inputs.now);
+  if (mapper_) take_scan_result(inputs);
   if (vision_) inputs.vision = vision_->poll(inputs.now);
 }
 
-void OnboardDive::take_updates(const StepInputs& inputs) {
-  if (!inputs.seen.empty()) planner_.add(inputs.seen);
-  if (!inputs.map_update) return;
-  planner_.apply(*inputs.map_update);
-  static_cast<void>(report_.seen.apply(*inputs.map_update));
+void OnboardDive::take_scan_result(StepInputs& inputs) {
+  std::optional<planning::ScanResult> result = mapper_->poll(inputs.now);
+  if (!result) return;
+  if (!result->obstacles.cells.empty()) inputs.obstacles.push_back(std::move(result->obstacles));
+  inputs.free_ahead = result->free_ahead;
+  inputs.pose_correction = result->correction;
 }
 
 // A scan and a pair of images are placed by the estimate of the time when they were taken, so that

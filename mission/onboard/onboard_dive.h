@@ -16,7 +16,7 @@
 #include "mission/onboard/settings.h"
 #include "mission/onboard/vehicle_port.h"
 #include "mission/onboard/vision_service.h"
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 
@@ -32,8 +32,8 @@ struct OnboardReport {
   int replans = 0;  ///< Of them, while a path was being followed.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  planning::SeenMap seen;                    ///< In unknown water: the map at the end ...
-  std::vector<Eigen::Vector3f> seen_points;  ///< ... and its points, in W.
+  planning::ObservedMap observed_map;        ///< At the end.
+  std::vector<Eigen::Vector3f> seen_points;  ///< In unknown environments: its points, in W.
 };
 
 class OnboardDive {
@@ -54,7 +54,7 @@ class OnboardDive {
                    planning::MapperOptions& mapping, Late late);
   void step(VehiclePort& port, Utime now, const DiveKeeper& keeper);
   void ask_services(StepInputs& inputs);
-  void take_updates(const StepInputs& inputs);
+  void take_scan_result(StepInputs& inputs);
   void feed_services(VehiclePort& port, const StepInputs& inputs, const StepOutputs& outputs);
   void map(std::optional<RangeScan> scan, Utime now);
   void report(const StepOutputs& outputs, Utime now);
@@ -67,6 +67,7 @@ class OnboardDive {
   std::optional<VisionService> vision_;  ///< With the visual-inertial estimator.
   std::optional<MapperService> mapper_;  ///< In unknown water.
   std::optional<Executive> executive_;   ///< From run() on.
+  planning::ObservedMap map_;            ///< The owner's; all others have snapshots.
   Utime began_ = 0;
   OnboardReport report_;
 };

@@ -3,31 +3,23 @@
 #include <exception>
 #include <utility>
 
-#include "mission/executive/changed_map.h"
-
 namespace dive::mission {
 namespace {
 
-constexpr double kAround = 12.0;  // m: seen pieces so near to start and goal are planned with
+constexpr double kAround =
+    12.0;  // m: observed obstacles so near to start and goal are planned with
 
 }  // namespace
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
                                planning::PlannerOptions options, Utime latency, Late late)
-    : world_(world),
-      hull_(hull),
+    : hull_(hull),
       options_(std::move(options)),
+      world_(world),
       known_(world_.obstacles.size()),
       planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),
       latency_(latency),
       worker_(late) {}
-
-void PlannerService::add(std::span<const SeenObstacle> seen) {
-  for (planning::Obstacle& obstacle : as_obstacles(seen, seen_)) {
-    added_.push_back(std::move(obstacle));
-  }
-  seen_ += seen.size();
-}
 
 void PlannerService::submit(PlanQuery query, Utime now) {
   if (worker_.may_start()) {
@@ -40,43 +32,23 @@ void PlannerService::submit(PlanQuery query, Utime now) {
 void PlannerService::launch(PlanQuery query, Utime now) {
   worker_.collect();
   worker_.drop_waiting();  // answers to earlier requests
-  take_updates();
-  if (!added_.empty()) {
-    is_renewed_ = false;
-    world_.obstacles.resize(known_);
-    world_.obstacles.insert(world_.obstacles.end(), added_.begin(), added_.end());
-    known_ = world_.obstacles.size();
-    added_.clear();
-  }
-  worker_.start(now + latency_, [this, query = std::move(query)] { return answer(query); });
+  worker_.start(now + latency_,
+                [this, query = std::move(query), map = map_] { return answer(query, map); });
 }
 
-void PlannerService::apply(const planning::MapUpdate& update) {
-  updates_.push_back(update);
-  if (worker_.has_finished()) take_updates();
-}
-
-// While the worker rests.
-void PlannerService::take_updates() {
-  for (const planning::MapUpdate& update : updates_) {
-    const bool is_taken = seen_map_.apply(update);
-    if (is_taken && !update.cells.empty()) is_renewed_ = false;
-  }
-  updates_.clear();
-}
-
-// What was seen far from the way is left out: there may be much of it.
-void PlannerService::renew_planner(const planning::PlanRequest& request) {
-  Eigen::AlignedBox3d way(request.start.p);
-  way.extend(request.goal.p);
-  const bool is_wide_enough = seen_map_.pieces() == 0 || renewed_within_.contains(way);
-  if (is_renewed_ && is_wide_enough) return;
+// Observed obstacles far from start and goal are left out, because there may be many.
+void PlannerService::renew_planner(const planning::PlanRequest& request,
+                                   const planning::ObservedMap& map) {
+  Eigen::AlignedBox3d ends(request.start.p);
+  ends.extend(request.goal.p);
+  const bool is_wide_enough = map.pieces() == 0 || added_within_.contains(ends);
+  if (map.revision() == revision_ && is_wide_enough) return;
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(kAround);
-  renewed_within_ = {way.min() - around, way.max() + around};
+  added_within_ = {ends.min() - around, ends.max() + around};
   world_.obstacles.resize(known_);
-  seen_map_.append_within(renewed_within_, world_.obstacles);
+  map.append_within(added_within_, world_.obstacles);
   planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
-  is_renewed_ = true;
+  revision_ = map.revision();
 }
 
 std::optional<PlanReply> PlannerService::poll(Utime now) {
@@ -86,11 +58,11 @@ std::optional<PlanReply> PlannerService::poll(Utime now) {
 }
 
 // On the worker.
-PlanReply PlannerService::answer(const PlanQuery& query) {
+PlanReply PlannerService::answer(const PlanQuery& query, const planning::ObservedMap& map) {
   PlanReply reply;
   reply.id = query.id;
   try {
-    renew_planner(query.request);
+    renew_planner(query.request, map);
     reply.plan = planner_->plan(query.request);
     if (!reply.plan.accepted) reply.plan.waypoints.clear();  // the log has no use for them
   } catch (const std::exception& error) {

@@ -2,16 +2,15 @@
 // The planner off the control thread. A query is answered a stated time after it was asked, never
 // when the machine happens to be ready, so that a simulated dive is the same on every machine.
 
+#include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "common/clock.h"
 #include "mission/executive/io.h"
 #include "mission/onboard/delayed_worker.h"
 #include "planning/planner.h"
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
 
 namespace dive::mission {
 
@@ -21,11 +20,8 @@ class PlannerService {
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
                  planning::PlannerOptions options, Utime latency, Late late = Late::kWait);
 
-  /// Plans that are submitted from now on have these in the way as well.
-  void add(std::span<const SeenObstacle> seen);
-  /// The same of unknown water. An update that is not well-formed or not newer than the last
-  /// changes nothing.
-  void apply(const planning::MapUpdate& update);
+  /// Plans that are started from now on avoid the obstacles of this snapshot, too.
+  void set_map(const planning::ObservedMap& map) { map_ = map; }
 
   /// Starts planning, or with Late::kNotYet begins when the worker is free. A query that is still
   /// open is dropped: its answer is never given.
@@ -36,22 +32,20 @@ class PlannerService {
 
  private:
   void launch(PlanQuery query, Utime now);
-  void take_updates();
-  void renew_planner(const planning::PlanRequest& request);
-  [[nodiscard]] PlanReply answer(const PlanQuery& query);
+  void renew_planner(const planning::PlanRequest& request, const planning::ObservedMap& map);
+  [[nodiscard]] PlanReply answer(const PlanQuery& query, const planning::ObservedMap& map);
 
   SteadyClock clock_;
-  planning::World world_;  ///< The worker's: what was known, what has appeared, what was seen.
   planning::RobotHull hull_;
   planning::PlannerOptions options_;
-  std::size_t seen_ = 0;
-  std::vector<planning::Obstacle> added_;     ///< Not in world_ yet.
-  std::vector<planning::MapUpdate> updates_;  ///< Not in seen_map_ yet: the worker is at it.
-  planning::SeenMap seen_map_;                ///< The worker's while it is busy.
-  bool is_renewed_ = true;                    ///< planner_ knows all of seen_map_ ...
-  Eigen::AlignedBox3d renewed_within_;        ///< ... that lies in here.
-  std::size_t known_ = 0;  ///< Obstacles of world_ that were not seen by a mapper; they come first.
+  // Used by the worker only.
+  planning::World world_;  ///< The known map, then the observed obstacles planned with.
+  std::size_t known_ = 0;  ///< Number of obstacles of the known map in world_.
   std::unique_ptr<planning::Planner> planner_;
+  std::int64_t revision_ = 0;         ///< Revision of the observed map in world_ ...
+  Eigen::AlignedBox3d added_within_;  ///< ... and the region of it that was added.
+
+  planning::ObservedMap map_;
   Utime latency_;
   std::optional<PlanQuery> next_;  ///< For when the worker is free.
   DelayedWorker<PlanReply> worker_;

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "planning/world/primitives.h"
+
 namespace dive::mission {
 namespace {
 
@@ -45,11 +47,21 @@ class Explainer {
       const char* says = kSays[static_cast<int>(*inputs.operator_command)];
       if (*says != '\0') add(Kind::kOperator, fmt::format("topside says {}", says));
     }
-    for (const SeenObstacle& seen : inputs.seen) {
-      add(Kind::kMap, fmt::format("something is seen at ({:.1f}, {:.1f}, {:.1f})", seen.X_WO.p.x(),
-                                  seen.X_WO.p.y(), seen.X_WO.p.z()));
-    }
+    for (const planning::ObstacleUpdate& update : inputs.obstacles) obstacles(update);
     if (inputs.plan) answer(*inputs.plan);
+  }
+
+  // Not of a mapper, which adds and removes obstacles all the time.
+  void obstacles(const planning::ObstacleUpdate& update) {
+    if (update.source == planning::ObstacleSource::kMapper) return;
+    for (const planning::MapCell& cell : update.cells) {
+      Eigen::AlignedBox3d box;
+      for (const planning::Polytope& piece : cell.pieces) box.extend(planning::bounding_box(piece));
+      if (box.isEmpty()) continue;
+      const Eigen::Vector3d centre = box.center();
+      add(Kind::kMap, fmt::format("an obstacle is observed at ({:.1f}, {:.1f}, {:.1f})", centre.x(),
+                                  centre.y(), centre.z()));
+    }
   }
 
   void answer(const PlanReply& reply) {

@@ -23,9 +23,9 @@ inline constexpr std::size_t kMaxFileText = 16U << 20U;  ///< File in the header
 inline constexpr std::size_t kMaxMeshText = 64U << 20U;  ///< Convex pieces of the meshes, bytes.
 inline constexpr std::size_t kMaxText = 64U << 10U;      ///< Any other text, bytes.
 inline constexpr std::size_t kMaxWaypoints = 16'384;
-inline constexpr std::size_t kMaxSeen = 4096;  ///< Obstacles in one tick.
-/// Vertices of all pieces of a map update; planning/world/seen.h has the other bounds.
-inline constexpr std::size_t kMaxSeenVertices =
+/// Vertices of all pieces of an obstacle update; planning/world/obstacle_update.h has the other
+/// bounds.
+inline constexpr std::size_t kMaxUpdateVertices =
     planning::kMaxUpdatePieces * planning::kMaxPieceVertices;
 
 /// Upper bound of the packet size on the channel; packets of kTick, the last of a log, have exactly
@@ -56,8 +56,9 @@ using link::encode;
 [[nodiscard]] bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const ActionRecord& action, Packet& packet);
 [[nodiscard]] bool encode(Utime now, OperatorCommand command, Packet& packet);
-[[nodiscard]] bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet);
-[[nodiscard]] bool encode(Utime now, const planning::MapUpdate& update, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const planning::PoseCorrection& correction, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
@@ -70,8 +71,9 @@ using link::encode;
 [[nodiscard]] bool decode(PacketView packet, FailsafeRecord& failsafe);
 [[nodiscard]] bool decode(PacketView packet, ActionRecord& action);
 [[nodiscard]] bool decode(PacketView packet, OperatorCommand& command);
-[[nodiscard]] bool decode(PacketView packet, std::vector<SeenObstacle>& seen);
-[[nodiscard]] bool decode(PacketView packet, planning::MapUpdate& update);
+[[nodiscard]] bool decode(PacketView packet, planning::ObstacleUpdate& update);
+[[nodiscard]] bool decode(PacketView packet, planning::FreeAhead& free_ahead);
+[[nodiscard]] bool decode(PacketView packet, planning::PoseCorrection& correction);
 [[nodiscard]] bool decode(PacketView packet, estimation::VisionEstimate& vision);
 
 }  // namespace dive::mission

@@ -1,11 +1,12 @@
 // Header, inputs, truth and tick mark. Structured bindings unpack all members, so that a new member
 // does not compile until it is logged.
 
+#include <dive/free_ahead_t.hpp>
 #include <dive/header_t.hpp>
-#include <dive/map_change_t.hpp>
-#include <dive/map_update_t.hpp>
+#include <dive/obstacle_update_t.hpp>
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
+#include <dive/pose_correction_t.hpp>
 #include <dive/tick_t.hpp>
 
 #include "mission/record/log_codec.h"
@@ -24,12 +25,12 @@ constexpr Run kPlanReply[] = {bytes(8 + 8 + 2 + 4 + 2 * sizeof(double)), text(kM
                               bytes(1 + 4 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
 constexpr Run kOperator[] = {bytes(8 + 1)};
-constexpr Run kMap[] = {bytes(8), array(kPoseSize + 3 * sizeof(double), kMaxSeen)};
 // LCM writes two arrays of the same length in sequence.
-constexpr Run kSurroundings[] = {bytes(8 + 8 + 3 * sizeof(double)),
-                                 array(8 + 4, planning::kMaxUpdateCells),
-                                 array(sizeof(double) + 4, planning::kMaxUpdatePieces),
-                                 array(sizeof(double), 3 * kMaxSeenVertices)};
+constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdateCells),
+                              array(sizeof(double) + 4, planning::kMaxUpdatePieces),
+                              array(sizeof(double), 3 * kMaxUpdateVertices)};
+constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
+constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
 constexpr Run kTick[] = {bytes(8 + 4)};
 
 }  // namespace
@@ -121,38 +122,14 @@ bool decode(PacketView packet, OperatorCommand& command) {
   return m && read_enum(m->command, OperatorCommand::kSkip, command);
 }
 
-bool encode(Utime now, const std::vector<SeenObstacle>& seen, Packet& packet) {
-  if (seen.size() > kMaxSeen) return false;
-  map_change_t m;
+bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
+  const auto& [source, utime, cells] = update;
+  obstacle_update_t m;
   m.utime = now;
-  m.n = static_cast<std::int32_t>(seen.size());
-  m.boxes.resize(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const auto& [X_WO, size] = seen[i];
-    write_pose(X_WO, m.boxes[i].pose);
-    write_vector(size, m.boxes[i].size);
-  }
-  return pack(m, kMap, packet);
-}
-
-bool decode(PacketView packet, std::vector<SeenObstacle>& seen) {
-  const auto m = unpack<map_change_t>(packet, kMap);
-  if (!m) return false;
-  seen.clear();
-  for (const box_t& box : m->boxes) seen.push_back({read_pose(box.pose), read_vector(box.size)});
-  return true;
-}
-
-bool encode(Utime now, const planning::MapUpdate& update, Packet& packet) {
-  const auto& [scan_utime, cells, seen_ahead, off_W] = update;
-  map_update_t m;
-  m.utime = now;
-  m.scan_utime = scan_utime;
-  m.seen_ahead = seen_ahead;
-  m.off[0] = off_W.x();
-  m.off[1] = off_W.y();
+  m.observed_utime = utime;
+  m.source = static_cast<std::int8_t>(source);
   if (cells.size() > planning::kMaxUpdateCells) return false;
-  for (const planning::SeenCell& cell : cells) {
+  for (const planning::MapCell& cell : cells) {
     const auto& [key, pieces] = cell;
     if (pieces.size() > planning::kMaxCellPieces) return false;
     m.keys.push_back(key);
@@ -169,17 +146,18 @@ bool encode(Utime now, const planning::MapUpdate& update, Packet& packet) {
   }
   m.cells = static_cast<std::int32_t>(m.keys.size());
   m.pieces = static_cast<std::int32_t>(m.radii.size());
-  m.numbers = static_cast<std::int32_t>(m.vertices.size());
-  return pack(m, kSurroundings, packet);
+  m.num_values = static_cast<std::int32_t>(m.vertices.size());
+  return pack(m, kObstacles, packet);
 }
 
-bool decode(PacketView packet, planning::MapUpdate& update) {
-  const auto m = unpack<map_update_t>(packet, kSurroundings);
-  if (!m) return false;
+bool decode(PacketView packet, planning::ObstacleUpdate& update) {
+  const auto m = unpack<obstacle_update_t>(packet, kObstacles);
+  if (!m || !read_enum(m->source, planning::ObstacleSource::kScript, update.source)) return false;
   const auto is_count = [](std::int32_t value, std::size_t least, std::size_t most) {
     return value >= static_cast<std::int32_t>(least) && value <= static_cast<std::int32_t>(most);
   };
-  update = {m->scan_utime, {}, m->seen_ahead, {m->off[0], m->off[1]}};
+  update.utime = m->observed_utime;
+  update.cells.clear();
   update.cells.reserve(m->keys.size());
   std::size_t piece = 0;
   std::size_t number = 0;
@@ -187,7 +165,7 @@ bool decode(PacketView packet, planning::MapUpdate& update) {
     if (!is_count(m->cell_pieces[i], 0, planning::kMaxCellPieces)) return false;
     const auto pieces = static_cast<std::size_t>(m->cell_pieces[i]);
     if (pieces > m->radii.size() - piece) return false;
-    planning::SeenCell& cell = update.cells.emplace_back();
+    planning::MapCell& cell = update.cells.emplace_back();
     cell.key = m->keys[i];
     cell.pieces.reserve(pieces);
     for (const std::size_t end = piece + pieces; piece < end; ++piece) {
@@ -203,6 +181,39 @@ bool decode(PacketView packet, planning::MapUpdate& update) {
     }
   }
   return piece == m->radii.size() && number == m->vertices.size();
+}
+
+bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet) {
+  const auto& [scan_utime, free_ahead_m] = free_ahead;
+  free_ahead_t m;
+  m.utime = now;
+  m.scan_utime = scan_utime;
+  m.free_ahead = free_ahead_m;
+  return pack(m, kFreeAhead, packet);
+}
+
+bool decode(PacketView packet, planning::FreeAhead& free_ahead) {
+  const auto m = unpack<free_ahead_t>(packet, kFreeAhead);
+  if (!m) return false;
+  free_ahead = {m->scan_utime, m->free_ahead};
+  return true;
+}
+
+bool encode(Utime now, const planning::PoseCorrection& correction, Packet& packet) {
+  const auto& [scan_utime, correction_W] = correction;
+  pose_correction_t m;
+  m.utime = now;
+  m.scan_utime = scan_utime;
+  m.correction[0] = correction_W.x();
+  m.correction[1] = correction_W.y();
+  return pack(m, kPoseCorrection, packet);
+}
+
+bool decode(PacketView packet, planning::PoseCorrection& correction) {
+  const auto m = unpack<pose_correction_t>(packet, kPoseCorrection);
+  if (!m) return false;
+  correction = {m->scan_utime, {m->correction[0], m->correction[1]}};
+  return true;
 }
 
 bool encode(const TickMark& mark, Packet& packet) {

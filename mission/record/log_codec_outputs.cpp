@@ -162,11 +162,9 @@ std::size_t max_packet_size(Channel channel) {
     case Channel::kPlan:
     case Channel::kPlanQuery:
       return kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
-    case Channel::kMap:
-      return kMaxSeen * (kPoseSize + 3 * sizeof(double)) + 64;
-    case Channel::kSurroundings:
+    case Channel::kObstacles:
       return planning::kMaxUpdateCells * (8 + 4) + planning::kMaxUpdatePieces * (8 + 4) +
-             3 * kMaxSeenVertices * sizeof(double) + 64;
+             3 * kMaxUpdateVertices * sizeof(double) + 64;
     case Channel::kStatus:
     case Channel::kTransition:
     case Channel::kFailsafe:

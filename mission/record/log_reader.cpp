@@ -17,7 +17,8 @@ class TickBuilder {
  public:
   bool add(const LogEvent& event) {
     const auto channel = static_cast<std::size_t>(event.channel);
-    const bool repeats = event.channel == Channel::kTransition ||
+    const bool repeats = event.channel == Channel::kObstacles ||
+                         event.channel == Channel::kTransition ||
                          event.channel == Channel::kFailsafe || event.channel == Channel::kAction;
     const bool in_order = count_ == 0 || (event.timestamp == tick_.inputs.now &&
                                           (channel > last_ || (channel == last_ && repeats)));
@@ -60,10 +61,12 @@ class TickBuilder {
         return decode(event.data, in.plan.emplace());
       case Channel::kOperator:
         return decode(event.data, in.operator_command.emplace());
-      case Channel::kMap:
-        return decode(event.data, in.seen);
-      case Channel::kSurroundings:
-        return decode(event.data, in.map_update.emplace());
+      case Channel::kObstacles:
+        return decode(event.data, in.obstacles.emplace_back());
+      case Channel::kFreeAhead:
+        return decode(event.data, in.free_ahead.emplace());
+      case Channel::kPoseCorrection:
+        return decode(event.data, in.pose_correction.emplace());
       case Channel::kVision:
         return decode(event.data, in.vision.emplace());
       case Channel::kCommand:

@@ -91,7 +91,9 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   DIVE_DEMAND(impl_ != nullptr);
   Impl& log = *impl_;
   if (log.failed) return false;
-  const auto& [now, imu, depth, health, plan, operator_command, seen, map_update, vision] = inputs;
+  const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map, free_ahead,
+               pose_correction, vision] = inputs;
+  static_cast<void>(observed_map);  // replay makes it from the obstacles
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
   if (imu) log.put(Channel::kImu, now, *imu);
@@ -99,8 +101,9 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (health) log.put(Channel::kHealth, now, *health);
   if (plan) log.put(Channel::kPlan, now, now, *plan);
   if (operator_command) log.put(Channel::kOperator, now, now, *operator_command);
-  if (!seen.empty()) log.put(Channel::kMap, now, now, seen);
-  if (map_update) log.put(Channel::kSurroundings, now, now, *map_update);
+  for (const auto& update : obstacles) log.put(Channel::kObstacles, now, now, update);
+  if (free_ahead) log.put(Channel::kFreeAhead, now, now, *free_ahead);
+  if (pose_correction) log.put(Channel::kPoseCorrection, now, now, *pose_correction);
   if (vision) log.put(Channel::kVision, now, now, *vision);
   log.put(Channel::kCommand, now, now, command);
   log.put(Channel::kRates, now, now, rates);

@@ -7,6 +7,7 @@
 #include "common/diagnostic.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
+#include "mission/executive/map_updates.h"
 #include "mission/record/journal.h"
 #include "planning/world/sdf.h"
 #include "vehicle/model.h"
@@ -72,7 +73,7 @@ template <typename ReplayTick>
 ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
   ReplayReport report;
   bool going = true;
-  while (const std::optional<LoggedTick> tick = log.next()) {
+  while (std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
     going = going && log.gaps().empty();
     if (!going) continue;
@@ -90,7 +91,9 @@ ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
 /// and stops the replay by returning false.
 template <typename Compare>
 ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
-  return read_all(log, [&](const LoggedTick& tick, ReplayReport& report) {
+  planning::ObservedMap map;
+  return read_all(log, [&](LoggedTick& tick, ReplayReport& report) {
+    update_map(map, tick.inputs);
     const StepOutputs& replayed = executive.step(tick.inputs);
     if (report.first_divergence.empty()) {
       const std::string difference = first_difference(tick.outputs, replayed);

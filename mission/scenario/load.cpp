@@ -183,7 +183,7 @@ class Reader {
     }
     if (element.name == "heartbeat") return HeartbeatAction{number("every"), until(element)};
     if (element.name == "current") return CurrentAction{{number("x"), number("y"), number("z")}};
-    SeenObstacle obstacle;
+    AppearingObstacle obstacle;
     obstacle.X_WO.p = {number("x"), number("y"), -number("depth")};
     obstacle.size = {number("east"), number("north"), number("height")};
     return ObstacleAction{obstacle};

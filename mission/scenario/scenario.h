@@ -16,6 +16,7 @@
 #include "mission/document/mission.h"
 #include "mission/document/rules.h"
 #include "mission/executive/io.h"
+#include "mission/simulation/appearing_obstacle.h"
 #include "mission/simulation/faults.h"
 #include "vehicle/simulator/simulator.h"
 
@@ -50,7 +51,7 @@ struct CurrentAction {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();
 };
 struct ObstacleAction {
-  SeenObstacle obstacle;
+  AppearingObstacle obstacle;
 };
 using ScriptAction = std::variant<FailAction, LossAction, OperatorAction, HeartbeatAction,
                                   CurrentAction, ObstacleAction>;

@@ -80,7 +80,7 @@ void ScriptPlayer::act(const ScriptAction& action, const DiveHands& hands) {
   } else if (const auto* current = std::get_if<CurrentAction>(&action)) {
     hands.simulator.set_current(current->current_W);
   } else if (const auto* dropped = std::get_if<ObstacleAction>(&action)) {
-    hands.inputs.seen.push_back(dropped->obstacle);
+    hands.appearing.push_back(dropped->obstacle);
   }
 }
 

@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "mission/executive/changed_map.h"
-
 namespace dive::mission {
 
 Contacts::Contacts(const vehicle::TriangulatedWorld& world, const planning::RobotHull& hull,
@@ -16,7 +14,7 @@ Contacts::Contacts(const vehicle::TriangulatedWorld& world, const planning::Robo
   to_diver_.emplace(alone, hull);
 }
 
-void Contacts::add(std::span<const SeenObstacle> appeared) {
+void Contacts::add(std::span<const AppearingObstacle> appeared) {
   planning::World world;
   world.obstacles = as_obstacles(appeared, appeared_count_);
   appeared_count_ += world.obstacles.size();

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/clock.h"
-#include "mission/executive/io.h"
 #include "mission/record/collision.h"
+#include "mission/simulation/appearing_obstacle.h"
 #include "planning/world/world.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/ground_truth/ground_truth.h"
@@ -23,7 +23,9 @@ class Contacts {
            const std::optional<vehicle::DiverTrack>& diver);
 
   /// Adds obstacles from now on, with the names that as_obstacles() gives them.
-  void add(std::span<const SeenObstacle> appeared);
+  void add(std::span<const AppearingObstacle> appeared);
+  /// Number of obstacles added so far.
+  [[nodiscard]] std::size_t appeared() const { return appeared_count_; }
   /// Moves the diver and evaluates the pose of one tick. Returns the names of the obstacles with
   /// which a contact begins.
   std::vector<std::string> observe(Utime now, const Pose& X_WB);

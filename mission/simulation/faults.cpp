@@ -57,7 +57,8 @@ bool FaultInjector::begins(FaultKind kind) {
   return false;
 }
 
-void FaultInjector::apply(const vehicle::GroundTruth& truth, StepInputs& inputs) {
+void FaultInjector::apply(const vehicle::GroundTruth& truth, StepInputs& inputs,
+                          std::vector<AppearingObstacle>& appearing) {
   now_s_ = to_seconds(truth.utime);
   const Eigen::Vector3d& p_W = truth.X_WB.p;
   if (been_W_.empty() || (p_W - been_W_.back()).norm() >= kStep) been_W_.push_back(p_W);
@@ -65,7 +66,7 @@ void FaultInjector::apply(const vehicle::GroundTruth& truth, StepInputs& inputs)
   spoil_sensors(inputs);
   spoil_plan(inputs);
   const bool is_apart = (been_W_.front() - p_W).norm() >= kApart;
-  if (is_apart && begins(FaultKind::kBlocked)) drop_something(inputs);
+  if (is_apart && begins(FaultKind::kBlocked)) drop_something(appearing);
   if (begins(FaultKind::kAbort)) inputs.operator_command = OperatorCommand::kAbort;
 }
 
@@ -82,10 +83,18 @@ void FaultInjector::spoil_sensors(StepInputs& inputs) {
     if (is_on(FaultKind::kTemperature)) inputs.health->temperature_c = kHot;
   }
   if (is_on(FaultKind::kHealthSilent)) inputs.health.reset();
-  if (is_on(FaultKind::kRangeSilent)) inputs.map_update.reset();
+  if (is_on(FaultKind::kRangeSilent)) drop_scans(inputs);
   if (is_on(FaultKind::kImuSilent)) inputs.imu.reset();
   if (is_on(FaultKind::kImuNan) && inputs.imu) inputs.imu->q_WB.w() = kNan;
   if (inputs.depth) spoil_depth(inputs);
+}
+
+void FaultInjector::drop_scans(StepInputs& inputs) {
+  std::erase_if(inputs.obstacles, [](const planning::ObstacleUpdate& update) {
+    return update.source == planning::ObstacleSource::kMapper;
+  });
+  inputs.free_ahead.reset();
+  inputs.pose_correction.reset();
 }
 
 void FaultInjector::spoil_depth(StepInputs& inputs) {
@@ -116,11 +125,11 @@ void FaultInjector::spoil_plan(StepInputs& inputs) const {
   if (is_on(FaultKind::kPlannerSilent)) inputs.plan.reset();
 }
 
-void FaultInjector::drop_something(StepInputs& inputs) {
-  SeenObstacle obstacle;
+void FaultInjector::drop_something(std::vector<AppearingObstacle>& appearing) {
+  AppearingObstacle obstacle;
   obstacle.X_WO.p = been_W_.front();
   obstacle.size.setConstant(kEdge);
-  inputs.seen.push_back(obstacle);
+  appearing.push_back(obstacle);
 }
 
 }  // namespace dive::mission

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mission/executive/io.h"
+#include "mission/simulation/appearing_obstacle.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -60,8 +61,10 @@ class FaultInjector {
 
   /// One more, decided while the dive is under way.
   void add(const Fault& fault);
-  /// What the executive gets to hear instead of `inputs`.
-  void apply(const vehicle::GroundTruth& truth, StepInputs& inputs);
+  /// Changes `inputs` to what a vehicle with these faults receives; obstacles that appear in this
+  /// tick are appended to `appearing`.
+  void apply(const vehicle::GroundTruth& truth, StepInputs& inputs,
+             std::vector<AppearingObstacle>& appearing);
   /// As of the last apply(): for what is not among the inputs.
   [[nodiscard]] bool is_on(FaultKind kind) const;
   /// Likewise, what is heard of the inertial unit.
@@ -70,9 +73,10 @@ class FaultInjector {
  private:
   [[nodiscard]] bool begins(FaultKind kind);
   void spoil_sensors(StepInputs& inputs);
+  static void drop_scans(StepInputs& inputs);
   void spoil_depth(StepInputs& inputs);
   void spoil_plan(StepInputs& inputs) const;
-  void drop_something(StepInputs& inputs);
+  void drop_something(std::vector<AppearingObstacle>& appearing);
 
   std::vector<Fault> faults_;
   std::vector<bool> begun_;  ///< By index in faults_.

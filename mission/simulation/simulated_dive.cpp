@@ -129,9 +129,13 @@ class SimulatedVehiclePort final : public VehiclePort {
   }
 
   void amend(StepInputs& inputs) override {
-    if (settings_.script) settings_.script({inputs, injector_, simulator_});
-    injector_.apply(truth(), inputs);
-    if (!inputs.seen.empty()) contacts_.add(inputs.seen);
+    std::vector<AppearingObstacle> appearing;
+    if (settings_.script) settings_.script({inputs, injector_, simulator_, appearing});
+    injector_.apply(truth(), inputs, appearing);
+    if (!appearing.empty()) {
+      inputs.obstacles.push_back(as_update(appearing, contacts_.appeared(), inputs.now));
+      contacts_.add(appearing);
+    }
     touched_ = contacts_.observe(truth().utime, truth().X_WB);
     if (settings_.sensor_observer) settings_.sensor_observer(samples_, truth(), contacts_.diver());
   }
@@ -206,7 +210,7 @@ DiveResult SimulatedVehiclePort::finish(OnboardReport report) {
   result_.replans = report.replans;
   result_.transitions = std::move(report.transitions);
   result_.failsafes = std::move(report.failsafes);
-  result_.seen = std::move(report.seen);
+  result_.observed_map = report.observed_map;
   result_.seen_points = std::move(report.seen_points);
   is_held_ = is_held_ || (is_kept(last_) && result_.rest_s >= kMinRest);
   name_outcome(report.executive);

@@ -15,8 +15,9 @@
 #include "mission/onboard/onboard_dive.h"
 #include "mission/onboard/settings.h"
 #include "mission/record/collision.h"
+#include "mission/simulation/appearing_obstacle.h"
 #include "mission/simulation/faults.h"
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 #include "vehicle/simulator/cameras/stereo_camera.h"
@@ -32,6 +33,7 @@ struct DiveHands {
   StepInputs& inputs;
   FaultInjector& faults;
   vehicle::Simulator& simulator;
+  std::vector<AppearingObstacle>& appearing;  ///< In this tick.
 };
 
 /// Its changes to the inputs are logged with them: a dive with a script is replayed without it.
@@ -85,8 +87,7 @@ struct DiveResult {
   double largest_step_m = 0.0;  ///< Largest horizontal change of the estimate in one tick.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  /// In an unknown environment: the map at the end.
-  planning::SeenMap seen;
+  planning::ObservedMap observed_map;             ///< At the end.
   std::vector<Eigen::Vector3f> seen_points = {};  ///< Points of that map, in W.
 };
 

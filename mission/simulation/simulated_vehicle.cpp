@@ -83,7 +83,8 @@ class SimulatedVehicle {
     inputs_.depth = samples.depth;
     inputs_.health = samples.health;
     const StepInputs own = inputs_;  // faults of the link do not affect the vehicle's own autopilot
-    injector_.apply(simulator_.truth(), inputs_);
+    std::vector<AppearingObstacle> ignored;  // no message of the link could report them
+    injector_.apply(simulator_.truth(), inputs_, ignored);
     inertial_ = samples.inertial;
     injector_.apply(inertial_);
     look();

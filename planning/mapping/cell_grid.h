@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "planning/world/seen.h"
+#include "planning/world/obstacle_update.h"
 
 namespace dive::planning {
 

@@ -119,8 +119,8 @@ void add_in_blocks(std::span<Vector3f> points, Mapper& mapper, Cells& cells) {
     add_in_blocks(points.subspan(half), mapper, cells);
     return;
   }
-  MapUpdate update = mapper.add_cloud(points);
-  for (SeenCell& cell : update.cells) cells[cell.key] = std::move(cell.pieces);
+  ObstacleUpdate update = mapper.add_cloud(points);
+  for (MapCell& cell : update.cells) cells[cell.key] = std::move(cell.pieces);
 }
 
 AlignedBox3d box_of(const Polytope& piece) {

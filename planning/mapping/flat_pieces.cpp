@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "planning/world/seen.h"
+#include "planning/world/obstacle_update.h"
 
 namespace dive::planning {
 namespace {

@@ -347,9 +347,9 @@ struct Mapper::Impl {
                                                 [](const Voxel& v) { return v.solid; });
   }
 
-  [[nodiscard]] MapUpdate collect() {
-    MapUpdate update;
-    update.scan_utime = now;
+  [[nodiscard]] ObstacleUpdate collect() {
+    ObstacleUpdate update;
+    update.utime = now;
     std::sort(gone.begin(), gone.end());
     gone.erase(std::unique(gone.begin(), gone.end()), gone.end());
     for (const CellKey key : gone) {
@@ -361,11 +361,11 @@ struct Mapper::Impl {
         update.cells.push_back({key, cell.pieces(options.ball_m)});
     }
     std::sort(update.cells.begin(), update.cells.end(),
-              [](const SeenCell& a, const SeenCell& b) { return a.key < b.key; });
+              [](const MapCell& a, const MapCell& b) { return a.key < b.key; });
     return update;
   }
 
-  MapUpdate add(const RangeScan& scan, Pose X_WB, const Eigen::Vector3d& v_W) {
+  ScanResult add(const RangeScan& scan, Pose X_WB, const Eigen::Vector3d& v_W) {
     Eigen::Vector2f off_W = Eigen::Vector2f::Zero();
     times = {};
     const Stopwatch stopwatch(clock, times.total_ms);
@@ -386,10 +386,9 @@ struct Mapper::Impl {
       forget_old();
     }
     resurface(choose(eye_W, kSettle));
-    MapUpdate update = collect();
-    update.seen_ahead_m = lookout.seen_ahead(X_WB, v_W);
-    update.off_W = off_W.cast<double>();
-    return update;
+    ScanResult result{collect(), {now, lookout.seen_ahead(X_WB, v_W)}, std::nullopt};
+    if (!off_W.isZero(0.0F)) result.correction = PoseCorrection{now, off_W.cast<double>()};
+    return result;
   }
 
   [[nodiscard]] ScanProblem question(const RangeScan& scan) {
@@ -409,7 +408,7 @@ struct Mapper::Impl {
     return ScanProblem::kNone;
   }
 
-  MapUpdate add_cloud(std::span<const Vector3f> points_W) {
+  ObstacleUpdate add_cloud(std::span<const Vector3f> points_W) {
     times = {};
     const Stopwatch stopwatch(clock, times.total_ms);
     now = std::max<Utime>(now, 1);
@@ -489,8 +488,8 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-std::optional<MapUpdate> Mapper::add(const RangeScan& scan, const Pose& X_WB,
-                                     const Eigen::Vector3d& v_W) {
+std::optional<ScanResult> Mapper::add(const RangeScan& scan, const Pose& X_WB,
+                                      const Eigen::Vector3d& v_W) {
   impl_->problem = impl_->question(scan);
   if (impl_->problem != ScanProblem::kNone) return std::nullopt;
   return impl_->add(scan, X_WB, v_W);
@@ -498,7 +497,7 @@ std::optional<MapUpdate> Mapper::add(const RangeScan& scan, const Pose& X_WB,
 
 ScanProblem Mapper::problem() const { return impl_->problem; }
 
-MapUpdate Mapper::add_cloud(std::span<const Eigen::Vector3f> points_W) {
+ObstacleUpdate Mapper::add_cloud(std::span<const Eigen::Vector3f> points_W) {
   return impl_->add_cloud(points_W);
 }
 

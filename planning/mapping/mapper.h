@@ -20,7 +20,7 @@
 #include "common/clock.h"
 #include "common/range_scan.h"
 #include "common/se3.h"
-#include "planning/world/seen.h"
+#include "planning/mapping/scan_result.h"
 #include "planning/world/world.h"
 
 namespace dive::planning {
@@ -85,13 +85,13 @@ class Mapper {
 
   /// Takes one sweep, measured at X_WB by a vehicle that moves at v_W (m/s). Nothing when the sweep
   /// is not one of a working sensor; see problem().
-  [[nodiscard]] std::optional<MapUpdate> add(const RangeScan& scan, const Pose& X_WB,
-                                             const Eigen::Vector3d& v_W);
+  [[nodiscard]] std::optional<ScanResult> add(const RangeScan& scan, const Pose& X_WB,
+                                              const Eigen::Vector3d& v_W);
   [[nodiscard]] ScanProblem problem() const;
 
   /// Points that are believed as they are, of a file: no lone point is left out, nothing is seen
   /// through. `points_W` finite. The update holds all that changed.
-  [[nodiscard]] MapUpdate add_cloud(std::span<const Eigen::Vector3f> points_W);
+  [[nodiscard]] ObstacleUpdate add_cloud(std::span<const Eigen::Vector3f> points_W);
 
   /// A loop was closed: what was seen at time t was really at `correction(t)` times where it was
   /// put. The next update holds what moved.

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -149,7 +150,7 @@ bool write(const std::string& path, const std::string& content) {
 
 }  // namespace
 
-tl::expected<void, std::string> save_map(const std::string& path, const SeenMap& map,
+tl::expected<void, std::string> save_map(const std::string& path, const ObservedMap& map,
                                          std::span<const Eigen::Vector3f> points,
                                          const std::string& comment) {
   const std::string name = fs::path(path).filename().string();
@@ -158,13 +159,14 @@ tl::expected<void, std::string> save_map(const std::string& path, const SeenMap&
   }
   MeshPieces pieces;
   std::vector<Corners> triangles;
-  for (const auto& [key, some] : map.cells()) {
-    for (const Polytope& piece : some) {
+  map.visit_cells([&](CellKey, std::span<const ObservedMap::Piece> some) {
+    for (const ObservedMap::Piece& observed : some) {
+      const auto& piece = std::get<Polytope>(observed.obstacle.shape);
       pieces.pieces.push_back(piece);
       pieces.tolerance = std::max(pieces.tolerance, piece.radius);
       add_piece(piece, triangles);
     }
-  }
+  });
   if (pieces.pieces.empty()) return tl::unexpected(std::string("nothing was seen: no map"));
   if (pieces.pieces.size() > kMostPieces || triangles.size() > kMostTriangles) {
     return tl::unexpected(fmt::format("{} pieces ({} triangles) are too many for a mesh",

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <tl/expected.hpp>
 
-#include "planning/world/seen.h"
+#include "planning/world/observed_map.h"
 
 namespace dive::planning {
 
@@ -19,7 +19,8 @@ namespace dive::planning {
 /// is written completely or not at all, NAME.sdf last. Errors: an empty map, too many pieces for a
 /// mesh, a NAME that no map can refer to (control characters, not UTF-8, blanks at its ends), or a
 /// file that cannot be written.
-[[nodiscard]] tl::expected<void, std::string> save_map(const std::string& path, const SeenMap& map,
+[[nodiscard]] tl::expected<void, std::string> save_map(const std::string& path,
+                                                       const ObservedMap& map,
                                                        std::span<const Eigen::Vector3f> points,
                                                        const std::string& comment);
 

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "common/clock.h"
-#include "planning/world/seen.h"
+#include "planning/world/obstacle_update.h"
 #include "planning/world/world.h"
 
 namespace dive::planning {

@@ -100,7 +100,7 @@ TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
     DiveSettings settings;
     settings.faults = std::move(faults);
     settings.script = [](const DiveHands& hands) {
-      hands.inputs.map_update = planning::MapUpdate{hands.inputs.now, {}, 6.0};
+      hands.inputs.free_ahead = planning::FreeAhead{hands.inputs.now, 6.0};
     };
     return simulate_dive(mission, {}, model(), settings, nullptr);
   };
@@ -129,7 +129,7 @@ TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideOnSternFirst) {
   std::optional<Utime> turned;
   settings.script = [&](const DiveHands& hands) {
     const bool is_blind = turned && hands.inputs.now < *turned + 8'000'000;
-    hands.inputs.map_update = planning::MapUpdate{hands.inputs.now, {}, is_blind ? 0.0 : 6.0};
+    hands.inputs.free_ahead = planning::FreeAhead{hands.inputs.now, is_blind ? 0.0 : 6.0};
   };
   double astern_m = 0.0;
   const DiveResult result = simulate_dive(*mission, {}, model(), settings,

@@ -61,7 +61,7 @@ class StepAllocation : public ::testing::Test {
     inputs_.imu->utime = inputs_.depth->utime = inputs_.health->utime = inputs_.now;
     inputs_.imu->q_WB = from_rpy(0, 0, noise_);
     inputs_.depth->depth_m = 3.0 + noise_;
-    if (inputs_.map_update) inputs_.map_update->scan_utime = inputs_.now;
+    if (inputs_.free_ahead) inputs_.free_ahead->scan_utime = inputs_.now;
     return executive_->step(inputs_);
   }
 
@@ -127,10 +127,9 @@ TEST_F(StepAllocation, NoneInUnknownWaterWhileNothingNewIsSeen) {
   std::string text = kMission;
   const std::string known = "<map file=\"none.sdf\"/>";
   use(text.replace(text.find(known), known.size(), "<map unknown=\"cautious\"/>"));
-  planning::MapUpdate update;
-  update.seen_ahead_m = 5.0;
+  planning::ObstacleUpdate update;
   for (int i = 0; i < 1000; ++i) {
-    planning::SeenCell& cell = update.cells.emplace_back();
+    planning::MapCell& cell = update.cells.emplace_back();
     cell.key = i;
     for (const Eigen::Vector3d& at :
          {Eigen::Vector3d(0.1 * i, 0, -6), Eigen::Vector3d(0.1 * i, 2, -3),
@@ -143,10 +142,9 @@ TEST_F(StepAllocation, NoneInUnknownWaterWhileNothingNewIsSeen) {
       }
     }
   }
-  inputs_.map_update = update;
+  ASSERT_TRUE(inputs_.observed_map.apply(update));
+  inputs_.free_ahead = planning::FreeAhead{0, 5.0};
   swim();
-  inputs_.map_update->cells.clear();
-  tick();
   EXPECT_EQ(ticks_that_allocate(100.0), 0);
   EXPECT_GT(executive_->step(inputs_).status.segment, 10) << "it must have moved on";
 }

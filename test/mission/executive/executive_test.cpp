@@ -2,10 +2,13 @@
 
 #include "mission/executive/executive.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "mission/executive/map_updates.h"
 
 namespace dive::mission {
 namespace {
@@ -44,6 +47,18 @@ planning::World roofed_world() {
   planning::World world;
   world.obstacles.push_back({"roof", planning::Box{{40, 40, 1}}, Pose{{20, 0, -1.5}}});
   return world;
+}
+
+// With edges of 1 m.
+planning::Polytope cube_at(const Eigen::Vector3d& centre_W) {
+  planning::Polytope cube;
+  for (const double x : {-0.5, 0.5}) {
+    for (const double y : {-0.5, 0.5}) {
+      for (const double z : {-0.5, 0.5})
+        cube.vertices.push_back(centre_W + Eigen::Vector3d(x, y, z));
+    }
+  }
+  return cube;
 }
 
 class ExecutiveTest : public ::testing::Test {
@@ -85,10 +100,14 @@ class ExecutiveTest : public ::testing::Test {
     imu.accel_B.z() = 9.81;
     if (imu_speaks_) inputs.imu = imu;
     inputs.operator_command = std::exchange(says_, std::nullopt);
-    inputs.seen = std::exchange(sees_, {});
+    if (!appears_.empty()) {
+      inputs.obstacles.push_back(
+          {planning::ObstacleSource::kScript, now_, std::exchange(appears_, {})});
+    }
     if (depth_speaks_) inputs.depth = DepthSample{now_, depth_ + noise_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
+    update_map(map_, inputs);
     StepOutputs outputs = executive_->step(inputs);
     if (outputs.plan_query) query_ = outputs.plan_query;
     for (const TransitionRecord& record : outputs.transitions) transitions_.push_back(record);
@@ -147,7 +166,8 @@ class ExecutiveTest : public ::testing::Test {
   bool imu_speaks_ = true;
   bool depth_speaks_ = true;
   std::optional<OperatorCommand> says_;
-  std::vector<SeenObstacle> sees_;
+  std::vector<planning::MapCell> appears_;
+  planning::ObservedMap map_;
 };
 
 TEST_F(ExecutiveTest, WaitsForSensorsBeforeItStarts) {
@@ -483,15 +503,46 @@ TEST_F(ExecutiveTest, SomethingInThePathIsSeenAndPlannedAround) {
   tick();
   run(3.0, straight_plan());
   query_.reset();
-  SeenObstacle box;
-  box.X_WO.p = {3, 0, -3};
-  sees_ = {box};
+  appears_ = {{-1, {cube_at({3, 0, -3})}}};
   const StepOutputs outputs = tick();
   ASSERT_TRUE(query_);
   EXPECT_EQ(query_->cause, "there is no path");
   EXPECT_EQ(outputs.command.v, 0.0) << "what leads into it is not followed";
   const PlanReply through = straight_plan();  // planned before it was observed
   EXPECT_EQ(run(1.5, through).command.v, 0.0) << "and not taken";
+}
+
+// Raised once for each path: not for an obstacle beside it, nor again for the same path.
+TEST_F(ExecutiveTest, AnObstacleInThePathIsAnEventAndOneBesideItIsNot) {
+  use("", R"(<goto id="first" x="6" y="0" z="3" z_units="DEPTH" timeout="60" on_timeout="ascend">
+               <transition event="map.changed"><log message="map changed"/></transition>
+               <transition event="done.state.first" target="ascend"/>
+             </goto>)");
+  tick();
+  run(1.0, straight_plan());
+  const auto events = [&] {
+    return std::ranges::count(actions_, std::string("map changed"), &ActionRecord::text);
+  };
+  appears_ = {{-1, {cube_at({3, 5, -3})}}};
+  run(1.0);
+  EXPECT_EQ(events(), 0);
+  appears_ = {{-2, {cube_at({4, 0.9, -3})}}};
+  run(1.0);
+  EXPECT_EQ(events(), 1);
+  appears_ = {{-3, {cube_at({4, -0.9, -3})}}};
+  run(1.0);
+  EXPECT_EQ(events(), 1) << "the same path is still followed";
+}
+
+TEST_F(ExecutiveTest, AnUpdateOfTheFutureOrTwiceTheSameChangesNothing) {
+  StepInputs inputs;
+  inputs.now = from_seconds(1.0);
+  inputs.obstacles = {{planning::ObstacleSource::kMapper, from_seconds(1.2), {{1, {}}}},
+                      {planning::ObstacleSource::kScript, from_seconds(1.0), {{-1, {}}}},
+                      {planning::ObstacleSource::kScript, from_seconds(1.0), {{-2, {}}}}};
+  update_map(map_, inputs);
+  EXPECT_EQ(map_.revision(), 1);
+  EXPECT_EQ(inputs.observed_map.revision(), 1);
 }
 
 // A wreck from x = 0 on: it turns back at its maximum penetration.

@@ -111,5 +111,19 @@ TEST_F(SensingTest, AFrozenSensorIsNotUsedThoughItSends) {
   EXPECT_TRUE(run(0.1).imu_is_fresh);
 }
 
+TEST_F(SensingTest, AcceptsEachScanOnceAndNoneOfTheFuture) {
+  const Utime now = from_seconds(10.0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(sensing_.accept(now, planning::FreeAhead{now, nan}));
+  EXPECT_FALSE(sensing_.accept(now, planning::FreeAhead{now + from_seconds(0.2), 5.0}));
+  EXPECT_TRUE(sensing_.accept(now, planning::FreeAhead{now, 5.0}));
+  EXPECT_FALSE(sensing_.accept(now, planning::FreeAhead{now, 5.0})) << "not newer";
+  EXPECT_FALSE(sensing_.accept(now, planning::PoseCorrection{now, {nan, 0.0}}));
+  EXPECT_FALSE(sensing_.accept(now, planning::PoseCorrection{now, {0.9, 0.9}})) << "too large";
+  EXPECT_TRUE(sensing_.accept(now, planning::PoseCorrection{now, {0.1, 0.0}}))
+      << "its own order, whatever other results of the scan came before";
+  EXPECT_FALSE(sensing_.accept(now, planning::PoseCorrection{now - 1, {0.1, 0.0}}));
+}
+
 }  // namespace
 }  // namespace dive::mission

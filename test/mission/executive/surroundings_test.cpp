@@ -40,7 +40,7 @@ class SurroundingsTest : public ::testing::Test {
   Mission mission_;
   planning::World world_ = world();
   planning::RobotHull hull_ = hull();
-  ChangedMap map_{world_, hull_};
+  MapView map_{world_, hull_};
 };
 
 TEST_F(SurroundingsTest, KnowWhatIsAboveAndBelow) {
@@ -80,7 +80,7 @@ TEST_F(SurroundingsTest, CountWhatWasUsedUpOfWhatThereWasInOpenWater) {
 TEST_F(SurroundingsTest, InUnknownWaterBelieveWhatIsDeclaredAndRememberWhere) {
   mission_.unknown.emplace();
   const planning::World nothing;
-  ChangedMap empty(nothing, hull_);
+  MapView empty(nothing, hull_);
   Surroundings surroundings(mission_, empty);
   look(surroundings, 0.0, -5.0, 1.0, false);
   EXPECT_FALSE(surroundings.is_under());
@@ -95,7 +95,7 @@ TEST_F(SurroundingsTest, InUnknownWaterBelieveWhatIsDeclaredAndRememberWhere) {
 TEST_F(SurroundingsTest, GoOnWithTheTrailThatWasLeft) {
   mission_.unknown.emplace();
   const planning::World nothing;
-  ChangedMap empty(nothing, hull_);
+  MapView empty(nothing, hull_);
   Surroundings surroundings(mission_, empty);
   surroundings.restore(
       std::vector<behaviors::Trail::Crumb>{{{-5, 0, -4}, true}, {{5, 0, -4}, false}});

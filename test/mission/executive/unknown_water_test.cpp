@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "mission/executive/executive.h"
+#include "mission/executive/map_updates.h"
 #include "mission/onboard/planner_service.h"
 
 namespace dive::mission {
@@ -62,6 +63,7 @@ class UnknownWater : public ::testing::Test {
     ASSERT_TRUE(mission) << render(diagnostics.list().at(0), false);
     mission_ = std::move(*mission);
     executive_.emplace(mission_, nothing_, model_, ExecutiveOptions{});
+    map_ = {};
   }
 
   // One tick; the vehicle follows depth and heading commands, and swims at the expected speed.
@@ -77,9 +79,12 @@ class UnknownWater : public ::testing::Test {
     inputs.health = HealthSample{now_, 1.0, 20.0, leak_};
     inputs.plan = plan;
     if (sees_) {
-      inputs.map_update =
-          planning::MapUpdate{now_ - 40'000, std::exchange(appears_, {}), seen_ahead_};
+      const Utime scan_utime = now_ - 40'000;
+      inputs.obstacles.push_back(
+          {planning::ObstacleSource::kMapper, scan_utime, std::exchange(appears_, {})});
+      inputs.free_ahead = planning::FreeAhead{scan_utime, seen_ahead_};
     }
+    update_map(map_, inputs);
     StepOutputs outputs = executive_->step(inputs);
     if (outputs.plan_query) query_ = outputs.plan_query;
     for (const TransitionRecord& record : outputs.transitions) visited_.push_back(record.to);
@@ -127,7 +132,8 @@ class UnknownWater : public ::testing::Test {
   bool leak_ = false;
   bool sees_ = true;
   double seen_ahead_ = 5.0;
-  std::vector<planning::SeenCell> appears_;
+  std::vector<planning::MapCell> appears_;
+  planning::ObservedMap map_;
   std::optional<PlanQuery> query_;
   std::vector<std::string> visited_;
   std::vector<FailsafeRecord> failsafes_;
@@ -290,7 +296,7 @@ TEST_F(UnknownWater, ScansFromTheFutureAreNotBelieved) {
   sees_ = false;
   StepInputs inputs;
   inputs.now = now_ += 20'000;
-  inputs.map_update = planning::MapUpdate{now_ + from_seconds(100), {}, 5.0};
+  inputs.free_ahead = planning::FreeAhead{now_ + from_seconds(100), 5.0};
   EXPECT_GT(executive_->step(inputs).command.v, 0.3);
   EXPECT_EQ(run(2.2).status.rung, "hold") << "it would never have been stale";
 }
@@ -310,11 +316,15 @@ TEST(PlannerServiceInUnknownWater, PlansRoundWhatWasSeenAndThroughWhatIsGone) {
     return reply ? reply->plan.length_m : 0.0;
   };
   EXPECT_NEAR(length(0), 8.0, 0.02);
-  service.apply({1, {{3, {block({4, 0, -5}, 2.0)}}}, 1.0});
+  planning::ObservedMap map;
+  ASSERT_TRUE(map.apply({planning::ObstacleSource::kMapper, 1, {{3, {block({4, 0, -5}, 2.0)}}}}));
+  service.set_map(map);
   EXPECT_GT(length(1), 8.4);
   EXPECT_GT(length(2), 8.4);
-  service.apply({2, {{3, {}}}, 1.0});
-  EXPECT_NEAR(length(3), 8.0, 0.02);
+  ASSERT_TRUE(map.apply({planning::ObstacleSource::kMapper, 2, {{3, {}}}}));
+  EXPECT_GT(length(3), 8.4) << "the snapshot has not changed";
+  service.set_map(map);
+  EXPECT_NEAR(length(4), 8.0, 0.02);
 }
 
 }  // namespace

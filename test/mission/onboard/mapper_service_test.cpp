@@ -61,18 +61,19 @@ TEST(MapperService, PlacesAScanByTheNewestCorrection) {
   estimate.map_from_odom = {std::numbers::pi / 2.0, {0.0, 10.0}};
   estimate.X_WB = estimate.map_from_odom * estimate.X_WB;
   service.observe(estimate);
-  std::vector<planning::SeenCell> cells;
+  std::vector<planning::MapCell> cells;
   for (int i = 1; i <= kScans; ++i) {
     RangeScan scan = wall_ahead();
     scan.utime = kTick + (i - 1) * kScan;
     scan.points_B.front().z() += 0.001F * static_cast<float>(i);  // else it counts as frozen
     service.submit(std::move(scan), (i + kScans) * kScan);
-    const auto update = service.poll((i + kScans) * kScan + kTick);
-    ASSERT_TRUE(update) << i;
-    cells.insert(cells.end(), update->cells.begin(), update->cells.end());
+    const auto result = service.poll((i + kScans) * kScan + kTick);
+    ASSERT_TRUE(result) << i;
+    const std::vector<planning::MapCell>& changed = result->obstacles.cells;
+    cells.insert(cells.end(), changed.begin(), changed.end());
   }
   ASSERT_FALSE(cells.empty());
-  for (const planning::SeenCell& cell : cells) {
+  for (const planning::MapCell& cell : cells) {
     for (const planning::Polytope& piece : cell.pieces) {
       for (const Eigen::Vector3d& vertex : piece.vertices) {
         EXPECT_NEAR(vertex.y(), 13.0, 0.3) << "3 m ahead of a bow that points north from (0, 10)";

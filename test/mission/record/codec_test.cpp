@@ -43,7 +43,8 @@ std::vector<Kind> kinds() {
   query.request.previous.resize(2);
   planning::Polytope piece;
   piece.vertices.resize(4);
-  const planning::MapUpdate update{3, {{-1, {piece, piece}}, {7, {}}, {8, {piece}}}, 2.5};
+  const planning::ObstacleUpdate update{
+      planning::ObstacleSource::kScript, 3, {{-1, {piece, piece}}, {7, {}}, {8, {piece}}}};
   const Utime now = 5;
   return {kind("header", sample_header()),
           kind("imu", ImuSample{}),
@@ -61,8 +62,9 @@ std::vector<Kind> kinds() {
           kind("failsafe", FailsafeRecord{"a", "b", "c", "d"}, now),
           kind("action", ActionRecord{}, now),
           kind("operator", OperatorCommand::kPause, now),
-          kind("map change", std::vector<SeenObstacle>(2), now),
-          kind("map update", update, now),
+          kind("obstacles", update, now),
+          kind("free ahead", planning::FreeAhead{3, 2.5}, now),
+          kind("pose correction", planning::PoseCorrection{3, {0.1, -0.2}}, now),
           kind("vision", estimation::VisionEstimate{}, now)};
 }
 
@@ -120,16 +122,17 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 4 5 127 ");    // attitude
   const Kind status = named("status");
   EXPECT_EQ(refused_values(named("operator"), kTime), "-128 -1 5 127 ");                // command
+  EXPECT_EQ(refused_values(named("obstacles"), kTime + 8), "-128 -1 2 3 4 5 127 ");     // source
   EXPECT_EQ(refused_values(named("action"), kTime), "-128 -1 3 4 5 127 ");              // kind
   EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 4 5 127 ");  // finished
 }
 
 // Forged counts that add up to the packet's size, but do not agree with each other.
-TEST(Codec, PiecesOfAMapUpdateAreNeitherSharedNorLeftOver) {
+TEST(Codec, PiecesOfAnObstacleUpdateAreNeitherSharedNorLeftOver) {
   const std::vector<Kind> all = kinds();
-  const Kind k = *std::ranges::find(all, "map update", &Kind::name);
+  const Kind k = *std::ranges::find(all, "obstacles", &Kind::name);
   // Offset of the counts of pieces, by cell.
-  constexpr std::size_t kCounts = 8 + 8 + 8 + 3 * 8 + 4 + 3 * 8;
+  constexpr std::size_t kCounts = 8 + 8 + 8 + 1 + 4 + 3 * 8;
   constexpr std::size_t kVertices = kCounts + 3 * 4 + 4 + 3 * 8;
   for (const auto& [at, value] : {std::pair<std::size_t, int>{kCounts + 3, 1},
                                   {kCounts + 3, 3},
@@ -159,14 +162,10 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   reply.plan.reason += 'x';
   EXPECT_FALSE(encode(0, reply, packet));
 
-  EXPECT_TRUE(encode(0, std::vector<SeenObstacle>(kMaxSeen), packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kMap));
-  EXPECT_FALSE(encode(0, std::vector<SeenObstacle>(kMaxSeen + 1), packet));
-
   planning::Polytope point;
   point.vertices.resize(1);
   const auto in_cells = [](std::size_t cells, std::size_t pieces, const planning::Polytope& piece) {
-    planning::MapUpdate update;
+    planning::ObstacleUpdate update;
     update.cells.assign(cells, {0, std::vector<planning::Polytope>(pieces, piece)});
     return update;
   };
@@ -222,13 +221,13 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTruth));
   planning::Polytope piece;
   piece.vertices.resize(planning::kMaxPieceVertices);
-  planning::MapUpdate update;
+  planning::ObstacleUpdate update;
   update.cells.resize(planning::kMaxUpdateCells);
   for (std::size_t i = 0; i < planning::kMaxUpdatePieces; ++i) {
     update.cells[i / planning::kMaxCellPieces].pieces.push_back(piece);
   }
   ASSERT_TRUE(encode(0, update, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kSurroundings));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kObstacles));
   ASSERT_TRUE(encode(estimation::StateEstimate{}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kEstimate));
 }

@@ -112,22 +112,25 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_PLAN.warm_starts", in.plan->plan.warm_starts);
   }
   if (in.operator_command) f("DIVE_IN_OPERATOR.command", *in.operator_command);
-  for (SeenObstacle& seen : in.seen) {
-    each("DIVE_IN_MAP.X_WO", seen.X_WO, f);
-    each("DIVE_IN_MAP.size", seen.size, f);
-  }
-  if (in.map_update) {
-    f("DIVE_IN_SURROUNDINGS.scan_utime", in.map_update->scan_utime);
-    f("DIVE_IN_SURROUNDINGS.seen_ahead_m", in.map_update->seen_ahead_m);
-    f("DIVE_IN_SURROUNDINGS.off_W", in.map_update->off_W.x());
-    f("DIVE_IN_SURROUNDINGS.off_W", in.map_update->off_W.y());
-    for (planning::SeenCell& cell : in.map_update->cells) {
-      f("DIVE_IN_SURROUNDINGS.key", cell.key);
+  for (planning::ObstacleUpdate& update : in.obstacles) {
+    f("DIVE_IN_OBSTACLES.source", update.source);
+    f("DIVE_IN_OBSTACLES.utime", update.utime);
+    for (planning::MapCell& cell : update.cells) {
+      f("DIVE_IN_OBSTACLES.key", cell.key);
       for (planning::Polytope& piece : cell.pieces) {
-        f("DIVE_IN_SURROUNDINGS.radius", piece.radius);
-        for (Eigen::Vector3d& v : piece.vertices) each("DIVE_IN_SURROUNDINGS.vertex", v, f);
+        f("DIVE_IN_OBSTACLES.radius", piece.radius);
+        for (Eigen::Vector3d& v : piece.vertices) each("DIVE_IN_OBSTACLES.vertex", v, f);
       }
     }
+  }
+  if (in.free_ahead) {
+    f("DIVE_IN_FREE_AHEAD.scan_utime", in.free_ahead->scan_utime);
+    f("DIVE_IN_FREE_AHEAD.free_ahead_m", in.free_ahead->free_ahead_m);
+  }
+  if (in.pose_correction) {
+    f("DIVE_IN_POSE_CORRECTION.scan_utime", in.pose_correction->scan_utime);
+    f("DIVE_IN_POSE_CORRECTION.x", in.pose_correction->correction_W.x());
+    f("DIVE_IN_POSE_CORRECTION.y", in.pose_correction->correction_W.y());
   }
   if (in.vision) each_vision(*in.vision, f);
 }
@@ -258,14 +261,16 @@ class SampleMaker {
     tick.outputs.transitions.resize(below(3));
     tick.outputs.failsafes.resize(below(3));
     if (chance()) tick.inputs.operator_command.emplace();
-    tick.inputs.seen.resize(below(3));
-    if (chance()) {
-      tick.inputs.map_update.emplace().cells.resize(below(3));
-      for (planning::SeenCell& cell : tick.inputs.map_update->cells) {
+    tick.inputs.obstacles.resize(below(3));
+    for (planning::ObstacleUpdate& update : tick.inputs.obstacles) {
+      update.cells.resize(below(3));
+      for (planning::MapCell& cell : update.cells) {
         cell.pieces.resize(below(3));
         for (planning::Polytope& piece : cell.pieces) piece.vertices.resize(1 + below(4));
       }
     }
+    if (chance()) tick.inputs.free_ahead.emplace();
+    if (chance()) tick.inputs.pose_correction.emplace();
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
     if (chance()) tick.truth.emplace().touched.resize(below(3));
@@ -297,6 +302,9 @@ class SampleMaker {
   }
   void fill(OperatorCommand& value) { value = static_cast<OperatorCommand>(below(5)); }
   void fill(ActionRecord::Kind& value) { value = static_cast<ActionRecord::Kind>(below(3)); }
+  void fill(planning::ObstacleSource& value) {
+    value = static_cast<planning::ObstacleSource>(below(planning::kObstacleSources));
+  }
   void fill(planning::PlanStatus& value) { value = static_cast<planning::PlanStatus>(below(4)); }
   void fill(planning::AttitudeMode& value) {
     value = static_cast<planning::AttitudeMode>(below(2));

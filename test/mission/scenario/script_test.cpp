@@ -34,10 +34,11 @@ class ScriptPlayed : public ::testing::Test {
     inputs.depth.emplace();
     inputs.health.emplace();
     inputs.plan.emplace();
-    player_->play({inputs, faults_, simulator_});
+    appearing_.clear();
+    player_->play({inputs, faults_, simulator_, appearing_});
     vehicle::GroundTruth truth;
     truth.utime = inputs.now;
-    faults_.apply(truth, inputs);
+    faults_.apply(truth, inputs, appearing_);
     return inputs;
   }
 
@@ -49,6 +50,7 @@ class ScriptPlayed : public ::testing::Test {
   DiveRecord record_;
   std::optional<ScriptPlayer> player_;
   FaultInjector faults_{{}};
+  std::vector<AppearingObstacle> appearing_;  ///< In the last tick.
   vehicle::Simulator simulator_{aqua2(), Pose{}, vehicle::Conditions{}, 1};
 };
 
@@ -153,12 +155,14 @@ TEST_F(ScriptPlayed, TheSameSeedLosesTheSame) {
 
 TEST_F(ScriptPlayed, AnObstacleIsSeenOnceWhereItIs) {
   play("<at time=\"1\"><obstacle x=\"3\" y=\"-2\" depth=\"4\" east=\"1\"/></at>");
-  EXPECT_TRUE(tick(0.5).seen.empty());
-  const StepInputs inputs = tick(1.0);
-  ASSERT_EQ(inputs.seen.size(), 1U);
-  EXPECT_EQ(inputs.seen[0].X_WO.p, Eigen::Vector3d(3.0, -2.0, -4.0));
-  EXPECT_EQ(inputs.seen[0].size, Eigen::Vector3d(1.0, 0.6, 0.6));
-  EXPECT_TRUE(tick(1.02).seen.empty());
+  static_cast<void>(tick(0.5));
+  EXPECT_TRUE(appearing_.empty());
+  static_cast<void>(tick(1.0));
+  ASSERT_EQ(appearing_.size(), 1U);
+  EXPECT_EQ(appearing_[0].X_WO.p, Eigen::Vector3d(3.0, -2.0, -4.0));
+  EXPECT_EQ(appearing_[0].size, Eigen::Vector3d(1.0, 0.6, 0.6));
+  static_cast<void>(tick(1.02));
+  EXPECT_TRUE(appearing_.empty());
 }
 
 TEST_F(ScriptPlayed, ACurrentMovesTheWater) {

@@ -24,7 +24,7 @@ Pose at(double x, double y, double z) {
   return {Eigen::Vector3d(x, y, z), Eigen::Quaterniond::Identity()};
 }
 
-SeenObstacle crate_at(double x) { return {at(x, 0, -5), Eigen::Vector3d::Ones()}; }
+AppearingObstacle crate_at(double x) { return {at(x, 0, -5), Eigen::Vector3d::Ones()}; }
 
 planning::World rock_at(double x) {
   return {{{"rock", planning::Box{Eigen::Vector3d::Ones()}, at(x, 0, -5)}}};
@@ -40,13 +40,13 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
   EXPECT_NEAR(contacts.nearest().clearance_m, 4.0, 1e-9);
   contacts.add(std::vector{crate_at(-3.0)});
   EXPECT_EQ(contacts.observe(kTick, at(0, 0, -5)), Names());
-  EXPECT_EQ(contacts.nearest().obstacle, "seen 1");
+  EXPECT_EQ(contacts.nearest().obstacle, "obstacle 1");
   EXPECT_NEAR(contacts.nearest().clearance_m, 2.0, 1e-9);
   EXPECT_EQ(contacts.nearest().t_s, 0.02);
   EXPECT_EQ(contacts.observe(2 * kTick, at(4.5, 0, -5)), Names({"rock"}));
   EXPECT_EQ(contacts.nearest().t_s, 0.04);
   EXPECT_EQ(contacts.nearest().p_W, Eigen::Vector3d(4.5, 0, -5));
-  EXPECT_EQ(contacts.observe(3 * kTick, at(-2.5, 0, -5)), Names({"seen 1"}));
+  EXPECT_EQ(contacts.observe(3 * kTick, at(-2.5, 0, -5)), Names({"obstacle 1"}));
   EXPECT_EQ(contacts.observe(4 * kTick, at(0, 9.5, -5)), Names({"diver"}));
   EXPECT_EQ(contacts.nearest().t_s, 0.04) << "nothing is nearer than the first touch";
 }
@@ -56,9 +56,9 @@ TEST(Contacts, GoOnWhenMoreAppears) {
   const planning::RobotHull hull = cube();
   Contacts contacts(vehicle::TriangulatedWorld(planning::World{}), hull, std::nullopt);
   contacts.add(std::vector{crate_at(0.0)});
-  EXPECT_EQ(contacts.observe(0, at(0.5, 0, -5)), Names({"seen 1"}));
+  EXPECT_EQ(contacts.observe(0, at(0.5, 0, -5)), Names({"obstacle 1"}));
   contacts.add(std::vector{crate_at(1.4), crate_at(9.0)});
-  EXPECT_EQ(contacts.observe(kTick, at(0.5, 0, -5)), Names({"seen 2"}));
+  EXPECT_EQ(contacts.observe(kTick, at(0.5, 0, -5)), Names({"obstacle 2"}));
   EXPECT_EQ(contacts.observe(2 * kTick, at(0.5, 0, -5)), Names());
 }
 

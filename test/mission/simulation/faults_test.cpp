@@ -20,19 +20,25 @@ StepInputs healthy(Utime now) {
   reply.plan.accepted = true;
   reply.plan.waypoints.resize(2);
   inputs.plan = reply;
-  inputs.map_update.emplace().scan_utime = now;
+  inputs.obstacles.push_back({planning::ObstacleSource::kMapper, now, {}});
+  inputs.free_ahead = planning::FreeAhead{now, 5.0};
+  inputs.pose_correction = planning::PoseCorrection{now, {0.1, 0.0}};
   return inputs;
 }
 
-StepInputs injected(FaultKind kind, double seconds) {
+struct Injected : StepInputs {
+  std::vector<AppearingObstacle> appearing;
+};
+
+Injected injected(FaultKind kind, double seconds) {
   FaultInjector injector({{kind, 5.0}});
-  StepInputs inputs;
+  Injected inputs;
   for (double t = 0.0; t <= seconds; t += 0.5) {
     vehicle::GroundTruth truth;
     truth.utime = from_seconds(t);
     truth.X_WB.p = {t, 0, -3};
-    inputs = healthy(truth.utime);
-    injector.apply(truth, inputs);
+    inputs = {healthy(truth.utime), {}};
+    injector.apply(truth, inputs, inputs.appearing);
   }
   return inputs;
 }
@@ -41,14 +47,15 @@ TEST(FaultInjector, ChangesNothingBeforeItsTime) {
   for (std::size_t i = 0; i < kFaultCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
     EXPECT_EQ(find_fault(to_string(kind)), kind);
-    const StepInputs inputs = injected(kind, 4.5);
+    const Injected inputs = injected(kind, 4.5);
     EXPECT_TRUE(inputs.imu && inputs.imu->q_WB.coeffs().allFinite()) << to_string(kind);
     EXPECT_EQ(inputs.depth->depth_m, 7.5) << to_string(kind);
     EXPECT_TRUE(inputs.health && !inputs.health->leak) << to_string(kind);
     EXPECT_EQ(inputs.health->battery_fraction, 0.9) << to_string(kind);
     EXPECT_EQ(inputs.plan->plan.status, planning::PlanStatus::kSuccess) << to_string(kind);
-    EXPECT_TRUE(inputs.map_update) << to_string(kind);
-    EXPECT_TRUE(inputs.seen.empty() && !inputs.operator_command) << to_string(kind);
+    EXPECT_TRUE(inputs.free_ahead && inputs.pose_correction) << to_string(kind);
+    EXPECT_EQ(inputs.obstacles.size(), 1U) << to_string(kind);
+    EXPECT_TRUE(inputs.appearing.empty() && !inputs.operator_command) << to_string(kind);
   }
 }
 
@@ -62,7 +69,8 @@ TEST(FaultInjector, SpoilsWhatItSays) {
   EXPECT_TRUE(std::isnan(injected(FaultKind::kDepthNan, 6).depth->depth_m));
   EXPECT_EQ(injected(FaultKind::kDepthFrozen, 6).depth->depth_m, 8.0);
   EXPECT_FALSE(injected(FaultKind::kHealthSilent, 6).health);
-  EXPECT_FALSE(injected(FaultKind::kRangeSilent, 6).map_update);
+  const Injected blind = injected(FaultKind::kRangeSilent, 6);
+  EXPECT_TRUE(blind.obstacles.empty() && !blind.free_ahead && !blind.pose_correction);
   EXPECT_EQ(injected(FaultKind::kPlannerFails, 6).plan->plan.status, planning::PlanStatus::kNoPath);
   EXPECT_FALSE(injected(FaultKind::kPlannerSilent, 6).plan);
   EXPECT_EQ(injected(FaultKind::kAbort, 5).operator_command, OperatorCommand::kAbort);
@@ -75,7 +83,8 @@ TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
     StepInputs inputs = healthy(from_seconds(6.0));
     vehicle::GroundTruth truth;
     truth.utime = inputs.now;
-    injector.apply(truth, inputs);
+    std::vector<AppearingObstacle> appearing;
+    injector.apply(truth, inputs, appearing);
     vehicle::InertialSamples samples;
     samples.count = 4;
     injector.apply(samples);
@@ -87,11 +96,11 @@ TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
 }
 
 TEST(FaultInjector, DropsSomethingIntoTheTrailBehind) {
-  const StepInputs inputs = injected(FaultKind::kBlocked, 5);
-  ASSERT_EQ(inputs.seen.size(), 1U);
-  EXPECT_LT(inputs.seen[0].X_WO.p.x(), 4.0);
-  EXPECT_GT(inputs.seen[0].X_WO.p.x(), 0.0);
-  EXPECT_TRUE(injected(FaultKind::kBlocked, 6).seen.empty()) << "once";
+  const Injected inputs = injected(FaultKind::kBlocked, 5);
+  ASSERT_EQ(inputs.appearing.size(), 1U);
+  EXPECT_LT(inputs.appearing[0].X_WO.p.x(), 4.0);
+  EXPECT_GT(inputs.appearing[0].X_WO.p.x(), 0.0);
+  EXPECT_TRUE(injected(FaultKind::kBlocked, 6).appearing.empty()) << "once";
 }
 
 // Where the vehicle swims there and back, the point 2 m back along the trail is its own position.
@@ -104,8 +113,9 @@ TEST(FaultInjector, DropsNothingOntoTheVehicle) {
     truth.utime = from_seconds(t);
     truth.X_WB.p = {t < 4.0 ? t : 8.0 - t, 0, -3};  // turns about at 4 s
     StepInputs inputs = healthy(truth.utime);
-    injector.apply(truth, inputs);
-    for (const SeenObstacle& obstacle : inputs.seen) {
+    std::vector<AppearingObstacle> appearing;
+    injector.apply(truth, inputs, appearing);
+    for (const AppearingObstacle& obstacle : appearing) {
       dropped_s.push_back(t);
       EXPECT_GE((obstacle.X_WO.p - truth.X_WB.p).norm(), 1.5);
     }

@@ -8,6 +8,8 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -16,6 +18,7 @@
 #include "common/clock.h"
 #include "common/random.h"
 #include "planning/mapping/flat_pieces.h"
+#include "planning/world/observed_map.h"
 #include "test/planning/mapping/flat_distance.h"
 
 namespace dive::planning {
@@ -99,15 +102,21 @@ RobotHull vehicle() {
   return hull;
 }
 
-double to_map(const Vector3d& p, const SeenMap& map) {
+std::vector<Polytope> polytopes_of(const ObservedMap& map) {
+  std::vector<Polytope> polytopes;
+  map.visit_cells([&](CellKey, std::span<const ObservedMap::Piece> pieces) {
+    for (const auto& piece : pieces) polytopes.push_back(std::get<Polytope>(piece.obstacle.shape));
+  });
+  return polytopes;
+}
+
+double to_map(const Vector3d& p, const ObservedMap& map) {
   double least = kNever;
-  for (const auto& [key, pieces] : map.cells()) {
-    for (const Polytope& piece : pieces) {
-      const Vector3d& opposite = piece.vertices[piece.vertices.size() / 2];
-      const double extent = (piece.vertices.front() - opposite).norm();
-      if ((p - piece.vertices.front()).norm() > 2.0 + 2.0 * extent) continue;
-      least = std::min(least, to_piece(p, piece));
-    }
+  for (const Polytope& piece : polytopes_of(map)) {
+    const Vector3d& opposite = piece.vertices[piece.vertices.size() / 2];
+    const double extent = (piece.vertices.front() - opposite).norm();
+    if ((p - piece.vertices.front()).norm() > 2.0 + 2.0 * extent) continue;
+    least = std::min(least, to_piece(p, piece));
   }
   return least;
 }
@@ -117,12 +126,12 @@ struct Dive {
   explicit Dive(Surface surface, double noise = 1e-5, MapperOptions options = {})
       : eye(std::move(surface), noise), mapper(vehicle(), options, clock) {}
 
-  std::optional<MapUpdate> look(const Pose& X_WB, const Vector3d& v_W = Vector3d::Zero()) {
-    std::optional<MapUpdate> update = mapper.add(eye.look(X_WB), X_WB, v_W);
-    if (update) {
-      EXPECT_TRUE(map.apply(*update));
+  std::optional<ScanResult> look(const Pose& X_WB, const Vector3d& v_W = Vector3d::Zero()) {
+    std::optional<ScanResult> result = mapper.add(eye.look(X_WB), X_WB, v_W);
+    if (result) {
+      EXPECT_TRUE(map.apply(result->obstacles));
     }
-    return update;
+    return result;
   }
   void look(const Pose& X_WB, int times) {
     for (int i = 0; i < times; ++i) static_cast<void>(look(X_WB));
@@ -131,7 +140,7 @@ struct Dive {
   SteadyClock clock;
   Eye eye;
   Mapper mapper;
-  SeenMap map;
+  ObservedMap map;
 };
 
 MapperOptions in_one_go() {
@@ -152,7 +161,7 @@ struct Judgement {
 };
 
 // Uses rays between those of the scans.
-Judgement judge(const Surface& surface, const SeenMap& map, const Pose& X_WB) {
+Judgement judge(const Surface& surface, const ObservedMap& map, const Pose& X_WB) {
   Judgement result;
   const Vector3d eye = X_WB * Vector3d(0.3, 0.0, 0.0);
   int blocked = 0;
@@ -205,9 +214,9 @@ TEST(MapperTest, CoversACubeAndBlocksNoWaterBesideIt) {
 TEST(MapperTest, TheMeasuresSeeAHoleAndAHullThatIsTooLarge) {
   const Surface corner =
       all_of({box({2.0, 1.5, -8.0}, {6.0, 2.0, -2.0}), box({6.0, -2.0, -8.0}, {6.5, 2.0, -2.0})});
-  SeenMap hull;
+  ObservedMap hull;
   Polytope lid{{{2.0, 1.5, -8.0}, {2.0, 1.5, -2.0}, {6.0, -2.0, -2.0}, {6.0, -2.0, -8.0}}, 0.02};
-  ASSERT_TRUE(hull.apply({1, {{1, {lid}}}, 0.0}));
+  ASSERT_TRUE(hull.apply({ObstacleSource::kMapper, 1, {{1, {lid}}}}));
   EXPECT_GT(judge(corner, hull, kHere).blocked, 0.1);
   EXPECT_GT(judge(corner, hull, kHere).worst_m, 0.5);
 }
@@ -248,9 +257,9 @@ TEST(MapperTest, ASmoothWallHoldsNobodyBack) {
     const auto swim = [&](const Vector3d& step, double yaw_deg) {
       p += step;
       const Eigen::Quaterniond q = from_rpy(0, 0, deg_to_rad(yaw_deg));
-      const auto update = mapper.add(eye.look({p, q}), {p + off, q}, step / 0.05);
-      ASSERT_TRUE(update);
-      off.head<2>() += update->off_W;
+      const auto result = mapper.add(eye.look({p, q}), {p + off, q}, step / 0.05);
+      ASSERT_TRUE(result);
+      if (result->correction) off.head<2>() += result->correction->correction_W;
     };
     while (p.y() > way.y) swim({0, -kStep, 0}, -80.0);
     for (int i = 0; i < way.turn; ++i) swim(Vector3d::Zero(), -80.0 + 80.0 * i / (way.turn - 1));
@@ -278,9 +287,9 @@ TEST(MapperTest, WhatIsThereAlreadyChangesNothing) {
   for (int i = 0; i < 10; ++i) {
     Pose X_WB = kHere;
     X_WB.p.y() = 1e-4 * i;  // no two scans are equal
-    const std::optional<MapUpdate> update = dive.look(X_WB);
-    ASSERT_TRUE(update.has_value());
-    EXPECT_TRUE(update->cells.empty()) << update->cells.size();
+    const std::optional<ScanResult> result = dive.look(X_WB);
+    ASSERT_TRUE(result.has_value());
+    EXPECT_TRUE(result->obstacles.cells.empty()) << result->obstacles.cells.size();
   }
 }
 
@@ -298,14 +307,12 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
       scan.points_B[static_cast<std::size_t>(random.uniform(0.0, 7499.0))].fill(
           std::numeric_limits<float>::quiet_NaN());
     }
-    if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
-      EXPECT_TRUE(dive.map.apply(*update));
+    if (auto result = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+      EXPECT_TRUE(dive.map.apply(result->obstacles));
     }
   }
-  for (const auto& [key, pieces] : dive.map.cells()) {
-    for (const Polytope& piece : pieces) {
-      for (const Vector3d& v : piece.vertices) EXPECT_GT(v.x(), 2.8);
-    }
+  for (const Polytope& piece : polytopes_of(dive.map)) {
+    for (const Vector3d& v : piece.vertices) EXPECT_GT(v.x(), 2.8);
   }
 }
 
@@ -326,15 +333,13 @@ TEST(MapperTest, AMoteBeforeTheLensIsNoObstacleAndARodIs) {
     for (int i = 0; i < 20; ++i) {
       RangeScan scan = dive.eye.look(kHere);
       put_before(scan, 37, 50, tall, 1, 0.35F);
-      if (auto update = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
-        EXPECT_TRUE(dive.map.apply(*update));
+      if (auto result = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+        EXPECT_TRUE(dive.map.apply(result->obstacles));
       }
     }
     bool any_near = false;
-    for (const auto& [key, pieces] : dive.map.cells()) {
-      for (const Polytope& piece : pieces) {
-        for (const Vector3d& v : piece.vertices) any_near |= v.x() < 2.0;
-      }
+    for (const Polytope& piece : polytopes_of(dive.map)) {
+      for (const Vector3d& v : piece.vertices) any_near |= v.x() < 2.0;
     }
     EXPECT_EQ(any_near, tall > 1) << tall;
   }
@@ -364,14 +369,16 @@ TEST(MapperTest, IsTheSameEveryTime) {
     const auto a = one.look(X_WB);
     const auto b = other.look(X_WB);
     ASSERT_TRUE(a && b);
-    ASSERT_EQ(a->cells.size(), b->cells.size());
-    EXPECT_EQ(a->seen_ahead_m, b->seen_ahead_m);
-    for (std::size_t c = 0; c < a->cells.size(); ++c) {
-      ASSERT_EQ(a->cells[c].key, b->cells[c].key);
-      ASSERT_EQ(a->cells[c].pieces.size(), b->cells[c].pieces.size());
-      for (std::size_t p = 0; p < a->cells[c].pieces.size(); ++p) {
-        EXPECT_EQ(a->cells[c].pieces[p].vertices, b->cells[c].pieces[p].vertices);
-        EXPECT_EQ(a->cells[c].pieces[p].radius, b->cells[c].pieces[p].radius);
+    const std::vector<MapCell>& cells = a->obstacles.cells;
+    const std::vector<MapCell>& others = b->obstacles.cells;
+    ASSERT_EQ(cells.size(), others.size());
+    EXPECT_EQ(a->free_ahead.free_ahead_m, b->free_ahead.free_ahead_m);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      ASSERT_EQ(cells[c].key, others[c].key);
+      ASSERT_EQ(cells[c].pieces.size(), others[c].pieces.size());
+      for (std::size_t p = 0; p < cells[c].pieces.size(); ++p) {
+        EXPECT_EQ(cells[c].pieces[p].vertices, others[c].pieces[p].vertices);
+        EXPECT_EQ(cells[c].pieces[p].radius, others[c].pieces[p].radius);
       }
     }
   }
@@ -412,7 +419,7 @@ TEST(MapperTest, IsBoundedWhenItIsSurrounded) {
     X_WB.q = from_rpy(0.0, 0.0, 0.7 * i);
     const auto update = dive.look(X_WB);
     ASSERT_TRUE(update.has_value());
-    EXPECT_LT(update->seen_ahead_m, 1.2);
+    EXPECT_LT(update->free_ahead.free_ahead_m, 1.2);
   }
   EXPECT_LT(to_map({0.8, 0.0, -5.0}, dive.map), 0.05);
 }
@@ -453,10 +460,8 @@ TEST(MapperTest, MovesWithALoopClosure) {
   // The plate x = 3, rotated.
   EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.1);
   EXPECT_GT(to_map({3.0 * std::cos(0.5) - 1.0, 0.0, -5.0}, dive.map), 0.5);
-  for (const auto& [key, pieces] : dive.map.cells()) {
-    for (const Polytope& piece : pieces) {
-      for (const Vector3d& v : piece.vertices) EXPECT_NEAR((shift.inverse() * v).x(), 3.0, 0.25);
-    }
+  for (const Polytope& piece : polytopes_of(dive.map)) {
+    for (const Vector3d& v : piece.vertices) EXPECT_NEAR((shift.inverse() * v).x(), 3.0, 0.25);
   }
 }
 
@@ -464,13 +469,13 @@ TEST(MapperTest, SeesAheadAsFarAsItHasLooked) {
   Dive dive(kPlate);
   const auto ahead = dive.look(kHere);
   ASSERT_TRUE(ahead);
-  EXPECT_NEAR(ahead->seen_ahead_m, 3.0 - 0.35, 0.35);  // up to the plate
+  EXPECT_NEAR(ahead->free_ahead.free_ahead_m, 3.0 - 0.35, 0.35);  // up to the plate
   // Behind it nothing was observed: free only as far as the vehicle's own position implies.
   Pose X_WB = kHere;
   X_WB.p.y() += 0.001;
   const auto back = dive.look(X_WB, Vector3d(-0.4, 0.0, 0.0));
   ASSERT_TRUE(back);
-  EXPECT_LE(back->seen_ahead_m, 0.7);
+  EXPECT_LE(back->free_ahead.free_ahead_m, 0.7);
 }
 
 TEST(MapperTest, TakesACloudAsItIs) {
@@ -481,7 +486,7 @@ TEST(MapperTest, TakesACloudAsItIs) {
     for (int y = 0; y < 60; ++y)
       points.emplace_back(0.08F * static_cast<float>(x), 0.08F * static_cast<float>(y), -3.0F);
   points.emplace_back(20.0F, 20.0F, -3.0F);  // a single point stays
-  SeenMap map;
+  ObservedMap map;
   EXPECT_TRUE(map.apply(mapper.add_cloud(points)));
   double worst = 0.0;  // one point is kept per voxel
   for (const Vector3f& p : points) worst = std::max(worst, to_map(p.cast<double>(), map));

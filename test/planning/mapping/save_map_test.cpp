@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -76,12 +78,18 @@ double to_piece(const Vector3d& p, const std::vector<Vector3d>& v, double radius
   return (inside ? std::abs(normal.dot(p - v[0])) : least) - radius;
 }
 
-double to_seen(const Vector3d& p, const SeenMap& map) {
+std::vector<Polytope> polytopes_of(const ObservedMap& map) {
+  std::vector<Polytope> polytopes;
+  map.visit_cells([&](CellKey, std::span<const ObservedMap::Piece> pieces) {
+    for (const auto& piece : pieces) polytopes.push_back(std::get<Polytope>(piece.obstacle.shape));
+  });
+  return polytopes;
+}
+
+double to_seen(const Vector3d& p, const ObservedMap& map) {
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& [key, pieces] : map.cells()) {
-    for (const Polytope& piece : pieces) {
-      least = std::min(least, to_piece(p, piece.vertices, piece.radius));
-    }
+  for (const Polytope& piece : polytopes_of(map)) {
+    least = std::min(least, to_piece(p, piece.vertices, piece.radius));
   }
   return least;
 }
@@ -130,9 +138,9 @@ struct Seen {
           scan.points_B.push_back((range * way).cast<float>());
         }
       }
-      const auto update = mapper.add(
+      const auto result = mapper.add(
           scan, {Vector3d(3.0, -2.0, -6.0), Eigen::Quaterniond::Identity()}, Vector3d::Zero());
-      EXPECT_TRUE(update && map.apply(*update));
+      EXPECT_TRUE(result && map.apply(result->obstacles));
     }
   }
 
@@ -146,7 +154,7 @@ struct Seen {
   SteadyClock clock;
   Random random{5};
   Mapper mapper{RobotHull{}, options(), clock};
-  SeenMap map;
+  ObservedMap map;
 };
 
 std::vector<Vector3d> places() {
@@ -197,9 +205,7 @@ TEST(SaveMapTest, WithoutThePiecesTheMeshWillDo) {
   const Scratch scratch;
   ASSERT_TRUE(save_map(scratch.path("wreck"), seen.map, {}, "").has_value());
   double thickest = 0.0;
-  for (const auto& [key, pieces] : seen.map.cells()) {
-    for (const Polytope& piece : pieces) thickest = std::max(thickest, piece.radius);
-  }
+  for (const Polytope& piece : polytopes_of(seen.map)) thickest = std::max(thickest, piece.radius);
   for (const fs::path& name : scratch.files()) {
     if (name.extension() == ".pieces") fs::remove(scratch.path(name));
   }
@@ -230,7 +236,7 @@ TEST(SaveMapTest, NamesAreEscapedOrRefused) {
 
 TEST(SaveMapTest, SaysWhyThereIsNoMap) {
   const Scratch scratch;
-  EXPECT_THAT(save_map(scratch.path("wreck"), SeenMap{}, {}, "").error(), HasSubstr("nothing"));
+  EXPECT_THAT(save_map(scratch.path("wreck"), ObservedMap{}, {}, "").error(), HasSubstr("nothing"));
   const Seen seen;
   EXPECT_THAT(save_map(scratch.path("nowhere/wreck"), seen.map, {}, "").error(),
               HasSubstr("cannot be written"));

@@ -1,6 +1,6 @@
-// What has been seen, against a list of all of it that is gone through from end to end.
+// Queries of the observed map, against a list of all pieces that is searched from end to end.
 
-#include "mission/executive/changed_map.h"
+#include "mission/executive/map_view.h"
 
 #include <cmath>
 #include <limits>
@@ -20,7 +20,8 @@ namespace {
 
 using dive::testing::PlacedBox;
 using Eigen::Vector3d;
-using planning::MapUpdate;
+using planning::ObservedMap;
+using planning::ObstacleUpdate;
 
 const Vector3d kHullSize(0.6, 0.4, 0.2);
 
@@ -39,14 +40,14 @@ class Surroundings {
  public:
   explicit Surroundings(std::uint64_t seed) : random_(seed) {}
 
-  MapUpdate next() {
-    MapUpdate update;
-    update.scan_utime = ++utime_;
-    for (planning::CellKey key = -20; key < 20; ++key) {
+  ObstacleUpdate next() {
+    ObstacleUpdate update;
+    update.utime = ++utime_;
+    for (planning::CellKey key = 0; key < 40; ++key) {
       if (random_.bits() % 4 != 0) continue;
       std::vector<PlacedBox>& boxes = cells_[key];
       boxes.resize(random_.bits() % 5);
-      planning::SeenCell& cell = update.cells.emplace_back();
+      planning::MapCell& cell = update.cells.emplace_back();
       cell.key = key;
       for (PlacedBox& box : boxes) {
         box.size = {between(0.1, 1.0), between(0.1, 1.0), between(0.1, 1.0)};
@@ -78,12 +79,14 @@ class Surroundings {
   std::map<planning::CellKey, std::vector<PlacedBox>> cells_;
 };
 
-RC_GTEST_PROP(ChangedMap, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed)) {
+RC_GTEST_PROP(MapView, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed)) {
   Surroundings surroundings(seed);
   const planning::World nothing;
   const planning::RobotHull robot = hull();
-  ChangedMap map(nothing, robot);
-  for (int round = 0; round < 3; ++round) RC_ASSERT(map.apply(surroundings.next()));
+  MapView map(nothing, robot);
+  ObservedMap observed;
+  for (int round = 0; round < 3; ++round) RC_ASSERT(observed.apply(surroundings.next()));
+  RC_ASSERT(map.update(observed));
   std::vector<Pose> way;
   for (int i = 0; i < 4; ++i) {
     way.push_back({{-6.0 + 4.0 * i, surroundings.between(-3, 3), surroundings.between(-6, -1)},
@@ -107,12 +110,12 @@ RC_GTEST_PROP(ChangedMap, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed))
 }
 
 // Through a passage of many small pieces, as a mapper leaves them behind.
-TEST(ChangedMap, JudgesALongWayToItsEnd) {
+TEST(MapView, JudgesALongWayToItsEnd) {
   constexpr int kLength = 40;  // m
-  MapUpdate update;
-  update.scan_utime = 1;
+  ObstacleUpdate update;
+  update.utime = 1;
   for (int x = 0; x < kLength; ++x) {
-    planning::SeenCell& cell = update.cells.emplace_back();
+    planning::MapCell& cell = update.cells.emplace_back();
     cell.key = x;
     for (int i = 0; i < 400; ++i) {
       const Vector3d at(x + 0.1 * (i % 10), i % 20 < 10 ? 1.05 : -1.05, -6.0 + 0.1 * (i / 20));
@@ -121,8 +124,9 @@ TEST(ChangedMap, JudgesALongWayToItsEnd) {
   }
   const planning::World nothing;
   const planning::RobotHull robot = hull();
-  ChangedMap map(nothing, robot);
-  ASSERT_TRUE(map.apply(update));
+  MapView map(nothing, robot);
+  ObservedMap observed;
+  ASSERT_TRUE(observed.apply(update) && map.update(observed));
   std::vector<Pose> way;
   for (int i = 0; i < 2 * kLength; ++i) {
     way.push_back({{0.5 * i, 0.1 * std::sin(0.7 * i), -5.0}, from_rpy(0, 0, 0.2 * std::cos(i))});
@@ -148,13 +152,15 @@ bool is_at_an_edge(const planning::Scene& scene, const Vector3d& p_W) {
   return false;
 }
 
-RC_GTEST_PROP(ChangedMap, LooksUpAndDownAsIfItLookedAtAll, (std::uint64_t seed)) {
+RC_GTEST_PROP(MapView, LooksUpAndDownAsIfItLookedAtAll, (std::uint64_t seed)) {
   Surroundings surroundings(seed);
   const planning::World nothing;
   const planning::RobotHull robot = hull();
-  ChangedMap map(nothing, robot);
+  MapView map(nothing, robot);
+  ObservedMap observed;
   for (int round = 0; round < 3; ++round) {
-    RC_ASSERT(map.apply(surroundings.next()));
+    RC_ASSERT(observed.apply(surroundings.next()));
+    map.update(observed);
     const planning::World world = surroundings.world();
     planning::Ceiling ceiling(world);
     const planning::Scene scene(world);
@@ -170,46 +176,31 @@ RC_GTEST_PROP(ChangedMap, LooksUpAndDownAsIfItLookedAtAll, (std::uint64_t seed))
   }
 }
 
-TEST(ChangedMap, ForgetsWhatIsGoneAndTakesNothingTwice) {
+TEST(MapView, AnswersByTheNewestSnapshot) {
   const planning::World nothing;
   const planning::RobotHull robot = hull();
-  ChangedMap map(nothing, robot, 2.5);
+  MapView map(nothing, robot, 2.5);
+  ObservedMap observed;
+  const auto change = [&](planning::CellKey key, std::vector<planning::Polytope> pieces) {
+    const Utime utime = observed.revision() + 1;
+    EXPECT_TRUE(
+        observed.apply({planning::ObstacleSource::kMapper, utime, {{key, std::move(pieces)}}}));
+  };
   const std::vector<Pose> way = {Pose{{0, 0, -5}}, Pose{{6, 0, -5}}};
-  EXPECT_FALSE(map.has_changed());
+  EXPECT_FALSE(map.has_observed());
+  EXPECT_FALSE(map.update(observed)) << "nothing is observed";
   EXPECT_EQ(map.clearance(way), std::numeric_limits<double>::infinity());
-  const PlacedBox box{{1, 1, 1}, Pose{{3, 2, -5}}};
-  EXPECT_TRUE(map.apply({10, {{7, {polytope_of(box)}}}, 1.0}));
-  EXPECT_TRUE(map.has_changed());
+  change(7, {polytope_of({{1, 1, 1}, Pose{{3, 2, -5}}})});
+  EXPECT_EQ(map.clearance(way), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(map.update(observed));
+  EXPECT_FALSE(map.update(observed)) << "it is the same";
+  EXPECT_TRUE(map.has_observed());
   EXPECT_NEAR(map.clearance(way), 1.3, 0.01);
-  EXPECT_FALSE(map.apply({10, {{7, {}}}, 1.0})) << "not newer";
-  EXPECT_NEAR(map.clearance(way), 1.3, 0.01);
-  EXPECT_TRUE(map.apply({11, {{8, {polytope_of({{1, 1, 1}, Pose{{3, -4, -5}}})}}}, 1.0}));
-  EXPECT_TRUE(map.apply({12, {{7, {}}}, 1.0}));
-  EXPECT_EQ(map.clearance(way), 2.5) << "all that is left is farther than it looks";
-  EXPECT_TRUE(map.has_changed());
-}
-
-TEST(ChangedMap, RefusesWhatNoMapperSays) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const planning::World nothing;
-  const planning::RobotHull robot = hull();
-  ChangedMap map(nothing, robot);
-  const planning::Polytope good = polytope_of({{1, 1, 1}, Pose{{3, 2, -5}}});
-  planning::Polytope broken = good;
-  broken.vertices[5].y() = nan;
-  planning::Polytope wide = good;
-  wide.vertices[0].x() = 60.0;
-  planning::Polytope round = good;
-  round.vertices.resize(17, round.vertices[0]);
-  planning::Polytope thick = good;
-  thick.radius = nan;
-  for (const planning::Polytope& piece : {broken, wide, round, thick, planning::Polytope{}}) {
-    EXPECT_FALSE(map.apply({1, {{7, {good, piece}}}, 1.0}));
-  }
-  EXPECT_FALSE(map.apply({1, {{7, {good}}, {7, {}}}, 1.0})) << "a cell named twice";
-  EXPECT_FALSE(map.apply({1, {{7, {good}}}, nan}));
-  EXPECT_FALSE(map.has_changed());
-  EXPECT_TRUE(map.apply({1, {{7, {good}}}, 1.0})) << "what was refused does not count as the last";
+  change(8, {polytope_of({{1, 1, 1}, Pose{{3, -4, -5}}})});
+  change(7, {});
+  EXPECT_TRUE(map.update(observed));
+  EXPECT_EQ(map.clearance(way), 2.5) << "all that is left is farther away";
+  EXPECT_TRUE(map.has_observed());
 }
 
 }  // namespace

@@ -1,0 +1,120 @@
+#include "mission/executive/map_view.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "planning/world/primitives.h"
+#include "planning/world/sounding.h"
+
+namespace dive::mission {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+using planning::ObservedMap;
+
+// Each stretch of so many poses has a budget of its own: a long way through narrow places must not
+// pass for a blocked one because it was not judged to its end.
+constexpr std::size_t kStretch = 6;
+constexpr int kMaxEvaluations = 4000;  // of FCL, on the control thread
+constexpr double kLeastCutoff = 0.01;  // m
+constexpr double kTouch = 1e-3;        // m: nearer is touching
+constexpr double kRange = 200.0;       // m down that the ground is looked for
+
+// Of a piece alone: down from the top of its box, in steps of its distance.
+std::optional<double> top_below(const ObservedMap::Piece& piece, const Vector3d& p_W) {
+  Vector3d at(p_W.x(), p_W.y(), std::min(p_W.z(), piece.box.max().z()));
+  while (at.z() >= piece.box.min().z()) {
+    const double distance = planning::signed_distance(piece.obstacle.shape, at);
+    if (distance < kTouch) return at.z();
+    at.z() -= distance;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+MapView::MapView(const planning::World& world, const planning::RobotHull& hull, double judged_m)
+    : hull_radius_(hull.radius()),
+      judged_m_(judged_m),
+      scene_(world),
+      ceiling_(world),
+      to_observed_({}, hull) {
+  // The points of which a footprint of the largest piece may consist; see overhead.cpp.
+  constexpr std::size_t kLines = planning::kMaxPieceVertices * planning::kMaxPieceVertices;
+  scratch_.points.reserve(planning::kMaxPieceVertices + kLines + 2);
+  scratch_.hull.reserve(planning::kMaxPieceVertices + kLines + 2);
+}
+
+bool MapView::update(const ObservedMap& observed) {
+  if (observed.revision() == observed_.revision()) return false;
+  observed_ = observed;
+  return true;
+}
+
+bool MapView::overhead(const Vector3d& p_W, double margin) {
+  const double radius = hull_radius_ + margin;
+  if (ceiling_.is_above(p_W, radius)) return true;
+  const Vector3d reach(radius, radius, 0.0);
+  const Vector3d surface_W(p_W.x(), p_W.y(), std::max(p_W.z(), 0.0));
+  bool found = false;
+  observed_.visit({p_W - reach, surface_W + reach}, [&](const ObservedMap::Piece& piece) {
+    found = planning::is_above(piece.obstacle, p_W, radius, scratch_);
+    return !found;
+  });
+  return found;
+}
+
+std::optional<double> MapView::ground_below(const Vector3d& p_W) const {
+  std::optional<double> ground = planning::ground_below(scene_, p_W);
+  const Vector3d touch(kTouch, kTouch, 0.0);
+  const AlignedBox3d column(p_W - touch - Vector3d(0.0, 0.0, kRange), p_W + touch);
+  observed_.visit(column, [&](const ObservedMap::Piece& piece) {
+    if (ground && piece.box.max().z() <= *ground) return true;
+    const std::optional<double> top = top_below(piece, p_W);
+    if (top && (!ground || *top > *ground)) ground = top;
+    return true;
+  });
+  return ground;
+}
+
+double MapView::clearance(std::span<const Pose> waypoints) {
+  if (waypoints.empty() || observed_.pieces() == 0) return std::numeric_limits<double>::infinity();
+  double clearance = judged_m_;
+  for (std::size_t begin = 0;; begin += kStretch - 1) {
+    const std::size_t size = std::min(kStretch, waypoints.size() - begin);
+    clearance = std::min(clearance, clearance_of_stretch(waypoints.subspan(begin, size),
+                                                         std::max(clearance, kLeastCutoff)));
+    if (clearance <= 0.0 || begin + size == waypoints.size()) return clearance;
+  }
+}
+
+// Up to `cutoff`, m: what is farther away than the worst so far does not count.
+double MapView::clearance_of_stretch(std::span<const Pose> waypoints, double cutoff) {
+  const Vector3d reach = Vector3d::Constant(hull_radius_ + cutoff);
+  std::array<AlignedBox3d, kStretch> motions;
+  AlignedBox3d around;
+  for (std::size_t i = 0; i < waypoints.size(); ++i) {
+    AlignedBox3d motion(waypoints[i].p);
+    if (i > 0) motion.extend(waypoints[i - 1].p);
+    motions[i] = {motion.min() - reach, motion.max() + reach};
+    around.extend(motions[i]);
+  }
+  planning::World near;
+  observed_.visit(around, [&](const ObservedMap::Piece& piece) {
+    const bool is_near =
+        std::ranges::any_of(std::span(motions).first(waypoints.size()),
+                            [&](const AlignedBox3d& box) { return box.intersects(piece.box); });
+    if (is_near) near.obstacles.push_back(piece.obstacle);
+    return true;
+  });
+  if (near.obstacles.empty()) return cutoff;
+  planning::CertifyOptions options;
+  options.cutoff = cutoff;
+  options.max_evaluations = kMaxEvaluations;
+  to_observed_.reset(near, options);
+  return to_observed_.certify(waypoints).clearance_m;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,56 @@
+#pragma once
+// The known map and the observed map, as the executive and its behaviours query them: overhead,
+// ground, and clearance of a path. Private to mission/executive.
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "behaviors/behavior.h"
+#include "planning/certify/certify.h"
+#include "planning/world/observed_map.h"
+#include "planning/world/overhead.h"
+#include "planning/world/scene.h"
+#include "planning/world/world.h"
+
+namespace dive::mission {
+
+class MapView final : public behaviors::PathJudge {
+ public:
+  /// World and hull must outlive it. Clearances to observed obstacles are computed up to
+  /// `judged_m`.
+  MapView(const planning::World& world, const planning::RobotHull& hull, double judged_m = 1.5);
+
+  /// Takes a newer snapshot. False if nothing has changed since the last one.
+  bool update(const planning::ObservedMap& observed);
+  /// True if anything has ever been observed.
+  [[nodiscard]] bool has_observed() const { return observed_.revision() > 0; }
+
+  // These two allocate nothing.
+
+  /// True if anything solid is between p_W and the surface, within the hull's radius and `margin`
+  /// (m).
+  [[nodiscard]] bool overhead(const Eigen::Vector3d& p_W, double margin);
+  /// Height (z in W) of the first solid straight below p_W; empty if there is none within 200 m.
+  [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
+
+  /// To observed obstacles, because the rest was certified when the path was planned. At most
+  /// `judged_m`; infinite while nothing is observed.
+  [[nodiscard]] double clearance(std::span<const Pose> waypoints) override;
+  /// The known map.
+  [[nodiscard]] const planning::Scene& scene() const { return scene_; }
+
+ private:
+  [[nodiscard]] double clearance_of_stretch(std::span<const Pose> waypoints, double cutoff);
+
+  double hull_radius_;
+  double judged_m_;
+  planning::Scene scene_;
+  planning::Ceiling ceiling_;
+  planning::ObservedMap observed_;
+  planning::PlanView scratch_;
+  planning::Certifier to_observed_;  ///< Reset to the pieces near each path.
+};
+
+}  // namespace dive::mission
