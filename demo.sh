@@ -14,7 +14,7 @@ echo "== dive check missions/window.xml"
 echo
 echo "== dive run missions/window.xml"
 "$dive" run missions/window.xml --log dive-runs/window.lcmlog --svg dive-runs/window.svg
-echo "  picture dive-runs/window.svg"
+echo "  drawing dive-runs/window.svg"
 echo
 echo "== dive replay dive-runs/window.lcmlog"
 "$dive" replay dive-runs/window.lcmlog

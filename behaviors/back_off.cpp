@@ -14,9 +14,9 @@ constexpr double kOffCourse = 0.5;      // rad off course: turns first
 constexpr double kGraceSeconds = 15.0;  // s added to kSlow times the route's expected time
 constexpr double kSlow = 3.0;
 
-// A pose on the route: bow along `way`, or opposite to it when astern.
-Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& way, bool is_astern) {
-  const Eigen::Vector3d bow = is_astern ? Eigen::Vector3d(-way) : way;
+// A pose on the route: bow along `direction`, or opposite to it when astern.
+Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction, bool is_astern) {
+  const Eigen::Vector3d bow = is_astern ? Eigen::Vector3d(-direction) : direction;
   return {p_W, from_rpy(0.0, 0.0, std::atan2(bow.y(), bow.x()))};
 }
 
@@ -26,36 +26,39 @@ bool BackOff::is_needed(const BehaviorInput& input) {
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
   if (last_W_) tight_m_ += (p_W - *last_W_).norm();
   last_W_ = p_W;
-  if (!input.map_changed || input.seen == nullptr || input.trail == nullptr) return false;
-  clearance_m_ = input.seen->clearance({&input.estimate->X_WB, 1});
-  if (clearance_m_ >= planning::kRoomAtStart * d_min_m_) tight_m_ = 0.0;
+  if (!input.map_changed || input.observed == nullptr || input.trail == nullptr) return false;
+  clearance_m_ = input.observed->clearance({&input.estimate->X_WB, 1});
+  if (clearance_m_ >= planning::kMinStartClearance * d_min_m_) tight_m_ = 0.0;
   if (tried_at_ && to_seconds(input.now - *tried_at_) < options_.retry_s) return false;
-  return clearance_m_ < options_.min_clearance * d_min_m_ || tight_m_ > planning::kWayToRoom;
+  return clearance_m_ < options_.min_clearance * d_min_m_ || tight_m_ > planning::kMaxReducedLength;
 }
 
-Trail::Way BackOff::find_way(const BehaviorInput& input, const Asked& asked) const {
+Trail::Path BackOff::find_path(const BehaviorInput& input, const Criteria& criteria) const {
   const Pose& X_WB = input.estimate->X_WB;
   const double enough_gain_m = clearance_m_ + options_.min_gain_m;
   double most_m = enough_gain_m;
   Eigen::Vector3d clearest_W = X_WB.p;
-  const auto will_do = [&](const Trail::Crumb& crumb) {
-    const Eigen::Vector3d& p_W = crumb.p_W;
-    if ((p_W - X_WB.p).norm() < asked.least_m || (asked.open && !crumb.open_above)) return false;
+  const auto will_do = [&](const Trail::Breadcrumb& breadcrumb) {
+    const Eigen::Vector3d& p_W = breadcrumb.p_W;
+    if ((p_W - X_WB.p).norm() < criteria.min_distance_m ||
+        (criteria.needs_open_water && !breadcrumb.open_above))
+      return false;
     const Pose there{p_W, X_WB.q};
-    const double there_m = input.seen->clearance({&there, 1});
+    const double there_m = input.observed->clearance({&there, 1});
     if (there_m > most_m) {
       most_m = there_m;
       clearest_W = p_W;
     }
-    return there_m >= planning::kRoomAtStart * d_min_m_ &&
-           (asked.least_m > 0.0 || there_m > enough_gain_m);
+    return there_m >= planning::kMinStartClearance * d_min_m_ &&
+           (criteria.min_distance_m > 0.0 || there_m > enough_gain_m);
   };
   const double link_m = kTrailLinkShare * d_min_m_;
-  const double longest_m = asked.most_m.value_or(options_.max_distance_m);
-  Trail::Way way = input.trail->way_to(X_WB.p, link_m, longest_m, will_do);
-  if (way.arrives || clearest_W == X_WB.p) return way;
-  return input.trail->way_to(X_WB.p, link_m, longest_m,
-                             [&](const Trail::Crumb& crumb) { return crumb.p_W == clearest_W; });
+  const double longest_m = criteria.max_distance_m.value_or(options_.max_distance_m);
+  Trail::Path path = input.trail->path_to(X_WB.p, link_m, longest_m, will_do);
+  if (path.arrives || clearest_W == X_WB.p) return path;
+  return input.trail->path_to(X_WB.p, link_m, longest_m, [&](const Trail::Breadcrumb& breadcrumb) {
+    return breadcrumb.p_W == clearest_W;
+  });
 }
 
 int BackOff::count_at(const Eigen::Vector3d& p_W) const {
@@ -63,16 +66,16 @@ int BackOff::count_at(const Eigen::Vector3d& p_W) const {
   return is_there ? last_place_->count : 0;
 }
 
-bool BackOff::begin(const BehaviorInput& input, const Asked& asked) {
+bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   tried_at_ = input.now;
-  if (input.seen == nullptr || input.trail == nullptr) return false;
-  Trail::Way way = find_way(input, asked);
-  if (!way.arrives) return false;
+  if (input.observed == nullptr || input.trail == nullptr) return false;
+  Trail::Path path = find_path(input, criteria);
+  if (!path.arrives) return false;
   const Pose& X_WB = input.estimate->X_WB;
   Route route;
-  route.points_W = std::move(way.points);
+  route.points_W = std::move(path.points);
   route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
-  route.until = input.now + from_seconds(kGraceSeconds + kSlow * way.length_m / kSpeed);
+  route.until = input.now + from_seconds(kGraceSeconds + kSlow * path.length_m / kSpeed);
   if (clearance_of_rest(route, input) <= 0.0) return false;
   route_ = std::move(route);
   last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
@@ -88,7 +91,7 @@ double BackOff::clearance_of_rest(const Route& route, const BehaviorInput& input
     from = route.points_W[i];
   }
   poses.push_back({from, poses.back().q});
-  return input.seen->clearance(poses);
+  return input.observed->clearance(poses);
 }
 
 std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
@@ -96,10 +99,10 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
   const std::vector<Eigen::Vector3d>& points_W = route_->points_W;
   std::size_t& next = route_->next;
   while (next + 1 < points_W.size() && (points_W[next] - X_WB.p).norm() < kLookahead) ++next;
-  const Eigen::Vector3d way = points_W[next] - X_WB.p;
-  const bool has_arrived = next + 1 == points_W.size() && way.norm() < kArrived;
+  const Eigen::Vector3d direction = points_W[next] - X_WB.p;
+  const bool has_arrived = next + 1 == points_W.size() && direction.norm() < kArrived;
   const bool is_blocked =
-      input.map_changed && input.seen != nullptr && clearance_of_rest(*route_, input) <= 0.0;
+      input.map_changed && input.observed != nullptr && clearance_of_rest(*route_, input) <= 0.0;
   if (has_arrived || is_blocked || input.now >= route_->until) {
     route_.reset();
     tight_m_ = 0.0;  // counted from here
@@ -107,7 +110,7 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
     return std::nullopt;
   }
   vehicle::Command command;
-  command.o = pose_at(X_WB.p, way, route_->is_astern).q;
+  command.o = pose_at(X_WB.p, direction, route_->is_astern).q;
   command.d = std::max(-points_W[next].z(), 0.0);
   const double off = std::abs(wrap_angle(to_rpy(command.o).z() - to_rpy(X_WB.q).z()));
   const double speed = kSpeed * std::max(1.0 - off / kOffCourse, 0.0);

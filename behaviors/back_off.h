@@ -33,16 +33,16 @@ class BackOff {
   [[nodiscard]] bool is_needed(const BehaviorInput& input);
 
   /// Conditions on the place.
-  struct Asked {
-    double least_m = 0.0;  ///< Least distance from here, m.
+  struct Criteria {
+    double min_distance_m = 0.0;  ///< Least distance from here, m.
     /// Longest path along the trail, m; max_distance_m when absent.
-    std::optional<double> most_m = std::nullopt;
-    bool open = false;  ///< Only places with open water above.
+    std::optional<double> max_distance_m = std::nullopt;
+    bool needs_open_water = false;  ///< Only places with open water above.
   };
   /// Starts along BehaviorInput::trail to the nearest place that has clearance and meets the
   /// conditions; if there is none, to the one with most clearance. False if no place has more than
   /// here, or the path is blocked.
-  [[nodiscard]] bool begin(const BehaviorInput& input, const Asked& asked);
+  [[nodiscard]] bool begin(const BehaviorInput& input, const Criteria& criteria);
   /// Called once per tick while under way. Empty if it has arrived, is blocked or took too long; it
   /// is idle then. Negative speeds are astern.
   [[nodiscard]] std::optional<vehicle::Command> follow(const BehaviorInput& input);
@@ -67,7 +67,7 @@ class BackOff {
     int count = 0;  ///< Attempts from here, in a row.
   };
 
-  [[nodiscard]] Trail::Way find_way(const BehaviorInput& input, const Asked& asked) const;
+  [[nodiscard]] Trail::Path find_path(const BehaviorInput& input, const Criteria& criteria) const;
   [[nodiscard]] static double clearance_of_rest(const Route& route, const BehaviorInput& input);
 
   double d_min_m_;

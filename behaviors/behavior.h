@@ -19,9 +19,9 @@ namespace dive::behaviors {
 class Trail;
 
 /// Judges a path against what the map has shown since it was planned.
-class PathJudge {
+class PathEvaluator {
  public:
-  virtual ~PathJudge() = default;
+  virtual ~PathEvaluator() = default;
   /// Proved clearance (m) of the motion through `waypoints` to what was added to the map; of what
   /// is far away it may say no more than that.
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
@@ -35,17 +35,17 @@ struct BehaviorInput {
   const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
   const planning::PlanResult* plan = nullptr;  ///< Answer to the last request; null: none yet.
   const Trail* trail = nullptr;                ///< Where it has been; null: not known.
-  PathJudge* seen = nullptr;   ///< Of what the map did not know; null: nothing was seen.
-  bool map_changed = false;    ///< Since the last tick.
-  bool replan = false;         ///< A failsafe demands it.
-  bool depth_known = true;     ///< The depth sensor works.
-  bool attitude_known = true;  ///< The attitude sensor works; without it nothing is swum.
-  bool can_go_up = false;      ///< Straight up from here there is only water.
+  PathEvaluator* observed = nullptr;  ///< Of what the map did not know; null: nothing was seen.
+  bool map_changed = false;           ///< Since the last tick.
+  bool replan = false;                ///< A failsafe demands it.
+  bool depth_known = true;            ///< The depth sensor works.
+  bool attitude_known = true;         ///< The attitude sensor works; without it nothing is swum.
+  bool can_go_up = false;             ///< Straight up from here there is only water.
 };
 
 /// How far along; for status, guards and pictures.
 struct Progress {
-  std::string leg;                ///< Goal headed for; empty without one.
+  std::string goal;               ///< Goal headed for; empty without one.
   double distance_to_go_m = 0.0;  ///< Along the path.
   double clearance_m = 0.0;       ///< Certified, of the path being followed.
   double cross_track_m = 0.0;

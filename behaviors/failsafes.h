@@ -24,10 +24,10 @@ enum class FailsafeKind {
   kBattery,            ///< Charge below a fraction.
   kTemperature,        ///< Temperature inside the hull above a limit.
   kOverdepth,          ///< Deeper than the mission allows.
-  kUnderAltitude,      ///< Lower above the ground than the mission allows.
+  kMinAltitude,        ///< Lower above the ground than the mission allows.
   kGeofence,           ///< Outside the fence.
-  kOvertime,           ///< The mission has exceeded its time limit.
-  kOverdueLeg,         ///< A leg has taken a multiple of its expected time.
+  kMissionTimeout,     ///< The mission has exceeded its time limit.
+  kLegTimeout,         ///< A leg has taken a multiple of its expected time.
   kStuck,              ///< Commanded to move, but in the same place.
   kImuLost,            ///< No plausible sample for a while.
   kDepthLost,          ///< The same, or a reading that never changes.

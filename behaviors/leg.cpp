@@ -69,7 +69,7 @@ Leg::Leg(const LegSettings& settings, LegGoal goal)
       follower_(follower_options(settings, goal_)),
       triggers_(settings.replan) {
   DIVE_DEMAND(goal_.position_W.allFinite() && goal_.capture_radius > 0.0);
-  progress_.leg = goal_.id;
+  progress_.goal = goal_.id;
 }
 
 BehaviorOutput Leg::step(const BehaviorInput& input) {
@@ -118,13 +118,14 @@ bool Leg::take_answer(const BehaviorInput& input) {
   }
   if (answer != PlanClient::Event::kPath) return false;
   const planning::PlanResult& plan = *input.plan;
-  const double seen_m = input.seen != nullptr ? input.seen->clearance(plan.waypoints)
-                                              : std::numeric_limits<double>::infinity();
-  if (seen_m <= 0.0 || seen_m < kept(std::min(plan.clearance_m, settings_.limits.clearance)))
+  const double observed_m = input.observed != nullptr ? input.observed->clearance(plan.waypoints)
+                                                      : std::numeric_limits<double>::infinity();
+  if (observed_m <= 0.0 ||
+      observed_m < kept(std::min(plan.clearance_m, settings_.limits.clearance)))
     return true;
   if (recovery_.can_turn_onto(plan.waypoints, input) ||
       !begin_back_off(input, LegRecovery::BackOffReason::kOtherPath)) {
-    take_path(input, std::min(seen_m, plan.clearance_m));
+    take_path(input, std::min(observed_m, plan.clearance_m));
   }
   return false;
 }
@@ -165,11 +166,11 @@ Failure Leg::back_off_if_needed(const BehaviorInput& input) {
   if (!is_too_near && !wants_alternative) return Failure::kNone;
   if (!begin_back_off(input, wants_alternative ? Reason::kOtherPath : Reason::kTooNear)) {
     if (!wants_alternative) return Failure::kNone;
-    progress_.plan_failure = "the way that was planned leads where it cannot look";
+    progress_.plan_failure = "the planned path enters space that the sensor cannot observe";
     return Failure::kUnreachable;
   }
   if (!recovery_.reports_too_many(input.estimate->X_WB.p)) return Failure::kNone;
-  progress_.plan_failure = "the way there has too little room, again and again";
+  progress_.plan_failure = "there was not enough clearance on the path, again and again";
   return Failure::kUnreachable;
 }
 
@@ -215,7 +216,7 @@ BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
   const auto place_W = recovery_.place_to_observe(input, goal_.position_W, route_to_goal_);
   planning.is_to_observe = place_W.has_value();
   const char* cause = requests_ == 0 ? "the leg begins" : "there is no path";
-  if (place_W) cause = "the goal cannot be had: looks from nearer";
+  if (place_W) cause = "goal blocked: moving closer to observe it";
   ask(input, cause, output, place_W);
   return output;
 }
@@ -317,7 +318,7 @@ bool Leg::is_cut_off(const BehaviorInput& input, double rest_m, double certified
   if (rest_m <= 0.0) return true;
   const double least =
       settings_.recovery.back_off.min_clearance * std::min(certified_m, settings_.limits.clearance);
-  return rest_m < least && input.seen->clearance(next_of_path(input.estimate->X_WB)) < least;
+  return rest_m < least && input.observed->clearance(next_of_path(input.estimate->X_WB)) < least;
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
@@ -327,8 +328,8 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
   signals.demanded = input.replan;
   signals.estimator_switched = estimator_ && *estimator_ != input.estimate->source;
   estimator_ = input.estimate->source;
-  if (input.map_changed && input.seen != nullptr) {
-    const double clearance = input.seen->clearance(rest_of_path());
+  if (input.map_changed && input.observed != nullptr) {
+    const double clearance = input.observed->clearance(rest_of_path());
     signals.new_clearance_m = clearance;
     signals.path_blocked = clearance < kept(settings_.limits.clearance);
     progress_.clearance_m = std::min(certified_m, clearance);

@@ -8,15 +8,15 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kSameQuaternion = 0.1;     // of its norm, from 1
-constexpr double kMaxTurnRate = 35.0;       // rad/s: what the gyros of a vehicle can show
-constexpr double kMaxAcceleration = 160.0;  // m/s^2
-constexpr double kHighest = -5.0;           // m of depth: waves, and drift of a barometer
-constexpr double kDeepest = 500.0;          // m
-constexpr double kFrozenSeconds = 10.0;     // a working sensor's noise shows within this time
-constexpr double kNoticeable = 0.15;        // m: a change of depth that the sensor must show
-constexpr double kLag = 1.0;                // s within which it must show it
-constexpr double kMoved = 0.3;              // m: a distance that counts as motion
+constexpr double kSameQuaternion = 0.1;       // of its norm, from 1
+constexpr double kMaxTurnRate = 35.0;         // rad/s: what the gyros of a vehicle can show
+constexpr double kMaxAcceleration = 160.0;    // m/s^2
+constexpr double kMinPlausibleDepth = -5.0;   // m of depth: waves, and drift of a barometer
+constexpr double kMaxPlausibleDepth = 500.0;  // m
+constexpr double kFrozenSeconds = 10.0;       // a working sensor's noise shows within this time
+constexpr double kNoticeable = 0.15;          // m: a change of depth that the sensor must show
+constexpr double kLag = 1.0;                  // s within which it must show it
+constexpr double kMoved = 0.3;                // m: a distance that counts as motion
 // The vehicle is meant to move if it is commanded this speed (m/s) or is this far from its
 // commanded depth (m).
 constexpr double kUnderWay = 0.1;
@@ -34,7 +34,8 @@ bool is_plausible(const ImuSample& sample) {
 }
 
 bool is_plausible(const DepthSample& sample) {
-  return sample.depth_m >= kHighest && sample.depth_m <= kDeepest;  // false for NaN
+  return sample.depth_m >= kMinPlausibleDepth &&
+         sample.depth_m <= kMaxPlausibleDepth;  // false for NaN
 }
 
 bool is_plausible(const HealthSample& sample) {
@@ -133,12 +134,12 @@ void Monitors::watch_estimate(const MonitorInput& input) {
   const estimation::StateEstimate& estimate = *input.estimate;
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
   const double depth = -p_W.z();
-  const bool hears_depth = depth_.heard && !is_true(FailsafeKind::kDepthLost);
-  set(FailsafeKind::kOverdepth, (hears_depth ? last_depth_m_ : depth) > limits_.max_depth);
-  set(FailsafeKind::kUnderAltitude, input.altitude_m && *input.altitude_m < limits_.min_altitude);
+  const bool depth_is_fresh = depth_.heard && !is_true(FailsafeKind::kDepthLost);
+  set(FailsafeKind::kOverdepth, (depth_is_fresh ? last_depth_m_ : depth) > limits_.max_depth);
+  set(FailsafeKind::kMinAltitude, input.altitude_m && *input.altitude_m < limits_.min_altitude);
   set(FailsafeKind::kGeofence, is_outside_fence(p_W));
-  const bool denies =
-      hears_depth && std::abs(depth - last_depth_m_) > threshold(FailsafeKind::kEstimatorDiverged);
+  const bool denies = depth_is_fresh &&
+                      std::abs(depth - last_depth_m_) > threshold(FailsafeKind::kEstimatorDiverged);
   set(FailsafeKind::kEstimatorDiverged,
       !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
   set(FailsafeKind::kLocalisationLost,
@@ -161,11 +162,11 @@ bool Monitors::is_outside_fence(const Eigen::Vector3d& p_W) const {
 }
 
 void Monitors::watch_progress(const MonitorInput& input) {
-  set(FailsafeKind::kOvertime, input.elapsed_s > limits_.mission_timeout_s);
-  set(FailsafeKind::kOverdueLeg,
+  set(FailsafeKind::kMissionTimeout, input.elapsed_s > limits_.mission_timeout_s);
+  set(FailsafeKind::kLegTimeout,
       input.leg_expected_s > 0.0 &&
           input.leg_elapsed_s >
-              threshold(FailsafeKind::kOverdueLeg) * input.leg_expected_s + kLegGrace);
+              threshold(FailsafeKind::kLegTimeout) * input.leg_expected_s + kLegGrace);
 
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
   if (!anchor_W_ || (p_W - *anchor_W_).norm() > kMoved) {

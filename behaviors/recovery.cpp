@@ -13,9 +13,9 @@ namespace {
 constexpr double kNearlyThere = 0.3;    // m: within it a place has no meaningful bearing
 constexpr double kApproachStep = 0.25;  // m between the places tried
 
-// A turn on the spot until the bow points along `way`.
-std::array<Pose, 2> turn_along(const Eigen::Vector3d& way, const Pose& X_WB) {
-  return {X_WB, Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))}};
+// A turn on the spot until the bow points along `direction`.
+std::array<Pose, 2> turn_along(const Eigen::Vector3d& direction, const Pose& X_WB) {
+  return {X_WB, Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()))}};
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ std::string RecoveryOptions::validate() const {
   RangeCheck check;
   check("retry_s", retry_s, 0.0, 60.0);
   check("unreachable_after", unreachable_after, 1, 1000);
-  check("back_off.min_clearance", back_off.min_clearance, 0.0, planning::kRoomAtStart);
+  check("back_off.min_clearance", back_off.min_clearance, 0.0, planning::kMinStartClearance);
   check("back_off.min_gain_m", back_off.min_gain_m, 0.0, 1.0);
   check("back_off.retry_s", back_off.retry_s, 0.0, 60.0);
   check("back_off.max_distance_m", back_off.max_distance_m, 1.0, 50.0);
@@ -79,11 +79,11 @@ std::optional<Eigen::Quaterniond> LegRecovery::attitude_to_observe(
     const BehaviorInput& input, const Eigen::Vector3d& goal_W) const {
   if (!options_.by_motion || failures_ == 0) return std::nullopt;
   const Pose& X_WB = input.estimate->X_WB;
-  const Eigen::Vector3d way = goal_W - X_WB.p;
-  if (way.head<2>().norm() < kNearlyThere) return std::nullopt;
-  const std::array<Pose, 2> turn = turn_along(way, X_WB);
+  const Eigen::Vector3d direction = goal_W - X_WB.p;
+  if (direction.head<2>().norm() < kNearlyThere) return std::nullopt;
+  const std::array<Pose, 2> turn = turn_along(direction, X_WB);
   const double least = options_.observe_goal.min_turn_clearance_m;
-  if (input.seen != nullptr && input.seen->clearance(turn) < least) return std::nullopt;
+  if (input.observed != nullptr && input.observed->clearance(turn) < least) return std::nullopt;
   return turn.back().q;
 }
 
@@ -93,7 +93,7 @@ std::optional<Eigen::Vector3d> LegRecovery::place_to_observe(const BehaviorInput
   const ObserveGoalOptions& options = options_.observe_goal;
   if (!options_.by_motion || failures_to_approach_ < options.failures) return std::nullopt;
   failures_to_approach_ = 0;
-  if (input.seen == nullptr) return std::nullopt;
+  if (input.observed == nullptr) return std::nullopt;
   const Pose& X_WB = input.estimate->X_WB;
   const std::array<Pose, 2> straight = {X_WB, Pose{goal_W, X_WB.q}};
   if (route.empty()) route = straight;
@@ -103,7 +103,7 @@ std::optional<Eigen::Vector3d> LegRecovery::place_to_observe(const BehaviorInput
     for (int k = 1; k <= steps; ++k) {
       const Pose there{route[i].p + back * k / steps, route[i].q};
       if ((there.p - goal_W).norm() < options.min_distance_m) continue;
-      if (input.seen->clearance({&there, 1}) < d_min_m_) continue;
+      if (input.observed->clearance({&there, 1}) < d_min_m_) continue;
       if ((there.p - X_WB.p).norm() < options.min_approach_m) return std::nullopt;
       return there.p;
     }
@@ -121,12 +121,12 @@ bool LegRecovery::may_back_off(const Eigen::Vector3d& p_W) const {
 
 bool LegRecovery::can_turn_onto(std::span<const Pose> path, const BehaviorInput& input) const {
   const Pose& X_WB = input.estimate->X_WB;
-  if (!may_back_off(X_WB.p) || input.seen == nullptr) return true;
+  if (!may_back_off(X_WB.p) || input.observed == nullptr) return true;
   for (const Pose& waypoint : path) {
-    const Eigen::Vector3d way = waypoint.p - X_WB.p;
-    if (way.head<2>().norm() < kNearlyThere) continue;
+    const Eigen::Vector3d direction = waypoint.p - X_WB.p;
+    if (direction.head<2>().norm() < kNearlyThere) continue;
     const double least = options_.back_off.min_turn_clearance * d_min_m_;
-    return input.seen->clearance(turn_along(way, X_WB)) >= least;
+    return input.observed->clearance(turn_along(direction, X_WB)) >= least;
   }
   return true;
 }
@@ -135,12 +135,13 @@ bool LegRecovery::can_turn_onto(std::span<const Pose> path, const BehaviorInput&
 // little clearance the vehicle cannot keep station.
 bool LegRecovery::begin_back_off(const BehaviorInput& input, BackOffReason reason) {
   const int count = back_off_.count_at(input.estimate->X_WB.p);
-  BackOff::Asked nearest;
-  if (reason == BackOffReason::kOtherPath) nearest.least_m = options_.back_off.replan_distance_m;
-  BackOff::Asked farther = nearest;
-  farther.least_m += options_.back_off.farther_each_time_m * count;
+  BackOff::Criteria nearest;
+  if (reason == BackOffReason::kOtherPath)
+    nearest.min_distance_m = options_.back_off.replan_distance_m;
+  BackOff::Criteria farther = nearest;
+  farther.min_distance_m += options_.back_off.farther_each_time_m * count;
   if (back_off_.begin(input, farther)) return true;
-  return farther.least_m > nearest.least_m && back_off_.begin(input, nearest);
+  return farther.min_distance_m > nearest.min_distance_m && back_off_.begin(input, nearest);
 }
 
 bool LegRecovery::reports_too_many(const Eigen::Vector3d& p_W) {

@@ -25,7 +25,7 @@ const char* to_string(retrace::Loss cause) {
     case retrace::Loss::kBlocked:
       return "the trail is blocked";
     case retrace::Loss::kUnobservable:
-      return "the way that was planned leads where it cannot look";
+      return "the planned path enters space that the sensor cannot observe";
     case retrace::Loss::kNoProgress:
       return "the vehicle does not get on along its trail";
   }
@@ -33,13 +33,13 @@ const char* to_string(retrace::Loss cause) {
 }
 
 // The first waypoints of `way`: as many as make up `most_m`.
-std::span<const Pose> beginning(std::span<const Pose> way, double most_m) {
+std::span<const Pose> beginning(std::span<const Pose> path, double most_m) {
   double length = 0.0;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    length += (way[i].p - way[i - 1].p).norm();
-    if (length >= most_m) return way.first(i + 1);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    length += (path[i].p - path[i - 1].p).norm();
+    if (length >= most_m) return path.first(i + 1);
   }
-  return way;
+  return path;
 }
 
 vehicle::FollowerOptions follower_options(double speed) {
@@ -51,13 +51,13 @@ vehicle::FollowerOptions follower_options(double speed) {
 
 }  // namespace
 
-Retrace::Retrace(const Trail& trail, const LegSettings& settings, PathJudge* changes)
+Retrace::Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator* changes)
     : trail_(trail),
       changes_(changes),
       settings_(settings),
       recovery_(settings.limits.clearance, settings.recovery),
       follower_(follower_options(settings.speed)) {
-  progress_.leg = "open water";
+  progress_.goal = "open water";
 }
 
 BehaviorOutput Retrace::step(const BehaviorInput& input) {
@@ -147,18 +147,18 @@ void Retrace::begin_trail(const BehaviorInput& input) {
   is_off_trail_ = false;
   since_ = input.now;
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
-  const Trail::Way way = way_along_trail(p_W);
-  progress_.distance_to_go_m = way.length_m;
-  if (!way.arrives) return raise(retrace::TrailEndless{});
-  out_W_ = way.points.back();
-  follower_.set_path(level_poses(way.points), p_W);
+  const Trail::Path path = path_along_trail(p_W);
+  progress_.distance_to_go_m = path.length_m;
+  if (!path.arrives) return raise(retrace::TrailEndless{});
+  out_W_ = path.points.back();
+  follower_.set_path(level_poses(path.points), p_W);
   progress_.path_is_blocked = false;
-  raise(retrace::TrailFound{time_allowed_s(way.length_m)});
+  raise(retrace::TrailFound{time_allowed_s(path.length_m)});
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
 }
 
-Trail::Way Retrace::way_along_trail(const Eigen::Vector3d& p_W) const {
-  return trail_.way_out(p_W, kTrailLinkShare * settings_.limits.clearance, kBeyond);
+Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
+  return trail_.exit_path(p_W, kTrailLinkShare * settings_.limits.clearance, kBeyond);
 }
 
 double Retrace::time_allowed_s(double length_m) const {
@@ -171,7 +171,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   std::optional<retrace::Loss> loss;
   if (is_too_slow) loss = retrace::Loss::kNoProgress;
   if (wants_alternative) loss = retrace::Loss::kUnobservable;
-  if (input.map_changed && input.seen != nullptr && is_blocked(*input.seen)) {
+  if (input.map_changed && input.observed != nullptr && is_blocked(*input.observed)) {
     loss = retrace::Loss::kBlocked;
   }
   if (loss) {
@@ -197,7 +197,7 @@ void Retrace::arrive(const BehaviorInput& input, BehaviorOutput& output) {
 }
 
 // The rest of the path, up to kAhead.
-bool Retrace::is_blocked(PathJudge& changes) const {
+bool Retrace::is_blocked(PathEvaluator& changes) const {
   const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
   const double clearance = changes.clearance(beginning(follower_.path().subspan(behind), kAhead));
   return clearance <= (is_off_trail_ ? 0.0 : recovery_.needed_on_trail_m());
@@ -226,10 +226,10 @@ void Retrace::begin_observation(const BehaviorInput& input) {
   recovery_.observation_begun(X_WB.p, input.now);
   raise(retrace::ObservationBegun{input.now});
   vehicle::Command& station_here = station(X_WB);
-  for (const Eigen::Vector3d& place_W : way_along_trail(X_WB.p).points) {
-    const Eigen::Vector3d way = place_W - X_WB.p;
-    if (way.head<2>().norm() < kBearingFrom) continue;
-    station_here.o = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+  for (const Eigen::Vector3d& place_W : path_along_trail(X_WB.p).points) {
+    const Eigen::Vector3d direction = place_W - X_WB.p;
+    if (direction.head<2>().norm() < kBearingFrom) continue;
+    station_here.o = from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()));
     return;
   }
 }
@@ -277,7 +277,7 @@ void Retrace::plan_detour(retrace::Loss cause, const BehaviorInput& input, Behav
   settings.limits.clearance = *clearance;
   settings.limits.min_altitude = 0.0;
   LegGoal goal;
-  goal.id = progress_.leg;
+  goal.id = progress_.goal;
   aim(X_WB.p, settings, goal);
   output.plan_request = leg_request(settings, goal, X_WB);
   output.plan_cause = to_string(cause);
@@ -290,7 +290,7 @@ void Retrace::aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& go
   goal.position_W = out_W_;
   if (!recovery_.is_patient() || changes_ == nullptr) return;
   const BlockedTrailOptions& options = settings_.recovery.blocked_trail;
-  const std::vector<Pose> trail = level_poses(way_along_trail(p_W).points);
+  const std::vector<Pose> trail = level_poses(path_along_trail(p_W).points);
   const std::span<const Pose> near = beginning(trail, kAhead);
   std::size_t behind = beginning(trail, options.skip_m).size() - 1;
   for (std::size_t i = 1; i < near.size(); ++i) {

@@ -25,9 +25,9 @@ class Retrace final : public Behavior {
  public:
   /// Keeps a reference to the trail. `changes` measures its clearance to all obstacles mapped since
   /// the dive began; null: none.
-  Retrace(const Trail& trail, const LegSettings& settings, PathJudge* changes);
+  Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator* changes);
 
-  /// `failed` (kExhausted) when the trail never saw open water, or neither the trail nor any
+  /// `failed` (kExhausted) when the trail never had open water above, or neither the trail nor any
   /// planned path can be swum.
   ///
   /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and
@@ -58,15 +58,15 @@ class Retrace final : public Behavior {
 
   [[nodiscard]] bool is_stopping() const;
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
-  [[nodiscard]] bool is_blocked(PathJudge& changes) const;
+  [[nodiscard]] bool is_blocked(PathEvaluator& changes) const;
   [[nodiscard]] Eigen::Quaterniond stopping_attitude(const estimation::StateEstimate& estimate);
-  [[nodiscard]] Trail::Way way_along_trail(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] Trail::Path path_along_trail(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double time_allowed_s(double length_m) const;
   vehicle::Command& station(const Pose& X_WB);
   void aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const;
 
   const Trail& trail_;
-  PathJudge* changes_;
+  PathEvaluator* changes_;
   LegSettings settings_;
   retrace::State state_;
   TrailRecovery recovery_;

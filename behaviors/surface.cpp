@@ -13,7 +13,7 @@ constexpr double kPatienceSeconds = 10.0;  // as expected, and this many s more
 
 Surface::Surface(SurfaceOptions options)
     : options_(options), back_off_(options.clearance, options.back_off) {
-  progress_.leg = "surface";
+  progress_.goal = "surface";
 }
 
 // Empty if there is clearance, or no path to a place that has it.
@@ -22,10 +22,11 @@ std::optional<vehicle::Command> Surface::back_off(const BehaviorInput& input) {
   if (!may_back_off_ || options_.clearance <= 0.0) return std::nullopt;
   if (!back_off_.is_under_way()) {
     BehaviorInput now = input;
-    now.map_changed = input.seen != nullptr;  // measures the clearance at once
+    now.map_changed = input.observed != nullptr;  // measures the clearance at once
     may_back_off_ =
         back_off_.is_needed(now) &&
-        back_off_.begin(now, {.most_m = options_.back_off.max_distance_to_ascend_m, .open = true});
+        back_off_.begin(now, {.max_distance_m = options_.back_off.max_distance_to_ascend_m,
+                              .needs_open_water = true});
     if (!may_back_off_) return std::nullopt;
   }
   std::optional<vehicle::Command> command = back_off_.follow(input);

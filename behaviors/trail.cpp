@@ -20,46 +20,47 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
   DIVE_DEMAND(points.size() >= 2);
   std::vector<Pose> poses(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d way = i + 1 < points.size() ? Eigen::Vector3d(points[i + 1] - points[i])
-                                                      : Eigen::Vector3d(points[i] - points[i - 1]);
-    poses[i] = Pose{points[i], from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()))};
+    const Eigen::Vector3d direction = i + 1 < points.size()
+                                          ? Eigen::Vector3d(points[i + 1] - points[i])
+                                          : Eigen::Vector3d(points[i] - points[i - 1]);
+    poses[i] = Pose{points[i], from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()))};
   }
   return poses;
 }
 
 Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity_(capacity) {
   DIVE_DEMAND(spacing > 0.0 && capacity >= 4);
-  crumbs_.reserve(capacity);  // no allocation during a dive
+  breadcrumbs_.reserve(capacity);  // no allocation during a dive
 }
 
 void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
-  if (!crumbs_.empty()) {
-    const bool near = (p_W - crumbs_.back().p_W).norm() < spacing_;
+  if (!breadcrumbs_.empty()) {
+    const bool near = (p_W - breadcrumbs_.back().p_W).norm() < spacing_;
     // The last open point before an overhead gets a breadcrumb of its own, however near the last.
-    if (near && open_above == crumbs_.back().open_above) return;
+    if (near && open_above == breadcrumbs_.back().open_above) return;
   }
-  const double step = crumbs_.empty() ? 0.0 : (p_W - crumbs_.back().p_W).norm();
+  const double step = breadcrumbs_.empty() ? 0.0 : (p_W - breadcrumbs_.back().p_W).norm();
   penetration_m_ = open_above ? 0.0 : penetration_m_ + step;
-  if (crumbs_.size() == capacity_) thin_out();
-  crumbs_.push_back({p_W, open_above});
+  if (breadcrumbs_.size() == capacity_) thin_out();
+  breadcrumbs_.push_back({p_W, open_above});
   ++dropped_;
 }
 
 void Trail::thin_out() {
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < crumbs_.size(); i += 2) crumbs_[kept++] = crumbs_[i];
-  crumbs_.resize(kept);
+  for (std::size_t i = 0; i < breadcrumbs_.size(); i += 2) breadcrumbs_[kept++] = breadcrumbs_[i];
+  breadcrumbs_.resize(kept);
   spacing_ *= 2.0;
 }
 
 // Where an overhead begins two breadcrumbs lie in the same place.
 bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
-  DIVE_DEMAND(!crumbs_.empty());
+  DIVE_DEMAND(!breadcrumbs_.empty());
   double to_open = std::numeric_limits<double>::infinity();
   double to_covered = to_open;
-  for (const Crumb& crumb : crumbs_) {
-    double& to = crumb.open_above ? to_open : to_covered;
-    to = std::min(to, (crumb.p_W - p_W).norm());
+  for (const Breadcrumb& breadcrumb : breadcrumbs_) {
+    double& to = breadcrumb.open_above ? to_open : to_covered;
+    to = std::min(to, (breadcrumb.p_W - p_W).norm());
   }
   return to_open <= to_covered + kHardly;
 }
@@ -67,11 +68,11 @@ bool Trail::was_open_at(const Eigen::Vector3d& p_W) const {
 // Dijkstra's algorithm over the breadcrumbs, from p_W to the first one that satisfies the
 // condition.
 Trail::Found Trail::find(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                         const std::function<bool(const Crumb&)>& is_there) const {
+                         const std::function<bool(const Breadcrumb&)>& is_there) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const std::size_t count = crumbs_.size();
+  const std::size_t count = breadcrumbs_.size();
   const std::size_t here = count;  // p_W comes after the newest breadcrumb
-  const auto place = [&](std::size_t i) { return i == here ? p_W : crumbs_[i].p_W; };
+  const auto place = [&](std::size_t i) { return i == here ? p_W : breadcrumbs_[i].p_W; };
   std::vector<double> distance(count + 1, kFar);
   std::vector<std::size_t> before(count + 1, here);
   using Entry = std::pair<double, std::size_t>;
@@ -83,10 +84,10 @@ Trail::Found Trail::find(const Eigen::Vector3d& p_W, double link_m, double most_
     open.pop();
     if (length > distance[at]) continue;
     if (length > most_m) break;
-    if (at != here && is_there(crumbs_[at])) return {traced(before, at, length, p_W), at};
+    if (at != here && is_there(breadcrumbs_[at])) return {traced(before, at, length, p_W), at};
     const Eigen::Vector3d from = place(at);
     for (std::size_t i = 0; i < count; ++i) {
-      const double step = (crumbs_[i].p_W - from).norm();
+      const double step = (breadcrumbs_[i].p_W - from).norm();
       const bool is_next = i + 1 == at || i == at + 1;
       if ((!is_next && step > link_m) || length + step >= distance[i]) continue;
       distance[i] = length + step;
@@ -95,51 +96,51 @@ Trail::Found Trail::find(const Eigen::Vector3d& p_W, double link_m, double most_
     }
   }
   Found none;
-  none.way.points = {p_W};
+  none.path.points = {p_W};
   none.end = count;
   return none;
 }
 
-Trail::Way Trail::way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m) const {
+Trail::Path Trail::exit_path(const Eigen::Vector3d& p_W, double link_m, double beyond_m) const {
   Found found = find(p_W, link_m, std::numeric_limits<double>::infinity(),
-                     [](const Crumb& crumb) { return crumb.open_above; });
-  if (!found.way.arrives) return std::move(found.way);
-  return further(std::move(found.way), found.end, beyond_m);
+                     [](const Breadcrumb& breadcrumb) { return breadcrumb.open_above; });
+  if (!found.path.arrives) return std::move(found.path);
+  return further(std::move(found.path), found.end, beyond_m);
 }
 
-Trail::Way Trail::way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                         const std::function<bool(const Crumb&)>& is_there) const {
-  return find(p_W, link_m, most_m, is_there).way;
+Trail::Path Trail::path_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                           const std::function<bool(const Breadcrumb&)>& is_there) const {
+  return find(p_W, link_m, most_m, is_there).path;
 }
 
 // The path from the open breadcrumb `end` on to older ones.
-Trail::Way Trail::further(Way way, std::size_t end, double beyond_m) const {
+Trail::Path Trail::further(Path path, std::size_t end, double beyond_m) const {
   double gone = 0.0;
-  for (std::size_t i = end; i-- > 0 && crumbs_[i].open_above && gone < beyond_m;) {
-    const double step = (crumbs_[i].p_W - way.points.back()).norm();
+  for (std::size_t i = end; i-- > 0 && breadcrumbs_[i].open_above && gone < beyond_m;) {
+    const double step = (breadcrumbs_[i].p_W - path.points.back()).norm();
     if (step <= kSamePoint) continue;
-    way.points.push_back(crumbs_[i].p_W);
-    way.length_m += step;
+    path.points.push_back(breadcrumbs_[i].p_W);
+    path.length_m += step;
     gone += step;
   }
-  return way;
+  return path;
 }
 
-Trail::Way Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,
-                         const Eigen::Vector3d& p_W) const {
-  Way way;
-  way.arrives = true;
-  way.length_m = length;
-  for (std::size_t at = end; at != crumbs_.size(); at = before[at]) {
-    if (way.points.empty() || (crumbs_[at].p_W - way.points.back()).norm() > kSamePoint) {
-      way.points.push_back(crumbs_[at].p_W);
+Trail::Path Trail::traced(const std::vector<std::size_t>& before, std::size_t end, double length,
+                          const Eigen::Vector3d& p_W) const {
+  Path path;
+  path.arrives = true;
+  path.length_m = length;
+  for (std::size_t at = end; at != breadcrumbs_.size(); at = before[at]) {
+    if (path.points.empty() || (breadcrumbs_[at].p_W - path.points.back()).norm() > kSamePoint) {
+      path.points.push_back(breadcrumbs_[at].p_W);
     }
   }
-  if ((p_W - way.points.back()).norm() > kSamePoint || way.points.size() == 1) {
-    way.points.push_back(p_W);
+  if ((p_W - path.points.back()).norm() > kSamePoint || path.points.size() == 1) {
+    path.points.push_back(p_W);
   }
-  std::ranges::reverse(way.points);
-  return way;
+  std::ranges::reverse(path.points);
+  return path;
 }
 
 }  // namespace dive::behaviors

@@ -27,12 +27,12 @@ class Trail {
   /// `open_above`: nothing solid between p_W and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
 
-  struct Crumb {
+  struct Breadcrumb {
     Eigen::Vector3d p_W;
     bool open_above;
   };
 
-  struct Way {
+  struct Path {
     std::vector<Eigen::Vector3d> points;
     bool arrives = false;
     double length_m = 0.0;
@@ -41,12 +41,13 @@ class Trail {
   /// included, and up to `beyond_m` farther in open water; only `p_W` if there is none (`arrives`
   /// is false then). Where the trail comes within `link_m` of itself the part between is skipped: a
   /// vehicle on its exit path must not go in again because it came that way.
-  [[nodiscard]] Way way_out(const Eigen::Vector3d& p_W, double link_m, double beyond_m = 0.0) const;
+  [[nodiscard]] Path exit_path(const Eigen::Vector3d& p_W, double link_m,
+                               double beyond_m = 0.0) const;
 
   /// The same to the nearest breadcrumb along the trail for which `is_there` is true, at most
   /// `most_m` away.
-  [[nodiscard]] Way way_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                           const std::function<bool(const Crumb&)>& is_there) const;
+  [[nodiscard]] Path path_to(const Eigen::Vector3d& p_W, double link_m, double most_m,
+                             const std::function<bool(const Breadcrumb&)>& is_there) const;
 
   /// Length of the trail from the newest breadcrumb with open water above to the newest of all, m;
   /// 0 if they are the same. From the first breadcrumb if none has open water above.
@@ -58,28 +59,28 @@ class Trail {
 
   /// Number of breadcrumbs added so far, and the newest of them (requires one).
   [[nodiscard]] std::size_t dropped() const { return dropped_; }
-  [[nodiscard]] const Crumb& newest() const { return crumbs_.back(); }
+  [[nodiscard]] const Breadcrumb& newest() const { return breadcrumbs_.back(); }
 
-  [[nodiscard]] std::size_t size() const { return crumbs_.size(); }
+  [[nodiscard]] std::size_t size() const { return breadcrumbs_.size(); }
 
  private:
   /// The path to a breadcrumb and its index; crumbs_.size(): no such breadcrumb.
   struct Found {
-    Way way;
+    Path path;
     std::size_t end = 0;
   };
   void thin_out();
   [[nodiscard]] Found find(const Eigen::Vector3d& p_W, double link_m, double most_m,
-                           const std::function<bool(const Crumb&)>& is_there) const;
-  [[nodiscard]] Way further(Way way, std::size_t end, double beyond_m) const;
-  [[nodiscard]] Way traced(const std::vector<std::size_t>& before, std::size_t end, double length,
-                           const Eigen::Vector3d& p_W) const;
+                           const std::function<bool(const Breadcrumb&)>& is_there) const;
+  [[nodiscard]] Path further(Path path, std::size_t end, double beyond_m) const;
+  [[nodiscard]] Path traced(const std::vector<std::size_t>& before, std::size_t end, double length,
+                            const Eigen::Vector3d& p_W) const;
 
   double spacing_;
   double penetration_m_ = 0.0;
   std::size_t dropped_ = 0;
   std::size_t capacity_;
-  std::vector<Crumb> crumbs_;
+  std::vector<Breadcrumb> breadcrumbs_;
 };
 
 }  // namespace dive::behaviors

@@ -37,7 +37,7 @@ class VehicleSide {
     bus_.listen<link::OperatorAnswer>(
         link::channel::kAnswer, [this](const link::OperatorAnswer& answer) {
           is_accepted_ |= answer.command == dive::OperatorCommand::kAbort &&
-                          answer.verdict == link::Verdict::kAccepted;
+                          answer.result == link::RequestResult::kAccepted;
         });
     bus_.listen<link::VehicleCommand>(link::channel::kCommand,
                                       [this](const link::VehicleCommand& command) {

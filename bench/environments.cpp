@@ -2,16 +2,16 @@
 
 #include <utility>
 
-#include "bench/site.h"
+#include "bench/study_setup.h"
 #include "mission/check/route.h"
 
 namespace dive::bench {
 
 Environment load_environment(const std::string& name) {
-  Site site = load_shipped_site(name);
-  const planning::Scene scene(site.world);
-  const mission::Route route = mission::nominal_route(site.mission, scene);
-  Environment environment{std::move(site.world), std::move(site.model.hull), {}};
+  StudySetup setup = load_shipped_setup(name);
+  const planning::Scene scene(setup.world);
+  const mission::Route route = mission::nominal_route(setup.mission, scene);
+  Environment environment{std::move(setup.world), std::move(setup.model.hull), {}};
   Pose at = route.start;
   for (const mission::RouteLeg& leg : route.legs) {
     const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);

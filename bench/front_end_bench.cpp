@@ -24,7 +24,7 @@ namespace {
 using testing::PaintedRoom;
 
 constexpr Utime kPeriod = 50'000;
-constexpr int kPictures = 24;
+constexpr int kImages = 24;
 
 // 0.5 m/s past walls two to four metres away, turning at 12 degrees per second.
 Pose X_WB(int k) {
@@ -40,9 +40,9 @@ struct Recording {
 
   Recording() {
     PaintedRoom room({4, 3, 2});
-    for (int k = 0; k < kPictures; ++k) {
-      lefts.push_back(room.picture(left, X_WB(k) * left.X_BC, k * kPeriod));
-      rights.push_back(room.picture(right, X_WB(k) * right.X_BC, k * kPeriod));
+    for (int k = 0; k < kImages; ++k) {
+      lefts.push_back(room.image(left, X_WB(k) * left.X_BC, k * kPeriod));
+      rights.push_back(room.image(right, X_WB(k) * right.X_BC, k * kPeriod));
     }
   }
 
@@ -67,15 +67,14 @@ void step(benchmark::State& state, bool stereo) {
   std::int64_t n = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    const auto turn = static_cast<int>(n % (2 * kPictures - 2));
-    const int k = turn < kPictures ? turn : 2 * kPictures - 2 - turn;
+    const auto turn = static_cast<int>(n % (2 * kImages - 2));
+    const int k = turn < kImages ? turn : 2 * kImages - 2 - turn;
     ImageFrame left = seen.lefts[static_cast<std::size_t>(k)];
     ImageFrame right = seen.rights[static_cast<std::size_t>(k)];
     left.utime = right.utime = n * kPeriod;
     state.ResumeTiming();
     const std::clock_t begin = std::clock();
-    const TrackedPicture tracked =
-        tracker.step(left, stereo ? &right : nullptr, seen.turn(last, k));
+    const TrackedImage tracked = tracker.step(left, stereo ? &right : nullptr, seen.turn(last, k));
     times.push_back(static_cast<double>(std::clock() - begin));
     features += static_cast<double>(tracked.frame.features.size());
     matched += tracked.quality.stereo;
@@ -94,14 +93,14 @@ struct Prepared {
   std::vector<std::uint8_t> full;
   std::vector<std::uint8_t> half;
 
-  explicit Prepared(const ImageFrame& picture) {
-    (void)even_contrast(view(picture.pixels), full);
+  explicit Prepared(const ImageFrame& image) {
+    (void)even_contrast(view(image.pixels), full);
     halve(view(full), half);
   }
   [[nodiscard]] static GrayView view(const std::vector<std::uint8_t>& pixels) {
     return {pixels.data(), 752, 480};
   }
-  [[nodiscard]] PicturePair pair() const { return {view(full), {half.data(), 376, 240}}; }
+  [[nodiscard]] ImagePair pair() const { return {view(full), {half.data(), 376, 240}}; }
 };
 
 std::vector<Eigen::Vector2f> corners_of(const Prepared& prepared) {
@@ -110,10 +109,10 @@ std::vector<Eigen::Vector2f> corners_of(const Prepared& prepared) {
 }
 
 void contrast(benchmark::State& state) {
-  const ImageFrame& picture = recording().lefts[0];
+  const ImageFrame& image = recording().lefts[0];
   std::vector<std::uint8_t> full;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(even_contrast(Prepared::view(picture.pixels), full));
+    benchmark::DoNotOptimize(even_contrast(Prepared::view(image.pixels), full));
   }
 }
 BENCHMARK(contrast)->Unit(benchmark::kMillisecond);
@@ -130,7 +129,7 @@ void track(benchmark::State& state) {
 }
 BENCHMARK(track)->Unit(benchmark::kMillisecond);
 
-void look_back(benchmark::State& state) {
+void check_anchors(benchmark::State& state) {
   const Prepared before(recording().lefts[0]);
   const Prepared after(recording().lefts[1]);
   std::vector<std::pair<AnchorPatch, Eigen::Vector2f>> anchors;
@@ -147,7 +146,7 @@ void look_back(benchmark::State& state) {
   }
   state.counters["points"] = static_cast<double>(anchors.size());
 }
-BENCHMARK(look_back)->Unit(benchmark::kMillisecond);
+BENCHMARK(check_anchors)->Unit(benchmark::kMillisecond);
 
 void replenish(benchmark::State& state) {
   const Prepared prepared(recording().lefts[0]);
@@ -183,13 +182,13 @@ BENCHMARK_CAPTURE(match, known_depth, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(match, unknown_depth, false)->Unit(benchmark::kMillisecond);
 
 // No tag in the image: every candidate square is still tested.
-void look_for_tags(benchmark::State& state) {
+void detect_tags(benchmark::State& state) {
   const Recording& seen = recording();
   TagDetector detector(seen.left, {});
   std::size_t k = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(detector.find(seen.lefts[k++ % kPictures]));
+  for (auto _ : state) benchmark::DoNotOptimize(detector.find(seen.lefts[k++ % kImages]));
 }
-BENCHMARK(look_for_tags)->Unit(benchmark::kMillisecond);
+BENCHMARK(detect_tags)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace dive::estimation

@@ -12,7 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "mission/link/sight_inbox.h"
+#include "mission/link/camera_inbox.h"
 #include "test/common/allocations.h"
 #include "vehicle/link/arbiter.h"
 #include "vehicle/link/authority.h"
@@ -24,7 +24,7 @@ using namespace dive::link;
 struct Channel {
   std::string name;
   Packet real;
-  std::function<bool(PacketView)> hear;
+  std::function<bool(PacketView)> receive;
 };
 
 template <typename Value>
@@ -48,14 +48,15 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   const Key key = new_key();
-  Gate gate(key, 42);
+  RequestAuthenticator authenticator(key, 42);
   Arbiter arbiter;
   std::int64_t forgeries = 0;
   OperatorRequest skip{42, 1, 0, dive::OperatorCommand::kSkip, {}};
-  seal(key, skip);
+  sign(key, skip);
   Packet sealed;
   if (!encode(skip, sealed)) return 1;
-  static_cast<void>(gate.judge(skip, 0));  // accepted once, so that repeating it is a replay
+  static_cast<void>(
+      authenticator.evaluate(skip, 0));  // accepted once, so that repeating it is a replay
 
   std::vector<Channel> channels = {channel("imu", dive::ImuSample{}),
                                    channel("depth", dive::DepthSample{}),
@@ -71,31 +72,32 @@ int main(int argc, char** argv) {
   channels.push_back(
       channel("range", dive::RangeScan{1, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}));
   // Decoded images are matched to pairs; the inbox holds at most two of each camera.
-  dive::mission::SightInbox sight;
-  const dive::ImageFrame picture{1,  0,  dive::ImageFrame::Format::kGray8,
-                                 16, 16, std::vector<std::uint8_t>(256)};
+  dive::mission::CameraInbox cameras;
+  const dive::ImageFrame image{1,  0,  dive::ImageFrame::Format::kGray8,
+                               16, 16, std::vector<std::uint8_t>(256)};
   channels.push_back(
-      {"sight", channel("", picture).real, [&, now = dive::Utime{0}](PacketView view) mutable {
+      {"sight", channel("", image).real, [&, now = dive::Utime{0}](PacketView view) mutable {
          dive::ImageFrame frame;
          if (!decode(view, frame)) return false;
          now += 1000;
-         sight.hear(dive::ImuSample{now}, now);
-         sight.hear(std::move(frame), now);
-         static_cast<void>(sight.take_inertial());
-         static_cast<void>(sight.take_pair(now));
+         cameras.add(dive::ImuSample{now}, now);
+         cameras.add(std::move(frame), now);
+         static_cast<void>(cameras.take_inertial());
+         static_cast<void>(cameras.take_pair(now));
          return true;
        }});
   channels.push_back({"request", sealed, [&](PacketView view) {
                         OperatorRequest request;
                         if (!decode(view, request)) return false;
-                        const Gate::Ruling ruling = gate.judge(request, 0);
+                        const RequestAuthenticator::Decision decision =
+                            authenticator.evaluate(request, 0);
                         const bool is_abort = request.command == dive::OperatorCommand::kAbort;
-                        if (ruling.act && !is_abort) ++forgeries;
+                        if (decision.act && !is_abort) ++forgeries;
                         return true;
                       }});
   channels.push_back({"arbiter", channels[8].real, [&](PacketView view) {
                         VehicleCommand command;
-                        return decode(view, command) && arbiter.hear(command, 0);
+                        return decode(view, command) && arbiter.receive(command, 0);
                       }});
 
   bool is_well = true;
@@ -115,7 +117,7 @@ int main(int argc, char** argv) {
         packet[(bits >> 8U) % packet.size()] = static_cast<std::uint8_t>(bits);
       }
       dive::testing::reset_allocations();
-      accepted += one.hear(packet) ? 1 : 0;
+      accepted += one.receive(packet) ? 1 : 0;
       largest = std::max(largest, dive::testing::allocations().largest);
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;

@@ -50,11 +50,12 @@ void sleep_s(double seconds) {
 bool hears_commands(const std::string& url) {
   auto bus = dive::link::Bus::open(url);
   if (!bus) return false;
-  bool heard = false;
+  bool received = false;
   bus->listen<dive::link::VehicleCommand>(dive::link::channel::kCommand,
-                                          [&](const auto&) { heard = true; });
+                                          [&](const auto&) { received = true; });
   dive::SteadyClock clock;
-  return bus->wait(clock, clock.now() + 20 * dive::kMicrosecondsPerSecond, [&] { return heard; });
+  return bus->wait(clock, clock.now() + 20 * dive::kMicrosecondsPerSecond,
+                   [&] { return received; });
 }
 
 Outcome run(const Case& one, int index, const std::string& folder) {
@@ -66,9 +67,9 @@ Outcome run(const Case& one, int index, const std::string& folder) {
     words.insert(words.end(), {"--lcm", url, "--json"});
     return std::make_unique<Process>(words, folder, fmt::format("{}-{}", name, index));
   };
-  const auto vehicle = start("sim", {"sim", mission, "--speed", pace});
+  const auto vehicle = start("sim", {"sim", mission, "--time-factor", pace});
   const auto supervisor = start("supervise", {"supervise"});
-  const auto executive = start("run", {"run", mission, "--speed", pace, "--stats", "--log",
+  const auto executive = start("run", {"run", mission, "--time-factor", pace, "--stats", "--log",
                                        fmt::format("{}/{}.lcmlog", folder, index)});
   Outcome outcome;
   if (!hears_commands(url)) {
@@ -103,7 +104,7 @@ Outcome run(const Case& one, int index, const std::string& folder) {
 // real-time priority as the executive's.
 std::vector<double> bare_lateness_ms(const std::atomic<bool>& wanted) {
   using Clock = std::chrono::steady_clock;
-  dive::run_first();
+  dive::set_realtime_priority();
   std::vector<double> late_ms;
   for (auto due = Clock::now(); wanted;) {
     due += std::chrono::milliseconds(20);

@@ -24,7 +24,7 @@ Tick usual_tick(Utime now) {
   tick.inputs.depth.emplace().utime = now;
   tick.outputs.estimate.utime = now;
   tick.outputs.status.state = "through_the_window";
-  tick.outputs.status.leg = "far_room";
+  tick.outputs.status.goal = "far_room";
   tick.outputs.status.rung = "none";
   tick.truth.utime = now;
   return tick;

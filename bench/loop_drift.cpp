@@ -22,9 +22,9 @@ using bench::quantile;
 using dive::testing::AnalyticDive;
 using dive::testing::AnalyticDiveOptions;
 using dive::testing::ErrorSample;
+using estimation::KeyframeView;
 using estimation::LoopCloser;
 using estimation::LoopCorrection;
-using estimation::PlaceView;
 using estimation::StateEstimate;
 
 constexpr int kWrongBits = 12;  // bits of 256 that differ between two observations
@@ -59,11 +59,12 @@ estimation::Descriptor descriptor_of(const Eigen::Vector3d& p_W, Random& random)
   return descriptor;
 }
 
-PlaceView view_of(const AnalyticDive& dive, const estimation::FeatureFrame& frame, Random& random) {
-  PlaceView view;
+KeyframeView view_of(const AnalyticDive& dive, const estimation::FeatureFrame& frame,
+                     Random& random) {
+  KeyframeView view;
   view.utime = frame.utime;
   for (const estimation::FeatureObservation& feature : frame.features) {
-    estimation::PlacePoint point{feature.left, feature.right, {}};
+    estimation::KeyframePoint point{feature.left, feature.right, {}};
     for (std::uint64_t& word : point.descriptor) word = random.bits();
     if (!AnalyticDive::is_snow(feature.id)) {
       point.descriptor = descriptor_of(dive.landmark(feature.id), random);
@@ -112,7 +113,7 @@ void dive_once(const Study& study, std::uint64_t seed, Total& total) {
     if (i % 20 == 0) filter.add(dive.depth(now));
     if (i % 10 != 4) continue;
     estimation::FeatureFrame frame = dive.frame(now);
-    const PlaceView view = view_of(dive, frame, random);
+    const KeyframeView view = view_of(dive, frame, random);
     filter.add(std::move(frame));
     const StateEstimate estimate = filter.update(now);
     const auto& cameras_B = filter.state().cameras_B;

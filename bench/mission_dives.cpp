@@ -24,7 +24,7 @@
 
 #include "bench/real_waters.h"
 #include "bench/run_study.h"
-#include "bench/site.h"
+#include "bench/study_setup.h"
 #include "common/random.h"
 #include "mission/check/route.h"
 #include "mission/simulation/simulated_dive.h"
@@ -37,55 +37,55 @@ namespace {
 
 constexpr double kSamePlace = 0.01;  // m between waypoints; a shorter distance has no direction
 
-struct RoutedSite : Site {
+struct RoutedSetup : StudySetup {
   std::vector<Pose> route;  ///< Route of a vehicle that knows the whole world.
 };
 
-RoutedSite load(const std::string& path) {
-  RoutedSite site{load_site(path), {}};
-  const planning::Scene scene(site.world);
-  const mission::Route route = mission::nominal_route(site.mission, scene);
+RoutedSetup load(const std::string& path) {
+  RoutedSetup setup{load_setup(path), {}};
+  const planning::Scene scene(setup.world);
+  const mission::Route route = mission::nominal_route(setup.mission, scene);
   SteadyClock clock;
-  planning::Planner planner(site.world, site.model.hull, {}, clock);
+  planning::Planner planner(setup.world, setup.model.hull, {}, clock);
   Pose at = route.start;
   for (const mission::RouteLeg& leg : route.legs) {
     const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);
     const planning::PlanResult plan = planner.plan(request);
     for (const Pose& waypoint : plan.waypoints) {
       const bool is_new =
-          site.route.empty() || (waypoint.p - site.route.back().p).norm() > kSamePlace;
-      if (is_new) site.route.push_back(waypoint);
+          setup.route.empty() || (waypoint.p - setup.route.back().p).norm() > kSamePlace;
+      if (is_new) setup.route.push_back(waypoint);
     }
     at = request.goal;
   }
-  return site;
+  return setup;
 }
 
 /// A diver who comes from the side to a point of the route, stays a while, and leaves on the other
 /// side.
-vehicle::DiverTrack diver_for(const RoutedSite& site, std::uint64_t seed) {
+vehicle::DiverTrack diver_for(const RoutedSetup& setup, std::uint64_t seed) {
   Random random(seed, 0xd1fe);
-  const auto last = static_cast<double>(site.route.size()) - 2.0;
+  const auto last = static_cast<double>(setup.route.size()) - 2.0;
   const auto at = static_cast<std::size_t>(random.uniform(0.25, 0.75) * last) + 1;
-  const Eigen::Vector3d way = site.route[at].p - site.route[at - 1].p;
+  const Eigen::Vector3d way = setup.route[at].p - setup.route[at - 1].p;
   const Eigen::Vector3d side =
       Eigen::Vector3d(-way.y(), way.x(), 0.0).normalized() * (random.uniform() < 0.5 ? 1.0 : -1.0);
   double before = 0.0;
-  for (std::size_t i = 1; i <= at; ++i) before += (site.route[i].p - site.route[i - 1].p).norm();
+  for (std::size_t i = 1; i <= at; ++i) before += (setup.route[i].p - setup.route[i - 1].p).norm();
   vehicle::DiverTrack track;
   track.speed = random.uniform(0.2, 0.5);
   track.start_s = std::max(0.0, before / 0.4 - random.uniform(2.0, 15.0));
-  track.waypoints = {{site.route[at].p + 3.0 * side, 0.0},
-                     {site.route[at].p, random.uniform(3.0, 20.0)},
-                     {site.route[at].p - 3.0 * side, 0.0}};
+  track.waypoints = {{setup.route[at].p + 3.0 * side, 0.0},
+                     {setup.route[at].p, random.uniform(3.0, 20.0)},
+                     {setup.route[at].p - 3.0 * side, 0.0}};
   return track;
 }
 
 /// Distances from the vehicle to the obstacles of the world, and to the diver.
 class Apart {
  public:
-  explicit Apart(const RoutedSite& site)
-      : to_world_(site.world, site.model.hull), to_diver_(diver_alone(), site.model.hull) {}
+  explicit Apart(const RoutedSetup& setup)
+      : to_world_(setup.world, setup.model.hull), to_diver_(diver_alone(), setup.model.hull) {}
 
   void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
     to_world_.observe(truth.X_WB);
@@ -117,7 +117,7 @@ class Apart {
   Now now_;
 };
 
-mission::DiveSettings settings_for(const RoutedSite& site, std::uint64_t seed, bool with_diver,
+mission::DiveSettings settings_for(const RoutedSetup& setup, std::uint64_t seed, bool with_diver,
                                    Apart& apart) {
   mission::DiveSettings settings;
   settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
@@ -125,7 +125,7 @@ mission::DiveSettings settings_for(const RoutedSite& site, std::uint64_t seed, b
     apart.observe(truth, X_WD);
   };
   settings.seed = seed;
-  if (with_diver) settings.diver = diver_for(site, seed);
+  if (with_diver) settings.diver = diver_for(setup, seed);
   return settings;
 }
 
@@ -138,10 +138,11 @@ bool reached_all(const mission::DiveResult& result) {
          });
 }
 
-nlohmann::json dive(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
-  Apart apart(site);
-  const mission::DiveResult result = mission::simulate_dive(
-      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart), nullptr);
+nlohmann::json dive(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
+  Apart apart(setup);
+  const mission::DiveResult result =
+      mission::simulate_dive(setup.mission, setup.world, setup.model,
+                             settings_for(setup, seed, with_diver, apart), nullptr);
   return {{"seed", seed},
           {"outcome", result.outcome},
           {"reached", reached_all(result)},
@@ -157,10 +158,10 @@ nlohmann::json dive(const RoutedSite& site, std::uint64_t seed, bool with_diver)
           {"pieces", result.observed_map.pieces()}};
 }
 
-void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
-  Apart apart(site);
+void trace(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
+  Apart apart(setup);
   if (with_diver) {
-    const vehicle::DiverTrack track = diver_for(site, seed);
+    const vehicle::DiverTrack track = diver_for(setup, seed);
     std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
     for (const auto& [p_W, pause_s] : track.waypoints) {
       std::cout << fmt::format(" ({:.2f} {:.2f} {:.2f}), {:.0f} s", p_W.x(), p_W.y(), p_W.z(),
@@ -171,7 +172,7 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
   Utime next = 0;
   std::size_t told = 0;
   const mission::DiveResult result = mission::simulate_dive(
-      site.mission, site.world, site.model, settings_for(site, seed, with_diver, apart),
+      setup.mission, setup.world, setup.model, settings_for(setup, seed, with_diver, apart),
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth, const auto&) {
         for (const planning::ObstacleUpdate& update : in.obstacles) told += update.cells.size();
@@ -185,7 +186,7 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
         in.observed_map.append_within({out.estimate.X_WB.p - Eigen::Vector3d::Constant(2.5),
                                        out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
                                       near.obstacles);
-        const vehicle::ClearanceMeter by_map(near, site.model.hull);
+        const vehicle::ClearanceMeter by_map(near, setup.model.hull);
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
@@ -209,7 +210,7 @@ void trace(const RoutedSite& site, std::uint64_t seed, bool with_diver) {
 }
 
 // Each job is a process of its own and takes every n-th seed.
-std::vector<nlohmann::json> dive_all(const RoutedSite& site, int first, int dives, int jobs,
+std::vector<nlohmann::json> dive_all(const RoutedSetup& setup, int first, int dives, int jobs,
                                      bool with_diver) {
   const std::string folder = fmt::format("/tmp/mission_dives.{}", ::getpid());
   std::vector<pid_t> children;
@@ -218,7 +219,7 @@ std::vector<nlohmann::json> dive_all(const RoutedSite& site, int first, int dive
     if (child == 0) {
       std::ofstream out(fmt::format("{}.{}", folder, job));
       for (int i = job; i < dives; i += jobs) {
-        out << dive(site, static_cast<std::uint64_t>(first + i), with_diver) << std::endl;
+        out << dive(setup, static_cast<std::uint64_t>(first + i), with_diver) << std::endl;
       }
       ::_exit(0);
     }
@@ -310,11 +311,11 @@ int main(int argc, char** argv) {
     }
     if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
     for (const std::string& path : missions) {
-      const dive::bench::RoutedSite site = dive::bench::load(path);
+      const dive::bench::RoutedSetup setup = dive::bench::load(path);
       if (traced > 0) {
-        dive::bench::trace(site, static_cast<std::uint64_t>(traced), with_diver);
+        dive::bench::trace(setup, static_cast<std::uint64_t>(traced), with_diver);
       } else {
-        dive::bench::report(path, dive::bench::dive_all(site, first, dives, jobs, with_diver));
+        dive::bench::report(path, dive::bench::dive_all(setup, first, dives, jobs, with_diver));
       }
     }
   });

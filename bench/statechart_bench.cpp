@@ -36,7 +36,8 @@ Chart mission(int legs) {
     done.targets = {leg + 1 < surface ? leg + 1 : dive + 1};
     chart.add_transition(done);
   }
-  for (const char* event : {"failsafe.leak", "failsafe.overtime", "failsafe.overdepth", "abort"}) {
+  for (const char* event :
+       {"failsafe.leak", "failsafe.mission_timeout", "failsafe.overdepth", "abort"}) {
     Transition abort;
     abort.source = dive;
     abort.events = {event};

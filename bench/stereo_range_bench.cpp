@@ -12,18 +12,18 @@
 namespace dive::estimation {
 namespace {
 
-void look(benchmark::State& state, const Eigen::Vector3d& from) {
+void measure(benchmark::State& state, const Eigen::Vector3d& from) {
   vehicle::StereoCameraOptions options;
   options.water = vehicle::coastal_sea();
   vehicle::StereoCamera camera(bench::shipped_map("wreck"), options, 1);
   const vehicle::StereoFrames pair = camera.take(0, {from, heading_along({-12, -2, 0})});
   StereoRange ranges = *StereoRange::create({}, options.camera(0), options.camera(1));
-  int told = 0;
-  for (auto _ : state) told = ranges.look(*pair[0], *pair[1])->told;
-  state.counters["told"] = told;
+  int measured = 0;
+  for (auto _ : state) measured = ranges.measure(*pair[0], *pair[1])->measured;
+  state.counters["measured"] = measured;
 }
-BENCHMARK_CAPTURE(look, beside_wreck, {-6, 7, -12})->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(look, open_water, {60, 60, -8})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(measure, beside_wreck, {-6, 7, -12})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(measure, open_water, {60, 60, -8})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace dive::estimation

@@ -44,7 +44,7 @@ std::vector<Scene> scenes() {
 }
 
 struct Tally {
-  int rays = 0, told = 0, beyond = 0, within = 0;
+  int rays = 0, measured = 0, beyond = 0, within = 0;
   int in_1 = 0, in_2 = 0, in_3 = 0;
   int near_4_sigma = 0, near_10_percent = 0, false_free = 0;
   double chi2 = 0.0;
@@ -53,31 +53,31 @@ struct Tally {
 
 double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-void compare(const estimation::StereoScan& seen, const vehicle::TracedWorld& world,
+void compare(const estimation::StereoScan& result, const vehicle::TracedWorld& world,
              const Pose& X_WB, Tally& tally) {
-  const Vector3d eye_W = X_WB * seen.scan.origin_B.cast<double>();
-  for (std::size_t i = 0; i < seen.scan.points_B.size(); ++i) {
+  const Vector3d sensor_origin_W = X_WB * result.scan.origin_B.cast<double>();
+  for (std::size_t i = 0; i < result.scan.points_B.size(); ++i) {
     ++tally.rays;
-    const Eigen::Vector3f& p_B = seen.scan.points_B[i];
+    const Eigen::Vector3f& p_B = result.scan.points_B[i];
     if (!p_B.allFinite()) continue;
-    const Vector3d ray = X_WB * p_B.cast<double>() - eye_W;
-    const double told = ray.norm();
-    const double truth = world.range(eye_W, ray / told, 0.0, 100.0);
-    if (std::isinf(seen.sigma_m[i])) {
+    const Vector3d ray = X_WB * p_B.cast<double>() - sensor_origin_W;
+    const double measured = ray.norm();
+    const double truth = world.range(sensor_origin_W, ray / measured, 0.0, 100.0);
+    if (std::isinf(result.sigma_m[i])) {
       ++tally.beyond;
-      if (truth < seen.scan.reach) ++tally.false_free;
+      if (truth < result.scan.reach) ++tally.false_free;
       continue;
     }
-    ++tally.told;
-    const double error = told - truth;
-    const double sigmas = std::abs(error) / seen.sigma_m[i];
+    ++tally.measured;
+    const double error = measured - truth;
+    const double sigmas = std::abs(error) / result.sigma_m[i];
     tally.in_1 += sigmas < 1.0 ? 1 : 0;
     tally.in_2 += sigmas < 2.0 ? 1 : 0;
     tally.in_3 += sigmas < 3.0 ? 1 : 0;
-    tally.near_4_sigma += error < -4.0 * seen.sigma_m[i] ? 1 : 0;
+    tally.near_4_sigma += error < -4.0 * result.sigma_m[i] ? 1 : 0;
     tally.near_10_percent += error < -0.1 * truth ? 1 : 0;
     (truth < 3.0 ? tally.error_near : tally.error_far).push_back(std::abs(error));
-    tally.sigma.push_back(seen.sigma_m[i] / (told * told));
+    tally.sigma.push_back(result.sigma_m[i] / (measured * measured));
   }
 }
 
@@ -99,14 +99,14 @@ void look_at(const Scene& scene, int pairs, bool has_snow,
     const Pose X_WB{scene.from + share * along, heading_along(along) * sway};
     const vehicle::StereoFrames frames = camera.take(from_seconds(0.5 * k), X_WB);
     const double before = cpu_ms();
-    const auto seen = ranges.look(*frames[0], *frames[1]);
+    const auto result = ranges.measure(*frames[0], *frames[1]);
     tally.ms.push_back(cpu_ms() - before);
-    compare(*seen, world, X_WB, tally);
+    compare(*result, world, X_WB, tally);
   }
   const auto percent = [&](int part, int of) { return 100.0 * part / std::max(1, of); };
   fmt::print("{} (reach {:.1f} m)\n", scene.name, ranges.reach());
   fmt::print("  told {:.1f} %, beyond {:.1f} % of {} rays; {:.2f} ms a pair (median, processor)\n",
-             percent(tally.told, tally.rays), percent(tally.beyond, tally.rays), tally.rays,
+             percent(tally.measured, tally.rays), percent(tally.beyond, tally.rays), tally.rays,
              bench::quantile(tally.ms, 0.5));
   fmt::print("  error, median / p95: {:.3f} / {:.3f} m within 3 m, {:.3f} / {:.3f} m farther\n",
              bench::quantile(tally.error_near, 0.5), bench::quantile(tally.error_near, 0.95),
@@ -114,12 +114,12 @@ void look_at(const Scene& scene, int pairs, bool has_snow,
   fmt::print(
       "  within 1, 2, 3 sigma: {:.1f}, {:.1f}, {:.1f} %; sigma over range squared, median "
       "{:.4f}\n",
-      percent(tally.in_1, tally.told), percent(tally.in_2, tally.told),
-      percent(tally.in_3, tally.told), bench::quantile(tally.sigma, 0.5));
+      percent(tally.in_1, tally.measured), percent(tally.in_2, tally.measured),
+      percent(tally.in_3, tally.measured), bench::quantile(tally.sigma, 0.5));
   fmt::print(
       "  nearer than the truth by 4 sigma {:.2f} %, by 10 % {:.2f} %; called free and not "
       "{:.3f} %\n",
-      percent(tally.near_4_sigma, tally.told), percent(tally.near_10_percent, tally.told),
+      percent(tally.near_4_sigma, tally.measured), percent(tally.near_10_percent, tally.measured),
       percent(tally.false_free, tally.beyond));
 }
 
@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
   app.add_option("--texture", options.texture, "Least sum of gradients");
   app.add_option("--speckle", options.speckle_px, "Pixels of the half picture");
   app.add_option("--optimism", options.optimism, "Errors over what noise says");
-  app.add_option("--sigma", options.most_sigma_px, "Most, pixels");
+  app.add_option("--sigma", options.max_sigma_px, "Most, pixels");
   app.add_option("--calibration", options.calibration_px, "Pixels");
   CLI11_PARSE(app, argc, argv);
   for (const Scene& scene : scenes()) look_at(scene, pairs, !is_clean, options);

@@ -57,7 +57,7 @@ int stress(int worlds, std::uint64_t first, double rrt_seconds) {
   int no_path = 0;
   int too_near = 0;
   int missed = 0;
-  double least_margin = std::numeric_limits<double>::infinity();
+  double min_margin = std::numeric_limits<double>::infinity();
   std::vector<double> times;
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(worlds); ++seed) {
     const RandomQuestion question = testing::random_question(seed, hull);
@@ -73,7 +73,7 @@ int stress(int worlds, std::uint64_t first, double rrt_seconds) {
       const double measured = testing::measured_clearance(question.world, hull, result.waypoints,
                                                           result.clearance_m - allowed);
       const double margin = measured + allowed - result.clearance_m;
-      least_margin = std::min(least_margin, margin);
+      min_margin = std::min(min_margin, margin);
       // A start with less clearance than required is allowed to leave.
       const double at_start =
           testing::measured_clearance(question.world, hull, {question.request.start}, 0.0);
@@ -102,7 +102,7 @@ int stress(int worlds, std::uint64_t first, double rrt_seconds) {
       "than certified "
       "(least margin {:.1f} mm), {} that RRTConnect solves in {:.0f} s and we do not\n"
       "plan time: median {:.1f} ms, 99 % {:.1f} ms, longest {:.1f} ms\n",
-      worlds, first, solved, reduced, no_path, invalid, too_near, 1e3 * least_margin, missed,
+      worlds, first, solved, reduced, no_path, invalid, too_near, 1e3 * min_margin, missed,
       rrt_seconds, at(0.5), at(0.99), at(1.0));
   return too_near + missed == 0 ? 0 : 1;
 }

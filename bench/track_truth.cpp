@@ -49,29 +49,29 @@ TrackTruth::TrackTruth(const planning::World& world, const CameraModel& left,
                        const CameraModel& right)
     : world_(world), left_(left), right_(right) {}
 
-TrackTruth::Seen TrackTruth::first_sight(const Vector2d& n, const Pose& X_WC) const {
+TrackTruth::Observation TrackTruth::first_observation(const Vector2d& n, const Pose& X_WC) const {
   const Vector3d d = (X_WC.q * n.homogeneous()).normalized();
   const double range = world_.range(X_WC.p, d, 0.05, kFar);
   const Vector3d p_W = X_WC.p + range * d;
   // The water's surface is not a landmark.
   if (!std::isfinite(range) || p_W.z() > -0.01) return {};
-  return {true, p_W, pictures_};
+  return {true, p_W, images_};
 }
 
 void TrackTruth::add(const estimation::FeatureFrame& frame, const Pose& X_WB) {
-  ++pictures_;
+  ++images_;
   const Pose X_WL = X_WB * left_.X_BC;
   const Pose X_WR = X_WB * right_.X_BC;
   std::map<std::int64_t, std::vector<Vector2d>> now;
   for (const estimation::FeatureObservation& feature : frame.features) {
     auto [it, is_new] = seen_.try_emplace(feature.id);
     if (is_new) {
-      it->second = first_sight(feature.left, X_WL);
+      it->second = first_observation(feature.left, X_WL);
       ++tracks_;
       solid_ += it->second.is_solid ? 1 : 0;
     }
     if (feature.right) {
-      const Seen here = first_sight(feature.left, X_WL);
+      const Observation here = first_observation(feature.left, X_WL);
       const Vector3d c = X_WR.inverse() * here.p_W;
       if (here.is_solid && c.z() > 0.05) {
         stereo_.push_back({(X_WL.inverse() * here.p_W).z(),
@@ -88,7 +88,7 @@ void TrackTruth::add(const estimation::FeatureFrame& frame, const Pose& X_WB) {
     }
     history.push_back(error);
     for (const int age : kAges) {
-      if (pictures_ - it->second.first == age) {
+      if (images_ - it->second.first == age) {
         by_age_[age].insert(by_age_[age].end(), {error.x(), error.y()});
       }
       if (history.size() <= static_cast<std::size_t>(age)) continue;

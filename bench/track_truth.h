@@ -30,7 +30,7 @@ class TrackTruth {
   void print() const;
 
  private:
-  struct Seen {
+  struct Observation {
     bool is_solid = false;
     Eigen::Vector3d p_W;
     std::int64_t first = 0;
@@ -40,14 +40,14 @@ class TrackTruth {
     Eigen::Vector2d error;  // px, right relative to left
   };
 
-  [[nodiscard]] Seen first_sight(const Eigen::Vector2d& n, const Pose& X_WC) const;
+  [[nodiscard]] Observation first_observation(const Eigen::Vector2d& n, const Pose& X_WC) const;
   void print_stereo() const;
 
   vehicle::TracedWorld world_;
   CameraModel left_;
   CameraModel right_;
-  std::int64_t pictures_ = 0;
-  std::map<std::int64_t, Seen> seen_;  // features observed in this dive, by id
+  std::int64_t images_ = 0;
+  std::map<std::int64_t, Observation> seen_;  // features observed in this dive, by id
   std::int64_t tracks_ = 0, solid_ = 0;
   std::map<int, std::vector<double>> by_age_;  // px, per axis
   std::map<int, std::vector<double>> steps_;   // px, change of the error over this many images

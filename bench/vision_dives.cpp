@@ -1,9 +1,10 @@
 // Dives with the visual-inertial estimator through a vision outage, one seed after the other,
 // compared with ground truth:
-//     vision_dives missions/scenarios/missions/lookout.xml --runs 10 --fault camera_blackout --at
-//     10 vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
+//     vision_dives missions/scenarios/missions/basin_visual_inertial.xml --runs 10 --fault
+//     camera_blackout --at 10 vision_dives MISSION --fault camera_missing --for 3 --scale 0.5
+//     --rate 10
 // or on laps, with and without loop closures:
-//     vision_dives missions/laps_by_sight.xml --fault none --runs 3 --without-loops
+//     vision_dives missions/laps_visual_inertial.xml --fault none --runs 3 --without-loops
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@
 
 #include "bench/quantile.h"
 #include "bench/run_study.h"
-#include "bench/site.h"
+#include "bench/study_setup.h"
 #include "common/random.h"
 #include "mission/simulation/simulated_dive.h"
 #include "vehicle/simulator/water/named_waters.h"
@@ -29,7 +30,7 @@ namespace {
 constexpr double kStartSigma = 0.05;  // m, as in the executive
 
 struct Study {
-  std::string mission = "missions/scenarios/missions/lookout.xml";
+  std::string mission = "missions/scenarios/missions/basin_visual_inertial.xml";
   std::string fault = "camera_blackout";
   int runs = 10;
   double at_s = 10.0;
@@ -165,11 +166,11 @@ void trace(const estimation::StateEstimate& estimate, const vehicle::GroundTruth
       rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()));
 }
 
-Figures dive_once(const Site& site, const Study& study, std::uint64_t seed) {
+Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t seed) {
   mission::DiveSettings settings;
   settings.seed = seed;
   settings.conditions.current_W.y() = study.current;
-  settings.cameras = vehicle::stereo_camera_in(site.mission.water)->scaled(study.scale);
+  settings.cameras = vehicle::stereo_camera_in(setup.mission.simulated_water)->scaled(study.scale);
   settings.cameras->rate_hz = study.rate_hz;
   if (const auto kind = mission::find_fault(study.fault)) {
     settings.faults.push_back({*kind, study.at_s, study.for_s});
@@ -177,7 +178,7 @@ Figures dive_once(const Site& site, const Study& study, std::uint64_t seed) {
   Figures figures;
   Judge judge(study, seed, figures);
   figures.outcome =
-      mission::simulate_dive(site.mission, site.world, site.model, settings,
+      mission::simulate_dive(setup.mission, setup.world, setup.model, settings,
                              [&](const mission::StepInputs& in, const mission::StepOutputs& out,
                                  const vehicle::GroundTruth& truth, const auto&) {
                                judge.observe(out, truth);
@@ -227,12 +228,12 @@ void report(const Study& study, const std::vector<Figures>& all) {
 }
 
 void dive_all(const Study& study) {
-  Site site = load_site(study.mission);
-  site.mission.closes_loops &= !study.without_loops;
+  StudySetup setup = load_setup(study.mission);
+  setup.mission.closes_loops &= !study.without_loops;
   std::vector<Figures> all;
   for (int i = 0; i < study.runs; ++i) {
     const std::uint64_t seed = study.first + static_cast<std::uint64_t>(i);
-    const Figures one = dive_once(site, study, seed);
+    const Figures one = dive_once(setup, study, seed);
     fmt::print(
         "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
         "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "

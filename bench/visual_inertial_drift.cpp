@@ -49,7 +49,7 @@ struct Figures {
   std::vector<double> ratio;
   std::vector<double> frame_ms;
   std::vector<double> dark_cost;  // m, change of the error in the dark
-  std::int64_t used = 0, used_snow = 0, snow = 0, believed_snow = 0;
+  std::int64_t used = 0, used_particles = 0, snow = 0, accepted_particles = 0;
   int diverged = 0, flagged = 0;
 };
 
@@ -79,9 +79,9 @@ void add(Figures& all, const FilterDiveResult& result) {
   all.end_nees_attitude.push_back(last.nees_attitude);
   all.frame_ms.insert(all.frame_ms.end(), result.frame_ms.begin(), result.frame_ms.end());
   all.used += result.used;
-  all.used_snow += result.used_snow;
+  all.used_particles += result.used_particles;
   all.snow += static_cast<std::int64_t>(result.snow.size());
-  all.believed_snow += static_cast<std::int64_t>(result.believed_snow.size());
+  all.accepted_particles += static_cast<std::int64_t>(result.accepted_particles.size());
 }
 
 Eigen::Vector3d error_at(const FilterDiveResult& result, double t) {
@@ -146,9 +146,9 @@ void report(const Study& study, const Figures& all) {
              mean(all.frame_ms), quantile(all.frame_ms, 0.5), p99, p99 / mean(all.frame_ms));
   if (all.snow > 0) {
     fmt::print("snow: {} of {} flakes ever believed ({:.2f} %), {:.2f} % of all uses\n",
-               all.believed_snow, all.snow,
-               100.0 * static_cast<double>(all.believed_snow) / static_cast<double>(all.snow),
-               100.0 * static_cast<double>(all.used_snow) / static_cast<double>(all.used));
+               all.accepted_particles, all.snow,
+               100.0 * static_cast<double>(all.accepted_particles) / static_cast<double>(all.snow),
+               100.0 * static_cast<double>(all.used_particles) / static_cast<double>(all.used));
   }
   if (!all.dark_cost.empty()) {
     fmt::print("{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; told in {} of {}\n",

@@ -76,7 +76,7 @@ std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   return distort(p_C.head<2>() / p_C.z());
 }
 
-bool CameraModel::in_picture(const Vector2d& pixel, double border) const {
+bool CameraModel::in_image(const Vector2d& pixel, double border) const {
   return pixel.x() >= border - 0.5 && pixel.y() >= border - 0.5 &&
          pixel.x() <= width - 0.5 - border && pixel.y() <= height - 0.5 - border;
 }

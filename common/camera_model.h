@@ -39,7 +39,7 @@ struct CameraModel {
   /// A point in C to pixels, perhaps outside the image; empty for a point that is not in front of
   /// the camera.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_C) const;
-  [[nodiscard]] bool in_picture(const Eigen::Vector2d& pixel, double border = 0.0) const;
+  [[nodiscard]] bool in_image(const Eigen::Vector2d& pixel, double border = 0.0) const;
 };
 
 }  // namespace dive

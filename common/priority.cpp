@@ -9,12 +9,12 @@ constexpr int kPriority = 20;  // below the kernel's own threads, above all ordi
 
 }  // namespace
 
-bool run_first() {
+bool set_realtime_priority() {
   const sched_param wanted{.sched_priority = kPriority};
   return ::sched_setscheduler(0, SCHED_FIFO, &wanted) == 0;
 }
 
-void run_as_others() {
+void set_normal_priority() {
   const sched_param ordinary{.sched_priority = 0};
   ::sched_setscheduler(0, SCHED_OTHER, &ordinary);
 }

@@ -63,9 +63,9 @@ std::optional<OdometryState> FrameCorrection::odometry_at(Utime utime) const {
 }
 
 void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {
-  if (init_utime_ != vision.begun_from) {
-    init_utime_ = vision.begun_from;
-    const auto then = past_.at(vision.begun_from);
+  if (init_utime_ != vision.init_utime) {
+    init_utime_ = vision.init_utime;
+    const auto then = past_.at(vision.init_utime);
     aligned_at_init_W_ = then ? then->before->aligned_W : aligned_W_;
   }
   const std::optional<OdometryState> then = odometry_at(vision.estimate.utime);

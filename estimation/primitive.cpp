@@ -15,12 +15,12 @@ using Eigen::Vector3d;
 constexpr double kMaxStep = 0.05;          // s: longer intervals are divided into such steps
 constexpr double kMaxExtrapolation = 0.5;  // s, maximum use of a turn rate after its sample
 constexpr double kDepthSilence = 0.5;      // s, after which the height is dead-reckoned
-constexpr double kReckonedHeave = 0.05;    // m/s, one sigma
+constexpr double kHeaveSigma = 0.05;       // m/s, one sigma
 constexpr double kBlindDrift = 0.02;       // m/s, one sigma, per axis
 constexpr double kBlindTurn = 0.1;         // rad/s, one sigma
 constexpr double kAnyDirection = 1.8;      // rad, one sigma: any direction is equally likely
 constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth gives no heave
-constexpr double kLeastSigma = 1e-3;       // m: lower bound of the initial position sigma
+constexpr double kMinSigma = 1e-3;         // m: lower bound of the initial position sigma
 
 }  // namespace
 
@@ -40,7 +40,7 @@ PrimitiveEstimator::PrimitiveEstimator(PrimitiveOptions options, const Vector3d&
     : options_(options),
       motion_(options.motion),
       depth_(options.depth_sigma_m, options.vertical_acceleration, position_W.z()),
-      start_variance_(std::pow(std::max(position_sigma_m, kLeastSigma), 2)) {
+      start_variance_(std::pow(std::max(position_sigma_m, kMinSigma), 2)) {
   DIVE_DEMAND(options_.validate().empty());
   DIVE_DEMAND(position_W.allFinite() && position_sigma_m >= 0.0);
   estimate_.X_WB.p = position_W;
@@ -56,7 +56,7 @@ void PrimitiveEstimator::set_expected_heave(double heave) {
   expected_heave_ = heave;
 }
 
-void PrimitiveEstimator::went_on(const Vector2d& by_W, double sigma_m, double surge) {
+void PrimitiveEstimator::dead_reckon(const Vector2d& by_W, double sigma_m, double surge) {
   DIVE_DEMAND(by_W.allFinite() && sigma_m >= 0.0 && std::isfinite(surge));
   motion_.begin_at(surge);
   estimate_.X_WB.p.head<2>() += by_W;
@@ -100,10 +100,10 @@ const StateEstimate& PrimitiveEstimator::update(Utime now) {
   estimate_.X_WB.q = attitude(now);
   estimate_.omega_WB_B = imu_->gyro_B;
   grow_blind(dt);
-  const bool hears_depth = to_seconds(now - depth_.last()) <= kDepthSilence;
-  silence_s_ = hears_depth ? 0.0 : silence_s_ + dt;
-  if (hears_depth) estimate_.X_WB.p.z() = depth_.at(now).z;
-  for (double left = dt; left > 0.0; left -= kMaxStep) reckon(std::min(left, kMaxStep));
+  const bool depth_is_fresh = to_seconds(now - depth_.last()) <= kDepthSilence;
+  silence_s_ = depth_is_fresh ? 0.0 : silence_s_ + dt;
+  if (depth_is_fresh) estimate_.X_WB.p.z() = depth_.at(now).z;
+  for (double left = dt; left > 0.0; left -= kMaxStep) propagate(std::min(left, kMaxStep));
   estimate_.v_WB_B = velocity_B();
   fill_covariance();
   return estimate_;
@@ -121,7 +121,7 @@ Eigen::Quaterniond PrimitiveEstimator::attitude(Utime now) const {
   return (imu_->q_WB * so3_exp(age * imu_->gyro_B)).normalized();
 }
 
-void PrimitiveEstimator::reckon(double dt) {
+void PrimitiveEstimator::propagate(double dt) {
   motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
@@ -149,7 +149,7 @@ void PrimitiveEstimator::fill_covariance() {
   Matrix6d& P = estimate_.covariance;
   P.setZero();
   P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_);
-  P(2, 2) = silence_s_ > 0.0 ? std::pow(kReckonedHeave * silence_s_, 2)
+  P(2, 2) = silence_s_ > 0.0 ? std::pow(kHeaveSigma * silence_s_, 2)
                              : depth_.at(estimate_.utime).variance;
   P.diagonal().tail<3>().setConstant(attitude_variance);
 

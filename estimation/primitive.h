@@ -50,7 +50,7 @@ class PrimitiveEstimator {
   void set_expected_heave(double heave);
   /// Adds motion during an interruption: `by_W` horizontally (m), with uncertainty `sigma_m` (one
   /// sigma, m), and a present speed of `surge` (m/s).
-  void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
+  void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// Ignores samples that are not finite or are older than the last one.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);
@@ -64,7 +64,7 @@ class PrimitiveEstimator {
   [[nodiscard]] double surge() const { return motion_.surge(); }
 
  private:
-  void reckon(double dt);
+  void propagate(double dt);
   void grow_blind(double dt);
   [[nodiscard]] Eigen::Quaterniond attitude(Utime now) const;
   [[nodiscard]] Eigen::Vector3d velocity_B() const;

@@ -10,11 +10,11 @@ const char* to_sentence(VisionFault fault) {
       return "the cameras see well";
     case VisionFault::kStarting:
       return "the cameras' estimator has not begun yet";
-    case VisionFault::kNoPictures:
+    case VisionFault::kNoImages:
       return "no pictures come";
     case VisionFault::kLate:
       return "the cameras' estimator answers too late";
-    case VisionFault::kBadPicture:
+    case VisionFault::kBadImage:
       return "the pictures are not as agreed";
     case VisionFault::kFrozen:
       return "the same picture comes again and again";
@@ -27,37 +27,37 @@ const char* to_sentence(VisionFault fault) {
     case VisionFault::kLost:
       return "what was followed is gone all at once";
     case VisionFault::kRefused:
-      return "what is seen does not fit what is felt";
+      return "visual and inertial measurements disagree";
     case VisionFault::kDiverged:
       return "the cameras' estimator has diverged";
     case VisionFault::kImplausible:
-      return "the cameras' estimate is none of this vehicle";
+      return "the visual-inertial estimate is implausible for this vehicle";
   }
   return "";
 }
 
-std::string to_sentence(const TagSight& sight) {
-  const std::string name = fmt::format("tag {}", sight.id);
-  switch (sight.verdict) {
-    case TagVerdict::kNone:
+std::string to_sentence(const TagObservation& observation) {
+  const std::string name = fmt::format("tag {}", observation.id);
+  switch (observation.result) {
+    case TagResult::kNone:
       return "no tag is seen";
-    case TagVerdict::kUsed:
+    case TagResult::kUsed:
       return fmt::format("{}: the vehicle is {:.2f} m from where it was thought to be", name,
-                         sight.off_m);
-    case TagVerdict::kUnknown:
+                         observation.correction_m);
+    case TagResult::kUnknown:
       return name + " is seen, but the mission knows none of that id";
-    case TagVerdict::kTwice:
+    case TagResult::kTwice:
       return name + " is seen twice in one picture: neither is believed";
-    case TagVerdict::kMisshapen:
+    case TagResult::kMisshapen:
       return name + " is seen, but misshapen";
-    case TagVerdict::kAmbiguous:
+    case TagResult::kAmbiguous:
       return name + " is seen, but leaves two places for the vehicle";
-    case TagVerdict::kRefused:
+    case TagResult::kRefused:
       return fmt::format(
           "{} is not believed: by it the vehicle is {:.2f} m from where it can be; is the tag "
           "where "
           "the mission has it?",
-          name, sight.off_m);
+          name, observation.correction_m);
   }
   return "";
 }

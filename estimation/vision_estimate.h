@@ -12,9 +12,9 @@ namespace dive::estimation {
 enum class VisionFault {
   kNone,
   kStarting,     ///< Not initialised yet.
-  kNoPictures,   ///< No images have arrived.
+  kNoImages,     ///< No images have arrived.
   kLate,         ///< The estimate is too old.
-  kBadPicture,   ///< Unexpected format or stamp, or a library failed.
+  kBadImage,     ///< Unexpected format or stamp, or a library failed.
   kFrozen,       ///< The same image again.
   kDark,         ///< No contrast: dark, dazzled, or only water.
   kBlurred,      ///< Much less sharp than earlier images.
@@ -38,7 +38,7 @@ struct ClosedLoops {
 };
 
 /// Result of observing a tag.
-enum class TagVerdict {
+enum class TagResult {
   kNone,       ///< No tag observed, or no new information.
   kUsed,       ///< The tag gave a position fix.
   kUnknown,    ///< The mission has no tag of that id.
@@ -49,28 +49,28 @@ enum class TagVerdict {
                ///< vehicle's estimate is wrong.
 };
 
-struct TagSight {
+struct TagObservation {
   int id = -1;
-  TagVerdict verdict = TagVerdict::kNone;
-  double off_m = 0.0;  ///< Horizontal position error of the estimate by the tag.
+  TagResult result = TagResult::kNone;
+  double correction_m = 0.0;  ///< Horizontal position error of the estimate by the tag.
 };
 
 /// A sentence, such as "tag 3: the vehicle is 0.41 m from where it was thought to be".
-[[nodiscard]] std::string to_sentence(const TagSight& sight);
+[[nodiscard]] std::string to_sentence(const TagObservation& observation);
 
 struct VisionEstimate {
   Utime frame_utime = 0;   ///< Time of the images.
   StateEstimate estimate;  ///< Estimate shortly after the images, at its own utime.
   /// Time of the published estimate that initialised the filter. A new value means
   /// re-initialisation.
-  Utime begun_from = 0;
+  Utime init_utime = 0;
   double period_s = 0.05;  ///< Expected period of the image pairs.
   VisionFault fault = VisionFault::kStarting;
-  int tracked = 0;    ///< Number of features tracked from earlier images.
-  int stereo = 0;     ///< Number of features observed by both cameras.
-  int used = 0;       ///< Number of tracks and landmarks that updated the filter.
-  ClosedLoops loops;  ///< Loop closures contained in `estimate`.
-  TagSight tag;       ///< The most relevant tag.
+  int tracked = 0;     ///< Number of features tracked from earlier images.
+  int stereo = 0;      ///< Number of features observed by both cameras.
+  int used = 0;        ///< Number of tracks and landmarks that updated the filter.
+  ClosedLoops loops;   ///< Loop closures contained in `estimate`.
+  TagObservation tag;  ///< The most relevant tag.
 
   [[nodiscard]] bool is_good() const { return estimate.valid && fault == VisionFault::kNone; }
 };

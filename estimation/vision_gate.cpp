@@ -65,8 +65,8 @@ VisionFault VisionGate::find_fault(Utime now, const VisionEstimate& vision,
   if (vision.fault != VisionFault::kNone) return vision.fault;
   const StateEstimate& estimate = vision.estimate;
   if (!estimate.valid) return VisionFault::kStarting;
-  if (last_image_ && vision.frame_utime <= *last_image_) return VisionFault::kBadPicture;
-  if (vision.frame_utime > now || estimate.utime > now) return VisionFault::kBadPicture;
+  if (last_image_ && vision.frame_utime <= *last_image_) return VisionFault::kBadImage;
+  if (vision.frame_utime > now || estimate.utime > now) return VisionFault::kBadImage;
   if (to_seconds(now - vision.frame_utime) > options_.max_age_s) return VisionFault::kLate;
   if (!odometry) return VisionFault::kLate;
   const bool is_usable = is_sane(estimate) && is_plausible(estimate, *odometry, options_);
@@ -97,9 +97,9 @@ VisionGate::Decision VisionGate::evaluate(Utime now, const VisionEstimate& visio
 }
 
 bool VisionGate::times_out(Utime now) {
-  const double silence_s = to_seconds(now - last_accepted_);
-  if (!uses_vision() || silence_s <= options_.max_silent_periods * period_s_) return false;
-  lose(now, bad_ > 0 ? last_bad_ : VisionFault::kNoPictures);
+  const double command_timeout_s = to_seconds(now - last_accepted_);
+  if (!uses_vision() || command_timeout_s <= options_.max_silent_periods * period_s_) return false;
+  lose(now, bad_ > 0 ? last_bad_ : VisionFault::kNoImages);
   return true;
 }
 

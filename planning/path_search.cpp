@@ -17,7 +17,7 @@ namespace {
 constexpr double kRounding = 1e-9;        // m: rounding error of a bound
 constexpr int kMaxRefinements = 3;        // limit per attempt
 constexpr double kSmallViolation = 0.05;  // m: probably caused by a chord, not by a roll
-constexpr double kShortestSegment = 0.3;  // m: shorter ones are not split
+constexpr double kMinSegment = 0.3;       // m: shorter ones are not split
 constexpr double kRollGain = 0.15;   // m: clearance that a vehicle can gain by lying on its side
 constexpr double kPreferred = 0.25;  // m beyond the ball: preferred slack of warm starts
 constexpr double kBestTolerance = 0.02;  // relative, in the search for the best clearance
@@ -78,7 +78,7 @@ bool PathSearch::keeps_clearance(const Attempt& attempt) {
   const double required = problem_.limits.clearance - kRounding;
   if (attempt.certificate.clearance_m >= required) return true;
   if (start_clearance_ >= problem_.limits.clearance) return false;
-  const double enough = kRoomAtStart * problem_.limits.clearance;
+  const double enough = kMinStartClearance * problem_.limits.clearance;
   const double least = std::min(enough, start_clearance_) - options_.certify.tolerance;
   // Near contact the tolerance could exceed the clearance itself.
   if (attempt.certificate.clearance_m < least || attempt.certificate.clearance_m <= 0.0) {
@@ -88,7 +88,7 @@ bool PathSearch::keeps_clearance(const Attempt& attempt) {
   const std::span<const Pose> waypoints = attempt.path.waypoints;
   const std::size_t clear = first_clear(waypoints);
   if (start_clearance_ < enough &&
-      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kWayToRoom) {
+      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kMaxReducedLength) {
     return false;
   }
   return clear < waypoints.size() &&
@@ -163,7 +163,7 @@ bool PathSearch::split(const Attempt& attempt, std::vector<Pose>& waypoints) con
   for (auto segment = segments.rbegin(); segment != segments.rend(); ++segment) {
     const auto i = static_cast<std::size_t>(*segment);
     if (i + 1 >= waypoints.size()) continue;
-    if ((waypoints[i + 1].p - waypoints[i].p).norm() < kShortestSegment) continue;
+    if ((waypoints[i + 1].p - waypoints[i].p).norm() < kMinSegment) continue;
     const Pose middle = interpolate(waypoints[i], waypoints[i + 1], 0.5);
     waypoints.insert(waypoints.begin() + *segment + 1, middle);
     any = true;
@@ -475,7 +475,7 @@ std::string PathSearch::why_not(bool connected, double bound) const {
                                              result_.clearance_m, name_of(nearest_))
                                : fmt::format("all that were found touch {}", name_of(nearest_));
   if (bound < request_->limits.clearance) {
-    return fmt::format("too tight for {:.2f} m (more than {:.2f} m cannot be had); {}",
+    return fmt::format("too tight for {:.2f} m (at most {:.2f} m is possible); {}",
                        request_->limits.clearance, std::max(bound, 0.0), best);
   }
   return fmt::format("no path found that keeps {:.2f} m; {}", request_->limits.clearance, best);

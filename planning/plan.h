@@ -23,14 +23,14 @@ struct PlanRequest {
 };
 
 /// Share of D_min: a start that has less may lose nothing on its way to where there is D_min again.
-inline constexpr double kRoomAtStart = 0.85;
+inline constexpr double kMinStartClearance = 0.85;
 /// Longest way from such a start to where there is D_min again, m.
-inline constexpr double kWayToRoom = 2.0;
+inline constexpr double kMaxReducedLength = 2.0;
 
 enum class PlanStatus {
   kSuccess,  ///< The path is certified at D_min or better.
   kReduced,  ///< The start lacks D_min: the path leaves it at no less than the lesser of what the
-             ///< start has and kRoomAtStart, and then keeps D_min; see `reduced`.
+             ///< start has and kMinStartClearance, and then keeps D_min; see `reduced`.
   kNoPath,   ///< None: blocked, too tight, or none found within the bound; see `reason`.
   kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
 };

@@ -72,17 +72,17 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
   return camera;
 }
 
-tl::expected<void, std::string> read_pictures(const fs::path& folder, RecordedCamera& camera) {
+tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     if (row.fields.empty() || row.fields[0].empty()) return std::string("no file of a picture");
     const fs::path name(row.fields[0]);
     if (name.is_absolute() || name.has_parent_path()) {
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
     }
-    camera.pictures.push_back({row.utime, (folder / "data" / name).string()});
+    camera.images.push_back({row.utime, (folder / "data" / name).string()});
     return std::string();
   });
-  if (rows && camera.pictures.empty()) {
+  if (rows && camera.images.empty()) {
     return Failure(fmt::format("{}: there are no pictures in it", (folder / "data.csv").string()));
   }
   return rows;
@@ -217,7 +217,7 @@ tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder
   if (!X_BI) return Failure(X_BI.error());
   if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
   for (std::size_t i = 0; i < dataset.cameras.size(); ++i) {
-    const auto read = read_pictures(root / fmt::format("cam{}", i), dataset.cameras[i]);
+    const auto read = read_images(root / fmt::format("cam{}", i), dataset.cameras[i]);
     if (!read) return Failure(read.error());
   }
   if (fs::is_directory(root / "depth0")) {
@@ -233,10 +233,10 @@ tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder
   return dataset;
 }
 
-tl::expected<ImageFrame, std::string> read_picture(const RecordedPicture& picture, int camera) {
-  auto frame = read_gray_png(picture.path);
+tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image, int camera) {
+  auto frame = read_gray_png(image.path);
   if (!frame) return frame;
-  frame->utime = picture.utime;
+  frame->utime = image.utime;
   frame->camera = camera;
   return frame;
 }

@@ -22,7 +22,7 @@
 
 namespace dive::estimation {
 
-struct RecordedPicture {
+struct RecordedImage {
   Utime utime = 0;
   std::string path;  ///< Path of a PNG file.
 };
@@ -30,7 +30,7 @@ struct RecordedPicture {
 struct RecordedCamera {
   CameraModel model;  ///< Camera model with X_BC in the IMU's frame.
   double rate_hz = 0.0;
-  std::vector<RecordedPicture> pictures;  ///< Images by time.
+  std::vector<RecordedImage> images;  ///< Images by time.
 };
 
 /// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
@@ -66,7 +66,7 @@ struct AslDataset {
 [[nodiscard]] tl::expected<AslDataset, std::string> read_asl_calibration(const std::string& folder);
 
 /// Decodes an image to grey. `camera`: its index, for ImageFrame::camera.
-[[nodiscard]] tl::expected<ImageFrame, std::string> read_picture(const RecordedPicture& picture,
-                                                                 int camera);
+[[nodiscard]] tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image,
+                                                               int camera);
 
 }  // namespace dive::estimation

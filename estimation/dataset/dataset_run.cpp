@@ -30,9 +30,9 @@ using Failure = tl::unexpected<std::string>;
 
 // Attitude as from an AHRS, which the format does not record: the gyro integrated, and slowly
 // corrected towards gravity (Mahony et al. 2008, proportional part).
-class ReckonedAttitude {
+class PredictedAttitude {
  public:
-  explicit ReckonedAttitude(std::optional<Quaterniond> start) : q_WB_(std::move(start)) {}
+  explicit PredictedAttitude(std::optional<Quaterniond> start) : q_WB_(std::move(start)) {}
 
   void add_to(ImuSample& sample) {
     const Vector3d& up_B = sample.accel_B;
@@ -131,7 +131,7 @@ class Runner {
   }
 
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] bool needs_pictures() const { return tracker_.has_value(); }
+  [[nodiscard]] bool needs_images() const { return tracker_.has_value(); }
 
   void add(const ImuSample& sample) {
     if (filter_) filter_->add(sample);
@@ -144,13 +144,13 @@ class Runner {
   }
 
   // Adds an image; the primitive estimator uses only its time.
-  [[nodiscard]] PictureQuality add(const ImageFrame& left, const ImageFrame* right) {
+  [[nodiscard]] ImageQuality add(const ImageFrame& left, const ImageFrame* right) {
     std::optional<Quaterniond> q_C1C0;
     if (const auto last = tracker_->utime(); last && *last < left.utime) {
       q_C1C0 = turn_by_gyro(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias,
                             dataset_.cameras[0].model.X_BC.q);
     }
-    TrackedPicture tracked = tracker_->step(left, right, q_C1C0);
+    TrackedImage tracked = tracker_->step(left, right, q_C1C0);
     if (!tracked.frame.features.empty()) filter_->add(std::move(tracked.frame));
     return std::move(tracked.quality);
   }
@@ -208,28 +208,28 @@ class Loops {
     return options;
   }
 
-  PlaceViewer viewer_;
+  KeyframeExtractor viewer_;
   LoopCloser closer_;
   std::optional<LoopCorrection> correction_;
 };
 
 // The right image taken with the left one, if there is one.
-const RecordedPicture* beside(const std::vector<RecordedPicture>& pictures, Utime utime) {
+const RecordedImage* beside(const std::vector<RecordedImage>& images, Utime utime) {
   constexpr Utime kTogether = 1000;  // us
   const auto it =
-      std::lower_bound(pictures.begin(), pictures.end(), utime - kTogether,
-                       [](const RecordedPicture& picture, Utime t) { return picture.utime < t; });
-  if (it == pictures.end() || it->utime > utime + kTogether) return nullptr;
+      std::lower_bound(images.begin(), images.end(), utime - kTogether,
+                       [](const RecordedImage& image, Utime t) { return image.utime < t; });
+  if (it == images.end() || it->utime > utime + kTogether) return nullptr;
   return &*it;
 }
 
-void take_note(const PictureQuality& quality, DatasetRun& run) {
+void take_note(const ImageQuality& quality, DatasetRun& run) {
   run.mean_features += quality.tracked + quality.added;
-  if (quality.fault == PictureFault::kNone) return;
+  if (quality.fault == ImageFault::kNone) return;
   run.last_fault = quality.reason;
-  ++(quality.fault == PictureFault::kLost          ? run.lost
-     : quality.fault == PictureFault::kFewFeatures ? run.poor
-                                                   : run.refused);
+  ++(quality.fault == ImageFault::kLost          ? run.lost
+     : quality.fault == ImageFault::kFewFeatures ? run.poor
+                                                 : run.refused);
 }
 
 }  // namespace
@@ -262,8 +262,8 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
                                              Clock& clock,
                                              const std::function<void(double)>& progress) {
   if (const std::string why = options.validate(); !why.empty()) return Failure(why);
-  const std::vector<RecordedPicture>& pictures = dataset.cameras.at(0).pictures;
-  Utime begin = std::max(pictures.front().utime, dataset.imu.front().utime);
+  const std::vector<RecordedImage>& images = dataset.cameras.at(0).images;
+  Utime begin = std::max(images.front().utime, dataset.imu.front().utime);
   const std::optional<Beginning> truth = true_beginning(dataset, begin);
   if (truth) begin = truth->utime;
   const auto start = start_of(options, truth);
@@ -272,7 +272,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
   if (!runner.problem().empty()) return Failure(runner.problem());
   std::optional<Loops> loops;
   if (options.loops) {
-    if (options.mono || dataset.cameras.size() < 2 || !runner.needs_pictures()) {
+    if (options.mono || dataset.cameras.size() < 2 || !runner.needs_images()) {
       return Failure("loops are closed by the visual-inertial estimator with two cameras only");
     }
     loops.emplace(dataset, options.use_depth && !dataset.depth.empty());
@@ -281,7 +281,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
   DatasetRun run;
   std::optional<Quaterniond> q_WB;
   if (truth && truth->has_attitude) q_WB = truth->X_WB.q;
-  ReckonedAttitude attitude(q_WB);
+  PredictedAttitude attitude(q_WB);
   auto imu = dataset.imu.begin();
   auto depth = dataset.depth.begin();
   const auto feed = [&](Utime until) {
@@ -296,34 +296,34 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
       runner.add(sample);
     }
   };
-  for (const RecordedPicture& picture : pictures) {
+  for (const RecordedImage& image : images) {
     ++run.frames;
-    if (picture.utime < begin) continue;
-    feed(picture.utime);
+    if (image.utime < begin) continue;
+    feed(image.utime);
     if (imu != dataset.imu.end()) feed(imu->utime);  // the first sample after the image
     std::optional<ImageFrame> left;
     std::optional<ImageFrame> right;
-    if (runner.needs_pictures()) {
-      auto read = read_picture(picture, 0);
+    if (runner.needs_images()) {
+      auto read = read_image(image, 0);
       if (!read) return Failure(read.error());
       left = std::move(*read);
-      const RecordedPicture* other = options.mono || dataset.cameras.size() < 2
-                                         ? nullptr
-                                         : beside(dataset.cameras[1].pictures, picture.utime);
+      const RecordedImage* other = options.mono || dataset.cameras.size() < 2
+                                       ? nullptr
+                                       : beside(dataset.cameras[1].images, image.utime);
       if (other != nullptr) {
-        auto read_right = read_picture(*other, 1);
+        auto read_right = read_image(*other, 1);
         if (!read_right) return Failure(read_right.error());
         right = std::move(*read_right);
       }
     }
     const Utime before = clock.now();
     if (left) take_note(runner.add(*left, right ? &*right : nullptr), run);
-    const StateEstimate& estimate = runner.update(picture.utime);
+    const StateEstimate& estimate = runner.update(image.utime);
     run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
     if (estimate.valid) run.estimates.push_back(estimate);
     if (loops && left && right) loops->add(*left, *right, estimate, runner.cameras_B(), clock, run);
     if (loops && estimate.valid) run.corrected.push_back(loops->corrected(estimate));
-    progress(static_cast<double>(run.frames) / static_cast<double>(pictures.size()));
+    progress(static_cast<double>(run.frames) / static_cast<double>(images.size()));
   }
   if (run.frames > 0) run.mean_features /= run.frames;
   run.diverged = runner.diverged();

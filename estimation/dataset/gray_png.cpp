@@ -10,7 +10,7 @@
 namespace dive::estimation {
 
 tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
-  constexpr png_uint_32 kLargest = 20'000;
+  constexpr png_uint_32 kMaxSide_px = 20'000;
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   const auto fail = [&](const std::string& what) {
@@ -18,7 +18,7 @@ tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
     return tl::make_unexpected(fmt::format("{}: {}", path, what));
   };
   if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return fail(image.message);
-  if (image.width > kLargest || image.height > kLargest) {
+  if (image.width > kMaxSide_px || image.height > kMaxSide_px) {
     return fail(fmt::format("a picture of {} x {} pixels is too large", image.width, image.height));
   }
   image.format = PNG_FORMAT_GRAY;

@@ -14,9 +14,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kMaxGap = 0.2;     // s, maximum interval of interpolated truth
-constexpr double kOnePlace = 1e-6;  // m
-constexpr double kShortest = 0.1;   // m, shortest path with a meaningful drift
+constexpr double kMaxGap = 0.2;         // s, maximum interval of interpolated truth
+constexpr double kOnePlace = 1e-6;      // m
+constexpr double kMinPathLength = 0.1;  // m, shortest path with a meaningful drift
 
 struct Moments {
   Vector3d mean_estimate = Vector3d::Zero();
@@ -130,7 +130,7 @@ double drift_percent(const std::vector<PosePair>& pairs) {
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     length += (pairs[i].truth.p - pairs[i - 1].truth.p).norm();
   }
-  if (length < kShortest) return 0.0;
+  if (length < kMinPathLength) return 0.0;
   const double yaw = to_rpy(pairs.front().truth.q).z() - to_rpy(pairs.front().estimate.q).z();
   const Eigen::Quaterniond turn = from_rpy(0.0, 0.0, yaw);
   const Vector3d estimated = turn * (pairs.back().estimate.p - pairs.front().estimate.p);

@@ -13,7 +13,7 @@
 #include "mission/check/reproduce.h"
 #include "mission/check/rules.h"
 #include "mission/document/state_index.h"
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "vehicle/aqua2_figures.h"
@@ -25,17 +25,17 @@ namespace {
 constexpr double kSecondsPerHour = 3600.0;
 
 constexpr std::array kDeckRules = {
-    Rule{"CHK-UNKNOWN-WATER", Severity::kWarning,
+    Rule{"CHK-UNKNOWN-ENVIRONMENT", Severity::kWarning,
          "In an unknown environment the checks use the simulated world, which the vehicle does not "
          "know."},
-    Rule{"CHK-UNKNOWN-UNREHEARSED", Severity::kWarning,
+    Rule{"CHK-UNKNOWN-NO-SIMULATION-MAP", Severity::kWarning,
          "A mission in an unknown environment names a simulated world; little can be proved "
          "without."},
     Rule{
         "CHK-PLAN", Severity::kError,
         "Every leg of the nominal route has a path that is certified to keep the clearance, or the "
         "reduced_clearance that the mission accepts where the leg starts."},
-    Rule{"CHK-NO-WAY-OUT", Severity::kError,
+    Rule{"CHK-NO-EXIT-PATH", Severity::kError,
          "From every point of the route the trail leads back to open water."},
     Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without contact."},
     Rule{"CHK-TIME", Severity::kError, "The route takes no longer than mission_timeout."},
@@ -70,18 +70,18 @@ Span span_of_state(const Mission& mission, const std::string& id) {
 
 void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
   if (!mission.unknown) return;
-  if (has_rehearsal(mission)) {
-    diagnostics.warning("CHK-UNKNOWN-WATER", mission.source, map_span(mission),
+  if (has_simulation_map(mission)) {
+    diagnostics.warning("CHK-UNKNOWN-ENVIRONMENT", mission.source, map_span(mission),
                         "all proofs are for the simulated world: the vehicle does not know it when "
                         "the dive begins, and the real environment may differ");
     return;
   }
   diagnostics.warning(
-      "CHK-UNKNOWN-UNREHEARSED", mission.source, map_span(mission),
+      "CHK-UNKNOWN-NO-SIMULATION-MAP", mission.source, map_span(mission),
       "the environment is unknown and has no simulated world: whether goals are free "
       "and paths to them and out of overheads exist cannot be proved, distances and "
       "budget assume straight paths, and there is no simulated dive",
-      "write rehearsal=\"maps/NAME.sdf\" with a world like the expected one");
+      "write simulation_map=\"maps/NAME.sdf\" with a world like the expected one");
 }
 
 std::string shown(const Eigen::Vector3d& p_W) {
@@ -127,29 +127,29 @@ std::vector<Pose> reversed(const std::vector<PlannedRouteLeg>& legs) {
     }
   }
   for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
-    const Eigen::Vector3d way = poses[i + 1].p - poses[i].p;
-    poses[i].q = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+    const Eigen::Vector3d direction = poses[i + 1].p - poses[i].p;
+    poses[i].q = from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()));
   }
   if (poses.size() > 1) poses.back().q = poses[poses.size() - 2].q;
   return poses;
 }
 
-WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>& legs,
-                          const Mission& mission, const planning::World& world,
-                          const planning::RobotHull& hull, const CheckOptions& options) {
+ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                              const Mission& mission, const planning::World& world,
+                              const planning::RobotHull& hull, const CheckOptions& options) {
   const double radius = hull.radius();
-  planning::Ceiling ceiling(world);
+  planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
-  WayOutProof proof;
+  ExitPathProof proof;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
-    trail.add(p_W, !ceiling.is_above(p_W, radius));
-    const behaviors::Trail::Way way = trail.way_out(p_W, link_of(mission));
-    if (!way.arrives) proof.exists = false;
-    const double up_s = -way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
-    const double seconds = way.length_m / mission.speed.value + up_s;
+    trail.add(p_W, !overheads.is_above(p_W, radius));
+    const behaviors::Trail::Path path = trail.exit_path(p_W, link_of(mission));
+    if (!path.arrives) proof.exists = false;
+    const double up_s = -path.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    const double seconds = path.length_m / mission.speed.value + up_s;
     if (seconds > proof.longest_s) {
       proof.longest_s = seconds;
-      proof.longest_m = way.length_m;
+      proof.longest_m = path.length_m;
       proof.state = state;
     }
   };
@@ -172,9 +172,10 @@ WayOutProof prove_way_out(const Route& route, const std::vector<PlannedRouteLeg>
   return proof;
 }
 
-void report_way_out(const WayOutProof& proof, const Mission& mission, Diagnostics& diagnostics) {
+void report_exit_path(const ExitPathProof& proof, const Mission& mission,
+                      Diagnostics& diagnostics) {
   if (!proof.exists) {
-    diagnostics.error("CHK-NO-WAY-OUT", mission.source, mission.start.x.span,
+    diagnostics.error("CHK-NO-EXIT-PATH", mission.source, mission.start.x.span,
                       "the dive starts under an overhead: an abort would find no open water on "
                       "the trail",
                       "start where there is open water above");
@@ -209,7 +210,7 @@ Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
 void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, const planning::World& world, double radius,
                          const Usable& limit, Budget& budget) {
-  planning::Ceiling ceiling(world);
+  planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
   const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
   double distance = 0.0;
@@ -217,25 +218,25 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
   double last_out_m = 0.0;
   const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     const double t = distance / mission.speed.value;
-    const bool open = !ceiling.is_above(p_W, radius);
+    const bool open = !overheads.is_above(p_W, radius);
     trail.add(p_W, open);
     if (open) entered_s = t;
-    const behaviors::Trail::Way way = trail.way_out(p_W, link_of(mission));
-    const double out_s = way.length_m / mission.speed.value -
-                         way.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    const behaviors::Trail::Path path = trail.exit_path(p_W, link_of(mission));
+    const double out_s = path.length_m / mission.speed.value -
+                         path.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
     if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
       budget.no_return = Budget::NoReturn{distance, state};
     }
     const double time_left = limit.time_s - entered_s;
     const double energy_left = limit.energy_wh - entered_s * power;
-    const bool inward = !open && way.length_m > last_out_m;
-    last_out_m = way.length_m;
+    const bool inward = !open && path.length_m > last_out_m;
+    last_out_m = path.length_m;
     if (!inward || time_left <= 0.0 || energy_left <= 0.0) return;
-    const double spent =
+    const double used =
         std::max((t - entered_s) / time_left, (t - entered_s) * power / energy_left);
-    if (spent <= budget.spent_under) return;
-    budget.spent_under = spent;
-    budget.spent_under_state = state;
+    if (used <= budget.budget_used_under_overhead) return;
+    budget.budget_used_under_overhead = used;
+    budget.worst_overhead_state = state;
   };
   look(route.start.p, "start");
   for (const PlannedRouteLeg& leg : legs) {
@@ -249,7 +250,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
 
 Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                    const Mission& mission, const planning::World& world, double radius,
-                   const WayOutProof& way_out, const vehicle::Conditions& conditions) {
+                   const ExitPathProof& exit_path, const vehicle::Conditions& conditions) {
   Budget budget;
   for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
   budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
@@ -257,13 +258,13 @@ Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
   budget.distance_m += route.ascent_m;
   const double power = power_w(mission) / kSecondsPerHour;
   budget.energy_wh = power * budget.duration_s;
-  budget.worst_duration_s = mission.limits.mission_timeout.value + way_out.longest_s;
+  budget.worst_duration_s = mission.limits.mission_timeout.value + exit_path.longest_s;
   budget.worst_energy_wh = power * budget.worst_duration_s;
   find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
   return budget;
 }
 
-void check_budget(const Budget& budget, const WayOutProof& way_out, const Mission& mission,
+void check_budget(const Budget& budget, const ExitPathProof& exit_path, const Mission& mission,
                   const vehicle::Conditions& conditions, Diagnostics& diagnostics) {
   const Located<double>& timeout = mission.limits.mission_timeout;
   const Usable limit = usable(mission, conditions);
@@ -273,11 +274,11 @@ void check_budget(const Budget& budget, const WayOutProof& way_out, const Missio
                                   "mission_timeout ({:g} s)",
                                   budget.duration_s, mission.speed.value, timeout.value),
                       "raise mission_timeout or shorten the route");
-  } else if (budget.duration_s + way_out.longest_s > limit.time_s) {
+  } else if (budget.duration_s + exit_path.longest_s > limit.time_s) {
     diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
                         fmt::format("the route takes {:.0f} s and the longest exit path {:.0f} s: "
                                     "together longer than mission_timeout",
-                                    budget.duration_s, way_out.longest_s));
+                                    budget.duration_s, exit_path.longest_s));
   }
   if (budget.energy_wh > limit.energy_wh) {
     diagnostics.error("CHK-ENERGY", mission.source, mission.limits.battery_reserve.span,
@@ -302,12 +303,12 @@ void check_budget(const Budget& budget, const WayOutProof& way_out, const Missio
                     budget.worst_energy_wh, charge),
         "lower mission_timeout");
   }
-  if (budget.spent_under > 1.0 / 3.0) {
-    diagnostics.warning("CHK-THIRDS", mission.source,
-                        span_of_state(mission, budget.spent_under_state),
-                        fmt::format("{:.0f} % of the usable time or charge are used in '{}' "
-                                    "before the return begins, more than a third",
-                                    100.0 * budget.spent_under, budget.spent_under_state));
+  if (budget.budget_used_under_overhead > 1.0 / 3.0) {
+    diagnostics.warning(
+        "CHK-THIRDS", mission.source, span_of_state(mission, budget.worst_overhead_state),
+        fmt::format("{:.0f} % of the usable time or charge are used in '{}' "
+                    "before the return begins, more than a third",
+                    100.0 * budget.budget_used_under_overhead, budget.worst_overhead_state));
   }
 }
 
@@ -340,10 +341,10 @@ void check_fence(const std::vector<PlannedRouteLeg>& legs, const Route& route,
   for (std::size_t l = 0; l < legs.size(); ++l) {
     const std::vector<Pose>& waypoints = legs[l].plan.waypoints;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
-      const Eigen::Vector3d way = waypoints[i + 1].p - waypoints[i].p;
-      const int pieces = std::max(1, static_cast<int>(std::ceil(way.norm() / kStep)));
+      const Eigen::Vector3d step = waypoints[i + 1].p - waypoints[i].p;
+      const int pieces = std::max(1, static_cast<int>(std::ceil(step.norm() / kStep)));
       for (int k = 0; k <= pieces; ++k) {
-        const Eigen::Vector3d p = waypoints[i].p + static_cast<double>(k) / pieces * way;
+        const Eigen::Vector3d p = waypoints[i].p + static_cast<double>(k) / pieces * step;
         if (inside_fence(fence, p.head<2>()) >= radius + 0.5 * kStep) continue;
         diagnostics.error("CHK-FENCE", mission.source, route.legs[l].span,
                           fmt::format("on the path to '{}' the vehicle crosses the geofence at "
@@ -377,17 +378,17 @@ void report_dive(const DiveResult& dive, const Mission& mission, const DiveSetti
   }
 }
 
-DiveSettings settings_of(const FaultVerdict& verdict, DiveSettings settings) {
-  settings.faults = verdict.fault.faults;
+DiveSettings settings_of(const FaultResult& result, DiveSettings settings) {
+  settings.faults = result.fault.faults;
   return settings;
 }
 
-void report_faults(const std::vector<FaultVerdict>& verdicts, const Mission& mission,
+void report_faults(const std::vector<FaultResult>& results, const Mission& mission,
                    const DiveSettings& settings, Diagnostics& diagnostics) {
-  for (const FaultVerdict& verdict : verdicts) {
-    if (verdict.is_safe()) continue;
-    diagnostics.error("CHK-FAULT", mission.source, span_of_state(mission, verdict.fault.state),
-                      describe(verdict), hint_for(mission, settings_of(verdict, settings)));
+  for (const FaultResult& result : results) {
+    if (result.is_safe()) continue;
+    diagnostics.error("CHK-FAULT", mission.source, span_of_state(mission, result.fault.state),
+                      describe(result), hint_for(mission, settings_of(result, settings)));
   }
 }
 
@@ -398,7 +399,7 @@ NominalDive dive_nominally(const Mission& mission, const planning::World& world,
                            const vehicle::Model& model, const DiveSettings& settings,
                            double expected_s, CheckObserver& observer) {
   NominalDive nominal;
-  planning::Ceiling ceiling(world);
+  planning::OverheadIndex overheads(world);
   const double radius = model.hull.radius();
   double next_s = kDiveProgressPeriod;
   nominal.under_overhead.push_back(false);  // tick 0 is before the first step
@@ -406,7 +407,7 @@ NominalDive dive_nominally(const Mission& mission, const planning::World& world,
       simulate_dive(mission, world, model, settings,
                     [&](const StepInputs& inputs, const StepOutputs&,
                         const vehicle::GroundTruth& truth, std::span<const Collision>) {
-                      nominal.under_overhead.push_back(ceiling.is_above(truth.X_WB.p, radius));
+                      nominal.under_overhead.push_back(overheads.is_above(truth.X_WB.p, radius));
                       const double now_s = to_seconds(inputs.now);
                       if (now_s < next_s) return;
                       next_s += kDiveProgressPeriod;
@@ -415,19 +416,19 @@ NominalDive dive_nominally(const Mission& mission, const planning::World& world,
   return nominal;
 }
 
-std::vector<FaultVerdict> dive_faults(const NominalDive& nominal, const Mission& mission,
-                                      const planning::World& world, const vehicle::Model& model,
-                                      const CheckOptions& options, CheckObserver& observer) {
+std::vector<FaultResult> dive_faults(const NominalDive& nominal, const Mission& mission,
+                                     const planning::World& world, const vehicle::Model& model,
+                                     const CheckOptions& options, CheckObserver& observer) {
   const std::vector<FaultCase> cases = draw_fault_cases(
       mission, nominal, {options.dive.seed, options.instants, options.pair_instants});
   observer.on_step(fmt::format("{} simulated dives with faults", cases.size()));
   const auto total = static_cast<double>(cases.size());
   FaultProgress work(cases);
-  const auto follow = [&](std::size_t done, const FaultVerdict& verdict) {
-    work.add(verdict);
-    if (!verdict.is_safe()) {
-      const DiveSettings settings = settings_of(verdict, options.dive);
-      observer.on_finding(verdict, run_command_for(mission.source.path(), settings));
+  const auto follow = [&](std::size_t done, const FaultResult& result) {
+    work.add(result);
+    if (!result.is_safe()) {
+      const DiveSettings settings = settings_of(result, options.dive);
+      observer.on_finding(result, run_command_for(mission.source.path(), settings));
     }
     observer.on_progress(static_cast<double>(done), total, "dives", work.share());
   };
@@ -477,13 +478,13 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   if (!diagnostics.ok()) return report;
 
   observer.on_step("proving the way out");
-  report.way_out = prove_way_out(route, report.legs, mission, world, model.hull, options);
-  report_way_out(report.way_out, mission, diagnostics);
+  report.exit_path = prove_exit_path(route, report.legs, mission, world, model.hull, options);
+  report_exit_path(report.exit_path, mission, diagnostics);
   report.budget = make_budget(route, report.legs, mission, world, model.hull.radius(),
-                              report.way_out, options.dive.conditions);
+                              report.exit_path, options.dive.conditions);
   check_fence(report.legs, route, mission, model.hull.radius(), diagnostics);
-  check_budget(report.budget, report.way_out, mission, options.dive.conditions, diagnostics);
-  if (!options.simulate || !diagnostics.ok() || !has_rehearsal(mission)) return report;
+  check_budget(report.budget, report.exit_path, mission, options.dive.conditions, diagnostics);
+  if (!options.simulate || !diagnostics.ok() || !has_simulation_map(mission)) return report;
 
   observer.on_step("simulated dive");
   NominalDive nominal =

@@ -25,7 +25,7 @@ struct PlannedRouteLeg {
 };
 
 /// The exit path from the point of the route where it is longest.
-struct WayOutProof {
+struct ExitPathProof {
   double longest_m = 0.0;    ///< Length back along the route to open water.
   double longest_s = 0.0;    ///< Time back along the route and up, at the mission's speed.
   double clearance_m = 0.0;  ///< Certified clearance of the whole route swum backwards.
@@ -49,16 +49,16 @@ struct Budget {
   std::optional<NoReturn> no_return;
   /// The largest share of the time or charge (the larger) usable where an overhead began that is
   /// used when the route turns back under it, and where. The divers' rule is a third.
-  double spent_under = 0.0;
-  std::string spent_under_state;
+  double budget_used_under_overhead = 0.0;
+  std::string worst_overhead_state;
 };
 
 struct CheckReport {
   std::vector<PlannedRouteLeg> legs;
-  WayOutProof way_out;
+  ExitPathProof exit_path;
   Budget budget;
   std::optional<DiveResult> dive;
-  std::vector<FaultVerdict> faults;
+  std::vector<FaultResult> faults;
 };
 
 struct CheckOptions {
@@ -83,7 +83,7 @@ class CheckObserver {
   virtual void on_progress(double /*done*/, double /*total*/, const std::string& /*unit*/,
                            double /*share*/) {}
   /// A dive with faults has ended unsafely; `command` repeats it.
-  virtual void on_finding(const FaultVerdict& /*verdict*/, const std::string& /*command*/) {}
+  virtual void on_finding(const FaultResult& /*verdict*/, const std::string& /*command*/) {}
 };
 
 /// Plans every leg of the nominal route from the previous goal. A reduced path is accepted where

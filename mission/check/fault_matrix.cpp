@@ -44,7 +44,7 @@ std::vector<Stay> stays_of(const DiveResult& nominal) {
 }
 
 bool is_of_cameras(FaultKind kind) {
-  return kind >= FaultKind::kCameraBlackout && kind <= FaultKind::kCameraOneEye;
+  return kind >= FaultKind::kCameraBlackout && kind <= FaultKind::kCameraRightMissing;
 }
 
 // The faults that the vehicle must survive, without faults of devices that it does not use.
@@ -52,7 +52,7 @@ std::vector<FaultKind> faults_of(const Mission& mission) {
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
-    const bool is_used = is_of_cameras(kind)               ? goes_by_sight(mission)
+    const bool is_used = is_of_cameras(kind)               ? uses_visual_inertial(mission)
                          : kind == FaultKind::kRangeSilent ? mission.unknown.has_value()
                          : kind == FaultKind::kRangeFrozen ? has_range_camera(mission)
                                                            : true;
@@ -124,16 +124,15 @@ std::uint64_t stream_of(std::size_t stay, const Kinds& kinds) {
   return stream;
 }
 
-FaultVerdict dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
-                      const vehicle::Model& model, DiveSettings settings) {
+FaultResult dive_one(const FaultCase& fault, const Mission& mission, const planning::World& world,
+                     const vehicle::Model& model, DiveSettings settings) {
   settings.faults = fault.faults;
-  FaultVerdict verdict{fault, simulate_dive(mission, world, model, settings, nullptr)};
-  verdict.dive.observed_map = {};
-  verdict.dive.seen_points = {};
-  verdict.surfaced =
-      verdict.dive.outcome != "failure" && verdict.dive.final_depth_m < kSurfacedDepth;
-  verdict.held = verdict.dive.outcome == "held" && !verdict.surfaced;
-  return verdict;
+  FaultResult result{fault, simulate_dive(mission, world, model, settings, nullptr)};
+  result.dive.observed_map = {};
+  result.dive.observed_points = {};
+  result.surfaced = result.dive.outcome != "failure" && result.dive.final_depth_m < kSurfacedDepth;
+  result.held = result.dive.outcome == "held" && !result.surfaced;
+  return result;
 }
 
 }  // namespace
@@ -160,14 +159,14 @@ std::vector<FaultCase> draw_fault_cases(const Mission& mission, const NominalDiv
   return cases;
 }
 
-std::string describe(const FaultVerdict& verdict) {
+std::string describe(const FaultResult& result) {
   std::string faults;
-  for (const Fault& fault : verdict.fault.faults) {
+  for (const Fault& fault : result.fault.faults) {
     faults += fmt::format("{}{}", faults.empty() ? "" : " and ", to_string(fault.kind));
   }
-  const DiveResult& dive = verdict.dive;
+  const DiveResult& dive = result.dive;
   return fmt::format("{} at {:.2f} s in '{}': {} in {} at {:.1f} m depth after {:.0f} s ({})",
-                     faults, verdict.fault.faults.front().at_s, verdict.fault.state, dive.outcome,
+                     faults, result.fault.faults.front().at_s, result.fault.state, dive.outcome,
                      dive.final_state, dive.final_depth_m, dive.duration_s, dive.cause);
 }
 
@@ -175,10 +174,10 @@ FaultProgress::FaultProgress(const std::vector<FaultCase>& cases) : left_(cases.
   for (const FaultCase& one : cases) before_faults_s_ += one.faults.front().at_s;
 }
 
-void FaultProgress::add(const FaultVerdict& verdict) {
-  const double at_s = verdict.fault.faults.front().at_s;
-  dived_s_ += verdict.dive.duration_s;
-  after_faults_s_ += verdict.dive.duration_s - at_s;
+void FaultProgress::add(const FaultResult& result) {
+  const double at_s = result.fault.faults.front().at_s;
+  dived_s_ += result.dive.duration_s;
+  after_faults_s_ += result.dive.duration_s - at_s;
   before_faults_s_ -= at_s;
   ++ended_;
   --left_;
@@ -191,22 +190,21 @@ double FaultProgress::share() const {
   return left_ == 0 ? 1.0 : dived_s_ / (dived_s_ + left_s);
 }
 
-std::vector<FaultVerdict> dive_with_faults(const std::vector<FaultCase>& cases,
-                                           const Mission& mission, const planning::World& world,
-                                           const vehicle::Model& model,
-                                           const DiveSettings& settings, int threads,
-                                           const FaultObserver& observer) {
-  std::vector<FaultVerdict> verdicts(cases.size());
+std::vector<FaultResult> dive_with_faults(const std::vector<FaultCase>& cases,
+                                          const Mission& mission, const planning::World& world,
+                                          const vehicle::Model& model, const DiveSettings& settings,
+                                          int threads, const FaultObserver& observer) {
+  std::vector<FaultResult> results(cases.size());
   DiveSettings shared = settings;
   if (!shared.triangles) shared.triangles.emplace(world);
   std::mutex observing;
   std::size_t done = 0;
   run_in_parallel(cases.size(), threads, [&](std::size_t i) {
-    verdicts[i] = dive_one(cases[i], mission, world, model, shared);
+    results[i] = dive_one(cases[i], mission, world, model, shared);
     const std::lock_guard lock(observing);
-    observer(++done, verdicts[i]);
+    observer(++done, results[i]);
   });
-  return verdicts;
+  return results;
 }
 
 }  // namespace dive::mission

@@ -24,7 +24,7 @@ struct FaultCase {
   bool under_overhead = false;  ///< Overhead at the onset of the faults.
 };
 
-struct FaultVerdict {
+struct FaultResult {
   FaultCase fault;
   DiveResult dive;  ///< Without the map made by a dive in an unknown environment.
   bool surfaced = false;
@@ -34,7 +34,7 @@ struct FaultVerdict {
 };
 
 /// The faults, the state and the end of the dive: "leak at 12.34 s in 'in' collides ...".
-[[nodiscard]] std::string describe(const FaultVerdict& verdict);
+[[nodiscard]] std::string describe(const FaultResult& result);
 
 struct FaultDraw {
   std::uint64_t seed = 1;
@@ -59,7 +59,7 @@ class FaultProgress {
   explicit FaultProgress(const std::vector<FaultCase>& cases);
 
   /// A dive has ended.
-  void add(const FaultVerdict& verdict);
+  void add(const FaultResult& result);
   /// Fraction in [0, 1] of the simulated seconds.
   [[nodiscard]] double share() const;
 
@@ -72,15 +72,15 @@ class FaultProgress {
 };
 
 /// Called after each dive, from one thread at a time; `done` dives have finished.
-using FaultObserver = std::function<void(std::size_t done, const FaultVerdict& verdict)>;
+using FaultObserver = std::function<void(std::size_t done, const FaultResult& result)>;
 
 /// Simulates the cases, `threads` at a time and started in their order; the results are in the same
 /// order.
-[[nodiscard]] std::vector<FaultVerdict> dive_with_faults(const std::vector<FaultCase>& cases,
-                                                         const Mission& mission,
-                                                         const planning::World& world,
-                                                         const vehicle::Model& model,
-                                                         const DiveSettings& settings, int threads,
-                                                         const FaultObserver& observer);
+[[nodiscard]] std::vector<FaultResult> dive_with_faults(const std::vector<FaultCase>& cases,
+                                                        const Mission& mission,
+                                                        const planning::World& world,
+                                                        const vehicle::Model& model,
+                                                        const DiveSettings& settings, int threads,
+                                                        const FaultObserver& observer);
 
 }  // namespace dive::mission

@@ -5,7 +5,7 @@
 
 #include "common/assert.h"
 #include "mission/document/state_index.h"
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/machine.h"
 #include "mission/statechart/interpreter.h"
 #include "mission/states/atomic_state.h"
@@ -16,7 +16,7 @@ namespace {
 class Walker final : public statechart::Environment {
  public:
   Walker(const Mission& mission, const planning::Scene& scene)
-      : machine_(build_machine(mission)), context_(make_leaf_context(mission, scene, 1)) {
+      : machine_(build_machine(mission)), context_(make_behavior_context(mission, scene, 1)) {
     route_.start.p = mission.start.in_world(ground_height(scene, mission.start));
     route_.start.q = from_rpy(0.0, 0.0, heading_to_yaw(mission.start_heading_deg));
     route_.settings = context_.leg;
@@ -27,9 +27,9 @@ class Walker final : public statechart::Environment {
     statechart::Interpreter interpreter(machine_.chart, *this);
     interpreter_ = &interpreter;
     interpreter.start();
-    while (interpreter.running() && !open_leaves_.empty() && route_.leaves.size() < kMaxLeaves) {
-      const statechart::StateId leaf = open_leaves_.back();
-      open_leaves_.pop_back();
+    while (interpreter.running() && !open_states_.empty() && route_.leaves.size() < kMaxLeaves) {
+      const statechart::StateId leaf = open_states_.back();
+      open_states_.pop_back();
       if (!interpreter.is_active(leaf)) continue;
       interpreter.dispatch("done.state." + machine_.chart.states[index(leaf)].id);
     }
@@ -56,7 +56,7 @@ class Walker final : public statechart::Environment {
     if (entered_state.kind != statechart::StateKind::kAtomic) return;
     const StateSpec* spec = machine_.specs[index(state)];
     if (spec == nullptr || !spec->atomic) return;
-    open_leaves_.push_back(state);
+    open_states_.push_back(state);
     route_.leaves.push_back(entered_state.id);
     add_leaf(*spec);
   }
@@ -86,10 +86,10 @@ class Walker final : public statechart::Environment {
 
   Machine machine_;
   statechart::Interpreter* interpreter_ = nullptr;
-  LeafContext context_;
+  BehaviorContext context_;
   Route route_;
   Eigen::Vector3d at_;
-  std::vector<statechart::StateId> open_leaves_;
+  std::vector<statechart::StateId> open_states_;
 };
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <iterator>
 
-#include "mission/check/site.h"
+#include "mission/check/check_context.h"
 #include "mission/states/state_elements.h"
 
 namespace dive::mission {
@@ -22,13 +22,13 @@ constexpr Rule kRules[] = {
     {"CHK-SURFACE-OVERHEAD", Severity::kError, "No state leads to 'surface' under an overhead."},
 };
 
-constexpr void (*kPositionRules[])(Site&) = {
+constexpr void (*kPositionRules[])(CheckContext&) = {
     positions_have_ground,
     positions_are_in_the_water,
     positions_are_clear,
     positions_keep_altitude,
 };
-constexpr void (*kWayRules[])(Site&) = {
+constexpr void (*kWayRules[])(CheckContext&) = {
     overheads_are_declared,
     legs_fit_their_timeouts,
     surfacing_is_unobstructed,
@@ -78,12 +78,12 @@ std::vector<Rule> all_rules() {
 
 void check_against_world(const Mission& mission, const planning::World& world,
                          const planning::RobotHull& hull, Diagnostics& diagnostics) {
-  Site site(mission, world, hull, diagnostics);
+  CheckContext context(mission, world, hull, diagnostics);
   const std::size_t errors_before = diagnostics.error_count();
-  for (const auto rule : kPositionRules) rule(site);
+  for (const auto rule : kPositionRules) rule(context);
   // Legs are checked only if all positions are valid.
   if (diagnostics.error_count() == errors_before) {
-    for (const auto rule : kWayRules) rule(site);
+    for (const auto rule : kWayRules) rule(context);
   }
   diagnostics.sort();
 }

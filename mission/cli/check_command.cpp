@@ -25,17 +25,17 @@ void print_report(const CheckReport& report) {
                       leg.plan.warm_starts));
   }
   print(fmt::format("  abort  longest way out {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
-                    report.way_out.longest_m, report.way_out.longest_s, report.way_out.state,
-                    report.way_out.clearance_m));
+                    report.exit_path.longest_m, report.exit_path.longest_s, report.exit_path.state,
+                    report.exit_path.clearance_m));
   const Budget& budget = report.budget;
   print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh; at worst {:.0f} s and {:.1f} Wh",
                     budget.distance_m, budget.duration_s, budget.energy_wh, budget.worst_duration_s,
                     budget.worst_energy_wh));
-  if (budget.spent_under > 0.0) {
+  if (budget.budget_used_under_overhead > 0.0) {
     print(
         fmt::format("  thirds {:.0f} % of the usable time or charge spent under the overhead "
                     "before the way back begins (in {})",
-                    100.0 * budget.spent_under, budget.spent_under_state));
+                    100.0 * budget.budget_used_under_overhead, budget.worst_overhead_state));
   }
   if (report.dive) {
     const DiveResult& dive = *report.dive;
@@ -44,13 +44,13 @@ void print_report(const CheckReport& report) {
     print_contacts(dive.nearest, dive.collisions);
   }
   if (!report.faults.empty()) {
-    const auto count = [&](bool FaultVerdict::*how) {
+    const auto count = [&](bool FaultResult::*how) {
       return std::ranges::count_if(report.faults,
-                                   [how](const FaultVerdict& verdict) { return verdict.*how; });
+                                   [how](const FaultResult& result) { return result.*how; });
     };
     print(fmt::format("  faults {} dives: {} surfaced, {} held to the end, no collision",
-                      report.faults.size(), count(&FaultVerdict::surfaced),
-                      count(&FaultVerdict::held)));
+                      report.faults.size(), count(&FaultResult::surfaced),
+                      count(&FaultResult::held)));
   }
 }
 

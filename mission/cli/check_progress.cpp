@@ -54,9 +54,9 @@ void CheckProgress::on_progress(double done, double total, const std::string& un
   line_.show(fmt::format("check: {}{}{}{}", bar, amount, found, remaining(share)));
 }
 
-void CheckProgress::on_finding(const FaultVerdict& verdict, const std::string& command) {
+void CheckProgress::on_finding(const FaultResult& result, const std::string& command) {
   ++findings_;
-  if (!is_quiet_) line_.keep(fmt::format("check: unsafe: {}: {}", describe(verdict), command));
+  if (!is_quiet_) line_.keep(fmt::format("check: unsafe: {}: {}", describe(result), command));
 }
 
 }  // namespace dive::mission

@@ -23,7 +23,7 @@ class CheckProgress final : public CheckObserver {
 
   void on_step(const std::string& what) override;
   void on_progress(double done, double total, const std::string& unit, double share) override;
-  void on_finding(const FaultVerdict& verdict, const std::string& command) override;
+  void on_finding(const FaultResult& result, const std::string& command) override;
 
  private:
   [[nodiscard]] std::string remaining(double share) const;

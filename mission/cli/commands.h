@@ -46,7 +46,7 @@ struct LinkArguments {
   std::string url;
   std::string key;  ///< File of the key shared by topside and executive.
   bool lockstep = false;
-  double speed = 1.0;  ///< Factor on real time.
+  double time_factor = 1.0;  ///< Factor on real time.
 };
 
 struct RunArguments {
@@ -57,8 +57,8 @@ struct RunArguments {
   std::string journal;  ///< Empty: beside the log.
   bool resume = false;
   std::string svg;
-  std::string record;  ///< Folder of the dataset; empty: none.
-  std::string water;   ///< Simulated water type; empty: the mission's.
+  std::string record;           ///< Folder of the dataset; empty: none.
+  std::string simulated_water;  ///< Simulated water type; empty: the mission's.
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
@@ -76,23 +76,23 @@ struct SimArguments {
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
   double max_seconds = 3600.0;
-  std::string clock_jump;  ///< BY@AT, s: the jump and its time.
-  bool eyes = false;       ///< Send scans; always on in an unknown environment.
-  std::string water;       ///< Send images; always on for a visual-inertial mission.
+  std::string clock_jump;       ///< BY@AT, s: the jump and its time.
+  bool range_camera = false;    ///< Send scans; always on in an unknown environment.
+  std::string simulated_water;  ///< Send images; always on for a visual-inertial mission.
   /// Folder for the calibration of its cameras; then nothing else is done.
   std::string calibration;
   LinkArguments link;
 };
 
 struct SuperviseArguments {
-  double silence_s = 1.0;
+  double command_timeout_s = 1.0;
   bool json = false;
   LinkArguments link;
 };
 
 struct TopsideArguments {
   std::string command;  ///< abort, pause, resume, skip or status
-  double patience_s = 5.0;
+  double timeout_s = 5.0;
   bool json = false;
   LinkArguments link;
 };
@@ -100,8 +100,8 @@ struct TopsideArguments {
 struct TestArguments {
   std::vector<std::string> scenarios;  ///< Files, or folders of files.
   bool json = false;
-  bool inverted = false;  ///< Negate every expectation; each must then fail.
-  bool mute = false;      ///< Disable scripts: scenarios with a script must then fail.
+  bool negate = false;           ///< Negate every expectation; each must then fail.
+  bool disable_scripts = false;  ///< Disable scripts: scenarios with a script must then fail.
   bool list_rules = false;
   int jobs = 0;           ///< Parallel dives; 0: one for each core.
   std::string junit;      ///< Empty: none.
@@ -138,8 +138,8 @@ struct ImportArguments {
 
 struct EstimateArguments {
   std::string folder;
-  std::string estimator = "visual";  ///< visual or primitive
-  std::string init = "rest";         ///< rest, motion or truth
+  std::string estimator = "visual_inertial";  ///< visual_inertial or primitive
+  std::string init = "rest";                  ///< rest, motion or truth
   bool mono = false;
   bool no_depth = false;
   bool loops = false;

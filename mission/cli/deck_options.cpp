@@ -10,17 +10,17 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "Examples:\n"
       "  dive check missions/window.xml            everything that can be proved on deck\n"
       "  dive check --static missions/window.xml   without the simulated dive\n"
-      "  dive check --faults missions/window.xml   and dives with every fault in every state\n"
+      "  dive check --faults missions/window.xml   also dives with every fault in every state\n"
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check --rules                        every rule and its code\n\n"
-      "Checks a mission: document, map, a certified plan for every leg, the way out from every\n"
-      "leg, time and energy, and a simulated dive. Exit status 0 when it is ready to dive.");
+      "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
+      "leg, time and energy, and a simulated dive. Exit status 0: ready to dive.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
   command->add_flag("--faults", arguments.faults,
                     "Dive with every fault in every state, each dive to its end: every one must "
                     "end surfaced, or held in place, without a collision");
-  command->add_flag("--pairs", arguments.pairs, "And with every two faults at once");
+  command->add_flag("--pairs", arguments.pairs, "Also dive with every pair of faults at once");
   command
       ->add_option("--instants", arguments.instants,
                    "Instants at which each fault begins, in each state (default: 3, of pairs 1): "
@@ -51,30 +51,32 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "  dive plan --cloud wreck.ply --start 0,-8,-14 --goal 2,9,-12 --clearance 0.8\n"
       "  dive plan --cloud scan_mm.pcd --unit mm --start 0,0,1.2 --goal 4,1,1.2 --json\n\n"
       "Plans every leg of a mission, or one path on a map or through a point cloud, and prints\n"
-      "its certified clearance. Where a start lacks the clearance the path out of there is\n"
-      "'reduced': it says where, how far and how much, and the exit status is 1 unless that is\n"
-      "accepted, by --allow-reduced or by the mission's reduced_clearance.\n"
+      "its certified clearance. A path from a start that lacks the clearance is 'reduced':\nthe "
+      "result says where, how far and how much. The exit status is then 1, unless\n--allow-reduced "
+      "or the mission's reduced_clearance accepts it.\n"
       "Poses are x,y,z[,roll,pitch,yaw_deg] in metres (east, north, up; the surface is z = 0).\n"
-      "With a cloud they are in its own axes, UTM for instance, and so is the path; if it reaches\n"
-      "above z = 0 there is taken to be no surface.");
+      "With a cloud, poses and path are in its own axes (UTM, for instance); a cloud that extends\n"
+      "above z = 0 has no water surface.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_option("--map", arguments.map, "Map file (SDF) instead of a mission")
       ->type_name("FILE");
   command->add_option("--cloud", arguments.cloud, "Point cloud (PCD, PLY) instead of a mission")
       ->type_name("FILE");
   command
-      ->add_option("--unit", arguments.unit,
-                   "Of the cloud: m, dm, cm, mm, km, ft or in (default: as it looks)")
+      ->add_option(
+          "--unit", arguments.unit,
+          "Unit of the cloud: m, dm, cm, mm, km, ft or in (default: guessed from its size)")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"m", "dm", "cm", "mm", "km", "ft", "in"}).description(""));
-  command->add_option("--start", arguments.start, "Start pose, on map or cloud")->type_name("POSE");
-  command->add_option("--goal", arguments.goal, "Goal pose, on map or cloud")->type_name("POSE");
+  command->add_option("--start", arguments.start, "Start pose in the map or cloud")
+      ->type_name("POSE");
+  command->add_option("--goal", arguments.goal, "Goal pose in the map or cloud")->type_name("POSE");
   command->add_option("--clearance", arguments.clearance_m, "Clearance to keep, m")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 20.0).description(""));
   command
       ->add_option("--max-depth", arguments.max_depth_m,
-                   "Depth limit, m (default: 50; with a cloud below all of it)")
+                   "Depth limit, m (default: 50; with a cloud: below all its points)")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 1000.0).description(""));
   command
@@ -83,9 +85,9 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       ->type_name("MODE")
       ->check(CLI::IsMember({"free", "flat", "horizontal"}).description(""));
   command->add_flag("--allow-reduced", arguments.allow_reduced,
-                    "Exit with 0 for a path out of a start that lacks the clearance");
+                    "Accept a path with reduced clearance from a start that lacks it");
   command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
-  command->add_option("--svg", arguments.svg, "Write a picture of map and path")->type_name("FILE");
+  command->add_option("--svg", arguments.svg, "Write a drawing of map and path")->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -94,22 +96,22 @@ void add_test(CLI::App& app, TestArguments& arguments) {
       "test",
       "Examples:\n"
       "  dive test missions/scenarios                      every scenario of a folder\n"
-      "  dive test missions/scenarios/way_back_blocked.xml --keep dive-runs\n"
+      "  dive test missions/scenarios/return_path_blocked.xml --keep dive-runs\n"
       "  dive test missions/scenarios --junit results.xml  for continuous integration\n"
-      "  dive test missions/scenarios --inverted           can each expectation fail?\n"
+      "  dive test missions/scenarios --negate           can each expectation fail?\n"
       "  dive test --rules                                 every rule for scenarios\n\n"
-      "Dives scenarios: what happens to a dive is scripted, and what must come of it. Exit status "
-      "0\n"
-      "when all that is expected is so, 1 when not, 2 when a scenario is invalid.");
+      "Runs scenarios: scripted dives with expected results. Exit status 0: all pass; 1: some "
+      "fail;\n"
+      "2: a scenario is invalid.");
   command->add_option("SCENARIO", arguments.scenarios, "Scenario files (XML), or folders of them")
       ->type_name("PATH");
-  command->add_flag("--inverted", arguments.inverted,
-                    "Turn every expectation round, one by one: each must then fail");
-  command->add_flag("--mute", arguments.mute,
+  command->add_flag("--negate", arguments.negate,
+                    "Negate every expectation, one by one: each must then fail");
+  command->add_flag("--disable-scripts", arguments.disable_scripts,
                     "Disable scripts: a scenario that still passes does not test its script");
   command->add_option("--keep", arguments.keep, "Folder for the logs of scenarios that fail")
       ->type_name("DIR");
-  command->add_flag("--keep-all", arguments.keep_all, "And of those that hold");
+  command->add_flag("--keep-all", arguments.keep_all, "Also keep the logs of scenarios that pass");
   command->add_option("--junit", arguments.junit, "Write the results as JUnit's XML")
       ->type_name("FILE");
   command->add_option("--jobs", arguments.jobs, "Dives at a time (default: one for each core)")
@@ -125,7 +127,7 @@ void add_graph(CLI::App& app, GraphArguments& arguments) {
       "Examples:\n"
       "  dive graph missions/window.xml | dot -Tsvg > window.svg\n"
       "  dive graph missions/window.xml --format scxml --output window.scxml\n\n"
-      "Writes the machine as it is built from a mission, the executive's own states included.");
+      "Writes the state machine built from a mission, including the executive's own states.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")
       ->type_name("FILE")
       ->required();
@@ -142,9 +144,9 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
                          "Examples:\n"
                          "  dive import acfr survey.xml --output missions/imported\n"
                          "  dive import qgc harbour.plan --depth 3\n\n"
-                         "Turns someone else's mission into one of ours, on a flat seabed. Reports "
-                         "its defects, and\n"
-                         "whatever is changed, left out, added or not understood, at its line. "
+                         "Converts a foreign mission to ours, over a flat seabed. Reports its "
+                         "defects, and everything\n"
+                         "that is changed, left out, added or not understood, with its line. "
                          "acfr: the XML of\n"
                          "ACFR's vehicles. qgc: QGroundControl's .plan or waypoint file.");
   command->add_option("FORMAT", arguments.format, "acfr or qgc")
@@ -156,8 +158,8 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
       ->type_name("DIR");
   command
       ->add_option("--speed", arguments.speed,
-                   "Speed, m/s (default: of the slowest leg, or 0.4 where the aqua2 cannot swim "
-                   "that); timeouts change by the same ratio")
+                   "Speed, m/s (default: the slowest leg's, or 0.4 if the aqua2 cannot swim that); "
+                   "timeouts are scaled by the same ratio")
       ->type_name("M/S")
       ->check(CLI::Range(0.1, 0.8).description(""));
   command
@@ -165,7 +167,7 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
                    "Depth of the seabed, m (default: 5 m below the deepest leg)")
       ->type_name("METRES")
       ->check(CLI::Range(0.5, 1000.0).description(""));
-  command->add_option("--depth", arguments.depth_m, "qgc: swim everything at this depth, m")
+  command->add_option("--depth", arguments.depth_m, "qgc: depth of all waypoints, m")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 200.0).description(""));
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
@@ -177,15 +179,14 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       "Examples:\n"
       "  dive replay dive-runs/window-seed1.lcmlog\n"
       "  dive replay dive-runs/window-seed1.lcmlog --mission window-changed.xml\n\n"
-      "Feeds a log's inputs to a new executive and compares every output bit for bit. Exit status\n"
-      "0 when they are identical, 1 when not: then it says where they first differ, or where the\n"
-      "log is damaged.");
+      "Feeds the inputs of a log to a new executive and compares every output bit for bit. Exit\n"
+      "status 0: identical; 1: different, with the first difference, or damaged, with each gap.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
   command
       ->add_option("--mission", arguments.mission,
-                   "Ask what this mission would have done with the same inputs")
+                   "Replay with this mission instead: what would it have done?")
       ->type_name("FILE");
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
@@ -194,11 +195,10 @@ void add_explain(CLI::App& app, ExplainArguments& arguments) {
   CLI::App* command = app.add_subcommand("explain",
                                          "Examples:\n"
                                          "  dive explain dive-runs/window-seed1.lcmlog\n\n"
-                                         "Says why a dive went as it did: every transition with "
-                                         "its cause and the guards that decided\n"
-                                         "it, every failsafe with the rung chosen and what "
-                                         "competed for it, every plan and why it was\n"
-                                         "asked for; of a simulated dive also every collision.");
+                                         "Explains a dive: every transition with its cause and "
+                                         "guards, every failsafe with its rung and\n"
+                                         "the competing ones, every plan with the reason of its "
+                                         "request, and the collisions of a simulated dive.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
@@ -209,30 +209,31 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "estimate",
       "Examples:\n"
-      "  dive estimate MH_01_easy                                 EuRoC's, at rest at first\n"
-      "  dive estimate recording --init motion --output path.tum  ours, begun while swimming\n"
+      "  dive estimate MH_01_easy                                 EuRoC, initially at rest\n"
+      "  dive estimate recording --init motion --output path.tum  initially swimming\n"
       "  dive estimate recording --mono --no-depth --json\n"
-      "  dive estimate recording --loops                          closed loops as well\n\n"
-      "Runs an estimator on a recording in the ASL (EuRoC) format: where the vehicle was, and how\n"
-      "far that is from the truth, if the recording has it.");
+      "  dive estimate recording --loops                          with loop closure\n\n"
+      "Runs an estimator on a recording in the ASL (EuRoC) format: the trajectory, and its error "
+      "if\n"
+      "the recording has ground truth.");
   command->add_option("DIR", arguments.folder, "Folder with mav0, or with cam0 and imu0")
       ->type_name("DIR")
       ->required();
-  command->add_flag("--mono", arguments.mono, "The left camera only");
-  command->add_flag("--no-depth", arguments.no_depth, "Without the depth sensor");
+  command->add_flag("--mono", arguments.mono, "Use the left camera only");
+  command->add_flag("--no-depth", arguments.no_depth, "Do not use the depth sensor");
   command->add_flag("--loops", arguments.loops,
-                    "Close loops as well: places that are seen again (two cameras)");
-  command->add_option("--estimator", arguments.estimator, "visual (default) or primitive")
+                    "Close loops where a place is recognised (two cameras)");
+  command->add_option("--estimator", arguments.estimator, "visual_inertial (default) or primitive")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"primitive", "visual"}).description(""));
+      ->check(CLI::IsMember({"primitive", "visual_inertial"}).description(""));
   command
       ->add_option("--init", arguments.init,
-                   "rest (default): it stands still at first; motion: it swims; truth: as recorded")
+                   "Initial motion: rest (default), motion (swimming), truth (from ground truth)")
       ->type_name("HOW")
       ->check(CLI::IsMember({"rest", "motion", "truth"}).description(""));
   command
       ->add_option("--speed", arguments.speed,
-                   "Forward, m/s: what primitive and --init motion expect (default: 0.4)")
+                   "Expected forward speed, m/s, for primitive and --init motion (default: 0.4)")
       ->type_name("M/S")
       ->check(CLI::Range(-3.0, 3.0).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");

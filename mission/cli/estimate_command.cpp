@@ -117,9 +117,9 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
   all.update(to_json(accuracy));
   all.update({{"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
               {"estimates", run.estimates.size()},
-              {"refused_pictures", run.refused},
-              {"poor_pictures", run.poor},
-              {"lost_pictures", run.lost},
+              {"rejected_images", run.refused},
+              {"poor_images", run.poor},
+              {"lost_images", run.lost},
               {"mean_features", run.mean_features},
               {"diverged", run.diverged}});
   return all;
@@ -241,8 +241,8 @@ int run_estimate(const EstimateArguments& arguments) {
                                         options->loops ? run->corrected : run->estimates)))) {
     return kExitUsage;
   }
-  const auto& pictures = dataset->cameras[0].pictures;
-  const double duration_s = to_seconds(pictures.back().utime - pictures.front().utime);
+  const auto& images = dataset->cameras[0].images;
+  const double duration_s = to_seconds(images.back().utime - images.front().utime);
   const Accuracy accuracy = accuracy_of(*dataset, run->estimates);
   std::optional<Accuracy> with_loops;
   if (options->loops) with_loops = accuracy_of(*dataset, run->corrected);

@@ -22,7 +22,7 @@ int run_explain(const ExplainArguments& arguments) {
                         {"kind", to_string(event.kind)},
                         {"state", event.state},
                         {"what", event.what},
-                        {"because", event.because}});
+                        {"reason", event.reason}});
     }
     print_json({{"duration_s", explanation.duration_s},
                 {"torn", explanation.torn},
@@ -33,7 +33,7 @@ int run_explain(const ExplainArguments& arguments) {
   }
   for (const Explained& event : explanation.events) {
     print(fmt::format("{:8.2f} s  {}", event.t_s, event.what));
-    if (!event.because.empty()) print(fmt::format("              {}", event.because));
+    if (!event.reason.empty()) print(fmt::format("              {}", event.reason));
   }
   if (!explanation.gaps.empty()) {
     note(fmt::format("the log is damaged: {} gap(s)", explanation.gaps.size()));

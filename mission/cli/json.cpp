@@ -167,34 +167,34 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                  {"energy_wh", report.budget.energy_wh},
                  {"worst_duration_s", report.budget.worst_duration_s},
                  {"worst_energy_wh", report.budget.worst_energy_wh},
-                 {"spent_under_overhead", report.budget.spent_under}}},
+                 {"budget_used_under_overhead", report.budget.budget_used_under_overhead}}},
                {"plans", std::move(plans)},
-               {"way_out",
-                {{"exists", report.way_out.exists},
-                 {"longest_m", report.way_out.longest_m},
-                 {"longest_s", report.way_out.longest_s},
-                 {"clearance_m", report.way_out.clearance_m},
-                 {"state", report.way_out.state}}}};
+               {"exit_path",
+                {{"exists", report.exit_path.exists},
+                 {"longest_m", report.exit_path.longest_m},
+                 {"longest_s", report.exit_path.longest_s},
+                 {"clearance_m", report.exit_path.clearance_m},
+                 {"state", report.exit_path.state}}}};
   if (report.dive) json["dive"] = to_json(*report.dive);
   if (!report.faults.empty()) {
     Json faults = Json::array();
-    for (const FaultVerdict& verdict : report.faults) {
+    for (const FaultResult& result : report.faults) {
       Json injected = Json::array();
-      for (const Fault& fault : verdict.fault.faults) {
+      for (const Fault& fault : result.fault.faults) {
         injected.push_back({{"fault", to_string(fault.kind)}, {"t", fault.at_s}});
       }
-      faults.push_back({{"state", verdict.fault.state},
+      faults.push_back({{"state", result.fault.state},
                         {"injected", std::move(injected)},
-                        {"safe", verdict.is_safe()},
-                        {"surfaced", verdict.surfaced},
-                        {"held", verdict.held},
-                        {"rest_s", verdict.dive.rest_s},
-                        {"final_state", verdict.dive.final_state},
-                        {"rung", verdict.dive.rung},
-                        {"collisions", verdict.dive.collisions.size()},
-                        {"collision_list", to_json(verdict.dive.collisions)},
-                        {"min_clearance_m", verdict.dive.nearest.clearance_m},
-                        {"duration_s", verdict.dive.duration_s}});
+                        {"safe", result.is_safe()},
+                        {"surfaced", result.surfaced},
+                        {"held", result.held},
+                        {"rest_s", result.dive.rest_s},
+                        {"final_state", result.dive.final_state},
+                        {"rung", result.dive.rung},
+                        {"collisions", result.dive.collisions.size()},
+                        {"collision_list", to_json(result.dive.collisions)},
+                        {"min_clearance_m", result.dive.nearest.clearance_m},
+                        {"duration_s", result.dive.duration_s}});
     }
     json["faults"] = std::move(faults);
   }

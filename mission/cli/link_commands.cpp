@@ -52,8 +52,9 @@ std::optional<ClockJump> parse_clock_jump(const std::string& written) {
   const std::optional<double> by_s = parse_number(written.substr(0, at));
   const std::optional<double> at_s =
       at == std::string::npos ? std::nullopt : parse_number(written.substr(at + 1));
-  constexpr double kMost = 1e9;
-  if (by_s && at_s && std::abs(*by_s) <= kMost && *at_s >= 0.0 && *at_s <= kMost) {
+  constexpr double kMaxCoordinate = 1e9;
+  if (by_s && at_s && std::abs(*by_s) <= kMaxCoordinate && *at_s >= 0.0 &&
+      *at_s <= kMaxCoordinate) {
     return ClockJump{*at_s, *by_s};
   }
   complain(
@@ -78,18 +79,20 @@ std::optional<Place> place_of_mission(const std::string& path) {
     print_diagnostics(diagnostics);
     return std::nullopt;
   }
-  if (!has_rehearsal(loaded->mission)) {
-    complain(fmt::format(
-        "{}: its water is unknown, and nothing says what to rehearse it in: write "
-        "rehearsal=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map with --start and "
-        "--eyes",
-        path));
+  if (!has_simulation_map(loaded->mission)) {
+    complain(
+        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
+                    "simulation_map=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map "
+                    "with --start and "
+                    "--range-camera",
+                    path));
     return std::nullopt;
   }
   const Pose start = start_pose(loaded->mission, loaded->world);
   std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
   return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
-               goes_by_sight(loaded->mission) ? loaded->mission.water : "", std::move(tags)};
+               uses_visual_inertial(loaded->mission) ? loaded->mission.simulated_water : "",
+               std::move(tags)};
 }
 
 /// A pose on a map. Prints the errors of the map and returns nothing if there are any.
@@ -150,17 +153,17 @@ void print_json_report(const VehicleReport& report) {
 }
 
 int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments) {
-  const tl::expected<VehicleStatus, std::string> heard = listen(bus, clock, arguments.patience_s);
-  if (!heard) {
-    complain(heard.error());
+  const tl::expected<VehicleStatus, std::string> received = listen(bus, clock, arguments.timeout_s);
+  if (!received) {
+    complain(received.error());
     return kExitFailed;
   }
-  const auto& [heartbeat, status, estimate, health] = *heard;
+  const auto& [heartbeat, status, estimate, health] = *received;
   const char* const estimator = estimation::to_string(estimate.source);
   const double sigma_m = estimation::horizontal_sigma(estimate);
   if (arguments.json) {
     nlohmann::ordered_json json = {{"state", status.state},
-                                   {"leg", status.leg},
+                                   {"goal", status.goal},
                                    {"rung", status.rung},
                                    {"distance_to_go_m", status.distance_to_go_m},
                                    {"time_to_go_s", status.time_to_go_s},
@@ -170,7 +173,7 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                                    {"estimator", estimator},
                                    {"position_sigma_m", sigma_m},
                                    {"finished", heartbeat.finished},
-                                   {"keyed", heartbeat.keyed},
+                                   {"has_key", heartbeat.has_key},
                                    {"battery_fraction", nullptr}};
     if (health) {
       json["battery_fraction"] = health->battery_fraction;
@@ -182,7 +185,7 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
     print_json(json);
     return kExitSuccess;
   }
-  print(fmt::format("{}{}{}", status.state, status.leg.empty() ? "" : " -> " + status.leg,
+  print(fmt::format("{}{}{}", status.state, status.goal.empty() ? "" : " -> " + status.goal,
                     heartbeat.finished ? " (finished)" : ""));
   print(fmt::format("  {:.1f} m deep, to go {:.1f} m and {:.0f} s, failsafe rung {}",
                     status.depth_m, status.distance_to_go_m, status.time_to_go_s, status.rung));
@@ -193,15 +196,16 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                       health->temperature_c, health->leak ? "WATER IN THE HULL" : "dry"));
   }
   const link::Refusals& refused = heartbeat.refused;
-  const int all = refused.forged + refused.replayed + refused.stale;
+  const int all = refused.auth_failed + refused.replayed + refused.stale;
   if (all > 0) print(fmt::format("  {} operator request(s) refused", all));
   return kExitSuccess;
 }
 
 int write_calibration(const SimArguments& arguments, const VehicleSettings& settings) {
   if (!settings.cameras) {
-    complain(fmt::format("{}: this vehicle has no cameras to calibrate: give --water NAME",
-                         arguments.mission));
+    complain(
+        fmt::format("{}: this vehicle has no cameras to calibrate: give --simulated-water NAME",
+                    arguments.mission));
     return kExitUsage;
   }
   const tl::expected<void, std::string> written = write_asl_calibration(
@@ -238,8 +242,9 @@ int run_sim(const SimArguments& arguments) {
   }
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
-  if (arguments.eyes || place->has_range_camera) settings.range_camera.emplace();
-  if (const std::string& water = arguments.water.empty() ? place->water : arguments.water;
+  if (arguments.range_camera || place->has_range_camera) settings.range_camera.emplace();
+  if (const std::string& water =
+          arguments.simulated_water.empty() ? place->water : arguments.simulated_water;
       !water.empty()) {
     settings.cameras = parse_water(water);
     if (!settings.cameras) return kExitUsage;
@@ -249,7 +254,7 @@ int run_sim(const SimArguments& arguments) {
   const vehicle::Model model = load_vehicle();
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;
-  FastClock clock(arguments.link.speed);
+  FastClock clock(arguments.link.time_factor);
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
   note(fmt::format("dive: the vehicle lies at its start in {} and waits for `dive run --lcm`",
@@ -265,14 +270,15 @@ int run_sim(const SimArguments& arguments) {
 }
 
 int run_supervise(const SuperviseArguments& arguments) {
-  if (!run_first()) note("dive: not permitted to run before other processes (root, or rtprio)");
+  if (!set_realtime_priority())
+    note("dive: not permitted to run before other processes (root, or rtprio)");
   std::optional<link::Bus> bus = open_bus(arguments.link.url);
   if (!bus) return kExitUsage;
-  FastClock clock(arguments.link.speed);
+  FastClock clock(arguments.link.time_factor);
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
   SupervisorSettings settings;
-  settings.silence_s = arguments.silence_s;
+  settings.command_timeout_s = arguments.command_timeout_s;
   const SupervisorReport report = supervise(
       settings, *bus, clock, [](const std::string& line) { note("dive: " + line); },
       [] { return !interrupted; });
@@ -295,19 +301,19 @@ int run_topside(const TopsideArguments& arguments) {
   for (std::size_t i = 0; i < kOperatorCommandNames.size(); ++i) {
     if (arguments.command == kOperatorCommandNames[i]) command = static_cast<OperatorCommand>(i);
   }
-  const tl::expected<link::Verdict, std::string> verdict =
-      ask(command, *key, *bus, clock, arguments.patience_s);
-  if (!verdict) {
-    complain(verdict.error());
+  const tl::expected<link::RequestResult, std::string> result =
+      ask(command, *key, *bus, clock, arguments.timeout_s);
+  if (!result) {
+    complain(result.error());
     return kExitFailed;
   }
-  const bool accepted = *verdict == link::Verdict::kAccepted;
+  const bool accepted = *result == link::RequestResult::kAccepted;
   if (arguments.json) {
     print_json({{"command", arguments.command},
                 {"accepted", accepted},
-                {"verdict", link::describe(*verdict)}});
+                {"result", link::describe(*result)}});
   } else {
-    print(fmt::format("{}: {}", arguments.command, link::describe(*verdict)));
+    print(fmt::format("{}: {}", arguments.command, link::describe(*result)));
   }
   return accepted ? kExitSuccess : kExitFailed;
 }

@@ -22,12 +22,12 @@ double quantile(std::vector<float> values, double share) {
   return static_cast<double>(*at);
 }
 
-Json to_json(const SightStats& sight) {
-  return {{"pairs", sight.pairs},
-          {"alone", sight.alone},
-          {"pictures_dropped", sight.pictures_dropped},
-          {"inertial", sight.inertial},
-          {"inertial_dropped", sight.inertial_dropped}};
+Json to_json(const CameraInboxStats& cameras) {
+  return {{"pairs", cameras.pairs},
+          {"unpaired", cameras.unpaired},
+          {"images_dropped", cameras.images_dropped},
+          {"imu_samples", cameras.imu_samples},
+          {"imu_samples_dropped", cameras.imu_samples_dropped}};
 }
 
 Json to_json(const LinkStats& stats) {
@@ -42,11 +42,11 @@ Json to_json(const LinkStats& stats) {
                {"clock_jumps", stats.clock_jumps},
                {"malformed", stats.malformed},
                {"refused",
-                {{"forged", stats.refused.forged},
+                {{"auth_failed", stats.refused.auth_failed},
                  {"replayed", stats.refused.replayed},
                  {"stale", stats.refused.stale},
-                 {"too_many", stats.refused.too_many}}}};
-  if (stats.sight) json["sight"] = to_json(*stats.sight);
+                 {"rate_limited", stats.refused.rate_limited}}}};
+  if (stats.cameras) json["images"] = to_json(*stats.cameras);
   return json;
 }
 
@@ -70,13 +70,14 @@ std::vector<std::string> describe(const LinkStats& stats) {
   lines.push_back(fmt::format(
       "operator requests refused: {} forged, {} replayed, {} stale; {} abort(s) too many; {} "
       "malformed packet(s), {} jump(s) of a sensor's clock",
-      refused.forged, refused.replayed, refused.stale, refused.too_many, stats.malformed,
+      refused.auth_failed, refused.replayed, refused.stale, refused.rate_limited, stats.malformed,
       stats.clock_jumps));
-  if (!stats.sight) return lines;
-  const SightStats& sight = *stats.sight;
+  if (!stats.cameras) return lines;
+  const CameraInboxStats& cameras = *stats.cameras;
   lines.push_back(fmt::format(
       "pictures: {} pair(s), {} left one(s) alone, {} dropped; inertial samples: {}, {} dropped",
-      sight.pairs, sight.alone, sight.pictures_dropped, sight.inertial, sight.inertial_dropped));
+      cameras.pairs, cameras.unpaired, cameras.images_dropped, cameras.imu_samples,
+      cameras.imu_samples_dropped));
   return lines;
 }
 

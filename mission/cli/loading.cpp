@@ -51,7 +51,7 @@ vehicle::Model load_vehicle() {
 std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics) {
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission) return std::nullopt;
-  if (!has_rehearsal(*mission)) {
+  if (!has_simulation_map(*mission)) {
     return LoadedMission{std::move(*mission), {}, {}, {}, load_vehicle()};
   }
   tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
@@ -114,7 +114,7 @@ std::optional<vehicle::StereoCameraOptions> parse_water(const std::string& name)
   if (cameras) return cameras;
   const std::vector<std::string>& names = vehicle::water_names();
   const std::string hint = did_you_mean(name, names);
-  complain(fmt::format("--water {}: must be one of {}{}", name, fmt::join(names, ", "),
+  complain(fmt::format("--simulated-water {}: must be one of {}{}", name, fmt::join(names, ", "),
                        hint.empty() ? "" : "; " + hint));
   return std::nullopt;
 }

@@ -10,11 +10,11 @@
 #include "common/xml.h"
 #include "mission/check/check.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/drawing.h"
 #include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/mesh_report.h"
-#include "mission/cli/picture.h"
 #include "mission/cli/terminal.h"
 #include "planning/mapping/cloud_world.h"
 #include "planning/world/scene.h"
@@ -28,7 +28,7 @@ constexpr double kRoomAroundCloud = 5.0;  // m of free space above and below it
 constexpr double kFarOff = 10'000.0;      // m: largest distance of a pose from the cloud
 // m around start and goal to which a huge cloud is cut
 constexpr double kAroundPath = 25.0;
-constexpr std::size_t kMostVoxels = 200'000;  // maximum passed to a planner
+constexpr std::size_t kMaxVoxels = 200'000;  // maximum passed to a planner
 
 void print_plan(const std::string& name, const planning::PlanResult& plan,
                 const planning::PlannerStatistics& statistics) {
@@ -85,10 +85,10 @@ int plan_mission(const PlanArguments& arguments) {
     for (const PlannedRouteLeg& leg : legs) print_plan(leg.goal, leg.plan, leg.statistics);
   }
   if (!arguments.svg.empty()) {
-    const DivePicture picture =
-        picture_of_plan(loaded->mission.id + ": plan", loaded->world, loaded->model.hull,
+    const DiveDrawing drawing =
+        drawing_of_plan(loaded->mission.id + ": plan", loaded->world, loaded->model.hull,
                         loaded->mission.limits.clearance.value, legs);
-    if (!write_file(arguments.svg, render_svg(picture))) return kExitUsage;
+    if (!write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
   }
   return exit_status(legs);
 }
@@ -131,9 +131,9 @@ int show(const PlanArguments& arguments, const std::string& title, const plannin
   }
   if (!arguments.svg.empty()) {
     for (Pose& pose : shown.waypoints) pose.p -= origin;
-    const DivePicture picture =
-        picture_of_plan(title, world, model.hull, arguments.clearance_m, legs);
-    if (!write_file(arguments.svg, render_svg(picture))) return kExitUsage;
+    const DiveDrawing drawing =
+        drawing_of_plan(title, world, model.hull, arguments.clearance_m, legs);
+    if (!write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
   }
   return exit_status(legs);
 }
@@ -226,7 +226,7 @@ int plan_in_cloud(const PlanArguments& arguments) {
   // Distant points are omitted only as long as the path stays away from them.
   for (double around_m = kAroundPath;; around_m *= 2.0) {
     planning::CloudWorldOptions options;
-    options.max_voxels = kMostVoxels;
+    options.max_voxels = kMaxVoxels;
     options.region = Eigen::AlignedBox3d(request->start.p).extend(request->goal.p);
     options.region.min().array() -= around_m;
     options.region.max().array() += around_m;

@@ -51,8 +51,8 @@ std::optional<JournalWriter> open_journal(const std::string& path, bool resume, 
     return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
   }
   header.seed = journal->header.seed;
-  if (journal->committed) {
-    from = Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
+  if (journal->checkpoint) {
+    from = Resume{std::move(*journal->checkpoint), std::move(journal->trail), header.resume_gap_s};
   }
   tl::expected<JournalWriter, std::string> writer = JournalWriter::append(path);
   if (!writer) return refuse(writer.error());

@@ -10,14 +10,14 @@
 #include "mission/check/check.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/dive_progress.h"
+#include "mission/cli/drawing.h"
 #include "mission/cli/json.h"
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
-#include "mission/cli/picture.h"
 #include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
-#include "mission/onboard/stereo_eyes.h"
+#include "mission/onboard/stereo_mapping.h"
 #include "mission/record/dataset_recorder.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/mapping/save_map.h"
@@ -72,7 +72,7 @@ void print_map(const std::optional<std::string>& file, const planning::ObservedM
 }
 
 const std::string& water_of(const RunArguments& arguments, const Mission& mission) {
-  return arguments.water.empty() ? mission.water : arguments.water;
+  return arguments.simulated_water.empty() ? mission.simulated_water : arguments.simulated_water;
 }
 
 /// Sets up the recording of the dive as a dataset. Prints an error and returns false on failure.
@@ -113,16 +113,16 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   if (!arguments.record.empty() && !record_dataset(arguments, loaded, settings, dataset)) {
     return kExitUsage;
   }
-  DivePicture picture;
+  DiveDrawing drawing;
   if (!arguments.svg.empty()) {
     const planning::Scene scene(loaded.world);
-    picture =
-        picture_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
+    drawing =
+        drawing_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
                         loaded.world, loaded.model.hull, loaded.mission.limits.clearance.value,
                         plan_route(nominal_route(loaded.mission, scene), loaded.world,
                                    loaded.model.hull, settings.planner, settings.seed));
   }
-  PictureRecorder recorder(picture);
+  DrawingRecorder recorder(drawing);
   DiveResult result;
   {
     DiveProgress progress;
@@ -142,7 +142,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   const bool has_dataset = close_dataset(dataset);
   const bool is_complete = recording->close() && has_dataset;
   const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.observed_map, result.seen_points, loaded);
+      keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result);
     if (dataset) json["dataset"] = arguments.record;
@@ -157,7 +157,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
       print(fmt::format("  dataset {} ({} stereo pairs)", arguments.record, dataset->pairs()));
     }
   }
-  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(picture))) return kExitUsage;
+  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
   return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
 }
 
@@ -202,12 +202,12 @@ std::optional<LinkSettings> link_settings(const RunArguments& arguments,
 /// True if the cameras can do what the mission uses them for; else prints an error.
 bool serve(const estimation::VisionOptions& vision, const RunArguments& arguments,
            const LoadedMission& loaded) {
-  if (!has_stereo_eyes(loaded.mission)) return true;
+  if (!maps_with_stereo(loaded.mission)) return true;
   const auto& cameras = vision.filter.cameras;
-  const auto eyes = stereo_eyes(cameras[0], cameras[1], {});
-  if (eyes) return true;
-  complain(fmt::format("{}: they are the mission's eyes, but no stereo pair: {}", arguments.cameras,
-                       eyes.error()));
+  const auto stereo = stereo_mapping(cameras[0], cameras[1], {});
+  if (stereo) return true;
+  complain(fmt::format("{}: they map the environment, but are not a stereo pair: {}",
+                       arguments.cameras, stereo.error()));
   return false;
 }
 
@@ -218,14 +218,14 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
     if (!vision || !serve(*vision, arguments, loaded)) return kExitUsage;
   }
   // Set before the bus is created, because its own thread must not wait either.
-  const bool is_first = arguments.link.lockstep || run_first();
+  const bool is_first = arguments.link.lockstep || set_realtime_priority();
   if (!is_first) {
     note(
         "dive: not permitted to run before other processes: commands may come late under load "
         "(run as root, or with an rtprio limit)");
   }
   tl::expected<link::Bus, std::string> bus = link::Bus::open(
-      arguments.link.url, goes_by_sight(loaded.mission) ? link::Bus::kPictureBuffer : 0);
+      arguments.link.url, uses_visual_inertial(loaded.mission) ? link::Bus::kImageBuffer : 0);
   if (!bus) {
     complain(bus.error());
     return kExitUsage;
@@ -236,7 +236,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   if (!settings) return kExitUsage;
   settings->vision = vision;
   if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
-  FastClock clock(arguments.link.speed);
+  FastClock clock(arguments.link.time_factor);
   LinkedResult result;
   {
     DiveProgress progress;
@@ -253,7 +253,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   }
   const bool is_complete = recording->close();
   const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.observed_map, result.seen_points, loaded);
+      keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
@@ -291,9 +291,10 @@ bool fit_each_other(const RunArguments& arguments, const DiveSettings& settings)
   const bool is_linked = !arguments.link.url.empty();
   if (is_linked &&
       (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
-       !arguments.record.empty() || !arguments.water.empty() || settings.diver)) {
+       !arguments.record.empty() || !arguments.simulated_water.empty() || settings.diver)) {
     complain(
-        "--diver, --svg, --record and --water are for the built-in simulator, and so are --fault, "
+        "--diver, --svg, --record and --simulated-water are for the built-in simulator, and so are "
+        "--fault, "
         "--leak-at and --set: with --lcm give those to dive sim");
     return false;
   }
@@ -307,21 +308,21 @@ bool fit_each_other(const RunArguments& arguments, const DiveSettings& settings)
 /// True if the mission can be dived with these options; else prints an error.
 bool fit_mission(const RunArguments& arguments, const Mission& mission) {
   const bool is_linked = !arguments.link.url.empty();
-  if (!is_linked && !has_rehearsal(mission)) {
+  if (!is_linked && !has_simulation_map(mission)) {
     complain(
         fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
-                    "rehearsal=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+                    "simulation_map=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
                     arguments.mission));
     return false;
   }
-  if (!arguments.cameras.empty() && !goes_by_sight(mission)) {
+  if (!arguments.cameras.empty() && !uses_visual_inertial(mission)) {
     complain(
         fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
                     "write estimator=\"visual_inertial\"",
                     arguments.mission));
     return false;
   }
-  if (is_linked && arguments.cameras.empty() && goes_by_sight(mission)) {
+  if (is_linked && arguments.cameras.empty() && uses_visual_inertial(mission)) {
     complain(
         fmt::format("{}: its estimator is visual_inertial, which needs the calibration of the "
                     "vehicle's cameras: give --cameras DIR (of a simulated vehicle: dive sim "

@@ -16,7 +16,7 @@
 #include "mission/cli/terminal.h"
 #include "mission/record/log.h"
 #include "mission/scenario/dive_record.h"
-#include "mission/scenario/judge.h"
+#include "mission/scenario/evaluation.h"
 #include "mission/scenario/junit.h"
 #include "mission/scenario/scenario.h"
 
@@ -34,15 +34,15 @@ struct Trial {
   std::string log;      ///< File of the log; empty: none.
   std::string problem;  ///< Error in writing the log.
   DiveResult result;
-  std::vector<Judgement> failed;       ///< Unmet expectations.
-  std::vector<Judgement> cannot_fail;  ///< Met, and also met when negated.
-  bool unmoved = false;                ///< Passed although its script was disabled.
+  std::vector<ExpectationResult> failed;       ///< Unmet expectations.
+  std::vector<ExpectationResult> cannot_fail;  ///< Met, and also met when negated.
+  bool insensitive = false;                    ///< Passed although its script was disabled.
   std::size_t expectations = 0;
   double seconds = 0.0;  ///< Duration of the dive's computation.
 
   [[nodiscard]] bool is_valid() const { return scenario && loaded; }
-  [[nodiscard]] bool holds() const {
-    return is_valid() && failed.empty() && cannot_fail.empty() && !unmoved && problem.empty();
+  [[nodiscard]] bool passed() const {
+    return is_valid() && failed.empty() && cannot_fail.empty() && !insensitive && problem.empty();
   }
   [[nodiscard]] std::string name() const {
     return scenario ? scenario->id : fs::path(path).stem().string();
@@ -109,10 +109,10 @@ void read(Trial& trial, Missions& missions) {
     return;
   }
   const LoadedMission& loaded = *trial.loaded;
-  if (!has_rehearsal(loaded.mission)) {
+  if (!has_simulation_map(loaded.mission)) {
     trial.diagnostics.error("SCN-MISSION", scenario.source, scenario.mission_file.span,
                             "the mission's water is unknown and has no rehearsal to be dived in",
-                            "write rehearsal=\"maps/NAME.sdf\" at its map");
+                            "write simulation_map=\"maps/NAME.sdf\" at its map");
     trial.loaded.reset();
     return;
   }
@@ -162,44 +162,46 @@ DiveRecord dive_and_log(Trial& trial, Script script) {
 
 void try_out(Trial& trial, const TestArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const DiveRecord record = dive_and_log(trial, arguments.mute ? Script::kMuted : Script::kPlayed);
+  const DiveRecord record =
+      dive_and_log(trial, arguments.disable_scripts ? Script::kDisabled : Script::kPlayed);
   trial.result = record.result;
   trial.result.observed_map = {};  // the report does not use the map
-  trial.result.seen_points = {};
-  for (const Judgement& judgement : judge(*trial.scenario, record)) {
+  trial.result.observed_points = {};
+  for (const ExpectationResult& result : evaluate(*trial.scenario, record)) {
     ++trial.expectations;
-    if (!judgement.holds) trial.failed.push_back(judgement);
+    if (!result.passed) trial.failed.push_back(result);
   }
-  if (arguments.mute && !trial.scenario->steps.empty()) {
-    trial.unmoved = trial.failed.empty();
+  if (arguments.disable_scripts && !trial.scenario->steps.empty()) {
+    trial.insensitive = trial.failed.empty();
     trial.failed.clear();
   }
-  if (arguments.inverted && trial.failed.empty()) {
-    trial.cannot_fail = holds_turned_round(*trial.scenario, record);
+  if (arguments.negate && trial.failed.empty()) {
+    trial.cannot_fail = insensitive_expectations(*trial.scenario, record);
   }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (!trial.log.empty() && trial.holds() && !arguments.keep_all) {
+  if (!trial.log.empty() && trial.passed() && !arguments.keep_all) {
     std::error_code ignored;  // a superfluous log does no harm
     fs::remove(trial.log, ignored);
     trial.log.clear();
   }
 }
 
-std::string at(const Trial& trial, const Judgement& judgement) {
-  return fmt::format("{}:{}:{}", trial.path, judgement.span.line, judgement.span.column);
+std::string at(const Trial& trial, const ExpectationResult& result) {
+  return fmt::format("{}:{}:{}", trial.path, result.span.line, result.span.column);
 }
 
 std::vector<std::string> complaints_of(const Trial& trial) {
   std::vector<std::string> lines;
-  for (const Judgement& failed : trial.failed) {
+  for (const ExpectationResult& failed : trial.failed) {
+    lines.push_back(fmt::format("{}: expected {}; actual: {}", at(trial, failed), failed.expected,
+                                failed.actual));
+  }
+  for (const ExpectationResult& idle : trial.cannot_fail) {
     lines.push_back(
-        fmt::format("{}: expected {}; seen: {}", at(trial, failed), failed.expected, failed.seen));
+        fmt::format("{}: cannot fail, for turned round it holds as well: {}; actual: {}",
+                    at(trial, idle), idle.expected, idle.actual));
   }
-  for (const Judgement& idle : trial.cannot_fail) {
-    lines.push_back(fmt::format("{}: cannot fail, for turned round it holds as well: {}; seen: {}",
-                                at(trial, idle), idle.expected, idle.seen));
-  }
-  if (trial.unmoved) {
+  if (trial.insensitive) {
     lines.push_back(trial.path + ": holds as well when its script does nothing");
   }
   if (!trial.problem.empty()) lines.push_back(trial.problem);
@@ -214,10 +216,10 @@ void print_trial(const Trial& trial, const TestArguments& arguments) {
   }
   const DiveResult& dive = trial.result;
   print(fmt::format("{:<7}  {:<34} {:6.1f} s  {:<8} {} expectation(s){}",
-                    trial.holds() ? "ok" : "FAILED", trial.name(), dive.duration_s, dive.outcome,
+                    trial.passed() ? "ok" : "FAILED", trial.name(), dive.duration_s, dive.outcome,
                     trial.expectations,
-                    arguments.inverted && trial.holds() ? ", each turned round fails" : ""));
-  if (trial.holds()) return;
+                    arguments.negate && trial.passed() ? ", each turned round fails" : ""));
+  if (trial.passed()) return;
   if (!trial.scenario->description.empty()) print("  " + trial.scenario->description);
   for (const std::string& line : complaints_of(trial)) print("  " + line);
   print(trial.log.empty() ? "  for a log of it: dive test " + trial.path + " --keep DIR"
@@ -261,14 +263,14 @@ std::vector<TestCase> cases_of(const std::vector<Trial>& trials) {
 
 nlohmann::ordered_json to_json(const Trial& trial) {
   nlohmann::ordered_json failures = nlohmann::ordered_json::array();
-  const auto add = [&](const std::vector<Judgement>& judgements, const char* kind) {
-    for (const Judgement& judgement : judgements) {
+  const auto add = [&](const std::vector<ExpectationResult>& results, const char* kind) {
+    for (const ExpectationResult& result : results) {
       failures.push_back({{"kind", kind},
                           {"file", trial.path},
-                          {"line", judgement.span.line},
-                          {"column", judgement.span.column},
-                          {"expected", judgement.expected},
-                          {"seen", judgement.seen}});
+                          {"line", result.span.line},
+                          {"column", result.span.column},
+                          {"expected", result.expected},
+                          {"actual", result.actual}});
     }
   };
   add(trial.failed, "failed");
@@ -276,8 +278,8 @@ nlohmann::ordered_json to_json(const Trial& trial) {
   nlohmann::ordered_json json = {{"id", trial.name()},
                                  {"file", trial.path},
                                  {"valid", trial.is_valid()},
-                                 {"ok", trial.holds()},
-                                 {"unmoved", trial.unmoved},
+                                 {"ok", trial.passed()},
+                                 {"insensitive", trial.insensitive},
                                  {"expectations", trial.expectations},
                                  {"failures", std::move(failures)},
                                  {"diagnostics", mission::to_json(trial.diagnostics)}};
@@ -294,26 +296,26 @@ nlohmann::ordered_json to_json(const Trial& trial) {
 
 int conclude(const std::vector<Trial>& trials, const TestArguments& arguments) {
   const auto count = [&](auto what) { return std::ranges::count_if(trials, what); };
-  const auto held = count(&Trial::holds);
+  const auto passed = count(&Trial::passed);
   const auto valid = count(&Trial::is_valid);
   const auto total = static_cast<std::ptrdiff_t>(trials.size());
   if (arguments.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const Trial& trial : trials) list.push_back(to_json(trial));
-    print_json({{"ok", held == total},
-                {"held", held},
-                {"failed", valid - held},
+    print_json({{"ok", passed == total},
+                {"passed", passed},
+                {"failed", valid - passed},
                 {"invalid", total - valid},
                 {"scenarios", std::move(list)}});
   } else {
-    print(fmt::format("{} scenario(s): {} ok, {} failed, {} invalid", total, held, valid - held,
+    print(fmt::format("{} scenario(s): {} ok, {} failed, {} invalid", total, passed, valid - passed,
                       total - valid));
   }
   if (!arguments.junit.empty() && !write_file(arguments.junit, to_junit(cases_of(trials)))) {
     return kExitUsage;
   }
   if (valid != total) return kExitUsage;
-  return held == total ? kExitSuccess : kExitFailed;
+  return passed == total ? kExitSuccess : kExitFailed;
 }
 
 }  // namespace
@@ -323,8 +325,8 @@ int run_tests(const TestArguments& arguments) {
     print_rules({scenario_rules()}, arguments.json);
     return kExitSuccess;
   }
-  if (arguments.mute && arguments.inverted) {
-    complain("--mute and --inverted do not go together");
+  if (arguments.disable_scripts && arguments.negate) {
+    complain("--disable-scripts and --negate do not go together");
     return kExitUsage;
   }
   if (arguments.keep_all && arguments.keep.empty()) {

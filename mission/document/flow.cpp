@@ -35,11 +35,11 @@ Flow::Flow(const Mission& mission, const StateIndex& index)
   // Transitions of the atomic state itself cannot precede the completion of a final state's parent.
   done_may_be_late_ |= std::any_of(arcs_.begin(), arcs_.end(), [this](const Arc& arc) {
     return arc.spec != nullptr && arc.spec->events.empty() &&
-           index_.spec(arc.owner).type != StateType::kLeaf;
+           index_.spec(arc.owner).type != StateType::kAtomic;
   });
   for (int state = 0; state < index.size(); ++state) {
     const StateType type = index.spec(state).type;
-    if (type == StateType::kLeaf || type == StateType::kFinal) find_arcs_from(state);
+    if (type == StateType::kAtomic || type == StateType::kFinal) find_arcs_from(state);
   }
   enter_from_the_beginning();
 }
@@ -110,7 +110,7 @@ void Flow::land(int target, Arc& arc) const {
 void Flow::land_inside(int state, Arc& arc) const {
   const StateSpec& spec = index_.spec(state);
   switch (spec.type) {
-    case StateType::kLeaf:
+    case StateType::kAtomic:
     case StateType::kFinal:
       arc.lands.push_back(state);
       return;
@@ -134,7 +134,7 @@ void Flow::land_in_history(int state, Arc& arc) const {
   const int parent = index_.parent(state);
   for (int inside = parent; inside < index_.size() && index_.is_within(inside, parent); ++inside) {
     const StateType type = index_.spec(inside).type;
-    if (type == StateType::kLeaf || type == StateType::kFinal) arc.returns.push_back(inside);
+    if (type == StateType::kAtomic || type == StateType::kFinal) arc.returns.push_back(inside);
   }
   land_inside(index_.find(index_.spec(state).initial->value), arc);
 }
@@ -165,7 +165,7 @@ void Flow::find_arcs_from(int state) {
 bool Flow::may_happen(const Trigger& trigger, int state, int parallel) const {
   using Kind = Trigger::Kind;
   if (trigger.kind == Kind::kAlways || trigger.kind == Kind::kEmergency) return true;
-  const bool of_whole = trigger.state >= 0 && index_.spec(trigger.state).type != StateType::kLeaf;
+  const bool of_whole = trigger.state >= 0 && index_.spec(trigger.state).type != StateType::kAtomic;
   if (done_may_be_late_ && trigger.kind == Kind::kDone && (trigger.state < 0 || of_whole)) {
     return true;
   }

@@ -21,7 +21,7 @@ bool leads_on(const Flow::Arc& arc) { return !arc.only_emergency && !arc.lands.e
 
 bool is_active_alone(const StateIndex& index, int state) {
   const StateType type = index.spec(state).type;
-  return type == StateType::kLeaf || type == StateType::kFinal;
+  return type == StateType::kAtomic || type == StateType::kFinal;
 }
 
 bool is_trap(const Flow& flow, const StateIndex& index, int state) {
@@ -91,7 +91,7 @@ void states_are_reachable(const Subject& subject, const Flow& flow) {
   }
 }
 
-void states_have_a_way_out(const Subject& subject, const Flow& flow) {
+void states_have_an_exit_path(const Subject& subject, const Flow& flow) {
   for (int state = 0; state < subject.index.size(); ++state) {
     if (!is_trap(flow, subject.index, state)) continue;
     const StateSpec& spec = subject.index.spec(state);

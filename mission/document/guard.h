@@ -58,8 +58,8 @@ struct GuardVariables {
   double cross_track = 0.0;       ///< m from the path being followed
   double position_sigma = 0.0;    ///< m, one sigma of the horizontal position, larger axis
   double penetration = 0.0;       ///< m back along the trail to open water; 0 in open water
-  double spent = 0.0;  ///< fraction used of the usable time or energy (the larger) at entry under
-                       ///< the overhead; 0 in open water
+  double budget_used = 0.0;  ///< fraction used of the usable time or energy (the larger) at entry
+                             ///< under the overhead; 0 in open water
   bool overhead = false;
   EstimatorName estimator = EstimatorName::kPrimitive;
 };

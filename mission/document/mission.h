@@ -91,7 +91,7 @@ struct TransitionSpec {
   Span span;
 };
 
-enum class StateType { kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory, kLeaf };
+enum class StateType { kCompound, kParallel, kFinal, kShallowHistory, kDeepHistory, kAtomic };
 
 /// Conditions that cause a replan of the path being followed.
 struct ReplanPolicy {
@@ -107,8 +107,8 @@ struct ReplanPolicy {
 struct StateSpec {
   Located<std::string> id;
   std::string element;  ///< Element as written: "goto", "transect", ...; a part has its parent's.
-  StateType type = StateType::kLeaf;
-  /// Behaviour, used only by kLeaf. Null: an empty `state`, which only monitors and commands
+  StateType type = StateType::kAtomic;
+  /// Behaviour, used only by kAtomic. Null: an empty `state`, which only monitors and commands
   /// nothing. It is allowed only in regions of a parallel that do not steer.
   std::shared_ptr<const AtomicState> atomic;
   bool is_generated = false;  ///< Made of its parent's element, not written by itself.
@@ -135,7 +135,7 @@ struct Limits {
 };
 
 /// How a mission treats space that was never observed.
-enum class EyesName { kRangeCamera, kCameras };
+enum class MappingSensor { kRangeCamera, kStereo };
 
 enum class UnknownPolicy {
   kCautious,    ///< Speed is limited so that the vehicle stops within observed free space.
@@ -171,12 +171,12 @@ struct Mission {
   /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
   /// Mapping sensor in an unknown environment.
-  Located<EyesName> eyes = {EyesName::kRangeCamera, {}};
+  Located<MappingSensor> mapping_sensor = {MappingSensor::kRangeCamera, {}};
   double memory_s = 600.0;  ///< Time for which observations of an unknown environment are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
-  std::string water = "coastal_sea";  ///< Optical water type in simulation.
+  std::string simulated_water = "coastal_sea";  ///< Optical water type in simulation.
   Located<EstimatorName> estimator;
   bool closes_loops = true;  ///< Loop closure of the visual-inertial estimator.
   std::vector<TagSpec> tags;
@@ -205,22 +205,22 @@ enum class MapFile { kMustExist, kNotNeeded };
                                                    MapFile map_file = MapFile::kMustExist);
 
 /// True if the visual-inertial estimator provides the position where it can.
-[[nodiscard]] inline bool goes_by_sight(const Mission& mission) {
+[[nodiscard]] inline bool uses_visual_inertial(const Mission& mission) {
   return mission.estimator.value == EstimatorName::kVisualInertial;
 }
 
 /// True if a range camera, and not the stereo cameras, maps the unknown environment.
 [[nodiscard]] inline bool has_range_camera(const Mission& mission) {
-  return mission.unknown && mission.eyes.value == EyesName::kRangeCamera;
+  return mission.unknown && mission.mapping_sensor.value == MappingSensor::kRangeCamera;
 }
 
 /// True if the stereo cameras map the unknown environment.
-[[nodiscard]] inline bool has_stereo_eyes(const Mission& mission) {
-  return mission.unknown && mission.eyes.value == EyesName::kCameras;
+[[nodiscard]] inline bool maps_with_stereo(const Mission& mission) {
+  return mission.unknown && mission.mapping_sensor.value == MappingSensor::kStereo;
 }
 
 /// True if the mission can be simulated: an unknown environment needs a simulated world.
-[[nodiscard]] inline bool has_rehearsal(const Mission& mission) {
+[[nodiscard]] inline bool has_simulation_map(const Mission& mission) {
   return !mission.unknown || !mission.map_file.value.empty();
 }
 

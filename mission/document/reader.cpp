@@ -28,7 +28,7 @@ class Reader {
     mission.speed = attributes_.number(vehicle, "speed");
     mission.attitude = attitude_mode(attributes_.name(vehicle, "attitude").value);
     read_map(*root.child("map"), mission);
-    mission.water = attributes_.name(*root.child("map"), "water").value;
+    mission.simulated_water = attributes_.name(*root.child("map"), "simulated_water").value;
     read_estimator(root, mission);
     const XmlElement& start = *root.child("start");
     mission.start = attributes_.position(start);
@@ -59,14 +59,14 @@ class Reader {
     if (file != nullptr && unknown != nullptr) {
       diagnostics_.error("MIS-MAP", attributes_.source(), unknown->name_span,
                          "the map has both a file and a policy for unknown environments",
-                         "the simulated world of an unknown environment is 'rehearsal'");
+                         "the simulated world of an unknown environment is 'simulation_map'");
     } else if (file == nullptr && unknown == nullptr) {
       diagnostics_.error("MIS-MAP", attributes_.source(), element.span,
                          "the map has neither a file nor a policy for unknown environments",
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    for (const char* name : {"rehearsal", "memory_s", "eyes"}) {
+    for (const char* name : {"simulation_map", "memory_s", "mapping_sensor"}) {
       const XmlAttribute* of_unknown = element.attribute(name);
       if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;
       diagnostics_.error(
@@ -74,12 +74,12 @@ class Reader {
           fmt::format("'{}' is for unknown environments, but the map is known", name));
     }
     if (unknown == nullptr || file != nullptr) return;
-    if (element.attribute("rehearsal") != nullptr) {
-      mission.map_file = attributes_.path(element, "rehearsal");
+    if (element.attribute("simulation_map") != nullptr) {
+      mission.map_file = attributes_.path(element, "simulation_map");
     }
-    if (element.attribute("eyes") != nullptr) {
-      const Located<std::string> eyes = attributes_.name(element, "eyes");
-      if (eyes.value == "cameras") mission.eyes = {EyesName::kCameras, eyes.span};
+    if (element.attribute("mapping_sensor") != nullptr) {
+      const Located<std::string> sensor = attributes_.name(element, "mapping_sensor");
+      if (sensor.value == "stereo") mission.mapping_sensor = {MappingSensor::kStereo, sensor.span};
     }
     if (const auto memory = attributes_.optional_number(element, "memory_s")) {
       mission.memory_s = memory->value;

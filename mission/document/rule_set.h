@@ -53,18 +53,18 @@ void positions_are_under_water(const Subject& subject);
 void positions_respect_max_depth(const Subject& subject);
 void altitudes_are_in_open_water(const Subject& subject);
 void altitudes_have_known_ground(const Subject& subject);
-void eyes_are_looked_through(const Subject& subject);
+void mapping_cameras_are_used(const Subject& subject);
 void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);
-void limits_leave_room(const Subject& subject);
+void limits_leave_clearance(const Subject& subject);
 void reduced_clearances_are_less(const Subject& subject);
 void failsafes_bring_it_up(const Subject& subject);
-void tags_are_told_apart(const Subject& subject);
+void tags_are_distinct(const Subject& subject);
 void tags_can_be_used(const Subject& subject);
 
 // Flow: the mission makes progress, and ends at the surface. (flow_rules.cpp)
 void states_are_reachable(const Subject& subject, const Flow& flow);
-void states_have_a_way_out(const Subject& subject, const Flow& flow);
+void states_have_an_exit_path(const Subject& subject, const Flow& flow);
 void done_is_noticed(const Subject& subject, const Flow& flow);
 void machine_comes_to_rest(const Subject& subject, const Flow& flow);
 void mission_ends(const Subject& subject, const Flow& flow);

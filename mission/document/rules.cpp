@@ -60,7 +60,8 @@ constexpr Rule kRules[] = {
     {"MIS-ALTITUDE-UNKNOWN", Severity::kError,
      "In an unknown environment nothing uses ALTITUDE, because the ground is not known at the "
      "start."},
-    {"MIS-EYES", Severity::kError, "Mapping with cameras requires estimator=\"visual_inertial\"."},
+    {"MIS-MAPPING-SENSOR", Severity::kError,
+     "Mapping with cameras requires estimator=\"visual_inertial\"."},
     {"MIS-TAG-DUPLICATE", Severity::kError, "No two tags have the same id."},
     {"MIS-TAG-UNUSED", Severity::kError,
      "Tags require the visual-inertial estimator and a known map."},
@@ -105,18 +106,18 @@ constexpr DocumentRule kValueRules[] = {
     positions_respect_max_depth,
     altitudes_are_in_open_water,
     altitudes_have_known_ground,
-    eyes_are_looked_through,
+    mapping_cameras_are_used,
     surfacing_is_in_open_water,
     times_fit_into_the_mission,
-    limits_leave_room,
+    limits_leave_clearance,
     reduced_clearances_are_less,
     failsafes_bring_it_up,
-    tags_are_told_apart,
+    tags_are_distinct,
     tags_can_be_used,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
-    states_are_reachable,  states_have_a_way_out, done_is_noticed,
-    machine_comes_to_rest, mission_ends,          mission_surfaces,
+    states_are_reachable, states_have_an_exit_path, done_is_noticed, machine_comes_to_rest,
+    mission_ends,         mission_surfaces,
 };
 
 }  // namespace

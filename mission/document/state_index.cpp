@@ -49,7 +49,7 @@ bool is_history(const StateSpec& spec) {
 }
 
 bool is_behavior(const StateSpec& spec) {
-  return spec.type == StateType::kLeaf && spec.atomic != nullptr;
+  return spec.type == StateType::kAtomic && spec.atomic != nullptr;
 }
 
 bool is_planning(const StateSpec& spec) { return !goals_of(spec).empty(); }

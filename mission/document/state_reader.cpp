@@ -44,7 +44,7 @@ StateSpec StateReader::state(const XmlElement& element, bool overhead_above) {
     if (is_state(child)) spec.children.push_back(state(child, spec.overhead));
   }
   // A state without children is atomic: it monitors and steers nothing.
-  if (spec.type == StateType::kCompound && spec.children.empty()) spec.type = StateType::kLeaf;
+  if (spec.type == StateType::kCompound && spec.children.empty()) spec.type = StateType::kAtomic;
   if (element.attribute("initial") != nullptr) {
     spec.initial = attributes_.name(element, "initial");
   } else if (spec.type == StateType::kCompound) {

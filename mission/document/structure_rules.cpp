@@ -29,7 +29,7 @@ bool has_behavior_inside(const StateSpec& spec) {
 
 // Reports every part that leaves the vehicle without a behaviour, or with two.
 void demand_steering(const Subject& subject, const StateSpec& spec) {
-  if (spec.type == StateType::kLeaf && !is_behavior(spec)) {
+  if (spec.type == StateType::kAtomic && !is_behavior(spec)) {
     subject.error(
         "MIS-IDLE", spec.id.span,
         fmt::format("'{}' is empty, so no behaviour steers the vehicle in it", spec.id.value),

@@ -94,12 +94,12 @@ void altitudes_have_known_ground(const Subject& subject) {
   }
 }
 
-void eyes_are_looked_through(const Subject& subject) {
+void mapping_cameras_are_used(const Subject& subject) {
   const Mission& mission = subject.mission;
-  if (!has_stereo_eyes(mission) || goes_by_sight(mission)) return;
-  subject.error("MIS-EYES", mission.eyes.span,
+  if (!maps_with_stereo(mission) || uses_visual_inertial(mission)) return;
+  subject.error("MIS-MAPPING-SENSOR", mission.mapping_sensor.span,
                 "the cameras map the environment, but the estimator does not use them",
-                "write <estimation estimator=\"visual_inertial\"/>, or remove 'eyes'");
+                "write <estimation estimator=\"visual_inertial\"/>, or remove 'mapping_sensor'");
 }
 
 void surfacing_is_in_open_water(const Subject& subject) {
@@ -113,7 +113,7 @@ void surfacing_is_in_open_water(const Subject& subject) {
   }
 }
 
-void limits_leave_room(const Subject& subject) {
+void limits_leave_clearance(const Subject& subject) {
   const Limits& limits = subject.mission.limits;
   if (limits.max_depth.value > limits.clearance.value) return;
   subject.error("MIS-LIMITS", limits.max_depth.span,
@@ -148,7 +148,7 @@ void reduced_clearances_are_less(const Subject& subject) {
 void failsafes_bring_it_up(const Subject& subject) {
   using behaviors::FailsafeKind;
   for (const FailsafeKind kind : {FailsafeKind::kLeak, FailsafeKind::kBattery,
-                                  FailsafeKind::kOvertime, FailsafeKind::kOperatorAbort}) {
+                                  FailsafeKind::kMissionTimeout, FailsafeKind::kOperatorAbort}) {
     const Failsafes& failsafes = subject.mission.failsafes;
     const std::optional<Span>& written = failsafes.written[static_cast<std::size_t>(kind)];
     if (!written || failsafes.policy(kind).rung >= behaviors::Rung::kRetrace) continue;
@@ -160,7 +160,7 @@ void failsafes_bring_it_up(const Subject& subject) {
   }
 }
 
-void tags_are_told_apart(const Subject& subject) {
+void tags_are_distinct(const Subject& subject) {
   const std::vector<TagSpec>& tags = subject.mission.tags;
   for (auto tag = tags.begin(); tag != tags.end(); ++tag) {
     const auto first = std::find_if(
@@ -177,7 +177,7 @@ void tags_can_be_used(const Subject& subject) {
   const Mission& mission = subject.mission;
   for (const TagSpec& tag : mission.tags) {
     const std::string name = fmt::format("the tag {}", tag.id.value);
-    if (!goes_by_sight(mission)) {
+    if (!uses_visual_inertial(mission)) {
       subject.error("MIS-TAG-UNUSED", tag.id.span, name + " is not used by the primitive estimator",
                     "write estimator=\"visual_inertial\"");
     } else if (mission.unknown) {

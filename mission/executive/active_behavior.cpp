@@ -13,9 +13,9 @@ ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, M
     : machine_(machine),
       map_(map),
       trail_(trail),
-      context_(make_leaf_context(mission, map.scene(), seed)),
+      context_(make_behavior_context(mission, map.scene(), seed)),
       is_in_unknown_(mission.unknown.has_value()),
-      view_(seen_ahead_options(mission)),
+      view_(stopping_speed_options(mission)),
       behaviors_(machine.chart.states.size()) {}
 
 void ActiveBehavior::enter(StateId state, int goals_done) {
@@ -69,21 +69,21 @@ behaviors::Behavior& ActiveBehavior::behavior() const {
 behaviors::BehaviorOutput ActiveBehavior::step(const Situation& situation, bool replan,
                                                std::optional<PlanQuery>& query) {
   behaviors::Behavior& active = behavior();
-  const StateId leaf = *state();
+  const StateId active_state = *state();
   behaviors::BehaviorInput input = behavior_input(situation);
   const std::optional<PlanReply> reply = std::exchange(reply_, std::nullopt);
-  const bool is_answered = reply && reply->id == asked_id_ && asked_by_ == leaf;
+  const bool is_answered = reply && reply->id == asked_id_ && asked_by_ == active_state;
   input.plan = is_answered ? &reply->plan : nullptr;
   input.replan = replan;
   input.map_changed = std::exchange(map_changed_, false);
   input.trail = &trail_;
-  input.seen = map_.has_observed() ? &map_ : nullptr;
+  input.observed = map_.has_observed() ? &map_ : nullptr;
   behaviors::BehaviorOutput output = active.step(input);
   progress_ = active.progress();
   if (output.plan_request) {
     asked_id_ = ++queries_;
-    asked_by_ = leaf;
-    query = PlanQuery{asked_id_, machine_.chart.states[static_cast<std::size_t>(leaf)].id,
+    asked_by_ = active_state;
+    query = PlanQuery{asked_id_, machine_.chart.states[static_cast<std::size_t>(active_state)].id,
                       output.plan_cause, std::move(*output.plan_request)};
   }
   if (is_in_unknown_ && active.needs_free_ahead()) limit_by_view(situation, output);
@@ -93,8 +93,8 @@ behaviors::BehaviorOutput ActiveBehavior::step(const Situation& situation, bool 
 void ActiveBehavior::limit_by_view(const Situation& situation, behaviors::BehaviorOutput& output) {
   view_.apply(situation.now, situation.mission_now, situation.estimate, output.command);
   if (output.done || output.failed != behaviors::Failure::kNone) return;
-  if (!view_.waits_in_vain(situation.mission_now) || behavior().request_alternative()) return;
-  progress_.plan_failure = "the way that was planned leads where it cannot look";
+  if (!view_.view_timed_out(situation.mission_now) || behavior().request_alternative()) return;
+  progress_.plan_failure = "the planned path enters space that the sensor cannot observe";
   output.failed = behaviors::Failure::kUnreachable;
 }
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "behaviors/behavior.h"
-#include "behaviors/sight_limit.h"
 #include "behaviors/trail.h"
+#include "behaviors/view_speed_limit.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/io.h"
-#include "mission/executive/leaf_behaviors.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/map_view.h"
 #include "mission/executive/situation.h"
@@ -47,7 +47,7 @@ class ActiveBehavior {
   void take_map_change() { map_changed_ = true; }
   /// Time of a mapped scan, and the free distance (m) ahead of the hull in it.
   void take_free_ahead(Utime scan_utime, double free_ahead_m) {
-    view_.hear(scan_utime, free_ahead_m);
+    view_.add_scan(scan_utime, free_ahead_m);
   }
   void advance_view(Utime now, const Eigen::Vector3d& p_W) { view_.advance(now, p_W); }
 
@@ -70,9 +70,9 @@ class ActiveBehavior {
   const Machine& machine_;
   MapView& map_;
   const behaviors::Trail& trail_;
-  LeafContext context_;
+  BehaviorContext context_;
   bool is_in_unknown_;
-  behaviors::SightLimit view_;
+  behaviors::ViewSpeedLimit view_;
   std::vector<std::unique_ptr<behaviors::Behavior>> behaviors_;  ///< Indexed by StateId.
   behaviors::Progress progress_;                                 ///< Progress at the last step.
   bool map_changed_ = false;

@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 
-#include "behaviors/sight_limit.h"
+#include "behaviors/view_speed_limit.h"
 #include "common/assert.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/executive_impl.h"
 #include "mission/executive/failsafe_words.h"
-#include "mission/executive/leaf_behaviors.h"
 #include "mission/states/atomic_state.h"
 
 namespace dive::mission {
@@ -28,7 +28,7 @@ constexpr double kPushUp = -1.0;  // m of depth: above the surface, so that effo
 const char* takeover_event(Rung rung) {
   switch (rung) {
     case Rung::kRetrace:
-      return kRetreatEvent;
+      return kRetraceEvent;
     case Rung::kAbortAndSurface:
       return kAbortEvent;
     case Rung::kEmergencySurface:
@@ -74,10 +74,10 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
       map(world, model.hull, judged_clearance(mission_in)),
       machine(build_machine(mission_in)),
       runner(machine, *this, outputs),
-      surroundings(mission_in, map),
-      behavior(mission_in, machine, map, surroundings.trail(), options.seed),
+      overhead_monitor(mission_in, map),
+      behavior(mission_in, machine, map, overhead_monitor.trail(), options.seed),
       localization(mission_in.estimator.value, options.estimator, first_position(), first_sigma()),
-      helm(options.autopilot),
+      control(options.autopilot),
       fallback(options.autopilot),
       monitors(monitor_limits(mission_in)),
       ladder(mission_in.failsafes.policies) {}
@@ -141,9 +141,9 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
 
 void Executive::Impl::estimate(const StepInputs& inputs) {
   const bool imu_is_fresh = situation.sensors.imu_is_fresh;
-  if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, helm.predicted());
+  if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the helm defines it
-  situation.expected_heave = helm.expected_heave(speed);
+  situation.expected_heave = control.expected_heave(speed);
   localization.expect(speed, situation.expected_heave);
   outputs.estimate = situation.estimate = localization.update(inputs.now);
   if (situation.estimate.valid) behavior.advance_view(inputs.now, situation.estimate.X_WB.p);
@@ -161,16 +161,16 @@ void Executive::Impl::start() {
 // Updates overhead, altitude, and the resources used.
 void Executive::Impl::assess() {
   const double battery = situation.health.battery_fraction;
-  surroundings.look(situation.now, situation.estimate, behavior.declared_overhead(), battery);
-  situation.overhead = surroundings.is_under();
-  situation.open_above = surroundings.open_above();
+  overhead_monitor.update(situation.now, situation.estimate, behavior.declared_overhead(), battery);
+  situation.overhead = overhead_monitor.has_overhead();
+  situation.open_above = overhead_monitor.open_above();
   // A vehicle without attitude cannot steer, so ascending is its best option wherever nothing is
   // above it.
   situation.can_ascend =
       situation.open_above || (!situation.overhead && !situation.sensors.imu_is_fresh);
-  situation.altitude_m = surroundings.altitude_m();
-  situation.penetration_m = surroundings.trail().penetration_m();
-  situation.budget_used = surroundings.spent(situation.now, started_at, battery);
+  situation.altitude_m = overhead_monitor.altitude_m();
+  situation.penetration_m = overhead_monitor.trail().penetration_m();
+  situation.budget_used = overhead_monitor.budget_used(situation.now, started_at, battery);
   situation.elapsed_s = to_seconds(situation.now - started_at);
   situation.state_elapsed_s = runner.state_elapsed_s();
   situation.progress = behavior.progress();
@@ -261,10 +261,10 @@ void Executive::Impl::skip() {
   if (!behavior.is_missions()) {
     return note("topside says skip, but the mission is not in command");
   }
-  const StateId leaf = *behavior.state();
-  const std::string& id = machine.chart.states[static_cast<std::size_t>(leaf)].id;
+  const StateId state = *behavior.state();
+  const std::string& id = machine.chart.states[static_cast<std::size_t>(state)].id;
   if (runner.is_running()) runner.dispatch({"operator.skip", cause});
-  if (behavior.state() != leaf || behavior.behavior().skip()) return;
+  if (behavior.state() != state || behavior.behavior().skip()) return;
   runner.dispatch({"done.state." + id, cause});
 }
 
@@ -278,7 +278,7 @@ void Executive::Impl::steer() {
   }
   if (mission.unknown && situation.sensors.imu_is_fresh && measures_its_speed()) {
     const estimation::StateEstimate& now = situation.estimate;
-    behaviors::hold_speed(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
+    behaviors::compensate_drift(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
   }
 }
 
@@ -290,13 +290,13 @@ vehicle::Command Executive::Impl::keep_station() const {
 // True if the map, or vision in use, provides the velocity: an outdated velocity must not close the
 // speed loop.
 bool Executive::Impl::measures_its_speed() const {
-  return !goes_by_sight(mission) ||
+  return !uses_visual_inertial(mission) ||
          situation.estimate.source == estimation::EstimatorKind::kVisualInertial;
 }
 
 void Executive::Impl::follow_behavior() {
-  const std::optional<StateId> leaf = behavior.state();
-  if (!leaf) {  // the machine has ended
+  const std::optional<StateId> state = behavior.state();
+  if (!state) {  // the machine has ended
     command = keep_station();
     if (situation.open_above) {
       command.d = situation.sensors.depth_is_fresh ? 0.0 : kPushUp;
@@ -307,18 +307,18 @@ void Executive::Impl::follow_behavior() {
   const behaviors::BehaviorOutput result = behavior.step(situation, replan, outputs.plan_query);
   command = result.command;
   if (result.done) {
-    const std::string& id = machine.chart.states[static_cast<std::size_t>(*leaf)].id;
+    const std::string& id = machine.chart.states[static_cast<std::size_t>(*state)].id;
     runner.dispatch({"done.state." + id, id + " is done"});
   }
-  if (result.failed != behaviors::Failure::kNone) fail(*leaf, result.failed);
+  if (result.failed != behaviors::Failure::kNone) fail(*state, result.failed);
 }
 
-void Executive::Impl::fail(StateId leaf, behaviors::Failure failure) {
-  const auto index = static_cast<std::size_t>(leaf);
+void Executive::Impl::fail(StateId state, behaviors::Failure failure) {
+  const auto index = static_cast<std::size_t>(state);
   const std::string& why = behavior.progress().plan_failure;
-  if (machine.is_own(leaf) || is_retracing(*machine.specs[index])) {
+  if (machine.is_own(state) || is_retracing(*machine.specs[index])) {
     situation.retrace_failed = true;  // the failsafe responds in the next tick
-    situation.retrace_failure = why.empty() ? "the trail never saw open water" : why;
+    situation.retrace_failure = why.empty() ? "the trail never had open water above" : why;
     return;
   }
   const std::string& id = machine.chart.states[index].id;
@@ -335,20 +335,20 @@ void Executive::Impl::actuate() {
   const estimation::StateEstimate& now = situation.estimate;
   if (started && dt > 0.0 && sensing.imu() != nullptr && sensing.has_depth()) {
     const double depth = sensors.depth_is_fresh ? sensors.depth_m : -now.X_WB.p.z();
-    helm.step(command,
-              {sensing.imu(), sensors.imu_is_fresh, depth, sensors.depth_is_fresh, now.v_WB_B,
-               localization.surge(), now.map_from_odom.yaw},
-              dt);
+    control.step(command,
+                 {sensing.imu(), sensors.imu_is_fresh, depth, sensors.depth_is_fresh, now.v_WB_B,
+                  localization.surge(), now.map_from_odom.yaw},
+                 dt);
   }
   last_step = situation.now;
-  outputs.rates = helm.rates();
+  outputs.rates = control.rates();
 }
 
 void Executive::Impl::fill_status() {
   const behaviors::Progress& progress = behavior.progress();
   Status& status = outputs.status;
   status.state = runner.innermost();
-  status.leg = progress.leg;
+  status.goal = progress.goal;
   status.distance_to_go_m = progress.distance_to_go_m;
   status.time_to_go_s = progress.distance_to_go_m / mission.speed.value;
   status.depth_m = -situation.estimate.X_WB.p.z();
@@ -395,8 +395,8 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
   return impl.outputs = impl.fallback.step(inputs, impl.runner.abort_cause());
 }
 
-Committed Executive::committed() const { return impl_->committed(); }
-const behaviors::Trail& Executive::trail() const { return impl_->surroundings.trail(); }
+Checkpoint Executive::checkpoint() const { return impl_->checkpoint(); }
+const behaviors::Trail& Executive::trail() const { return impl_->overhead_monitor.trail(); }
 ExecutiveResult Executive::result() const { return impl_->result(); }
 
 }  // namespace dive::mission

@@ -14,7 +14,7 @@
 #include "behaviors/trail.h"
 #include "estimation/primitive.h"
 #include "mission/document/mission.h"
-#include "mission/executive/committed.h"
+#include "mission/executive/checkpoint.h"
 #include "mission/executive/io.h"
 #include "planning/world/world.h"
 #include "vehicle/autopilot.h"
@@ -61,7 +61,7 @@ class Executive {
 
   /// The state to save before the outputs of the last step reach the vehicle, so that a restart
   /// finds the same state and repeats no action.
-  [[nodiscard]] Committed committed() const;
+  [[nodiscard]] Checkpoint checkpoint() const;
   [[nodiscard]] const behaviors::Trail& trail() const;
 
  private:

@@ -10,16 +10,16 @@
 #include "behaviors/failsafes.h"
 #include "behaviors/monitors.h"
 #include "mission/executive/active_behavior.h"
+#include "mission/executive/control_stage.h"
 #include "mission/executive/executive.h"
-#include "mission/executive/helm.h"
 #include "mission/executive/localization.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/machine_runner.h"
 #include "mission/executive/map_view.h"
+#include "mission/executive/overhead_monitor.h"
 #include "mission/executive/sensing.h"
 #include "mission/executive/situation.h"
 #include "mission/executive/surfacing_fallback.h"
-#include "mission/executive/surroundings.h"
 
 namespace dive::mission {
 
@@ -28,7 +28,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
        ExecutiveOptions options_in);
 
   void step(const StepInputs& inputs);
-  [[nodiscard]] Committed committed() const;
+  [[nodiscard]] Checkpoint checkpoint() const;
   [[nodiscard]] ExecutiveResult result() const;
 
   // The stages of a tick, in order.
@@ -58,7 +58,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void skip();
   void take_rung(const behaviors::FailsafeLadder::Change& change);
   void follow_behavior();
-  void fail(statechart::StateId leaf, behaviors::Failure failure);
+  void fail(statechart::StateId state, behaviors::Failure failure);
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
   [[nodiscard]] bool is_held() const { return paused || ladder.rung() == behaviors::Rung::kHold; }
@@ -75,10 +75,10 @@ struct Executive::Impl final : private MachineRunner::Observer {
   MapView map;
   Machine machine;
   MachineRunner runner;
-  Surroundings surroundings;
+  OverheadMonitor overhead_monitor;
   ActiveBehavior behavior;
   Localization localization;
-  Helm helm;
+  ControlStage control;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
   Sensing sensing;

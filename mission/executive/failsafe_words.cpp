@@ -20,15 +20,15 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
                          situation.health.temperature_c, limit);
     case FailsafeKind::kOverdepth:
       return fmt::format("deeper than {:g} m", mission.limits.max_depth.value);
-    case FailsafeKind::kUnderAltitude:
+    case FailsafeKind::kMinAltitude:
       return fmt::format("{:.2f} m above the ground, less than {:g} m",
                          situation.altitude_m.value_or(0.0), mission.limits.min_altitude.value);
     case FailsafeKind::kGeofence:
       return fmt::format("({:.1f}, {:.1f}) is outside of the fence", situation.estimate.X_WB.p.x(),
                          situation.estimate.X_WB.p.y());
-    case FailsafeKind::kOvertime:
+    case FailsafeKind::kMissionTimeout:
       return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
-    case FailsafeKind::kOverdueLeg:
+    case FailsafeKind::kLegTimeout:
       return fmt::format("{:.0f} s on a leg of {:.0f} s", progress.elapsed_s, progress.expected_s);
     case FailsafeKind::kStuck:
       return fmt::format("in the same place for {:g} s", limit);
@@ -39,7 +39,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kHealthLost:
       return fmt::format("no word on battery and leak for {:g} s", limit);
     case FailsafeKind::kRangeLost:
-      return fmt::format("nothing new was seen for {:g} s", limit);
+      return fmt::format("no new range data for {:g} s", limit);
     case FailsafeKind::kEstimatorDiverged:
       return fmt::format("estimated depth {:.1f} m, measured {:.1f} m",
                          -situation.estimate.X_WB.p.z(), situation.sensors.depth_m);
@@ -51,7 +51,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
                                       : fmt::format("{} plans failed in a row, the last one: {}",
                                                     progress.plan_failures, progress.plan_failure);
     case FailsafeKind::kCommsLost:
-      return fmt::format("nothing heard from topside for {:g} s", limit);
+      return fmt::format("no heartbeat from topside for {:g} s", limit);
     case FailsafeKind::kOperatorAbort:
       return "topside says abort";
     case FailsafeKind::kRetraceFailure:

@@ -86,7 +86,7 @@ struct ActionRecord {
 
 struct Status {
   std::string state;  ///< Innermost active state.
-  std::string leg;    ///< Goal heading for, may be empty.
+  std::string goal;   ///< Goal heading for, may be empty.
   double distance_to_go_m = 0.0;
   double time_to_go_s = 0.0;
   double depth_m = 0.0;

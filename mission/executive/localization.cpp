@@ -24,7 +24,7 @@ void Localization::add(Utime now, const estimation::VisionEstimate& vision) {
 }
 
 // When the prediction is no longer trusted, the vehicle is assumed to be at rest and upright.
-void Localization::predict_attitude(Utime now, const vehicle::ReckonedAttitude& attitude) {
+void Localization::predict_attitude(Utime now, const vehicle::PredictedAttitude& attitude) {
   if (attitude.is_trusted()) {
     odometry_.predict_attitude(now, attitude.q_WB(), attitude.omega_B());
   } else {
@@ -38,8 +38,8 @@ void Localization::expect(double speed, double heave) {
   odometry_.set_expected_heave(heave);
 }
 
-void Localization::went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge) {
-  odometry_.went_on(by_W, sigma_m, surge);
+void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {
+  odometry_.dead_reckon(by_W, sigma_m, surge);
 }
 
 const estimation::StateEstimate& Localization::update(Utime now) {
@@ -67,13 +67,14 @@ std::optional<std::string> Localization::describe_loop(Utime now,
                      rad_to_deg(loops.turned_rad));
 }
 
-std::optional<std::string> Localization::describe_tag(const estimation::TagSight& sight) {
-  const bool is_one = sight.id >= 0 && sight.id < Tag::kCodes;
-  if (!uses_vision_ || !is_one || sight.verdict == estimation::TagVerdict::kNone)
+std::optional<std::string> Localization::describe_tag(
+    const estimation::TagObservation& observation) {
+  const bool is_one = observation.id >= 0 && observation.id < Tag::kCodes;
+  if (!uses_vision_ || !is_one || observation.result == estimation::TagResult::kNone)
     return std::nullopt;
-  estimation::TagVerdict& reported = reported_tags_[static_cast<std::size_t>(sight.id)];
-  if (std::exchange(reported, sight.verdict) == sight.verdict) return std::nullopt;
-  return estimation::to_sentence(sight);
+  estimation::TagResult& reported = reported_tags_[static_cast<std::size_t>(observation.id)];
+  if (std::exchange(reported, observation.result) == observation.result) return std::nullopt;
+  return estimation::to_sentence(observation);
 }
 
 }  // namespace dive::mission

@@ -10,7 +10,7 @@
 #include "estimation/frame_correction.h"
 #include "estimation/primitive.h"
 #include "mission/document/guard.h"
-#include "vehicle/reckoned_attitude.h"
+#include "vehicle/predicted_attitude.h"
 
 namespace dive::mission {
 
@@ -24,10 +24,10 @@ class Localization {
   /// Adds an estimate received at `now`. Ignored if the mission does not use vision.
   void add(Utime now, const estimation::VisionEstimate& vision);
   /// Called while the attitude sensor is silent.
-  void predict_attitude(Utime now, const vehicle::ReckonedAttitude& attitude);
+  void predict_attitude(Utime now, const vehicle::PredictedAttitude& attitude);
   /// See PrimitiveEstimator.
   void expect(double speed, double heave);
-  void went_on(const Eigen::Vector2d& by_W, double sigma_m, double surge);
+  void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
 
@@ -35,7 +35,8 @@ class Localization {
   [[nodiscard]] const estimation::StateEstimate& update(Utime now);
 
   /// A message; empty if the status of that tag has not changed.
-  [[nodiscard]] std::optional<std::string> describe_tag(const estimation::TagSight& sight);
+  [[nodiscard]] std::optional<std::string> describe_tag(
+      const estimation::TagObservation& observation);
 
   /// Expected speed through the water along x of B, m/s.
   [[nodiscard]] double surge() const { return odometry_.surge(); }
@@ -58,7 +59,7 @@ class Localization {
   bool has_switched_ = false;
   int loops_closed_ = 0;
   std::optional<Utime> loop_reported_;  ///< us
-  std::array<estimation::TagVerdict, Tag::kCodes> reported_tags_{};
+  std::array<estimation::TagResult, Tag::kCodes> reported_tags_{};
 };
 
 }  // namespace dive::mission

@@ -14,7 +14,7 @@ using statechart::StateId;
 using statechart::StateKind;
 using statechart::Transition;
 
-constexpr double kRetreatWait = 60.0;  // s in open water before a retrace ends in surfacing
+constexpr double kRetraceWait = 60.0;  // s in open water before a retrace ends in surfacing
 
 StateKind kind_of(StateType type) {
   switch (type) {
@@ -28,7 +28,7 @@ StateKind kind_of(StateType type) {
       return StateKind::kShallowHistory;
     case StateType::kDeepHistory:
       return StateKind::kDeepHistory;
-    case StateType::kLeaf:
+    case StateType::kAtomic:
       return StateKind::kAtomic;
   }
   DIVE_DEMAND(false);
@@ -57,8 +57,8 @@ class Builder {
     return state;
   }
 
-  StateId add_own_leaf(const std::string& id, StateId parent,
-                       std::shared_ptr<const AtomicState> atomic) {
+  StateId add_own_atomic(const std::string& id, StateId parent,
+                         std::shared_ptr<const AtomicState> atomic) {
     const StateId state = add(id, StateKind::kAtomic, parent, nullptr);
     machine_.atomic.back() = std::move(atomic);
     return state;
@@ -76,25 +76,27 @@ class Builder {
   }
 
   void add_own_states(StateId root) {
-    const StateId retreat = add(kRetreatState, StateKind::kCompound, root, nullptr);
-    const StateId back = add_own_leaf(kBackState, retreat, std::make_shared<RetraceState>());
-    const StateId wait = add_own_leaf(
-        kWaitState, retreat, std::make_shared<HoldState>(Located<double>{kRetreatWait, {}}));
+    const StateId retrace = add(kRetraceState, StateKind::kCompound, root, nullptr);
+    const StateId path =
+        add_own_atomic(kRetracePathState, retrace, std::make_shared<RetraceState>());
+    const StateId wait = add_own_atomic(
+        kRetraceWaitState, retrace, std::make_shared<HoldState>(Located<double>{kRetraceWait, {}}));
     const StateId abort = add(kAbortState, StateKind::kCompound, root, nullptr);
-    const StateId retrace = add_own_leaf(kRetraceState, abort, std::make_shared<RetraceState>());
-    const StateId surface =
-        add_own_leaf(kAbortSurfaceState, abort, std::make_shared<SurfaceState>());
-    const StateId emergency = add_own_leaf(
+    const StateId abort_retrace =
+        add_own_atomic(kAbortRetraceState, abort, std::make_shared<RetraceState>());
+    const StateId abort_surface =
+        add_own_atomic(kAbortSurfaceState, abort, std::make_shared<SurfaceState>());
+    const StateId emergency = add_own_atomic(
         kEmergencyState, root, std::make_shared<SurfaceState>(SurfaceState::Obstacles::kIgnored));
     const StateId aborted = add(kAbortedState, StateKind::kFinal, root, nullptr);
-    machine_.chart.set_initial(retreat, {back});
-    on(back, done_event(kBackState), wait);
-    on(wait, done_event(kWaitState), abort);
-    on(retreat, kAbortEvent, abort);
-    on(retreat, kEmergencyEvent, emergency);
-    machine_.chart.set_initial(abort, {retrace});
-    on(retrace, done_event(kRetraceState), surface);
-    on(surface, done_event(kAbortSurfaceState), aborted);
+    machine_.chart.set_initial(retrace, {path});
+    on(path, done_event(kRetracePathState), wait);
+    on(wait, done_event(kRetraceWaitState), abort);
+    on(retrace, kAbortEvent, abort);
+    on(retrace, kEmergencyEvent, emergency);
+    machine_.chart.set_initial(abort, {abort_retrace});
+    on(abort_retrace, done_event(kAbortRetraceState), abort_surface);
+    on(abort_surface, done_event(kAbortSurfaceState), aborted);
     on(emergency, done_event(kEmergencyState), aborted);
     on(abort, kEmergencyEvent, emergency);
   }
@@ -154,7 +156,7 @@ class Builder {
   void add_takeovers(const StateSpec& spec) {
     if (spec.type == StateType::kFinal) return;
     const StateId source = find(spec.id.value);
-    on(source, kRetreatEvent, find(kRetreatState));
+    on(source, kRetraceEvent, find(kRetraceState));
     on(source, kAbortEvent, find(kAbortState));
     on(source, kEmergencyEvent, find(kEmergencyState));
   }

@@ -1,12 +1,13 @@
 #pragma once
 // A mission's states as a statechart, beside the executive's own states:
 //
-//    dive.retreat       retrace: dive.back to open water, a minute in dive.wait, then dive.abort
-//   dive.abort         abort_and_surface: dive.retrace, then dive.surface
+//   dive.retrace       retrace: dive.retrace_path to open water, a minute in dive.retrace_wait, then
+//                      dive.abort
+//   dive.abort         abort_and_surface: dive.abort_retrace, then dive.abort_surface
 //   dive.emergency     emergency_surface: straight up
 //   dive.aborted       final
 //
-// Every top-level state of the mission has transitions to dive.retreat on dive.retrace_trail, to
+// Every top-level state of the mission has transitions to dive.retrace on dive.retrace, to
 // dive.abort on dive.abort_and_surface and to dive.emergency on dive.emergency_surface. No mission
 // can name these events, so none can block them.
 
@@ -19,15 +20,15 @@
 
 namespace dive::mission {
 
-inline constexpr const char* kRetreatEvent = "dive.retrace_trail";
+inline constexpr const char* kRetraceEvent = "dive.retrace";
 inline constexpr const char* kAbortEvent = "dive.abort_and_surface";
 inline constexpr const char* kEmergencyEvent = "dive.emergency_surface";
-inline constexpr const char* kRetreatState = "dive.retreat";
-inline constexpr const char* kBackState = "dive.back";
-inline constexpr const char* kWaitState = "dive.wait";
-inline constexpr const char* kAbortState = "dive.abort";
 inline constexpr const char* kRetraceState = "dive.retrace";
-inline constexpr const char* kAbortSurfaceState = "dive.surface";
+inline constexpr const char* kRetracePathState = "dive.retrace_path";
+inline constexpr const char* kRetraceWaitState = "dive.retrace_wait";
+inline constexpr const char* kAbortState = "dive.abort";
+inline constexpr const char* kAbortRetraceState = "dive.abort_retrace";
+inline constexpr const char* kAbortSurfaceState = "dive.abort_surface";
 inline constexpr const char* kEmergencyState = "dive.emergency";
 inline constexpr const char* kAbortedState = "dive.aborted";
 

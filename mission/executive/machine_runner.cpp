@@ -137,29 +137,29 @@ double MachineRunner::state_elapsed_s() const {
   return 0.0;
 }
 
-void MachineRunner::save(Committed& committed) const {
+void MachineRunner::save(Checkpoint& checkpoint) const {
   const statechart::Interpreter::Memory memory = interpreter_.memory();
-  keep_memory(memory, machine_.chart, committed);
+  keep_memory(memory, machine_.chart, checkpoint);
   for (const StateId state : memory.active) {
-    committed.active_s.push_back(
+    checkpoint.active_s.push_back(
         to_seconds(mission_now_ - entered_at_[static_cast<std::size_t>(state)]));
   }
   for (std::size_t i = 0; i < done_once_.size(); ++i) {
-    if (done_once_[i]) committed.done_once.push_back(static_cast<int>(i));
+    if (done_once_[i]) checkpoint.done_once.push_back(static_cast<int>(i));
   }
-  committed.abort_cause = abort_cause_;
+  checkpoint.abort_cause = abort_cause_;
 }
 
-void MachineRunner::restore(const Committed& committed) {
-  for (const int action : committed.done_once) {
+void MachineRunner::restore(const Checkpoint& checkpoint) {
+  for (const int action : checkpoint.done_once) {
     done_once_.at(static_cast<std::size_t>(action)) = true;
   }
-  abort_cause_ = committed.abort_cause;
-  const statechart::Interpreter::Memory memory = memory_of(committed, machine_.chart);
+  abort_cause_ = checkpoint.abort_cause;
+  const statechart::Interpreter::Memory memory = memory_of(checkpoint, machine_.chart);
   interpreter_.restore(memory);
   for (std::size_t i = 0; i < memory.active.size(); ++i) {
     const auto index = static_cast<std::size_t>(memory.active[i]);
-    entered_at_[index] = mission_now_ - from_seconds(committed.active_s.at(i));
+    entered_at_[index] = mission_now_ - from_seconds(checkpoint.active_s.at(i));
     if (machine_.chart.states[index].kind != statechart::StateKind::kAtomic) continue;
     observer_.on_entered_atomic(memory.active[i]);
     refuse_to_surface_under_an_overhead(memory.active[i]);

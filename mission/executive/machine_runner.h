@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "mission/executive/committed.h"
+#include "mission/executive/checkpoint.h"
 #include "mission/executive/io.h"
 #include "mission/executive/machine.h"
 #include "mission/statechart/interpreter.h"
@@ -60,10 +60,10 @@ class MachineRunner final : private statechart::Environment {
     return !abort_cause_.empty() || final_state_ == kAbortedState;
   }
 
-  void save(Committed& committed) const;
+  void save(Checkpoint& checkpoint) const;
   /// Continues where another runner ended: enters no state, executes no action. `observer` is
   /// called for the active atomic states.
-  void restore(const Committed& committed);
+  void restore(const Checkpoint& checkpoint);
 
  private:
   [[nodiscard]] bool evaluate(statechart::GuardId guard) override;

@@ -18,7 +18,7 @@ using planning::ObservedMap;
 // pass for a blocked one because it was not judged to its end.
 constexpr std::size_t kStretch = 6;
 constexpr int kMaxEvaluations = 4000;  // of FCL, on the control thread
-constexpr double kLeastCutoff = 0.01;  // m
+constexpr double kMinCutoff = 0.01;    // m
 constexpr double kTouch = 1e-3;        // m: nearer is touching
 constexpr double kRange = 200.0;       // m down that the ground is looked for
 
@@ -85,7 +85,7 @@ double MapView::clearance(std::span<const Pose> waypoints) {
   for (std::size_t begin = 0;; begin += kStretch - 1) {
     const std::size_t size = std::min(kStretch, waypoints.size() - begin);
     clearance = std::min(clearance, clearance_of_stretch(waypoints.subspan(begin, size),
-                                                         std::max(clearance, kLeastCutoff)));
+                                                         std::max(clearance, kMinCutoff)));
     if (clearance <= 0.0 || begin + size == waypoints.size()) return clearance;
   }
 }

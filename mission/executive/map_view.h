@@ -16,7 +16,7 @@
 
 namespace dive::mission {
 
-class MapView final : public behaviors::PathJudge {
+class MapView final : public behaviors::PathEvaluator {
  public:
   /// World and hull must outlive it. Clearances to observed obstacles are computed up to
   /// `judged_m`.
@@ -47,7 +47,7 @@ class MapView final : public behaviors::PathJudge {
   double hull_radius_;
   double judged_m_;
   planning::Scene scene_;
-  planning::Ceiling ceiling_;
+  planning::OverheadIndex ceiling_;
   planning::ObservedMap observed_;
   planning::PlanView scratch_;
   planning::Certifier to_observed_;  ///< Reset to the pieces near each path.

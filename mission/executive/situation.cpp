@@ -18,7 +18,7 @@ GuardVariables guard_variables(const Situation& situation) {
   variables.position_sigma = estimation::horizontal_sigma(situation.estimate);
   variables.overhead = situation.overhead;
   variables.penetration = situation.penetration_m;
-  variables.spent = situation.budget_used;
+  variables.budget_used = situation.budget_used;
   variables.estimator = situation.estimate.source == estimation::EstimatorKind::kPrimitive
                             ? EstimatorName::kPrimitive
                             : EstimatorName::kVisualInertial;

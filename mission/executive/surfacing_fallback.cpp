@@ -13,9 +13,9 @@ StepOutputs SurfacingFallback::step(const StepInputs& inputs, const std::string&
     imu_ = inputs.imu;
   }
   if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth_ = inputs.depth;
-  if (!told_) {
+  if (!reported_) {
     constexpr auto kind = behaviors::FailsafeKind::kInternalError;
-    told_ = true;
+    reported_ = true;
     outputs.failsafes.push_back({behaviors::to_string(behaviors::Rung::kEmergencySurface),
                                  std::string(behaviors::to_string(kind)),
                                  {},

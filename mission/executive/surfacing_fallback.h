@@ -24,7 +24,7 @@ class SurfacingFallback {
   std::optional<DepthSample> depth_;
   std::optional<Utime> last_;
   double yaw_ = 0.0;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 inline constexpr const char* kFallbackState = "dive.internal_error";

@@ -310,12 +310,12 @@ Vector2d start_of(const ForeignMission& mission) {
 }
 
 std::string as_id(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
+  constexpr std::size_t kMaxLength = 60;
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const bool needs_front = text.empty() || !is_letter(text.front());
   std::string id = needs_front ? "_" : "";
-  for (const char c : text.substr(0, kLongest)) id += is_letter(c) || is_digit(c) ? c : '_';
+  for (const char c : text.substr(0, kMaxLength)) id += is_letter(c) || is_digit(c) ? c : '_';
   return id;
 }
 

@@ -26,7 +26,7 @@ Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
 }
 
 void Inbox::listen_to_sensors(link::Bus& bus) {
-  bus.listen<ImuSample>(link::channel::kImu,
+  bus.listen<ImuSample>(link::channel::kAhrs,
                         [this](const ImuSample& sample) { keep(imu_, imu_clock_, sample); });
   bus.listen<DepthSample>(link::channel::kDepth, [this](const DepthSample& sample) {
     keep(depth_, depth_clock_, sample);
@@ -44,17 +44,17 @@ void Inbox::listen_to_sensors(link::Bus& bus) {
 }
 
 void Inbox::listen_to_cameras(link::Bus& bus, std::size_t image_bytes) {
-  sight_.emplace();
+  cameras_.emplace();
   // Stamps cannot be converted before our time is fixed.
-  const auto hear = [this](auto sample) {
+  const auto add = [this](auto sample) {
     if (lockstep_) {
-      sight_->hear(std::move(sample), std::nullopt);
+      cameras_->add(std::move(sample), std::nullopt);
     } else if (ahead_) {
-      sight_->hear(std::move(sample), clock_.now() + *ahead_);
+      cameras_->add(std::move(sample), clock_.now() + *ahead_);
     }
   };
-  bus.listen<ImuSample>(link::channel::kInertial, hear);
-  bus.listen<ImageFrame>(link::channel::kImage, hear, link::image_packet_size(image_bytes));
+  bus.listen<ImuSample>(link::channel::kImu, add);
+  bus.listen<ImageFrame>(link::channel::kImage, add, link::image_packet_size(image_bytes));
 }
 
 std::optional<Utime> Inbox::first_time() const {
@@ -67,9 +67,9 @@ bool Inbox::is_whole(Utime last) const {
   const auto has = [](const auto& sample, const std::optional<Utime>& utime) {
     return !utime || (sample && sample->utime == *utime);
   };
-  return tick_ && tick_->utime > last && has(imu_, tick_->imu) && has(depth_, tick_->depth) &&
+  return tick_ && tick_->utime > last && has(imu_, tick_->ahrs) && has(depth_, tick_->depth) &&
          has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) &&
-         (!sight_ || sight_->has(*tick_)) && truth_ && truth_->utime == tick_->utime;
+         (!cameras_ || cameras_->has(*tick_)) && truth_ && truth_->utime == tick_->utime;
 }
 
 void Inbox::take(StepInputs& inputs) {
@@ -79,7 +79,7 @@ void Inbox::take(StepInputs& inputs) {
     if (!lockstep_) from.reset();
   };
   const link::SimTick tick = tick_.value_or(link::SimTick{});
-  move(imu_, tick.imu, inputs.imu);
+  move(imu_, tick.ahrs, inputs.imu);
   move(depth_, tick.depth, inputs.depth);
   move(health_, tick.health, inputs.health);
 }
@@ -91,13 +91,13 @@ std::optional<RangeScan> Inbox::take_scan() {
 
 std::optional<link::Truth> Inbox::take_truth() {
   std::optional<link::Truth> truth = truth_;
-  if (truth_) truth_->touched.clear();
+  if (truth_) truth_->contacts.clear();
   return truth;
 }
 
 int Inbox::clock_jumps() const {
   return imu_clock_.jumps() + depth_clock_.jumps() + health_clock_.jumps() + range_clock_.jumps() +
-         (sight_ ? sight_->clock_jumps() : 0);
+         (cameras_ ? cameras_->clock_jumps() : 0);
 }
 
 // A flood of other requests never displaces an abort.
@@ -112,11 +112,11 @@ void Inbox::keep(const Request& request) {
 // In lock-step the same truth arrives more than once.
 void Inbox::keep(const link::Truth& truth) {
   if (truth_ && truth_->utime == truth.utime) return;
-  std::vector<std::string> touched;
-  if (truth_) touched = std::move(truth_->touched);
-  touched.insert(touched.end(), truth.touched.begin(), truth.touched.end());
+  std::vector<std::string> contacts;
+  if (truth_) contacts = std::move(truth_->contacts);
+  contacts.insert(contacts.end(), truth.contacts.begin(), truth.contacts.end());
   truth_ = truth;
-  truth_->touched = std::move(touched);
+  truth_->contacts = std::move(contacts);
 }
 
 // Adds the newest sample, converted to our clock where the vehicle's may be set.

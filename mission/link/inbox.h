@@ -13,7 +13,7 @@
 #include "common/measurements.h"
 #include "common/range_scan.h"
 #include "mission/executive/io.h"
-#include "mission/link/sight_inbox.h"
+#include "mission/link/camera_inbox.h"
 #include "vehicle/link/bus.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/sample_clock.h"
@@ -52,11 +52,11 @@ class Inbox {
   /// The scan of a tick.
   [[nodiscard]] std::optional<RangeScan> take_scan();
   /// With cameras: their images, and the raw IMU samples.
-  [[nodiscard]] std::vector<ImuSample> take_imu_samples() { return sight_->take_inertial(); }
+  [[nodiscard]] std::vector<ImuSample> take_imu_samples() { return cameras_->take_inertial(); }
   [[nodiscard]] StereoPair take_images(Utime now) {
-    return lockstep_ ? sight_->take_pair(*tick_) : sight_->take_pair(now);
+    return lockstep_ ? cameras_->take_pair(*tick_) : cameras_->take_pair(now);
   }
-  [[nodiscard]] const std::optional<SightInbox>& sight() const { return sight_; }
+  [[nodiscard]] const std::optional<CameraInbox>& cameras() const { return cameras_; }
 
   [[nodiscard]] std::deque<Request>& requests() { return requests_; }
   /// The newest message, with all contacts since the last call.
@@ -79,7 +79,7 @@ class Inbox {
   std::optional<DepthSample> depth_;
   std::optional<HealthSample> health_;
   std::optional<RangeScan> scan_;
-  std::optional<SightInbox> sight_;
+  std::optional<CameraInbox> cameras_;
   std::optional<link::Truth> truth_;
   std::optional<link::SimTick> tick_;
   bool is_asked_again_ = false;

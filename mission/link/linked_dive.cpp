@@ -13,12 +13,12 @@ namespace dive::mission {
 namespace {
 
 constexpr Utime kHeartbeatPeriod = 100'000;
-constexpr int kGoodbyes = 20;
-constexpr Utime kGoodbyePeriod = 10'000;  // us
+constexpr int kFinalRepeats = 20;
+constexpr Utime kFinalPeriod = 10'000;  // us
 
 /// Size of the largest image that the mission's cameras may send: grey, one byte per pixel.
 std::optional<std::size_t> image_bytes(const Mission& mission, const LinkSettings& settings) {
-  if (!goes_by_sight(mission)) return std::nullopt;
+  if (!uses_visual_inertial(mission)) return std::nullopt;
   std::size_t largest = 0;
   for (const CameraModel& camera : settings.vision->filter.cameras) {
     largest = std::max(
@@ -38,7 +38,7 @@ class LinkedVehiclePort final : public VehiclePort {
         observer_(observer),
         inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
                image_bytes(mission, settings)),
-        gate_(settings.key, link::new_boot()) {
+        authenticator_(settings.key, link::new_session_id()) {
     if (settings.lockstep) return;
     const double ticks = longest_dive_s(mission) / to_seconds(kControlPeriod);
     result_.stats.lateness_ms.reserve(static_cast<std::size_t>(ticks) + 1);
@@ -46,7 +46,7 @@ class LinkedVehiclePort final : public VehiclePort {
 
   /// False if it sent nothing for as long as the settings allow.
   [[nodiscard]] bool wait_for_vehicle() {
-    const Utime deadline = clock_.now() + from_seconds(settings_.patience_s);
+    const Utime deadline = clock_.now() + from_seconds(settings_.timeout_s);
     bus_.wait(clock_, deadline, [this] { return inbox_.first_time().has_value(); });
     return inbox_.first_time().has_value();
   }
@@ -73,7 +73,7 @@ class LinkedVehiclePort final : public VehiclePort {
 
   void sense(StepInputs& inputs) override {
     inbox_.take(inputs);
-    hear_topside(inputs);
+    receive_topside(inputs);
   }
 
   void command(const StepOutputs& outputs) override {
@@ -100,7 +100,7 @@ class LinkedVehiclePort final : public VehiclePort {
     }
     is_finished_ = outputs.status.finished;
     ++result_.stats.ticks;
-    tell(inputs, outputs);
+    publish_outputs(inputs, outputs);
     if (observer_) observer_(inputs, outputs, inbox_.take_truth());
   }
 
@@ -109,9 +109,9 @@ class LinkedVehiclePort final : public VehiclePort {
  private:
   [[nodiscard]] bool wait_in_lockstep();
   void wait_in_real_time();
-  void hear_topside(StepInputs& inputs);
-  void tell(const StepInputs& inputs, const StepOutputs& outputs);
-  void say_goodbye();
+  void receive_topside(StepInputs& inputs);
+  void publish_outputs(const StepInputs& inputs, const StepOutputs& outputs);
+  void publish_final();
   [[nodiscard]] link::Heartbeat heartbeat() const;
 
   template <typename Value>
@@ -124,7 +124,7 @@ class LinkedVehiclePort final : public VehiclePort {
   Clock& clock_;
   const LinkObserver& observer_;
   Inbox inbox_;
-  link::Gate gate_;
+  link::RequestAuthenticator authenticator_;
   std::optional<link::VehicleCommand> command_;  ///< Last command.
   std::int64_t sequence_ = 0;
   std::optional<Utime> abort_arrived_;  ///< Arrival time of the abort executed in this tick.
@@ -139,7 +139,7 @@ class LinkedVehiclePort final : public VehiclePort {
 };
 
 bool LinkedVehiclePort::wait_in_lockstep() {
-  const Utime deadline = clock_.now() + from_seconds(settings_.patience_s);
+  const Utime deadline = clock_.now() + from_seconds(settings_.timeout_s);
   while (!inbox_.is_whole(last_)) {
     if (clock_.now() >= deadline) return false;
     bus_.wait(clock_, deadline, [this] {
@@ -166,37 +166,38 @@ void LinkedVehiclePort::wait_in_real_time() {
 }
 
 // One request per tick, an abort before all others.
-void LinkedVehiclePort::hear_topside(StepInputs& inputs) {
+void LinkedVehiclePort::receive_topside(StepInputs& inputs) {
   abort_arrived_.reset();
   std::deque<Inbox::Request>& requests = inbox_.requests();
   std::stable_partition(requests.begin(), requests.end(), [](const Inbox::Request& request) {
     return request.request.command == OperatorCommand::kAbort;
   });
   while (!requests.empty() && !inputs.operator_command) {
-    const Inbox::Request heard = requests.front();
+    const Inbox::Request received = requests.front();
     requests.pop_front();
-    const link::Gate::Ruling ruling = gate_.judge(heard.request, now_);
-    publish(link::channel::kAnswer, ruling.answer);
-    if (!ruling.act) continue;
-    inputs.operator_command = heard.request.command;
-    if (heard.request.command == OperatorCommand::kAbort) abort_arrived_ = heard.arrived;
+    const link::RequestAuthenticator::Decision decision =
+        authenticator_.evaluate(received.request, now_);
+    publish(link::channel::kAnswer, decision.answer);
+    if (!decision.act) continue;
+    inputs.operator_command = received.request.command;
+    if (received.request.command == OperatorCommand::kAbort) abort_arrived_ = received.arrived;
   }
 }
 
 link::Heartbeat LinkedVehiclePort::heartbeat() const {
   link::Heartbeat heartbeat;
   heartbeat.utime = now_;
-  heartbeat.boot = gate_.boot();
-  heartbeat.counter = gate_.counter();
+  heartbeat.session_id = authenticator_.session_id();
+  heartbeat.counter = authenticator_.counter();
   heartbeat.ticks = result_.stats.ticks;
-  heartbeat.refused = gate_.refused();
-  heartbeat.keyed = gate_.has_key();
+  heartbeat.refused = authenticator_.refused();
+  heartbeat.has_key = authenticator_.has_key();
   heartbeat.finished = is_finished_;
   return heartbeat;
 }
 
 // Status messages for monitors: ten times a second, and at every change.
-void LinkedVehiclePort::tell(const StepInputs& inputs, const StepOutputs& outputs) {
+void LinkedVehiclePort::publish_outputs(const StepInputs& inputs, const StepOutputs& outputs) {
   if (inputs.plan && planning::has_path(inputs.plan->plan.status)) {
     publish(link::channel::kPath,
             link::Path{now_, inputs.plan->plan.clearance_m, inputs.plan->plan.waypoints});
@@ -210,11 +211,11 @@ void LinkedVehiclePort::tell(const StepInputs& inputs, const StepOutputs& output
 
 // Repeated often enough to be received: without it the supervisor assumes that the executive has
 // died.
-void LinkedVehiclePort::say_goodbye() {
-  for (int i = 0; i < kGoodbyes; ++i) {
+void LinkedVehiclePort::publish_final() {
+  for (int i = 0; i < kFinalRepeats; ++i) {
     publish(link::channel::kHeartbeat, heartbeat());
     if (command_) publish(link::channel::kCommand, *command_);
-    bus_.wait(clock_, clock_.now() + kGoodbyePeriod);
+    bus_.wait(clock_, clock_.now() + kFinalPeriod);
   }
 }
 
@@ -222,7 +223,7 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   const ExecutiveResult& executive = report.executive;
   const bool is_running = executive.outcome == Outcome::kRunning;
   is_finished_ = !is_running;
-  say_goodbye();
+  publish_final();
   result_.outcome = is_running ? "failure" : to_string(executive.outcome);
   result_.final_state = executive.final_state;
   result_.cause = executive.cause;
@@ -236,11 +237,11 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.replans = report.replans;
   result_.transitions = std::move(report.transitions);
   result_.observed_map = report.observed_map;
-  result_.seen_points = std::move(report.seen_points);
+  result_.observed_points = std::move(report.observed_points);
   result_.stats.clock_jumps = inbox_.clock_jumps();
-  result_.stats.refused = gate_.refused();
+  result_.stats.refused = authenticator_.refused();
   result_.stats.malformed = bus_.malformed();
-  if (inbox_.sight() && !settings_.lockstep) result_.stats.sight = inbox_.sight()->stats();
+  if (inbox_.cameras() && !settings_.lockstep) result_.stats.cameras = inbox_.cameras()->stats();
   return std::move(result_);
 }
 
@@ -250,13 +251,13 @@ LinkedResult dive_over_link(const Mission& mission, const planning::World& world
                             const vehicle::Model& model, const LinkSettings& settings,
                             link::Bus& bus, Clock& clock, const LinkObserver& observer,
                             const DiveKeeper& keeper) {
-  const Late late = settings.lockstep ? Late::kWait : Late::kNotYet;
+  const OnLate late = settings.lockstep ? OnLate::kBlock : OnLate::kPoll;
   OnboardDive dive(mission, world, model, settings, settings.vision, late);
   LinkedVehiclePort port(mission, settings, bus, clock, observer);
   if (port.wait_for_vehicle()) return port.finish(dive.run(port, keeper));
   LinkedResult result;
   result.outcome = "failure";
-  result.cause = fmt::format("no vehicle was heard for {:g} s", settings.patience_s);
+  result.cause = fmt::format("no samples of a vehicle arrived for {:g} s", settings.timeout_s);
   return result;
 }
 

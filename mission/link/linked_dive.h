@@ -16,7 +16,7 @@
 
 #include "common/clock.h"
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
-#include "mission/link/sight_inbox.h"
+#include "mission/link/camera_inbox.h"
 #include "mission/onboard/onboard_dive.h"
 #include "mission/onboard/settings.h"
 #include "planning/world/observed_map.h"
@@ -28,9 +28,9 @@ namespace dive::mission {
 struct LinkSettings : OnboardSettings {
   bool lockstep = false;
   std::optional<link::Key> key;
-  double patience_s = 60.0;  ///< Maximum wait for the vehicle's first samples.
+  double timeout_s = 60.0;  ///< Maximum wait for the vehicle's first samples.
   /// Calibration of the vehicle's cameras and IMU. Required with the visual-inertial estimator; a
-  /// stereo pair (stereo_eyes()) is required where the mission maps with its cameras.
+  /// stereo pair (stereo_mapping()) is required where the mission maps with its cameras.
   std::optional<estimation::VisionOptions> vision = {};
 };
 
@@ -41,10 +41,11 @@ struct LinkStats {
   std::vector<float> lateness_ms;  ///< Lateness of each tick, in order; empty in lock-step.
   /// Time from the arrival of an abort to the command that executes it.
   std::vector<float> abort_ms;
-  int clock_jumps = 0;                   ///< Jumps of sensor clocks.
-  link::Refusals refused;                ///< Refused operator requests.
-  std::int64_t malformed = 0;            ///< Packets that could not be decoded.
-  std::optional<SightStats> sight = {};  ///< With visual-inertial estimation outside lock-step.
+  int clock_jumps = 0;         ///< Jumps of sensor clocks.
+  link::Refusals refused;      ///< Refused operator requests.
+  std::int64_t malformed = 0;  ///< Packets that could not be decoded.
+  std::optional<CameraInboxStats> cameras =
+      {};  ///< With visual-inertial estimation outside lock-step.
 };
 
 struct LinkedResult {
@@ -61,7 +62,7 @@ struct LinkedResult {
   LinkStats stats;
   /// In an unknown environment: the map at the end.
   planning::ObservedMap observed_map;
-  std::vector<Eigen::Vector3f> seen_points = {};  ///< Points of that map, in W.
+  std::vector<Eigen::Vector3f> observed_points = {};  ///< Points of that map, in W.
 };
 
 /// Called every tick, after its command is sent; `truth` only with a simulated vehicle.

@@ -28,7 +28,7 @@ class Supervisor {
     bus_.listen<link::Heartbeat>(
         link::channel::kHeartbeat,
         [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
-    bus_.listen<ImuSample>(link::channel::kImu, [this](const ImuSample& sample) {
+    bus_.listen<ImuSample>(link::channel::kAhrs, [this](const ImuSample& sample) {
       keep_time(sample.utime);
       yaw_ = to_rpy(sample.q_WB).z();
     });
@@ -42,7 +42,8 @@ class Supervisor {
     while (wanted() && !is_over()) {
       bus_.wait(clock_, clock_.now() + kPeriod);
       if (!command_) continue;
-      if (!report_.took_over && !finished_ && silence_s() > settings_.silence_s) take_over(log);
+      if (!report_.took_over && !finished_ && command_timeout_s() > settings_.command_timeout_s)
+        take_over(log);
       if (report_.took_over) bring_up();
     }
     if (report_.surfaced) log("the vehicle is at the surface");
@@ -61,14 +62,16 @@ class Supervisor {
     return vehicle_time_ ? *vehicle_time_ + (now - vehicle_time_at_) : since_command;
   }
 
-  [[nodiscard]] double silence_s() const { return to_seconds(clock_.now() - commanded_at_); }
+  [[nodiscard]] double command_timeout_s() const {
+    return to_seconds(clock_.now() - commanded_at_);
+  }
   [[nodiscard]] bool is_over() const {
     return report_.took_over ? report_.surfaced : finished_ && command_;
   }
 
   void take_over(const SupervisorLog& log) {
     report_.took_over = true;
-    report_.silent_s = silence_s();
+    report_.silent_s = command_timeout_s();
     heading_ = yaw_;
     log(fmt::format("no command of the executive for {:.1f} s: taking over, to the surface",
                     report_.silent_s));

@@ -12,7 +12,7 @@
 namespace dive::mission {
 
 struct SupervisorSettings {
-  double silence_s = 1.0;  ///< Maximum silence after the executive's first command.
+  double command_timeout_s = 1.0;  ///< Maximum silence after the executive's first command.
 };
 
 struct SupervisorReport {

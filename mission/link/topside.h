@@ -15,11 +15,10 @@
 namespace dive::mission {
 
 /// Sends `command` repeatedly until it is answered. The error is a sentence: no executive received
-/// within `patience_s`, or no answer.
-[[nodiscard]] tl::expected<link::Verdict, std::string> ask(OperatorCommand command,
-                                                           const std::optional<link::Key>& key,
-                                                           link::Bus& bus, Clock& clock,
-                                                           double patience_s);
+/// within `timeout_s`, or no answer.
+[[nodiscard]] tl::expected<link::RequestResult, std::string> ask(
+    OperatorCommand command, const std::optional<link::Key>& key, link::Bus& bus, Clock& clock,
+    double timeout_s);
 
 struct VehicleStatus {
   link::Heartbeat heartbeat;
@@ -30,6 +29,6 @@ struct VehicleStatus {
 
 /// The executive's status, as soon as one is received.
 [[nodiscard]] tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock,
-                                                              double patience_s);
+                                                              double timeout_s);
 
 }  // namespace dive::mission

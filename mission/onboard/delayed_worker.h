@@ -15,14 +15,14 @@ namespace dive::mission {
 
 /// Behaviour when a result is due and the worker is late: the simulation waits, so that a dive does
 /// not depend on the machine; on a vehicle nothing may delay the control loop.
-enum class Late { kWait, kNotYet };
+enum class OnLate { kBlock, kPoll };
 
 /// Runs one task at a time on a thread of normal priority: a result may be late, a command may not.
 /// Objects used by a task must outlive the worker and belong to the task until has_finished().
 template <class Result>
 class DelayedWorker {
  public:
-  explicit DelayedWorker(Late late) : late_(late) {}
+  explicit DelayedWorker(OnLate late) : late_(late) {}
   ~DelayedWorker() {
     if (task_.valid()) task_.wait();
   }
@@ -34,7 +34,7 @@ class DelayedWorker {
     return !task_.valid() || task_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
   /// True if the caller may start() now: on a vehicle only after the last task has finished.
-  [[nodiscard]] bool may_start() const { return late_ == Late::kWait || has_finished(); }
+  [[nodiscard]] bool may_start() const { return late_ == OnLate::kBlock || has_finished(); }
 
   /// Waits for the last task, whose result is kept until it is due, and starts the next.
   template <class Task>
@@ -42,7 +42,7 @@ class DelayedWorker {
     collect();
     due_ = due;
     task_ = std::async(std::launch::async, [task = std::forward<Task>(task)]() mutable {
-      run_as_others();
+      set_normal_priority();
       return task();
     });
   }
@@ -55,7 +55,7 @@ class DelayedWorker {
   /// The oldest result, once it is due. Throws the exception of its task.
   [[nodiscard]] std::optional<Result> poll(Utime now) {
     const bool is_due = task_.valid() && now >= due_;
-    if ((late_ == Late::kWait && is_due) || has_finished()) collect();
+    if ((late_ == OnLate::kBlock && is_due) || has_finished()) collect();
     if (results_.empty() || now < results_.front().due) return std::nullopt;
     std::optional<Result> result = std::move(results_.front().result);
     results_.pop_front();
@@ -74,7 +74,7 @@ class DelayedWorker {
   void drop_waiting() { results_.clear(); }
 
  private:
-  Late late_;
+  OnLate late_;
   std::future<Result> task_;
   Utime due_ = 0;
   std::deque<Waiting> results_;

@@ -6,20 +6,20 @@
 
 namespace dive::mission {
 
-LoopService::LoopService(Look look, const LoopSettings& settings, Late late)
-    : look_(std::move(look)), settings_(settings), worker_(late) {
-  DIVE_DEMAND(look_ && settings_.closer.validate().empty() && settings_.latency > 0);
+LoopService::LoopService(Process process, const LoopSettings& settings, OnLate late)
+    : process_(std::move(process)), settings_(settings), worker_(late) {
+  DIVE_DEMAND(process_ && settings_.closer.validate().empty() && settings_.latency > 0);
 }
 
 void LoopService::submit(estimation::Keyframe keyframe, Utime now) {
   if (!worker_.is_idle()) return;
-  const bool is_new = !last_ || keyframe.begun_from != begun_from_;
+  const bool is_new = !last_ || keyframe.init_utime != init_utime_;
   if (!is_new && !settings_.closer.is_far(*last_, keyframe.filter.X_WB)) return;
   if (is_new) correction_.reset();
   last_ = keyframe.filter.X_WB;
-  begun_from_ = keyframe.begun_from;
+  init_utime_ = keyframe.init_utime;
   worker_.start(now + settings_.latency,
-                [this, keyframe = std::move(keyframe)] { return look_(keyframe); });
+                [this, keyframe = std::move(keyframe)] { return process_(keyframe); });
 }
 
 void LoopService::poll(Utime now) {
@@ -38,13 +38,13 @@ void LoopService::accept(estimation::LoopCorrection correction) {
   correction_ = std::move(correction);
 }
 
-void LoopService::correct(estimation::VisionEstimate& word) const {
-  word.loops = loops_;
-  const estimation::StateEstimate& filter = word.estimate;
-  const bool has_one = correction_ && word.begun_from == begun_from_;
+void LoopService::correct(estimation::VisionEstimate& vision) const {
+  vision.loops = loops_;
+  const estimation::StateEstimate& filter = vision.estimate;
+  const bool has_one = correction_ && vision.init_utime == init_utime_;
   if (!has_one || !filter.valid || filter.utime < correction_->utime) return;
   if (!filter.X_WB.is_finite() || !filter.covariance.allFinite()) return;
-  word.estimate = correction_->apply(filter);
+  vision.estimate = correction_->apply(filter);
 }
 
 }  // namespace dive::mission

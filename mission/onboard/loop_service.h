@@ -22,25 +22,25 @@ struct LoopSettings {
 class LoopService {
  public:
   /// LoopFinder::look() or a substitute. Called on the worker, for one keyframe at a time.
-  using Look =
+  using Process =
       std::function<std::optional<estimation::LoopCorrection>(const estimation::Keyframe&)>;
 
-  LoopService(Look look, const LoopSettings& settings, Late late);
+  LoopService(Process process, const LoopSettings& settings, OnLate late);
 
   /// Submits a keyframe; ignored if it is too near to the last one or the worker is busy.
   void submit(estimation::Keyframe keyframe, Utime now);
   /// Called every tick: applies a correction once it is due.
   void poll(Utime now);
   /// Corrects an estimate by the loops closed since the filter was initialised.
-  void correct(estimation::VisionEstimate& word) const;
+  void correct(estimation::VisionEstimate& vision) const;
 
  private:
   void accept(estimation::LoopCorrection correction);
 
-  Look look_;  ///< The worker's while it is busy.
+  Process process_;  ///< The worker's while it is busy.
   LoopSettings settings_;
   std::optional<Pose> last_;                              ///< Pose of the last keyframe.
-  Utime begun_from_ = 0;                                  ///< Initialisation of its filter, us.
+  Utime init_utime_ = 0;                                  ///< Initialisation of its filter, us.
   std::optional<estimation::LoopCorrection> correction_;  ///< Correction of that filter.
   estimation::ClosedLoops loops_;
   DelayedWorker<std::optional<estimation::LoopCorrection>> worker_;

@@ -13,7 +13,7 @@ constexpr Utime kMaxTimeOffset = 100'000;  // us from a scan to the nearest pose
 }  // namespace
 
 MapperService::MapperService(const planning::RobotHull& hull,
-                             const planning::MapperOptions& options, Utime latency, Late late)
+                             const planning::MapperOptions& options, Utime latency, OnLate late)
     : mapper_(hull, options, clock_), latency_(latency), worker_(late) {}
 
 void MapperService::observe(const estimation::StateEstimate& estimate) {

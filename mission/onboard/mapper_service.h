@@ -19,13 +19,13 @@ class MapperService {
  public:
   /// `latency`: from submit() to the answer, in dive time, at least.
   MapperService(const planning::RobotHull& hull, const planning::MapperOptions& options,
-                Utime latency, Late late = Late::kWait);
+                Utime latency, OnLate late = OnLate::kBlock);
 
   /// The published pose, every tick. A scan is placed by the odometry of the moment when it was
   /// taken and by the newest correction of that to the map.
   void observe(const estimation::StateEstimate& estimate);
 
-  /// Starts mapping. With Late::kNotYet and a worker that is busy the sweep waits; of those that
+  /// Starts mapping. With OnLate::kPoll and a worker that is busy the sweep waits; of those that
   /// wait only the newest is kept. A sweep that was not measured while there were estimates is
   /// dropped.
   void submit(RangeScan scan, Utime now);

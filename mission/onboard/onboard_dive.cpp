@@ -3,9 +3,9 @@
 #include <utility>
 
 #include "common/assert.h"
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/map_updates.h"
-#include "mission/onboard/stereo_eyes.h"
+#include "mission/onboard/stereo_mapping.h"
 
 namespace dive::mission {
 namespace {
@@ -16,7 +16,7 @@ constexpr std::uint64_t kTrackerStream = 0x7ac4;  // the tracker draws by itself
 
 OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
                          const vehicle::Model& model, const OnboardSettings& settings,
-                         const std::optional<estimation::VisionOptions>& vision, Late late)
+                         const std::optional<estimation::VisionOptions>& vision, OnLate late)
     : mission_(mission),
       world_(known_world(mission, world)),
       model_(model),
@@ -24,7 +24,7 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
       planner_(world_, model.hull, planner_options(mission, settings.planner),
                settings.planner_latency_ticks * kControlPeriod, late) {
   planning::MapperOptions mapping = mapper_options(mission, settings.mapper);
-  if (goes_by_sight(mission)) {
+  if (uses_visual_inertial(mission)) {
     DIVE_DEMAND(vision.has_value());
     make_vision(world, *vision, mapping, late);
   }
@@ -34,16 +34,16 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
 }
 
 void OnboardDive::make_vision(const planning::World& world, const estimation::VisionOptions& vision,
-                              planning::MapperOptions& mapping, Late late) {
+                              planning::MapperOptions& mapping, OnLate late) {
   estimation::VisionOptions options = vision;
   options.tags = known_tags(mission_, world);
   RangeMaker make_range;
-  if (has_stereo_eyes(mission_)) {
+  if (maps_with_stereo(mission_)) {
     const std::vector<CameraModel>& cameras = options.filter.cameras;
-    auto eyes = stereo_eyes(cameras.at(0), cameras.at(1), mapping);
-    DIVE_DEMAND(eyes);
-    make_range = std::move(eyes->make_range);
-    mapping = eyes->mapper;
+    auto stereo = stereo_mapping(cameras.at(0), cameras.at(1), mapping);
+    DIVE_DEMAND(stereo);
+    make_range = std::move(stereo->make_range);
+    mapping = stereo->mapper;
   }
   vision_.emplace(options, settings_.seed ^ kTrackerStream,
                   settings_.vision_latency_ticks * kControlPeriod, late, std::move(make_range),
@@ -67,7 +67,7 @@ OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
   }
   report_.executive = executive_->result();
   report_.observed_map = map_;
-  if (mapper_) report_.seen_points = mapper_->points();
+  if (mapper_) report_.observed_points = mapper_->points();
   return std::move(report_);
 }
 
@@ -111,8 +111,8 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
     if (vision_) map(vision_->take_scan(), inputs.now);
   }
   if (vision_) {
-    vision_->hear(port.take_imu_samples());
-    if (inputs.depth) vision_->hear(*inputs.depth);
+    vision_->add(port.take_imu_samples());
+    if (inputs.depth) vision_->add(*inputs.depth);
     vision_->observe(outputs.estimate);
     auto [left, right] = port.take_images();
     vision_->submit(std::move(left), std::move(right), inputs.now);

@@ -32,8 +32,8 @@ struct OnboardReport {
   int replans = 0;  ///< Of them, while a path was being followed.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  planning::ObservedMap observed_map;        ///< At the end.
-  std::vector<Eigen::Vector3f> seen_points;  ///< In unknown environments: its points, in W.
+  planning::ObservedMap observed_map;            ///< At the end.
+  std::vector<Eigen::Vector3f> observed_points;  ///< In unknown environments: its points, in W.
 };
 
 class OnboardDive {
@@ -44,14 +44,14 @@ class OnboardDive {
   /// with its cameras; ignored elsewhere.
   OnboardDive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
               const OnboardSettings& settings,
-              const std::optional<estimation::VisionOptions>& vision, Late late);
+              const std::optional<estimation::VisionOptions>& vision, OnLate late);
 
   /// Until the machine has ended, longest_dive_s() has passed, or the vehicle says that it is over.
   [[nodiscard]] OnboardReport run(VehiclePort& port, const DiveKeeper& keeper);
 
  private:
   void make_vision(const planning::World& world, const estimation::VisionOptions& vision,
-                   planning::MapperOptions& mapping, Late late);
+                   planning::MapperOptions& mapping, OnLate late);
   void step(VehiclePort& port, Utime now, const DiveKeeper& keeper);
   void ask_services(StepInputs& inputs);
   void take_scan_result(StepInputs& inputs);

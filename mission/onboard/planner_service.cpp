@@ -12,7 +12,7 @@ constexpr double kAround =
 }  // namespace
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                               planning::PlannerOptions options, Utime latency, Late late)
+                               planning::PlannerOptions options, Utime latency, OnLate late)
     : hull_(hull),
       options_(std::move(options)),
       world_(world),

@@ -18,12 +18,12 @@ class PlannerService {
  public:
   /// `latency`: from query to answer, in dive time, at least.
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                 planning::PlannerOptions options, Utime latency, Late late = Late::kWait);
+                 planning::PlannerOptions options, Utime latency, OnLate late = OnLate::kBlock);
 
   /// Plans that are started from now on avoid the obstacles of this snapshot, too.
   void set_map(const planning::ObservedMap& map) { map_ = map; }
 
-  /// Starts planning, or with Late::kNotYet begins when the worker is free. A query that is still
+  /// Starts planning, or with OnLate::kPoll begins when the worker is free. A query that is still
   /// open is dropped: its answer is never given.
   void submit(PlanQuery query, Utime now);
 

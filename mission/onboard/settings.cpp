@@ -1,6 +1,6 @@
 #include "mission/onboard/settings.h"
 
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
 

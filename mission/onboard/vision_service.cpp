@@ -7,11 +7,11 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kBeyond = 10'000;         // us by which IMU samples must extend beyond an image
-constexpr Utime kPatience = 60'000;       // us that an image waits for them
-constexpr double kMissed = 2.0;           // periods without pictures: they are missed
-constexpr std::size_t kMostImu = 4096;    // twenty seconds that a worker may be late
-constexpr std::size_t kMostDepth = 1024;  // likewise
+constexpr Utime kBeyond = 10'000;             // us by which IMU samples must extend beyond an image
+constexpr Utime kPatience = 60'000;           // us that an image waits for them
+constexpr double kMissed = 2.0;               // periods without pictures: they are missed
+constexpr std::size_t kMaxImuSamples = 4096;  // twenty seconds that a worker may be late
+constexpr std::size_t kMaxDepthSamples = 1024;  // likewise
 
 template <class Sample>
 void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) {
@@ -22,7 +22,7 @@ void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) 
 }  // namespace
 
 VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
-                             Utime latency, Late late, RangeMaker make_range,
+                             Utime latency, OnLate late, RangeMaker make_range,
                              const std::optional<LoopSettings>& loops)
     : pipeline_(options, seed),
       period_s_(options.period_s),
@@ -32,17 +32,18 @@ VisionService::VisionService(const estimation::VisionOptions& options, std::uint
   const std::vector<CameraModel>& cameras = options.filter.cameras;
   if (!loops || cameras.size() < 2) return;
   auto finder = std::make_shared<estimation::LoopFinder>(loops->closer, cameras[0], cameras[1]);
-  loops_.emplace([finder](const auto& keyframe) { return finder->look(keyframe); }, *loops, late);
+  loops_.emplace([finder](const auto& keyframe) { return finder->process(keyframe); }, *loops,
+                 late);
 }
 
-void VisionService::hear(std::span<const ImuSample> samples) {
+void VisionService::add(std::span<const ImuSample> samples) {
   for (const ImuSample& sample : samples) {
-    keep(imu_, sample, kMostImu);
+    keep(imu_, sample, kMaxImuSamples);
     newest_imu_ = sample.utime;
   }
 }
 
-void VisionService::hear(const DepthSample& sample) { keep(depth_, sample, kMostDepth); }
+void VisionService::add(const DepthSample& sample) { keep(depth_, sample, kMaxDepthSamples); }
 
 void VisionService::submit(std::optional<ImageFrame> left, std::optional<ImageFrame> right,
                            Utime now) {
@@ -86,15 +87,15 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
 VisionService::Answer VisionService::work(estimation::VisionInput input) {
   Answer answer{pipeline_.step(input), std::nullopt};
   if (make_range_ && input.left) {
-    answer.scan = make_range_(
-        {&*input.left, input.right ? &*input.right : nullptr, &answer.word, pipeline_.landmarks()});
+    answer.scan = make_range_({&*input.left, input.right ? &*input.right : nullptr,
+                               &answer.estimate, pipeline_.landmarks()});
   }
   if (!loops_ || !input.right) return answer;
-  if (const auto filter = pipeline_.at_picture()) {
+  if (const auto filter = pipeline_.at_image()) {
     const std::span<const Pose> cameras_B = pipeline_.cameras_B();
     answer.keyframe.emplace(estimation::Keyframe{std::move(*input.left), std::move(*input.right),
                                                  *filter, cameras_B[0], cameras_B[1],
-                                                 answer.word.begun_from});
+                                                 answer.estimate.init_utime});
   }
   return answer;
 }
@@ -105,10 +106,10 @@ std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
   if (!answer) return std::nullopt;
   if (answer->scan) scan_ = std::move(answer->scan);
   if (loops_) {
-    loops_->correct(answer->word);
+    loops_->correct(answer->estimate);
     if (answer->keyframe) loops_->submit(std::move(*answer->keyframe), now);
   }
-  return answer->word;
+  return answer->estimate;
 }
 
 std::optional<RangeScan> VisionService::take_scan() { return std::exchange(scan_, std::nullopt); }

@@ -21,29 +21,29 @@
 namespace dive::mission {
 
 /// A processed pair of images and its results.
-struct SeenPair {
+struct StereoPairResult {
   const ImageFrame* left = nullptr;
   const ImageFrame* right = nullptr;  ///< Null if the image is missing.
-  const estimation::VisionEstimate* word = nullptr;
+  const estimation::VisionEstimate* estimate = nullptr;
   std::span<const estimation::Landmark> landmarks;  ///< Used by the filter, in its frame.
 };
 
 /// Converts a pair to the scan of a range sensor at that time, or to nothing. Called on the worker,
 /// for one pair at a time.
-using RangeMaker = std::function<std::optional<RangeScan>(const SeenPair&)>;
+using RangeMaker = std::function<std::optional<RangeScan>(const StereoPairResult&)>;
 
 class VisionService {
  public:
   /// `latency`: least time from the exposure of a pair to its estimate, in dive time, us. With
   /// `loops` and two cameras, loop closures correct the estimates. Demands options that validate.
   VisionService(const estimation::VisionOptions& options, std::uint64_t seed, Utime latency,
-                Late late = Late::kWait, RangeMaker make_range = nullptr,
+                OnLate late = OnLate::kBlock, RangeMaker make_range = nullptr,
                 const std::optional<LoopSettings>& loops = std::nullopt);
 
-  void hear(std::span<const ImuSample> samples);
-  void hear(const DepthSample& sample);
+  void add(std::span<const ImuSample> samples);
+  void add(const DepthSample& sample);
   /// Submits a pair, of which either image may be missing, after the observe() of that tick. It
-  /// waits for the IMU samples up to its time, and with Late::kNotYet for the worker; of the
+  /// waits for the IMU samples up to its time, and with OnLate::kPoll for the worker; of the
   /// waiting pairs only the newest is kept.
   void submit(std::optional<ImageFrame> left, std::optional<ImageFrame> right, Utime now);
   /// Records the published estimate of this tick, and starts the waiting pair if that is possible.
@@ -61,7 +61,7 @@ class VisionService {
     Utime asked = 0;
   };
   struct Answer {
-    estimation::VisionEstimate word;
+    estimation::VisionEstimate estimate;
     std::optional<RangeScan> scan;
     std::optional<estimation::Keyframe> keyframe = {};  ///< Candidate.
   };

@@ -19,10 +19,10 @@ double horizontal_error(const estimation::StateEstimate& estimate, const Pose& t
 }
 
 std::vector<Collision> collisions_at(Utime utime, const Pose& true_X_WB,
-                                     std::span<const std::string> touched,
+                                     std::span<const std::string> contacts,
                                      const estimation::StateEstimate& estimate) {
   std::vector<Collision> collisions;
-  for (const std::string& obstacle : touched) {
+  for (const std::string& obstacle : contacts) {
     Collision collision{to_seconds(utime), true_X_WB.p, obstacle, std::nullopt};
     if (estimate.valid) {
       collision.estimate =

@@ -45,7 +45,7 @@ struct NearestApproach {
 /// One collision for every obstacle whose contact begins at `utime`. An invalid estimate counts as
 /// absent.
 [[nodiscard]] std::vector<Collision> collisions_at(Utime utime, const Pose& true_X_WB,
-                                                   std::span<const std::string> touched,
+                                                   std::span<const std::string> contacts,
                                                    const estimation::StateEstimate& estimate);
 
 /// The obstacles touched, as a log records them.

@@ -117,7 +117,7 @@ class Explainer {
   }
 
   void collisions(const TruthRecord& truth, const estimation::StateEstimate& estimate) {
-    for (Collision& collision : collisions_at(truth.utime, truth.X_WB, truth.touched, estimate)) {
+    for (Collision& collision : collisions_at(truth.utime, truth.X_WB, truth.contacts, estimate)) {
       add(Kind::kCollision, "collision " + describe(collision));
       explanation_.collisions.push_back(std::move(collision));
     }

@@ -24,9 +24,9 @@ struct Explained {
     kGap
   } kind;
   double t_s = 0.0;
-  std::string state;    ///< Innermost active state at the end of that tick.
-  std::string what;     ///< One line.
-  std::string because;  ///< Cause; may be empty.
+  std::string state;   ///< Innermost active state at the end of that tick.
+  std::string what;    ///< One line.
+  std::string reason;  ///< Cause; may be empty.
 };
 
 struct Explanation {

@@ -32,7 +32,7 @@ std::string checksum(std::string_view text) {
   return fmt::format("{:016x}", digest.value());
 }
 
-json to_json(const Committed& c) {
+json to_json(const Checkpoint& c) {
   json history = json::object();
   for (const auto& [id, states] : c.history) history[id] = states;
   json result = {{"utime", c.utime},
@@ -45,20 +45,20 @@ json to_json(const Committed& c) {
                  {"q", {c.X_WB.q.x(), c.X_WB.q.y(), c.X_WB.q.z(), c.X_WB.q.w()}},
                  {"v", {c.v_W.x(), c.v_W.y(), c.v_W.z()}},
                  {"sigma", c.sigma_m},
-                 {"under_battery", c.under_battery},
+                 {"open_water_battery", c.open_water_battery},
                  {"goals_done", c.goals_done},
                  {"rung", behaviors::to_string(c.rung)},
                  {"rung_cause", std::string(behaviors::to_string(c.rung_cause))},
                  {"abort_cause", c.abort_cause},
                  {"paused", c.paused},
                  {"queries", c.queries}};
-  if (c.under_elapsed_s) result["under_elapsed"] = *c.under_elapsed_s;
+  if (c.open_water_elapsed_s) result["open_water_elapsed"] = *c.open_water_elapsed_s;
   return result;
 }
 
 /// Throws nlohmann's exceptions if a value is missing or has another type.
-Committed committed_from(const json& j) {
-  Committed c;
+Checkpoint checkpoint_from(const json& j) {
+  Checkpoint c;
   j.at("utime").get_to(c.utime);
   j.at("elapsed").get_to(c.elapsed_s);
   j.at("active").get_to(c.active);
@@ -73,7 +73,7 @@ Committed committed_from(const json& j) {
               q.at(2).get<double>()};
   c.v_W = {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
   j.at("sigma").get_to(c.sigma_m);
-  j.at("under_battery").get_to(c.under_battery);
+  j.at("open_water_battery").get_to(c.open_water_battery);
   j.at("goals_done").get_to(c.goals_done);
   const std::string rung = j.at("rung").get<std::string>();
   c.rung = behaviors::find_rung(rung).value_or(behaviors::Rung::kNone);
@@ -82,7 +82,8 @@ Committed committed_from(const json& j) {
   j.at("abort_cause").get_to(c.abort_cause);
   j.at("paused").get_to(c.paused);
   j.at("queries").get_to(c.queries);
-  if (j.contains("under_elapsed")) c.under_elapsed_s = j.at("under_elapsed").get<double>();
+  if (j.contains("open_water_elapsed"))
+    c.open_water_elapsed_s = j.at("open_water_elapsed").get<double>();
   return c;
 }
 
@@ -129,13 +130,13 @@ tl::expected<Contents, std::string> parse_contents(const std::string& text) {
         value->at("digest").get_to(journal.header.digest);
         value->at("seed").get_to(journal.header.seed);
         has_header = true;
-      } else if (value->contains("crumb")) {
-        const json& c = value->at("crumb");
+      } else if (value->contains("breadcrumb")) {
+        const json& c = value->at("breadcrumb");
         journal.trail.push_back(
             {{c.at(0).get<double>(), c.at(1).get<double>(), c.at(2).get<double>()},
              c.at(3).get<bool>()});
       } else {
-        journal.committed = committed_from(*value);
+        journal.checkpoint = checkpoint_from(*value);
         ++journal.commits;
       }
     } catch (const json::exception&) {
@@ -181,10 +182,10 @@ struct JournalWriter::Impl {
   bool failed = false;
   std::int64_t lines = 0;
   std::int64_t commits = 0;
-  std::size_t crumbs = 0;
+  std::size_t breadcrumbs = 0;
   Utime last_commit = 0;
   bool started = false;
-  std::string leg;
+  std::string goal;
   void (*told)(std::int64_t) = nullptr;
 };
 
@@ -217,28 +218,28 @@ tl::expected<JournalWriter, std::string> JournalWriter::append(const std::string
   }
   auto impl = std::make_unique<Impl>(file);
   impl->commits = contents->journal.commits;
-  impl->crumbs = contents->journal.trail.size();
+  impl->breadcrumbs = contents->journal.trail.size();
   return JournalWriter(std::move(impl));
 }
 
 bool JournalWriter::keep(const Executive& executive, const StepOutputs& outputs) {
   Impl& journal = *impl_;
   const behaviors::Trail& trail = executive.trail();
-  if (trail.dropped() > journal.crumbs) {  // at most one per step
-    journal.crumbs = trail.dropped();
+  if (trail.dropped() > journal.breadcrumbs) {  // at most one per step
+    journal.breadcrumbs = trail.dropped();
     const auto& [p_W, open_above] = trail.newest();
-    journal.put({{"crumb", {p_W.x(), p_W.y(), p_W.z(), open_above}}});
+    journal.put({{"breadcrumb", {p_W.x(), p_W.y(), p_W.z(), open_above}}});
   }
   const Utime now = outputs.estimate.utime;
   const bool changed = !outputs.transitions.empty() || !outputs.failsafes.empty() ||
-                       !outputs.actions.empty() || outputs.status.leg != journal.leg;
+                       !outputs.actions.empty() || outputs.status.goal != journal.goal;
   const bool due = journal.started && to_seconds(now - journal.last_commit) >= kPeriod;
   if (!outputs.status.finished && (changed || due)) {
     journal.started = true;
     journal.last_commit = now;
-    journal.leg = outputs.status.leg;
+    journal.goal = outputs.status.goal;
     ++journal.commits;
-    journal.put(to_json(executive.committed()));
+    journal.put(to_json(executive.checkpoint()));
     // The system preserves a line when the process dies, but not when the machine loses power. A
     // vehicle that restarts after a power loss was away for too long to continue, and only must not
     // repeat its actions. Waiting for the disk may take tens of milliseconds.

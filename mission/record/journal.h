@@ -49,8 +49,8 @@ class JournalWriter {
 struct Journal {
   JournalHeader header;
   /// Last commit; absent if the process died before the first.
-  std::optional<Committed> committed;
-  std::vector<behaviors::Trail::Crumb> trail;
+  std::optional<Checkpoint> checkpoint;
+  std::vector<behaviors::Trail::Breadcrumb> trail;
   std::int64_t commits = 0;
   bool torn = false;  ///< The rest of the file could not be read.
 };

@@ -10,7 +10,7 @@ namespace dive::mission {
 
 enum class Channel {
   kHeader,  ///< The first event, once.
-  kImu,     ///< Inputs, where present.
+  kAhrs,    ///< Inputs, where present.
   kDepth,
   kHealth,
   kPlan,
@@ -32,7 +32,7 @@ enum class Channel {
 };
 
 inline constexpr std::array<std::string_view, 20> kChannelNames = {
-    "DIVE_HEADER",         "DIVE_IN_IMU",        "DIVE_IN_DEPTH",
+    "DIVE_HEADER",         "DIVE_IN_AHRS",       "DIVE_IN_DEPTH",
     "DIVE_IN_HEALTH",      "DIVE_IN_PLAN",       "DIVE_IN_OPERATOR",
     "DIVE_IN_OBSTACLES",   "DIVE_IN_FREE_AHEAD", "DIVE_IN_POSE_CORRECTION",
     "DIVE_IN_VISION",      "DIVE_OUT_COMMAND",   "DIVE_OUT_RATES",

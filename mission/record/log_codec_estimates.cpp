@@ -58,27 +58,27 @@ bool decode(PacketView packet, estimation::StateEstimate& estimate) {
 }
 
 bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet) {
-  const auto& [frame_utime, estimate, begun_from, period, fault, tracked, stereo, used, loops,
+  const auto& [frame_utime, estimate, init_utime, period, fault, tracked, stereo, used, loops,
                tag] = vision;
   const auto& [closed, seen, recognised, moved, turned] = loops;
-  const auto& [id, verdict, off] = tag;
+  const auto& [id, result, correction] = tag;
   vision_estimate_t m;
   m.utime = now;
   m.frame_utime = frame_utime;
-  m.begun_from = begun_from;
+  m.init_utime = init_utime;
   m.period = period;
   m.fault = static_cast<std::int8_t>(fault);
   m.tracked = tracked;
   m.stereo = stereo;
   m.used = used;
   m.loops = closed;
-  m.loop_seen = seen;
+  m.loop_first_observed = seen;
   m.loop_recognised = recognised;
-  m.loop_moved = moved;
-  m.loop_turned = turned;
+  m.loop_correction = moved;
+  m.loop_heading_correction = turned;
   m.tag = id;
-  m.tag_verdict = static_cast<std::int8_t>(verdict);
-  m.tag_off = off;
+  m.tag_result = static_cast<std::int8_t>(result);
+  m.tag_correction = correction;
   write_estimate(estimate, m.estimate);
   return pack(m, kVision, packet);
 }
@@ -87,16 +87,17 @@ bool decode(PacketView packet, estimation::VisionEstimate& vision) {
   const auto m = unpack<vision_estimate_t>(packet, kVision);
   if (!m) return false;
   vision.frame_utime = m->frame_utime;
-  vision.begun_from = m->begun_from;
+  vision.init_utime = m->init_utime;
   vision.period_s = m->period;
   vision.tracked = m->tracked;
   vision.stereo = m->stereo;
   vision.used = m->used;
-  vision.loops = {m->loops, m->loop_seen, m->loop_recognised, m->loop_moved, m->loop_turned};
+  vision.loops = {m->loops, m->loop_first_observed, m->loop_recognised, m->loop_correction,
+                  m->loop_heading_correction};
   vision.tag.id = m->tag;
-  vision.tag.off_m = m->tag_off;
+  vision.tag.correction_m = m->tag_correction;
   return read_enum(m->fault, estimation::VisionFault::kImplausible, vision.fault) &&
-         read_enum(m->tag_verdict, estimation::TagVerdict::kRefused, vision.tag.verdict) &&
+         read_enum(m->tag_result, estimation::TagResult::kRefused, vision.tag.result) &&
          read_estimate(m->estimate, vision.estimate);
 }
 

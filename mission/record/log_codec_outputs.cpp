@@ -29,12 +29,12 @@ constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText)};
 }  // namespace
 
 bool encode(Utime now, const Status& status, Packet& packet) {
-  const auto& [state, leg, distance_to_go, time_to_go, depth, clearance, cross_track, segment, rung,
-               finished] = status;
+  const auto& [state, goal, distance_to_go, time_to_go, depth, clearance, cross_track, segment,
+               rung, finished] = status;
   status_t m;
   m.utime = now;
   m.state = state;
-  m.leg = leg;
+  m.goal = goal;
   m.rung = rung;
   m.distance_to_go = distance_to_go;
   m.time_to_go = time_to_go;
@@ -49,7 +49,7 @@ bool encode(Utime now, const Status& status, Packet& packet) {
 bool decode(PacketView packet, Status& status) {
   const auto m = unpack<status_t>(packet, kStatus);
   if (!m) return false;
-  status = {m->state,     m->leg,         m->distance_to_go, m->time_to_go, m->depth,
+  status = {m->state,     m->goal,        m->distance_to_go, m->time_to_go, m->depth,
             m->clearance, m->cross_track, m->segment,        m->rung,       false};
   return read_flag(m->finished, status.finished);
 }

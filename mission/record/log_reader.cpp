@@ -51,7 +51,7 @@ class TickBuilder {
     StepInputs& in = tick_.inputs;
     StepOutputs& out = tick_.outputs;
     switch (event.channel) {
-      case Channel::kImu:
+      case Channel::kAhrs:
         return decode(event.data, in.imu.emplace());
       case Channel::kDepth:
         return decode(event.data, in.depth.emplace());

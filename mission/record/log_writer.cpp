@@ -96,7 +96,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   static_cast<void>(observed_map);  // replay makes it from the obstacles
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
-  if (imu) log.put(Channel::kImu, now, *imu);
+  if (imu) log.put(Channel::kAhrs, now, *imu);
   if (depth) log.put(Channel::kDepth, now, *depth);
   if (health) log.put(Channel::kHealth, now, *health);
   if (plan) log.put(Channel::kPlan, now, now, *plan);

@@ -59,9 +59,9 @@ tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission
     tl::expected<Journal, std::string> journal = parse_journal(header.resume);
     if (!journal)
       return tl::unexpected("the journal in the log is not accepted: " + journal.error());
-    if (journal->committed) {
+    if (journal->checkpoint) {
       options.resume =
-          Resume{std::move(*journal->committed), std::move(journal->trail), header.resume_gap_s};
+          Resume{std::move(*journal->checkpoint), std::move(journal->trail), header.resume_gap_s};
     }
   }
   return Dived{std::move(*world), std::move(*model), std::move(options)};

@@ -20,7 +20,7 @@ DiveWatch::DiveWatch(const Scenario& scenario, DiveRecord& record)
 void DiveWatch::keep(const Executive& executive, const StepOutputs& outputs) {
   if (outputs.transitions.empty()) return;
   active_before_ = std::move(active_);
-  Committed now = executive.committed();
+  Checkpoint now = executive.checkpoint();
   new_.clear();
   for (std::size_t i = 0; i < now.active.size(); ++i) {
     if (now.active_s[i] <= 0.0) new_.insert(now.active[i]);
@@ -40,9 +40,9 @@ void DiveWatch::observe(const StepInputs& inputs, const StepOutputs& outputs,
     std::ranges::replace(cause, ' ', '_');
     add(Kind::kReplan, std::move(cause));
   }
-  if (outputs.status.leg != leg_) {
-    leg_ = outputs.status.leg;
-    if (!leg_.empty()) add(Kind::kHeading, leg_);
+  if (outputs.status.goal != goal_) {
+    goal_ = outputs.status.goal;
+    if (!goal_.empty()) add(Kind::kHeading, goal_);
   }
 }
 
@@ -107,7 +107,8 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
   settings.seed = scenario.seed;
   settings.conditions = scenario.conditions;
   settings.rest_s = scenario.rest_s;
-  settings.cameras = vehicle::stereo_camera_in(mission.water)->scaled(scenario.camera_scale);
+  settings.cameras =
+      vehicle::stereo_camera_in(mission.simulated_water)->scaled(scenario.camera_scale);
   settings.cameras->rate_hz = scenario.camera_hz;
   settings.script = [&](const DiveHands& hands) { player.play(hands); };
   record.result = simulate_dive(

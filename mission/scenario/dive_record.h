@@ -60,12 +60,12 @@ class DiveWatch {
   std::vector<std::string> active_;
   std::vector<std::string> active_before_;
   std::set<std::string> new_;  ///< Active states entered in this tick.
-  std::string leg_;
+  std::string goal_;
 };
 
-/// kMuted: the steps of the script occur without effect. An expectation that still holds does not
-/// test the script.
-enum class Script { kPlayed, kMuted };
+/// kDisabled: the steps of the script occur without effect. An expectation that still holds does
+/// not test the script.
+enum class Script { kPlayed, kDisabled };
 
 /// Simulates the scenario, which matches the mission. `observer` may be empty.
 [[nodiscard]] DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,

@@ -8,7 +8,7 @@
 
 #include "common/suggest.h"
 #include "mission/document/state_index.h"
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/machine.h"
 #include "mission/scenario/scenario.h"
 #include "mission/simulation/simulated_dive.h"
@@ -57,7 +57,7 @@ Vocabulary vocabulary_of(const Mission& mission, const StateIndex& index) {
     words.states.insert(state.id);
     words.events.insert("done.state." + state.id);
   }
-  for (const char* event : {kRetreatEvent, kAbortEvent, kEmergencyEvent}) {
+  for (const char* event : {kRetraceEvent, kAbortEvent, kEmergencyEvent}) {
     words.events.insert(event);
   }
   for (int state = 0; state < index.size(); ++state) {

@@ -16,7 +16,7 @@ bool concerns(const LossAction& loss, SampleStream stream) {
 ScriptPlayer::ScriptPlayer(const Scenario& scenario, DiveRecord& record, Script script)
     : scenario_(scenario),
       record_(record),
-      muted_(script == Script::kMuted),
+      is_disabled_(script == Script::kDisabled),
       random_(scenario.seed, kLossStream),
       due_s_(scenario.steps.size()),
       done_(scenario.steps.size(), false) {
@@ -35,7 +35,7 @@ void ScriptPlayer::play(const DiveHands& hands) {
     const ScriptStep& step = scenario_.steps[i];
     record_.occurrences.push_back(
         {Occurrence::Kind::kStep, now_s_, step.id.value, {}, static_cast<int>(i)});
-    if (muted_) continue;
+    if (is_disabled_) continue;
     for (const ScriptAction& action : step.actions) act(action, hands);
   }
   lose(hands.inputs);

@@ -38,7 +38,7 @@ class ScriptPlayer {
 
   const Scenario& scenario_;
   DiveRecord& record_;
-  bool muted_;
+  bool is_disabled_;
   Random random_;
   std::vector<std::optional<double>> due_s_;  ///< By step; empty: its trigger has not come.
   std::vector<bool> done_;                    ///< By step.

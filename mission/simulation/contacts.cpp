@@ -22,19 +22,19 @@ void Contacts::add(std::span<const AppearingObstacle> appeared) {
 }
 
 std::vector<std::string> Contacts::observe(Utime now, const Pose& X_WB) {
-  std::vector<std::string> touched;
-  observe(world_, X_WB, now, X_WB, touched);
-  for (vehicle::ClearanceMeter& meter : appeared_) observe(meter, X_WB, now, X_WB, touched);
+  std::vector<std::string> contacts;
+  observe(world_, X_WB, now, X_WB, contacts);
+  for (vehicle::ClearanceMeter& meter : appeared_) observe(meter, X_WB, now, X_WB, contacts);
   if (diver_) {
     diver_->advance(now, X_WB.p);
-    observe(*to_diver_, diver_->pose().inverse() * X_WB, now, X_WB, touched);
+    observe(*to_diver_, diver_->pose().inverse() * X_WB, now, X_WB, contacts);
   }
-  return touched;
+  return contacts;
 }
 
 void Contacts::observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime now,
-                       const Pose& X_WB, std::vector<std::string>& touched) {
-  for (std::string& name : meter.observe(X_OB)) touched.push_back(std::move(name));
+                       const Pose& X_WB, std::vector<std::string>& contacts) {
+  for (std::string& name : meter.observe(X_OB)) contacts.push_back(std::move(name));
   if (meter.min_clearance_m() >= nearest_.clearance_m) return;
   nearest_ = {meter.min_clearance_m(), to_seconds(now), X_WB.p, meter.nearest_obstacle()};
 }

@@ -36,7 +36,7 @@ class Contacts {
 
  private:
   void observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime now, const Pose& X_WB,
-               std::vector<std::string>& touched);
+               std::vector<std::string>& contacts);
 
   const planning::RobotHull& hull_;
   vehicle::ClearanceMeter world_;

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, kFaultCount> kNames = {
     "imu_nan",       "depth_silent",   "depth_nan",      "depth_frozen",
     "health_silent", "planner_fails",  "planner_silent", "blocked",
     "abort",         "range_silent",   "range_frozen",   "camera_blackout",
-    "camera_frozen", "camera_missing", "camera_blur",    "camera_one_eye",
+    "camera_frozen", "camera_missing", "camera_blur",    "camera_right_missing",
     "depth_wild"};
 
 constexpr double kStep = 0.25;   // m between remembered places

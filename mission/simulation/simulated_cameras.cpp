@@ -5,7 +5,8 @@ namespace {
 
 vehicle::CameraFault fault_of(const FaultInjector& faults, int camera) {
   if (faults.is_on(FaultKind::kCameraMissing)) return vehicle::CameraFault::kMissing;
-  if (camera == 1 && faults.is_on(FaultKind::kCameraOneEye)) return vehicle::CameraFault::kMissing;
+  if (camera == 1 && faults.is_on(FaultKind::kCameraRightMissing))
+    return vehicle::CameraFault::kMissing;
   if (faults.is_on(FaultKind::kCameraBlackout)) return vehicle::CameraFault::kBlackout;
   if (faults.is_on(FaultKind::kCameraFrozen)) return vehicle::CameraFault::kFrozen;
   if (faults.is_on(FaultKind::kCameraBlur)) return vehicle::CameraFault::kBlur;
@@ -35,9 +36,9 @@ SimulatedCameras::SimulatedCameras(const planning::World& world,
   cameras_.set_current(conditions.current_W);
 }
 
-vehicle::StereoFrames SimulatedCameras::look(const vehicle::GroundTruth& truth,
-                                             const std::optional<Pose>& X_WD,
-                                             const FaultInjector& faults) {
+vehicle::StereoFrames SimulatedCameras::render(const vehicle::GroundTruth& truth,
+                                               const std::optional<Pose>& X_WD,
+                                               const FaultInjector& faults) {
   if (!cameras_.due(truth.utime)) return {};
   for (const int camera : {0, 1}) cameras_.set_fault(camera, fault_of(faults, camera));
   return cameras_.take(truth.utime, truth.X_WB, X_WD);

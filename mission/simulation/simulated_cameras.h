@@ -26,9 +26,9 @@ class SimulatedCameras {
                    const vehicle::Conditions& conditions, std::uint64_t seed);
 
   /// Images, when due; X_WD: pose of the diver in the water.
-  [[nodiscard]] vehicle::StereoFrames look(const vehicle::GroundTruth& truth,
-                                           const std::optional<Pose>& X_WD,
-                                           const FaultInjector& faults);
+  [[nodiscard]] vehicle::StereoFrames render(const vehicle::GroundTruth& truth,
+                                             const std::optional<Pose>& X_WD,
+                                             const FaultInjector& faults);
 
  private:
   vehicle::StereoCamera cameras_;

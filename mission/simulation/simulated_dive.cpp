@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "mission/executive/leaf_behaviors.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/simulation/contacts.h"
 #include "mission/simulation/simulated_cameras.h"
 #include "mission/states/atomic_state.h"
@@ -24,12 +24,12 @@ constexpr double kSamePlace = 0.5;  // m
 constexpr double kMinRest = 30.0;
 
 vehicle::StereoCameraOptions cameras_of(const Mission& mission, const DiveSettings& settings) {
-  return settings.cameras.value_or(*vehicle::stereo_camera_in(mission.water));
+  return settings.cameras.value_or(*vehicle::stereo_camera_in(mission.simulated_water));
 }
 
 std::optional<estimation::VisionOptions> calibration_of(const Mission& mission,
                                                         const DiveSettings& settings) {
-  if (!goes_by_sight(mission)) return std::nullopt;
+  if (!uses_visual_inertial(mission)) return std::nullopt;
   return vision_options(cameras_of(mission, settings),
                         *with_imu(settings.conditions).inertial_unit);
 }
@@ -98,17 +98,17 @@ class SimulatedVehiclePort final : public VehiclePort {
                        const DiveObserver& observer)
       : settings_(settings),
         observer_(observer),
-        simulator_(model,
-                   settings.resume ? settings.resume->committed.X_WB : start_pose(mission, world),
-                   goes_by_sight(mission) ? with_imu(settings.conditions) : settings.conditions,
-                   settings.seed),
+        simulator_(
+            model, settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
+            uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions,
+            settings.seed),
         contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world),
                   model.hull, settings.diver),
         injector_(settings.faults) {
     if (has_range_camera(mission)) {
       range_camera_.emplace(world, settings.range_camera, settings.seed);
     }
-    if (!goes_by_sight(mission)) return;
+    if (!uses_visual_inertial(mission)) return;
     vehicle::StereoCameraOptions cameras = cameras_of(mission, settings);
     cameras.tags = settings.tags.value_or(known_tags(mission, world));
     cameras_.emplace(world, cameras, settings.conditions, settings.seed);
@@ -156,7 +156,7 @@ class SimulatedVehiclePort final : public VehiclePort {
   }
 
   [[nodiscard]] StereoPair take_images() override {
-    auto [left, right] = cameras_->look(truth(), contacts_.diver(), injector_);
+    auto [left, right] = cameras_->render(truth(), contacts_.diver(), injector_);
     return {std::move(left), std::move(right)};
   }
 
@@ -211,7 +211,7 @@ DiveResult SimulatedVehiclePort::finish(OnboardReport report) {
   result_.transitions = std::move(report.transitions);
   result_.failsafes = std::move(report.failsafes);
   result_.observed_map = report.observed_map;
-  result_.seen_points = std::move(report.seen_points);
+  result_.observed_points = std::move(report.observed_points);
   is_held_ = is_held_ || (is_kept(last_) && result_.rest_s >= kMinRest);
   name_outcome(report.executive);
   return std::move(result_);
@@ -261,7 +261,8 @@ std::string DiveSettings::validate() const {
 DiveResult simulate_dive(const Mission& mission, const planning::World& world,
                          const vehicle::Model& model, const DiveSettings& settings,
                          const DiveObserver& observer, const DiveKeeper& keeper) {
-  OnboardDive dive(mission, world, model, settings, calibration_of(mission, settings), Late::kWait);
+  OnboardDive dive(mission, world, model, settings, calibration_of(mission, settings),
+                   OnLate::kBlock);
   SimulatedVehiclePort port(mission, world, model, settings, observer);
   return port.finish(dive.run(port, keeper));
 }

@@ -87,8 +87,8 @@ struct DiveResult {
   double largest_step_m = 0.0;  ///< Largest horizontal change of the estimate in one tick.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  planning::ObservedMap observed_map;             ///< At the end.
-  std::vector<Eigen::Vector3f> seen_points = {};  ///< Points of that map, in W.
+  planning::ObservedMap observed_map;                 ///< At the end.
+  std::vector<Eigen::Vector3f> observed_points = {};  ///< Points of that map, in W.
 };
 
 /// The start pose of the mission.

@@ -38,7 +38,7 @@ class SimulatedVehicle {
     }
     bus_.listen<link::VehicleCommand>(
         link::channel::kCommand,
-        [this](const link::VehicleCommand& command) { arbiter_.hear(command, now()); });
+        [this](const link::VehicleCommand& command) { arbiter_.receive(command, now()); });
     bus_.listen<link::Heartbeat>(
         link::channel::kHeartbeat,
         [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
@@ -97,7 +97,7 @@ class SimulatedVehicle {
   }
 
   void look() {
-    if (cameras_) pictures_ = cameras_->look(simulator_.truth(), std::nullopt, injector_);
+    if (cameras_) images_ = cameras_->render(simulator_.truth(), std::nullopt, injector_);
     scan_.reset();
     if (!camera_ || !camera_->due(now())) return;
     camera_->set_frozen(injector_.is_on(FaultKind::kRangeFrozen));
@@ -114,8 +114,8 @@ class SimulatedVehicle {
     if (inputs_.health) inputs_.health->utime += by;
     if (scan_) scan_->utime += by;
     for (ImuSample& sample : inertial_.samples) sample.utime += by;
-    for (std::optional<ImageFrame>& picture : pictures_) {
-      if (picture) picture->utime += by;
+    for (std::optional<ImageFrame>& image : images_) {
+      if (image) image->utime += by;
     }
   }
 
@@ -132,17 +132,17 @@ class SimulatedVehicle {
       time = sample->utime;
       publish(channel, *sample);
     };
-    add(link::channel::kImu, inputs_.imu, tick.imu);
+    add(link::channel::kAhrs, inputs_.imu, tick.ahrs);
     add(link::channel::kDepth, inputs_.depth, tick.depth);
     add(link::channel::kHealth, inputs_.health, tick.health);
     add(link::channel::kRange, scan_, tick.range);
     for (const ImuSample& sample : inertial_.list()) {
-      publish(link::channel::kInertial, sample);
-      ++tick.inertial;
-      tick.last_inertial = sample.utime;
+      publish(link::channel::kImu, sample);
+      ++tick.imu_samples;
+      tick.last_imu = sample.utime;
     }
-    add(link::channel::kImage, pictures_[0], tick.left);
-    add(link::channel::kImage, pictures_[1], tick.right);
+    add(link::channel::kImage, images_[0], tick.left);
+    add(link::channel::kImage, images_[1], tick.right);
     publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_});
     if (settings_.lockstep) publish(link::channel::kSimTick, tick);
   }
@@ -178,16 +178,16 @@ class SimulatedVehicle {
 
   void judge() {
     const vehicle::GroundTruth& truth = simulator_.truth();
-    const auto who = arbiter_.obeys(now());
+    const auto who = arbiter_.source(now());
     if (arbiter_.executive()) {
-      if (who == link::Arbiter::Obeys::kNobody) report_.silent_s += vehicle::Simulator::kTick;
-      if (who == link::Arbiter::Obeys::kSupervisor) {
+      if (who == link::Arbiter::CommandSource::kNone) report_.silent_s += vehicle::Simulator::kTick;
+      if (who == link::Arbiter::CommandSource::kSupervisor) {
         report_.supervised_s += vehicle::Simulator::kTick;
       }
     }
     rates_ = arbiter_.step(own_.imu, own_.depth, now());
     const bool is_up = -truth.X_WB.p.z() < kAtSurface;
-    const bool is_led = who == link::Arbiter::Obeys::kExecutive;
+    const bool is_led = who == link::Arbiter::CommandSource::kExecutive;
     if (!is_up || is_led || !arbiter_.executive()) up_since_ = now();
     if (finished_) report_.ended = "finished";
     if (to_seconds(now() - up_since_) > kRestAtSurface) report_.ended = "surfaced";
@@ -223,7 +223,7 @@ class SimulatedVehicle {
   std::optional<SimulatedCameras> cameras_;
   std::vector<std::string> touched_;   ///< Obstacles touched in this tick.
   std::optional<RangeScan> scan_;      ///< Scan of this tick.
-  vehicle::StereoFrames pictures_;     ///< Images of this tick.
+  vehicle::StereoFrames images_;       ///< Images of this tick.
   vehicle::InertialSamples inertial_;  ///< IMU samples of this tick.
   OwnSamples own_;
   link::Packet packet_;

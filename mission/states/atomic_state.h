@@ -20,11 +20,11 @@ namespace dive::mission {
 
 /// Inputs of the behaviour of an atomic state. All that it refers to must outlive the behaviour.
 struct BehaviorSetup {
-  behaviors::LegSettings leg;          ///< Settings of the legs in this state.
-  const planning::Scene& scene;        ///< World, for positions given as altitude.
-  const behaviors::Trail& trail;       ///< The vehicle's positions so far.
-  behaviors::PathJudge& observed_map;  ///< Clearance of paths to what was observed in the dive.
-  int goals_done = 0;                  ///< Goals completed before the executive was restarted.
+  behaviors::LegSettings leg;              ///< Settings of the legs in this state.
+  const planning::Scene& scene;            ///< World, for positions given as altitude.
+  const behaviors::Trail& trail;           ///< The vehicle's positions so far.
+  behaviors::PathEvaluator& observed_map;  ///< Clearance of paths to what was observed in the dive.
+  int goals_done = 0;                      ///< Goals completed before the executive was restarted.
 };
 
 /// A mission in its map, as the rules of a state may ask about it.

@@ -48,7 +48,7 @@ std::shared_ptr<const AtomicState> go_to(const StateReader& reader, const XmlEle
 TransitionSpec turn_back(const AttributeReader& attributes, const XmlElement& element,
                          std::string target) {
   TransitionSpec spec = leads({}, std::move(target), element.span);
-  const std::string cond = fmt::format("penetration > {} m or spent > {}",
+  const std::string cond = fmt::format("penetration > {} m or budget_used > {}",
                                        attributes.number(element, "max_penetration").value,
                                        attributes.number(element, "turn_back").value);
   Guard::Error error;

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTouching = 1e-6;  // m; closer points define no direction
 // m; allowed gap between FCL's distance and the separation along its direction
-constexpr double kDoubt = 1e-4;
+constexpr double kMaxDiscrepancy = 1e-4;
 
 using FclShape = std::variant<std::monostate, fcl::Boxd, fcl::Cylinderd, fcl::Sphered,
                               fcl::Capsuled, fcl::Ellipsoidd, fcl::Convexd>;
@@ -236,7 +236,7 @@ Separator MovingBody::along_axes(const Pose& X_WB, const FixedBody& other) const
 Separator MovingBody::nearest(const Pose& X_WB, const FixedBody& other) const {
   if (std::holds_alternative<HalfSpace>(other.shape_)) return along_axes(X_WB, other);
   Separator best = ask(X_WB, X_WB, other);
-  if (best.distance - best.separation > kDoubt) {
+  if (best.distance - best.separation > kMaxDiscrepancy) {
     const Vector3d push = 1e-6 * Vector3d(0.36, 0.85, 0.39);
     const Separator again = ask({X_WB.p + push, X_WB.q}, X_WB, other);
     if (again.separation > best.separation) best = again;

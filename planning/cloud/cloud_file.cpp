@@ -26,9 +26,9 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kFarthest = 1e8;     // m
-constexpr double kNearZero = 1000.0;  // m
-constexpr double kFineEnough = 0.01;  // m between neighbouring numbers
+constexpr double kMaxCoordinate = 1e8;  // m
+constexpr double kNearZero = 1000.0;    // m
+constexpr double kFineEnough = 0.01;    // m between neighbouring numbers
 constexpr std::size_t kHeadBytes = 4096;
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
@@ -168,10 +168,10 @@ void choose_unit(const std::vector<Vector3d>& points, const CloudOptions& option
 void to_metres(std::vector<Vector3d>& points, CloudFile& cloud) {
   for (Vector3d& p : points) p *= cloud.unit_m;
   const std::size_t far = std::erase_if(
-      points, [](const Vector3d& p) { return !(p.cwiseAbs().maxCoeff() <= kFarthest); });
+      points, [](const Vector3d& p) { return !(p.cwiseAbs().maxCoeff() <= kMaxCoordinate); });
   if (far > 0) {
-    cloud.warnings.push_back(
-        fmt::format("{} points are farther than {:.0e} m from zero and dropped", far, kFarthest));
+    cloud.warnings.push_back(fmt::format(
+        "{} points are farther than {:.0e} m from zero and dropped", far, kMaxCoordinate));
   }
   cloud.dropped += far;
 }

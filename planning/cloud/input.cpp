@@ -154,12 +154,12 @@ std::optional<std::uint64_t> to_count(std::string_view word) {
 }
 
 std::string shown(std::string_view word) {
-  constexpr std::size_t kMost = 40;
-  std::string result(word.substr(0, kMost));
+  constexpr std::size_t kMaxLength = 40;
+  std::string result(word.substr(0, kMaxLength));
   for (char& c : result) {
     if (c < ' ' || c > '~') c = '?';
   }
-  return word.size() > kMost ? result + "..." : result;
+  return word.size() > kMaxLength ? result + "..." : result;
 }
 
 }  // namespace dive::planning

@@ -19,9 +19,9 @@ constexpr std::array<std::string_view, 11> kKeywords = {"VERSION",   "FIELDS", "
                                                         "TYPE",      "COUNT",  "WIDTH",   "HEIGHT",
                                                         "VIEWPOINT", "POINTS", "DATA"};
 constexpr std::array<std::string_view, 6> kVersions = {".5", "0.5", ".6", "0.6", ".7", "0.7"};
-constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 31;
+constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 31;
 // Three bytes of LZF expand to at most 264.
-constexpr std::uint64_t kMostLzfRatio = 88;
+constexpr std::uint64_t kMaxLzfRatio = 88;
 
 struct Entry {
   std::size_t line = 0;
@@ -42,7 +42,7 @@ tl::expected<Header, std::string> read_header(Input& input) {
   while (!header.contains("DATA")) {
     const auto line = input.line();
     if (!line) return refuse("its header has no DATA line: " + input.failure());
-    if (input.taken() > kLongestHeader) return refuse("its header is longer than 1 MiB");
+    if (input.taken() > kMaxHeaderLength) return refuse("its header is longer than 1 MiB");
     const std::vector<std::string_view> words = words_of(*line);
     if (words.empty() || words[0].starts_with('#')) continue;
     std::string keyword(words[0]);
@@ -108,7 +108,7 @@ tl::expected<std::vector<Field>, std::string> read_fields(const Header& header) 
     }
     if (counts == nullptr) continue;
     const auto count = to_count(counts->words[i]);
-    if (!count || *count == 0 || *count > kLongestRow) {
+    if (!count || *count == 0 || *count > kMaxRowLength) {
       return refuse(fmt::format("line {}: the COUNT of field {} is \"{}\"", counts->line,
                                 shown(field.name), shown(counts->words[i])));
     }
@@ -130,8 +130,8 @@ tl::expected<RowLayout, std::string> lay_out(const std::vector<Field>& fields, s
     }
     layout.words += field.count;
     layout.bytes += field.count * field.type.size;
-    if (layout.bytes > kLongestRow) {
-      return refuse(fmt::format("a point of it takes more than {} bytes", kLongestRow));
+    if (layout.bytes > kMaxRowLength) {
+      return refuse(fmt::format("a point of it takes more than {} bytes", kMaxRowLength));
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -195,12 +195,12 @@ std::string read_compressed(Input& input, const RowLayout& layout, std::uint64_t
   std::memcpy(sizes.data(), raw.data(), raw.size());
   const auto [packed, unpacked] = sizes;
   // Neither factor is large enough for the product to overflow.
-  if (count > kMostUnpacked || count * layout.bytes != unpacked) {
+  if (count > kMaxUnpacked || count * layout.bytes != unpacked) {
     return fmt::format("{} points of {} bytes do not unpack to {} bytes", count, layout.bytes,
                        unpacked);
   }
-  if (unpacked > kMostUnpacked) {
-    return fmt::format("it unpacks to {} bytes, and {} are read at most", unpacked, kMostUnpacked);
+  if (unpacked > kMaxUnpacked) {
+    return fmt::format("it unpacks to {} bytes, and {} are read at most", unpacked, kMaxUnpacked);
   }
   if (packed > input.left()) {
     return fmt::format(
@@ -208,7 +208,7 @@ std::string read_compressed(Input& input, const RowLayout& layout, std::uint64_t
         "short",
         packed, input.left());
   }
-  if (unpacked > packed * kMostLzfRatio) {
+  if (unpacked > packed * kMaxLzfRatio) {
     return fmt::format("{} bytes of compressed data cannot hold {}", packed, unpacked);
   }
   std::vector<char> columns(unpacked);

@@ -90,7 +90,7 @@ tl::expected<Header, std::string> read_header(Input& input) {
   for (;;) {
     const auto line = input.line();
     if (!line) return refuse("its header has no end_header: " + input.failure());
-    if (input.taken() > kLongestHeader) return refuse("its header is longer than 1 MiB");
+    if (input.taken() > kMaxHeaderLength) return refuse("its header is longer than 1 MiB");
     if (input.line_number() == 1) continue;
     const std::vector<std::string_view> words = words_of(*line);
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
@@ -119,8 +119,8 @@ tl::expected<RowLayout, std::string> lay_out(const Element& element) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!has[axis]) return refuse(fmt::format("its vertices have no {}", "xyz"[axis]));
   }
-  if (layout.bytes > kLongestRow) {
-    return refuse(fmt::format("a vertex of it takes more than {} bytes", kLongestRow));
+  if (layout.bytes > kMaxRowLength) {
+    return refuse(fmt::format("a vertex of it takes more than {} bytes", kMaxRowLength));
   }
   return layout;
 }

@@ -55,9 +55,9 @@ struct RowLayout {
 };
 
 /// Longest accepted row, bytes; the longest descriptors take some 10 kB.
-inline constexpr std::size_t kLongestRow = std::size_t{1} << 16;
+inline constexpr std::size_t kMaxRowLength = std::size_t{1} << 16;
 /// Longest accepted header, bytes.
-inline constexpr std::uint64_t kLongestHeader = std::uint64_t{1} << 20;
+inline constexpr std::uint64_t kMaxHeaderLength = std::uint64_t{1} << 20;
 
 // Both append `count` points and return the reason for a failure, empty on success.
 [[nodiscard]] std::string read_text_rows(Input& input, const RowLayout& layout, std::uint64_t count,

@@ -12,16 +12,16 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr int kFewest = 40;                                          // points on the map
+constexpr int kMinPoints = 40;                                       // points on the map
 constexpr std::array<float, 4> kReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one per iteration
 constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle relative to the map
 constexpr float kIndependent = 0.05F;    // share of the points: errors of neighbours are correlated
 constexpr float kParallel = 0.82F;       // cosine between the point's normal and the map's
-constexpr float kFarthest = 0.2F;        // m, largest correction by one scan
+constexpr float kMaxShift = 0.2F;        // m, largest correction by one scan
 
 }  // namespace
 
-Vector2f off_the_map(std::span<const SeenPoint> points, const NearestFacet& nearest) {
+Vector2f align_to_map(std::span<const MapPoint> points, const NearestFacet& nearest) {
   Vector2f t = Vector2f::Zero();
   for (const float reach : kReach) {
     Eigen::Matrix2f H = Eigen::Matrix2f::Identity() / (kDriftPerSweep * kDriftPerSweep);
@@ -40,10 +40,10 @@ Vector2f off_the_map(std::span<const SeenPoint> points, const NearestFacet& near
       g += weight * height * n;
       ++used;
     }
-    if (used < kFewest) return Vector2f::Zero();
+    if (used < kMinPoints) return Vector2f::Zero();
     t -= H.ldlt().solve(g);
   }
-  return t.norm() <= kFarthest ? t : Vector2f(t * (kFarthest / t.norm()));
+  return t.norm() <= kMaxShift ? t : Vector2f(t * (kMaxShift / t.norm()));
 }
 
 }  // namespace dive::planning

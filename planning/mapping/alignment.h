@@ -12,7 +12,7 @@
 namespace dive::planning {
 
 /// A point of a scan, transformed to W by the estimated pose.
-struct SeenPoint {
+struct MapPoint {
   Eigen::Vector3f p_W;
   /// Normal of the surface at the point; absent if unclear.
   std::optional<Eigen::Vector3f> normal_W;
@@ -28,7 +28,7 @@ using NearestFacet =
 ///     |t|^2 / sigma_p^2 + sum of w (n . (p + t) - d)^2
 /// with w from the noise of the point, reduced far off the plane (Huber 1964) and by the share of
 /// the points that counts as independent. Zero if too few points lie on the map; at most 0.2 m.
-[[nodiscard]] Eigen::Vector2f off_the_map(std::span<const SeenPoint> points,
-                                          const NearestFacet& nearest);
+[[nodiscard]] Eigen::Vector2f align_to_map(std::span<const MapPoint> points,
+                                           const NearestFacet& nearest);
 
 }  // namespace dive::planning

@@ -11,18 +11,18 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-constexpr int kFarthestCell = 1 << 20;  // in cells from the origin: a thousand kilometres
+constexpr int kMaxCellIndex = 1 << 20;  // in cells from the origin: a thousand kilometres
 
 }  // namespace
 
 CellKey key_of(const Vector3i& cell) {
-  const auto part = [](int c) { return static_cast<CellKey>(c + kFarthestCell); };
+  const auto part = [](int c) { return static_cast<CellKey>(c + kMaxCellIndex); };
   return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
 }
 
 Vector3i cell_of(CellKey key) {
   const auto part = [](CellKey bits) {
-    return static_cast<int>(bits & ((CellKey{1} << 21) - 1)) - kFarthestCell;
+    return static_cast<int>(bits & ((CellKey{1} << 21) - 1)) - kMaxCellIndex;
   };
   return {part(key >> 42), part(key >> 21), part(key)};
 }
@@ -32,7 +32,7 @@ CellGrid::CellGrid(float voxel_m)
 
 std::optional<CellGrid::Place> CellGrid::locate(const Vector3f& p_W) const {
   const Vector3f at = p_W / voxel_m_;
-  if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kFarthestCell * kSide / 2))) {
+  if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kMaxCellIndex * kSide / 2))) {
     return std::nullopt;
   }
   const Vector3i v(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),

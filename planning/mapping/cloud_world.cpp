@@ -27,9 +27,9 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kWidestVoxel = 2.0;  // m, as the mapper allows
-constexpr double kWiden = 1.2;        // ratio of one tried voxel width to the one before
-constexpr double kLongestEdge = 5.0;  // m, as the mapper allows
+constexpr double kMaxVoxel = 2.0;  // m, as the mapper allows
+constexpr double kWiden = 1.2;     // ratio of one tried voxel width to the one before
+constexpr double kMaxEdge = 5.0;   // m, as the mapper allows
 // ratio of the longest edge of a surface to the spacing of its points
 constexpr double kEdgeSpacings = 3.0;
 constexpr double kCover = 0.3;  // in voxels: growth limit of a piece, and the radius of a ball
@@ -243,7 +243,7 @@ struct Sampling {
 };
 
 // Points up to this far outside the region still shape the surface within.
-constexpr double kRegionMargin = kLongestEdge + kWidestVoxel;
+constexpr double kRegionMargin = kMaxEdge + kMaxVoxel;
 
 tl::expected<Sampling, std::string> sample(const CloudFile& cloud,
                                            const CloudWorldOptions& options) {
@@ -263,15 +263,15 @@ tl::expected<Sampling, std::string> sample(const CloudFile& cloud,
   const std::span<const Vector3f> points =
       sampling.is_all ? std::span(cloud.points) : std::span<const Vector3f>(sampling.within);
   if (!thin) thin = thinned(points, sampling.voxel, options.max_voxels);
-  while (!thin && sampling.voxel < kWidestVoxel) {
-    sampling.voxel = std::min(kWiden * sampling.voxel, kWidestVoxel);
+  while (!thin && sampling.voxel < kMaxVoxel) {
+    sampling.voxel = std::min(kWiden * sampling.voxel, kMaxVoxel);
     thin = thinned(points, sampling.voxel, options.max_voxels);
   }
   if (!thin) {
     return tl::unexpected(
         fmt::format("it is too wide: even with one point every {:g} m more than {} are left; "
                     "give a part of it",
-                    kWidestVoxel, options.max_voxels));
+                    kMaxVoxel, options.max_voxels));
   }
   sampling.thin = std::move(*thin);
   return sampling;
@@ -279,8 +279,8 @@ tl::expected<Sampling, std::string> sample(const CloudFile& cloud,
 
 std::string validate(const CloudFile& cloud, const CloudWorldOptions& options) {
   if (cloud.points.empty()) return "it holds no point";
-  if (!(options.voxel_m >= 0.02 && options.voxel_m <= kWidestVoxel)) {
-    return fmt::format("voxel_m must be in [0.02, {:g}], not {:g}", kWidestVoxel, options.voxel_m);
+  if (!(options.voxel_m >= 0.02 && options.voxel_m <= kMaxVoxel)) {
+    return fmt::format("voxel_m must be in [0.02, {:g}], not {:g}", kMaxVoxel, options.voxel_m);
   }
   if (options.max_voxels < 1) return "max_voxels must be 1 or more";
   return {};
@@ -325,15 +325,15 @@ tl::expected<CloudWorld, std::string> world_from_cloud(const CloudFile& cloud,
                     sampling->voxel, options.voxel_m, kCover * sampling->voxel));
   }
   const double spacing = spacing_of(sampling->thin);
-  result.voxel_m = std::min(std::max(sampling->voxel, 0.5 * spacing), kWidestVoxel);
+  result.voxel_m = std::min(std::max(sampling->voxel, 0.5 * spacing), kMaxVoxel);
   const MapperOptions defaults;
   const double usual_edge = defaults.longest_edge_m / defaults.voxel_m * result.voxel_m;
-  result.longest_edge_m = std::min(std::max(usual_edge, kEdgeSpacings * spacing), kLongestEdge);
-  if (kEdgeSpacings * spacing > kLongestEdge) {
+  result.longest_edge_m = std::min(std::max(usual_edge, kEdgeSpacings * spacing), kMaxEdge);
+  if (kEdgeSpacings * spacing > kMaxEdge) {
     result.warnings.push_back(
         fmt::format("its points are about {:.1f} m from each other: between those farther than "
                     "{:g} m the water is taken to be free",
-                    spacing, kLongestEdge));
+                    spacing, kMaxEdge));
   } else if (result.longest_edge_m > 2.0 * defaults.longest_edge_m) {
     result.warnings.push_back(fmt::format(
         "its points are about {:.1f} m from each other: gaps up to {:.1f} m are taken to be closed",

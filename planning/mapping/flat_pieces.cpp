@@ -54,9 +54,9 @@ void hull_of(std::vector<Vector2f>& points, std::vector<Vector2f>& hull) {
 }
 
 /// Raster image of the surface, to test whether a hull covers area outside it.
-class Picture {
+class Image {
  public:
-  Picture(float grain, const Vector2f& low) : grain_(grain), low_(low) {}
+  Image(float grain, const Vector2f& low) : grain_(grain), low_(low) {}
 
   void mark(const Vector2f& p) {
     const auto [x, y] = cell(p);
@@ -191,7 +191,7 @@ class Division {
     }
     const auto grain = static_cast<float>(options_.grain_m);
     if (!is_last && (most - least).maxCoeff() >= static_cast<float>(kBits) * grain) return false;
-    const Picture surface = picture(grain, least);  // first, because sorting loses the triangles
+    const Image surface = image(grain, least);  // first, because sorting loses the triangles
     hull_of(flat_, hull_);
     if (!is_last && !surface.covers(hull_)) return false;
     if (hull_.size() > kMaxPieceVertices) return false;
@@ -200,22 +200,22 @@ class Division {
   }
 
   // Raster image of the triangles whose corners are in flat_, three by three.
-  [[nodiscard]] Picture picture(float grain, const Vector2f& least) const {
-    Picture picture(grain, least);
+  [[nodiscard]] Image image(float grain, const Vector2f& least) const {
+    Image image(grain, least);
     for (std::size_t i = 0; i + 2 < flat_.size(); i += 3) {
       for (std::size_t k = 0; k < 3; ++k) {
         const Vector2f& a = flat_[i + k];
         const Vector2f& b = flat_[i + (k + 1) % 3];
-        picture.mark(a);
+        image.mark(a);
         const int steps = static_cast<int>((b - a).lpNorm<Eigen::Infinity>() / (1.5F * grain));
         for (int s = 1; s <= steps; ++s) {
-          picture.mark(a + static_cast<float>(s) / static_cast<float>(steps + 1) * (b - a));
+          image.mark(a + static_cast<float>(s) / static_cast<float>(steps + 1) * (b - a));
         }
       }
-      picture.mark((flat_[i] + flat_[i + 1] + flat_[i + 2]) / 3.0F);
+      image.mark((flat_[i] + flat_[i + 1] + flat_[i + 2]) / 3.0F);
     }
-    picture.grow();
-    return picture;
+    image.grow();
+    return image;
   }
 
   void emit(const Frame& frame, float low, float high) {

@@ -13,7 +13,7 @@
 #include "planning/mapping/alignment.h"
 #include "planning/mapping/cell_grid.h"
 #include "planning/mapping/flat_pieces.h"
-#include "planning/mapping/lookout.h"
+#include "planning/mapping/observed_space.h"
 #include "planning/mapping/triangulate.h"
 #include "planning/mapping/voxel_cell.h"
 #include "planning/stopwatch.h"
@@ -46,8 +46,8 @@ std::string MapperOptions::validate() const {
   check("voxel_m", voxel_m, 0.02, 2.0);
   check("min_range_m", min_range_m, 0.0, 5.0);
   check("min_neighbours", min_neighbours, 0, 100);
-  check("snow_m", snow_m, 0.0, 20.0);
-  check("snow_neighbours", snow_neighbours, 0, 100);
+  check("snow_range_m", snow_range_m, 0.0, 20.0);
+  check("min_snow_neighbours", min_snow_neighbours, 0, 100);
   check("confirm", confirm, 1, 6);
   check("noise_m", noise_m, 0.0, 1.0);
   check("noise_share", noise_share, 0.0, 0.2);
@@ -68,7 +68,7 @@ struct Mapper::Impl {
       : clock(clock_in),
         options(options_in),
         grid(static_cast<float>(options.voxel_m)),
-        lookout(hull) {}
+        observed(hull) {}
 
   [[nodiscard]] float noise(float range) const {
     return static_cast<float>(options.noise_m) + static_cast<float>(options.noise_share) * range +
@@ -103,7 +103,7 @@ struct Mapper::Impl {
       v->noise = sigma;
       v->evidence = 1;
     } else if (v->seen != now) {
-      v->evidence = static_cast<std::int8_t>(std::min(v->evidence + 1, kMostEvidence));
+      v->evidence = static_cast<std::int8_t>(std::min(v->evidence + 1, kMaxEvidence));
       if (sigma < kMuchBetter * v->noise) {  // a closer look
         v->noise = sigma;
         v->p_W = p_W;
@@ -122,16 +122,16 @@ struct Mapper::Impl {
   }
 
   // Some points of the sweep, to be held against the map.
-  [[nodiscard]] std::vector<SeenPoint> some_of(const RangeScan& scan, const Sight& sight,
-                                               const Pose& X_WB) const {
+  [[nodiscard]] std::vector<MapPoint> some_of(const RangeScan& scan, const RangeImage& image,
+                                              const Pose& X_WB) const {
     const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = X_WB.p.cast<float>();
     const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kAligned);
-    std::vector<SeenPoint> points;
+    std::vector<MapPoint> points;
     for (std::size_t i = 0; i < scan.points_B.size(); i += stride) {
-      const float range = sight.range(i);
+      const float range = image.range(i);
       if (!is_told(range, scan)) continue;
-      std::optional<Vector3f> normal = sight.normal_B(scan, i);
+      std::optional<Vector3f> normal = image.normal_B(scan, i);
       if (normal) normal = R_WB * *normal;
       points.push_back({R_WB * scan.points_B[i] + p_WB, normal,
                         noise(range) + static_cast<float>(options.flat_m)});
@@ -146,15 +146,16 @@ struct Mapper::Impl {
     return cell == cells.end() ? nullptr : cell->second.nearest(p_W, reach, height);
   }
 
-  int take(const RangeScan& scan, const Sight& sight, const Pose& X_WB) {
+  int take(const RangeScan& scan, const RangeImage& image, const Pose& X_WB) {
     const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = X_WB.p.cast<float>();
     int taken = 0;
     for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
-      const float range = sight.range(i);
+      const float range = image.range(i);
       if (!is_told(range, scan)) continue;
-      const bool is_snow_near = range < static_cast<float>(options.snow_m);
-      if (sight.neighbours(i) < (is_snow_near ? options.snow_neighbours : options.min_neighbours)) {
+      const bool is_snow_near = range < static_cast<float>(options.snow_range_m);
+      if (image.neighbours(i) <
+          (is_snow_near ? options.min_snow_neighbours : options.min_neighbours)) {
         continue;
       }
       observe(R_WB * scan.points_B[i] + p_WB, noise(range));
@@ -164,9 +165,9 @@ struct Mapper::Impl {
   }
 
   // Removes candidates that stayed unconfirmed, and voxels that rays of the scan passed through.
-  void see_through(const Sight& sight) {
-    const Eigen::AlignedBox3f reach(sight.origin_W() - Vector3f::Constant(sight.reach()),
-                                    sight.origin_W() + Vector3f::Constant(sight.reach()));
+  void remove_passed_voxels(const RangeImage& image) {
+    const Eigen::AlignedBox3f reach(image.origin_W() - Vector3f::Constant(image.reach()),
+                                    image.origin_W() + Vector3f::Constant(image.reach()));
     for (auto& [key, cell] : cells) {
       const Vector3f low = cell_of(key).cast<float>() * grid.cell_m();
       if (!reach.intersects(Eigen::AlignedBox3f(low, low + Vector3f::Constant(grid.cell_m()))))
@@ -174,9 +175,9 @@ struct Mapper::Impl {
       for (std::size_t i = cell.voxels.size(); i-- > 0;) {
         Voxel& v = cell.voxels[i];
         if (v.seen == now) continue;
-        const float margin = 2.0F * noise((v.p_W - sight.origin_W()).norm()) + kSeenPast;
+        const float margin = 2.0F * noise((v.p_W - image.origin_W()).norm()) + kSeenPast;
         const bool is_stale = !v.solid && now - v.seen > kUnconfirmed;
-        if (!is_stale && !sight.is_past(v.p_W, margin)) continue;
+        if (!is_stale && !image.is_passed(v.p_W, margin)) continue;
         if (!is_stale && --v.evidence > 0) continue;
         if (v.solid) touch(cell);
         cell.erase(i);
@@ -316,7 +317,8 @@ struct Mapper::Impl {
 
   // Does a triangle span water that it was looked through?
   [[nodiscard]] bool is_bridge(const Vector3f& middle) const {
-    return lookout.sees_past(middle, 2.0F * noise((middle - eye_W).norm()) + grid.voxel_m());
+    return observed.was_passed_recently(
+        middle, 2.0F * noise((middle - sensor_origin_W).norm()) + grid.voxel_m());
   }
 
   // --- memory ---
@@ -366,28 +368,29 @@ struct Mapper::Impl {
   }
 
   ScanResult add(const RangeScan& scan, Pose X_WB, const Eigen::Vector3d& v_W) {
-    Eigen::Vector2f off_W = Eigen::Vector2f::Zero();
+    Eigen::Vector2f correction_W = Eigen::Vector2f::Zero();
     times = {};
     const Stopwatch stopwatch(clock, times.total_ms);
     now = scan.utime;
     {
       const Stopwatch points(clock, times.points_ms);
-      Sight sight(scan, X_WB);
-      off_W = off_the_map(some_of(scan, sight, X_WB),
-                          [this](const Vector3f& p_W, float reach_m, float& height) {
-                            return nearest(p_W, reach_m, height);
-                          });
-      X_WB.p.head<2>() += off_W.cast<double>();
-      sight.move(X_WB);
-      eye_W = sight.origin_W();
-      stats.taken = take(scan, sight, X_WB);
-      see_through(sight);
-      lookout.add(std::move(sight));
+      RangeImage image(scan, X_WB);
+      correction_W = align_to_map(some_of(scan, image, X_WB),
+                                  [this](const Vector3f& p_W, float reach_m, float& height) {
+                                    return nearest(p_W, reach_m, height);
+                                  });
+      X_WB.p.head<2>() += correction_W.cast<double>();
+      image.move(X_WB);
+      sensor_origin_W = image.origin_W();
+      stats.taken = take(scan, image, X_WB);
+      remove_passed_voxels(image);
+      observed.add(std::move(image));
       forget_old();
     }
-    resurface(choose(eye_W, kSettle));
-    ScanResult result{collect(), {now, lookout.seen_ahead(X_WB, v_W)}, std::nullopt};
-    if (!off_W.isZero(0.0F)) result.correction = PoseCorrection{now, off_W.cast<double>()};
+    resurface(choose(sensor_origin_W, kSettle));
+    ScanResult result{collect(), {now, observed.free_ahead(X_WB, v_W)}, std::nullopt};
+    if (!correction_W.isZero(0.0F))
+      result.correction = PoseCorrection{now, correction_W.cast<double>()};
     return result;
   }
 
@@ -423,7 +426,7 @@ struct Mapper::Impl {
       v.p_W = p_W;
       v.noise = static_cast<float>(options.noise_m);
       v.seen = now;
-      v.evidence = kMostEvidence;
+      v.evidence = kMaxEvidence;
       believe(cell, v);
     }
     const int points = std::exchange(options.points_per_update, std::numeric_limits<int>::max());
@@ -460,7 +463,7 @@ struct Mapper::Impl {
         believe(cell, v);
       }
     }
-    lookout.move(correction);
+    observed.move(correction);
   }
 
   Clock& clock;
@@ -469,8 +472,8 @@ struct Mapper::Impl {
   std::unordered_map<CellKey, Cell> cells;
   std::size_t voxels = 0;
   std::vector<CellKey> gone;  ///< Cells forgotten since the last update.
-  Lookout lookout;
-  Vector3f eye_W = Vector3f::Zero();
+  ObservedSpace observed;
+  Vector3f sensor_origin_W = Vector3f::Zero();
   Utime now = 0;
   Utime next_forget = 0;
   std::optional<Utime> last_utime;

@@ -28,8 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPieces = 1U << 20U;  // limit of the text format for pieces
-constexpr double kSliver = 1e-3;                // m: half the width given to a piece that is a line
+constexpr std::size_t kMaxPieces = 1U << 20U;  // limit of the text format for pieces
+constexpr double kSliver = 1e-3;               // m: half the width given to a piece that is a line
 
 using Corners = std::array<Vector3d, 3>;
 
@@ -167,8 +167,8 @@ tl::expected<void, std::string> save_map(const std::string& path, const Observed
       add_piece(piece, triangles);
     }
   });
-  if (pieces.pieces.empty()) return tl::unexpected(std::string("nothing was seen: no map"));
-  if (pieces.pieces.size() > kMostPieces || triangles.size() > kMostTriangles) {
+  if (pieces.pieces.empty()) return tl::unexpected(std::string("nothing was observed: no map"));
+  if (pieces.pieces.size() > kMaxPieces || triangles.size() > kMaxTriangles) {
     return tl::unexpected(fmt::format("{} pieces ({} triangles) are too many for a mesh",
                                       pieces.pieces.size(), triangles.size()));
   }

@@ -22,8 +22,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kFewest = 4;  // least number of points for a surface
-constexpr int kMostNeighbours = 40;
+constexpr std::size_t kMinPoints = 4;  // least number of points for a surface
+constexpr int kMaxNeighbours = 40;
 constexpr int kStitchNeighbours = 10;
 constexpr std::size_t kStitches = 2;  // triangles from one point of a rim
 
@@ -129,7 +129,7 @@ void stitch(const Cloud::Ptr& cloud, const Tree& tree, float longest, SurfaceMes
 SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float> slack,
                         const TriangulationOptions& options) {
   SurfaceMesh mesh;
-  if (points.size() < kFewest) {
+  if (points.size() < kMinPoints) {
     mesh.points.assign(points.begin(), points.end());
     for (std::uint32_t i = 0; i < points.size(); ++i) mesh.stands_for.push_back(i);
     return mesh;
@@ -138,7 +138,7 @@ SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float>
   const Cloud::Ptr cloud =
       thinned(*smoothed(points, slack, options.neighbours), options.apart_m, mesh.stands_for);
   for (const pcl::PointNormal& p : *cloud) mesh.points.emplace_back(p.getVector3fMap());
-  if (cloud->size() < kFewest) return mesh;
+  if (cloud->size() < kMinPoints) return mesh;
 
   pcl::GreedyProjectionTriangulation<pcl::PointNormal> greedy;
   greedy.setInputCloud(cloud);
@@ -146,7 +146,7 @@ SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float>
   greedy.setSearchMethod(tree);
   greedy.setSearchRadius(options.longest_edge_m);
   greedy.setMu(options.edge_ratio);
-  greedy.setMaximumNearestNeighbors(std::min(kMostNeighbours, static_cast<int>(cloud->size())));
+  greedy.setMaximumNearestNeighbors(std::min(kMaxNeighbours, static_cast<int>(cloud->size())));
   greedy.setMaximumSurfaceAngle(deg_to_rad(60.0));
   greedy.setMinimumAngle(deg_to_rad(8.0));
   greedy.setMaximumAngle(deg_to_rad(140.0));

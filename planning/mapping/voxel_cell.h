@@ -15,7 +15,7 @@
 namespace dive::planning {
 
 inline constexpr int kSide = 10;  ///< Number of voxels along the side of a cell.
-inline constexpr int kMostEvidence = 6;
+inline constexpr int kMaxEvidence = 6;
 
 struct Voxel {
   Eigen::Vector3f p_W;  ///< Position of the points observed in the voxel.

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kStart = 0.1;         // initial products, in units of scale_
 constexpr double kToBoundary = 0.995;  // share of the distance to the nearest boundary in one step
-constexpr double kCentring = 0.7;   // target as a share of the mean product, without a correction
-constexpr double kShortest = 0.01;  // step accepted whatever it does to the products
+constexpr double kCentring = 0.7;  // target as a share of the mean product, without a correction
+constexpr double kMinStep = 0.01;  // step accepted whatever it does to the products
 
 /// Longest step in [0, longest] that keeps value + step * change >= 0.
 double limit_step(double longest, double value, double change) {
@@ -318,7 +318,7 @@ bool BandedQp::iterate() {
     // central path, and the iteration cycles.
     find_direction({.centring = kCentring * now / products_, .second_order = false});
     step = std::min(1.0, kToBoundary * longest_step());
-    while (complementarity_after(step) > now && step > kShortest) step *= 0.5;
+    while (complementarity_after(step) > now && step > kMinStep) step *= 0.5;
   }
   move(step);
   return true;

@@ -19,8 +19,8 @@ constexpr double kAcceptRatio = 0.1;  // share of the predicted decrease, for a 
 constexpr double kGoodRatio = 0.5;    // share of it, for the trust region to grow
 constexpr double kShrink = 0.4;
 constexpr double kGrow = 1.8;
-constexpr double kLargestStep = 1.0;  // m: about half a segment
-constexpr int kEscalations = 2;       // increases of the obstacle weight while a violation remains
+constexpr double kMaxStep = 1.0;  // m: about half a segment
+constexpr int kEscalations = 2;   // increases of the obstacle weight while a violation remains
 constexpr double kEscalation = 5.0;
 constexpr double kFinely = 0.1;       // factor on the smallest trust region, with more weight
 constexpr double kWorthwhile = 0.05;  // share of the cost, for other rolls to be tried
@@ -255,7 +255,7 @@ bool SequentialProgramme::improve() {
     const double decrease = merit_ - costs_.value(next_.path) - next_.hinge_cost;
     if (decrease < kAcceptRatio * promised) continue;
     std::swap(now_, next_);
-    if (decrease > kGoodRatio * promised) trust_m_ = std::min(kGrow * trust_m_, kLargestStep);
+    if (decrease > kGoodRatio * promised) trust_m_ = std::min(kGrow * trust_m_, kMaxStep);
     return true;
   }
   status_ = TrajoptStatus::kConverged;  // no step within the model's validity improves it

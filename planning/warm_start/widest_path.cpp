@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFinestLook = 0.02;  // m: thinner walls may be missed
+constexpr double kMinStep = 0.02;  // m: thinner walls may be missed
 
 class Grid {
  public:
@@ -90,7 +90,7 @@ class Grid {
   [[nodiscard]] double room_between(const Vector3d& a, double room_a, const Vector3d& b,
                                     double room_b) const {
     const double length = (b - a).norm();
-    if (room_a <= 0.0 || room_b <= 0.0 || room_a + room_b >= length || length < kFinestLook) {
+    if (room_a <= 0.0 || room_b <= 0.0 || room_a + room_b >= length || length < kMinStep) {
       return std::min(room_a, room_b);
     }
     const Vector3d middle = 0.5 * (a + b);

@@ -44,7 +44,7 @@ class Corral {
     for (;;) {
       const Eigen::Vector4d affine = least_norm();
       bool inside = true;
-      for (Eigen::Index i = 0; i < size_; ++i) inside = inside && affine(i) > kLeast;
+      for (Eigen::Index i = 0; i < size_; ++i) inside = inside && affine(i) > kMinNorm;
       if (inside) {
         weights_ = affine;
         return true;
@@ -52,7 +52,7 @@ class Corral {
       if (!affine.allFinite()) return false;
       double step = 1.0;
       for (Eigen::Index i = 0; i < size_; ++i) {
-        if (affine(i) <= kLeast) step = std::min(step, weights_(i) / (weights_(i) - affine(i)));
+        if (affine(i) <= kMinNorm) step = std::min(step, weights_(i) / (weights_(i) - affine(i)));
       }
       weights_ += step * (affine - weights_);
       drop();
@@ -60,7 +60,7 @@ class Corral {
   }
 
  private:
-  static constexpr double kLeast = 1e-12;
+  static constexpr double kMinNorm = 1e-12;
   static constexpr double kFlat = 1e-20;  ///< Squared sine below which an angle counts as zero.
 
   // Weights of the point of least norm: sum one, any sign; not finite if the points are not
@@ -134,7 +134,7 @@ class Corral {
     Eigen::Index least = 0;
     weights_.head(size_).minCoeff(&least);
     for (Eigen::Index i = 0; i < size_; ++i) {
-      if (i == least || weights_(i) <= kLeast) continue;
+      if (i == least || weights_(i) <= kMinNorm) continue;
       points_.col(kept) = points_.col(i).eval();
       indices_[static_cast<std::size_t>(kept)] = indices_[static_cast<std::size_t>(i)];
       weights_(kept++) = weights_(i);

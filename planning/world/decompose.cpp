@@ -22,10 +22,10 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kRounding = 1e-6;        // m: pieces are larger than their hull by this
-constexpr double kSimplify = 0.2;         // share of the tolerance that leaving out corners may use
-constexpr std::size_t kMostCorners = 24;  // limit per piece
-constexpr std::size_t kMostParts = 5;     // limit before joining, for each piece allowed
+constexpr double kRounding = 1e-6;       // m: pieces are larger than their hull by this
+constexpr double kSimplify = 0.2;        // share of the tolerance that leaving out corners may use
+constexpr std::size_t kMaxCorners = 24;  // limit per piece
+constexpr std::size_t kMaxParts = 5;     // limit before joining, for each piece allowed
 
 // Triangles of a soup, by number: a range of the one array that all patches share.
 using Patch = std::span<std::uint32_t>;
@@ -158,7 +158,7 @@ std::optional<Polytope> simplify(std::vector<Vector3d> points, double slack) {
     });
     piece.radius = std::max(piece.radius, covered);
     if (points.empty()) break;
-    if (piece.vertices.size() == kMostCorners) return std::nullopt;
+    if (piece.vertices.size() == kMaxCorners) return std::nullopt;
     piece.vertices.push_back(farthest);
   }
   piece.radius += kRounding;
@@ -247,15 +247,15 @@ class Merger {
       : parts_(std::move(parts)), maker_(maker), largest_(largest) {}
 
   std::vector<Part> run() {
-    for (pass_ = 1; pass_ <= kMostPasses; ++pass_) {
+    for (pass_ = 1; pass_ <= kMaxPasses; ++pass_) {
       if (!run_once()) break;
     }
     return std::move(parts_);
   }
 
  private:
-  static constexpr int kMostPasses = 8;
-  static constexpr int kMostTries = 6;  // attempts per part in a pass
+  static constexpr int kMaxPasses = 8;
+  static constexpr int kMaxTries = 6;  // attempts per part in a pass
 
   bool run_once() {
     std::ranges::stable_sort(parts_, {}, [](const Part& p) { return p.box.diagonal().norm(); });
@@ -297,7 +297,7 @@ class Merger {
     int tries = 0;
     bool grown = false;
     for (const auto& [size, k] : neighbours) {
-      if (++tries > kMostTries || size > largest_) break;
+      if (++tries > kMaxTries || size > largest_) break;
       std::optional<Part> both = maker_.of_both(parts_[i], parts_[k]);
       if (!both) continue;
       parts_[i] = std::move(*both);
@@ -317,7 +317,7 @@ class Merger {
 
 tl::unexpected<std::string> too_many(const DecompositionOptions& options) {
   return tl::unexpected(fmt::format("it would take more than {} convex pieces at {:.0f} mm",
-                                    options.most_pieces, 1e3 * options.tolerance));
+                                    options.max_pieces, 1e3 * options.tolerance));
 }
 
 }  // namespace
@@ -338,7 +338,7 @@ tl::expected<std::vector<Polytope>, std::string> decompose(const TriangleMesh& m
       parts.push_back(std::move(*part));
       continue;
     }
-    if (parts.size() + todo.size() >= kMostParts * options.most_pieces) {
+    if (parts.size() + todo.size() >= kMaxParts * options.max_pieces) {
       return too_many(options);
     }
     const auto [one, other] = divide(patch, soup);
@@ -346,7 +346,7 @@ tl::expected<std::vector<Polytope>, std::string> decompose(const TriangleMesh& m
     todo.push_back(other);
   }
   parts = Merger(std::move(parts), maker, options.largest).run();
-  if (parts.size() > options.most_pieces) return too_many(options);
+  if (parts.size() > options.max_pieces) return too_many(options);
   std::vector<Polytope> pieces;
   pieces.reserve(parts.size());
   for (Part& part : parts) pieces.push_back(std::move(part.piece));

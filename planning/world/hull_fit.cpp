@@ -98,7 +98,7 @@ std::optional<Linear> plane_through(const Vector3d& a, const Vector3d& b, const 
 }
 
 // A triangle projected along the piece's thinnest axis.
-struct Seen {
+struct ProjectedTriangle {
   std::array<Linear, 3> sides;  // Sides, at most 0 inside.
   Linear height;
   AlignedBox2d box;
@@ -139,7 +139,7 @@ class HullFit {
       }
     }
     if (box_.sizes().y() < kNarrowest) return boxes_fit(box_);
-    std::vector<Seen> triangles = triangles_nearby();
+    std::vector<ProjectedTriangle> triangles = triangles_nearby();
     const double small = kSmall * tolerance_;
     if (static_cast<double>(triangles.size()) * small * small > box_.sizes().head<2>().prod()) {
       return boxes_fit(box_);
@@ -159,21 +159,21 @@ class HullFit {
     return soup_.nearest(p, reach_ - margin()).has_value();
   }
 
-  [[nodiscard]] std::vector<Seen> triangles_nearby() const {
+  [[nodiscard]] std::vector<ProjectedTriangle> triangles_nearby() const {
     AlignedBox3d around;
     for (const Vector3d& v : vertices_) around.extend(v);
-    std::vector<Seen> triangles;
+    std::vector<ProjectedTriangle> triangles;
     soup_.visit(around, reach_, [&](std::size_t i) {
       std::array<Vector3d, 3> t = soup_.corners(i);
       for (Vector3d& v : t) v = local(v);
       const std::optional<Linear> height = plane_through(t[0], t[1], t[2]);
       if (!height) return;
-      Seen& seen = triangles.emplace_back();
-      seen.height = *height;
+      ProjectedTriangle& triangle = triangles.emplace_back();
+      triangle.height = *height;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vector2d a = t[k].head<2>();
-        seen.sides[k] = side_of(a, t[(k + 1) % 3].head<2>(), t[(k + 2) % 3].head<2>());
-        seen.box.extend(a);
+        triangle.sides[k] = side_of(a, t[(k + 1) % 3].head<2>(), t[(k + 2) % 3].head<2>());
+        triangle.box.extend(a);
       }
     });
     return triangles;
@@ -228,7 +228,7 @@ class HullFit {
 
   // True if the part of the piece over the region is near the triangle, which covers the whole
   // region.
-  [[nodiscard]] bool is_over(const Polygon& region, const Seen& triangle) const {
+  [[nodiscard]] bool is_over(const Polygon& region, const ProjectedTriangle& triangle) const {
     const double reach = reach_ - kSlack;
     return std::ranges::any_of(upper_,
                                [&](const Linear& plane) {
@@ -240,10 +240,10 @@ class HullFit {
   }
 
   // The region without the parts proved to be near a triangle.
-  [[nodiscard]] std::vector<Polygon> uncovered(Polygon region,
-                                               const std::vector<Seen>& triangles) const {
+  [[nodiscard]] std::vector<Polygon> uncovered(
+      Polygon region, const std::vector<ProjectedTriangle>& triangles) const {
     std::vector<Polygon> rest{std::move(region)};
-    for (const Seen& triangle : triangles) {
+    for (const ProjectedTriangle& triangle : triangles) {
       std::vector<Polygon> next;
       for (Polygon& fragment : rest) {
         std::vector<Polygon> outside;
@@ -273,11 +273,12 @@ class HullFit {
     return {low, high};
   }
 
-  [[nodiscard]] bool region_fits(const Polygon& region, const std::vector<Seen>& triangles) const {
+  [[nodiscard]] bool region_fits(const Polygon& region,
+                                 const std::vector<ProjectedTriangle>& triangles) const {
     const AlignedBox2d box = box_of(region);
     if (box.diagonal().norm() <= kSmall * tolerance_) return boxes_fit(over(region, box));
-    std::vector<Seen> nearby;
-    for (const Seen& triangle : triangles) {
+    std::vector<ProjectedTriangle> nearby;
+    for (const ProjectedTriangle& triangle : triangles) {
       if (triangle.box.intersects(box)) nearby.push_back(triangle);
     }
     if (nearby.size() > kFew) return halves_fit(region, nearby);
@@ -293,7 +294,8 @@ class HullFit {
     });
   }
 
-  [[nodiscard]] bool halves_fit(const Polygon& region, const std::vector<Seen>& triangles) const {
+  [[nodiscard]] bool halves_fit(const Polygon& region,
+                                const std::vector<ProjectedTriangle>& triangles) const {
     const AlignedBox2d box = box_of(region);
     Eigen::Index axis = 0;
     box.sizes().maxCoeff(&axis);

@@ -102,9 +102,9 @@ tl::expected<MeshFile, std::string> read_mesh(const std::string& path) {
   const std::vector<Corner> corners = corners_of(*scene);
   importer.FreeScene();
   if (corners.empty()) return tl::unexpected(std::string("it holds no triangles"));
-  if (corners.size() > 3 * kMostTriangles) {
+  if (corners.size() > 3 * kMaxTriangles) {
     return tl::unexpected(fmt::format("it holds {} triangles, and {} can be handled",
-                                      corners.size() / 3, kMostTriangles));
+                                      corners.size() / 3, kMaxTriangles));
   }
   MeshFile file;
   file.mesh = welded(corners);

@@ -25,14 +25,14 @@ struct MeshFile {
 /// applied, COLLADA's up axis is not (as in Gazebo). Triangles may face either way, overlap, be
 /// unconnected or leave gaps. Vertices at the same position are merged, unused ones left out.
 /// Errors: an unreadable file, no triangles, numbers that are not finite, more than
-/// `kMostTriangles`.
-inline constexpr std::size_t kMostTriangles = 4'000'000;
+/// `kMaxTriangles`.
+inline constexpr std::size_t kMaxTriangles = 4'000'000;
 [[nodiscard]] tl::expected<MeshFile, std::string> read_mesh(const std::string& path);
 
 struct DecompositionOptions {
   double tolerance = 0.05;  ///< Largest extent of a piece beyond the surface, m.
   double largest = 25.0;    ///< Largest extent of a piece of more than one triangle, m.
-  std::size_t most_pieces = 200'000;
+  std::size_t max_pieces = 200'000;
 };
 
 /// Convex pieces that contain every point of every triangle, and no point farther than `tolerance`

@@ -13,8 +13,8 @@ namespace dive::planning {
 namespace {
 
 constexpr std::string_view kMagic = "dive-mesh-pieces 2";
-constexpr double kUnit = 1e-6;           // m
-constexpr std::int64_t kMost = 1 << 20;  // limit of pieces, and of the corners of one
+constexpr double kUnit = 1e-6;               // m
+constexpr std::int64_t kMaxCount = 1 << 20;  // limit of pieces, and of the corners of one
 
 std::int64_t to_units(double metres) { return std::llround(metres / kUnit); }
 
@@ -60,7 +60,7 @@ class Words {
   }
   std::int64_t count() {
     const auto value = number<std::int64_t>();
-    good_ = good_ && value >= 1 && value <= kMost;
+    good_ = good_ && value >= 1 && value <= kMaxCount;
     return good_ ? value : 0;
   }
   double metres() { return static_cast<double>(number<std::int64_t>()) * kUnit; }

@@ -73,7 +73,7 @@ constexpr double kTolerance<Ellipsoid> = 1e-7;
 // it GJK has stopped too early: see settle(). Points whose distance exceeds the separation along
 // them by e can be sqrt(2 e distance) from the nearest.
 template <class S>
-constexpr double kDoubt = 10.0 * kTolerance<S>;
+constexpr double kMaxDiscrepancy = 10.0 * kTolerance<S>;
 
 // s(n) of the header, for the whole shape.
 template <class S>
@@ -190,7 +190,7 @@ Direction settle(Points points, const S& shape, Direction best) {
   if (nudged.distance > kTouching) {
     const double separation = separation_along(points, shape, nudged.n);
     if (separation > best.separation) best = {separation, nudged.n, nudged.on_solid};
-    if (nudged.distance - radius_of(shape) - separation < kDoubt<S>) return best;
+    if (nudged.distance - radius_of(shape) - separation < kMaxDiscrepancy<S>) return best;
   }
   return climb(points, shape, best);
 }
@@ -202,7 +202,7 @@ void solve(Points points, const S& shape, double cutoff, Separation& result) {
   if (nearest.distance > kTouching && !std::isnan(nearest.separation)) {
     direction = {nearest.separation, nearest.n, nearest.on_solid};
     if (direction.separation < cutoff &&
-        nearest.distance - radius_of(shape) - direction.separation > kDoubt<S>) {
+        nearest.distance - radius_of(shape) - direction.separation > kMaxDiscrepancy<S>) {
       direction = settle(points, shape, direction);
     }
   } else {
@@ -215,7 +215,7 @@ void solve(Points points, const S& shape, double cutoff, Separation& result) {
 }
 
 // Far below the remaining error of GJK on a cylinder.
-constexpr double kPipeDoubt = 1e-8;
+constexpr double kMaxPipeDiscrepancy = 1e-8;
 
 // Most pipes are passed at the side and not over an end. The nearest points are then those of the
 // axis, shifted by the radius, and GJK on a segment ends in a few exact steps.
@@ -229,7 +229,7 @@ void solve_pipe(Points points, const Cylinder& cylinder, double cutoff, Separati
     result.on_solid = nearest.on_solid;
     result.on_obstacle = result.on_solid - result.distance * result.normal;
     const bool is_exact =
-        std::abs(nearest.distance - cylinder.radius - result.distance) < kPipeDoubt;
+        std::abs(nearest.distance - cylinder.radius - result.distance) < kMaxPipeDiscrepancy;
     if (is_exact || nearest.separation >= cutoff) return;
   }
   solve(points, cylinder, cutoff, result);

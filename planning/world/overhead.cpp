@@ -146,7 +146,7 @@ bool is_above(const Obstacle& obstacle, const Vector3d& p_W, double radius, Plan
   return within(scratch, p_W.head<2>(), radius);
 }
 
-Ceiling::Ceiling(const World& world) : world_(&world), tree_(boxes_of(world)) {
+OverheadIndex::OverheadIndex(const World& world) : world_(&world), tree_(boxes_of(world)) {
   std::size_t largest = 0;
   for (const Obstacle& obstacle : world.obstacles) {
     largest = std::max(largest, largest_footprint(obstacle));
@@ -155,7 +155,7 @@ Ceiling::Ceiling(const World& world) : world_(&world), tree_(boxes_of(world)) {
   scratch_.hull.reserve(largest);
 }
 
-bool Ceiling::is_above(const Vector3d& p_W, double radius) {
+bool OverheadIndex::is_above(const Vector3d& p_W, double radius) {
   const Vector3d reach(radius, radius, 0.0);
   const Vector3d top(p_W.x(), p_W.y(), std::max(p_W.z(), 0.0));
   const Eigen::AlignedBox3d tube(p_W - reach, top + reach);

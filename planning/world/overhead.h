@@ -24,9 +24,9 @@ struct PlanView {
 
 /// The same query for all obstacles of a world, at 50 Hz: a tree of boxes finds the candidates, and
 /// nothing is allocated after construction. Not thread-safe. The world must outlive it.
-class Ceiling {
+class OverheadIndex {
  public:
-  explicit Ceiling(const World& world);
+  explicit OverheadIndex(const World& world);
 
   [[nodiscard]] bool is_above(const Eigen::Vector3d& p_W, double radius);
 

@@ -13,7 +13,7 @@ namespace dive::planning {
 namespace {
 
 // Larger numbers in a map are typing errors, and their squares lose centimetres.
-constexpr double kLargest = 1e6;
+constexpr double kMaxValue = 1e6;
 
 const std::array<std::string, 7> kShapes{"box",       "cylinder", "sphere", "capsule",
                                          "ellipsoid", "plane",    "mesh"};
@@ -45,9 +45,9 @@ std::optional<Eigen::VectorXd> SdfValues::numbers(const XmlElement& parent, cons
   }
   const Eigen::VectorXd result =
       Eigen::VectorXd::Map(values->data(), static_cast<Eigen::Index>(count));
-  if (result.cwiseAbs().maxCoeff() > kLargest) {
+  if (result.cwiseAbs().maxCoeff() > kMaxValue) {
     error("MAP-NUMBER", element->span,
-          fmt::format("<{}> holds a number beyond {:.0f}", name, kLargest),
+          fmt::format("<{}> holds a number beyond {:.0f}", name, kMaxValue),
           "SDF lengths are metres, angles radians");
     return std::nullopt;
   }

@@ -14,7 +14,7 @@ constexpr double kMinClearance = 0.8;  // D_min, m: 65 % are 0.52 m, 85 % are 0.
 constexpr double kTick = 0.1;          // s
 
 // Clearance by pose; a motion has the least of its waypoints.
-class FakeJudge final : public PathJudge {
+class FakeJudge final : public PathEvaluator {
  public:
   double clearance(std::span<const Pose> waypoints) override {
     double least = 10.0;
@@ -44,17 +44,17 @@ class BackOffTest : public ::testing::Test {
     estimate_.X_WB = {to_W, from_rpy(0, 0, std::atan2(way.y(), way.x()))};
   }
   void clearance_is(double clearance) {
-    judge_.at = [=](const Pose& /*pose*/) { return clearance; };
+    evaluator_.at = [=](const Pose& /*pose*/) { return clearance; };
   }
   void clearance_by_x(const std::function<double(double)>& at) {
-    judge_.at = [=](const Pose& pose) { return at(pose.p.x()); };
+    evaluator_.at = [=](const Pose& pose) { return at(pose.p.x()); };
   }
   [[nodiscard]] BehaviorInput input() {
     BehaviorInput input;
     input.now = now_;
     input.estimate = &estimate_;
     input.trail = &trail_;
-    input.seen = &judge_;
+    input.observed = &evaluator_;
     input.map_changed = true;
     return input;
   }
@@ -70,7 +70,7 @@ class BackOffTest : public ::testing::Test {
       EXPECT_FALSE(back_off_.is_needed(unchanged));
     }
   }
-  [[nodiscard]] bool begin(const BackOff::Asked& asked = {}) {
+  [[nodiscard]] bool begin(const BackOff::Criteria& asked = {}) {
     static_cast<void>(is_needed());  // measures the clearance where it is
     return back_off_.begin(input(), asked);
   }
@@ -84,7 +84,7 @@ class BackOffTest : public ::testing::Test {
     return command;
   }
   // Where it stops; nothing if it does not begin.
-  [[nodiscard]] std::optional<Eigen::Vector3d> destination(const BackOff::Asked& asked = {}) {
+  [[nodiscard]] std::optional<Eigen::Vector3d> destination(const BackOff::Criteria& asked = {}) {
     if (!begin(asked)) return std::nullopt;
     for (int i = 0; i < 10'000 && tick(); ++i) {
     }
@@ -92,7 +92,7 @@ class BackOffTest : public ::testing::Test {
     return p_W();
   }
   // Breadcrumbs are half a metre apart and it stops 0.2 m before the last.
-  void expect_goes_to(double x, const BackOff::Asked& asked = {}) {
+  void expect_goes_to(double x, const BackOff::Criteria& asked = {}) {
     const std::optional<Eigen::Vector3d> end_W = destination(asked);
     ASSERT_TRUE(end_W);
     EXPECT_NEAR(end_W->x(), x + 0.19, 0.02);
@@ -103,7 +103,7 @@ class BackOffTest : public ::testing::Test {
   Utime now_ = 0;
   estimation::StateEstimate estimate_;
   Trail trail_;
-  FakeJudge judge_;
+  FakeJudge evaluator_;
   BackOff back_off_{kMinClearance};
 };
 
@@ -115,7 +115,7 @@ TEST_F(BackOffTest, IsNeededOnlyWhenTheMapHasChangedAndWithBothMapAndTrail) {
   unchanged.map_changed = false;
   EXPECT_FALSE(back_off_.is_needed(unchanged));
   BehaviorInput without_map = input();
-  without_map.seen = nullptr;
+  without_map.observed = nullptr;
   EXPECT_FALSE(back_off_.is_needed(without_map));
   EXPECT_FALSE(back_off_.begin(without_map, {}));
   pass(2.0);
@@ -205,12 +205,12 @@ TEST_F(BackOffTest, GoesWhereItHasMoreClearanceThanHere) {
   expect_goes_to(5.5);
 
   place_at(8);
-  expect_goes_to(7.0, {.least_m = 0.6});  // sent away, it takes what has clearance
+  expect_goes_to(7.0, {.min_distance_m = 0.6});  // sent away, it takes what has clearance
 }
 
 TEST_F(BackOffTest, JudgesBreadcrumbsInTheAttitudeItHas) {
   place_at(8, 0.3);
-  judge_.at = [](const Pose& pose) {
+  evaluator_.at = [](const Pose& pose) {
     if (pose.p.x() > 5.2) return 0.5;
     return std::abs(yaw_of(pose) - 0.3) < 0.01 ? 0.9 : 0.1;
   };
@@ -255,7 +255,7 @@ TEST_F(BackOffTest, IsRefusedWhereThePathIsBlocked) {
 TEST_F(BackOffTest, IsRefusedWhereItCannotTurnOntoThePath) {
   place_at(8, 0.5);
   double blocked_yaw = 0.0;
-  judge_.at = [&](const Pose& pose) {
+  evaluator_.at = [&](const Pose& pose) {
     if (pose.p.x() < 5.2) return 0.9;
     return pose.p.x() > 7.8 && std::abs(yaw_of(pose) - blocked_yaw) < 0.1 ? -0.1 : 0.5;
   };
@@ -278,7 +278,7 @@ class BackOffAroundACorner : public BackOffTest {
 
 TEST_F(BackOffAroundACorner, IsRefusedWhereItCannotArrive) {
   double clearance_on_arrival = 0.0;
-  judge_.at = [&](const Pose& pose) {
+  evaluator_.at = [&](const Pose& pose) {
     if (pose.p.y() > 2.2) return 0.5;
     return yaw_of(pose) > 1.5 ? clearance_on_arrival : 0.9;
   };
@@ -288,14 +288,14 @@ TEST_F(BackOffAroundACorner, IsRefusedWhereItCannotArrive) {
 }
 
 TEST_F(BackOffAroundACorner, MeasuresTheLeastDistanceInAStraightLine) {
-  judge_.at = [](const Pose& pose) { return pose.p.x() > 3.8 ? 0.5 : 0.9; };
-  const std::optional<Eigen::Vector3d> end_W = destination({.least_m = 4.5});
+  evaluator_.at = [](const Pose& pose) { return pose.p.x() > 3.8 ? 0.5 : 0.9; };
+  const std::optional<Eigen::Vector3d> end_W = destination({.min_distance_m = 4.5});
   ASSERT_TRUE(end_W);
   EXPECT_NEAR(end_W->y(), 1.5 + 0.19, 0.02);
 }
 
 TEST_F(BackOffAroundACorner, HeadsForThePoint40CentimetresAhead) {
-  judge_.at = [](const Pose& pose) { return pose.p.y() < 2.2 ? 0.9 : 0.5; };
+  evaluator_.at = [](const Pose& pose) { return pose.p.y() < 2.2 ? 0.9 : 0.5; };
   ASSERT_TRUE(begin());
   while (tick() && std::abs(yaw_of(estimate_.X_WB)) < 1e-6) {
   }
@@ -305,20 +305,20 @@ TEST_F(BackOffAroundACorner, HeadsForThePoint40CentimetresAhead) {
 
 TEST_F(BackOffTest, GoesAtLeastAsFarAsAsked) {
   clearance_by_x([](double x) { return x > 6.7 ? 0.5 : 0.9; });
-  expect_goes_to(5.5, {.least_m = 2.4});
+  expect_goes_to(5.5, {.min_distance_m = 2.4});
   place_at(8);
   clearance_by_x([](double x) {
     if (x > 7.8) return 0.3;
     if (x > 6.7) return 0.6;
     return std::abs(x - 4.0) < 0.2 ? 0.5 : 0.4;
   });
-  expect_goes_to(4.0, {.least_m = 2.0});
+  expect_goes_to(4.0, {.min_distance_m = 2.0});
 }
 
 TEST_F(BackOffTest, GoesNoFartherThanAsked) {
   clearance_by_x([](double x) { return x > 5.2 ? 0.5 : 0.9; });
-  EXPECT_FALSE(begin({.most_m = 2.9}));
-  EXPECT_TRUE(begin({.most_m = 3.0}));
+  EXPECT_FALSE(begin({.max_distance_m = 2.9}));
+  EXPECT_TRUE(begin({.max_distance_m = 3.0}));
 }
 
 TEST_F(BackOffTest, GoesNoFartherThanEightMetresWithoutBeingAsked) {
@@ -333,7 +333,7 @@ TEST_F(BackOffTest, GoesToOpenWaterIfAsked) {
   trail_ = Trail();
   swim_in({0, 0, -3}, {8, 0, -3}, 5.2);
   clearance_by_x([](double x) { return x > 6.7 ? 0.5 : 0.9; });
-  expect_goes_to(5.0, {.open = true});
+  expect_goes_to(5.0, {.needs_open_water = true});
   place_at(8);
   expect_goes_to(6.5);
 
@@ -343,7 +343,7 @@ TEST_F(BackOffTest, GoesToOpenWaterIfAsked) {
     if (x > 5.2) return 0.6;
     return std::abs(x - 4.0) < 0.2 ? 0.5 : 0.4;
   });
-  expect_goes_to(4.0, {.open = true});
+  expect_goes_to(4.0, {.needs_open_water = true});
 }
 
 TEST_F(BackOffTest, GoesSternFirstIfItsBowPointsAwayAndElseBowFirst) {
@@ -412,7 +412,7 @@ TEST_F(BackOffTest, EndsWhenWhatIsAheadOfItIsBlocked) {
   unchanged.map_changed = false;
   EXPECT_TRUE(back_off_.follow(unchanged));
   BehaviorInput without_map = input();
-  without_map.seen = nullptr;
+  without_map.observed = nullptr;
   EXPECT_TRUE(back_off_.follow(without_map));
   EXPECT_FALSE(back_off_.follow(input()));
   EXPECT_FALSE(back_off_.is_under_way());

@@ -53,12 +53,12 @@ class PerfectVehicle {
     input.estimate = &estimate_;
     input.plan = plan;
     input.trail = trail_;
-    input.seen = seen_;
-    input.map_changed = seen_ != nullptr;
+    input.observed = observed_;
+    input.map_changed = observed_ != nullptr;
     return input;
   }
-  void look(PathJudge* seen, Trail* trail) {
-    seen_ = seen;
+  void look(PathEvaluator* observed, Trail* trail) {
+    observed_ = observed;
     trail_ = trail;
   }
   void move_to(const Eigen::Vector3d& p_W) { estimate_.X_WB.p = p_W; }
@@ -67,7 +67,7 @@ class PerfectVehicle {
 
  private:
   Utime now_ = 0;
-  PathJudge* seen_ = nullptr;
+  PathEvaluator* observed_ = nullptr;
   Trail* trail_ = nullptr;
   estimation::StateEstimate estimate_;
 };
@@ -247,7 +247,7 @@ TEST(Leg, PlansAgainWhenItMissedTheGoal) {
 }
 
 // Room by how far east one is, as far as the vehicle sees.
-class Room final : public PathJudge {
+class Room final : public PathEvaluator {
  public:
   explicit Room(std::function<double(double)> at) : at_(std::move(at)) {}
   double clearance(std::span<const Pose> waypoints) override {
@@ -316,7 +316,7 @@ TEST(Leg, SwimsWhereThereWasNeverMoreRoom) {
 }
 
 // Beside a diver, with clearance ahead and astern but none to turn.
-class Beside final : public PathJudge {
+class Beside final : public PathEvaluator {
  public:
   double clearance(std::span<const Pose> waypoints) override {
     double least = 10.0;

@@ -123,7 +123,7 @@ TEST_F(MonitorsTest, AltitudeIsWatchedWhereThereIsGround) {
   EXPECT_EQ(what(), Only{});
   input_.altitude_m = 0.4;
   tick();
-  EXPECT_EQ(what(), Only{"under_altitude"});
+  EXPECT_EQ(what(), Only{"min_altitude"});
   input_.altitude_m.reset();
   tick();
   EXPECT_EQ(what(), Only{});
@@ -149,12 +149,12 @@ TEST_F(MonitorsTest, OvertimeAndOverdueLegs) {
   EXPECT_EQ(what(), Only{});
   input_.leg_elapsed_s = 91.0;  // three times, and half a minute
   tick();
-  EXPECT_EQ(what(), Only{"overdue_leg"});
+  EXPECT_EQ(what(), Only{"leg_timeout"});
   input_.leg_expected_s = 0.0;
   now_ = from_seconds(600.0);
   run(1.0);
-  EXPECT_TRUE(is(FailsafeKind::kOvertime));
-  EXPECT_FALSE(is(FailsafeKind::kOverdueLeg));
+  EXPECT_TRUE(is(FailsafeKind::kMissionTimeout));
+  EXPECT_FALSE(is(FailsafeKind::kLegTimeout));
 }
 
 TEST_F(MonitorsTest, StuckIsWantingToMoveAndNotMoving) {

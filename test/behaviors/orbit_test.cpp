@@ -164,11 +164,11 @@ TEST(Orbit, DwellsOnlyWhileItFacesTheCentre) {
 
 TEST(Orbit, IsDoneWithAStationWhenTopsideSkipsIt) {
   AtStation at;
-  EXPECT_EQ(at.orbit.progress().leg, "1");
+  EXPECT_EQ(at.orbit.progress().goal, "1");
   EXPECT_TRUE(at.orbit.skip());
   EXPECT_EQ(at.orbit.goals_done(), 1);
   EXPECT_TRUE(at.vehicle.tick(at.orbit).plan_request) << "on its way to the next";
-  EXPECT_EQ(at.orbit.progress().leg, "2");
+  EXPECT_EQ(at.orbit.progress().goal, "2");
   EXPECT_FALSE(at.orbit.skip()) << "there is none after the last";
 }
 
@@ -176,7 +176,7 @@ TEST(Orbit, BeginsWhereItWasBeforeARestart) {
   const OrbitCircle circle{{0.0, 0.0}, 4.0};
   Orbit orbit(settings(), circle, stations_round(circle, 4, 0.0, 1.0, 1.0), 2);
   EXPECT_EQ(orbit.goals_done(), 2);
-  EXPECT_EQ(orbit.progress().leg, "3");
+  EXPECT_EQ(orbit.progress().goal, "3");
 }
 
 TEST(Orbit, LooksAheadOnlyWhileItSwims) {

@@ -17,7 +17,7 @@ namespace {
 constexpr double kTick = 0.02;  // s
 
 // Clearance by position; a motion has the least of what it sweeps.
-class FakeJudge final : public PathJudge {
+class FakeJudge final : public PathEvaluator {
  public:
   double clearance(std::span<const Pose> waypoints) override {
     double least = at(waypoints.front().p);
@@ -65,14 +65,14 @@ class RetraceTest : public ::testing::Test {
   }
   // By what the map has shown since the dive began, and by what it shows now.
   void clearance_is(double clearance) {
-    judge_.at = [=](const Eigen::Vector3d& /*p_W*/) { return clearance; };
+    evaluator_.at = [=](const Eigen::Vector3d& /*p_W*/) { return clearance; };
   }
   void block(double from_x, double to_x) {
-    judge_.at = [=](const Eigen::Vector3d& p_W) {
+    evaluator_.at = [=](const Eigen::Vector3d& p_W) {
       return p_W.x() > from_x && p_W.x() < to_x ? -0.1 : 2.0;
     };
   }
-  [[nodiscard]] Retrace with_map() { return {trail_, settings_, &judge_}; }
+  [[nodiscard]] Retrace with_map() { return {trail_, settings_, &evaluator_}; }
   [[nodiscard]] Retrace without_map() { return {trail_, settings_, nullptr}; }
 
   [[nodiscard]] BehaviorInput input(const planning::PlanResult* plan = nullptr) {
@@ -96,7 +96,7 @@ class RetraceTest : public ::testing::Test {
   BehaviorOutput observe(Retrace& retrace) {
     now_ += from_seconds(kTick);
     BehaviorInput observed = input();
-    observed.seen = &judge_;
+    observed.observed = &evaluator_;
     observed.map_changed = true;
     return retrace.step(observed);
   }
@@ -141,7 +141,7 @@ class RetraceTest : public ::testing::Test {
   estimation::StateEstimate estimate_;
   LegSettings settings_;
   Trail trail_;
-  FakeJudge judge_;
+  FakeJudge evaluator_;
   const planning::PlanResult no_path_ =
       testing::plan_answer(planning::PlanStatus::kNoPath, "too tight", {}, 0.0);
 };
@@ -245,7 +245,7 @@ TEST_F(RetraceTest, TakesFourSecondsToStopAndFourToComeLevelAtMost) {
 
 TEST_F(RetraceTest, FollowsTheTrailOutAndAMetreOn) {
   Retrace retrace = without_map();
-  EXPECT_EQ(retrace.progress().leg, "open water");
+  EXPECT_EQ(retrace.progress().goal, "open water");
   BehaviorOutput output = tick(retrace);
   EXPECT_NEAR(retrace.progress().distance_to_go_m, 11.5, 1e-9);
   EXPECT_EQ(retrace.progress().segment, 1);
@@ -472,7 +472,7 @@ TEST_F(RetraceTest, JudgesTheTrailWhenTheMapHasChanged) {
   clearance_is(0.0);
   EXPECT_GT(tick(retrace).command.v, 0.0) << "nothing to judge it by";
   BehaviorInput unchanged = input();
-  unchanged.seen = &judge_;
+  unchanged.observed = &evaluator_;
   EXPECT_GT(retrace.step(unchanged).command.v, 0.0);
   BehaviorInput without_map = input();
   without_map.map_changed = true;
@@ -600,7 +600,7 @@ TEST_F(RetraceTest, PlansForAnAlternativeToAPlannedPath) {
   EXPECT_TRUE(retrace.request_alternative());
   const BehaviorOutput output = tick(retrace);
   ASSERT_TRUE(output.plan_request);
-  EXPECT_STREQ(output.plan_cause, "the way that was planned leads where it cannot look");
+  EXPECT_STREQ(output.plan_cause, "the planned path enters space that the sensor cannot observe");
   EXPECT_NEAR(output.plan_request->limits.clearance, 0.36, 1e-12);
   EXPECT_EQ(output.command.v, 0.0);
   EXPECT_TRUE(retrace.request_alternative());
@@ -873,7 +873,7 @@ TEST_F(RetraceAim, IsBehindWhatBlocksTheTrail) {
   EXPECT_EQ(request_from(8.0).goal.p, Eigen::Vector3d(6.5, 0, -4)) << "however near";
   block(-2.0, 4.9);
   EXPECT_EQ(request_from(8.0).goal.p, Eigen::Vector3d(-1.5, 0, -4)) << "or at its end";
-  judge_.at = [](const Eigen::Vector3d& p_W) {
+  evaluator_.at = [](const Eigen::Vector3d& p_W) {
     const bool is_near = p_W.x() > 6.1 && p_W.x() < 6.9;
     const bool is_far = p_W.x() > 2.1 && p_W.x() < 2.9;
     return is_near || is_far ? 0.0 : 0.001;
@@ -893,7 +893,7 @@ TEST_F(RetraceAim, IsThreeMetresOnWhereNothingBlocksTheTrail) {
 TEST_F(RetraceAim, IsWithinFifteenMetresOfTheTrail) {
   trail_ = Trail();
   swim_in({-4, 0, -4}, {30, 0, -4});
-  judge_.at = [](const Eigen::Vector3d& p_W) {
+  evaluator_.at = [](const Eigen::Vector3d& p_W) {
     const bool is_near = p_W.x() > 26.1 && p_W.x() < 26.9;
     const bool is_far = p_W.x() > 14.1 && p_W.x() < 14.4;
     return is_near || is_far ? 0.0 : 0.001;

@@ -43,7 +43,7 @@ TEST(CameraModel, DistortsAsTheFormulaSays) {
   EXPECT_NEAR(pixel->y(), 457.296 * dy + 248.375, 1e-6);
 }
 
-RC_GTEST_PROP(CameraModel, UndoesItsOwnDistortionAllOverThePicture, ()) {
+RC_GTEST_PROP(CameraModel, UndoesItsOwnDistortionAllOverTheImage, ()) {
   const CameraModel camera = euroc();
   const Eigen::Vector2d pixel(*rc::gen::inRange(0, 752), *rc::gen::inRange(0, 480));
   const auto normalised = camera.undistort(pixel);
@@ -57,12 +57,12 @@ TEST(CameraModel, SeesNothingBehindItself) {
   EXPECT_FALSE(euroc().project({0.1, 0.1, std::numeric_limits<double>::quiet_NaN()}));
 }
 
-TEST(CameraModel, KnowsWhereThePictureEnds) {
+TEST(CameraModel, KnowsWhereTheImageEnds) {
   const CameraModel camera = euroc();
-  EXPECT_TRUE(camera.in_picture({0.0, 0.0}));
-  EXPECT_TRUE(camera.in_picture({751.0, 479.0}));
-  EXPECT_FALSE(camera.in_picture({752.0, 10.0}));
-  EXPECT_FALSE(camera.in_picture({751.0, 479.0}, 5.0));
+  EXPECT_TRUE(camera.in_image({0.0, 0.0}));
+  EXPECT_TRUE(camera.in_image({751.0, 479.0}));
+  EXPECT_FALSE(camera.in_image({752.0, 10.0}));
+  EXPECT_FALSE(camera.in_image({751.0, 479.0}, 5.0));
 }
 
 TEST(CameraModel, SaysWhatIsWrongWithIt) {
@@ -81,7 +81,7 @@ TEST(CameraModel, SaysWhatIsWrongWithIt) {
   EXPECT_THAT(camera.validate(), HasSubstr("pose"));
 }
 
-TEST(CameraModel, DoesNotInventWhereThePictureFoldsOver) {
+TEST(CameraModel, DoesNotInventWhereTheImageFoldsOver) {
   CameraModel camera = euroc();
   camera.radtan = {-0.9, 0.0, 0.0, 0.0};  // the distorted image folds over at r^2 = 1 / 2.7
   EXPECT_FALSE(camera.undistort({camera.cx + 2.0 * camera.fx, camera.cy}));

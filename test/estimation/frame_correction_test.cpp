@@ -45,26 +45,26 @@ class FrameCorrectionTest : public ::testing::Test {
     return estimate;
   }
 
-  [[nodiscard]] VisionEstimate word(Utime taken) const {
-    VisionEstimate word;
-    word.frame_utime = taken;
-    word.begun_from = begun_from_;
-    word.fault = VisionFault::kNone;
-    word.period_s = to_seconds(kPeriod);
-    word.estimate.utime = taken;
-    word.estimate.valid = true;
-    word.estimate.source = EstimatorKind::kVisualInertial;
-    word.estimate.X_WB.p = true_position(taken) + vision_off_;
-    word.estimate.v_WB_B = Vector3d(0.4, current_, 0.0);
-    word.estimate.covariance = 1e-4 * Matrix6d::Identity();
-    return word;
+  [[nodiscard]] VisionEstimate update(Utime taken) const {
+    VisionEstimate update;
+    update.frame_utime = taken;
+    update.init_utime = init_utime_;
+    update.fault = VisionFault::kNone;
+    update.period_s = to_seconds(kPeriod);
+    update.estimate.utime = taken;
+    update.estimate.valid = true;
+    update.estimate.source = EstimatorKind::kVisualInertial;
+    update.estimate.X_WB.p = true_position(taken) + vision_off_;
+    update.estimate.v_WB_B = Vector3d(0.4, current_, 0.0);
+    update.estimate.covariance = 1e-4 * Matrix6d::Identity();
+    return update;
   }
 
   // One tick, with a due update, if vision works.
   const StateEstimate& tick() {
     now_ += kTick;
     if (vision_works_ && now_ >= next_due_) {
-      VisionEstimate due = word(next_due_ - kLatency);
+      VisionEstimate due = update(next_due_ - kLatency);
       due.fault = vision_fault_;
       correction_.propose(now_, due);
       if (fault_once_) vision_fault_ = VisionFault::kNone;
@@ -99,7 +99,7 @@ class FrameCorrectionTest : public ::testing::Test {
   double current_ = 0.0;
   double compass_off_ = 0.0;
   Vector3d vision_off_ = Vector3d::Zero();
-  Utime begun_from_ = 0;
+  Utime init_utime_ = 0;
   bool vision_works_ = true;
   VisionFault vision_fault_ = VisionFault::kNone;
   bool fault_once_ = false;
@@ -145,7 +145,7 @@ TEST_F(FrameCorrectionTest, LosesVisionWithinThreeImagesOfRejectedUpdatesOrSilen
   const Utime silent = now_;
   until(kOdometry);
   EXPECT_LE(to_seconds(now_ - silent), 3.0 * to_seconds(kPeriod));
-  EXPECT_EQ(correction_.fault(), VisionFault::kNoPictures);
+  EXPECT_EQ(correction_.fault(), VisionFault::kNoImages);
 }
 
 TEST_F(FrameCorrectionTest, KeepsVisionThroughOneRejectedUpdate) {
@@ -223,7 +223,7 @@ TEST_F(FrameCorrectionTest, RejectsAnImplausibleUpdate) {
       static_cast<void>(correction.update(odometry()));
       if (now_ < next) continue;
       next += kPeriod;
-      VisionEstimate said = word(now_ - kLatency);
+      VisionEstimate said = update(now_ - kLatency);
       if (now_ > 1'000'000) spoil(said);
       correction.propose(now_, said);
     }
@@ -244,17 +244,17 @@ TEST_F(FrameCorrectionTest, RejectsAnImplausibleUpdate) {
             VisionFault::kImplausible);
   EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.X_WB.q = from_rpy(0.5, 0, 0); }),
             VisionFault::kImplausible);
-  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime = 1'000'000; }), VisionFault::kBadPicture);
-  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime += 1'000'000; }), VisionFault::kBadPicture);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime = 1'000'000; }), VisionFault::kBadImage);
+  EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime += 1'000'000; }), VisionFault::kBadImage);
   EXPECT_EQ(after([](VisionEstimate& w) { w.frame_utime = 1'900'000 - w.frame_utime; }),
-            VisionFault::kBadPicture);
+            VisionFault::kBadImage);
   EXPECT_EQ(after([](VisionEstimate& w) { w.estimate.valid = false; }), VisionFault::kStarting);
 }
 
 TEST_F(FrameCorrectionTest, RejectsAnOldUpdateAsLate) {
   run(3.0);
   vision_works_ = false;
-  const VisionEstimate old = word(now_ - 20'000);
+  const VisionEstimate old = update(now_ - 20'000);
   run(1.0);
   correction_.propose(now_, old);
   EXPECT_EQ(correction_.fault(), VisionFault::kLate);
@@ -268,7 +268,7 @@ TEST_F(FrameCorrectionTest, AnAlignmentMovesTheFrameOfVisionWithIt) {
   run(3.0);
   EXPECT_NEAR(correction_.estimate().X_WB.p.y(), 0.3, 1e-3);
   EXPECT_EQ(correction_.estimate().source, kVision);
-  begun_from_ = now_;
+  init_utime_ = now_;
   vision_off_.y() = 0.3;
   run(1.0);
   EXPECT_NEAR(correction_.estimate().X_WB.p.y(), 0.3, 1e-3);
@@ -360,16 +360,16 @@ RC_GTEST_PROP(FrameCorrection, PublishesNoJumpAndTheCorrectionThatExplainsIt,
     primitive.X_WB.p = p_W;
     primitive.covariance = 0.01 * Matrix6d::Identity();
     if (i > 20 && random.uniform() < 0.5) {
-      VisionEstimate word;
-      word.frame_utime = kTick * i - static_cast<Utime>(random.uniform(0.0, 150'000.0));
-      word.begun_from = random.uniform() < 0.01 ? word.frame_utime : Utime{0};
-      word.fault = random.uniform() < 0.2 ? VisionFault::kLost : VisionFault::kNone;
-      word.estimate = primitive;
-      word.estimate.utime = word.frame_utime;
-      word.estimate.X_WB.p += Vector3d(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), 0.0);
-      word.estimate.X_WB.q = from_rpy(0.0, 0.0, random.uniform(-0.5, 0.5)) * primitive.X_WB.q;
-      word.estimate.v_WB_B += Vector3d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.0);
-      correction.propose(kTick * i, word);
+      VisionEstimate update;
+      update.frame_utime = kTick * i - static_cast<Utime>(random.uniform(0.0, 150'000.0));
+      update.init_utime = random.uniform() < 0.01 ? update.frame_utime : Utime{0};
+      update.fault = random.uniform() < 0.2 ? VisionFault::kLost : VisionFault::kNone;
+      update.estimate = primitive;
+      update.estimate.utime = update.frame_utime;
+      update.estimate.X_WB.p += Vector3d(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), 0.0);
+      update.estimate.X_WB.q = from_rpy(0.0, 0.0, random.uniform(-0.5, 0.5)) * primitive.X_WB.q;
+      update.estimate.v_WB_B += Vector3d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.0);
+      correction.propose(kTick * i, update);
     }
     const StateEstimate& published = correction.update(primitive);
     const Vector3d step = published.X_WB.p - before;

@@ -302,7 +302,7 @@ TEST(ClearanceMeter, SkippingChangesNothing) {
                 so3_exp(0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())))
                    .normalized();
       if (i % 150 == 149) pose.p = at(random.uniform(-5, 5), 0, 0).p;
-      const Names touched = meter.observe(pose);
+      const Names contacts = meter.observe(pose);
       Names expected;
       for (Alone& one : each) {
         const double distance = one.meter.clearance(pose);
@@ -311,12 +311,12 @@ TEST(ClearanceMeter, SkippingChangesNothing) {
         least = distance;
         nearest = one.name;
       }
-      ASSERT_EQ(touched, expected) << "seed " << seed << " step " << i;
+      ASSERT_EQ(contacts, expected) << "seed " << seed << " step " << i;
       ASSERT_NEAR(meter.min_clearance_m(), least, 1e-12) << "seed " << seed << " step " << i;
       if (least > 0.0) {
         ASSERT_EQ(meter.nearest_obstacle(), nearest) << "seed " << seed << " step " << i;
       }
-      contacts_seen += touched.size();
+      contacts_seen += contacts.size();
     }
   }
   EXPECT_GT(contacts_seen, 10U);  // the walks do touch walls

@@ -161,7 +161,7 @@ TEST(StereoCamera, TextureIsFixedToTheWorld) {
       const Eigen::Vector3d p_W(11.2 + x, -19.6 + y, -6);
       const auto pa = model.project((here * model.X_BC).inverse() * p_W);
       const auto pb = model.project((there * model.X_BC).inverse() * p_W);
-      if (!pa || !pb || !model.in_picture(*pa, 2) || !model.in_picture(*pb, 16)) continue;
+      if (!pa || !pb || !model.in_image(*pa, 2) || !model.in_image(*pb, 16)) continue;
       seen_here.push_back(bilinear(a, *pa));
       seen_there.push_back(bilinear(b, *pb));
       beside.push_back(bilinear(b, *pb + Eigen::Vector2d(12, 9)));
@@ -311,7 +311,7 @@ TEST(StereoCamera, SnowDriftsWithTheWater) {
   EXPECT_NE(camera.take(2'000'000, X_WB)[0]->pixels, first.pixels);
 }
 
-TEST(StereoCamera, SameSeedSamePictures) {
+TEST(StereoCamera, SameSeedSameImages) {
   StereoCameraOptions options;
   options.width = kWidth;
   options.height = kHeight;

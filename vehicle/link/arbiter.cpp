@@ -23,34 +23,35 @@ std::size_t index_of(Source source) { return static_cast<std::size_t>(source); }
 
 Arbiter::Arbiter(vehicle::AutopilotOptions autopilot) : autopilot_(autopilot) {}
 
-bool Arbiter::hear(const VehicleCommand& command, Utime now) {
-  const std::optional<VehicleCommand>& last = heard_[index_of(command.source)];
+bool Arbiter::receive(const VehicleCommand& command, Utime now) {
+  const std::optional<VehicleCommand>& last = commands_[index_of(command.source)];
   const bool is_newer = !last || command.utime > last->utime ||
                         (command.utime == last->utime && command.sequence > last->sequence);
   if (!is_newer || to_seconds(command.utime - now) > kMaxAhead || !is_sane(command)) {
     ++refused_;
     return false;
   }
-  heard_[index_of(command.source)] = command;
-  heard_at_[index_of(command.source)] = now;
+  commands_[index_of(command.source)] = command;
+  arrived_at_[index_of(command.source)] = now;
   return true;
 }
 
-Arbiter::Obeys Arbiter::obeys(Utime now) const {
+Arbiter::CommandSource Arbiter::source(Utime now) const {
   const auto speaks = [&](Source source) {
-    return heard_[index_of(source)] && to_seconds(now - heard_at_[index_of(source)]) <= kTimeout;
+    return commands_[index_of(source)] &&
+           to_seconds(now - arrived_at_[index_of(source)]) <= kTimeout;
   };
-  if (speaks(Source::kSupervisor)) return Obeys::kSupervisor;
-  return speaks(Source::kExecutive) ? Obeys::kExecutive : Obeys::kNobody;
+  if (speaks(Source::kSupervisor)) return CommandSource::kSupervisor;
+  return speaks(Source::kExecutive) ? CommandSource::kExecutive : CommandSource::kNone;
 }
 
 const VehicleCommand* Arbiter::current(Utime now) const {
-  switch (obeys(now)) {
-    case Obeys::kSupervisor:
-      return &*heard_[index_of(Source::kSupervisor)];
-    case Obeys::kExecutive:
-      return &*heard_[index_of(Source::kExecutive)];
-    case Obeys::kNobody:
+  switch (source(now)) {
+    case CommandSource::kSupervisor:
+      return &*commands_[index_of(Source::kSupervisor)];
+    case CommandSource::kExecutive:
+      return &*commands_[index_of(Source::kExecutive)];
+    case CommandSource::kNone:
       break;
   }
   return nullptr;
@@ -60,23 +61,23 @@ vehicle::PseudoRates Arbiter::step(const std::optional<ImuSample>& imu,
                                    const std::optional<DepthSample>& depth, Utime now) {
   if (imu) imu_ = imu;
   if (depth) depth_ = depth;
-  const VehicleCommand* heard = current(now);
+  const VehicleCommand* command = current(now);
   const bool is_stale =
-      heard != nullptr && to_seconds(now - heard_at_[index_of(heard->source)]) > kStale;
+      command != nullptr && to_seconds(now - arrived_at_[index_of(command->source)]) > kStale;
   const double dt = last_step_ ? to_seconds(now - *last_step_) : 0.0;
   last_step_ = now;
-  if (heard != nullptr && heard->mode == Mode::kRates && !is_stale) {
+  if (command != nullptr && command->mode == Mode::kRates && !is_stale) {
     if (imu_) yaw_ = to_rpy(imu_->q_WB).z();
-    return heard->rates;
+    return command->rates;
   }
   // Before the first command there is no dive to end by surfacing.
-  const bool was_commanded = heard_[0] || heard_[1];
+  const bool was_commanded = commands_[0] || commands_[1];
   if (!was_commanded || !imu_ || !depth_ || dt <= 0.0) return {};
-  vehicle::Command command;
-  command.o = from_rpy(0.0, 0.0, yaw_);
-  if (heard != nullptr) command = heard->command;
-  if (is_stale) command.v = 0.0;
-  return autopilot_.step(command, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
+  vehicle::Command kept;
+  kept.o = from_rpy(0.0, 0.0, yaw_);
+  if (command != nullptr) kept = command->command;
+  if (is_stale) kept.v = 0.0;
+  return autopilot_.step(kept, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
 }
 
 }  // namespace dive::link

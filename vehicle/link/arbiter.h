@@ -20,29 +20,29 @@ class Arbiter {
   static constexpr double kMaxAhead = 5.0;    ///< Tolerated lead of a command, s, for clock drift.
   static constexpr double kMaxDepth = 500.0;  ///< Maximum plausible depth command, m.
 
-  enum class Obeys { kNobody, kExecutive, kSupervisor };
+  enum class CommandSource { kNone, kExecutive, kSupervisor };
 
   explicit Arbiter(vehicle::AutopilotOptions autopilot = {});
 
   /// Receives a command; false if it is rejected: older than one of the same source, ahead of time,
   /// or with implausible values.
-  bool hear(const VehicleCommand& command, Utime now);
+  bool receive(const VehicleCommand& command, Utime now);
 
   /// The effort for the tick that ends at `now`, from the newest samples of the vehicle's own
   /// sensors.
   [[nodiscard]] vehicle::PseudoRates step(const std::optional<ImuSample>& imu,
                                           const std::optional<DepthSample>& depth, Utime now);
 
-  [[nodiscard]] Obeys obeys(Utime now) const;
+  [[nodiscard]] CommandSource source(Utime now) const;
   /// The executive's newest command.
-  [[nodiscard]] const std::optional<VehicleCommand>& executive() const { return heard_[0]; }
+  [[nodiscard]] const std::optional<VehicleCommand>& executive() const { return commands_[0]; }
   [[nodiscard]] std::int64_t refused() const { return refused_; }
 
  private:
   [[nodiscard]] const VehicleCommand* current(Utime now) const;
 
-  std::optional<VehicleCommand> heard_[2];  ///< Newest command by Source.
-  Utime heard_at_[2] = {0, 0};
+  std::optional<VehicleCommand> commands_[2];  ///< Newest command by Source.
+  Utime arrived_at_[2] = {0, 0};
   std::int64_t refused_ = 0;
   vehicle::Autopilot autopilot_;
   std::optional<ImuSample> imu_;

@@ -15,7 +15,7 @@
 namespace dive::link {
 namespace {
 
-static_assert(std::tuple_size_v<Seal> == crypto_auth_BYTES);
+static_assert(std::tuple_size_v<Mac> == crypto_auth_BYTES);
 static_assert(std::tuple_size_v<Key> == crypto_auth_KEYBYTES);
 
 void start_sodium() { DIVE_DEMAND(sodium_init() >= 0); }
@@ -23,19 +23,19 @@ void start_sodium() { DIVE_DEMAND(sodium_init() >= 0); }
 // Computed over the whole packet with a zero code; its fingerprint distinguishes requests from
 // answers.
 template <typename Message>
-Seal seal_of(const Key& key, Message message) {
-  message.seal = {};
+Mac mac_of(const Key& key, Message message) {
+  message.mac = {};
   Packet packet;
   DIVE_DEMAND(encode(message, packet));
-  Seal seal;
-  crypto_auth(seal.data(), packet.data(), packet.size(), key.data());
-  return seal;
+  Mac mac;
+  crypto_auth(mac.data(), packet.data(), packet.size(), key.data());
+  return mac;
 }
 
 template <typename Message>
-bool has_seal_of(const Key& key, const Message& message) {
-  const Seal right = seal_of(key, message);
-  return sodium_memcmp(right.data(), message.seal.data(), right.size()) == 0;
+bool has_mac_of(const Key& key, const Message& message) {
+  const Mac right = mac_of(key, message);
+  return sodium_memcmp(right.data(), message.mac.data(), right.size()) == 0;
 }
 
 std::string reason() { return std::generic_category().message(errno); }
@@ -63,11 +63,11 @@ Key new_key() {
   return key;
 }
 
-std::uint64_t new_boot() {
+std::uint64_t new_session_id() {
   start_sodium();
-  std::uint64_t boot = 0;
-  randombytes_buf(&boot, sizeof boot);
-  return boot;
+  std::uint64_t session_id = 0;
+  randombytes_buf(&session_id, sizeof session_id);
+  return session_id;
 }
 
 tl::expected<Key, std::string> read_key(const std::string& path) {
@@ -107,75 +107,82 @@ tl::expected<void, std::string> write_key(const std::string& path, const Key& ke
   return {};
 }
 
-void seal(const Key& key, OperatorRequest& request) { request.seal = seal_of(key, request); }
-void seal(const Key& key, OperatorAnswer& answer) { answer.seal = seal_of(key, answer); }
-bool is_sealed(const Key& key, const OperatorRequest& request) { return has_seal_of(key, request); }
-bool is_sealed(const Key& key, const OperatorAnswer& answer) { return has_seal_of(key, answer); }
+void sign(const Key& key, OperatorRequest& request) { request.mac = mac_of(key, request); }
+void sign(const Key& key, OperatorAnswer& answer) { answer.mac = mac_of(key, answer); }
+bool has_valid_mac(const Key& key, const OperatorRequest& request) {
+  return has_mac_of(key, request);
+}
+bool has_valid_mac(const Key& key, const OperatorAnswer& answer) { return has_mac_of(key, answer); }
 
-const char* describe(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kAccepted:
+const char* describe(RequestResult result) {
+  switch (result) {
+    case RequestResult::kAccepted:
       return "accepted";
-    case Verdict::kForged:
+    case RequestResult::kAuthFailed:
       return "refused: it does not bear the seal of the vehicle's key";
-    case Verdict::kReplayed:
+    case RequestResult::kReplayed:
       return "refused: it, or a later one, has been said before";
-    case Verdict::kStale:
+    case RequestResult::kStale:
       return "refused: it was too long under way";
-    case Verdict::kNoKey:
+    case RequestResult::kNoKey:
       return "refused: the vehicle has no key, and listens to nothing but abort";
   }
   return "";
 }
 
-Gate::Ruling Gate::judge(const OperatorRequest& request, Utime now) {
-  Ruling ruling;
-  ruling.answer.boot = boot_;
-  ruling.answer.counter = request.counter;
-  ruling.answer.command = request.command;
+RequestAuthenticator::Decision RequestAuthenticator::evaluate(const OperatorRequest& request,
+                                                              Utime now) {
+  Decision decision;
+  decision.answer.session_id = session_id_;
+  decision.answer.counter = request.counter;
+  decision.answer.command = request.command;
   const auto same = [&](const OperatorRequest& other) {
-    return other.boot == request.boot && other.counter == request.counter &&
-           other.seal == request.seal && other.command == request.command;
+    return other.session_id == request.session_id && other.counter == request.counter &&
+           other.mac == request.mac && other.command == request.command;
   };
   if (last_ && same(*last_)) {  // a repeated request, whose answer was lost
-    ruling.answer.verdict = Verdict::kAccepted;
+    decision.answer.result = RequestResult::kAccepted;
   } else {
-    ruling.answer.verdict = check_seal(request, now);
-    ruling.act = decide(request, now, ruling.answer.verdict);
-    if (ruling.act) last_ = request;
+    decision.answer.result = check_mac(request, now);
+    decision.act = decide(request, now, decision.answer.result);
+    if (decision.act) last_ = request;
   }
-  if (key_) seal(*key_, ruling.answer);
-  return ruling;
+  if (key_) sign(*key_, decision.answer);
+  return decision;
 }
 
-bool Gate::decide(const OperatorRequest& request, Utime now, Verdict& verdict) {
-  if (verdict == Verdict::kAccepted) {
+bool RequestAuthenticator::decide(const OperatorRequest& request, Utime now,
+                                  RequestResult& result) {
+  if (result == RequestResult::kAccepted) {
     counter_ = request.counter;
     return true;
   }
   // An abort without a code, or with an invalid or stale one, is still an abort. Beyond the rate
   // limit it is only acknowledged.
   if (request.command == OperatorCommand::kAbort) {
-    verdict = Verdict::kAccepted;
+    result = RequestResult::kAccepted;
     const bool acts = may_abort(now);
-    if (!acts) ++refused_.too_many;
+    if (!acts) ++refused_.rate_limited;
     return acts;
   }
-  if (verdict == Verdict::kReplayed) ++refused_.replayed;
-  if (verdict == Verdict::kStale) ++refused_.stale;
-  if (verdict == Verdict::kForged || verdict == Verdict::kNoKey) ++refused_.forged;
+  if (result == RequestResult::kReplayed) ++refused_.replayed;
+  if (result == RequestResult::kStale) ++refused_.stale;
+  if (result == RequestResult::kAuthFailed || result == RequestResult::kNoKey)
+    ++refused_.auth_failed;
   return false;
 }
 
-Verdict Gate::check_seal(const OperatorRequest& request, Utime now) const {
-  if (!key_) return Verdict::kNoKey;
-  if (!is_sealed(*key_, request)) return Verdict::kForged;
-  if (request.boot != boot_ || request.counter <= counter_) return Verdict::kReplayed;
-  const bool is_fresh = request.heard <= now && to_seconds(now - request.heard) <= kMaxAge;
-  return is_fresh ? Verdict::kAccepted : Verdict::kStale;
+RequestResult RequestAuthenticator::check_mac(const OperatorRequest& request, Utime now) const {
+  if (!key_) return RequestResult::kNoKey;
+  if (!has_valid_mac(*key_, request)) return RequestResult::kAuthFailed;
+  if (request.session_id != session_id_ || request.counter <= counter_)
+    return RequestResult::kReplayed;
+  const bool is_fresh =
+      request.heartbeat_utime <= now && to_seconds(now - request.heartbeat_utime) <= kMaxAge;
+  return is_fresh ? RequestResult::kAccepted : RequestResult::kStale;
 }
 
-bool Gate::may_abort(Utime now) {
+bool RequestAuthenticator::may_abort(Utime now) {
   if (last_abort_) {
     aborts_ =
         std::min<double>(aborts_ + to_seconds(now - *last_abort_) / kAbortPeriod, kAbortBurst);

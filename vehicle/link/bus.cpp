@@ -112,8 +112,8 @@ bool Bus::publish(const char* channel, const Packet& packet) {
 bool Bus::wait(Clock& clock, Utime deadline, const std::function<bool()>& enough) {
   const int descriptor = lcm_get_fileno(impl_->lcm.get());
   for (;;) {
-    const std::size_t most = impl_->bytes() + kMostBytes;
-    for (int i = 0; i < kMostPackets && impl_->bytes() < most && impl_->hand_on(); ++i) {
+    const std::size_t most = impl_->bytes() + kMaxBytes;
+    for (int i = 0; i < kMaxPackets && impl_->bytes() < most && impl_->hand_on(); ++i) {
       if (enough && enough()) return true;
     }
     const Utime left = clock.real(deadline - clock.now());

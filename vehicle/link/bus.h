@@ -17,12 +17,12 @@ namespace dive::link {
 
 /// Channels: sender and message type.
 namespace channel {
-inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle: imu_t
+inline constexpr const char* kAhrs = "DIVE_AHRS";               ///< Vehicle: imu_t
 inline constexpr const char* kDepth = "DIVE_DEPTH";             ///< Vehicle: depth_t
 inline constexpr const char* kHealth = "DIVE_HEALTH";           ///< Vehicle: health_t
 inline constexpr const char* kImage = "DIVE_IMAGE";             ///< Vehicle: image_t
-inline constexpr const char* kInertial = "DIVE_INERTIAL";       ///< Vehicle, 200 Hz: imu_t
-inline constexpr const char* kRange = "DIVE_RANGE";             ///< Vehicle: range_cloud_t
+inline constexpr const char* kImu = "DIVE_IMU";                 ///< Vehicle, 200 Hz: imu_t
+inline constexpr const char* kRange = "DIVE_RANGE";             ///< Vehicle: range_scan_t
 inline constexpr const char* kSimTick = "DIVE_SIM_TICK";        ///< Simulated vehicle: sim_tick_t
 inline constexpr const char* kTruth = "DIVE_SIM_TRUTH";         ///< Simulated vehicle: truth_t
 inline constexpr const char* kCommand = "DIVE_COMMAND";         ///< vehicle_command_t
@@ -72,15 +72,15 @@ class Bus {
 
   /// Delivers the packets that have arrived and those that arrive until `deadline` of `clock`;
   /// returns true early once `enough` does (called after every packet). Delivers at most
-  /// kMostPackets and about kMostBytes of the backlog, so that a flood does not block the caller.
+  /// kMaxPackets and about kMaxBytes of the backlog, so that a flood does not block the caller.
   bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
 
   /// Packets that were too large for their channel, or did not belong to it.
   [[nodiscard]] std::int64_t malformed() const;
 
-  static constexpr int kMostPackets = 2000;
-  static constexpr std::size_t kMostBytes = 4U << 20U;
-  static constexpr int kPictureBuffer = 4 << 20;     ///< Bytes, for a few image pairs.
+  static constexpr int kMaxPackets = 2000;
+  static constexpr std::size_t kMaxBytes = 4U << 20U;
+  static constexpr int kImageBuffer = 4 << 20;       ///< Bytes, for a few image pairs.
   static constexpr std::size_t kMaxFixedSize = 256;  ///< Largest packet without a list, bytes.
 
  private:

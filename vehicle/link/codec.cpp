@@ -14,7 +14,7 @@
 #include <dive/operator_request_t.hpp>
 #include <dive/path_t.hpp>
 #include <dive/pseudo_rates_t.hpp>
-#include <dive/range_cloud_t.hpp>
+#include <dive/range_scan_t.hpp>
 #include <dive/sim_tick_t.hpp>
 #include <dive/truth_t.hpp>
 #include <dive/vehicle_command_t.hpp>
@@ -33,25 +33,25 @@ constexpr Run kHealth[] = {bytes(8 + 4 * sizeof(double) + 1)};
 constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
-constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxTouched)};
+constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxContacts)};
 constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
 constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
-constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Seal))};
-constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Seal))};
+constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Mac))};
+constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Mac))};
 constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
 constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
 constexpr Run kRange[] = {bytes(8 + 4 * sizeof(float)), array(sizeof(float), 3 * kMaxScanPoints)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
 
 template <typename Message>
-void write_seal(const Seal& seal, Message& out) {
-  std::copy(seal.begin(), seal.end(), out.seal);
+void write_mac(const Mac& mac, Message& out) {
+  std::copy(mac.begin(), mac.end(), out.mac);
 }
 template <typename Message>
-Seal read_seal(const Message& in) {
-  Seal seal;
-  std::copy_n(in.seal, seal.size(), seal.begin());
-  return seal;
+Mac read_mac(const Message& in) {
+  Mac mac;
+  std::copy_n(in.mac, mac.size(), mac.begin());
+  return mac;
 }
 
 std::size_t size_of(const ImageFrame& frame) {
@@ -206,22 +206,22 @@ bool decode(PacketView packet, ImageFrame& frame) {
 bool encode(const RangeScan& scan, Packet& packet) {
   const auto& [utime, origin_B, reach, points] = scan;
   if (!is_scan(scan)) return false;
-  range_cloud_t m;
+  range_scan_t m;
   m.utime = utime;
   std::copy_n(origin_B.data(), 3, m.origin);
-  m.reach = reach;
-  m.numbers = static_cast<std::int32_t>(3 * points.size());
+  m.max_range = reach;
+  m.num_values = static_cast<std::int32_t>(3 * points.size());
   m.points.reserve(3 * points.size());
   for (const Eigen::Vector3f& p : points) m.points.insert(m.points.end(), p.data(), p.data() + 3);
   return pack(m, kRange, packet);
 }
 
 bool decode(PacketView packet, RangeScan& scan) {
-  const auto m = unpack<range_cloud_t>(packet, kRange);
+  const auto m = unpack<range_scan_t>(packet, kRange);
   if (!m || m->points.size() % 3 != 0) return false;
   scan.utime = m->utime;
   scan.origin_B = {m->origin[0], m->origin[1], m->origin[2]};
-  scan.reach = m->reach;
+  scan.reach = m->max_range;
   scan.points_B.clear();
   scan.points_B.reserve(m->points.size() / 3);
   for (std::size_t i = 0; i < m->points.size(); i += 3) {
@@ -263,42 +263,42 @@ bool decode(PacketView packet, VehicleCommand& command) {
 }
 
 bool encode(const Truth& truth, Packet& packet) {
-  const auto& [utime, X_WB, touched] = truth;
-  if (touched.size() > kMaxTouched) return false;
+  const auto& [utime, X_WB, contacts] = truth;
+  if (contacts.size() > kMaxContacts) return false;
   truth_t m;
   m.utime = utime;
   write_pose(X_WB, m.pose);
-  m.n = static_cast<std::int32_t>(touched.size());
-  m.touched = touched;
+  m.n = static_cast<std::int32_t>(contacts.size());
+  m.contacts = contacts;
   return pack(m, kTruth, packet);
 }
 
 bool decode(PacketView packet, Truth& truth) {
   auto m = unpack<truth_t>(packet, kTruth);
   if (!m) return false;
-  truth = {m->utime, read_pose(m->pose), std::move(m->touched)};
+  truth = {m->utime, read_pose(m->pose), std::move(m->contacts)};
   return true;
 }
 
 bool encode(const SimTick& tick, Packet& packet) {
-  const auto& [utime, imu, depth, health, range, left, right, inertial, last_inertial] = tick;
-  if (!is_count(inertial, last_inertial)) return false;
+  const auto& [utime, ahrs, depth, health, range, left, right, imu_samples, last_imu] = tick;
+  if (!is_count(imu_samples, last_imu)) return false;
   sim_tick_t m;
   m.utime = utime;
-  m.imu = imu ? 1 : 0;
+  m.ahrs = ahrs ? 1 : 0;
   m.depth = depth ? 1 : 0;
   m.health = health ? 1 : 0;
   m.range = range ? 1 : 0;
   m.left = left ? 1 : 0;
   m.right = right ? 1 : 0;
-  m.imu_utime = imu.value_or(0);
+  m.ahrs_utime = ahrs.value_or(0);
   m.depth_utime = depth.value_or(0);
   m.health_utime = health.value_or(0);
   m.range_utime = range.value_or(0);
   m.left_utime = left.value_or(0);
   m.right_utime = right.value_or(0);
-  m.inertial = static_cast<std::int8_t>(inertial);
-  m.inertial_utime = last_inertial;
+  m.imu_samples = static_cast<std::int8_t>(imu_samples);
+  m.imu_utime = last_imu;
   return pack(m, kSimTick, packet);
 }
 
@@ -306,9 +306,10 @@ bool decode(PacketView packet, SimTick& tick) {
   const auto m = unpack<sim_tick_t>(packet, kSimTick);
   if (!m) return false;
   tick.utime = m->utime;
-  tick.inertial = m->inertial;
-  tick.last_inertial = m->inertial_utime;
-  return is_count(tick.inertial, tick.last_inertial) && read_time(m->imu, m->imu_utime, tick.imu) &&
+  tick.imu_samples = m->imu_samples;
+  tick.last_imu = m->imu_utime;
+  return is_count(tick.imu_samples, tick.last_imu) &&
+         read_time(m->ahrs, m->ahrs_utime, tick.ahrs) &&
          read_time(m->depth, m->depth_utime, tick.depth) &&
          read_time(m->health, m->health_utime, tick.health) &&
          read_time(m->range, m->range_utime, tick.range) &&
@@ -317,18 +318,18 @@ bool decode(PacketView packet, SimTick& tick) {
 }
 
 bool encode(const Heartbeat& heartbeat, Packet& packet) {
-  const auto& [utime, boot, counter, ticks, refused, keyed, finished] = heartbeat;
-  const auto& [forged, replayed, stale, too_many] = refused;
+  const auto& [utime, session_id, counter, ticks, refused, has_key, finished] = heartbeat;
+  const auto& [auth_failed, replayed, stale, rate_limited] = refused;
   heartbeat_t m;
   m.utime = utime;
-  m.boot = static_cast<std::int64_t>(boot);
+  m.session_id = static_cast<std::int64_t>(session_id);
   m.counter = counter;
   m.ticks = ticks;
-  m.forged = forged;
+  m.auth_failed = auth_failed;
   m.replayed = replayed;
   m.stale = stale;
-  m.too_many = too_many;
-  m.keyed = keyed ? 1 : 0;
+  m.rate_limited = rate_limited;
+  m.has_key = has_key ? 1 : 0;
   m.finished = finished ? 1 : 0;
   return pack(m, kHeartbeat, packet);
 }
@@ -337,55 +338,55 @@ bool decode(PacketView packet, Heartbeat& heartbeat) {
   const auto m = unpack<heartbeat_t>(packet, kHeartbeat);
   if (!m) return false;
   heartbeat = {m->utime,
-               static_cast<std::uint64_t>(m->boot),
+               static_cast<std::uint64_t>(m->session_id),
                m->counter,
                m->ticks,
-               {m->forged, m->replayed, m->stale, m->too_many},
+               {m->auth_failed, m->replayed, m->stale, m->rate_limited},
                false,
                false};
-  return read_flag(m->keyed, heartbeat.keyed) && read_flag(m->finished, heartbeat.finished);
+  return read_flag(m->has_key, heartbeat.has_key) && read_flag(m->finished, heartbeat.finished);
 }
 
 bool encode(const OperatorRequest& request, Packet& packet) {
-  const auto& [boot, counter, heard, command, seal] = request;
+  const auto& [session_id, counter, heartbeat_utime, command, mac] = request;
   operator_request_t m;
-  m.boot = static_cast<std::int64_t>(boot);
+  m.session_id = static_cast<std::int64_t>(session_id);
   m.counter = counter;
-  m.heard = heard;
+  m.heartbeat_utime = heartbeat_utime;
   m.command = static_cast<std::int8_t>(command);
-  write_seal(seal, m);
+  write_mac(mac, m);
   return pack(m, kRequest, packet);
 }
 
 bool decode(PacketView packet, OperatorRequest& request) {
   const auto m = unpack<operator_request_t>(packet, kRequest);
   if (!m) return false;
-  request.boot = static_cast<std::uint64_t>(m->boot);
+  request.session_id = static_cast<std::uint64_t>(m->session_id);
   request.counter = m->counter;
-  request.heard = m->heard;
-  request.seal = read_seal(*m);
+  request.heartbeat_utime = m->heartbeat_utime;
+  request.mac = read_mac(*m);
   return read_enum(m->command, OperatorCommand::kSkip, request.command);
 }
 
 bool encode(const OperatorAnswer& answer, Packet& packet) {
-  const auto& [boot, counter, command, verdict, seal] = answer;
+  const auto& [session_id, counter, command, result, mac] = answer;
   operator_answer_t m;
-  m.boot = static_cast<std::int64_t>(boot);
+  m.session_id = static_cast<std::int64_t>(session_id);
   m.counter = counter;
   m.command = static_cast<std::int8_t>(command);
-  m.verdict = static_cast<std::int8_t>(verdict);
-  write_seal(seal, m);
+  m.result = static_cast<std::int8_t>(result);
+  write_mac(mac, m);
   return pack(m, kAnswer, packet);
 }
 
 bool decode(PacketView packet, OperatorAnswer& answer) {
   const auto m = unpack<operator_answer_t>(packet, kAnswer);
   if (!m) return false;
-  answer.boot = static_cast<std::uint64_t>(m->boot);
+  answer.session_id = static_cast<std::uint64_t>(m->session_id);
   answer.counter = m->counter;
-  answer.seal = read_seal(*m);
+  answer.mac = read_mac(*m);
   return read_enum(m->command, OperatorCommand::kSkip, answer.command) &&
-         read_enum(m->verdict, Verdict::kNoKey, answer.verdict);
+         read_enum(m->result, RequestResult::kNoKey, answer.result);
 }
 
 bool encode(const Path& path, Packet& packet) {

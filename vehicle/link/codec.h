@@ -49,61 +49,61 @@ struct VehicleCommand {
 struct Truth {
   Utime utime = 0;
   Pose X_WB;
-  std::vector<std::string> touched = {};
+  std::vector<std::string> contacts = {};
 };
 
 /// See sim_tick_t.lcm.
 struct SimTick {
   Utime utime = 0;
-  std::optional<Utime> imu;
+  std::optional<Utime> ahrs;
   std::optional<Utime> depth;
   std::optional<Utime> health;
   std::optional<Utime> range;
   std::optional<Utime> left;
   std::optional<Utime> right;
-  int inertial = 0;         ///< Number of IMU samples, 0 to 127.
-  Utime last_inertial = 0;  ///< Time of the last IMU sample; 0 without any.
+  int imu_samples = 0;  ///< Number of IMU samples, 0 to 127.
+  Utime last_imu = 0;   ///< Time of the last IMU sample; 0 without any.
 };
 
 /// Number of rejected operator requests, by reason.
 struct Refusals {
-  std::int32_t forged = 0;
+  std::int32_t auth_failed = 0;
   std::int32_t replayed = 0;
   std::int32_t stale = 0;
-  std::int32_t too_many = 0;  ///< Aborts without a code beyond the rate limit.
+  std::int32_t rate_limited = 0;  ///< Aborts without a code beyond the rate limit.
 };
 
 /// See heartbeat_t.lcm.
 struct Heartbeat {
   Utime utime = 0;
-  std::uint64_t boot = 0;
+  std::uint64_t session_id = 0;
   std::int64_t counter = 0;
   std::int64_t ticks = 0;
   Refusals refused;
-  bool keyed = false;
+  bool has_key = false;
   bool finished = false;
 };
 
-using Seal = std::array<std::uint8_t, 32>;
+using Mac = std::array<std::uint8_t, 32>;
 
 /// See operator_request_t.lcm.
 struct OperatorRequest {
-  std::uint64_t boot = 0;
+  std::uint64_t session_id = 0;
   std::int64_t counter = 0;
-  Utime heard = 0;
+  Utime heartbeat_utime = 0;
   OperatorCommand command = OperatorCommand::kHeartbeat;
-  Seal seal{};
+  Mac mac{};
 };
 
-enum class Verdict { kAccepted, kForged, kReplayed, kStale, kNoKey };
+enum class RequestResult { kAccepted, kAuthFailed, kReplayed, kStale, kNoKey };
 
 /// See operator_answer_t.lcm.
 struct OperatorAnswer {
-  std::uint64_t boot = 0;
+  std::uint64_t session_id = 0;
   std::int64_t counter = 0;
   OperatorCommand command = OperatorCommand::kHeartbeat;
-  Verdict verdict = Verdict::kAccepted;
-  Seal seal{};
+  RequestResult result = RequestResult::kAccepted;
+  Mac mac{};
 };
 
 /// See path_t.lcm.
@@ -113,10 +113,10 @@ struct Path {
   std::vector<Pose> waypoints;
 };
 
-inline constexpr std::size_t kMaxTouched = 256;              ///< Maximum obstacles per packet.
+inline constexpr std::size_t kMaxContacts = 256;             ///< Maximum obstacles per packet.
 inline constexpr std::size_t kMaxObstacleName = 64U << 10U;  ///< Maximum length, bytes.
 /// Maximum size of a truth packet, bytes.
-inline constexpr std::size_t kMaxTruthPacket = 128 + kMaxTouched * (kMaxObstacleName + 4);
+inline constexpr std::size_t kMaxTruthPacket = 128 + kMaxContacts * (kMaxObstacleName + 4);
 /// Maximum size of a scan packet, bytes.
 inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
 /// Size of an image packet with `pixel_bytes` of pixels, bytes.

@@ -5,7 +5,7 @@
 namespace dive::link {
 namespace {
 
-constexpr Utime kLongest = from_seconds(SampleClock::kMaxAge);
+constexpr Utime kMaxLatency = from_seconds(SampleClock::kMaxAge);
 
 // Forged or broken times must not overflow: times beyond a few centuries are clamped.
 Utime bounded(Utime utime) {
@@ -26,7 +26,7 @@ std::optional<Utime> SampleClock::follow(Utime utime, Utime arrived) {
   if (!offset_) return std::nullopt;
   const Utime theirs = bounded(utime);
   const Utime age = arrived - (theirs + *offset_);
-  if (age > kLongest || age < -kLongest) return std::nullopt;
+  if (age > kMaxLatency || age < -kMaxLatency) return std::nullopt;
   if (age < 0) offset_ = arrived - theirs;  // smaller latency than any before
   return theirs + *offset_;
 }

@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLeastDepth = 0.05;  // m in front of a camera
+constexpr double kMinDepth = 0.05;  // m in front of a camera
 
 Vector3d in_camera(const Pose& X_WB, const Pose& X_BC, const Vector3d& p_W) {
   return X_BC.q.conjugate() * (X_WB.q.conjugate() * (p_W - X_WB.p) - X_BC.p);
@@ -38,7 +38,7 @@ Eigen::Index view_count(const Track& track) {
 
 std::optional<Vector2d> project(const Pose& X_WB, const Pose& X_BC, const Vector3d& p_W) {
   const Vector3d c = in_camera(X_WB, X_BC, p_W);
-  if (!(c.z() > kLeastDepth)) return std::nullopt;
+  if (!(c.z() > kMinDepth)) return std::nullopt;
   return Vector2d(c.head<2>() / c.z());
 }
 
@@ -48,7 +48,7 @@ std::optional<ViewJacobians> view_jacobians(const Pose& X_WB, const Pose& X_BC,
   const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
   const Vector3d u = R_BW * (p_W - X_WB.p);
   const Vector3d c = R_CB * (u - X_BC.p);
-  if (!(c.z() > kLeastDepth)) return std::nullopt;
+  if (!(c.z() > kMinDepth)) return std::nullopt;
   Matrix23d by_c;
   by_c << 1.0 / c.z(), 0.0, -c.x() / (c.z() * c.z()), 0.0, 1.0 / c.z(), -c.y() / (c.z() * c.z());
   const Matrix23d by_u = by_c * R_CB;

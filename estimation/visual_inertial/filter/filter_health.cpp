@@ -14,15 +14,15 @@ using Eigen::Vector3d;
 constexpr double kBlind_s = 1.0;
 constexpr double kSmoothing = 0.05;           // weight of the newest innovation ratio
 constexpr std::int64_t kEnoughRefusals = 10;  // minimum number for a decision
-constexpr double kMostGyroBias = 0.5;         // rad/s
-constexpr double kMostAccelBias = 3.0;        // m/s^2
+constexpr double kMaxGyroBias = 0.5;          // rad/s
+constexpr double kMaxAccelBias = 3.0;         // m/s^2
 constexpr double kShareSmoothing = 0.15;      // weight of the newest: reacts within half a second
 // Limits beyond which the filter is suspect:
-constexpr double kMostRefusedShare = 0.5;
-constexpr double kMostVisualRatio = 1.6;
-constexpr double kMostDepthRatio = 4.0;
-constexpr double kMostSigmas = 6.0;  // of calibrated values from their configured ones
-constexpr double kDoubt_s = 10.0;    // duration of the suspicion
+constexpr double kMaxRejectedShare = 0.5;
+constexpr double kMaxVisualRatio = 1.6;
+constexpr double kMaxDepthRatio = 4.0;
+constexpr double kMaxCalibrationSigmas = 6.0;  // of calibrated values from their configured ones
+constexpr double kSuspectTime_s = 10.0;        // duration of the suspicion
 
 double norm_of_walk(double sigma, double walk, double seconds) {
   return std::sqrt(sigma * sigma + walk * walk * seconds);
@@ -37,7 +37,7 @@ void HealthWatch::reset(Utime utime) {
   visual_ = depth_ = begun_ = utime;
   depth_refused_ = visual_refused_ = 0;
   refused_share_ = 0.0;
-  doubted_.reset();
+  suspected_at_.reset();
 }
 
 void HealthWatch::diverge(std::string reason) {
@@ -48,7 +48,7 @@ void HealthWatch::diverge(std::string reason) {
 
 void HealthWatch::on_depth(Utime utime, const UpdateResult& result) {
   health.depth_innovation_ratio += kSmoothing * (result.ratio - health.depth_innovation_ratio);
-  if (result.verdict == Verdict::kAccepted) {
+  if (result.status == UpdateStatus::kAccepted) {
     depth_ = utime;
     depth_refused_ = 0;
     health.depth_fault = false;
@@ -62,7 +62,7 @@ void HealthWatch::on_depth(Utime utime, const UpdateResult& result) {
   if (to_seconds(utime - visual_) < kBlind_s) {
     health.depth_fault = true;
     health.faults.last = fmt::format(
-        "depth disagrees for {:.1f} s with what is seen: the sensor is left out", since);
+        "depth has disagreed with the images for {:.1f} s: the sensor is ignored", since);
   } else {
     diverge(fmt::format("depth and the filter disagree for {:.1f} s", since));
   }
@@ -95,25 +95,25 @@ void HealthWatch::on_silence(double seconds) {
   }
 }
 
-std::string HealthWatch::doubt_of(Utime utime, const FilterState& state) const {
-  if (refused_share_ > kMostRefusedShare) {
-    return fmt::format("{:.0f} % of what is seen does not fit", 100.0 * refused_share_);
+std::string HealthWatch::suspicion_of(Utime utime, const FilterState& state) const {
+  if (refused_share_ > kMaxRejectedShare) {
+    return fmt::format("{:.0f} % of the observations do not fit", 100.0 * refused_share_);
   }
-  if (health.visual_innovation_ratio > kMostVisualRatio) {
-    return fmt::format("what is seen errs {:.1f} times as much as it should",
+  if (health.visual_innovation_ratio > kMaxVisualRatio) {
+    return fmt::format("the visual errors are {:.1f} times as large as they should be",
                        std::sqrt(health.visual_innovation_ratio));
   }
-  if (health.depth_innovation_ratio > kMostDepthRatio) {
+  if (health.depth_innovation_ratio > kMaxDepthRatio) {
     return fmt::format("depth errs {:.1f} times as much as it should",
                        std::sqrt(health.depth_innovation_ratio));
   }
   const double seconds = to_seconds(utime - begun_);
   const double gyro = state.imu.gyro_bias.cwiseAbs().maxCoeff() /
                       norm_of_walk(options_.gyro_bias_sigma, options_.imu.gyro_walk, seconds);
-  if (gyro > kMostSigmas) return fmt::format("the gyro's bias is {:.0f} sigma off", gyro);
+  if (gyro > kMaxCalibrationSigmas) return fmt::format("the gyro's bias is {:.0f} sigma off", gyro);
   const double accel = state.imu.accel_bias.cwiseAbs().maxCoeff() /
                        norm_of_walk(options_.accel_bias_sigma, options_.imu.accel_walk, seconds);
-  if (accel > kMostSigmas) {
+  if (accel > kMaxCalibrationSigmas) {
     return fmt::format("the accelerometer's bias is {:.0f} sigma off", accel);
   }
   for (std::size_t i = 0; options_.calibrate_extrinsics && i < state.cameras_B.size(); ++i) {
@@ -122,7 +122,7 @@ std::string HealthWatch::doubt_of(Utime utime, const FilterState& state) const {
     const double turned = turn.cwiseAbs().maxCoeff() / deg_to_rad(options_.extrinsic_sigma_deg);
     const double moved =
         (state.cameras_B[i].p - told.p).cwiseAbs().maxCoeff() / options_.extrinsic_sigma_m;
-    if (std::max(turned, moved) > kMostSigmas) {
+    if (std::max(turned, moved) > kMaxCalibrationSigmas) {
       return fmt::format("camera {} stands {:.0f} sigma off", i, std::max(turned, moved));
     }
   }
@@ -133,29 +133,29 @@ void HealthWatch::check(Utime utime, const FilterState& state) {
   health.since_visual_s = to_seconds(utime - visual_);
   health.is_blind = health.since_visual_s > kBlind_s;
   if (!state.is_finite()) return diverge("the state is not finite");
-  std::string doubt = doubt_of(utime, state);
+  std::string suspicion = suspicion_of(utime, state);
   const std::int64_t unmeasured = health.faults.imu_saturated + health.faults.imu_gaps;
-  if (unmeasured > unmeasured_) doubt = "the IMU does not measure all that happens";
+  if (unmeasured > unmeasured_) suspicion = "the IMU does not measure all that happens";
   unmeasured_ = unmeasured;
-  if (!doubt.empty()) {
-    doubted_ = utime;
-    health.doubt = std::move(doubt);
+  if (!suspicion.empty()) {
+    suspected_at_ = utime;
+    health.suspicion = std::move(suspicion);
   }
-  health.doubtful = doubted_ && to_seconds(utime - *doubted_) < kDoubt_s;
+  health.is_suspect = suspected_at_ && to_seconds(utime - *suspected_at_) < kSuspectTime_s;
   const auto P = state.covariance();
   const double speed = state.imu.motion.v_WB.norm();
   const double position = std::sqrt(P.diagonal().segment<2>(imu_error::kPosition).maxCoeff());
   const double attitude =
       rad_to_deg(std::sqrt(P.diagonal().segment<3>(imu_error::kAttitude).maxCoeff()));
   if (speed > options_.max_speed) {
-    diverge(fmt::format("a speed of {:.1f} m/s is none of this vehicle", speed));
+    diverge(fmt::format("a speed of {:.1f} m/s is implausible for this vehicle", speed));
   } else if (position > options_.max_position_sigma_m) {
     diverge(fmt::format("the position is known to {:.1f} m only", position));
   } else if (attitude > options_.max_attitude_sigma_deg) {
     diverge(fmt::format("the attitude is known to {:.1f} degrees only", attitude));
-  } else if (state.imu.gyro_bias.norm() > kMostGyroBias) {
+  } else if (state.imu.gyro_bias.norm() > kMaxGyroBias) {
     diverge(fmt::format("a gyro bias of {:.2f} rad/s is none", state.imu.gyro_bias.norm()));
-  } else if (state.imu.accel_bias.norm() > kMostAccelBias) {
+  } else if (state.imu.accel_bias.norm() > kMaxAccelBias) {
     diverge(
         fmt::format("an accelerometer bias of {:.1f} m/s^2 is none", state.imu.accel_bias.norm()));
   }

@@ -32,15 +32,15 @@ struct FilterHealth {
   double depth_innovation_ratio = 1.0;   ///< Smoothed ratio of the last depth samples.
   double since_visual_s = 0.0;  ///< Time since a feature last updated the state, or the start.
   bool is_blind = false;        ///< True after a second without a visual update.
-  bool is_still = false;
+  bool is_at_rest = false;
   InputFaults faults;
   /// Depth has been rejected for max_rejection_s while the images agree with the filter: the depth
   /// sensor is wrong, and the filter continues on images. Cleared when a sample is accepted again.
   bool depth_fault = false;
   /// A measurement disagreed with the configured sensor model within the last 10 s; the covariance
   /// is then not to be trusted.
-  bool doubtful = false;
-  std::string doubt;      ///< Reason, a sentence; stays when the suspicion ends.
+  bool is_suspect = false;
+  std::string suspicion;  ///< Reason, a sentence; stays when the suspicion ends.
   bool diverged = false;  ///< Stays set until the filter is restarted.
   std::string reason;     ///< Reason for divergence, a sentence.
 };
@@ -62,7 +62,7 @@ class HealthWatch {
  private:
   void diverge(std::string reason);
   /// Disagreement with the configured model, in words; empty if none.
-  [[nodiscard]] std::string doubt_of(Utime utime, const FilterState& state) const;
+  [[nodiscard]] std::string suspicion_of(Utime utime, const FilterState& state) const;
 
   VisualInertialOptions options_;
   Utime visual_ = 0;                 ///< Time of the last visual update.
@@ -72,7 +72,7 @@ class HealthWatch {
   double refused_share_ = 0.0;       ///< Smoothed fraction of rejected features.
   std::int64_t unmeasured_ = 0;      ///< Saturated or missing IMU samples so far.
   Utime begun_ = 0;
-  std::optional<Utime> doubted_;  ///< Time of the last suspicion.
+  std::optional<Utime> suspected_at_;  ///< Time of the last suspicion.
 };
 
 }  // namespace dive::estimation

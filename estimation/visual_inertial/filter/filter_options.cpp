@@ -39,8 +39,8 @@ std::string VisualInertialOptions::validate() const {
   check("time_offset_sigma_s", time_offset_sigma_s, 1e-7, 0.1);
   check("zero_velocity_sigma", zero_velocity_sigma, 1e-4, 1.0);
   check("zero_velocity_pixels", zero_velocity_pixels, 0.0, 20.0);
-  check("still_gyro_sigma", still_gyro_sigma, 0.0, 1.0);
-  check("still_accel_sigma", still_accel_sigma, 0.0, 10.0);
+  check("zero_velocity_gyro_sigma", zero_velocity_gyro_sigma, 0.0, 1.0);
+  check("zero_velocity_accel_sigma", zero_velocity_accel_sigma, 0.0, 10.0);
   check("gyro_limit", gyro_limit, 0.1, 100.0);
   check("accel_limit", accel_limit, 10.0, 1000.0);
   check("longest_imu_step_s", longest_imu_step_s, 0.001, 1.0);

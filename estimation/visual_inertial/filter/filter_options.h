@@ -43,10 +43,10 @@ struct VisualInertialOptions {
   double time_offset_s = 0.0;  ///< IMU clock minus camera clock.
   double time_offset_sigma_s = 0.003;
 
-  double zero_velocity_sigma = 0.01;  ///< m/s, of a zero-velocity update.
-  double zero_velocity_pixels = 0.8;  ///< Maximum image motion in half a second at rest.
-  double still_gyro_sigma = 0.02;     ///< Maximum gyro scatter at rest, rad/s.
-  double still_accel_sigma = 0.15;    ///< Maximum accelerometer scatter at rest, m/s^2.
+  double zero_velocity_sigma = 0.01;        ///< m/s, of a zero-velocity update.
+  double zero_velocity_pixels = 0.8;        ///< Maximum image motion in half a second at rest.
+  double zero_velocity_gyro_sigma = 0.02;   ///< Maximum gyro scatter at rest, rad/s.
+  double zero_velocity_accel_sigma = 0.15;  ///< Maximum accelerometer scatter at rest, m/s^2.
 
   double gyro_limit = 5.2;           ///< rad/s; at or beyond it the gyro is saturated.
   double accel_limit = 78.0;         ///< m/s^2; at or beyond it the accelerometer is saturated.

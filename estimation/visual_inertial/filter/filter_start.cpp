@@ -44,8 +44,8 @@ void take_depth(ImuState& state, Sigmas& sigmas, const VisualInertialOptions& op
   sigmas.position.z() = options.depth_sigma_m;
 }
 
-std::optional<BegunState> begin(const MotionStart& start, const VisualInertialOptions& options,
-                                const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
+std::optional<InitialState> begin(const MotionStart& start, const VisualInertialOptions& options,
+                                  const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
   if (imu.empty() || !depth) return std::nullopt;
   const ImuSample& newest = imu.newest();
   if (std::abs(to_seconds(newest.utime - depth->utime)) > kFreshDepth_s) return std::nullopt;
@@ -64,14 +64,14 @@ std::optional<BegunState> begin(const MotionStart& start, const VisualInertialOp
   // Bound on the change of height between the two samples: this speed.
   sigmas.position.z() +=
       std::abs(to_seconds(newest.utime - depth->utime)) * (start.v_WB_B.norm() + start.speed_sigma);
-  return BegunState{newest.utime, state, covariance(sigmas, state.motion.q_WB)};
+  return InitialState{newest.utime, state, covariance(sigmas, state.motion.q_WB)};
 }
 
-std::optional<BegunState> begin(const RestStart& start, const VisualInertialOptions& options,
-                                const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
+std::optional<InitialState> begin(const RestStart& start, const VisualInertialOptions& options,
+                                  const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
   const auto rest = imu.scatter(kRest_s);
-  if (!rest || rest->gyro_sigma > options.still_gyro_sigma ||
-      rest->accel_sigma > options.still_accel_sigma) {
+  if (!rest || rest->gyro_sigma > options.zero_velocity_gyro_sigma ||
+      rest->accel_sigma > options.zero_velocity_accel_sigma) {
     return std::nullopt;
   }
   const Vector3d up_B = rest->mean.accel_B;
@@ -88,11 +88,11 @@ std::optional<BegunState> begin(const RestStart& start, const VisualInertialOpti
                 std::min(kRestGyroBiasSigma, options.gyro_bias_sigma),
                 options.accel_bias_sigma};
   if (depth) take_depth(state, sigmas, options, *depth);
-  return BegunState{imu.newest().utime, state, covariance(sigmas, state.motion.q_WB)};
+  return InitialState{imu.newest().utime, state, covariance(sigmas, state.motion.q_WB)};
 }
 
-std::optional<BegunState> begin(const KnownStart& start, const VisualInertialOptions& options,
-                                const ImuBuffer& imu, const std::optional<DepthSample>&) {
+std::optional<InitialState> begin(const KnownStart& start, const VisualInertialOptions& options,
+                                  const ImuBuffer& imu, const std::optional<DepthSample>&) {
   if (imu.empty() || imu.newest().utime < start.utime) return std::nullopt;
   ImuState state;
   state.motion.q_WB = start.X_WB.q.normalized();
@@ -106,7 +106,7 @@ std::optional<BegunState> begin(const KnownStart& start, const VisualInertialOpt
                       start.speed_sigma,
                       options.gyro_bias_sigma,
                       options.accel_bias_sigma};
-  return BegunState{start.utime, state, covariance(sigmas, state.motion.q_WB)};
+  return InitialState{start.utime, state, covariance(sigmas, state.motion.q_WB)};
 }
 
 bool is_sigma(double value) { return value > 0.0 && value < 1e4; }
@@ -139,8 +139,8 @@ std::string validate(const FilterStart& start) {
   return std::visit([](const auto& s) { return problem(s); }, start);
 }
 
-std::optional<BegunState> begin(const FilterStart& start, const VisualInertialOptions& options,
-                                const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
+std::optional<InitialState> begin(const FilterStart& start, const VisualInertialOptions& options,
+                                  const ImuBuffer& imu, const std::optional<DepthSample>& depth) {
   return std::visit([&](const auto& s) { return begin(s, options, imu, depth); }, start);
 }
 

@@ -48,16 +48,16 @@ using FilterStart = std::variant<MotionStart, RestStart, KnownStart>;
 /// Empty if usable, else a sentence.
 [[nodiscard]] std::string validate(const FilterStart& start);
 
-struct BegunState {
+struct InitialState {
   Utime utime = 0;
   ImuState state;
   Matrix15d covariance;
 };
 
 /// Empty until the required samples have arrived.
-[[nodiscard]] std::optional<BegunState> begin(const FilterStart& start,
-                                              const VisualInertialOptions& options,
-                                              const ImuBuffer& imu,
-                                              const std::optional<DepthSample>& depth);
+[[nodiscard]] std::optional<InitialState> begin(const FilterStart& start,
+                                                const VisualInertialOptions& options,
+                                                const ImuBuffer& imu,
+                                                const std::optional<DepthSample>& depth);
 
 }  // namespace dive::estimation

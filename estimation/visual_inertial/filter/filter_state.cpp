@@ -18,7 +18,7 @@ using imu_error::kSize;
 // A copy has no error of its own; this keeps the covariance positive definite: 1 urad, 1 um.
 constexpr double kCopyVariance = 1e-12;
 constexpr double kFarVelocity = 0.005;  // m/s of correction that move the first estimates
-constexpr double kLeastPivot = 1e-9;    // of H_f, relative
+constexpr double kMinPivot = 1e-9;      // of H_f, relative
 
 void turn(Eigen::Quaterniond& q, const Vector3d& by) { q = (q * so3_exp(by)).normalized(); }
 
@@ -155,7 +155,7 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   const std::array<Columns, 2> columns = view_columns();
   DIVE_DEMAND(H.cols() == columns[0].size + columns[1].size);
   Eigen::FullPivLU<Eigen::Matrix3d> lu(H_f);
-  lu.setThreshold(kLeastPivot);
+  lu.setThreshold(kMinPivot);
   if (!lu.isInvertible()) return false;
   const Eigen::Matrix3d inverse = lu.inverse();
   // f = H_f^-1 (r - H x - n)

@@ -10,9 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr Utime kLongestStep = 50'000;  // us, of one interval
-constexpr Utime kMostSteps = 100;       // maximum number of intervals between two samples
-constexpr Utime kLeap = 5'000'000;      // us
+constexpr Utime kMaxStep = 50'000;  // us, of one interval
+constexpr Utime kMaxSteps = 100;    // maximum number of intervals between two samples
+constexpr Utime kLeap = 5'000'000;  // us
 
 ImuReading reading(const ImuSample& sample) { return {sample.gyro_B, sample.accel_B}; }
 
@@ -29,14 +29,14 @@ bool reaches(const Vector3d& value, double limit) {
 
 }  // namespace
 
-ImuVerdict ImuBuffer::add(const ImuSample& sample) {
-  if (!sample.gyro_B.allFinite() || !sample.accel_B.allFinite()) return ImuVerdict::kNotFinite;
-  if (!entries_.empty() && sample.utime <= newest().utime) return ImuVerdict::kStamp;
+ImuCheck ImuBuffer::add(const ImuSample& sample) {
+  if (!sample.gyro_B.allFinite() || !sample.accel_B.allFinite()) return ImuCheck::kNotFinite;
+  if (!entries_.empty() && sample.utime <= newest().utime) return ImuCheck::kStamp;
   if (!entries_.empty() && sample.utime - newest().utime > kLeap) {
     const bool is_agreed =
         leapt_to_ && sample.utime > *leapt_to_ && sample.utime - *leapt_to_ < kLeap;
     leapt_to_ = sample.utime;
-    if (!is_agreed) return ImuVerdict::kStamp;
+    if (!is_agreed) return ImuCheck::kStamp;
   }
   leapt_to_.reset();
   Entry entry{sample, reaches(sample.gyro_B, options_.gyro_limit),
@@ -51,28 +51,28 @@ ImuVerdict ImuBuffer::add(const ImuSample& sample) {
       !entries_.empty() && to_seconds(sample.utime - newest().utime) > options_.longest_imu_step_s;
   entries_.push_back(entry);
   if (entries_.size() > kCapacity) entries_.pop_front();
-  if (is_gap) return ImuVerdict::kGap;
-  return entry.gyro_saturated || entry.accel_saturated ? ImuVerdict::kSaturated : ImuVerdict::kGood;
+  if (is_gap) return ImuCheck::kGap;
+  return entry.gyro_saturated || entry.accel_saturated ? ImuCheck::kSaturated : ImuCheck::kGood;
 }
 
 // A constant error e over T seconds has the weight of white noise of density e sqrt(T).
 void ImuBuffer::append(const Entry& a, const Entry& b, Utime from, Utime to,
                        std::vector<ImuInterval>& out) const {
   const double span = to_seconds(std::max(b.sample.utime, to) - std::min(a.sample.utime, from));
-  const double doubt = span > options_.longest_imu_step_s ? std::sqrt(span) : 0.0;
+  const double uncertainty = span > options_.longest_imu_step_s ? std::sqrt(span) : 0.0;
   // The error of a saturated sensor has one sign during the whole saturation.
   const bool is_saturated = b.gyro_saturated || b.accel_saturated;
   const Utime since = is_saturated ? b.saturated_since : a.saturated_since;
   const double saturated = std::sqrt(std::max(span, to_seconds(b.sample.utime - since)));
-  const Utime longest = std::max(kLongestStep, (to - from) / kMostSteps + 1);
+  const Utime longest = std::max(kMaxStep, (to - from) / kMaxSteps + 1);
   for (Utime begin = from; begin < to;) {
     const Utime end = std::min(begin + longest, to);
     ImuInterval interval;
     interval.begin = between(a.sample, b.sample, begin);
     interval.end = between(a.sample, b.sample, end);
     interval.dt = to_seconds(end - begin);
-    interval.gyro = options_.unknown_rate_sigma * doubt;
-    interval.accel = options_.unknown_accel_sigma * doubt;
+    interval.gyro = options_.unknown_rate_sigma * uncertainty;
+    interval.accel = options_.unknown_accel_sigma * uncertainty;
     if (a.gyro_saturated || b.gyro_saturated) interval.gyro += options_.gyro_limit * saturated;
     if (a.accel_saturated || b.accel_saturated) interval.accel += options_.accel_limit * saturated;
     out.push_back(interval);

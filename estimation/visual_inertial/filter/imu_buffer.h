@@ -10,7 +10,7 @@
 
 namespace dive::estimation {
 
-enum class ImuVerdict { kGood, kSaturated, kGap, kNotFinite, kStamp };
+enum class ImuCheck { kGood, kSaturated, kGap, kNotFinite, kStamp };
 
 class ImuBuffer {
  public:
@@ -22,7 +22,7 @@ class ImuBuffer {
   /// Rejects samples that are not finite or not newer than the last one; keeps saturated ones and
   /// those after a gap, with extra uncertainty. A stamp 5 s ahead is accepted only if the next one
   /// agrees with it.
-  ImuVerdict add(const ImuSample& sample);
+  ImuCheck add(const ImuSample& sample);
 
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] Utime oldest() const { return entries_.front().sample.utime; }

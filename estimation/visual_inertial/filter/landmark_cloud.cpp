@@ -58,10 +58,10 @@ void LandmarkCloud::add(const StateEstimate& estimate, std::span<const Landmark>
             estimate.utime};
     by_age_[{kept.placed, landmark.id}] = landmark.id;
   }
-  make_room();
+  drop_one();
 }
 
-void LandmarkCloud::make_room() {
+void LandmarkCloud::drop_one() {
   while (landmarks_.size() > static_cast<std::size_t>(options_.max_landmarks)) {
     landmarks_.erase(by_age_.begin()->second);
     by_age_.erase(by_age_.begin());

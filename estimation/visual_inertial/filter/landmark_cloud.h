@@ -69,7 +69,7 @@ class LandmarkCloud {
 
  private:
   [[nodiscard]] bool is_good(const CloudLandmark& landmark) const;
-  void make_room();
+  void drop_one();
 
   LandmarkCloudOptions options_;
   std::map<std::int64_t, CloudLandmark> landmarks_;

@@ -34,8 +34,8 @@ ImuSystem speed_system(const FilterState& state, const Vector3d& v_B, const Vect
   return system;
 }
 
-ImuSystem still_system(const FilterState& state, const Vector3d& gyro_B, double speed_sigma,
-                       double rate_sigma) {
+ImuSystem zero_velocity_system(const FilterState& state, const Vector3d& gyro_B, double speed_sigma,
+                               double rate_sigma) {
   const ImuSystem speed = speed_system(state, Vector3d::Zero(), Vector3d::Constant(speed_sigma));
   ImuSystem system{MatrixXd::Zero(6, kSize), VectorXd(6), VectorXd(6)};
   system.H.topRows<3>() = speed.H;
@@ -50,14 +50,14 @@ UpdateResult gated_correct(FilterState& state, const ImuSystem& system, double g
   MatrixXd S = state.innovation(columns, system.H);
   S.diagonal() += system.variances;
   const Eigen::LLT<MatrixXd> llt(S);
-  if (llt.info() != Eigen::Success) return {Verdict::kSingular, 0.0};
+  if (llt.info() != Eigen::Success) return {UpdateStatus::kSingular, 0.0};
   const double distance = system.r.dot(llt.solve(system.r));
   const double ratio = distance / static_cast<double>(system.r.size());
   if (!(distance <= chi_square_limit(gate_sigma, system.r.size()))) {
-    return {Verdict::kGated, ratio};
+    return {UpdateStatus::kGated, ratio};
   }
   const bool is_done = state.correct(columns, system.H, system.r, system.variances);
-  return {is_done ? Verdict::kAccepted : Verdict::kSingular, ratio};
+  return {is_done ? UpdateStatus::kAccepted : UpdateStatus::kSingular, ratio};
 }
 
 }  // namespace dive::estimation

@@ -21,13 +21,14 @@ struct ImuSystem {
 [[nodiscard]] ImuSystem speed_system(const FilterState& state, const Eigen::Vector3d& v_B,
                                      const Eigen::Vector3d& sigma);
 /// R^T v = 0 and gyro bias = gyro reading.
-[[nodiscard]] ImuSystem still_system(const FilterState& state, const Eigen::Vector3d& gyro_B,
-                                     double speed_sigma, double rate_sigma);
+[[nodiscard]] ImuSystem zero_velocity_system(const FilterState& state,
+                                             const Eigen::Vector3d& gyro_B, double speed_sigma,
+                                             double rate_sigma);
 
-enum class Verdict { kAccepted, kGated, kSingular };
+enum class UpdateStatus { kAccepted, kGated, kSingular };
 
 struct UpdateResult {
-  Verdict verdict = Verdict::kAccepted;
+  UpdateStatus status = UpdateStatus::kAccepted;
   double ratio = 0.0;  ///< r^T S^-1 r over the degrees of freedom: 1 on average.
 };
 

@@ -14,10 +14,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-constexpr double kNearest = 0.1;               // m
-constexpr double kFarthest = 60.0;             // m
-constexpr double kMostDepthShare = 1.0 / 3.0;  // sigma of the depth over the depth
-constexpr int kMostIterations = 10;
+constexpr double kMinDepth = 0.1;             // m
+constexpr double kMaxDepth = 60.0;            // m
+constexpr double kMaxDepthShare = 1.0 / 3.0;  // sigma of the depth over the depth
+constexpr int kMaxIterations = 10;
 constexpr double kConverged = 1e-9;      // step size, normalised
 constexpr double kRaysCondition = 1e-8;  // least over largest eigenvalue
 
@@ -88,7 +88,7 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
   const auto begin_W = nearest_to_rays(views);
   if (!begin_W) return tl::make_unexpected(begin_W.error());
   const Vector3d begin_A = X_WA.q.conjugate() * *begin_W;
-  if (!(begin_A.z() > kNearest)) return tl::make_unexpected(Error::kBehind);
+  if (!(begin_A.z() > kMinDepth)) return tl::make_unexpected(Error::kBehind);
   std::vector<Relative> cameras;
   cameras.reserve(views.size());
   for (const View& view : views) {
@@ -106,14 +106,14 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
     x += step;
     at = linearise(cameras, x);
     if (step.norm() < kConverged * (1.0 + x.norm())) break;
-    if (i == kMostIterations) return tl::make_unexpected(Error::kNotConverged);
+    if (i == kMaxIterations) return tl::make_unexpected(Error::kNotConverged);
   }
   if (!at.is_before_all || !(x.z() > 0.0)) return tl::make_unexpected(Error::kBehind);
-  if (x.z() > 1.0 / kNearest) return tl::make_unexpected(Error::kBehind);
-  if (x.z() < 1.0 / kFarthest) return tl::make_unexpected(Error::kTooFar);
+  if (x.z() > 1.0 / kMinDepth) return tl::make_unexpected(Error::kBehind);
+  if (x.z() < 1.0 / kMaxDepth) return tl::make_unexpected(Error::kTooFar);
   const Matrix3d covariance = at.information.inverse();
   const double depth_share = std::sqrt(covariance(2, 2)) / x.z();
-  if (!(sigma * depth_share < kMostDepthShare)) return tl::make_unexpected(Error::kNoParallax);
+  if (!(sigma * depth_share < kMaxDepthShare)) return tl::make_unexpected(Error::kNoParallax);
   // p_A = [x0, x1, 1] / x2
   Matrix3d by_x = Matrix3d::Identity() / x.z();
   by_x.col(2) = -Vector3d(x.x(), x.y(), 1.0) / (x.z() * x.z());

@@ -14,12 +14,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostEvents = 512;
-constexpr Utime kMostPrediction = 2'000'000;  // us beyond the last IMU sample
-constexpr Utime kKeptImu = 1'000'000;         // us before the state
-constexpr double kStillPerSecond = 2.0;       // Hz, independent zero-velocity updates
-constexpr double kFrameRate = 20.0;           // Hz, usual
-constexpr double kStillRateSigma = 0.003;     // rad/s
+constexpr std::size_t kMaxEvents = 512;
+constexpr Utime kMaxPrediction = 2'000'000;  // us beyond the last IMU sample
+constexpr Utime kKeptImu = 1'000'000;        // us before the state
+constexpr double kStillPerSecond = 2.0;      // Hz, independent zero-velocity updates
+constexpr double kFrameRate = 20.0;          // Hz, usual
+constexpr double kStillRateSigma = 0.003;    // rad/s
 
 }  // namespace
 
@@ -49,21 +49,21 @@ void VisualInertialFilter::restart(FilterStart start) {
 void VisualInertialFilter::add(const ImuSample& sample) {
   InputFaults& faults = watch_.health.faults;
   switch (imu_.add(sample)) {
-    case ImuVerdict::kGood:
+    case ImuCheck::kGood:
       return;
-    case ImuVerdict::kSaturated:
+    case ImuCheck::kSaturated:
       ++faults.imu_saturated;
       faults.last = "the IMU is saturated";
       return;
-    case ImuVerdict::kGap:
+    case ImuCheck::kGap:
       ++faults.imu_gaps;
       faults.last = "samples of the IMU are missing";
       return;
-    case ImuVerdict::kNotFinite:
+    case ImuCheck::kNotFinite:
       ++faults.imu_not_finite;
       faults.last = "a sample of the IMU is not finite";
       return;
-    case ImuVerdict::kStamp:
+    case ImuCheck::kStamp:
       ++faults.imu_stamps;
       faults.last = fmt::format("the IMU's stamp {} does not follow the one before", sample.utime);
       return;
@@ -94,7 +94,7 @@ void VisualInertialFilter::push(Event event) {
   const auto at = std::upper_bound(events_.begin(), events_.end(), event.utime,
                                    [](Utime t, const Event& e) { return t < e.utime; });
   events_.insert(at, std::move(event));
-  if (events_.size() <= kMostEvents) return;
+  if (events_.size() <= kMaxEvents) return;
   events_.pop_front();
   ++watch_.health.faults.overflowed;
   watch_.health.faults.last = "measurements wait for an IMU that is silent";
@@ -167,7 +167,7 @@ void VisualInertialFilter::apply(const DepthSample& sample) {
 
 void VisualInertialFilter::apply(const Speed& speed) {
   const ImuSystem system = speed_system(state_, speed.v_B, speed.sigma);
-  if (gated_correct(state_, system, options_.scalar_gate_sigma).verdict != Verdict::kAccepted) {
+  if (gated_correct(state_, system, options_.scalar_gate_sigma).status != UpdateStatus::kAccepted) {
     ++watch_.health.faults.speed_refused;
     watch_.health.faults.last = "the speed expected is not the one estimated";
   }
@@ -178,11 +178,11 @@ void VisualInertialFilter::apply(const FeatureFrame& frame) {
   const ImuReading reading = imu_.at(utime_);
   state_.clone(++frames_, reading.gyro_B - state_.imu.gyro_bias);
   watch_.on_frame(utime_, visual_.apply(state_, frame, frames_));
-  watch_.health.is_still = still_.is_still(frame, imu_);
-  if (!watch_.health.is_still) return;
+  watch_.health.is_at_rest = still_.is_at_rest(frame, imu_);
+  if (!watch_.health.is_at_rest) return;
   // Frames repeat it more often than it is independent information.
   const double often = std::sqrt(kFrameRate / kStillPerSecond);
-  const ImuSystem system = still_system(
+  const ImuSystem system = zero_velocity_system(
       state_, reading.gyro_B, often * options_.zero_velocity_sigma, often * kStillRateSigma);
   gated_correct(state_, system, options_.scalar_gate_sigma);
 }
@@ -228,7 +228,7 @@ void VisualInertialFilter::publish(Utime now) {
   }
   advance(*ahead_, std::min(now, imu_.newest().utime));
   Ahead latest = *ahead_;
-  advance(latest, std::min(now, imu_.newest().utime + kMostPrediction));
+  advance(latest, std::min(now, imu_.newest().utime + kMaxPrediction));
   const Kinematics& motion = latest.state.motion;
   estimate_.valid = true;
   estimate_.X_WB = {motion.p_WB, motion.q_WB};

@@ -14,7 +14,7 @@
 #include "estimation/state_estimate.h"
 #include "estimation/visual_inertial/filter/filter_health.h"
 #include "estimation/visual_inertial/filter/filter_start.h"
-#include "estimation/visual_inertial/filter/still_detector.h"
+#include "estimation/visual_inertial/filter/zero_velocity_detector.h"
 
 namespace dive::estimation {
 
@@ -81,7 +81,7 @@ class VisualInertialFilter {
   ImuBuffer imu_;
   FilterState state_;
   VisualUpdate visual_;
-  StillDetector still_;
+  ZeroVelocityDetector still_;
   HealthWatch watch_;
   std::deque<Event> events_;  ///< Events by time.
   std::optional<DepthSample> first_depth_;

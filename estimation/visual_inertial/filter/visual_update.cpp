@@ -16,9 +16,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFewestSights = 4;  // minimum observations of a track that is used
-constexpr int kMostRejections = 3;        // consecutive, of a landmark
-constexpr int kMostPromotions = 3;        // new landmarks in one frame
+constexpr std::size_t kMinObservations = 4;  // minimum observations of a track that is used
+constexpr int kMaxRejections = 3;            // consecutive, of a landmark
+constexpr int kMaxPromotions = 3;            // new landmarks in one frame
 // A landmark keeps the Jacobians of its first estimate: it must be initialised well, when the speed
 // is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
@@ -181,7 +181,7 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
     const bool is_lost = track.last_frame != number;
     const bool is_long = leaving && track.observations.front().frame == oldest;
     if (!is_lost && !is_long) continue;
-    if (track.observations.size() < kFewestSights) continue;
+    if (track.observations.size() < kMinObservations) continue;
     found.push_back({&track, !is_lost});
   }
   // Lost tracks cannot wait.
@@ -225,7 +225,7 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
       state.covariance().diagonal().segment<3>(imu_error::kVelocity).maxCoeff();
   int room = 0;
   if (speed_variance < kLandmarkSpeedSigma * kLandmarkSpeedSigma) {
-    room = std::min(kMostPromotions,
+    room = std::min(kMaxPromotions,
                     options_.max_landmarks - static_cast<int>(state.landmarks().size()));
   }
   std::vector<const Track*> staying;
@@ -293,7 +293,7 @@ void VisualUpdate::clean(FilterState& state, std::int64_t number,
   }
   for (std::size_t i = state.landmarks().size(); i-- > 0;) {
     const MapLandmark& mark = state.landmarks()[i];
-    if (mark.last_frame != number || mark.rejected >= kMostRejections) state.drop_landmark(i);
+    if (mark.last_frame != number || mark.rejected >= kMaxRejections) state.drop_landmark(i);
   }
 }
 

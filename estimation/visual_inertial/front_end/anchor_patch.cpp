@@ -15,9 +15,9 @@ using Vector6f = Eigen::Matrix<float, 6, 1>;
 using Matrix6f = Eigen::Matrix<float, 6, 6>;
 
 constexpr float kMiddle = 0.5F * (AnchorPatch::kSide - 1);
-constexpr int kMostSteps = 6;
+constexpr int kMaxSteps = 6;
 constexpr float kConverged_px = 0.02F;
-constexpr float kFarthest_px = 3.0F;  // from the guess
+constexpr float kMaxShift_px = 3.0F;  // from the guess
 // Regularisation of the shape, relative to the patch's information: a patch with one corner gives
 // little.
 constexpr float kRidge = 1e-2F;
@@ -28,20 +28,20 @@ std::size_t at(int x, int y) { return static_cast<std::size_t>(y * AnchorPatch::
 
 }  // namespace
 
-bool AnchorPatch::sample(const GrayView& picture, const PatchPlace& place, Samples& samples) {
+bool AnchorPatch::sample(const GrayView& image, const PatchPlace& place, Samples& samples) {
   const Matrix2f& A = place.shape;
   const Vector2f corner = place.pixel + A * Vector2f(-kMiddle, -kMiddle);
   const float span = 2.0F * kMiddle;
   for (const float x : {0.0F, span}) {
     for (const float y : {0.0F, span}) {
       const Vector2f p = corner + A * Vector2f(x, y);
-      if (!(p.x() >= 0.0F && p.y() >= 0.0F && p.x() < static_cast<float>(picture.width - 1) &&
-            p.y() < static_cast<float>(picture.height - 1))) {
+      if (!(p.x() >= 0.0F && p.y() >= 0.0F && p.x() < static_cast<float>(image.width - 1) &&
+            p.y() < static_cast<float>(image.height - 1))) {
         return false;
       }
     }
   }
-  const std::ptrdiff_t width = picture.width;
+  const std::ptrdiff_t width = image.width;
   for (int y = 0; y < kSide; ++y) {
     const Vector2f begin = corner + static_cast<float>(y) * A.col(1);
     for (int x = 0; x < kSide; ++x) {
@@ -52,7 +52,7 @@ bool AnchorPatch::sample(const GrayView& picture, const PatchPlace& place, Sampl
       const int row = static_cast<int>(v);
       const float fu = u - static_cast<float>(column);
       const float fv = v - static_cast<float>(row);
-      const std::uint8_t* p = picture.pixels + row * width + column;
+      const std::uint8_t* p = image.pixels + row * width + column;
       const float upper = static_cast<float>(p[0]) + fu * static_cast<float>(p[1] - p[0]);
       const float lower =
           static_cast<float>(p[width]) + fu * static_cast<float>(p[width + 1] - p[width]);
@@ -63,18 +63,18 @@ bool AnchorPatch::sample(const GrayView& picture, const PatchPlace& place, Sampl
 }
 
 bool AnchorPatch::normalise(Samples& samples) {
-  constexpr float kLeastNorm = 16.0F;  // norm of the deviation in grey levels
+  constexpr float kMinNorm = 16.0F;  // norm of the deviation in grey levels
   Eigen::Map<Eigen::Array<float, kCount, 1>> values(samples.data());
   values -= values.mean();
   const float norm = values.matrix().norm();
-  if (!(norm > kLeastNorm)) return false;
+  if (!(norm > kMinNorm)) return false;
   values /= norm;
   return true;
 }
 
-std::optional<AnchorPatch> AnchorPatch::cut(const GrayView& picture, const Vector2f& pixel) {
+std::optional<AnchorPatch> AnchorPatch::cut(const GrayView& image, const Vector2f& pixel) {
   AnchorPatch anchor;
-  if (!sample(picture, {pixel}, anchor.patch_) || !normalise(anchor.patch_)) return std::nullopt;
+  if (!sample(image, {pixel}, anchor.patch_) || !normalise(anchor.patch_)) return std::nullopt;
   Matrix6f sum = Matrix6f::Zero();
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
@@ -103,12 +103,11 @@ std::optional<AnchorPatch> AnchorPatch::cut(const GrayView& picture, const Vecto
 
 // I(t + A (x + d + D x)) ~ T(x): one step solves for d and D of the patch, which enter t and A
 // inverted.
-std::optional<PatchPlace> AnchorPatch::find(const GrayView& picture,
-                                            const PatchPlace& guess) const {
+std::optional<PatchPlace> AnchorPatch::find(const GrayView& image, const PatchPlace& guess) const {
   PatchPlace place = guess;
   Samples now;
-  for (int step = 0; step < kMostSteps; ++step) {
-    if (!sample(picture, place, now) || !normalise(now)) return std::nullopt;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    if (!sample(image, place, now) || !normalise(now)) return std::nullopt;
     Vector6f b = Vector6f::Zero();
     float correlation = 0.0F;
     for (int y = 0; y < kSide; ++y) {
@@ -135,7 +134,7 @@ std::optional<PatchPlace> AnchorPatch::find(const GrayView& picture,
     place.shape = place.shape * back;
     place.pixel -= shift;
     if (!place.pixel.allFinite() || !place.shape.allFinite()) return std::nullopt;
-    if ((place.pixel - guess.pixel).squaredNorm() > kFarthest_px * kFarthest_px) {
+    if ((place.pixel - guess.pixel).squaredNorm() > kMaxShift_px * kMaxShift_px) {
       return std::nullopt;
     }
     if (shift.squaredNorm() < kConverged_px * kConverged_px) return place;

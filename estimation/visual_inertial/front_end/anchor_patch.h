@@ -32,18 +32,18 @@ class AnchorPatch {
   static constexpr int kSide = 16;  ///< Samples of T per side, 1 px apart.
 
   /// Cuts the patch around `pixel`; empty if too near to the edge or without texture.
-  [[nodiscard]] static std::optional<AnchorPatch> cut(const GrayView& picture,
+  [[nodiscard]] static std::optional<AnchorPatch> cut(const GrayView& image,
                                                       const Eigen::Vector2f& pixel);
   /// Searches from `guess`; empty if it leaves the image, moves far, or does not converge in six
   /// steps: slow convergence means little texture.
-  [[nodiscard]] std::optional<PatchPlace> find(const GrayView& picture,
+  [[nodiscard]] std::optional<PatchPlace> find(const GrayView& image,
                                                const PatchPlace& guess) const;
 
  private:
   static constexpr int kCount = kSide * kSide;
   using Samples = std::array<float, kCount>;
 
-  static bool sample(const GrayView& picture, const PatchPlace& place, Samples& samples);
+  static bool sample(const GrayView& image, const PatchPlace& place, Samples& samples);
   /// Normalises to zero mean and unit norm; false if all samples are equal.
   static bool normalise(Samples& samples);
 

@@ -50,12 +50,12 @@ void CornerGrid::find_in(const GrayView& half, int cell, int count,
       cv::Point(edge(column, columns_, width_, border_), edge(row, rows_, height_, border_)),
       cv::Point(edge(column + 1, columns_, width_, border_),
                 edge(row + 1, rows_, height_, border_)));
-  const cv::Mat picture(half.height, half.width, CV_8UC1, const_cast<std::uint8_t*>(half.pixels));
+  const cv::Mat image(half.height, half.width, CV_8UC1, const_cast<std::uint8_t*>(half.pixels));
   const cv::Rect outer = cv::Rect(inner.x - kMargin, inner.y - kMargin, inner.width + 2 * kMargin,
                                   inner.height + 2 * kMargin) &
                          cv::Rect(0, 0, half.width, half.height);
   cv::Mat quality;
-  cv::cornerMinEigenVal(picture(outer), quality, kBlock);
+  cv::cornerMinEigenVal(image(outer), quality, kBlock);
   cv::Mat cell_quality = quality(inner - outer.tl());
 
   const int distance = static_cast<int>(std::lround(0.5 * options_.min_distance_px));
@@ -87,7 +87,7 @@ void CornerGrid::find_in(const GrayView& half, int cell, int count,
 }
 
 tl::expected<std::vector<Eigen::Vector2f>, std::string> CornerGrid::find(
-    const GrayView& half, const std::vector<Eigen::Vector2f>& taken, int wanted, int most_cells) {
+    const GrayView& half, const std::vector<Eigen::Vector2f>& taken, int wanted, int max_cells) {
   DIVE_DEMAND(half.width == width_ / 2 && half.height == height_ / 2);
   std::vector<int> occupied(static_cast<std::size_t>(cells()), 0);
   for (const Eigen::Vector2f& pixel : taken) ++occupied[static_cast<std::size_t>(cell_of(pixel))];
@@ -96,7 +96,7 @@ tl::expected<std::vector<Eigen::Vector2f>, std::string> CornerGrid::find(
   try {
     int tried = 0;
     const int begin = next_;
-    for (int k = 0; k < cells() && tried < most_cells; ++k) {
+    for (int k = 0; k < cells() && tried < max_cells; ++k) {
       const int left = wanted - static_cast<int>(all.size() - taken.size());
       if (left <= 0) break;
       const int cell = (begin + k) % cells();

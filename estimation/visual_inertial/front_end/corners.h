@@ -29,11 +29,11 @@ class CornerGrid {
 
   [[nodiscard]] int cells() const { return columns_ * rows_; }
 
-  /// Up to `wanted` corners in cells with fewer than two of `taken`, searching at most `most_cells`
+  /// Up to `wanted` corners in cells with fewer than two of `taken`, searching at most `max_cells`
   /// of those; the next call continues with the following cells. `half`: the image at half the size
   /// (halve()). An error is an exception of OpenCV.
   [[nodiscard]] tl::expected<std::vector<Eigen::Vector2f>, std::string> find(
-      const GrayView& half, const std::vector<Eigen::Vector2f>& taken, int wanted, int most_cells);
+      const GrayView& half, const std::vector<Eigen::Vector2f>& taken, int wanted, int max_cells);
 
  private:
   [[nodiscard]] int cell_of(const Eigen::Vector2f& pixel) const;

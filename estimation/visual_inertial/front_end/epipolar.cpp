@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMaxSamples = 100;
-constexpr std::size_t kFewest = 8;      // minimum of moved points that determine a translation
+constexpr std::size_t kMinMovedFeatures =
+    8;                                  // minimum of moved points that determine a translation
 constexpr double kConfidence = 0.9999;  // probability of having drawn two static points
 constexpr double kClear = 2.0;          // tolerances of parallax that separate front from behind
 
@@ -107,7 +108,7 @@ std::vector<bool> agree_with_one_translation(const std::vector<TurnedMatch>& mat
       moved.push_back({before, before.cross(now), now, i});
     }
   }
-  if (moved.size() < kFewest) return agrees;
+  if (moved.size() < kMinMovedFeatures) return agrees;
 
   const Vector3d t = best_translation(moved, tolerance2, random);
   int ahead = 0;

@@ -25,10 +25,10 @@ struct Sums {
   std::uint64_t count = 0;
 };
 
-Sums sums_of(const GrayView& picture, int x0, int x1, int y0, int y1) {
+Sums sums_of(const GrayView& image, int x0, int x1, int y0, int y1) {
   Sums sums;
   for (int y = y0; y < y1; ++y) {
-    const std::uint8_t* row = picture.pixels + static_cast<std::ptrdiff_t>(y) * picture.width;
+    const std::uint8_t* row = image.pixels + static_cast<std::ptrdiff_t>(y) * image.width;
     std::uint32_t sum = 0;  // a row is too short to overflow
     std::uint32_t squares = 0;
     for (int x = x0; x < x1; ++x) {
@@ -68,36 +68,36 @@ void fill(const std::uint8_t* in, std::uint8_t* out, int x0, int x1, const Tile&
 }
 
 // Every fourth row suffices.
-double sharpness(const GrayView& picture, double picture_variance) {
-  if (picture_variance <= 0.0) return 0.0;
+double sharpness(const GrayView& image, double image_variance) {
+  if (image_variance <= 0.0) return 0.0;
   std::uint64_t sum = 0;
   std::uint64_t count = 0;
-  for (int y = 0; y < picture.height; y += 4) {
-    const std::uint8_t* row = picture.pixels + static_cast<std::ptrdiff_t>(y) * picture.width;
+  for (int y = 0; y < image.height; y += 4) {
+    const std::uint8_t* row = image.pixels + static_cast<std::ptrdiff_t>(y) * image.width;
     std::uint32_t squares = 0;
-    for (int x = 1; x < picture.width; ++x) {
+    for (int x = 1; x < image.width; ++x) {
       const int difference = row[x] - row[x - 1];
       squares += static_cast<std::uint32_t>(difference * difference);
     }
     sum += squares;
-    count += static_cast<std::uint64_t>(picture.width - 1);
+    count += static_cast<std::uint64_t>(image.width - 1);
   }
-  return static_cast<double>(sum) / static_cast<double>(count) / (2.0 * picture_variance);
+  return static_cast<double>(sum) / static_cast<double>(count) / (2.0 * image_variance);
 }
 
 int middle(int tile, int tiles, int size) { return (2 * tile + 1) * size / (2 * tiles); }
 
 }  // namespace
 
-PictureStatistics even_contrast(const GrayView& picture, std::vector<std::uint8_t>& out) {
-  const int width = picture.width;
-  const int height = picture.height;
+ImageStatistics even_contrast(const GrayView& image, std::vector<std::uint8_t>& out) {
+  const int width = image.width;
+  const int height = image.height;
   DIVE_DEMAND(width >= 64 && height >= 64);
   Tile tiles[kRows][kColumns];
   Sums all;
   for (int r = 0; r < kRows; ++r) {
     for (int c = 0; c < kColumns; ++c) {
-      const Sums sums = sums_of(picture, c * width / kColumns, (c + 1) * width / kColumns,
+      const Sums sums = sums_of(image, c * width / kColumns, (c + 1) * width / kColumns,
                                 r * height / kRows, (r + 1) * height / kRows);
       tiles[r][c] = tile_of(sums);
       all.sum += sums.sum;
@@ -121,7 +121,7 @@ PictureStatistics even_contrast(const GrayView& picture, std::vector<std::uint8_
       return {a.gain + t * (b.gain - a.gain), a.offset + t * (b.offset - a.offset)};
     };
     const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(y) * width;
-    const std::uint8_t* in_row = picture.pixels + begin;
+    const std::uint8_t* in_row = image.pixels + begin;
     std::uint8_t* out_row = out.data() + begin;
     fill(in_row, out_row, 0, middle(0, kColumns, width), at(0), {0.0F, 0.0F});
     for (int c = 0; c + 1 < kColumns; ++c) {
@@ -136,20 +136,20 @@ PictureStatistics even_contrast(const GrayView& picture, std::vector<std::uint8_
          {0.0F, 0.0F});
   }
 
-  PictureStatistics statistics;
+  ImageStatistics statistics;
   statistics.brightness = static_cast<double>(all.sum) / static_cast<double>(all.count);
   statistics.contrast = std::sqrt(variance(all));
-  statistics.sharpness = sharpness(picture, variance(all));
+  statistics.sharpness = sharpness(image, variance(all));
   return statistics;
 }
 
-void halve(const GrayView& picture, std::vector<std::uint8_t>& out) {
-  const int width = picture.width / 2;
-  const int height = picture.height / 2;
+void halve(const GrayView& image, std::vector<std::uint8_t>& out) {
+  const int width = image.width / 2;
+  const int height = image.height / 2;
   out.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
-    const std::uint8_t* upper = picture.pixels + static_cast<std::ptrdiff_t>(2 * y) * picture.width;
-    const std::uint8_t* lower = upper + picture.width;
+    const std::uint8_t* upper = image.pixels + static_cast<std::ptrdiff_t>(2 * y) * image.width;
+    const std::uint8_t* lower = upper + image.width;
     std::uint8_t* row = out.data() + static_cast<std::ptrdiff_t>(y) * width;
     for (int x = 0; x < width; ++x) {
       const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];

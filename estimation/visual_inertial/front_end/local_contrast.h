@@ -17,7 +17,7 @@
 namespace dive::estimation {
 
 /// Statistics of an unprocessed image.
-struct PictureStatistics {
+struct ImageStatistics {
   double brightness = 0.0;  ///< Mean, grey levels.
   double contrast = 0.0;    ///< Standard deviation, grey levels.
   /// Mean squared difference of neighbours in a row over twice the variance: 1 for white noise,
@@ -26,11 +26,10 @@ struct PictureStatistics {
 };
 
 /// Writes the image with equalised contrast to `out`, of the same size. At least 64 by 64 pixels.
-[[nodiscard]] PictureStatistics even_contrast(const GrayView& picture,
-                                              std::vector<std::uint8_t>& out);
+[[nodiscard]] ImageStatistics even_contrast(const GrayView& image, std::vector<std::uint8_t>& out);
 
 /// Halves the size by the mean of 2 x 2 pixels, without an odd last row or column. Pixel (x, y) of
 /// `out` has its centre at (2 x + 1/2, 2 y + 1/2) of the image.
-void halve(const GrayView& picture, std::vector<std::uint8_t>& out);
+void halve(const GrayView& image, std::vector<std::uint8_t>& out);
 
 }  // namespace dive::estimation

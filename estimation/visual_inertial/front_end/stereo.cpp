@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 using Eigen::Vector2f;
 using Eigen::Vector3d;
 
-constexpr int kLevels = 1;           // of the pyramid: the guess is good
-constexpr int kPatch = 4;            // pixels of the half-size image to each side
-constexpr int kMaxSteps = 400;       // along an epipolar line
-constexpr double kLeastScore = 0.8;  // of the correlation
-constexpr double kMargin = 0.05;     // of the best position over all that are not beside it
+constexpr int kLevels = 1;         // of the pyramid: the guess is good
+constexpr int kPatch = 4;          // pixels of the half-size image to each side
+constexpr int kMaxSteps = 400;     // along an epipolar line
+constexpr double kMinScore = 0.8;  // of the correlation
+constexpr double kMargin = 0.05;   // of the best position over all that are not beside it
 constexpr int kSide = 2 * kPatch + 1;
 constexpr int kCount = kSide * kSide;
 
@@ -33,9 +33,9 @@ Place in_half(const Vector2d& pixel) {
           static_cast<int>(std::lround(0.5 * (pixel.y() - 0.5)))};
 }
 
-bool has_patch(const GrayView& picture, const Place& p) {
-  return p.x >= kPatch && p.y >= kPatch && p.x < picture.width - kPatch &&
-         p.y < picture.height - kPatch;
+bool has_patch(const GrayView& image, const Place& p) {
+  return p.x >= kPatch && p.y >= kPatch && p.x < image.width - kPatch &&
+         p.y < image.height - kPatch;
 }
 
 // Normalised cross-correlation of the patches around two positions, in [-1, 1].
@@ -99,19 +99,19 @@ StereoMatcher::StereoMatcher(StereoOptions options, const CameraModel& left,
 std::optional<Vector2d> StereoMatcher::right_pixel(const Vector2d& left,
                                                    double inverse_depth) const {
   const auto pixel = right_.project(R_RL_ * left.homogeneous() + inverse_depth * p_RL_);
-  if (!pixel || !right_.in_picture(*pixel)) return std::nullopt;
+  if (!pixel || !right_.in_image(*pixel)) return std::nullopt;
   return pixel;
 }
 
 // Steps of about two pixels; uniform inverse depth is nearly uniform in the image.
-std::optional<Vector2f> StereoMatcher::search(const PicturePair& left, const PicturePair& right,
+std::optional<Vector2f> StereoMatcher::search(const ImagePair& left, const ImagePair& right,
                                               const StereoQuery& query) const {
   const Place here = in_half(query.pixel.cast<double>());
   if (!has_patch(left.half, here)) return std::nullopt;
   const double nearest = 1.0 / options_.min_depth_m;
   const double shift_px = right_.fx * p_RL_.norm() * nearest;
   const int steps = std::clamp(static_cast<int>(0.5 * shift_px), 1, kMaxSteps);
-  double best = kLeastScore;
+  double best = kMinScore;
   double second = 0.0;  // score of the best that is not beside it
   int best_step = -1;
   Vector2d at;
@@ -143,7 +143,7 @@ std::optional<Vector2f> StereoMatcher::search(const PicturePair& left, const Pic
 // and the residual is the distance from the epipolar line.
 std::optional<StereoMatch> StereoMatcher::accepted(const StereoQuery& query,
                                                    const Vector2f& found) const {
-  if (!right_.in_picture(found.cast<double>(), 1.0)) return std::nullopt;
+  if (!right_.in_image(found.cast<double>(), 1.0)) return std::nullopt;
   const auto n = right_.undistort(found.cast<double>());
   if (!n) return std::nullopt;
   const Vector3d b = R_RL_ * query.left.homogeneous();
@@ -162,7 +162,7 @@ std::optional<StereoMatch> StereoMatcher::accepted(const StereoQuery& query,
 }
 
 tl::expected<std::vector<std::optional<StereoMatch>>, std::string> StereoMatcher::match(
-    const PicturePair& left, const PicturePair& right, const std::vector<StereoQuery>& queries) {
+    const ImagePair& left, const ImagePair& right, const std::vector<StereoQuery>& queries) {
   std::vector<std::optional<StereoMatch>> matches(queries.size());
   std::vector<std::size_t> asked;
   std::vector<Vector2f> from;

@@ -38,7 +38,7 @@ struct StereoMatch {
 };
 
 /// An image and the same at half the size, by halve().
-struct PicturePair {
+struct ImagePair {
   GrayView full;
   GrayView half;
 };
@@ -51,13 +51,12 @@ class StereoMatcher {
 
   /// The match of each query, if there is one. An error is an exception of OpenCV or ViSP.
   [[nodiscard]] tl::expected<std::vector<std::optional<StereoMatch>>, std::string> match(
-      const PicturePair& left, const PicturePair& right, const std::vector<StereoQuery>& queries);
+      const ImagePair& left, const ImagePair& right, const std::vector<StereoQuery>& queries);
 
  private:
   [[nodiscard]] std::optional<Eigen::Vector2d> right_pixel(const Eigen::Vector2d& left,
                                                            double inverse_depth) const;
-  [[nodiscard]] std::optional<Eigen::Vector2f> search(const PicturePair& left,
-                                                      const PicturePair& right,
+  [[nodiscard]] std::optional<Eigen::Vector2f> search(const ImagePair& left, const ImagePair& right,
                                                       const StereoQuery& query) const;
   [[nodiscard]] std::optional<StereoMatch> accepted(const StereoQuery& query,
                                                     const Eigen::Vector2f& found) const;

@@ -29,15 +29,15 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 
 constexpr std::uint64_t kRansacStream = 31;
-constexpr int kBorder = 8;                 // px, untracked border of the image
-constexpr std::size_t kSpan = 16;          // images, of the check for drift
-constexpr Utime kStereoSlack = 1000;       // us between left and right
-constexpr int kFewFeatures = 20;           // of fewer features a loss is not reported
-constexpr double kLostShare = 0.1;         // fraction left when tracking is lost
-constexpr int kSearchEvery = 6;            // images, for a feature without a stereo match
-constexpr int kLookBackEvery = 2;          // images, for each feature
-constexpr float kLeastCorrelation = 0.8F;  // of the present with the first appearance of a feature
-constexpr float kMostGrowth = 3.0F;        // of its area, or its inverse
+constexpr int kBorder = 8;               // px, untracked border of the image
+constexpr std::size_t kSpan = 16;        // images, of the check for drift
+constexpr Utime kStereoSlack = 1000;     // us between left and right
+constexpr int kFewFeatures = 20;         // of fewer features a loss is not reported
+constexpr double kLostShare = 0.1;       // fraction left when tracking is lost
+constexpr int kSearchEvery = 6;          // images, for a feature without a stereo match
+constexpr int kLookBackEvery = 2;        // images, for each feature
+constexpr float kMinCorrelation = 0.8F;  // of the present with the first appearance of a feature
+constexpr float kMaxGrowth = 3.0F;       // of its area, or its inverse
 
 struct Track {
   std::int64_t id = 0;
@@ -63,29 +63,28 @@ struct Prepared {
   [[nodiscard]] GrayView view() const { return {full.data(), width, height}; }
   [[nodiscard]] GrayView half_view() const { return {half.data(), width / 2, height / 2}; }
 
-  PictureStatistics take(const ImageFrame& picture) {
-    width = picture.width;
-    height = picture.height;
-    const PictureStatistics statistics =
-        even_contrast({picture.pixels.data(), width, height}, full);
+  ImageStatistics take(const ImageFrame& image) {
+    width = image.width;
+    height = image.height;
+    const ImageStatistics statistics = even_contrast({image.pixels.data(), width, height}, full);
     halve(view(), half);
     return statistics;
   }
 };
 
-bool is_as_agreed(const ImageFrame& picture, const CameraModel& camera) {
-  return picture.format == ImageFrame::Format::kGray8 && picture.width == camera.width &&
-         picture.height == camera.height &&
-         picture.pixels.size() ==
+bool is_as_agreed(const ImageFrame& image, const CameraModel& camera) {
+  return image.format == ImageFrame::Format::kGray8 && image.width == camera.width &&
+         image.height == camera.height &&
+         image.pixels.size() ==
              static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
 }
 
-std::string disagreement(const ImageFrame& picture, const CameraModel& camera) {
+std::string disagreement(const ImageFrame& image, const CameraModel& camera) {
   return fmt::format(
       "a {} picture of {} x {} pixels in {} bytes, where a grey one of {} x {} was "
       "agreed",
-      picture.format == ImageFrame::Format::kGray8 ? "grey" : "colour", picture.width,
-      picture.height, picture.pixels.size(), camera.width, camera.height);
+      image.format == ImageFrame::Format::kGray8 ? "grey" : "colour", image.width, image.height,
+      image.pixels.size(), camera.width, camera.height);
 }
 
 }  // namespace
@@ -99,7 +98,7 @@ std::string TrackerOptions::validate() const {
   check("levels", levels, 0, 5);
   check("min_gradient", min_gradient, 0.5, 100.0);
   check("min_distance_px", min_distance_px, 2.0, 200.0);
-  check("cells_per_picture", cells_per_picture, 1, 10'000);
+  check("cells_per_image", cells_per_image, 1, 10'000);
   check("back_px", back_px, 0.01, 10.0);
   check("epipolar_px", epipolar_px, 0.05, 20.0);
   check("drift_px", drift_px, 0.05, 40.0);
@@ -110,23 +109,23 @@ std::string TrackerOptions::validate() const {
   return check.problem();
 }
 
-const char* to_string(PictureFault fault) {
+const char* to_string(ImageFault fault) {
   switch (fault) {
-    case PictureFault::kNone:
+    case ImageFault::kNone:
       return "none";
-    case PictureFault::kNotAsAgreed:
+    case ImageFault::kNotAsAgreed:
       return "not_as_agreed";
-    case PictureFault::kNotLater:
+    case ImageFault::kNotLater:
       return "not_later";
-    case PictureFault::kFrozen:
+    case ImageFault::kFrozen:
       return "frozen";
-    case PictureFault::kNoContrast:
+    case ImageFault::kNoContrast:
       return "no_contrast";
-    case PictureFault::kFewFeatures:
+    case ImageFault::kFewFeatures:
       return "few_features";
-    case PictureFault::kLost:
+    case ImageFault::kLost:
       return "lost";
-    case PictureFault::kLibraryError:
+    case ImageFault::kLibraryError:
       return "library_error";
   }
   return "?";
@@ -152,28 +151,28 @@ struct Tracker::Impl {
   [[nodiscard]] double focal() const { return 0.5 * (left.fx + left.fy); }
 
   // True if the image is rejected, with the reason.
-  [[nodiscard]] bool refuses(const ImageFrame& picture, PictureQuality& quality) const {
-    const auto refuse = [&](PictureFault fault, std::string reason) {
+  [[nodiscard]] bool refuses(const ImageFrame& image, ImageQuality& quality) const {
+    const auto refuse = [&](ImageFault fault, std::string reason) {
       quality.fault = fault;
       quality.reason = std::move(reason);
       return true;
     };
-    if (!is_as_agreed(picture, left)) {
-      return refuse(PictureFault::kNotAsAgreed, disagreement(picture, left));
+    if (!is_as_agreed(image, left)) {
+      return refuse(ImageFault::kNotAsAgreed, disagreement(image, left));
     }
-    if (last_utime && picture.utime <= *last_utime) {
-      return refuse(PictureFault::kNotLater, fmt::format("stamped {} us, and the one before {} us",
-                                                         picture.utime, *last_utime));
+    if (last_utime && image.utime <= *last_utime) {
+      return refuse(ImageFault::kNotLater, fmt::format("stamped {} us, and the one before {} us",
+                                                       image.utime, *last_utime));
     }
-    if (last_utime && picture.pixels == raw) {
-      return refuse(PictureFault::kFrozen, "bit for bit the picture before: the camera is frozen");
+    if (last_utime && image.pixels == raw) {
+      return refuse(ImageFault::kFrozen, "bit for bit the picture before: the camera is frozen");
     }
     return false;
   }
 
-  [[nodiscard]] bool has_no_contrast(PictureQuality& quality) const {
+  [[nodiscard]] bool has_no_contrast(ImageQuality& quality) const {
     if (quality.contrast >= options.min_contrast) return false;
-    quality.fault = PictureFault::kNoContrast;
+    quality.fault = ImageFault::kNoContrast;
     quality.reason = fmt::format(
         "nothing to see: mean {:.1f}, standard deviation {:.1f} of 255, where {:.1f} is needed",
         quality.brightness, quality.contrast, options.min_contrast);
@@ -193,7 +192,7 @@ struct Tracker::Impl {
         n = turned.hnormalized();
       }
       const Vector2d pixel = left.distort(n + dt * track.speed);
-      if (!left.in_picture(pixel, kBorder)) continue;
+      if (!left.in_image(pixel, kBorder)) continue;
       guesses.push_back(pixel.cast<float>());
       kept.push_back(std::move(track));
     }
@@ -216,7 +215,7 @@ struct Tracker::Impl {
     std::vector<Vector2f> back_guesses;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       const auto& pixel = (*found)[i];
-      if (!pixel || !left.in_picture(pixel->cast<double>(), kBorder)) continue;
+      if (!pixel || !left.in_image(pixel->cast<double>(), kBorder)) continue;
       there.push_back(std::move(tracks[i]));
       start.push_back(from[i]);
       end.push_back(*pixel);
@@ -245,11 +244,11 @@ struct Tracker::Impl {
       const auto turn = static_cast<std::uint64_t>(track.id) + count;
       if (turn % kLookBackEvery != 0) return false;
       const auto found = track.anchor->find(now.view(), {track.pixel, track.shape});
-      if (!found || found->correlation < kLeastCorrelation) return true;
+      if (!found || found->correlation < kMinCorrelation) return true;
       const auto n = left.undistort(found->pixel.cast<double>());
-      if (!n || !left.in_picture(found->pixel.cast<double>(), kBorder)) return true;
+      if (!n || !left.in_image(found->pixel.cast<double>(), kBorder)) return true;
       const float growth = found->shape.determinant();
-      if (growth > kMostGrowth || growth < 1.0F / kMostGrowth) return true;
+      if (growth > kMaxGrowth || growth < 1.0F / kMaxGrowth) return true;
       track.pixel = found->pixel;
       track.shape = found->shape;
       track.n = *n;
@@ -273,12 +272,12 @@ struct Tracker::Impl {
 
   // Drops features that do not move with the rest, over the last `pictures` images; returns their
   // number.
-  [[nodiscard]] int drop_moving(std::size_t pictures, const Quaterniond& q, double tolerance_px) {
+  [[nodiscard]] int drop_moving(std::size_t images, const Quaterniond& q, double tolerance_px) {
     std::vector<TurnedMatch> matches;
     std::vector<std::size_t> of;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-      if (tracks[i].turned < pictures) continue;
-      const Vector2d& before = tracks[i].past[(count - pictures) % kSpan];
+      if (tracks[i].turned < images) continue;
+      const Vector2d& before = tracks[i].past[(count - images) % kSpan];
       const Vector3d turned = q * before.homogeneous();
       if (!(turned.z() > 0.05)) continue;
       matches.push_back({turned / turned.z(), tracks[i].n});
@@ -313,7 +312,7 @@ struct Tracker::Impl {
     for (const Track& track : tracks) taken.push_back(track.pixel);
     const int few = options.max_features / 2;
     const int have = static_cast<int>(tracks.size());
-    int cells = options.cells_per_picture;
+    int cells = options.cells_per_image;
     if (have == 0) {
       cells = grid.cells();
     } else if (have < few) {
@@ -337,17 +336,17 @@ struct Tracker::Impl {
     return {};
   }
 
-  [[nodiscard]] std::string right_unfit(const ImageFrame& picture, Utime utime) const {
+  [[nodiscard]] std::string right_unfit(const ImageFrame& image, Utime utime) const {
     if (!stereo) return "there is no calibration of a right camera";
-    if (!is_as_agreed(picture, *right)) return disagreement(picture, *right);
-    if (std::abs(picture.utime - utime) > kStereoSlack) {
-      return fmt::format("stamped {} us, and the left one {} us", picture.utime, utime);
+    if (!is_as_agreed(image, *right)) return disagreement(image, *right);
+    if (std::abs(image.utime - utime) > kStereoSlack) {
+      return fmt::format("stamped {} us, and the left one {} us", image.utime, utime);
     }
     return {};
   }
 
-  [[nodiscard]] std::string match_right(const ImageFrame& picture) {
-    const PictureStatistics statistics = now_right.take(picture);
+  [[nodiscard]] std::string match_right(const ImageFrame& image) {
+    const ImageStatistics statistics = now_right.take(image);
     if (statistics.contrast < options.min_contrast) {
       return fmt::format("nothing to see: standard deviation {:.1f} of 255", statistics.contrast);
     }
@@ -380,7 +379,7 @@ struct Tracker::Impl {
   }
 
   // Tracks the features of the last image into this one; sets the fault if there is one.
-  void follow_all(Utime utime, const std::optional<Quaterniond>& q, PictureQuality& quality) {
+  void follow_all(Utime utime, const std::optional<Quaterniond>& q, ImageQuality& quality) {
     const double dt = last_utime ? to_seconds(utime - *last_utime) : 0.0;
     if (!last_utime || dt > options.max_gap_s) {
       forget();
@@ -390,7 +389,7 @@ struct Tracker::Impl {
     const std::string thrown = follow(q, dt);
     if (!thrown.empty()) {
       forget();
-      quality.fault = PictureFault::kLibraryError;
+      quality.fault = ImageFault::kLibraryError;
       quality.reason = thrown;
       return;
     }
@@ -399,7 +398,7 @@ struct Tracker::Impl {
     if (q) quality.moving = drop_all_moving(*q);
     quality.tracked = static_cast<int>(tracks.size());
     if (before >= kFewFeatures && quality.tracked < kLostShare * before) {
-      quality.fault = PictureFault::kLost;
+      quality.fault = ImageFault::kLost;
       quality.reason = fmt::format("{} of {} features are left", quality.tracked, before);
     }
   }
@@ -409,13 +408,13 @@ struct Tracker::Impl {
     for (const Track& track : tracks) frame.features.push_back({track.id, track.n, track.right});
   }
 
-  [[nodiscard]] TrackedPicture step(const ImageFrame& picture, const ImageFrame* right_picture,
-                                    const std::optional<Quaterniond>& q) {
-    TrackedPicture result;
-    result.frame.utime = picture.utime;
-    PictureQuality& quality = result.quality;
-    if (refuses(picture, quality)) return result;
-    const PictureStatistics statistics = now.take(picture);
+  [[nodiscard]] TrackedImage step(const ImageFrame& image, const ImageFrame* right_image,
+                                  const std::optional<Quaterniond>& q) {
+    TrackedImage result;
+    result.frame.utime = image.utime;
+    ImageQuality& quality = result.quality;
+    if (refuses(image, quality)) return result;
+    const ImageStatistics statistics = now.take(image);
     quality.brightness = statistics.brightness;
     quality.contrast = statistics.contrast;
     quality.sharpness = statistics.sharpness;
@@ -423,26 +422,26 @@ struct Tracker::Impl {
 
     for (Track& track : tracks) track.right.reset();
     ++count;
-    follow_all(picture.utime, q, quality);
+    follow_all(image.utime, q, quality);
     if (const std::string thrown = add_new(quality.added); !thrown.empty()) {
-      quality.fault = PictureFault::kLibraryError;
+      quality.fault = ImageFault::kLibraryError;
       quality.reason = thrown;
     }
-    if (right_picture != nullptr) {
-      quality.right_reason = right_unfit(*right_picture, picture.utime);
-      if (quality.right_reason.empty()) quality.right_reason = match_right(*right_picture);
+    if (right_image != nullptr) {
+      quality.right_reason = right_unfit(*right_image, image.utime);
+      if (quality.right_reason.empty()) quality.right_reason = match_right(*right_image);
     }
     for (Track& track : tracks) {
       track.past[count % kSpan] = track.n;
       quality.stereo += track.right ? 1 : 0;
     }
     std::swap(last, now);
-    raw = picture.pixels;
-    last_utime = picture.utime;
+    raw = image.pixels;
+    last_utime = image.utime;
     fill(result.frame);
-    if (quality.fault == PictureFault::kNone &&
+    if (quality.fault == ImageFault::kNone &&
         static_cast<int>(tracks.size()) < options.min_features) {
-      quality.fault = PictureFault::kFewFeatures;
+      quality.fault = ImageFault::kFewFeatures;
       quality.reason =
           fmt::format("{} features, where {} are needed", tracks.size(), options.min_features);
     }
@@ -481,8 +480,8 @@ Tracker::~Tracker() = default;
 
 std::optional<Utime> Tracker::utime() const { return impl_->last_utime; }
 
-TrackedPicture Tracker::step(const ImageFrame& left, const ImageFrame* right,
-                             const std::optional<Eigen::Quaterniond>& q_C1C0) {
+TrackedImage Tracker::step(const ImageFrame& left, const ImageFrame* right,
+                           const std::optional<Eigen::Quaterniond>& q_C1C0) {
   DIVE_DEMAND(!q_C1C0 || std::abs(q_C1C0->norm() - 1.0) < 1e-6);
   return impl_->step(left, right, q_C1C0);
 }

@@ -29,7 +29,7 @@ struct TrackerOptions {
   int levels = 2;                 ///< Levels of KLT's pyramid above the image itself.
   double min_gradient = 6.0;      ///< Minimum of a corner, grey levels per pixel after equalising.
   double min_distance_px = 12.0;  ///< Distance of a new feature from all others.
-  int cells_per_picture = 8;      ///< Grid cells searched for new features.
+  int cells_per_image = 8;        ///< Grid cells searched for new features.
   double back_px = 0.8;           ///< Maximum error of a point tracked forwards and back.
   double epipolar_px = 1.0;       ///< Tolerance since the last image.
   double drift_px = 1.5;          ///< Tolerance since the sixteenth before: gyro errors add up.
@@ -43,7 +43,7 @@ struct TrackerOptions {
 };
 
 /// Faults of an image. Only kNone, kFewFeatures and kLost give features.
-enum class PictureFault {
+enum class ImageFault {
   kNone,
   kNotAsAgreed,   ///< Unexpected size, format or number of pixels.
   kNotLater,      ///< Stamp equal to or before the last one.
@@ -54,16 +54,16 @@ enum class PictureFault {
   kLibraryError,  ///< ViSP or OpenCV threw an exception.
 };
 
-[[nodiscard]] const char* to_string(PictureFault fault);
+[[nodiscard]] const char* to_string(ImageFault fault);
 
 /// Quality of one image, for monitoring the estimator.
-struct PictureQuality {
-  PictureFault fault = PictureFault::kNone;
+struct ImageQuality {
+  ImageFault fault = ImageFault::kNone;
   std::string reason;        ///< A sentence; empty without a fault.
   std::string right_reason;  ///< Reason why the right image was not used, if there was one.
   double brightness = 0.0;   ///< Mean, grey levels.
   double contrast = 0.0;     ///< Standard deviation, grey levels.
-  double sharpness = 0.0;    ///< PictureStatistics::sharpness: falls with blur.
+  double sharpness = 0.0;    ///< ImageStatistics::sharpness: falls with blur.
   int tracked = 0;           ///< Features tracked from the last image.
   int added = 0;             ///< New features.
   int stereo = 0;            ///< Tracked and new features matched in the right image.
@@ -71,9 +71,9 @@ struct PictureQuality {
   int moving = 0;            ///< Rejected because of motion of their own.
 };
 
-struct TrackedPicture {
+struct TrackedImage {
   FeatureFrame frame;  ///< Ids in increasing order; no features if the image was rejected.
-  PictureQuality quality;
+  ImageQuality quality;
 };
 
 /// Equal options, cameras, seed and calls give bit-identical features on one machine.
@@ -94,8 +94,8 @@ class Tracker {
   /// `q_C1C0`: the gyro's rotation from the left camera at utime() to now (p_C1 = q_C1C0 p_C0);
   /// without it there is no prediction and no check of motion. A rejected image changes nothing.
   /// Library exceptions do not leave it.
-  [[nodiscard]] TrackedPicture step(const ImageFrame& left, const ImageFrame* right,
-                                    const std::optional<Eigen::Quaterniond>& q_C1C0);
+  [[nodiscard]] TrackedImage step(const ImageFrame& left, const ImageFrame* right,
+                                  const std::optional<Eigen::Quaterniond>& q_C1C0);
 
  private:
   struct Impl;

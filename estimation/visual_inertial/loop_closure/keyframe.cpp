@@ -57,24 +57,24 @@ int distance(const Descriptor& a, const Descriptor& b) {
   return bits;
 }
 
-std::string PlaceViewerOptions::validate() const {
+std::string KeyframeExtractorOptions::validate() const {
   RangeCheck check;
   check("max_points", max_points, 40, 5000);
   check("min_depth_m", min_depth_m, 0.01, 10);
   return check.problem();
 }
 
-struct PlaceViewer::Impl {
-  Impl(PlaceViewerOptions options_in, const CameraModel& left_in, const CameraModel& right)
+struct KeyframeExtractor::Impl {
+  Impl(KeyframeExtractorOptions options_in, const CameraModel& left_in, const CameraModel& right)
       : options(options_in),
         left(left_in),
         matcher({.min_depth_m = options_in.min_depth_m}, left_in, right, kWindow),
         orb(cv::ORB::create(3 * options_in.max_points)) {}
 
-  struct Picture {
+  struct Image {
     std::vector<std::uint8_t> full;
     std::vector<std::uint8_t> half;
-    [[nodiscard]] PicturePair pair(int width, int height) const {
+    [[nodiscard]] ImagePair pair(int width, int height) const {
       return {{full.data(), width, height}, {half.data(), width / 2, height / 2}};
     }
   };
@@ -86,31 +86,31 @@ struct PlaceViewer::Impl {
                static_cast<std::size_t>(left.width) * static_cast<std::size_t>(left.height);
   }
 
-  [[nodiscard]] Picture prepared(const ImageFrame& frame) const {
-    Picture picture;
-    (void)even_contrast({frame.pixels.data(), left.width, left.height}, picture.full);
-    halve({picture.full.data(), left.width, left.height}, picture.half);
-    return picture;
+  [[nodiscard]] Image prepared(const ImageFrame& frame) const {
+    Image image;
+    (void)even_contrast({frame.pixels.data(), left.width, left.height}, image.full);
+    halve({image.full.data(), left.width, left.height}, image.half);
+    return image;
   }
 
-  [[nodiscard]] tl::expected<PlaceView, std::string> view(const ImageFrame& left_frame,
-                                                          const ImageFrame& right_frame) {
-    Picture seen = prepared(left_frame);
-    const Picture beside = prepared(right_frame);
+  [[nodiscard]] tl::expected<KeyframeView, std::string> view(const ImageFrame& left_frame,
+                                                             const ImageFrame& right_frame) {
+    Image seen = prepared(left_frame);
+    const Image beside = prepared(right_frame);
     const cv::Mat mat(left.height, left.width, CV_8UC1, seen.full.data());
     std::vector<cv::KeyPoint> found;
     orb->detect(mat, found);
     found = spread(found, left.width, left.height, options.max_points);
     cv::Mat descriptors;
     orb->compute(mat, found, descriptors);
-    PlaceView result;
+    KeyframeView result;
     result.utime = left_frame.utime;
     std::vector<StereoQuery> queries;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const Eigen::Vector2f pixel(found[i].pt.x, found[i].pt.y);
       const auto n = left.undistort(pixel.cast<double>());
       if (!n) continue;
-      PlacePoint point;
+      KeyframePoint point;
       point.left = *n;
       std::memcpy(point.descriptor.data(), descriptors.ptr(static_cast<int>(i)),
                   sizeof(Descriptor));
@@ -126,23 +126,23 @@ struct PlaceViewer::Impl {
     return result;
   }
 
-  PlaceViewerOptions options;
+  KeyframeExtractorOptions options;
   CameraModel left;
   StereoMatcher matcher;
   cv::Ptr<cv::ORB> orb;
 };
 
-PlaceViewer::PlaceViewer(PlaceViewerOptions options, const CameraModel& left,
-                         const CameraModel& right) {
+KeyframeExtractor::KeyframeExtractor(KeyframeExtractorOptions options, const CameraModel& left,
+                                     const CameraModel& right) {
   DIVE_DEMAND(options.validate().empty());
   impl_ = std::make_unique<Impl>(options, left, right);
 }
-PlaceViewer::PlaceViewer(PlaceViewer&&) noexcept = default;
-PlaceViewer& PlaceViewer::operator=(PlaceViewer&&) noexcept = default;
-PlaceViewer::~PlaceViewer() = default;
+KeyframeExtractor::KeyframeExtractor(KeyframeExtractor&&) noexcept = default;
+KeyframeExtractor& KeyframeExtractor::operator=(KeyframeExtractor&&) noexcept = default;
+KeyframeExtractor::~KeyframeExtractor() = default;
 
-tl::expected<PlaceView, std::string> PlaceViewer::view(const ImageFrame& left,
-                                                       const ImageFrame& right) {
+tl::expected<KeyframeView, std::string> KeyframeExtractor::view(const ImageFrame& left,
+                                                                const ImageFrame& right) {
   for (const ImageFrame* frame : {&left, &right}) {
     if (!impl_->is_agreed(*frame)) {
       return tl::unexpected(fmt::format("a picture of {} x {} pixels; grey ones of {} x {} agreed",
@@ -157,7 +157,7 @@ tl::expected<PlaceView, std::string> PlaceViewer::view(const ImageFrame& left,
   }
 }
 
-std::vector<std::pair<std::size_t, std::size_t>> match(const PlaceView& a, const PlaceView& b,
+std::vector<std::pair<std::size_t, std::size_t>> match(const KeyframeView& a, const KeyframeView& b,
                                                        int most) {
   struct Best {
     int first = kFarApart;
@@ -194,11 +194,11 @@ std::vector<std::pair<std::size_t, std::size_t>> match(const PlaceView& a, const
   return matches;
 }
 
-int likeness(const PlaceView& a, const PlaceView& b, std::size_t first, int most) {
+int likeness(const KeyframeView& a, const KeyframeView& b, std::size_t first, int most) {
   int count = 0;
   for (std::size_t i = 0; i < std::min(first, a.points.size()); ++i) {
     count += std::any_of(b.points.begin(), b.points.end(),
-                         [&](const PlacePoint& other) {
+                         [&](const KeyframePoint& other) {
                            return distance(a.points[i].descriptor, other.descriptor) <= most;
                          })
                  ? 1

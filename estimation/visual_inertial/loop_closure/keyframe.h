@@ -25,18 +25,18 @@ using Descriptor = std::array<std::uint64_t, 4>;  ///< 256 bits.
 [[nodiscard]] int distance(const Descriptor& a, const Descriptor& b);
 
 /// Normalised, undistorted image coordinates.
-struct PlacePoint {
+struct KeyframePoint {
   Eigen::Vector2d left;
   std::optional<Eigen::Vector2d> right;
   Descriptor descriptor{};
 };
 
-struct PlaceView {
+struct KeyframeView {
   Utime utime = 0;
-  std::vector<PlacePoint> points;  ///< The strongest first.
+  std::vector<KeyframePoint> points;  ///< The strongest first.
 };
 
-struct PlaceViewerOptions {
+struct KeyframeExtractorOptions {
   int max_points = 400;
   double min_depth_m = 0.25;  ///< Minimum depth of a stereo match.
 
@@ -44,18 +44,19 @@ struct PlaceViewerOptions {
   [[nodiscard]] std::string validate() const;
 };
 
-class PlaceViewer {
+class KeyframeExtractor {
  public:
   /// Demands options and cameras that validate, of one size, some distance apart.
-  PlaceViewer(PlaceViewerOptions options, const CameraModel& left, const CameraModel& right);
-  PlaceViewer(PlaceViewer&&) noexcept;
-  PlaceViewer& operator=(PlaceViewer&&) noexcept;
-  ~PlaceViewer();
+  KeyframeExtractor(KeyframeExtractorOptions options, const CameraModel& left,
+                    const CameraModel& right);
+  KeyframeExtractor(KeyframeExtractor&&) noexcept;
+  KeyframeExtractor& operator=(KeyframeExtractor&&) noexcept;
+  ~KeyframeExtractor();
 
   /// View of a pair of grey images, after equalising the contrast. Deterministic. An error is a
   /// sentence: unexpected images, or a library's exception.
-  [[nodiscard]] tl::expected<PlaceView, std::string> view(const ImageFrame& left,
-                                                          const ImageFrame& right);
+  [[nodiscard]] tl::expected<KeyframeView, std::string> view(const ImageFrame& left,
+                                                             const ImageFrame& right);
 
  private:
   struct Impl;
@@ -64,11 +65,13 @@ class PlaceViewer {
 
 /// Pairs (index in a, index in b) that are each other's best match, at most `most` bits apart and
 /// clearly nearer than the second best.
-[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> match(const PlaceView& a,
-                                                                     const PlaceView& b, int most);
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> match(const KeyframeView& a,
+                                                                     const KeyframeView& b,
+                                                                     int most);
 
 /// Number of the `first` strongest points of a that have a similar one in b: a cheap measure of
 /// similarity.
-[[nodiscard]] int likeness(const PlaceView& a, const PlaceView& b, std::size_t first, int most);
+[[nodiscard]] int likeness(const KeyframeView& a, const KeyframeView& b, std::size_t first,
+                           int most);
 
 }  // namespace dive::estimation

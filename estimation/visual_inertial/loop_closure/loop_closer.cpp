@@ -16,9 +16,9 @@ using Eigen::Matrix3d;
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
 
-constexpr double kMostUncertain = 5.0;  // m: beyond it any place could be any other
-constexpr std::size_t kPatience = 3;    // keyframes for which a closure waits for confirmation
-constexpr double kTiltSigma = 0.005;    // rad, of the filter's roll and pitch
+constexpr double kMaxUncertainty = 5.0;  // m: beyond it any place could be any other
+constexpr std::size_t kPatience = 3;     // keyframes for which a closure waits for confirmation
+constexpr double kTiltSigma = 0.005;     // rad, of the filter's roll and pitch
 
 double heading_of(const Matrix3d& M) { return std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1)); }
 
@@ -41,21 +41,21 @@ std::string LoopCloserOptions::validate() const {
   check("keyframe_m", keyframe_m, 0.01, 100);
   check("keyframe_deg", keyframe_deg, 1, 180);
   check("max_keyframes", max_keyframes, 3, 100'000);
-  check("least_gap_s", least_gap_s, 0, 1e6);
+  check("least_gap_s", min_gap_s, 0, 1e6);
   check("view_m", view_m, 0, 100);
   check("view_deg", view_deg, 0, 180);
   check("likeness_points", likeness_points, 1, 10'000);
-  check("fewest_alike", fewest_alike, 0, likeness_points);
-  check("most_bits", most_bits, 0, 256);
+  check("fewest_alike", min_matches, 0, likeness_points);
+  check("most_bits", max_bits, 0, 256);
   check("max_candidates", max_candidates, 1, 1000);
-  check("fewest_points", fewest_points, 6, 10'000);
-  check("fewest_share", fewest_share, 0, 1);
-  check("fewest_cells", fewest_cells, 1, 12);
+  check("fewest_points", min_points, 6, 10'000);
+  check("fewest_share", min_share, 0, 1);
+  check("fewest_cells", min_cells, 1, 12);
   check("pixels_then", pixels_then, 0.01, 20);
   check("pixels_now", pixels_now, 0.01, 20);
   check("optimism", optimism, 0.1, 100);
-  check("least_sigma_m", least_sigma_m, 1e-4, 10);
-  check("least_sigma_deg", least_sigma_deg, 1e-3, 45);
+  check("least_sigma_m", min_sigma_m, 1e-4, 10);
+  check("least_sigma_deg", min_sigma_deg, 1e-3, 45);
   check("tilt_deg", tilt_deg, 0.01, 90);
   check("gate", gate, 0.1, 1000);
   return check.problem();
@@ -75,9 +75,9 @@ LoopCloser::LoopCloser(LoopCloserOptions options, const CameraModel& left, const
   const double f = std::sqrt(left.fx * left.fy);
   relative_.sigma_then = options.pixels_then / f;
   relative_.sigma_now = options.pixels_now / f;
-  relative_.fewest = options.fewest_points;
-  relative_.fewest_share = options.fewest_share;
-  relative_.fewest_cells = options.fewest_cells;
+  relative_.min_points = options.min_points;
+  relative_.min_share = options.min_share;
+  relative_.min_cells = options.min_cells;
   relative_.half_width = 0.5 * left.width / left.fx;
   relative_.half_height = 0.5 * left.height / left.fy;
 }
@@ -105,12 +105,12 @@ void LoopCloser::restart() {
   report_ = {};
 }
 
-std::optional<LoopCorrection> LoopCloser::add(PlaceView view, const StateEstimate& filter) {
+std::optional<LoopCorrection> LoopCloser::add(KeyframeView view, const StateEstimate& filter) {
   if (!is_due(filter)) return std::nullopt;
   graph_.add(filter.utime, filter.X_WB, position_and_heading(filter.covariance, filter.X_WB.q));
   views_.push_back(std::move(view));
   applied_.push_back(correction_);
-  make_room();
+  drop_one();
   report_ = {};
   report_.keyframes = static_cast<int>(views_.size());
   const std::optional<Closing> found = recognise();
@@ -127,17 +127,17 @@ std::vector<std::size_t> LoopCloser::candidates() const {
   if (!joint) return {};
   const Matrix4d own = joint->bottomRightCorner<4, 4>();
   const double sigma = std::sqrt(std::max(own(0, 0) + own(1, 1), 0.0));
-  const double far = options_.view_m + 2.0 * std::min(sigma, kMostUncertain);
+  const double far = options_.view_m + 2.0 * std::min(sigma, kMaxUncertainty);
   const double turned = deg_to_rad(options_.view_deg) + 2.0 * std::sqrt(std::max(own(3, 3), 0.0));
-  const Utime latest = now.utime - from_seconds(options_.least_gap_s);
+  const Utime latest = now.utime - from_seconds(options_.min_gap_s);
   std::vector<std::pair<int, std::size_t>> alike;
   for (std::size_t i = 0; i < nodes.size() && nodes[i].utime <= latest; ++i) {
     if ((nodes[i].p - now.p).norm() > far) continue;
     if (angle_between(nodes[i].X_WB().q, now.X_WB().q) > turned) continue;
     const int count =
         likeness(views_.back(), views_[i], static_cast<std::size_t>(options_.likeness_points),
-                 options_.most_bits);
-    if (count >= options_.fewest_alike) alike.emplace_back(-count, i);
+                 options_.max_bits);
+    if (count >= options_.min_matches) alike.emplace_back(-count, i);
   }
   std::sort(alike.begin(), alike.end());
   if (alike.size() > static_cast<std::size_t>(options_.max_candidates)) {
@@ -158,8 +158,8 @@ LoopCloser::Closing LoopCloser::closing(std::size_t old, const RelativePose& rel
   closure.X_B0B1 = X_BC_ * relative.X_C0C1 * X_BC_.inverse();
   closure.covariance =
       options_.optimism * options_.optimism * in_body(relative.covariance, relative.X_C0C1, X_BC_);
-  const double least_turn = deg_to_rad(options_.least_sigma_deg);
-  closure.covariance.diagonal().head<3>().array() += std::pow(options_.least_sigma_m, 2);
+  const double least_turn = deg_to_rad(options_.min_sigma_deg);
+  closure.covariance.diagonal().head<3>().array() += std::pow(options_.min_sigma_m, 2);
   closure.covariance.diagonal().tail<3>().array() += least_turn * least_turn;
   closure.points = relative.points;
 
@@ -199,7 +199,7 @@ bool LoopCloser::passes_gate(const Closing& found) const {
 }
 
 std::optional<LoopCloser::Closing> LoopCloser::verify(std::size_t old) {
-  const auto matches = match(views_[old], views_.back(), options_.most_bits);
+  const auto matches = match(views_[old], views_.back(), options_.max_bits);
   const auto relative = relative_pose(views_[old], views_.back(), matches, X_RL_, relative_);
   if (!relative) return std::nullopt;
   ++report_.verified;
@@ -301,7 +301,7 @@ std::optional<LoopCorrection> LoopCloser::close(const Closing& found) {
 
 // Drops the keyframe whose neighbours are nearest to each other; not one of a loop, if there is
 // another, and not one of the last few.
-void LoopCloser::make_room() {
+void LoopCloser::drop_one() {
   if (views_.size() <= static_cast<std::size_t>(options_.max_keyframes)) return;
   const auto& nodes = graph_.nodes();
   std::size_t which = 1;

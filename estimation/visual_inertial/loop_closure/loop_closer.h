@@ -27,24 +27,24 @@
 namespace dive::estimation {
 
 struct LoopCloserOptions {
-  double keyframe_m = 0.6;      ///< Distance from the last keyframe at which one is due.
-  double keyframe_deg = 25.0;   ///< Rotation from the last keyframe at which one is due.
-  int max_keyframes = 600;      ///< Beyond it the least useful one is dropped.
-  double least_gap_s = 20.0;    ///< Minimum time between the two observations of a loop.
-  double view_m = 2.5;          ///< Maximum distance of keyframes with a common view.
-  double view_deg = 50.0;       ///< Maximum rotation between them.
-  int likeness_points = 80;     ///< Number of strongest points compared.
-  int fewest_alike = 12;        ///< Minimum number of them with a similar point.
-  int most_bits = 60;           ///< Maximum of 256 bits that differ in similar points.
-  int max_candidates = 5;       ///< Maximum number of places verified by geometry.
-  int fewest_points = 25;       ///< RelativePoseOptions
-  double fewest_share = 0.4;    ///< RelativePoseOptions
-  int fewest_cells = 5;         ///< RelativePoseOptions
-  double pixels_then = 0.7;     ///< Sigma of the points in a stereo pair.
-  double pixels_now = 2.0;      ///< Sigma of the same points found again.
-  double optimism = 2.0;        ///< Actual errors over those computed from the points.
-  double least_sigma_m = 0.01;  ///< Minimum position sigma.
-  double least_sigma_deg = 0.15;
+  double keyframe_m = 0.6;     ///< Distance from the last keyframe at which one is due.
+  double keyframe_deg = 25.0;  ///< Rotation from the last keyframe at which one is due.
+  int max_keyframes = 600;     ///< Beyond it the least useful one is dropped.
+  double min_gap_s = 20.0;     ///< Minimum time between the two observations of a loop.
+  double view_m = 2.5;         ///< Maximum distance of keyframes with a common view.
+  double view_deg = 50.0;      ///< Maximum rotation between them.
+  int likeness_points = 80;    ///< Number of strongest points compared.
+  int min_matches = 12;        ///< Minimum number of them with a similar point.
+  int max_bits = 60;           ///< Maximum of 256 bits that differ in similar points.
+  int max_candidates = 5;      ///< Maximum number of places verified by geometry.
+  int min_points = 25;         ///< RelativePoseOptions
+  double min_share = 0.4;      ///< RelativePoseOptions
+  int min_cells = 5;           ///< RelativePoseOptions
+  double pixels_then = 0.7;    ///< Sigma of the points in a stereo pair.
+  double pixels_now = 2.0;     ///< Sigma of the same points found again.
+  double optimism = 2.0;       ///< Actual errors over those computed from the points.
+  double min_sigma_m = 0.01;   ///< Minimum position sigma.
+  double min_sigma_deg = 0.15;
   double tilt_deg = 3.0;  ///< Maximum difference in roll and pitch.
   double gate = 16.25;    ///< chi^2 of 4 degrees of freedom: 0.27 % exceed it.
   bool has_depth = true;  ///< PoseGraph
@@ -75,7 +75,7 @@ class LoopCloser {
 
   /// Adds a keyframe when one is due: the view, and the filter's estimate at that time without any
   /// correction. The result replaces the correction applied so far.
-  std::optional<LoopCorrection> add(PlaceView view, const StateEstimate& filter);
+  std::optional<LoopCorrection> add(KeyframeView view, const StateEstimate& filter);
 
   /// Sets the camera poses, left and right, as calibrated by the filter, for the views added from
   /// now on.
@@ -101,16 +101,16 @@ class LoopCloser {
   [[nodiscard]] bool agree(const Closing& a, const Closing& b) const;
   [[nodiscard]] std::optional<Closing> recognise();
   [[nodiscard]] std::optional<LoopCorrection> close(const Closing& found);
-  void make_room();
+  void drop_one();
 
   LoopCloserOptions options_;
   Pose X_BC_;
   Pose X_RL_;
   RelativePoseOptions relative_;
   PoseGraph graph_;
-  std::vector<PlaceView> views_;  ///< Views of the graph's nodes.
-  std::vector<Pose> applied_;     ///< Correction applied when the node's observations were placed.
-  Pose correction_;               ///< Correction applied now.
+  std::vector<KeyframeView> views_;  ///< Views of the graph's nodes.
+  std::vector<Pose> applied_;  ///< Correction applied when the node's observations were placed.
+  Pose correction_;            ///< Correction applied now.
   std::optional<Closing> pending_;
   LoopReport report_;
 };

@@ -25,16 +25,17 @@ Matrix4d of_the_way(const Matrix4d& before, const Matrix4d& after, const Eigen::
 
 }  // namespace
 
-Pose LoopCorrection::moved(Utime seen) const {
+Pose LoopCorrection::correction_at(Utime observed) const {
   if (since.empty()) return {};
   const auto after =
-      std::upper_bound(since.begin(), since.end(), seen,
+      std::upper_bound(since.begin(), since.end(), observed,
                        [](Utime t, const std::pair<Utime, Pose>& at) { return t < at.first; });
   if (after == since.begin()) return since.front().second;
   if (after == since.end()) return since.back().second;
   const auto before = std::prev(after);
-  return interpolate(before->second, after->second,
-                     to_seconds(seen - before->first) / to_seconds(after->first - before->first));
+  return interpolate(
+      before->second, after->second,
+      to_seconds(observed - before->first) / to_seconds(after->first - before->first));
 }
 
 StateEstimate LoopCorrection::apply(const StateEstimate& filter_now) const {

@@ -36,7 +36,7 @@ struct LoopCorrection {
   std::vector<std::pair<Utime, Pose>> since;
 
   /// Correction for Mapper::move() and LandmarkCloud::move(), by `since`.
-  [[nodiscard]] Pose moved(Utime seen) const;
+  [[nodiscard]] Pose correction_at(Utime observed) const;
 
   /// The filter's estimate at utime or later, corrected. Its covariance is that of the keyframe,
   /// propagated, plus the change of the filter's own since. The height's, where depth is measured,

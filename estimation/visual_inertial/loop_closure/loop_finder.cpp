@@ -8,10 +8,10 @@ LoopFinder::LoopFinder(const LoopCloserOptions& options, const CameraModel& left
                        const CameraModel& right)
     : viewer_({}, left, right), closer_(options, left, right) {}
 
-std::optional<LoopCorrection> LoopFinder::look(const Keyframe& keyframe) {
-  if (begun_from_ != keyframe.begun_from) {
+std::optional<LoopCorrection> LoopFinder::process(const Keyframe& keyframe) {
+  if (init_utime_ != keyframe.init_utime) {
     closer_.restart();
-    begun_from_ = keyframe.begun_from;
+    init_utime_ = keyframe.init_utime;
   }
   if (!closer_.is_due(keyframe.filter)) return std::nullopt;
   auto view = viewer_.view(keyframe.left, keyframe.right);

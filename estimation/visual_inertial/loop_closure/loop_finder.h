@@ -17,7 +17,7 @@ struct Keyframe {
   StateEstimate filter;  ///< Estimate at the time of the images, without any correction.
   Pose X_BL;             ///< Camera poses as calibrated by the filter.
   Pose X_BR;
-  Utime begun_from = 0;  ///< VisionEstimate
+  Utime init_utime = 0;  ///< VisionEstimate
 };
 
 /// Runs on a worker. Deterministic.
@@ -29,14 +29,14 @@ class LoopFinder {
   /// The result replaces the correction of the filter applied so far. Unexpected images give no
   /// keyframe. Nothing connects two initialisations of the filter: a new one drops all earlier
   /// keyframes.
-  [[nodiscard]] std::optional<LoopCorrection> look(const Keyframe& keyframe);
+  [[nodiscard]] std::optional<LoopCorrection> process(const Keyframe& keyframe);
 
   [[nodiscard]] const LoopReport& report() const { return closer_.report(); }
 
  private:
-  PlaceViewer viewer_;
+  KeyframeExtractor viewer_;
   LoopCloser closer_;
-  std::optional<Utime> begun_from_;
+  std::optional<Utime> init_utime_;
 };
 
 }  // namespace dive::estimation

@@ -18,12 +18,12 @@ using Eigen::Matrix4d;
 using Eigen::Vector3d;
 
 // Lower bounds of the uncertainty of the motion between keyframes.
-constexpr double kLeastPosition = 5e-4;  // m
-constexpr double kLeastTurn = 3e-5;      // rad
-constexpr double kLeastHeight = 2e-3;    // m
-constexpr int kMostIterations = 20;
-constexpr double kConverged = 1e-7;  // m and rad, the largest step
-constexpr double kFarthest = 1e4;    // m
+constexpr double kMinPositionSigma = 5e-4;  // m
+constexpr double kMinHeadingSigma = 3e-5;   // rad
+constexpr double kMinHeightSigma = 2e-3;    // m
+constexpr int kMaxIterations = 20;
+constexpr double kConverged = 1e-7;     // m and rad, the largest step
+constexpr double kMaxCoordinate = 1e4;  // m
 
 Matrix3d about_z(double turn) {
   return Eigen::AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix();
@@ -33,7 +33,7 @@ Vector3d across(const Vector3d& d) { return {-d.y(), d.x(), 0.0}; }  // e_z x d
 
 // The nearest covariance with no variance below the minimum, in units of the minimum.
 Matrix4d at_least_least(const Matrix4d& growth) {
-  const Vector4d least(kLeastPosition, kLeastPosition, kLeastPosition, kLeastTurn);
+  const Vector4d least(kMinPositionSigma, kMinPositionSigma, kMinPositionSigma, kMinHeadingSigma);
   const Matrix4d scaled =
       least.cwiseInverse().asDiagonal() * growth * least.cwiseInverse().asDiagonal();
   Eigen::SelfAdjointEigenSolver<Matrix4d> eigen(0.5 * (scaled + scaled.transpose()));
@@ -120,10 +120,10 @@ void PoseGraph::add(Utime utime, const Pose& filter, const Matrix4d& covariance)
     if (has_depth_) {
       growth.row(2).setZero();
       growth.col(2).setZero();
-      growth(2, 2) = kLeastHeight * kLeastHeight;
+      growth(2, 2) = kMinHeightSigma * kMinHeightSigma;
     }
     way.covariance = at_least_least(growth);
-    ways_.push_back(way);
+    odometry_edges_.push_back(way);
     const Pose X_WB = last.correction() * filter;
     node.p = X_WB.p;
     node.turn = last.turn;
@@ -160,7 +160,8 @@ void PoseGraph::add_anchors(System& system) const {
   system.b.head<4>() -= known.solve(off);
   if (!has_depth_) return;
   for (std::size_t i = 1; i < nodes_.size(); ++i) {
-    const double weight = 1.0 / std::max(nodes_[i].covariance(2, 2), kLeastHeight * kLeastHeight);
+    const double weight =
+        1.0 / std::max(nodes_[i].covariance(2, 2), kMinHeightSigma * kMinHeightSigma);
     Matrix4d height = Matrix4d::Zero();
     height(2, 2) = weight;
     system.add(i, i, height);
@@ -171,19 +172,19 @@ void PoseGraph::add_anchors(System& system) const {
 PoseGraph::System PoseGraph::linearise() const {
   System system(nodes_.size());
   add_anchors(system);
-  for (const GraphEdge& way : ways_) add_edge(way, system);
+  for (const GraphEdge& edge : odometry_edges_) add_edge(edge, system);
   for (const GraphEdge& loop : loops_) add_edge(loop, system);
   return system;
 }
 
 bool PoseGraph::iterate() {
   const std::vector<GraphNode> before = nodes_;
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     const System system = linearise();
     const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt(system.matrix());
     const Eigen::VectorXd step =
         llt.info() == Eigen::Success ? llt.solve(system.b).eval() : Eigen::VectorXd();
-    if (step.size() == 0 || !step.allFinite() || step.cwiseAbs().maxCoeff() > kFarthest) break;
+    if (step.size() == 0 || !step.allFinite() || step.cwiseAbs().maxCoeff() > kMaxCoordinate) break;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       nodes_[k].p += step.segment<3>(static_cast<int>(4 * k));
       nodes_[k].turn = wrap_angle(nodes_[k].turn + step[static_cast<int>(4 * k) + 3]);
@@ -222,17 +223,17 @@ bool PoseGraph::optimise(double gate) {
 // the first.
 void PoseGraph::remove(std::size_t node) {
   DIVE_DEMAND(node > 0 && node + 1 < nodes_.size());
-  GraphEdge& before = ways_[node - 1];
-  const GraphEdge& after = ways_[node];
+  GraphEdge& before = odometry_edges_[node - 1];
+  const GraphEdge& after = odometry_edges_[node];
   const Matrix4d F = carried(after.d);
   before.covariance = F * before.covariance * F.transpose() + after.covariance;
   before.d += after.d;
   const auto at = static_cast<std::ptrdiff_t>(node);
-  ways_.erase(ways_.begin() + at);
+  odometry_edges_.erase(odometry_edges_.begin() + at);
   nodes_.erase(nodes_.begin() + at);
-  for (std::size_t i = 0; i < ways_.size(); ++i) {
-    ways_[i].from = i;
-    ways_[i].to = i + 1;
+  for (std::size_t i = 0; i < odometry_edges_.size(); ++i) {
+    odometry_edges_[i].from = i;
+    odometry_edges_[i].to = i + 1;
   }
   std::erase_if(loops_,
                 [&](const GraphEdge& loop) { return loop.from == node || loop.to == node; });

@@ -93,7 +93,8 @@ class PoseGraph {
 
   bool has_depth_;
   std::vector<GraphNode> nodes_;
-  std::vector<GraphEdge> ways_;  ///< Motion edges; ways_[i] goes from node i to node i + 1.
+  std::vector<GraphEdge>
+      odometry_edges_;  ///< Motion edges; odometry_edges_[i] goes from node i to node i + 1.
   std::vector<GraphEdge> loops_;
 };
 

@@ -26,30 +26,30 @@ constexpr double kRansacSure = 0.999;
 constexpr int kSteps = 15;
 constexpr int kRounds = 3;  // each with the points that agreed in the one before
 constexpr int kPointSteps = 3;
-constexpr std::size_t kFewestToBegin = 8;
-constexpr double kConverged = 1e-6;     // m and rad
-constexpr double kLeastParallax = 3.0;  // sigma of a disparity, for a point to have a position
-constexpr double kNearest = 0.05;       // m
+constexpr std::size_t kMinInitialPoints = 8;
+constexpr double kConverged = 1e-6;   // m and rad
+constexpr double kMinParallax = 3.0;  // sigma of a disparity, for a point to have a position
+constexpr double kMinDepth = 0.05;    // m
 constexpr int kColumns = 4;
 constexpr int kRows = 3;
 // chi^2 exceeded with a probability of 1 %, by degrees of freedom.
-constexpr std::array<double, 6> kMostChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
+constexpr std::array<double, 6> kMaxChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
 
 // A point in the left camera then, and all its observations.
 struct Sighting {
   Vector3d f;
-  PlacePoint then;
-  PlacePoint now;
+  KeyframePoint then;
+  KeyframePoint now;
 };
 
 // From two image points: (b + rho p) in the right camera, two equations linear in rho.
-std::optional<Vector3d> place(const PlacePoint& seen, const Pose& X_RL, double sigma) {
+std::optional<Vector3d> place(const KeyframePoint& seen, const Pose& X_RL, double sigma) {
   if (!seen.right) return std::nullopt;
   const Vector3d b = X_RL.q * seen.left.homogeneous();
   const Vector2d a = X_RL.p.head<2>() - *seen.right * X_RL.p.z();
   const Vector2d c = *seen.right * b.z() - b.head<2>();
   const double rho = a.dot(c) / a.squaredNorm();
-  if (!(rho * a.norm() > kLeastParallax * sigma) || rho > 1.0 / kNearest) return std::nullopt;
+  if (!(rho * a.norm() > kMinParallax * sigma) || rho > 1.0 / kMinDepth) return std::nullopt;
   return Vector3d(seen.left.homogeneous() / rho);
 }
 
@@ -98,7 +98,7 @@ struct PointSystem {
 
   void add(const Vector3d& h, const Vector2d& seen, double sigma, const Matrix3d& by_f,
            const Matrix36d& by_x) {
-    if (!(h.z() > kNearest)) {
+    if (!(h.z() > kMinDepth)) {
       is_before_all = false;
       return;
     }
@@ -178,7 +178,7 @@ std::vector<Sighting> agreeing(std::vector<Sighting> sightings, const Pose& X, c
       system = system_of(s, X, X_RL, options);
     }
     const auto freedom = static_cast<std::size_t>(std::max(0, system.rows - 3));
-    return !system.is_before_all || !(system.chi2 <= kMostChiSquare.at(freedom));
+    return !system.is_before_all || !(system.chi2 <= kMaxChiSquare.at(freedom));
   });
   return sightings;
 }
@@ -199,31 +199,31 @@ int cells(const std::vector<Sighting>& sightings, const RelativePoseOptions& opt
 }  // namespace
 
 std::optional<RelativePose> relative_pose(
-    const PlaceView& then, const PlaceView& now,
+    const KeyframeView& then, const KeyframeView& now,
     const std::vector<std::pair<std::size_t, std::size_t>>& matches, const Pose& X_RL,
     const RelativePoseOptions& options) {
   std::vector<Sighting> sightings;
   for (const auto& [i, j] : matches) {
-    const PlacePoint& seen = then.points.at(i);
+    const KeyframePoint& seen = then.points.at(i);
     if (const auto f = place(seen, X_RL, options.sigma_then)) {
       sightings.push_back({*f, seen, now.points.at(j)});
     }
   }
-  const std::size_t fewest = std::max(
-      static_cast<std::size_t>(options.fewest),
-      static_cast<std::size_t>(options.fewest_share * static_cast<double>(sightings.size())));
-  if (sightings.size() < fewest) return std::nullopt;
+  const std::size_t min_points =
+      std::max(static_cast<std::size_t>(options.min_points),
+               static_cast<std::size_t>(options.min_share * static_cast<double>(sightings.size())));
+  if (sightings.size() < min_points) return std::nullopt;
   std::vector<Sighting> chosen = sightings;
   std::optional<Pose> X = begin(chosen, options);
   if (!X) return std::nullopt;
   std::optional<Matrix6d> covariance;
   for (int i = 0; i < kRounds; ++i) {
-    if (chosen.size() < kFewestToBegin) return std::nullopt;
+    if (chosen.size() < kMinInitialPoints) return std::nullopt;
     covariance = adjust(chosen, *X, X_RL, options);
     if (!covariance) return std::nullopt;
     chosen = agreeing(sightings, *X, X_RL, options);
   }
-  if (chosen.size() < fewest || cells(chosen, options) < options.fewest_cells) return std::nullopt;
+  if (chosen.size() < min_points || cells(chosen, options) < options.min_cells) return std::nullopt;
   return RelativePose{*X, *covariance, static_cast<int>(chosen.size())};
 }
 

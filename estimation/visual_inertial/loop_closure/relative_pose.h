@@ -26,10 +26,10 @@ struct RelativePoseOptions {
   /// the match in the right one as well: so sigma_now is sqrt(2) times the detector's.
   double sigma_then = 0.7 / 240.0;
   double sigma_now = 2.0 / 240.0;
-  int fewest = 25;            ///< Minimum number of agreeing points.
-  double fewest_share = 0.4;  ///< Minimum agreeing fraction of the matches.
-  int fewest_cells = 5;       ///< Minimum of 4 x 3 image parts with agreeing points.
-  double half_width = 1.6;    ///< Half width of the field of view, normalised.
+  int min_points = 25;      ///< Minimum number of agreeing points.
+  double min_share = 0.4;   ///< Minimum agreeing fraction of the matches.
+  int min_cells = 5;        ///< Minimum of 4 x 3 image parts with agreeing points.
+  double half_width = 1.6;  ///< Half width of the field of view, normalised.
   double half_height = 1.0;
 };
 
@@ -42,7 +42,7 @@ struct RelativePose {
 /// `matches` are pairs (then, now). Empty if too few agree, or in too few parts of the image. X_RL:
 /// the left camera in the right one. Deterministic.
 [[nodiscard]] std::optional<RelativePose> relative_pose(
-    const PlaceView& then, const PlaceView& now,
+    const KeyframeView& then, const KeyframeView& now,
     const std::vector<std::pair<std::size_t, std::size_t>>& matches, const Pose& X_RL,
     const RelativePoseOptions& options);
 

@@ -14,14 +14,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kLeastProof = 4.0;        // s of proof required after a divergence
-constexpr double kMostProof = 30.0;        // s, maximum of that after repeated ones
+constexpr double kMinProbation = 4.0;      // s of proof required after a divergence
+constexpr double kMaxProbation = 30.0;     // s, maximum of that after repeated ones
 constexpr double kForgiven = 60.0;         // s after which a divergence is forgotten
 constexpr Utime kRecent = 2'000'000;       // us of IMU samples
 constexpr Utime kAhead = 100'000;          // us
 constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is re-initialised
-constexpr double kLeastSigma = 0.01;       // m
-constexpr double kLeastYawSigma = 0.1;     // deg
+constexpr double kMinSigma = 0.01;         // m
+constexpr double kMinYawSigma = 0.1;       // deg
 constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
@@ -36,34 +36,33 @@ KnownStart start_from(const StateEstimate& published) {
   start.utime = published.utime;
   start.X_WB = published.X_WB;
   start.v_WB_B = published.v_WB_B;
-  start.position_sigma_m = std::max(horizontal_sigma(published), kLeastSigma);
+  start.position_sigma_m = std::max(horizontal_sigma(published), kMinSigma);
   const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
   const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
-  start.yaw_sigma_deg =
-      std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kLeastYawSigma);
+  start.yaw_sigma_deg = std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
   start.tilt_sigma_deg = kTiltSigma;
   start.speed_sigma = kSpeedSigma;
   return start;
 }
 
-VisionFault of_picture(PictureFault fault) {
+VisionFault of_image(ImageFault fault) {
   switch (fault) {
-    case PictureFault::kNone:
+    case ImageFault::kNone:
       return VisionFault::kNone;
-    case PictureFault::kFrozen:
+    case ImageFault::kFrozen:
       return VisionFault::kFrozen;
-    case PictureFault::kNoContrast:
+    case ImageFault::kNoContrast:
       return VisionFault::kDark;
-    case PictureFault::kFewFeatures:
+    case ImageFault::kFewFeatures:
       return VisionFault::kFewFeatures;
-    case PictureFault::kLost:
+    case ImageFault::kLost:
       return VisionFault::kLost;
-    case PictureFault::kNotAsAgreed:
-    case PictureFault::kNotLater:
-    case PictureFault::kLibraryError:
-      return VisionFault::kBadPicture;
+    case ImageFault::kNotAsAgreed:
+    case ImageFault::kNotLater:
+    case ImageFault::kLibraryError:
+      return VisionFault::kBadImage;
   }
-  return VisionFault::kBadPicture;
+  return VisionFault::kBadImage;
 }
 
 }  // namespace
@@ -91,7 +90,7 @@ VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
       tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
                seed),
       tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
-      looked_for_tags_(-from_seconds(options_.tag_period_s)) {
+      last_tag_detection_(-from_seconds(options_.tag_period_s)) {
   if (options_.tags.empty()) return;
   tag_detector_.emplace(options_.filter.cameras[0], options_.tag_detector);
 }
@@ -99,15 +98,15 @@ VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
 void VisionPipeline::begin(const StateEstimate& published) {
   filter_.restart(start_from(published));
   tag_fix_.restart();
-  begun_from_ = published.utime;
+  init_utime_ = published.utime;
   began_at_ = newest_;
   has_begun_ = true;
   has_gap_ = false;
   ++beginnings_;
-  sees_since_ = last_picture_ = newest_;
+  usable_since_ = last_image_ = newest_;
 }
 
-void VisionPipeline::hear(const VisionInput& input) {
+void VisionPipeline::add(const VisionInput& input) {
   for (const ImuSample& sample : input.imu) {
     if (sample.utime > input.published.utime + kAhead) continue;  // an invalid clock
     filter_.add(sample);
@@ -122,10 +121,11 @@ void VisionPipeline::hear(const VisionInput& input) {
 
 // Adds the expected speed while there are no usable images.
 void VisionPipeline::expect_speed(const StateEstimate& published) {
-  const bool is_dark = newest_ - last_picture_ > kInTheDark;
-  const bool is_due = to_seconds(published.utime - told_speed_) >= 1.0 / options_.expected_hz;
+  const bool is_dark = newest_ - last_image_ > kInTheDark;
+  const bool is_due =
+      to_seconds(published.utime - last_speed_update_) >= 1.0 / options_.expected_hz;
   if (!is_dark || !is_due || !published.valid || !published.v_WB_B.allFinite()) return;
-  told_speed_ = published.utime;
+  last_speed_update_ = published.utime;
   filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
 }
 
@@ -139,15 +139,15 @@ std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
                       options_.filter.cameras[0].X_BC.q);
 }
 
-PictureQuality VisionPipeline::look(const VisionInput& input) {
+ImageQuality VisionPipeline::track(const VisionInput& input) {
   const ImageFrame* right = input.right ? &*input.right : nullptr;
-  TrackedPicture tracked = tracker_.step(*input.left, right, turn_to(input.left->utime));
+  TrackedImage tracked = tracker_.step(*input.left, right, turn_to(input.left->utime));
   if (!tracked.frame.features.empty()) filter_.add(std::move(tracked.frame));
   return std::move(tracked.quality);
 }
 
-VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
-  const VisionFault fault = of_picture(quality.fault);
+VisionFault VisionPipeline::check_image(const ImageQuality& quality) {
+  const VisionFault fault = of_image(quality.fault);
   const bool has_features = fault == VisionFault::kNone || fault == VisionFault::kFewFeatures ||
                             fault == VisionFault::kLost;
   const bool is_blurred = quality.sharpness < options_.blurred_share * sharpness_;
@@ -158,84 +158,86 @@ VisionFault VisionPipeline::judge_picture(const PictureQuality& quality) {
   return VisionFault::kNone;
 }
 
-VisionFault VisionPipeline::judge_filter(Utime now) {
+VisionFault VisionPipeline::check_filter(Utime now) {
   const FilterHealth& health = filter_.health();
   if (health.diverged) return VisionFault::kDiverged;
   // The cause of a divergence may persist, and a new filter takes it for its biases.
   const double seen_s = to_seconds(now - began_at_);
   if (seen_s < proof_s_) return VisionFault::kRefused;
   if (seen_s > kForgiven) proof_s_ = 0.0;
-  const bool sees_for_a_while = to_seconds(now - sees_since_) > options_.grace_s;
-  const bool is_refused = health.doubtful || health.since_visual_s > options_.refused_s;
+  const bool sees_for_a_while = to_seconds(now - usable_since_) > options_.grace_s;
+  const bool is_refused = health.is_suspect || health.since_visual_s > options_.refused_s;
   return sees_for_a_while && is_refused ? VisionFault::kRefused : VisionFault::kNone;
 }
 
 // The filter's estimate is some hundredths of a second after the image.
-void VisionPipeline::look_for_tags(const ImageFrame& picture, VisionEstimate& word) {
-  const double since_s = to_seconds(picture.utime - looked_for_tags_);
+void VisionPipeline::detect_tags(const ImageFrame& image, VisionEstimate& estimate) {
+  const double since_s = to_seconds(image.utime - last_tag_detection_);
   if (!tag_detector_ || since_s < options_.tag_period_s) return;
-  looked_for_tags_ = picture.utime;
-  const std::vector<SeenTag> seen = tag_detector_->find(picture);
-  if (seen.empty()) return;
-  StateEstimate then = word.estimate;
-  const double dt = to_seconds(picture.utime - then.utime);
-  then.utime = picture.utime;
+  last_tag_detection_ = image.utime;
+  const std::vector<DetectedTag> detected = tag_detector_->find(image);
+  if (detected.empty()) return;
+  StateEstimate then = estimate.estimate;
+  const double dt = to_seconds(image.utime - then.utime);
+  then.utime = image.utime;
   then.X_WB.p += dt * (then.X_WB.q * then.v_WB_B);
   then.X_WB.q = (then.X_WB.q * so3_exp(dt * then.omega_WB_B)).normalized();
-  word.tag = tag_fix_.see(then, seen);
+  estimate.tag = tag_fix_.add(then, detected);
 }
 
 VisionEstimate VisionPipeline::step(const VisionInput& input) {
-  hear(input);
-  pictured_.reset();
+  add(input);
+  imaged_.reset();
   const std::int64_t frames = filter_.state_frames();
-  const Utime dark = newest_ - last_picture_;
+  const Utime dark = newest_ - last_image_;
   const bool is_lost = filter_.health().diverged || has_gap_ ||
                        (input.left && to_seconds(dark) > options_.max_dark_s);
   if (input.published.valid && (!has_begun_ || is_lost)) {
-    if (filter_.health().diverged) proof_s_ = std::clamp(2.0 * proof_s_, kLeastProof, kMostProof);
+    if (filter_.health().diverged)
+      proof_s_ = std::clamp(2.0 * proof_s_, kMinProbation, kMaxProbation);
     begin(input.published);
   }
-  VisionEstimate word;
-  word.frame_utime = input.left ? input.left->utime : newest_;
-  word.period_s = options_.period_s;
-  word.fault = VisionFault::kNoPictures;
+  VisionEstimate estimate;
+  estimate.frame_utime = input.left ? input.left->utime : newest_;
+  estimate.period_s = options_.period_s;
+  estimate.fault = VisionFault::kNoImages;
   if (input.left) {
-    const PictureQuality quality = look(input);
-    word.tracked = quality.tracked;
-    word.stereo = quality.stereo;
-    word.fault = judge_picture(quality);
+    const ImageQuality quality = track(input);
+    estimate.tracked = quality.tracked;
+    estimate.stereo = quality.stereo;
+    estimate.fault = check_image(quality);
   }
   expect_speed(input.published);
-  word.estimate = filter_.update(newest_);
-  word.begun_from = begun_from_;
-  word.used = filter_.health().visual.used;
-  const bool sees = word.fault == VisionFault::kNone || word.fault == VisionFault::kFewFeatures;
+  estimate.estimate = filter_.update(newest_);
+  estimate.init_utime = init_utime_;
+  estimate.used = filter_.health().visual.used;
+  const bool is_usable =
+      estimate.fault == VisionFault::kNone || estimate.fault == VisionFault::kFewFeatures;
   // After a period of darkness the filter is still correcting its errors.
   const bool is_settled =
-      newest_ - last_picture_ <= kInTheDark && to_seconds(newest_ - sees_since_) > options_.grace_s;
-  if (sees && is_settled && word.estimate.valid && !filter_.health().diverged) {
-    look_for_tags(*input.left, word);
+      newest_ - last_image_ <= kInTheDark && to_seconds(newest_ - usable_since_) > options_.grace_s;
+  if (is_usable && is_settled && estimate.estimate.valid && !filter_.health().diverged) {
+    detect_tags(*input.left, estimate);
   }
-  word.estimate = tag_fix_.apply(word.estimate);
-  if (word.fault != VisionFault::kNone) {
-    if (filter_.health().diverged) word.fault = VisionFault::kDiverged;
-    return word;
+  estimate.estimate = tag_fix_.apply(estimate.estimate);
+  if (estimate.fault != VisionFault::kNone) {
+    if (filter_.health().diverged) estimate.fault = VisionFault::kDiverged;
+    return estimate;
   }
-  if (newest_ - last_picture_ > kInTheDark) sees_since_ = newest_;
-  last_picture_ = newest_;
-  word.fault = judge_filter(newest_);
+  if (newest_ - last_image_ > kInTheDark) usable_since_ = newest_;
+  last_image_ = newest_;
+  estimate.fault = check_filter(newest_);
   const Utime taken = input.left->utime + from_seconds(filter_.state().time_offset_s);
   const bool has_it = filter_.state_frames() > frames && taken <= newest_;
-  if (word.is_good() && has_it) pictured_ = input.left->utime;
-  return word;
+  if (estimate.is_good() && has_it) imaged_ = input.left->utime;
+  return estimate;
 }
 
-std::optional<StateEstimate> VisionPipeline::at_picture() const {
+std::optional<StateEstimate> VisionPipeline::at_image() const {
   const FilterState& state = filter_.state();
-  if (!pictured_ || state.clones().empty()) return std::nullopt;
+  if (!imaged_ || state.clones().empty()) return std::nullopt;
   StateEstimate estimate;
-  estimate.utime = *pictured_;
+  estimate.utime = *imaged_;
   estimate.valid = true;
   estimate.source = EstimatorKind::kVisualInertial;
   estimate.X_WB = state.clones().back().X_WB;

@@ -63,7 +63,7 @@ class VisionPipeline {
   [[nodiscard]] std::span<const Landmark> landmarks() const { return filter_.landmarks(); }
   /// Pose of the last image by the filter's window, without velocity. Empty if there was no usable
   /// image, or the filter is not trusted.
-  [[nodiscard]] std::optional<StateEstimate> at_picture() const;
+  [[nodiscard]] std::optional<StateEstimate> at_image() const;
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
@@ -73,31 +73,31 @@ class VisionPipeline {
  private:
   void begin(const StateEstimate& published);
   void expect_speed(const StateEstimate& published);
-  void hear(const VisionInput& input);
-  [[nodiscard]] PictureQuality look(const VisionInput& input);
+  void add(const VisionInput& input);
+  [[nodiscard]] ImageQuality track(const VisionInput& input);
   [[nodiscard]] std::optional<Eigen::Quaterniond> turn_to(Utime utime) const;
-  [[nodiscard]] VisionFault judge_picture(const PictureQuality& quality);
-  [[nodiscard]] VisionFault judge_filter(Utime now);
-  void look_for_tags(const ImageFrame& picture, VisionEstimate& word);
+  [[nodiscard]] VisionFault check_image(const ImageQuality& quality);
+  [[nodiscard]] VisionFault check_filter(Utime now);
+  void detect_tags(const ImageFrame& image, VisionEstimate& estimate);
 
   VisionOptions options_;
   VisualInertialFilter filter_;
   Tracker tracker_;
   std::optional<TagDetector> tag_detector_;  ///< Present if there are tags.
   TagFix tag_fix_;
-  Utime looked_for_tags_;
+  Utime last_tag_detection_;
   std::vector<ImuSample> recent_;  ///< IMU samples for the rotation between images.
   bool has_begun_ = false;
   bool has_gap_ = false;  ///< True after a long gap in the IMU samples.
   int beginnings_ = 0;
-  Utime begun_from_ = 0;
+  Utime init_utime_ = 0;
   Utime began_at_ = 0;
-  double proof_s_ = 0.0;           ///< Time with images before the filter is accepted.
-  Utime newest_ = 0;               ///< Time of the newest IMU sample.
-  Utime last_picture_ = 0;         ///< Time of the last usable image.
-  std::optional<Utime> pictured_;  ///< Time of the last step's image, if used and accepted.
-  Utime sees_since_ = 0;           ///< Start of the present run of usable images.
-  Utime told_speed_ = 0;
+  double proof_s_ = 0.0;         ///< Time with images before the filter is accepted.
+  Utime newest_ = 0;             ///< Time of the newest IMU sample.
+  Utime last_image_ = 0;         ///< Time of the last usable image.
+  std::optional<Utime> imaged_;  ///< Time of the last step's image, if used and accepted.
+  Utime usable_since_ = 0;       ///< Start of the present run of usable images.
+  Utime last_speed_update_ = 0;
   double sharpness_ = 0.0;  ///< Usual sharpness.
 };
 

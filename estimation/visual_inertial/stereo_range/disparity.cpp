@@ -14,12 +14,12 @@ constexpr int kHeight = kDisparityWindowHeight;
 constexpr int kCount = kWidth * kHeight;
 constexpr int kUnit = 8;  // of a grey level and of a pixel: sums stay in 32 bits
 constexpr int kIterations = 3;
-constexpr double kFarthest = 1.5;       // px, from the start
-constexpr double kConverged = 0.1;      // px, of the last step
-constexpr double kLeastGradient = 2.0;  // sum g^2 over that of noise alone
-constexpr double kLeastAlike = 0.6;     // 1 - sum e^2 / sum L^2
-constexpr double kMostAside = 0.20;     // of the window, offset of the gradients' centre
-constexpr double kLeastNoise = 0.5;     // grey levels: rounding
+constexpr double kMaxShift = 1.5;          // px, from the start
+constexpr double kConverged = 0.1;         // px, of the last step
+constexpr double kMinGradient = 2.0;       // sum g^2 over that of noise alone
+constexpr double kMinSimilarity = 0.6;     // 1 - sum e^2 / sum L^2
+constexpr double kMaxEccentricity = 0.20;  // of the window, offset of the gradients' centre
+constexpr double kMinNoise = 0.5;          // grey levels: rounding
 
 using Window = std::array<std::int16_t, kCount>;
 
@@ -29,8 +29,8 @@ struct Sums {
   std::int32_t eg = 0;
 };
 
-const std::uint8_t* row_of(const GrayView& picture, int u, int v) {
-  return picture.pixels + static_cast<std::ptrdiff_t>(v) * picture.width + u;
+const std::uint8_t* row_of(const GrayView& image, int u, int v) {
+  return image.pixels + static_cast<std::ptrdiff_t>(v) * image.width + u;
 }
 
 // e over the window, in units, with the match `whole` pixels and `part` units to the left.
@@ -42,8 +42,8 @@ Sums differ(const Window& left, const Window& gradient, const GrayView& right, i
     const std::int16_t* l = &left[static_cast<std::size_t>(row * kWidth)];
     const std::int16_t* g = &gradient[static_cast<std::size_t>(row * kWidth)];
     for (int i = 0; i < kWidth; ++i) {
-      const auto seen = static_cast<std::int16_t>((kUnit - part) * r[i + 1] + part * r[i]);
-      const auto e = static_cast<std::int16_t>(l[i] - seen);
+      const auto result = static_cast<std::int16_t>((kUnit - part) * r[i + 1] + part * r[i]);
+      const auto e = static_cast<std::int16_t>(l[i] - result);
       sums.e += e;
       sums.ee += static_cast<std::int32_t>(e) * e;
       sums.eg += static_cast<std::int32_t>(e) * g[i];
@@ -61,7 +61,7 @@ bool is_balanced(const std::array<std::int32_t, kLength>& squares) {
     sum += squares[i];
     first += squares[i] * (static_cast<double>(i) - 0.5 * (kLength - 1));
   }
-  return std::abs(first) <= kMostAside * kLength * sum;
+  return std::abs(first) <= kMaxEccentricity * kLength * sum;
 }
 
 double moment(double xy, double x, double y) { return xy - x * y / kCount; }
@@ -105,7 +105,7 @@ std::optional<Disparity> refine_disparity(const GrayView& left, const GrayView& 
   double step = 0.0;
   double rest = 0.0;  // sum e^2
   for (int i = 0; i < kIterations; ++i) {
-    if (!(std::abs(d - start) <= kFarthest)) return std::nullopt;
+    if (!(std::abs(d - start) <= kMaxShift)) return std::nullopt;
     const int units = static_cast<int>(std::lround(kUnit * d));
     const int whole = units >= 0 ? units / kUnit : -((kUnit - 1 - units) / kUnit);
     // R(u - d) is between u - whole - 1 and u - whole.
@@ -118,11 +118,11 @@ std::optional<Disparity> refine_disparity(const GrayView& left, const GrayView& 
     d = static_cast<double>(units) / kUnit + step;
     if (std::abs(step) < 0.5 / kUnit) break;  // the next would be at the same position
   }
-  if (!(std::abs(step) <= kConverged && std::abs(d - start) <= kFarthest)) return std::nullopt;
-  const double least = kLeastNoise * kLeastNoise * kUnit * kUnit;
+  if (!(std::abs(step) <= kConverged && std::abs(d - start) <= kMaxShift)) return std::nullopt;
+  const double least = kMinNoise * kMinNoise * kUnit * kUnit;
   const double variance = std::max(rest / kCount, least);
   const double of_noise = 0.25 * kCount * variance;
-  if (gradients < kLeastGradient * of_noise || rest > (1.0 - kLeastAlike) * variation) {
+  if (gradients < kMinGradient * of_noise || rest > (1.0 - kMinSimilarity) * variation) {
     return std::nullopt;
   }
   return Disparity{d, std::sqrt(variance / (gradients - of_noise))};

@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 using Failure = tl::unexpected<std::string>;
 
-constexpr double kLeastBaseline = 1e-3;  // m
-const double kLeastAgreement = std::cos(deg_to_rad(45.0));
+constexpr double kMinBaseline = 1e-3;  // m
+const double kMinAgreement = std::cos(deg_to_rad(45.0));
 
 // Beyond this squared radius (normalised) the radial distortion folds the image over itself.
 double fold(const CameraModel& camera) {
@@ -47,16 +47,16 @@ tl::expected<RectifiedPair, std::string> rectify(const CameraModel& left,
                                left.height, right.width, right.height));
   }
   const Vector3d across = right.X_BC.p - left.X_BC.p;
-  if (!(across.norm() > kLeastBaseline)) {
+  if (!(across.norm() > kMinBaseline)) {
     return Failure(fmt::format("cameras {:g} m apart tell no distance", across.norm()));
   }
   const Matrix3d R_BL = left.X_BC.q.toRotationMatrix();
   const Matrix3d R_BR = right.X_BC.q.toRotationMatrix();
-  if (R_BL.col(2).dot(R_BR.col(2)) < kLeastAgreement) {
+  if (R_BL.col(2).dot(R_BR.col(2)) < kMinAgreement) {
     return Failure("the cameras look in different directions");
   }
   const Vector3d x = across.normalized();
-  if (x.dot(R_BL.col(0)) < kLeastAgreement || x.dot(R_BR.col(0)) < kLeastAgreement) {
+  if (x.dot(R_BL.col(0)) < kMinAgreement || x.dot(R_BR.col(0)) < kMinAgreement) {
     return Failure("the second camera is not to the right of the first");
   }
   const Vector3d y = (R_BL.col(2) + R_BR.col(2)).cross(x).normalized();
@@ -85,8 +85,8 @@ std::vector<Eigen::Vector2f> seen_from(const RectifiedPair& pair, const CameraMo
     for (int u = 0; u < pair.width; ++u) {
       const Vector3d ray_C = R_CV * pair.ray(u, v);
       const auto pixel = camera.project(ray_C);
-      const bool is_seen = pixel && camera.in_picture(*pixel) &&
-                           (ray_C.head<2>() / ray_C.z()).squaredNorm() < fold_at;
+      const bool is_seen =
+          pixel && camera.in_image(*pixel) && (ray_C.head<2>() / ray_C.z()).squaredNorm() < fold_at;
       map.push_back(is_seen ? Eigen::Vector2f(pixel->cast<float>()) : nowhere);
     }
   }

@@ -47,7 +47,7 @@ cv::Mat as_mat(const ImageFrame& frame) {
   return {frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.pixels.data())};
 }
 
-GrayView as_view(const cv::Mat& picture) { return {picture.data, picture.cols, picture.rows}; }
+GrayView as_view(const cv::Mat& image) { return {image.data, image.cols, image.rows}; }
 
 }  // namespace
 
@@ -59,7 +59,7 @@ std::string StereoRangeOptions::validate() const {
   check("min_depth_m", min_depth_m, 0.05, 10);
   check("calibration_px", calibration_px, 0, 2);
   check("optimism", optimism, 0.1, 10);
-  check("most_sigma_px", most_sigma_px, std::max(0.01, calibration_px), 2);
+  check("most_sigma_px", max_sigma_px, std::max(0.01, calibration_px), 2);
   check("trusted_share", trusted_share, 0.001, 0.5);
   check("max_reach_m", max_reach_m, 0.1, 1000);
   check("uniqueness_percent", uniqueness_percent, 0, 100);
@@ -173,11 +173,11 @@ struct StereoRange::Impl {
     auto found = refine_disparity(as_view(full[0]), as_view(full[1]), u, v, start);
     if (!found) return std::nullopt;
     found->sigma_px = std::hypot(options.optimism * found->sigma_px, options.calibration_px);
-    if (!(found->sigma_px <= options.most_sigma_px)) return std::nullopt;
+    if (!(found->sigma_px <= options.max_sigma_px)) return std::nullopt;
     return found;
   }
 
-  void tell(int u, int v, StereoScan& seen) const {
+  void measure(int u, int v, StereoScan& result) const {
     const auto found = disparity(u, v);
     // The window is one pixel wider to the left.
     const Eigen::Vector3d ray_B = pair.X_BV.q * pair.ray(u - 0.5, v);
@@ -191,33 +191,33 @@ struct StereoRange::Impl {
       if (found->px + kSurelyBeyond * found->sigma_px <= 0.0 || nearest > reach) {
         point = (pair.X_BV.p + 2.0 * reach * ray_B.normalized()).cast<float>();
         sigma = std::numeric_limits<float>::infinity();
-        ++seen.beyond;
+        ++result.beyond;
       } else if (range <= reach && fb / found->px >= options.min_depth_m) {
         point = (pair.X_BV.p + range * ray_B.normalized()).cast<float>();
         sigma = static_cast<float>(range * found->sigma_px / found->px);
-        ++seen.told;
+        ++result.measured;
       }
     }
-    seen.scan.points_B.push_back(point);
-    seen.sigma_m.push_back(sigma);
+    result.scan.points_B.push_back(point);
+    result.sigma_m.push_back(sigma);
   }
 
-  [[nodiscard]] StereoScan look(const ImageFrame& left, const ImageFrame& right) {
+  [[nodiscard]] StereoScan measure(const ImageFrame& left, const ImageFrame& right) {
     match(left, right);
-    StereoScan seen;
-    seen.scan.utime = left.utime;
-    seen.scan.origin_B = pair.X_BV.p.cast<float>();
-    seen.scan.reach = static_cast<float>(reach);
+    StereoScan result;
+    result.scan.utime = left.utime;
+    result.scan.origin_B = pair.X_BV.p.cast<float>();
+    result.scan.reach = static_cast<float>(reach);
     const auto rays = static_cast<std::size_t>(options.columns * options.rows);
-    seen.scan.points_B.reserve(rays);
-    seen.sigma_m.reserve(rays);
+    result.scan.points_B.reserve(rays);
+    result.sigma_m.reserve(rays);
     for (int row = 0; row < options.rows; ++row) {
       for (int column = 0; column < options.columns; ++column) {
-        tell((2 * column + 1) * pair.width / (2 * options.columns),
-             (2 * row + 1) * pair.height / (2 * options.rows), seen);
+        measure((2 * column + 1) * pair.width / (2 * options.columns),
+                (2 * row + 1) * pair.height / (2 * options.rows), result);
       }
     }
-    return seen;
+    return result;
   }
 
   StereoRangeOptions options;
@@ -248,18 +248,18 @@ tl::expected<StereoRange, std::string> StereoRange::create(StereoRangeOptions op
   const auto pair = rectify(left, right);
   if (!pair) return tl::unexpected(pair.error());
   auto impl = std::make_unique<Impl>(options, *pair, left, right);
-  const double most = options.most_sigma_px / (pair->f * pair->baseline_m);
+  const double most = options.max_sigma_px / (pair->f * pair->baseline_m);
   impl->reach = std::min(options.trusted_share / most, options.max_reach_m);
   return StereoRange(std::move(impl));
 }
 
-tl::expected<StereoScan, std::string> StereoRange::look(const ImageFrame& left,
-                                                        const ImageFrame& right) {
+tl::expected<StereoScan, std::string> StereoRange::measure(const ImageFrame& left,
+                                                           const ImageFrame& right) {
   if (std::string why = impl_->question(left, right); !why.empty()) {
     return tl::unexpected(std::move(why));
   }
   try {
-    return impl_->look(left, right);
+    return impl_->measure(left, right);
   } catch (const std::exception& error) {
     return tl::unexpected(fmt::format("OpenCV: {}", error.what()));
   }
@@ -268,7 +268,7 @@ tl::expected<StereoScan, std::string> StereoRange::look(const ImageFrame& left,
 double StereoRange::reach() const { return impl_->reach; }
 
 double StereoRange::noise_square() const {
-  return impl_->options.most_sigma_px / (impl_->pair.f * impl_->pair.baseline_m);
+  return impl_->options.max_sigma_px / (impl_->pair.f * impl_->pair.baseline_m);
 }
 
 bool StereoRange::fits(const CameraModel& left, const CameraModel& right) const {

@@ -29,8 +29,8 @@ struct StereoRangeOptions {
   double min_depth_m = 0.35;    ///< Minimum depth of a match along the optical axis.
   double calibration_px = 0.1;  ///< One sigma of a disparity by the camera model's error.
   double optimism = 1.5;        ///< Actual errors over those computed from a window's noise.
-  double most_sigma_px = 0.25;  ///< Maximum sigma of a disparity that gives a range.
-  double trusted_share = 0.05;  ///< Range error at most_sigma_px that limits the reach, relative.
+  double max_sigma_px = 0.25;   ///< Maximum sigma of a disparity that gives a range.
+  double trusted_share = 0.05;  ///< Range error at max_sigma_px that limits the reach, relative.
   double max_reach_m = 10.0;    ///< Upper limit of the reach.
   int uniqueness_percent = 12;  ///< Margin by which the best match must beat all others.
   int speckle_px = 120;         ///< Patches of the half-size image below it are removed.
@@ -44,8 +44,8 @@ struct StereoScan {
   RangeScan scan;  ///< Scan of columns * rows rays, row by row from the top.
   /// One sigma along the ray, m; NaN without a range. Beyond the reach: infinity.
   std::vector<float> sigma_m;
-  int told = 0;    ///< Number of rays with a range within the reach.
-  int beyond = 0;  ///< Number of rays with a match surely beyond it.
+  int measured = 0;  ///< Number of rays with a range within the reach.
+  int beyond = 0;    ///< Number of rays with a match surely beyond it.
 };
 
 class StereoRange {
@@ -60,8 +60,8 @@ class StereoRange {
 
   /// Scan of a grey pair taken at one time. Deterministic. An error is a sentence: unexpected
   /// images, or more than a millisecond apart, or an exception of OpenCV.
-  [[nodiscard]] tl::expected<StereoScan, std::string> look(const ImageFrame& left,
-                                                           const ImageFrame& right);
+  [[nodiscard]] tl::expected<StereoScan, std::string> measure(const ImageFrame& left,
+                                                              const ImageFrame& right);
 
   /// RangeScan::reach of all scans, m.
   [[nodiscard]] double reach() const;

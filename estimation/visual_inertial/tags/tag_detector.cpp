@@ -52,27 +52,27 @@ struct TagDetector::Impl {
         family(tag36h11_create()),
         detector(apriltag_detector_create()) {
     DIVE_DEMAND(camera.validate().empty() && family && detector);
-    apriltag_detector_add_family_bits(detector.get(), family.get(), options.most_wrong_bits);
+    apriltag_detector_add_family_bits(detector.get(), family.get(), options.max_wrong_bits);
     detector->nthreads = 1;
     detector->quad_decimate = kDecimation;
     detector->decode_sharpening = kSharpening;
   }
 
-  [[nodiscard]] std::optional<SeenTag> taken(const apriltag_detection_t& found) const {
-    if (found.hamming > options.most_wrong_bits) return std::nullopt;
-    if (!(static_cast<double>(found.decision_margin) >= options.least_margin)) return std::nullopt;
-    SeenTag seen;
-    seen.id = found.id;
+  [[nodiscard]] std::optional<DetectedTag> taken(const apriltag_detection_t& found) const {
+    if (found.hamming > options.max_wrong_bits) return std::nullopt;
+    if (!(static_cast<double>(found.decision_margin) >= options.min_margin)) return std::nullopt;
+    DetectedTag detected;
+    detected.id = found.id;
     std::array<Vector2d, 4> pixels;
     for (std::size_t i = 0; i < 4; ++i) {
       const double* const p = found.p[kTheirs[i]];
       pixels[i] = Vector2d(p[0], p[1]).array() - kHalfPixel;
       const std::optional<Vector2d> straight = camera.undistort(pixels[i]);
-      if (!straight || !camera.in_picture(pixels[i], options.border_px)) return std::nullopt;
-      seen.corners[i] = *straight;
+      if (!straight || !camera.in_image(pixels[i], options.border_px)) return std::nullopt;
+      detected.corners[i] = *straight;
     }
     if (shortest_edge(pixels) < options.shortest_edge_px) return std::nullopt;
-    return seen;
+    return detected;
   }
 
   CameraModel camera;
@@ -87,37 +87,37 @@ TagDetector::TagDetector(TagDetector&&) noexcept = default;
 TagDetector& TagDetector::operator=(TagDetector&&) noexcept = default;
 TagDetector::~TagDetector() = default;
 
-std::vector<SeenTag> TagDetector::find(const ImageFrame& picture) {
+std::vector<DetectedTag> TagDetector::find(const ImageFrame& image) {
   const CameraModel& camera = impl_->camera;
   const bool is_as_agreed =
-      picture.format == ImageFrame::Format::kGray8 && picture.width == camera.width &&
-      picture.height == camera.height &&
-      picture.pixels.size() == static_cast<std::size_t>(camera.width * camera.height);
+      image.format == ImageFrame::Format::kGray8 && image.width == camera.width &&
+      image.height == camera.height &&
+      image.pixels.size() == static_cast<std::size_t>(camera.width * camera.height);
   if (!is_as_agreed) return {};
   // The library only reads it.
-  image_u8_t image{picture.width, picture.height, picture.width,
-                   const_cast<std::uint8_t*>(picture.pixels.data())};
+  image_u8_t gray{image.width, image.height, image.width,
+                  const_cast<std::uint8_t*>(image.pixels.data())};
   const std::unique_ptr<zarray_t, DetectionsDeleter> found(
-      apriltag_detector_detect(impl_->detector.get(), &image));
-  std::vector<SeenTag> result;
+      apriltag_detector_detect(impl_->detector.get(), &gray));
+  std::vector<DetectedTag> result;
   for (int i = 0; i < zarray_size(found.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(found.get(), i, &detection);
-    if (const auto seen = impl_->taken(*detection)) result.push_back(*seen);
+    if (const auto detected = impl_->taken(*detection)) result.push_back(*detected);
   }
   std::stable_sort(result.begin(), result.end(),
-                   [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
+                   [](const DetectedTag& a, const DetectedTag& b) { return a.id < b.id; });
   return result;
 }
 
-std::vector<TagPose> tag_poses(const SeenTag& seen, double size_m) {
+std::vector<TagPose> tag_poses(const DetectedTag& detected, double size_m) {
   // OpenCV's y points up and z to the viewer: a half turn about x.
   std::vector<cv::Point3d> corners_O;
   std::vector<cv::Point2d> image;
   for (std::size_t i = 0; i < 4; ++i) {
     const Vector3d corner = tag_corners(size_m)[i];
     corners_O.emplace_back(corner.x(), -corner.y(), 0.0);
-    image.emplace_back(seen.corners[i].x(), seen.corners[i].y());
+    image.emplace_back(detected.corners[i].x(), detected.corners[i].y());
   }
   std::vector<TagPose> poses;
   try {

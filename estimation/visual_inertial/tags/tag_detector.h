@@ -18,11 +18,11 @@ namespace dive::estimation {
 struct TagDetectorOptions {
   double shortest_edge_px = 14.0;  ///< Minimum edge of a tag: smaller ones have unsharp corners.
   double border_px = 3.0;          ///< Minimum distance of a tag from the image's edge.
-  int most_wrong_bits = 1;         ///< Maximum of 36 bits; two tags differ in at least eleven.
-  double least_margin = 10.0;      ///< Minimum grey-level difference of black and white.
+  int max_wrong_bits = 1;          ///< Maximum of 36 bits; two tags differ in at least eleven.
+  double min_margin = 10.0;        ///< Minimum grey-level difference of black and white.
 };
 
-struct SeenTag {
+struct DetectedTag {
   int id = 0;
   /// Positions of tag_corners(), normalised, without distortion.
   std::array<Eigen::Vector2d, 4> corners;
@@ -38,7 +38,7 @@ class TagDetector {
 
   /// All readable tags by id; an id may occur twice. Empty if the image does not belong to this
   /// camera. Deterministic.
-  [[nodiscard]] std::vector<SeenTag> find(const ImageFrame& picture);
+  [[nodiscard]] std::vector<DetectedTag> find(const ImageFrame& image);
 
  private:
   struct Impl;
@@ -53,6 +53,6 @@ struct TagPose {
 /// Possible poses of such a tag, the likelier first. From afar a square tilted to one side looks
 /// like one tilted to the other, so that there are two (Collins and Bartoli 2014, "Infinitesimal
 /// plane-based pose estimation"; OpenCV). Empty if the corners are not a square's.
-[[nodiscard]] std::vector<TagPose> tag_poses(const SeenTag& seen, double size_m);
+[[nodiscard]] std::vector<TagPose> tag_poses(const DetectedTag& detected, double size_m);
 
 }  // namespace dive::estimation

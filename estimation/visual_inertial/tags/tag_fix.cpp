@@ -26,14 +26,15 @@ using Matrix810d = Eigen::Matrix<double, 8, 10>;
 
 constexpr int kVehicle = 4;
 constexpr int kTag = 6;
-constexpr int kMostSteps = 60;
-constexpr int kMostHalvings = 12;
+constexpr int kMaxSteps = 60;
+constexpr int kMaxHalvings = 12;
 constexpr double kSettled = 1e-6;      // m and rad, of a step
 constexpr double kLikelyAsWell = 9.0;  // cost difference below which solutions are equally likely
 constexpr double kElsewhere = 1.0;     // chi-square by which such solutions are different places
-constexpr double kMostTurn = 0.06;     // rad, one sigma: possible positions about a tag form an arc
-constexpr double kLying = 0.2;         // horizontal part of its normal; less is a tag on the ground
-constexpr double kLetGo = 2.0;         // [A C; C^T B] <= [2 A, 0; 0, 2 B]
+constexpr double kMaxHeadingSigma =
+    0.06;                       // rad, one sigma: possible positions about a tag form an arc
+constexpr double kLying = 0.2;  // horizontal part of its normal; less is a tag on the ground
+constexpr double kLetGo = 2.0;  // [A C; C^T B] <= [2 A, 0; 0, 2 B]
 
 Pose moved(const Pose& pose, const Vector3d& p, const Vector3d& turn_W) {
   return {pose.p + p, (so3_exp(turn_W) * pose.q).normalized()};
@@ -43,30 +44,30 @@ Pose moved(const Pose& pose, const Vector3d& p, const Vector3d& turn_W) {
 // tag on the ground: unchanged.
 Pose leaning_back(const Pose& X_WB, const Pose& X_WT, const Pose& X_BC) {
   const Eigen::Vector2d normal = -(X_WT.q * Vector3d::UnitZ()).head<2>();
-  const Eigen::Vector2d sight = ((X_WB * X_BC).p - X_WT.p).head<2>();
+  const Eigen::Vector2d observation = ((X_WB * X_BC).p - X_WT.p).head<2>();
   if (normal.norm() < kLying) return X_WB;
-  const double bearing =
-      std::atan2(normal.x() * sight.y() - normal.y() * sight.x(), normal.dot(sight));
+  const double bearing = std::atan2(normal.x() * observation.y() - normal.y() * observation.x(),
+                                    normal.dot(observation));
   const Eigen::Quaterniond turn = so3_exp({0.0, 0.0, -2.0 * bearing});
   return {X_WT.p + turn * (X_WB.p - X_WT.p), (turn * X_WB.q).normalized()};
 }
 
 // Priority of a verdict among several in one image, by its need for attention.
-int weight(TagVerdict verdict) {
-  switch (verdict) {
-    case TagVerdict::kNone:
+int weight(TagResult result) {
+  switch (result) {
+    case TagResult::kNone:
       return 0;
-    case TagVerdict::kUsed:
+    case TagResult::kUsed:
       return 1;
-    case TagVerdict::kMisshapen:
+    case TagResult::kMisshapen:
       return 2;
-    case TagVerdict::kAmbiguous:
+    case TagResult::kAmbiguous:
       return 3;
-    case TagVerdict::kUnknown:
+    case TagResult::kUnknown:
       return 4;
-    case TagVerdict::kTwice:
+    case TagResult::kTwice:
       return 5;
-    case TagVerdict::kRefused:
+    case TagResult::kRefused:
       return 6;
   }
   return 0;
@@ -167,22 +168,22 @@ StateEstimate TagFix::apply(const StateEstimate& filter) const {
   return has_fix_ && !begins_anew_ ? correction_.apply(filter) : filter;
 }
 
-TagSight TagFix::see(const StateEstimate& filter, std::span<const SeenTag> seen) {
+TagObservation TagFix::add(const StateEstimate& filter, std::span<const DetectedTag> detected) {
   carry_to(filter);
-  TagSight worst;
-  for (const SeenTag& tag : seen) {
+  TagObservation worst;
+  for (const DetectedTag& tag : detected) {
     const auto known = std::find_if(tags_.begin(), tags_.end(),
                                     [&](const Known& k) { return k.tag.id == tag.id; });
-    const auto sights =
-        std::count_if(seen.begin(), seen.end(), [&](const SeenTag& s) { return s.id == tag.id; });
-    TagSight sight{tag.id, TagVerdict::kUnknown, 0.0};
+    const auto sights = std::count_if(detected.begin(), detected.end(),
+                                      [&](const DetectedTag& s) { return s.id == tag.id; });
+    TagObservation observation{tag.id, TagResult::kUnknown, 0.0};
     if (known != tags_.end() && sights > 1) {
-      sight.verdict = TagVerdict::kTwice;
+      observation.result = TagResult::kTwice;
     } else if (known != tags_.end()) {
       const auto index = static_cast<int>(known - tags_.begin());
-      sight = see_one(filter, *known, kVehicle + kTag * index, tag);
+      observation = add_one(filter, *known, kVehicle + kTag * index, tag);
     }
-    if (weight(sight.verdict) > weight(worst.verdict)) worst = sight;
+    if (weight(observation.result) > weight(worst.result)) worst = observation;
   }
   return worst;
 }
@@ -216,7 +217,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
   if (!view) return std::nullopt;
   Matrix8d R = noise(*view);
   result.cost = cost(result.error, *view, R);
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     result.H << view->by_vehicle, view->by_tag;
     result.S = result.H * P * result.H.transpose() + R;
     const Eigen::LLT<Matrix8d> llt(result.S);
@@ -229,7 +230,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
       result.left = P.topLeftCorner<4, 4>() - HP.transpose() * llt.solve(HP);
       return result;
     }
-    for (int halving = 0; halving < kMostHalvings; ++halving, by *= 0.5) {
+    for (int halving = 0; halving < kMaxHalvings; ++halving, by *= 0.5) {
       const Vector10d there = result.error + by;
       const auto view_there = look(there);
       if (!view_there) continue;
@@ -249,11 +250,11 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
 // Starts from the present estimate, from the vehicle pose of either pose of the square, and from
 // that of the likeliest of these mirrored. Returns the likeliest first.
 std::vector<TagFix::Solution> TagFix::solve_all(const StateEstimate& filter, const Known& known,
-                                                int at, const SeenTag& seen,
+                                                int at, const DetectedTag& detected,
                                                 std::span<const Pose> poses_WB) const {
   Vector8d z;
   for (std::size_t k = 0; k < 4; ++k) {
-    z.segment<2>(static_cast<Eigen::Index>(2 * k)) = seen.corners[k];
+    z.segment<2>(static_cast<Eigen::Index>(2 * k)) = detected.corners[k];
   }
   const Matrix3d R_WF = vehicle().q.toRotationMatrix();
   const Matrix2d tilt =
@@ -277,45 +278,46 @@ std::vector<TagFix::Solution> TagFix::solve_all(const StateEstimate& filter, con
   return found;
 }
 
-TagVerdict TagFix::judge(std::span<const Solution> found) const {
-  if (found.empty()) return TagVerdict::kRefused;
+TagResult TagFix::check(std::span<const Solution> found) const {
+  if (found.empty()) return TagResult::kRefused;
   const Solution& best = found.front();
   const Eigen::Vector4d off = best.error.head<4>();
   const Eigen::LLT<Eigen::Matrix4d> before(P_.topLeftCorner<kVehicle, kVehicle>());
   const bool is_credible = best.cost <= chi_square_limit(options_.gate_sigma, 8) &&
                            before.info() == Eigen::Success &&
                            off.dot(before.solve(off)) <= chi_square_limit(options_.gate_sigma, 4);
-  if (!is_credible) return TagVerdict::kRefused;
+  if (!is_credible) return TagResult::kRefused;
   const Eigen::LDLT<Eigen::Matrix4d> after(best.left);
   const bool is_ambiguous = std::any_of(found.begin(), found.end(), [&](const Solution& other) {
     const Eigen::Vector4d away = other.error.head<4>() - off;
     return other.cost - best.cost < kLikelyAsWell && away.dot(after.solve(away)) > kElsewhere;
   });
-  const bool is_bent = best.left(3, 3) > kMostTurn * kMostTurn;
-  return is_ambiguous || is_bent ? TagVerdict::kAmbiguous : TagVerdict::kUsed;
+  const bool is_bent = best.left(3, 3) > kMaxHeadingSigma * kMaxHeadingSigma;
+  return is_ambiguous || is_bent ? TagResult::kAmbiguous : TagResult::kUsed;
 }
 
-TagSight TagFix::see_one(const StateEstimate& filter, Known& known, int at, const SeenTag& seen) {
-  TagSight sight{known.tag.id, TagVerdict::kNone, 0.0};
+TagObservation TagFix::add_one(const StateEstimate& filter, Known& known, int at,
+                               const DetectedTag& detected) {
+  TagObservation observation{known.tag.id, TagResult::kNone, 0.0};
   const bool is_news = !known.used || to_seconds(filter.utime - *known.used) >= options_.apart_s;
-  if (!is_news) return sight;
-  const std::vector<TagPose> poses = tag_poses(seen, known.tag.size_m);
+  if (!is_news) return observation;
+  const std::vector<TagPose> poses = tag_poses(detected, known.tag.size_m);
   if (poses.empty() || poses.front().error * camera_.fx > options_.misshapen_px) {
-    sight.verdict = TagVerdict::kMisshapen;
-    return sight;
+    observation.result = TagResult::kMisshapen;
+    return observation;
   }
   std::vector<Pose> poses_WB;
   for (const TagPose& pose : poses) {
     poses_WB.push_back(known.tag.X_WT * pose.X_CT.inverse() * camera_.X_BC.inverse());
   }
-  sight.off_m = (poses_WB.front().p - vehicle().p).head<2>().norm();
-  const std::vector<Solution> found = solve_all(filter, known, at, seen, poses_WB);
-  sight.verdict = judge(found);
-  if (sight.verdict != TagVerdict::kUsed) return sight;
-  sight.off_m = found.front().error.head<2>().norm();
+  observation.correction_m = (poses_WB.front().p - vehicle().p).head<2>().norm();
+  const std::vector<Solution> found = solve_all(filter, known, at, detected, poses_WB);
+  observation.result = check(found);
+  if (observation.result != TagResult::kUsed) return observation;
+  observation.correction_m = found.front().error.head<2>().norm();
   known.used = filter.utime;
   correct(found.front(), at, filter.X_WB);
-  return sight;
+  return observation;
 }
 
 void TagFix::correct(const Solution& solution, int at, const Pose& filter) {

@@ -55,7 +55,7 @@ class TagFix {
   void restart();
   /// Processes the tags observed in an image; `filter` is the filter's estimate at that time, not
   /// before the last one. Returns the result for the most relevant tag.
-  TagSight see(const StateEstimate& filter, std::span<const SeenTag> seen);
+  TagObservation add(const StateEstimate& filter, std::span<const DetectedTag> detected);
   /// The filter's estimate at the last see() or later, corrected by the tags. Unchanged before the
   /// first accepted tag.
   [[nodiscard]] StateEstimate apply(const StateEstimate& filter) const;
@@ -68,14 +68,14 @@ class TagFix {
   struct Solution;
 
   void carry_to(const StateEstimate& filter);
-  [[nodiscard]] TagSight see_one(const StateEstimate& filter, Known& known, int at,
-                                 const SeenTag& seen);
+  [[nodiscard]] TagObservation add_one(const StateEstimate& filter, Known& known, int at,
+                                       const DetectedTag& detected);
   [[nodiscard]] std::optional<Solution> solve(const Known& known, int at, const Vector8d& z,
                                               const Eigen::Matrix2d& tilt, Solution from) const;
   [[nodiscard]] std::vector<Solution> solve_all(const StateEstimate& filter, const Known& known,
-                                                int at, const SeenTag& seen,
+                                                int at, const DetectedTag& detected,
                                                 std::span<const Pose> poses_WB) const;
-  [[nodiscard]] TagVerdict judge(std::span<const Solution> found) const;
+  [[nodiscard]] TagResult check(std::span<const Solution> found) const;
   void correct(const Solution& solution, int at, const Pose& filter);
   [[nodiscard]] Pose vehicle() const { return correction_.correction * correction_.filter; }
 

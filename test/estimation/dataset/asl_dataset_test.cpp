@@ -61,8 +61,8 @@ TEST_F(Asl, ReadsWhatEurocWrites) {
     EXPECT_DOUBLE_EQ(left.radtan[1], 0.074);
     EXPECT_NEAR((left.X_BC.p - Eigen::Vector3d(0, 0.05, 0)).norm(), 0.0, 1e-12);
     EXPECT_NEAR(angle_between(left.X_BC.q, testing::looking_ahead()), 0.0, 1e-7);
-    ASSERT_EQ(dataset->cameras[0].pictures.size(), 2U);
-    EXPECT_EQ(dataset->cameras[0].pictures[0].utime, 1403636579763556);  // rounded
+    ASSERT_EQ(dataset->cameras[0].images.size(), 2U);
+    EXPECT_EQ(dataset->cameras[0].images[0].utime, 1403636579763556);  // rounded
     EXPECT_EQ(dataset->cameras[0].rate_hz, 20.0);
     ASSERT_EQ(dataset->imu.size(), 2U);
     EXPECT_DOUBLE_EQ(dataset->imu[0].gyro_B.y(), 0.14730578886832138);
@@ -170,13 +170,13 @@ TEST_F(Asl, ACalibrationNeedsNoRecording) {
               HasSubstr("cam1/sensor.yaml: cannot be opened"));
 }
 
-TEST_F(Asl, DecodesPicturesWhenTheyAreAskedFor) {
+TEST_F(Asl, DecodesImagesWhenTheyAreAskedFor) {
   ImageFrame gray;
   gray.width = 3;
   gray.height = 2;
   gray.pixels = {0, 50, 100, 150, 200, 255};
   write_png(folder + "/gray.png", gray);
-  const auto read = read_picture({77, folder + "/gray.png"}, 1);
+  const auto read = read_image({77, folder + "/gray.png"}, 1);
   ASSERT_TRUE(read) << read.error();
   EXPECT_EQ(read->pixels, gray.pixels);
   EXPECT_EQ(read->width, 3);
@@ -187,13 +187,13 @@ TEST_F(Asl, DecodesPicturesWhenTheyAreAskedFor) {
   colour.format = ImageFrame::Format::kRgb8;
   colour.pixels.assign(18, 90);
   write_png(folder + "/colour.png", colour);
-  const auto turned = read_picture({77, folder + "/colour.png"}, 0);
+  const auto turned = read_image({77, folder + "/colour.png"}, 0);
   ASSERT_TRUE(turned) << turned.error();
   EXPECT_EQ(turned->pixels, std::vector<std::uint8_t>(6, 90));
 
   write_text(folder + "/torn.png", "\x89PNG\r\n\x1a\n and no more");
   for (const char* name : {"/torn.png", "/missing.png"}) {
-    const auto none = read_picture({77, folder + name}, 0);
+    const auto none = read_image({77, folder + name}, 0);
     ASSERT_FALSE(none);
     EXPECT_THAT(none.error(), HasSubstr(name));
   }

@@ -25,15 +25,15 @@ void write_text(const std::string& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-void write_png(const std::string& path, const ImageFrame& picture) {
+void write_png(const std::string& path, const ImageFrame& frame) {
   fs::create_directories(fs::path(path).parent_path());
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(picture.width);
-  image.height = static_cast<png_uint_32>(picture.height);
-  image.format = picture.format == ImageFrame::Format::kGray8 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  image.width = static_cast<png_uint_32>(frame.width);
+  image.height = static_cast<png_uint_32>(frame.height);
+  image.format = frame.format == ImageFrame::Format::kGray8 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
   image.flags = PNG_IMAGE_FLAG_FAST;
-  ASSERT_NE(png_image_write_to_file(&image, path.c_str(), 0, picture.pixels.data(), 0, nullptr), 0);
+  ASSERT_NE(png_image_write_to_file(&image, path.c_str(), 0, frame.pixels.data(), 0, nullptr), 0);
 }
 
 std::string camera_yaml(const CameraModel& camera) {

@@ -13,7 +13,7 @@ namespace dive::estimation::testing {
 
 /// Creates missing folders.
 void write_text(const std::string& path, const std::string& text);
-void write_png(const std::string& path, const ImageFrame& picture);
+void write_png(const std::string& path, const ImageFrame& image);
 
 /// EuRoC's own file for its left camera, with the values of `camera`.
 [[nodiscard]] std::string camera_yaml(const CameraModel& camera);

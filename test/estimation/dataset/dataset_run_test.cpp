@@ -72,7 +72,7 @@ const std::string& recording() {
       for (std::size_t c = 0; c < 2; ++c) {
         csv[c] += fmt::format("{},{}.png\n", ns(t), ns(t));
         testing::write_png(fmt::format("{}/cam{}/data/{}.png", made, c, ns(t)),
-                           room.picture(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
+                           room.image(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
       }
     }
     Random random(5);
@@ -208,7 +208,7 @@ TEST(DatasetRun, SaysWhatARecordingLacks) {
   blind.has_true_attitude = false;
   EXPECT_THAT(run_on(blind, options, clock, nothing).error(), HasSubstr("no true poses"));
   AslDataset torn = *dataset;
-  torn.cameras[0].pictures[3].path = "/nowhere.png";
+  torn.cameras[0].images[3].path = "/nowhere.png";
   EXPECT_THAT(run_on(torn, {}, clock, nothing).error(), HasSubstr("/nowhere.png"));
 }
 

@@ -97,8 +97,8 @@ bool PaintedRoom::has_flake(const CameraModel& camera, const Pose& X_WC, Utime u
   });
 }
 
-ImageFrame PaintedRoom::picture(const CameraModel& camera, const Pose& X_WC, Utime utime,
-                                double noise, double light) {
+ImageFrame PaintedRoom::image(const CameraModel& camera, const Pose& X_WC, Utime utime,
+                              double noise, double light) {
   const std::vector<Vector2d>& rays = cached_rays(camera);
   std::vector<double> values;
   values.reserve(rays.size());

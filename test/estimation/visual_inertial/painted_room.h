@@ -28,8 +28,8 @@ class PaintedRoom {
   void snow(int count, const Eigen::Vector3d& p_W, double reach, double speed);
 
   /// The camera's image, with `noise` in grey levels, `light` times as bright.
-  [[nodiscard]] ImageFrame picture(const CameraModel& camera, const Pose& X_WC, Utime utime,
-                                   double noise = 1.0, double light = 1.0);
+  [[nodiscard]] ImageFrame image(const CameraModel& camera, const Pose& X_WC, Utime utime,
+                                 double noise = 1.0, double light = 1.0);
 
   /// True if there is a particle within three pixels of n.
   [[nodiscard]] bool has_flake(const CameraModel& camera, const Pose& X_WC, Utime utime,

@@ -150,10 +150,10 @@ planning::World hall() {
   return world;
 }
 
-FaultVerdict verdict_of(const DiveSettings& settings) {
+FaultResult result_of(const DiveSettings& settings) {
   FaultCase fault{"out", {{FaultKind::kImuSilent, 6.0}}};
   return dive_with_faults({fault}, mission(), hall(), model(), settings, 1,
-                          [](std::size_t, const FaultVerdict&) {})
+                          [](std::size_t, const FaultResult&) {})
       .at(0);
 }
 
@@ -163,20 +163,20 @@ TEST(FaultDives, RunToTheirEndAndFindTheLateCollision) {
   settings.script = [](const DiveHands& hands) {
     if (hands.inputs.now == from_seconds(80.0)) hands.simulator.set_current({0.2, 0, 0});
   };
-  const FaultVerdict verdict = verdict_of(settings);
-  ASSERT_FALSE(verdict.dive.collisions.empty());
-  EXPECT_GT(verdict.dive.collisions.front().t_s, 80.0);
-  EXPECT_FALSE(verdict.is_safe());
-  EXPECT_EQ(verdict.dive.outcome, "failure");
-  EXPECT_THAT(describe(verdict), ::testing::HasSubstr("imu_silent at 6.00 s in 'out'"));
+  const FaultResult result = result_of(settings);
+  ASSERT_FALSE(result.dive.collisions.empty());
+  EXPECT_GT(result.dive.collisions.front().t_s, 80.0);
+  EXPECT_FALSE(result.is_safe());
+  EXPECT_EQ(result.dive.outcome, "failure");
+  EXPECT_THAT(describe(result), ::testing::HasSubstr("imu_silent at 6.00 s in 'out'"));
 }
 
 TEST(FaultDives, AreHeldOnlyToTheEndOfTheLongestDive) {
-  const FaultVerdict verdict = verdict_of({});
-  EXPECT_TRUE(verdict.held) << describe(verdict);
-  EXPECT_TRUE(verdict.is_safe());
-  EXPECT_NEAR(verdict.dive.duration_s, longest_dive_s(mission()), 0.05);
-  EXPECT_GT(verdict.dive.rest_s, 30.0);
+  const FaultResult result = result_of({});
+  EXPECT_TRUE(result.held) << describe(result);
+  EXPECT_TRUE(result.is_safe());
+  EXPECT_NEAR(result.dive.duration_s, longest_dive_s(mission()), 0.05);
+  EXPECT_GT(result.dive.rest_s, 30.0);
 }
 
 // Ten dives with a fault at the start that end after 10 s, and ten with one at 290 s: when half of
@@ -187,10 +187,10 @@ TEST(FaultProgress, CountsSimulatedSecondsAndNotDives) {
   FaultProgress progress(cases);
   EXPECT_EQ(progress.share(), 0.0);
   const auto dive = [&](std::size_t i) {
-    FaultVerdict verdict;
-    verdict.fault = cases[i];
-    verdict.dive.duration_s = cases[i].faults.front().at_s + 10.0;
-    progress.add(verdict);
+    FaultResult result;
+    result.fault = cases[i];
+    result.dive.duration_s = cases[i].faults.front().at_s + 10.0;
+    progress.add(result);
   };
   for (std::size_t i = 0; i < 10; ++i) dive(i);
   EXPECT_NEAR(progress.share(), 100.0 / 3100.0, 1e-9);
@@ -204,8 +204,8 @@ TEST(FaultDives, AreTheSameOnAnyNumberOfThreads) {
                                         {"out", {{FaultKind::kAbort, 2.5}}}};
   const auto dived = [&](int threads) {
     std::vector<double> figures;
-    for (const FaultVerdict& one : dive_with_faults(cases, mission(), {}, model(), {}, threads,
-                                                    [](std::size_t, const FaultVerdict&) {})) {
+    for (const FaultResult& one : dive_with_faults(cases, mission(), {}, model(), {}, threads,
+                                                   [](std::size_t, const FaultResult&) {})) {
       figures.insert(figures.end(), {one.dive.duration_s, one.dive.distance_m, one.dive.energy_wh});
     }
     return figures;

@@ -179,7 +179,7 @@ void knows_how_a_mission_may_end() {
     const StateSpec* spec = machine.specs[static_cast<std::size_t>(state)];
     if (spec == nullptr) continue;
     ended |= ends[static_cast<std::size_t>(index.find(spec->id.value))];
-    surfaced |= std::holds_alternative<SurfaceState>(spec->leaf);
+    surfaced |= spec->atomic && spec->atomic->end() == AtomicState::End::kAtTheSurface;
   }
   if (!ended) return;
   for (int state = 0; state < index.size(); ++state) {

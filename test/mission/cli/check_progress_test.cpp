@@ -62,14 +62,14 @@ TEST(CheckProgress, NamesBothTimesOfADiveThatTakesLongerThanExpected) {
 
 TEST(CheckProgress, ShowsAFindingAtOnceAndIsSilentWhenQuiet) {
   SetClock clock;
-  FaultVerdict verdict;
-  verdict.fault = {"in", {{FaultKind::kLeak, 12.34}}};
+  FaultResult result;
+  result.fault = {"in", {{FaultKind::kLeak, 12.34}}};
   const auto written = [&](bool is_quiet) {
     ::testing::internal::CaptureStderr();
     {
       CheckProgress progress(clock, is_quiet);
       progress.on_step("fault dives");
-      progress.on_finding(verdict, "dive run m.xml --fault leak@12.34");
+      progress.on_finding(result, "dive run m.xml --fault leak@12.34");
       clock.now_s += 20.0;
       progress.on_progress(1.0, 2.0, "dives", 0.5);
     }

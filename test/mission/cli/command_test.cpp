@@ -59,17 +59,19 @@ TEST(Command, WrongUsageIsTwoWithAHint) {
 }
 
 TEST(Command, WaterIsOneThatThereIsAndOfTheSimulator) {
-  const std::string by_sight = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_by_sight.xml'";
-  const Ran linked = dive("run --lcm memq:// --water green_lake" + by_sight);
+  const std::string by_sight =
+      std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
+  const Ran linked = dive("run --lcm memq:// --simulated-water green_lake" + by_sight);
   EXPECT_EQ(linked.status, 2);
   EXPECT_THAT(linked.err, HasSubstr("with --lcm give those to dive sim"));
-  const Ran muddy = dive("run --water green_lakes" + by_sight);
+  const Ran muddy = dive("run --simulated-water green_lakes" + by_sight);
   EXPECT_EQ(muddy.status, 2);
   EXPECT_THAT(muddy.err, HasSubstr("did you mean 'green_lake'?"));
 }
 
 TEST(Command, CamerasAreThoseOfAVehicleThatGoesBySight) {
-  const std::string by_sight = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_by_sight.xml'";
+  const std::string by_sight =
+      std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
   const std::string linked = "run --lcm memq:// --cameras nowhere ";
   for (const auto& [line, words] :
        {std::pair("run --cameras nowhere" + by_sight, "give its --lcm URL"),
@@ -86,10 +88,11 @@ TEST(Command, TheCalibrationOfSimulatedCamerasIsWrittenOnceThereAreCameras) {
   const Ran blind = dive("sim --write-calibration cameras " + kWindow);
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr("no cameras to calibrate"));
-  const Ran written = dive("sim --write-calibration cameras --water green_lake " + kWindow);
+  const Ran written =
+      dive("sim --write-calibration cameras --simulated-water green_lake " + kWindow);
   EXPECT_EQ(written.status, 0) << written.err;
-  const Ran unwritable =
-      dive("sim --write-calibration cameras/imu0/sensor.yaml --water green_lake " + kWindow);
+  const Ran unwritable = dive(
+      "sim --write-calibration cameras/imu0/sensor.yaml --simulated-water green_lake " + kWindow);
   EXPECT_EQ(unwritable.status, 2);
   EXPECT_THAT(unwritable.err, HasSubstr("sensor.yaml"));
 }

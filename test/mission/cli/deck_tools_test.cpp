@@ -39,7 +39,7 @@ TEST(Explain, NamesTheLeakTheRungAndWhatTheVehicleDidNext) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   const std::string all = nlohmann::json::parse(ran.out).dump();
   EXPECT_THAT(all, HasSubstr("abort_and_surface"));
-  EXPECT_THAT(all, HasSubstr("dive.retrace"));
+  EXPECT_THAT(all, HasSubstr("dive.abort_retrace"));
 }
 
 TEST(Explain, RefusesWhatIsNoLog) {
@@ -53,7 +53,7 @@ TEST(Graph, DrawsTheMissionAndWhatTheExecutiveAdds) {
   for (const std::string format : {"dot", "scxml"}) {
     const Ran ran = dive("graph --format " + format + " " + mission("window"));
     ASSERT_EQ(ran.status, 0) << ran.err;
-    for (const char* state : {"rooms", "dive.retrace", "dive.emergency", "surfaced"}) {
+    for (const char* state : {"rooms", "dive.abort_retrace", "dive.emergency", "surfaced"}) {
       EXPECT_THAT(ran.out, HasSubstr(state)) << format;
     }
   }

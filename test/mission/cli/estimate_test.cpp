@@ -39,14 +39,14 @@ void write(const std::string& name, const std::string& text) {
 void write_swim() {
   const std::string unit = "T_BS:\n  data: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n";
   std::string imu;
-  std::string pictures;
+  std::string images;
   std::string depth;
   std::string truth = "#timestamp, p, q\n";
   for (long k = 0; k <= 4000; ++k) {
     const long ns = 5'000'000 * (k + 1);
     imu += fmt::format("{},0,0,0,0,0,9.81\n", ns);
     if (k % 10 != 0) continue;
-    pictures += fmt::format("{},{}.png\n", ns, ns);
+    images += fmt::format("{},{}.png\n", ns, ns);
     depth += fmt::format("{},2.0\n", ns);
     truth += fmt::format("{},{},0,-2,1,0,0,0\n", ns, 0.002 * static_cast<double>(k));
   }
@@ -56,7 +56,7 @@ void write_swim() {
         unit +
             "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
             "distortion_coefficients: [0, 0, 0, 0]\n");
-  write("swim/mav0/cam0/data.csv", pictures);
+  write("swim/mav0/cam0/data.csv", images);
   write("swim/mav0/depth0/data.csv", depth);
   write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
 }
@@ -65,7 +65,7 @@ void write_swim() {
 TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and written");
   const fs::path missions = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios/missions";
-  std::string mission = content_of(missions / "lookout.xml");
+  std::string mission = content_of(missions / "basin_visual_inertial.xml");
   for (const auto& [from, to] :
        {std::pair{"visual_inertial", "primitive"},
         std::pair{R"(<goto id="east" x="4")", R"(<goto id="east" x="1")"}}) {

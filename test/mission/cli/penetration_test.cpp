@@ -31,7 +31,7 @@ Dived dive(const Mission& mission, const planning::World& world, const vehicle::
                     [&](const StepInputs&, const StepOutputs& outputs,
                         const vehicle::GroundTruth& truth, const auto&) {
                       dived.end_W = truth.X_WB.p;
-                      if (outputs.plan_query && outputs.plan_query->state == "dive.retrace") {
+                      if (outputs.plan_query && outputs.plan_query->state == "dive.abort_retrace") {
                         dived.plan_causes.push_back(outputs.plan_query->cause);
                       }
                     });
@@ -60,7 +60,7 @@ class Penetration : public ::testing::Test {
     return dive(loaded_->mission, loaded_->world, loaded_->model, faults);
   }
   [[nodiscard]] bool is_outside(const Eigen::Vector3d& p_W) const {
-    return !planning::Ceiling(loaded_->world).is_above({p_W.x(), p_W.y(), -14.0}, 0.4);
+    return !planning::OverheadIndex(loaded_->world).is_above({p_W.x(), p_W.y(), -14.0}, 0.4);
   }
 
   std::optional<LoadedMission> loaded_;
@@ -73,7 +73,7 @@ TEST_F(Penetration, ALeakAtTheDeepestPointRetracesAndSurfacesOutside) {
   EXPECT_EQ(dived.result.final_state, "dive.aborted");
   EXPECT_LT(dived.result.final_depth_m, 0.5);
   EXPECT_TRUE(is_outside(dived.end_W)) << dived.end_W.transpose();
-  EXPECT_THAT(dived.states, Contains("dive.retrace"));
+  EXPECT_THAT(dived.states, Contains("dive.abort_retrace"));
   EXPECT_TRUE(dived.plan_causes.empty()) << "the way it came needs no plan";
 }
 

@@ -154,9 +154,9 @@ TEST(Window, CheckFindsItReadyAndSaysWhatItTakes) {
   ASSERT_EQ(report.legs.size(), 3U);
   for (const PlannedRouteLeg& leg : report.legs) EXPECT_GE(leg.plan.clearance_m, 1.0) << leg.goal;
   EXPECT_GE(report.legs[1].plan.warm_starts, 1);
-  EXPECT_TRUE(report.way_out.exists);
-  EXPECT_GT(report.way_out.longest_m, 9.8);
-  EXPECT_GE(report.way_out.clearance_m, 0.9);
+  EXPECT_TRUE(report.exit_path.exists);
+  EXPECT_GT(report.exit_path.longest_m, 9.8);
+  EXPECT_GE(report.exit_path.clearance_m, 0.9);
   EXPECT_GT(report.budget.distance_m, 28.0);
   EXPECT_LT(report.budget.distance_m, 45.0);
   EXPECT_GT(report.budget.duration_s, report.budget.distance_m / 0.4);
@@ -213,9 +213,9 @@ TEST(Check, RefusesADiveThatStartsWithoutAWayOut) {
   CheckObserver observer;
   const CheckReport report =
       check_mission(*mission, world, window().model, options, diagnostics, observer);
-  EXPECT_FALSE(report.way_out.exists);
+  EXPECT_FALSE(report.exit_path.exists);
   ASSERT_FALSE(diagnostics.ok());
-  EXPECT_EQ(diagnostics.list().back().code, "CHK-NO-WAY-OUT");
+  EXPECT_EQ(diagnostics.list().back().code, "CHK-NO-EXIT-PATH");
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ rc::Gen<Number> variable_of(Kind kind) {
                               variable("state_elapsed", &GuardVariables::state_elapsed));
     case Kind::kFraction:
       return rc::gen::element(variable("battery_fraction", &GuardVariables::battery_fraction),
-                              variable("spent", &GuardVariables::spent));
+                              variable("budget_used", &GuardVariables::budget_used));
     case Kind::kTemperature:
       break;
   }

@@ -111,7 +111,7 @@ TEST(LoadMission, FillsInDefaults) {
   const Failsafes& failsafes = mission->failsafes;
   EXPECT_EQ(failsafes.policy(FailsafeKind::kLeak).persistence_s, 1.0);
   EXPECT_EQ(failsafes.policy(FailsafeKind::kOverdepth).persistence_s, 2.0);
-  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).persistence_s, 0.0);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kMissionTimeout).persistence_s, 0.0);
   EXPECT_EQ(threshold(failsafes, FailsafeKind::kBattery), 0.2) << "limits/@battery_reserve";
   EXPECT_EQ(threshold(failsafes, FailsafeKind::kPlannerFailure), 3.0);
   const Goal& go = *goals_of(mission->states[0]).at(0);
@@ -127,7 +127,7 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   Diagnostics diagnostics;
   const auto mission =
       parse(mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"ALTITUDE\"",
-                         "<failsafes><overtime rung=\"warn\" persistence=\"7\" clear=\"8\"/>"
+                         "<failsafes><mission_timeout rung=\"warn\" persistence=\"7\" clear=\"8\"/>"
                          "<leak rung=\"emergency_surface\"/><planner_failure rung=\"replan\" "
                          "failures=\"9\"/><battery rung=\"hold\" below=\"0.5\"/>"
                          "<geofence rung=\"retrace\"><corner x=\"0\" y=\"0\"/><corner x=\"9\" "
@@ -136,9 +136,9 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   ASSERT_TRUE(mission) << rendered(diagnostics);
   const Failsafes& failsafes = mission->failsafes;
   const auto rung = [&](FailsafeKind kind) { return failsafes.policy(kind).rung; };
-  EXPECT_EQ(rung(FailsafeKind::kOvertime), behaviors::Rung::kWarn);
-  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).persistence_s, 7.0);
-  EXPECT_EQ(failsafes.policy(FailsafeKind::kOvertime).clear_s, 8.0);
+  EXPECT_EQ(rung(FailsafeKind::kMissionTimeout), behaviors::Rung::kWarn);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kMissionTimeout).persistence_s, 7.0);
+  EXPECT_EQ(failsafes.policy(FailsafeKind::kMissionTimeout).clear_s, 8.0);
   EXPECT_EQ(rung(FailsafeKind::kLeak), behaviors::Rung::kEmergencySurface);
   EXPECT_EQ(rung(FailsafeKind::kOverdepth), behaviors::Rung::kAbortAndSurface);
   EXPECT_EQ(rung(FailsafeKind::kPlannerFailure), behaviors::Rung::kReplan);
@@ -162,14 +162,14 @@ TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
     EXPECT_TRUE(mission) << rendered(diagnostics);
     return mission;
   };
-  const auto rehearsed = with("<map unknown=\"cautious\" rehearsal=\" maps/window.sdf \"/>");
+  const auto rehearsed = with("<map unknown=\"cautious\" simulation_map=\" maps/window.sdf \"/>");
   EXPECT_EQ(rehearsed->unknown, UnknownPolicy::kCautious);
   EXPECT_EQ(rehearsed->memory_s, 600.0);
   EXPECT_EQ(rehearsed->map_file.value, "maps/window.sdf");
   EXPECT_EQ(at(rehearsed->source, rehearsed->map_file.span), "maps/window.sdf");
   EXPECT_EQ(rehearsed->map_path,
             std::filesystem::canonical(DIVE_SOURCE_DIR "/missions/maps/window.sdf").string());
-  EXPECT_TRUE(has_rehearsal(*rehearsed));
+  EXPECT_TRUE(has_simulation_map(*rehearsed));
   EXPECT_EQ(replans_per_leg(*rehearsed, rehearsed->replan), 400);
 
   const auto alone =
@@ -178,7 +178,7 @@ TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
   EXPECT_EQ(alone->memory_s, 90.0);
   EXPECT_EQ(alone->map_file.value + alone->map_path, "");
   EXPECT_EQ(at(alone->source, alone->map_file.span), "map");
-  EXPECT_FALSE(has_rehearsal(*alone));
+  EXPECT_FALSE(has_simulation_map(*alone));
   EXPECT_EQ(replans_per_leg(*alone, alone->replan), 7);
 }
 
@@ -385,7 +385,7 @@ TEST(WreckPenetration, IsMadeOfStates) {
   variables.penetration = 20.5;
   EXPECT_TRUE(turn_back.evaluate(variables));
   variables.penetration = 1.0;
-  variables.spent = 0.26;
+  variables.budget_used = 0.26;
   EXPECT_TRUE(turn_back.evaluate(variables));
 }
 

@@ -260,7 +260,7 @@ TEST_F(ExecutiveTest, OvertimeAborts) {
   run(3.0, straight_plan());
   for (int hop = 0; hop < 3; ++hop) now_ += from_seconds(35);
   tick();
-  EXPECT_EQ(failsafes_.at(0).cause, "overtime");
+  EXPECT_EQ(failsafes_.at(0).cause, "mission_timeout");
   EXPECT_EQ(failsafes_.at(0).rung, "abort_and_surface");
 }
 
@@ -282,7 +282,7 @@ TEST_F(ExecutiveTest, UnderARoofAnAbortGoesBackAlongTheTrail) {
   run(20.0, straight_plan());  // about 8 m east: under the overhead
   leak_ = true;
   const StepOutputs aborting = run(3.0);
-  EXPECT_EQ(aborting.status.state, "dive.retrace");
+  EXPECT_EQ(aborting.status.state, "dive.abort_retrace");
   EXPECT_NEAR(aborting.command.d, 3.0, 0.2) << "it must not rise into the roof";
   double shallowest_inside = 100.0;
   for (int i = 0; i < 5000 && executive_->result().outcome == Outcome::kRunning; ++i) {
@@ -316,7 +316,7 @@ TEST_F(ExecutiveTest, SurfacingUnderARoofBecomesAnAbort) {
   battery_ = 0.4;  // straight from the goal to `ascend`, under the overhead
   tick();
   run(70.0, straight_plan());
-  EXPECT_THAT(visited(), ::testing::Contains("dive.retrace"));
+  EXPECT_THAT(visited(), ::testing::Contains("dive.abort_retrace"));
   EXPECT_THAT(executive_->result().cause, HasSubstr("ascend was entered under an overhead"));
   EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
 }
@@ -464,7 +464,7 @@ TEST_F(ExecutiveTest, WithoutDepthItComesUpAndTakesItsTime) {
   obeys_ = false;
   const StepOutputs rising = run(10.0);
   EXPECT_EQ(failsafes_.at(0).cause, "depth_lost");
-  EXPECT_EQ(rising.status.state, "dive.surface");
+  EXPECT_EQ(rising.status.state, "dive.abort_surface");
   EXPECT_LT(rising.command.d, 0.0) << "up, whatever is believed";
   EXPECT_EQ(executive_->result().outcome, Outcome::kRunning);
   run(40.0);
@@ -477,7 +477,7 @@ TEST_F(ExecutiveTest, ARetreatWaitsInOpenWaterBeforeItSurfaces) {
       "target=\"ascend\"/></hold>");
   run(30.0);  // 20 degrees in the hull
   EXPECT_EQ(failsafes_.at(0).rung, "retrace");
-  EXPECT_THAT(visited(), ::testing::ElementsAre("first", "dive.back", "dive.wait"));
+  EXPECT_THAT(visited(), ::testing::ElementsAre("first", "dive.retrace_path", "dive.retrace_wait"));
   run(60.0);
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
 }
@@ -565,7 +565,7 @@ TEST_F(ExecutiveTest, APenetrationTurnsBackWhenItIsDeepEnough) {
                                                 "first-out", "ascend", "surfaced"));
   EXPECT_GT(deepest, 2.5);
   EXPECT_LT(deepest, 5.5);
-  EXPECT_THAT(transitions_[2].guards, HasSubstr("penetration > 4 m or spent > 0.3333: true"));
+  EXPECT_THAT(transitions_[2].guards, HasSubstr("penetration > 4 m or budget_used > 0.3333: true"));
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ TEST_F(MachineRunnerTest, ReportsATimeoutOnce) {
 TEST_F(MachineRunnerTest, ARestartEntersNothingAndRepeatsNoActionThatIsDoneOnce) {
   runner_->set_time(30'000'000);
   EXPECT_EQ(count(ActionRecord::Kind::kPayload), 1);
-  Committed kept;
+  Checkpoint kept;
   runner_->save(kept);
   outputs_ = {};
   entered_.clear();
@@ -130,7 +130,7 @@ TEST_F(MachineRunnerTest, DoesNotSurfaceUnderAnOverhead) {
   variables.overhead = true;
   runner_->set_variables(variables);
   runner_->dispatch({"timeout.first", "a test"});
-  EXPECT_EQ(runner_->innermost(), kRetraceState);
+  EXPECT_EQ(runner_->innermost(), kAbortRetraceState);
   EXPECT_THAT(runner_->abort_cause(), HasSubstr("up was entered under an overhead"));
 }
 

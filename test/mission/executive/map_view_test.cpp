@@ -162,13 +162,13 @@ RC_GTEST_PROP(MapView, LooksUpAndDownAsIfItLookedAtAll, (std::uint64_t seed)) {
     RC_ASSERT(observed.apply(surroundings.next()));
     map.update(observed);
     const planning::World world = surroundings.world();
-    planning::Ceiling ceiling(world);
+    planning::OverheadIndex overheads(world);
     const planning::Scene scene(world);
     for (int i = 0; i < 50; ++i) {
       const Vector3d p(surroundings.between(-9, 9), surroundings.between(-9, 9),
                        surroundings.between(-9, -0.1));
       const double margin = surroundings.between(0.0, i % 10 == 0 ? 30.0 : 1.0);
-      RC_ASSERT(map.overhead(p, margin) == ceiling.is_above(p, robot.radius() + margin));
+      RC_ASSERT(map.overhead(p, margin) == overheads.is_above(p, robot.radius() + margin));
       const std::optional<double> ground = planning::ground_below(scene, p);
       const std::optional<double> seen = map.ground_below(p);
       RC_ASSERT(is_alike(ground, seen) || is_at_an_edge(scene, p));

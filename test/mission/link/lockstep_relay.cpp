@@ -38,14 +38,14 @@ class ToExecutive {
  public:
   ToExecutive(const std::string& from, const std::string& to, Loss loss)
       : from_(*link::Bus::open(from, kReceiveBytes)), to_(*link::Bus::open(to)), loss_(loss) {
-    pass<dive::ImuSample>(link::channel::kImu, Kind::kImu);
+    pass<dive::ImuSample>(link::channel::kAhrs, Kind::kImu);
     pass<dive::DepthSample>(link::channel::kDepth, Kind::kDepth);
     pass<dive::HealthSample>(link::channel::kHealth, Kind::kHealth);
     pass<dive::RangeScan>(link::channel::kRange, Kind::kRange, link::kMaxScanPacket);
-    from_.listen<dive::ImuSample>(link::channel::kInertial, [this](const dive::ImuSample& sample) {
+    from_.listen<dive::ImuSample>(link::channel::kImu, [this](const dive::ImuSample& sample) {
       const bool is_lost = loss_.takes(Kind::kInertial, sample.utime);
       inertial_[sample.utime] = is_lost;
-      if (!is_lost) publish(link::channel::kInertial, sample);
+      if (!is_lost) publish(link::channel::kImu, sample);
     });
     from_.listen<dive::ImageFrame>(
         link::channel::kImage,
@@ -89,29 +89,29 @@ class ToExecutive {
     const auto lose = [this](Kind kind, std::optional<Utime>& utime) {
       if (utime && loss_.takes(kind, *utime)) utime.reset();
     };
-    lose(Kind::kImu, tick.imu);
+    lose(Kind::kImu, tick.ahrs);
     lose(Kind::kDepth, tick.depth);
     lose(Kind::kHealth, tick.health);
     lose(Kind::kRange, tick.range);
     lose(Kind::kLeft, tick.left);
     lose(Kind::kRight, tick.right);
-    if (tick.inertial == 0 || take_inertial(tick)) publish(link::channel::kSimTick, tick);
+    if (tick.imu_samples == 0 || take_inertial(tick)) publish(link::channel::kSimTick, tick);
   }
 
   // Returns false if the tick is incomplete: the vehicle sends it again.
   bool take_inertial(link::SimTick& tick) {
     if (tick.utime != tick_) before_tick_ = last_inertial_;
     tick_ = tick.utime;
-    last_inertial_ = tick.last_inertial;
+    last_inertial_ = tick.last_imu;
     const auto first = inertial_.upper_bound(before_tick_);
     const auto end = inertial_.upper_bound(last_inertial_);
-    if (std::distance(first, end) < tick.inertial) return false;
-    tick.inertial = 0;
-    tick.last_inertial = 0;
+    if (std::distance(first, end) < tick.imu_samples) return false;
+    tick.imu_samples = 0;
+    tick.last_imu = 0;
     for (auto sample = first; sample != end; ++sample) {
       if (sample->second) continue;
-      ++tick.inertial;
-      tick.last_inertial = sample->first;
+      ++tick.imu_samples;
+      tick.last_imu = sample->first;
     }
     return true;
   }

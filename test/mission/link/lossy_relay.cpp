@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
   Side forth{vehicle, executive};
   Side back{executive, vehicle};
   // The channels of the two directions are disjoint, so that no packet circulates.
-  subscribe(forth, "DIVE_(IMU|DEPTH|HEALTH|RANGE|IMAGE|INERTIAL|SIM_TICK|SIM_TRUTH|OPERATOR)");
+  subscribe(forth, "DIVE_(AHRS|IMU|DEPTH|HEALTH|RANGE|IMAGE|SIM_TICK|SIM_TRUTH|OPERATOR)");
   subscribe(back, "DIVE_(COMMAND|HEARTBEAT|STATUS|ESTIMATE|PATH|OPERATOR_ANSWER)");
   for (;;) {
     pollfd readable[2] = {{lcm_get_fileno(vehicle), POLLIN, 0},

@@ -56,11 +56,11 @@ class Processes : public ::testing::Test {
   [[nodiscard]] bool hears_itself() const {
     tl::expected<link::Bus, std::string> bus = link::Bus::open(url_);
     if (!bus) return false;
-    bool heard = false;
-    bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { return heard = true; });
+    bool received = false;
+    bus->subscribe("DIVE_TEST", 16, [&](link::PacketView) { return received = true; });
     bus->publish("DIVE_TEST", link::Packet(8));
     SteadyClock clock;
-    return bus->wait(clock, clock.now() + 20 * kMicrosecondsPerSecond, [&] { return heard; });
+    return bus->wait(clock, clock.now() + 20 * kMicrosecondsPerSecond, [&] { return received; });
   }
 
   /// Waits until the vehicle's sensors have run for the given vehicle time.
@@ -200,7 +200,7 @@ class Rubbish {
 
   void publish() {
     bus_.publish(link::channel::kImage, link::Packet(1000, 7));
-    bus_.publish(link::channel::kInertial, link::Packet(50, 7));
+    bus_.publish(link::channel::kImu, link::Packet(50, 7));
     publish(frame(0, 752, 480), 29);    // truncated
     publish(frame(0, 800, 600), 0);     // larger than the cameras' images
     publish(frame(0, 752, 480, 3), 0);  // in colour
@@ -227,10 +227,11 @@ class Rubbish {
 // With images and IMU samples too: in pairs, from one camera, and no longer at all.
 TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/missions/lookout");
-  const std::vector<std::string> conditions = {
-      "--seed",           "3", "--set", "current_y=0.02", "--fault", "camera_one_eye@10", "--fault",
-      "camera_missing@13"};
+  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const std::vector<std::string> conditions = {"--seed",  "3",
+                                               "--set",   "current_y=0.02",
+                                               "--fault", "camera_right_missing@10",
+                                               "--fault", "camera_missing@13"};
   std::vector<std::string> sim = {"sim", lookout, "--lockstep"};
   sim.insert(sim.end(), conditions.begin(), conditions.end());
   const auto vehicle = dive("sim", sim);
@@ -258,12 +259,13 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
 // The images are then the source of the map, without a range camera.
 TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
-  const fs::path missions = fs::path(mission("scenarios/missions/lookout")).parent_path();
-  std::string text = content((missions / "lookout.xml").string());
+  const fs::path missions = fs::path(mission("scenarios/basin_visual_inertial")).parent_path();
+  std::string text = content((missions / "basin_visual_inertial.xml").string());
   const std::string known = R"(map file="maps/basin.sdf")";
   ASSERT_NE(text.find(known), std::string::npos);
-  text.replace(text.find(known), known.size(),
-               R"(map unknown="optimistic" eyes="cameras" rehearsal="maps/basin.sdf")");
+  text.replace(
+      text.find(known), known.size(),
+      R"(map unknown="optimistic" mapping_sensor="stereo" simulation_map="maps/basin.sdf")");
   fs::create_directories(path("maps"));
   std::ofstream(path("eyes.xml")) << text;
   fs::copy_file(missions / "maps/basin.sdf", path("maps/basin.sdf"));
@@ -281,9 +283,9 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
 }
 
-TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
+TEST_F(Processes, WithAFifthOfAllImagesLostItStillDivesBySight) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/missions/lookout");
+  const std::string lookout = mission("scenarios/basin_visual_inertial");
   Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
   const auto vehicle = dive("sim", {"sim", lookout, "--lockstep"});
   const auto executive = dive("run", {"run", lookout, "--lockstep", "--lcm", far_url_, "--cameras",
@@ -301,17 +303,18 @@ TEST_F(Processes, WithAFifthOfAllPicturesLostItStillDivesBySight) {
 }
 
 // In real time, where the number of images depends on the machine: these assertions do not.
-TEST_F(Processes, InRealTimePicturesAreSortedIntoPairs) {
+TEST_F(Processes, InRealTimeImagesAreSortedIntoPairs) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/missions/lookout");
-  const auto vehicle = dive("sim", {"sim", lookout, "--speed", "0.5", "--clock-jump=-3600@5"});
-  const auto executive = dive("run", {"run", lookout, "--speed", "0.5", "--cameras",
+  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const auto vehicle =
+      dive("sim", {"sim", lookout, "--time-factor", "0.5", "--clock-jump=-3600@5"});
+  const auto executive = dive("run", {"run", lookout, "--time-factor", "0.5", "--cameras",
                                       cameras(lookout), "--log", path("log"), "--stats"});
   EXPECT_GE(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto stats = executive->json().at("stats");
-  EXPECT_GT(stats.at("sight").at("pairs").get<int>(), 0);
-  EXPECT_GT(stats.at("sight").at("inertial").get<int>(), 0);
+  EXPECT_GT(stats.at("images").at("pairs").get<int>(), 0);
+  EXPECT_GT(stats.at("images").at("imu_samples").get<int>(), 0);
   EXPECT_GE(stats.at("clock_jumps").get<int>(), 1);
   EXPECT_LT(vehicle->json().at("final_depth_m").get<double>(), 0.4);
   Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
@@ -321,12 +324,12 @@ TEST_F(Processes, InRealTimePicturesAreSortedIntoPairs) {
 TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
   const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
-  const std::string lookout = mission("scenarios/missions/lookout");
+  const std::string lookout = mission("scenarios/basin_visual_inertial");
   const auto executive = dive(
       "run", {"run", lookout, "--lockstep", "--cameras", cameras(lookout), "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
-  const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--water", "mud"});
+  const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--simulated-water", "mud"});
   EXPECT_EQ(blind->wait(kLong), 2);
   EXPECT_THAT(blind->err(), HasSubstr("clear_pool"));
 }
@@ -379,9 +382,10 @@ TEST_F(Processes, WithAFifthOfAllPacketsLostTheWindowMissionEndsSurfacedAndUnhar
 TEST_F(Processes, InRealTimeWithScansLostAndLateTheVehicleComesUp) {
   const std::string mission = murk();
   Process relay({LOSSY_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle = dive("sim", {"sim", mission, "--speed", kPace, "--clock-jump=-3600@3"});
-  const auto executive = dive("run", {"run", mission, "--speed", kPace, "--lcm", far_url_, "--log",
-                                      path("log"), "--stats"});
+  const auto vehicle =
+      dive("sim", {"sim", mission, "--time-factor", kPace, "--clock-jump=-3600@3"});
+  const auto executive = dive("run", {"run", mission, "--time-factor", kPace, "--lcm", far_url_,
+                                      "--log", path("log"), "--stats"});
   EXPECT_GE(executive->wait(kLong), 0) << executive->err();
   EXPECT_GE(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 1);
@@ -393,23 +397,23 @@ TEST_F(Processes, InRealTimeWithScansLostAndLateTheVehicleComesUp) {
 TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("other")}, folder_, "other").wait(kLong), 0);
-  const auto vehicle = dive("sim", {"sim", mission("window"), "--speed", kPace});
-  const auto executive = dive("run", {"run", mission("window"), "--speed", kPace, "--key",
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--time-factor", kPace});
+  const auto executive = dive("run", {"run", mission("window"), "--time-factor", kPace, "--key",
                                       path("key"), "--log", path("log"), "--stats"});
-  EXPECT_EQ(say("status", {"status", "--patience", "600"}), 0);
-  EXPECT_EQ(say("pause", {"pause", "--key", path("key"), "--patience", "600"}), 0);
+  EXPECT_EQ(say("status", {"status", "--timeout", "600"}), 0);
+  EXPECT_EQ(say("pause", {"pause", "--key", path("key"), "--timeout", "600"}), 0);
   EXPECT_EQ(say("nokey", {"resume"}), 1);
-  EXPECT_EQ(say("wrong", {"resume", "--key", path("other"), "--patience", "1"}), 1);
-  EXPECT_EQ(say("resume", {"resume", "--key", path("key"), "--patience", "600"}), 0);
-  EXPECT_EQ(say("skip", {"skip", "--key", path("key"), "--patience", "600"}), 0);
-  EXPECT_EQ(say("abort", {"abort", "--patience", "600"}), 0);
-  EXPECT_EQ(say("again", {"abort", "--patience", "600"}), 0);
+  EXPECT_EQ(say("wrong", {"resume", "--key", path("other"), "--timeout", "1"}), 1);
+  EXPECT_EQ(say("resume", {"resume", "--key", path("key"), "--timeout", "600"}), 0);
+  EXPECT_EQ(say("skip", {"skip", "--key", path("key"), "--timeout", "600"}), 0);
+  EXPECT_EQ(say("abort", {"abort", "--timeout", "600"}), 0);
+  EXPECT_EQ(say("again", {"abort", "--timeout", "600"}), 0);
   EXPECT_EQ(executive->wait(kLong), 1) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto report = executive->json();
   EXPECT_EQ(report.at("final_state"), "dive.aborted");
   EXPECT_THAT(report.at("cause").get<std::string>(), HasSubstr("topside says abort"));
-  EXPECT_GE(report.at("stats").at("refused").at("forged").get<int>(), 2);
+  EXPECT_GE(report.at("stats").at("refused").at("auth_failed").get<int>(), 2);
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
   EXPECT_EQ(explain.wait(kLong), 0);
@@ -421,7 +425,7 @@ TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
 class Death : public Processes {
  protected:
   // In open water.
-  void begin(const std::vector<std::string>& pace = {"--speed", kPace}) {
+  void begin(const std::vector<std::string>& pace = {"--time-factor", kPace}) {
     std::vector<std::string> sim = {"sim", mission("pool3")};
     std::vector<std::string> run = {"run", mission("pool3"), "--log", path("log")};
     sim.insert(sim.end(), pace.begin(), pace.end());
@@ -492,9 +496,9 @@ TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
 
 TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
   const auto vehicle =
-      dive("sim", {"sim", mission("pool3"), "--speed", kPace, "--clock-jump=-3600@10"});
-  const auto executive =
-      dive("run", {"run", mission("pool3"), "--speed", kPace, "--log", path("log"), "--stats"});
+      dive("sim", {"sim", mission("pool3"), "--time-factor", kPace, "--clock-jump=-3600@10"});
+  const auto executive = dive(
+      "run", {"run", mission("pool3"), "--time-factor", kPace, "--log", path("log"), "--stats"});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 2);
@@ -516,7 +520,7 @@ TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
   for (const bool eyes : {true, false}) {
     std::vector<std::string> words = {"sim", path("maps/bay.sdf"), "--start", "0,0,-2",
                                       "--lockstep"};
-    if (eyes) words.emplace_back("--eyes");
+    if (eyes) words.emplace_back("--range-camera");
     const auto vehicle = dive("sim", words);
     const auto executive = dive("run", {"run", mission, "--lockstep", "--log", path("log")});
     EXPECT_GE(executive->wait(kLong), 0) << executive->err();
@@ -527,22 +531,22 @@ TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
 
 TEST_F(Processes, ThereIsNoVehicleInWaterThatNothingIsSaidOf) {
   std::string text = content(murk());
-  const std::string rehearsal = " rehearsal=\"maps/bay.sdf\"";
-  ASSERT_NE(text.find(rehearsal), std::string::npos);
-  text.erase(text.find(rehearsal), rehearsal.size());
+  const std::string simulation_map = " simulation_map=\"maps/bay.sdf\"";
+  ASSERT_NE(text.find(simulation_map), std::string::npos);
+  text.erase(text.find(simulation_map), simulation_map.size());
   std::ofstream(path("murk.xml")) << text;
   const auto vehicle = dive("sim", {"sim", path("murk.xml")});
   EXPECT_EQ(vehicle->wait(kLong), 2);
-  EXPECT_THAT(vehicle->err(), HasSubstr("rehearsal="));
+  EXPECT_THAT(vehicle->err(), HasSubstr("simulation_map="));
 }
 
 TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
   const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
   EXPECT_EQ(bad->wait(kLong), 2);
   EXPECT_THAT(bad->err(), HasSubstr("carrier-pigeon"));
-  const auto lonely = dive("status", {"status", "--patience", "0.3"});
+  const auto lonely = dive("status", {"status", "--timeout", "0.3"});
   EXPECT_EQ(lonely->wait(kLong), 1);
-  EXPECT_THAT(lonely->err(), HasSubstr("no executive was heard"));
+  EXPECT_THAT(lonely->err(), HasSubstr("no heartbeat of an executive"));
 }
 
 }  // namespace

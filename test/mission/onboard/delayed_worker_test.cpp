@@ -30,7 +30,7 @@ void wait_until_finished(const DelayedWorker<int>& worker) {
 }
 
 TEST(DelayedWorker, GivesAResultWhenItIsDueAndOnce) {
-  for (const Late late : {Late::kWait, Late::kNotYet}) {
+  for (const OnLate late : {OnLate::kBlock, OnLate::kPoll}) {
     DelayedWorker<int> worker(late);
     EXPECT_TRUE(worker.is_idle());
     worker.start(100, [] { return 7; });
@@ -45,7 +45,7 @@ TEST(DelayedWorker, GivesAResultWhenItIsDueAndOnce) {
 
 TEST(DelayedWorker, OnAVehicleNobodyWaitsForIt) {
   Gate gate;
-  DelayedWorker<int> worker(Late::kNotYet);
+  DelayedWorker<int> worker(OnLate::kPoll);
   EXPECT_TRUE(worker.may_start());
   worker.start(100, gate.task(7));
   EXPECT_FALSE(worker.may_start());
@@ -58,7 +58,7 @@ TEST(DelayedWorker, OnAVehicleNobodyWaitsForIt) {
 
 TEST(DelayedWorker, InSimulationADueResultIsWaitedFor) {
   Gate gate;
-  DelayedWorker<int> worker(Late::kWait);
+  DelayedWorker<int> worker(OnLate::kBlock);
   worker.start(100, gate.task(7));
   EXPECT_TRUE(worker.may_start());
   EXPECT_EQ(worker.poll(99), std::nullopt) << "nor is it waited for before";
@@ -68,7 +68,7 @@ TEST(DelayedWorker, InSimulationADueResultIsWaitedFor) {
 }
 
 TEST(DelayedWorker, KeepsResultsInTheOrderInWhichTheyWereAskedFor) {
-  DelayedWorker<int> worker(Late::kWait);
+  DelayedWorker<int> worker(OnLate::kBlock);
   worker.start(100, [] { return 1; });
   worker.start(150, [] { return 2; });
   worker.collect();
@@ -84,7 +84,7 @@ TEST(DelayedWorker, KeepsResultsInTheOrderInWhichTheyWereAskedFor) {
 }
 
 TEST(DelayedWorker, ThrowsWhatTheTaskThrew) {
-  DelayedWorker<int> worker(Late::kWait);
+  DelayedWorker<int> worker(OnLate::kBlock);
   worker.start(0, []() -> int { throw std::runtime_error("no"); });
   EXPECT_THROW(static_cast<void>(worker.poll(0)), std::runtime_error);
 }
@@ -92,7 +92,7 @@ TEST(DelayedWorker, ThrowsWhatTheTaskThrew) {
 TEST(DelayedWorker, EndsAfterItsTask) {
   std::atomic<bool> is_done = false;
   {
-    DelayedWorker<int> worker(Late::kNotYet);
+    DelayedWorker<int> worker(OnLate::kPoll);
     worker.start(0, [&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       is_done = true;

@@ -42,10 +42,10 @@ LoopSettings settings() {
   return settings;
 }
 
-LoopService::Look finder() {
+LoopService::Process finder() {
   const auto finder =
       std::make_shared<estimation::LoopFinder>(settings().closer, camera(0.07), camera(-0.07));
-  return [finder](const Keyframe& keyframe) { return finder->look(keyframe); };
+  return [finder](const Keyframe& keyframe) { return finder->process(keyframe); };
 }
 
 Pose true_pose(int step) {
@@ -53,17 +53,17 @@ Pose true_pose(int step) {
   return {{0.0, -1.2 + kStepLength * out, -1.0}, Eigen::Quaterniond::Identity()};
 }
 
-/// What a word said, and when.
+/// An estimate of the service, its time and the true pose.
 struct Said {
   Utime utime = 0;
-  VisionEstimate word;
+  VisionEstimate estimate;
   Pose truth;
 };
 
 class LoopServiceTest : public ::testing::Test {
  protected:
-  void use(LoopService::Look look, Late late = Late::kWait) {
-    service_.emplace(std::move(look), settings(), late);
+  void use(LoopService::Process process, OnLate late = OnLate::kBlock) {
+    service_.emplace(std::move(process), settings(), late);
     now_ = 0;
     random_ = Random(3);
     room_ = estimation::testing::PaintedRoom({3, 4, 2});
@@ -85,16 +85,16 @@ class LoopServiceTest : public ::testing::Test {
   [[nodiscard]] Keyframe keyframe(int step) {
     Pose seen_from = true_pose(step);
     if (step > kOut) seen_from.p.y() += look_alike_m_;
-    const auto picture = [&](double y) {
-      return room_.picture(camera(y), seen_from * camera(y).X_BC, now_);
+    const auto image = [&](double y) {
+      return room_.image(camera(y), seen_from * camera(y).X_BC, now_);
     };
-    return {picture(0.07),     picture(-0.07),     filter(step),
-            camera(0.07).X_BC, camera(-0.07).X_BC, begun_from_};
+    return {image(0.07),       image(-0.07),       filter(step),
+            camera(0.07).X_BC, camera(-0.07).X_BC, init_utime_};
   }
 
   [[nodiscard]] VisionEstimate corrected(int step) const {
     VisionEstimate word;
-    word.begun_from = begun_from_;
+    word.init_utime = init_utime_;
     word.estimate = filter(step);
     service_->correct(word);
     return word;
@@ -122,7 +122,7 @@ class LoopServiceTest : public ::testing::Test {
   estimation::testing::PaintedRoom room_{{3, 4, 2}};
   Random random_{3};
   Utime now_ = 0;
-  Utime begun_from_ = 7;
+  Utime init_utime_ = 7;
   double look_alike_m_ = 0.0;  ///< So far off is what it sees on its way back.
   Eigen::Vector3d error_W_ = Eigen::Vector3d::Zero();
   double variance_ = 0.0;
@@ -132,7 +132,7 @@ class LoopServiceTest : public ::testing::Test {
 TEST_F(LoopServiceTest, TakesAwayWhatWasDriftedAndSaysHowSureItIs) {
   use(finder());
   go_and_return();
-  const VisionEstimate& last = said_.back().word;
+  const VisionEstimate& last = said_.back().estimate;
   ASSERT_GT(last.loops.count, 2);
   EXPECT_GE(last.loops.recognised - last.loops.seen, 20'000'000);
   EXPECT_LT(last.loops.seen, kTurn);
@@ -155,10 +155,10 @@ TEST_F(LoopServiceTest, AnswersAtTheStatedTimeAndAlwaysTheSame) {
   ASSERT_EQ(first.size(), said_.size());
   int count = 0;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const VisionEstimate& word = first[i].word;
-    EXPECT_EQ(word.estimate.X_WB.p, said_[i].word.estimate.X_WB.p);
-    EXPECT_EQ(word.estimate.covariance, said_[i].word.estimate.covariance);
-    EXPECT_EQ(word.loops.moved_m, said_[i].word.loops.moved_m);
+    const VisionEstimate& word = first[i].estimate;
+    EXPECT_EQ(word.estimate.X_WB.p, said_[i].estimate.estimate.X_WB.p);
+    EXPECT_EQ(word.estimate.covariance, said_[i].estimate.estimate.covariance);
+    EXPECT_EQ(word.loops.moved_m, said_[i].estimate.loops.moved_m);
     if (word.loops.count == count) continue;
     EXPECT_EQ(word.loops.count, ++count);
     EXPECT_EQ(first[i].utime, word.loops.recognised + kLatency);
@@ -174,7 +174,7 @@ TEST_F(LoopServiceTest, APlaceThatOnlyLooksTheSameChangesNothing) {
     use(finder());
     go_and_return();
     for (const Said& said : said_) {
-      const estimation::ClosedLoops& loops = said.word.loops;
+      const estimation::ClosedLoops& loops = said.estimate.loops;
       EXPECT_FALSE(loops.seen <= kTurn && loops.recognised > kTurn);
       EXPECT_LT(loops.moved_m, 0.25);
     }
@@ -184,19 +184,19 @@ TEST_F(LoopServiceTest, APlaceThatOnlyLooksTheSameChangesNothing) {
 TEST_F(LoopServiceTest, AFilterThatBeginsAnewIsNotCorrectedByWhatWasSeenBefore) {
   use(finder());
   go_and_return();
-  const int count = said_.back().word.loops.count;
-  begun_from_ = 8;
+  const int count = said_.back().estimate.loops.count;
+  init_utime_ = 8;
   EXPECT_EQ(corrected(2 * kOut).estimate.X_WB.p, filter(2 * kOut).X_WB.p);
   for (const int step : {0, 1, 2}) advance(step);
-  EXPECT_EQ(said_.back().word.loops.count, count);
-  EXPECT_EQ(said_.back().word.estimate.X_WB.p, filter(2).X_WB.p);
+  EXPECT_EQ(said_.back().estimate.loops.count, count);
+  EXPECT_EQ(said_.back().estimate.estimate.X_WB.p, filter(2).X_WB.p);
 }
 
 TEST_F(LoopServiceTest, WhatIsNotFiniteIsNotTouched) {
   use(finder());
   go_and_return();
   VisionEstimate word;
-  word.begun_from = begun_from_;
+  word.init_utime = init_utime_;
   word.estimate = filter(2 * kOut);
   word.estimate.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
   const Pose before = word.estimate.X_WB;
@@ -219,9 +219,9 @@ TEST_F(LoopServiceTest, AWorkerThatIsLateDelaysAndNeverBlocks) {
         correction.correction.p.x() = 0.5;
         return std::optional(correction);
       },
-      Late::kNotYet);
+      OnLate::kPoll);
   for (const int step : {0, 1, 2}) advance(step);
-  EXPECT_EQ(said_.back().word.loops.count, 0);
+  EXPECT_EQ(said_.back().estimate.loops.count, 0);
   done.set_value();
   // The machine may take its time to notice.
   for (int i = 0; i < 60'000 && corrected(2).loops.count == 0; ++i) {

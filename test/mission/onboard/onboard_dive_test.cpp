@@ -95,7 +95,7 @@ class OnboardDiveTest : public ::testing::Test {
   }
 
   OnboardReport dive() {
-    OnboardDive dive(mission_, {}, model_, {}, std::nullopt, Late::kWait);
+    OnboardDive dive(mission_, {}, model_, {}, std::nullopt, OnLate::kBlock);
     return dive.run(vehicle_, [&](const Executive&, const StepOutputs&) { ++vehicle_.kept; });
   }
 

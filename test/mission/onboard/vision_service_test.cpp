@@ -11,7 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "mission/onboard/stereo_eyes.h"
+#include "mission/onboard/stereo_mapping.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
 namespace dive::mission {
@@ -49,7 +49,7 @@ struct Taken {
 
 class VisionServiceTest : public ::testing::Test {
  protected:
-  void use(Late late, RangeMaker make_range = nullptr,
+  void use(OnLate late, RangeMaker make_range = nullptr,
            const std::optional<LoopSettings>& loops = std::nullopt) {
     service_.emplace(options(), 1, kLatency, late, std::move(make_range), loops);
   }
@@ -64,25 +64,25 @@ class VisionServiceTest : public ::testing::Test {
     return estimate;
   }
 
-  void hear() {
+  void add() {
     for (int i = 1; i <= 4; ++i) {
       ImuSample sample;
       sample.utime = now_ - kTick + i * 5'000;
       sample.accel_B = {0.0, acceleration_at(sample.utime), 9.81};
       if (imu_is_nan_) sample.gyro_B.x() = std::numeric_limits<double>::quiet_NaN();
-      if (imu_speaks_) service_->hear({&sample, 1});
+      if (imu_speaks_) service_->add({&sample, 1});
     }
-    service_->hear(DepthSample{now_, 1.0});
+    service_->add(DepthSample{now_, 1.0});
   }
 
   [[nodiscard]] Taken take() {
-    const auto picture = [&](double y, int index) {
+    const auto image = [&](double y, int index) {
       const CameraModel camera = small_camera(y);
-      ImageFrame frame = room_.picture(camera, eyes_at(now_) * camera.X_BC, now_);
+      ImageFrame frame = room_.image(camera, eyes_at(now_) * camera.X_BC, now_);
       frame.camera = index;
       return frame;
     };
-    return {picture(0.07, 0), picture(-0.07, 1)};
+    return {image(0.07, 0), image(-0.07, 1)};
   }
 
   // The words of so many seconds; `spoil` is given each pair.
@@ -91,7 +91,7 @@ class VisionServiceTest : public ::testing::Test {
     std::vector<VisionEstimate> words;
     for (const Utime end = now_ + from_seconds(seconds); now_ < end;) {
       now_ += kTick;
-      hear();
+      add();
       if (auto word = service_->poll(now_)) {
         arrived_.push_back(now_ - word->frame_utime);
         words.push_back(*word);
@@ -127,7 +127,7 @@ class VisionServiceTest : public ::testing::Test {
 // What the cameras see turns, the inertial unit does not: good pictures, and nothing to be
 // believed.
 TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
-  use(Late::kWait);
+  use(OnLate::kBlock);
   ASSERT_TRUE(run(3.0).back().is_good());
   eyes_at = [](Utime t) {
     const double turned = 0.35 * std::sin(1.2 * (to_seconds(t) - 3.0));
@@ -145,7 +145,7 @@ TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
 }
 
 TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
-  use(Late::kWait);
+  use(OnLate::kBlock);
   const std::vector<VisionEstimate> words = run(2.0);
   ASSERT_GE(words.size(), 18U);
   EXPECT_THAT(arrived_, ::testing::Each(kLatency));
@@ -153,16 +153,16 @@ TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
     EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
     const estimation::StateEstimate& estimate = words[i].estimate;
     EXPECT_LT((estimate.X_WB.p - pose_at(estimate.utime).p).norm(), 0.02) << i;
-    EXPECT_EQ(words[i].begun_from, words[4].begun_from);
+    EXPECT_EQ(words[i].init_utime, words[4].init_utime);
   }
 }
 
 TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
-  use(Late::kWait);
+  use(OnLate::kBlock);
   const std::vector<VisionEstimate> first = run(1.0);
   now_ = 0;
   room_ = estimation::testing::PaintedRoom({3, 4, 2});
-  use(Late::kWait);
+  use(OnLate::kBlock);
   const std::vector<VisionEstimate> second = run(1.0);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) {
@@ -172,8 +172,8 @@ TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
   }
 }
 
-TEST_F(VisionServiceTest, SaysWhatIsWrongWithThePictures) {
-  use(Late::kWait);
+TEST_F(VisionServiceTest, SaysWhatIsWrongWithTheImages) {
+  use(OnLate::kBlock);
   run(1.0);
   const auto spoiled = [&](const std::function<void(Taken&)>& spoil) {
     run(0.1, spoil);
@@ -192,18 +192,18 @@ TEST_F(VisionServiceTest, SaysWhatIsWrongWithThePictures) {
                 kept = t.left;
               }),
               ::testing::Contains(VisionFault::kFrozen).Times(::testing::Ge(3)));
-  EXPECT_THAT(spoiled([](Taken& t) { t.left->width = 160; }), Each(VisionFault::kBadPicture));
-  EXPECT_THAT(spoiled([](Taken& t) { t.left->utime = 900'000; }), Each(VisionFault::kBadPicture));
-  EXPECT_THAT(spoiled([](Taken& t) { t.left.reset(); }), Each(VisionFault::kNoPictures));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->width = 160; }), Each(VisionFault::kBadImage));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left->utime = 900'000; }), Each(VisionFault::kBadImage));
+  EXPECT_THAT(spoiled([](Taken& t) { t.left.reset(); }), Each(VisionFault::kNoImages));
   EXPECT_THAT(spoiled([](Taken& t) { t.right.reset(); }), Each(VisionFault::kNone))
       << "one eye will do";
   EXPECT_TRUE(run(0.3).back().is_good());
 }
 
 TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
-  use(Late::kWait);
+  use(OnLate::kBlock);
   run(1.0);
-  const Utime begun = run(0.2).back().begun_from;
+  const Utime begun = run(0.2).back().init_utime;
   imu_is_nan_ = true;
   for (const VisionEstimate& word : run(1.0)) {
     EXPECT_TRUE(word.estimate.X_WB.is_finite() && word.estimate.covariance.allFinite());
@@ -215,14 +215,14 @@ TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
   run(1.5);
   const VisionEstimate last = run(0.2).back();
   EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
-  EXPECT_GT(last.begun_from, begun);
+  EXPECT_GT(last.init_utime, begun);
   EXPECT_LT((last.estimate.X_WB.p - pose_at(last.estimate.utime).p).norm(), 0.1);
 }
 
 TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
   std::size_t landmarks = 0;
-  use(Late::kWait, [&](const SeenPair& pair) -> std::optional<RangeScan> {
-    EXPECT_EQ(pair.left->utime, pair.word->frame_utime);
+  use(OnLate::kBlock, [&](const StereoPairResult& pair) -> std::optional<RangeScan> {
+    EXPECT_EQ(pair.left->utime, pair.estimate->frame_utime);
     EXPECT_EQ(pair.right->camera, 1);
     landmarks += pair.landmarks.size();
     RangeScan scan;
@@ -238,15 +238,15 @@ TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
 TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   planning::MapperOptions mapper;
   mapper.min_neighbours = 3;
-  const StereoEyes eyes = *stereo_eyes(small_camera(0.07), small_camera(-0.07), mapper);
-  EXPECT_GT(eyes.mapper.noise_square, 0.002) << "1/m";
-  EXPECT_EQ(eyes.mapper.validate(), "");
-  EXPECT_EQ(eyes.mapper.min_neighbours, 3) << "the rest is the caller's";
-  EXPECT_FALSE(stereo_eyes(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
+  const StereoMapping stereo = *stereo_mapping(small_camera(0.07), small_camera(-0.07), mapper);
+  EXPECT_GT(stereo.mapper.noise_square, 0.002) << "1/m";
+  EXPECT_EQ(stereo.mapper.validate(), "");
+  EXPECT_EQ(stereo.mapper.min_neighbours, 3) << "the rest is the caller's";
+  EXPECT_FALSE(stereo_mapping(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
   int told = 0;
   int wrong = 0;
-  use(Late::kWait, [&](const SeenPair& pair) {
-    std::optional<RangeScan> scan = eyes.make_range(pair);
+  use(OnLate::kBlock, [&](const StereoPairResult& pair) {
+    std::optional<RangeScan> scan = stereo.make_range(pair);
     EXPECT_EQ(scan.has_value(), pair.right != nullptr);
     if (!scan) return scan;
     EXPECT_EQ(scan->utime, pair.left->utime);
@@ -257,7 +257,7 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
       if (!p_W.allFinite() || r > scan->reach) continue;
       ++told;
       const double off = (p_W.cwiseAbs() - Eigen::Vector3d(3, 4, 2)).cwiseAbs().minCoeff();
-      if (off > 0.01 + 3.0 * eyes.mapper.noise_square * r * r) ++wrong;
+      if (off > 0.01 + 3.0 * stereo.mapper.noise_square * r * r) ++wrong;
     }
     return scan;
   });
@@ -281,8 +281,8 @@ TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
   };
   LoopSettings loops;
   loops.closer.keyframe_m = 0.3;
-  loops.closer.least_gap_s = 8.0;
-  use(Late::kWait, nullptr, loops);
+  loops.closer.min_gap_s = 8.0;
+  use(OnLate::kBlock, nullptr, loops);
   const std::vector<VisionEstimate> words = run(27.0);
   EXPECT_THAT(arrived_, ::testing::Each(kLatency)) << "nothing waits for a loop";
   EXPECT_GT(words.back().loops.count, 1);
@@ -294,7 +294,7 @@ TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
 }
 
 TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {
-  use(Late::kNotYet);
+  use(OnLate::kPoll);
   Utime last = 0;
   for (const VisionEstimate& word : run(1.0)) {
     EXPECT_GE(word.frame_utime, last);

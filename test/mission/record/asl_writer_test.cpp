@@ -108,11 +108,11 @@ TEST_F(Dataset, IsReadAgainAsItWasWritten) {
   ASSERT_TRUE(writer->close());
 
   EXPECT_TRUE(rows("cam0").empty());
-  const Rows pictures = rows("cam1");
-  ASSERT_EQ(pictures.size(), 1U);
-  EXPECT_EQ(pictures[0][0], "1050000000");
+  const Rows images = rows("cam1");
+  ASSERT_EQ(images.size(), 1U);
+  EXPECT_EQ(images[0][0], "1050000000");
   const cv::Mat seen =
-      cv::imread((folder_ / "mav0/cam1/data" / pictures[0][1]).string(), cv::IMREAD_UNCHANGED);
+      cv::imread((folder_ / "mav0/cam1/data" / images[0][1]).string(), cv::IMREAD_UNCHANGED);
   ASSERT_TRUE(seen.type() == CV_8UC1 && seen.cols == 32 && seen.rows == 20);
   EXPECT_TRUE(std::equal(frame.pixels.begin(), frame.pixels.end(), seen.data));
 
@@ -165,7 +165,7 @@ TEST_F(Dataset, IsNotWrittenOverAnother) {
   EXPECT_THAT(nowhere.error(), ::testing::HasSubstr("/proc/no-such-place"));
 }
 
-TEST_F(Dataset, SaysWhenAPictureIsLost) {
+TEST_F(Dataset, SaysWhenAImageIsLost) {
   auto writer = AslWriter::create(folder_.string(), sensors());
   ASSERT_TRUE(writer);
   fs::remove_all(folder_ / "mav0/cam0/data");

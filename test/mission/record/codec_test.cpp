@@ -184,9 +184,9 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   EXPECT_FALSE(encode(0, query, packet));
 
   TruthRecord truth;
-  truth.touched.assign(link::kMaxTouched, "rock");
+  truth.contacts.assign(link::kMaxContacts, "rock");
   EXPECT_TRUE(encode(truth, packet));
-  truth.touched.emplace_back("one more");
+  truth.contacts.emplace_back("one more");
   EXPECT_FALSE(encode(truth, packet));
 
   EXPECT_FALSE(encode(0, FailsafeRecord{std::string("a\0b", 3), "", "", ""}, packet));
@@ -209,7 +209,7 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   ASSERT_TRUE(encode(0, FailsafeRecord{text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kFailsafe));
   Status status;
-  status.state = status.leg = status.rung = text;
+  status.state = status.goal = status.rung = text;
   ASSERT_TRUE(encode(0, status, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kStatus));
   PlanQuery query;
@@ -217,7 +217,7 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   query.request.previous.resize(kMaxWaypoints);
   ASSERT_TRUE(encode(0, query, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
-  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxTouched, text)}, packet));
+  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxContacts, text)}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTruth));
   planning::Polytope piece;
   piece.vertices.resize(planning::kMaxPieceVertices);

@@ -68,7 +68,7 @@ TEST_F(JournalTest, CutAnywhereItEndsAtTheLastWholeLine) {
     if (!journal) continue;
     const std::string kept = whole_lines(cut);
     ASSERT_EQ(journal->commits, commits_in(kept)) << size;
-    ASSERT_EQ(journal->committed.has_value(), journal->commits > 0);
+    ASSERT_EQ(journal->checkpoint.has_value(), journal->commits > 0);
     ASSERT_EQ(journal->torn, kept.size() < size);
     ++cuts;
   }
@@ -149,11 +149,11 @@ TEST_F(JournalTest, TheDiveGoesOnFromAnyCommitAndRepeatsNothing) {
     std::vector<std::string> payload;
     const DiveResult result = dive_.resume(path_, payload);
     EXPECT_EQ(result.outcome, "success") << "line " << line << ": " << result.cause;
-    const std::size_t done = journal->committed ? journal->committed->done_once.size() : 0;
+    const std::size_t done = journal->checkpoint ? journal->checkpoint->done_once.size() : 0;
     EXPECT_EQ(payload.size(), 2U - done) << "line " << line;
-    if (!journal->committed) continue;
+    if (!journal->checkpoint) continue;
     // Completed goals are not visited again: from c the surface is near.
-    if (journal->committed->goals_done == 2) {
+    if (journal->checkpoint->goals_done == 2) {
       EXPECT_LT(result.distance_m, 8.0) << "line " << line;
     }
     EXPECT_EQ(result.transitions.front().record.cause, "the executive was restarted");

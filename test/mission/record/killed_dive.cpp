@@ -96,7 +96,7 @@ DiveResult KilledDive::resume(const std::string& path, std::vector<std::string>&
   auto kept = read_journal(path);
   if (!kept) throw std::runtime_error(kept.error());
   DiveSettings settings;
-  if (kept->committed) settings.resume = Resume{*kept->committed, kept->trail, 0.0};
+  if (kept->checkpoint) settings.resume = Resume{*kept->checkpoint, kept->trail, 0.0};
   auto journal = JournalWriter::append(path);
   if (!journal) throw std::runtime_error(journal.error());
   return run(*this, world_, model_, settings, *journal, &payload);

@@ -429,19 +429,19 @@ const BadTick kBadTicks[] = {
      }},
     {"NotItsType",
      [](Forger& f) {
-       f.put("DIVE_IN_IMU", 5, DepthSample{});
+       f.put("DIVE_IN_AHRS", 5, DepthSample{});
        f.outputs(5);
        f.mark(5);
      }},
     {"NoPacket",
      [](Forger& f) {
-       f.raw("DIVE_IN_IMU", 5, {});
+       f.raw("DIVE_IN_AHRS", 5, {});
        f.outputs(5);
        f.mark(5);
      }},
     {"TooLargeForItsChannel",
      [](Forger& f) {
-       f.raw("DIVE_IN_IMU", 5, Packet(2000));
+       f.raw("DIVE_IN_AHRS", 5, Packet(2000));
        f.outputs(5);
        f.mark(5);
      }},

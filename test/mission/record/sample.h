@@ -54,20 +54,20 @@ void each(const std::string& name, Pose& pose, F f) {
 template <typename F>
 void each_vision(estimation::VisionEstimate& vision, F f) {
   f("DIVE_IN_VISION.frame_utime", vision.frame_utime);
-  f("DIVE_IN_VISION.begun_from", vision.begun_from);
+  f("DIVE_IN_VISION.init_utime", vision.init_utime);
   f("DIVE_IN_VISION.period_s", vision.period_s);
   f("DIVE_IN_VISION.fault", vision.fault);
   f("DIVE_IN_VISION.tracked", vision.tracked);
   f("DIVE_IN_VISION.stereo", vision.stereo);
   f("DIVE_IN_VISION.used", vision.used);
   f("DIVE_IN_VISION.loops", vision.loops.count);
-  f("DIVE_IN_VISION.loop_seen", vision.loops.seen);
+  f("DIVE_IN_VISION.loop_first_observed", vision.loops.seen);
   f("DIVE_IN_VISION.loop_recognised", vision.loops.recognised);
-  f("DIVE_IN_VISION.loop_moved", vision.loops.moved_m);
-  f("DIVE_IN_VISION.loop_turned", vision.loops.turned_rad);
+  f("DIVE_IN_VISION.loop_correction", vision.loops.moved_m);
+  f("DIVE_IN_VISION.loop_heading_correction", vision.loops.turned_rad);
   f("DIVE_IN_VISION.tag.id", vision.tag.id);
-  f("DIVE_IN_VISION.tag.verdict", vision.tag.verdict);
-  f("DIVE_IN_VISION.tag.off_m", vision.tag.off_m);
+  f("DIVE_IN_VISION.tag.result", vision.tag.result);
+  f("DIVE_IN_VISION.tag.correction_m", vision.tag.correction_m);
   f("DIVE_IN_VISION.utime", vision.estimate.utime);
   f("DIVE_IN_VISION.valid", vision.estimate.valid);
   f("DIVE_IN_VISION.source", vision.estimate.source);
@@ -81,10 +81,10 @@ template <typename F>
 void each_input(StepInputs& in, F f) {
   f("now", in.now);
   if (in.imu) {
-    f("DIVE_IN_IMU.utime", in.imu->utime);
-    each("DIVE_IN_IMU.q_WB", in.imu->q_WB, f);
-    each("DIVE_IN_IMU.gyro_B", in.imu->gyro_B, f);
-    each("DIVE_IN_IMU.accel_B", in.imu->accel_B, f);
+    f("DIVE_IN_AHRS.utime", in.imu->utime);
+    each("DIVE_IN_AHRS.q_WB", in.imu->q_WB, f);
+    each("DIVE_IN_AHRS.gyro_B", in.imu->gyro_B, f);
+    each("DIVE_IN_AHRS.accel_B", in.imu->accel_B, f);
   }
   if (in.depth) {
     f("DIVE_IN_DEPTH.utime", in.depth->utime);
@@ -159,7 +159,7 @@ void each_output(StepOutputs& out, F f) {
     }
   }
   f("DIVE_OUT_STATUS.state", out.status.state);
-  f("DIVE_OUT_STATUS.leg", out.status.leg);
+  f("DIVE_OUT_STATUS.goal", out.status.goal);
   f("DIVE_OUT_STATUS.distance_to_go_m", out.status.distance_to_go_m);
   f("DIVE_OUT_STATUS.time_to_go_s", out.status.time_to_go_s);
   f("DIVE_OUT_STATUS.depth_m", out.status.depth_m);
@@ -219,8 +219,8 @@ void each_field(LoggedTick& tick, F f) {
   if (tick.truth) {
     f("DIVE_TRUTH.utime", tick.truth->utime);
     each("DIVE_TRUTH.X_WB", tick.truth->X_WB, f);
-    for (std::size_t i = 0; i < tick.truth->touched.size(); ++i) {
-      f(fmt::format("DIVE_TRUTH.touched[{}]", i), tick.truth->touched[i]);
+    for (std::size_t i = 0; i < tick.truth->contacts.size(); ++i) {
+      f(fmt::format("DIVE_TRUTH.contacts[{}]", i), tick.truth->contacts[i]);
     }
   }
 }
@@ -273,7 +273,7 @@ class SampleMaker {
     if (chance()) tick.inputs.pose_correction.emplace();
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
-    if (chance()) tick.truth.emplace().touched.resize(below(3));
+    if (chance()) tick.truth.emplace().contacts.resize(below(3));
     each_field(tick, [this](const std::string&, auto& value) { fill(value); });
     tick.inputs.now = now;
     return tick;
@@ -312,9 +312,7 @@ class SampleMaker {
   void fill(estimation::VisionFault& value) {
     value = static_cast<estimation::VisionFault>(below(13));
   }
-  void fill(estimation::TagVerdict& value) {
-    value = static_cast<estimation::TagVerdict>(below(7));
-  }
+  void fill(estimation::TagResult& value) { value = static_cast<estimation::TagResult>(below(7)); }
   void fill(estimation::EstimatorKind& value) {
     value = static_cast<estimation::EstimatorKind>(below(2));
   }

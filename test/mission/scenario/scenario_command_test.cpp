@@ -106,8 +106,9 @@ std::string shipped_scenarios() {
   std::string all;
   for (const auto& entry : fs::directory_iterator(kShipped)) {
     const std::string name = entry.path().stem().string();
-    const bool is_long = name == "a_place_is_seen_again" || name == "dark_in_a_wreck_by_sight" ||
-                         name == "shipped_wreck_by_sight";
+    const bool is_long = name == "a_place_is_recognised" ||
+                         name == "dark_in_a_wreck_visual_inertial" ||
+                         name == "shipped_wreck_visual_inertial";
     if (entry.path().extension() == ".xml" && !is_long) all += quoted(entry.path()) + ' ';
   }
   return all;
@@ -115,7 +116,7 @@ std::string shipped_scenarios() {
 
 // The field team's regression tests: all pass, and each of their expectations fails when negated.
 TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
-  const Ran ran = dive("test --inverted --json " + shipped_scenarios());
+  const Ran ran = dive("test --negate --json " + shipped_scenarios());
   EXPECT_EQ(ran.status, 0);
   const auto report = nlohmann::json::parse(ran.out);
   EXPECT_GE(report.at("scenarios").size(), 60U);
@@ -129,14 +130,14 @@ TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
 // Some scenarios expect that the script has no effect; all others fail when it is disabled.
 TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
   DIVE_SKIP_UNDER_SANITIZERS("the code is that of the scenarios that hold");
-  const Ran ran = dive("test --mute --json " + quoted(kShipped));
+  const Ran ran = dive("test --disable-scripts --json " + quoted(kShipped));
   EXPECT_EQ(ran.status, 1);
-  std::vector<std::string> unmoved;
+  std::vector<std::string> insensitive;
   const auto report = nlohmann::json::parse(ran.out);
   for (const auto& one : report.at("scenarios")) {
-    if (one.at("unmoved").get<bool>()) unmoved.push_back(one.at("id"));
+    if (one.at("insensitive").get<bool>()) insensitive.push_back(one.at("id"));
   }
-  EXPECT_THAT(unmoved,
+  EXPECT_THAT(insensitive,
               ::testing::ElementsAre("depth_loses_half", "depth_silent_for_a_moment",
                                      "everything_loses_two_fifths", "health_silent_for_a_moment",
                                      "imu_loses_a_third", "overheated_for_a_moment"));
@@ -189,8 +190,10 @@ TEST(ScenarioCommand, AFailureSaysWhatWasSeenAndWhereItWasExpected) {
   const Ran ran = dive("test " + quoted(path));
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out, HasSubstr("FAILED   wrong"));
-  EXPECT_THAT(ran.out, HasSubstr(path.string() + ":4:2: expected outcome success; seen: aborted"));
-  EXPECT_THAT(ran.out, HasSubstr(path.string() + ":5:2: expected state north is entered; seen: "));
+  EXPECT_THAT(ran.out,
+              HasSubstr(path.string() + ":4:2: expected outcome success; actual: aborted"));
+  EXPECT_THAT(ran.out,
+              HasSubstr(path.string() + ":5:2: expected state north is entered; actual: "));
   EXPECT_THAT(ran.out, HasSubstr("--keep DIR"));
 }
 
@@ -226,11 +229,12 @@ TEST(ScenarioCommand, ADiveBySightReplays) {
 
 TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {
   const fs::path path = scenario("late",
-                                 "<at state=\"dive.retrace\"><fault name=\"leak\"/></at>\n"
+                                 "<at state=\"dive.abort_retrace\"><fault name=\"leak\"/></at>\n"
                                  "<expect><outcome is=\"success\"/></expect>");
   const Ran ran = dive("test " + quoted(path));
   EXPECT_EQ(ran.status, 1);
-  EXPECT_THAT(ran.out, HasSubstr(":2:2: expected this step happens; seen: its trigger never came"));
+  EXPECT_THAT(ran.out,
+              HasSubstr(":2:2: expected this step happens; actual: its trigger never came"));
 }
 
 TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
@@ -244,7 +248,8 @@ TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
 }
 
 TEST(ScenarioCommand, WrongUsageIsTwo) {
-  EXPECT_EQ(dive("test --mute --inverted " + quoted(kShipped / "dart_nominal.xml")).status, 2);
+  EXPECT_EQ(dive("test --disable-scripts --negate " + quoted(kShipped / "dart_nominal.xml")).status,
+            2);
   EXPECT_EQ(dive("test").status, 2);
   EXPECT_EQ(dive("test nowhere.xml").status, 2);
   EXPECT_EQ(dive("test --keep-all " + quoted(kShipped / "dart_nominal.xml")).status, 2);
@@ -256,7 +261,7 @@ TEST(ScenarioCommand, WrongUsageIsTwo) {
 TEST(ScenarioCommand, TheOutputDoesNotDependOnTheNumberOfJobs) {
   std::string files;
   for (const char* name :
-       {"dart_nominal", "hall_nominal", "leak_in_open_water", "way_back_blocked"}) {
+       {"dart_nominal", "hall_nominal", "leak_in_open_water", "return_path_blocked"}) {
     files += fmt::format(" '{}/{}.xml'", kShipped.string(), name);
   }
   const Ran alone = dive("test --jobs 1" + files);

@@ -92,7 +92,7 @@ TEST_F(ScriptPlayed, AStepWaitsForItsEventOrItsGoal) {
 }
 
 TEST_F(ScriptPlayed, MutedItHappensAllTheSame) {
-  play("<at time=\"1\" id=\"now\"" + kAbort, Script::kMuted);
+  play("<at time=\"1\" id=\"now\"" + kAbort, Script::kDisabled);
   EXPECT_FALSE(tick(1.0).operator_command);
   EXPECT_FALSE(tick(1.02).operator_command);
   ASSERT_EQ(record_.occurrences.size(), 1U);

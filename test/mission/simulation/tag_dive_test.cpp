@@ -17,14 +17,14 @@
 namespace dive::mission {
 namespace {
 
-using estimation::TagVerdict;
+using estimation::TagResult;
 
-const std::string kFile = DIVE_SOURCE_DIR "/missions/pool_by_sight.xml";
+const std::string kFile = DIVE_SOURCE_DIR "/missions/pool_visual_inertial.xml";
 
 std::string mission_text(const std::string& tag) {
   return fmt::format(R"(<mission xmlns="urn:dive:mission:1" id="round">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
-  <map file="maps/pool1.sdf" water="clear_pool"/>
+  <map file="maps/pool1.sdf" simulated_water="clear_pool"/>
   <start x="1.5" y="-1.2" z="1.8" z_units="DEPTH" heading_deg="90"/>
   <limits max_depth="3.8" min_altitude="0.2" clearance="0.5"
           mission_timeout="400" battery_reserve="0.3"/>
@@ -85,10 +85,10 @@ Told dive(const std::string& tag, std::uint64_t seed,
                     [&](const StepInputs& in, const StepOutputs& out,
                         const vehicle::GroundTruth& truth, const auto&) {
                       if (in.vision) {
-                        const TagVerdict verdict = in.vision->tag.verdict;
-                        if (verdict == TagVerdict::kUsed) ++told.used;
-                        if (verdict == TagVerdict::kRefused) ++told.refused;
-                        if (verdict > TagVerdict::kUsed && verdict != TagVerdict::kRefused)
+                        const TagResult result = in.vision->tag.result;
+                        if (result == TagResult::kUsed) ++told.used;
+                        if (result == TagResult::kRefused) ++told.refused;
+                        if (result > TagResult::kUsed && result != TagResult::kRefused)
                           ++told.others;
                       }
                       for (const ActionRecord& action : out.actions)

@@ -104,16 +104,16 @@ Dived dive(const Mission& mission, std::uint64_t seed, const Vector2d& centre) {
   Dived dived;
   const auto observe = [&](const StepInputs&, const StepOutputs& outputs,
                            const vehicle::GroundTruth& truth, const auto&) {
-    if (outputs.status.state != "boiler" || outputs.status.leg.empty()) return;
-    if (dived.order.empty() || dived.order.back() != outputs.status.leg) {
-      dived.order.push_back(outputs.status.leg);
+    if (outputs.status.state != "boiler" || outputs.status.goal.empty()) return;
+    if (dived.order.empty() || dived.order.back() != outputs.status.goal) {
+      dived.order.push_back(outputs.status.goal);
     }
-    AtStation& station = dived.stations[outputs.status.leg];
+    AtStation& station = dived.stations[outputs.status.goal];
     const Vector2d out = truth.X_WB.p.head<2>() - centre;
     const double yaw = to_rpy(truth.X_WB.q).z();
     const double off = wrap_angle(std::atan2(-out.y(), -out.x()) - yaw);
-    const bool is_still = truth.v_WB_B.norm() < 0.1;
-    station.now_s = is_still && std::abs(off) <= 5.0 * M_PI / 180.0 ? station.now_s + 0.02 : 0.0;
+    const bool is_at_rest = truth.v_WB_B.norm() < 0.1;
+    station.now_s = is_at_rest && std::abs(off) <= 5.0 * M_PI / 180.0 ? station.now_s + 0.02 : 0.0;
     if (station.now_s <= station.faced_s) return;
     station.faced_s = station.now_s;
     station.out_W = out;

@@ -214,7 +214,7 @@ TEST(Planner, LeadsOutOfANarrowPlaceAndNotThroughIt) {
   ASSERT_EQ(out.status, PlanStatus::kReduced) << out.reason;
   EXPECT_NEAR(out.clearance_m, 0.37, 0.01);
   EXPECT_GT(out.reduced->length_m, 0.9) << "to the mouth";
-  EXPECT_LT(out.reduced->length_m, kWayToRoom);
+  EXPECT_LT(out.reduced->length_m, kMaxReducedLength);
 }
 
 // Slightly less clearance than requested is not a narrow place: the vehicle need not turn back.

@@ -276,7 +276,7 @@ TEST(Decompose, FacingEitherWayOrWithoutAreaChangesNothing) {
 TEST(Decompose, SaysWhenItWouldTakeTooManyPieces) {
   DecompositionOptions options;
   options.tolerance = 0.01;
-  options.most_pieces = 10;
+  options.max_pieces = 10;
   const auto pieces = decompose(ball(2.0, 40), options);
   ASSERT_FALSE(pieces);
   EXPECT_EQ(pieces.error(), "it would take more than 10 convex pieces at 10 mm");
@@ -287,9 +287,9 @@ TEST(Decompose, CountsThePiecesThatAreLeftAfterJoining) {
   options.tolerance = 0.01;
   const auto all = decompose(ball(0.5, 10), options);
   ASSERT_TRUE(all);
-  options.most_pieces = all->size();
+  options.max_pieces = all->size();
   EXPECT_TRUE(decompose(ball(0.5, 10), options));
-  --options.most_pieces;
+  --options.max_pieces;
   EXPECT_FALSE(decompose(ball(0.5, 10), options));
 }
 

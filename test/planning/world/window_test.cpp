@@ -74,12 +74,12 @@ TEST(Window, HasRoomForTheVehicleWithAMetreOnEverySide) {
 
 TEST(Window, HasARoofOverTheRoomsAndOpenWaterOutside) {
   const World world = window();
-  Ceiling ceiling(world);
-  EXPECT_TRUE(ceiling.is_above({1.0, 0.0, -4.0}, 0.5));
-  EXPECT_TRUE(ceiling.is_above({9.8, -2.0, -4.6}, 0.5));
-  EXPECT_FALSE(ceiling.is_above({-4.0, -2.0, -3.0}, 0.5));
-  EXPECT_FALSE(ceiling.is_above({-3.0, -2.0, -4.0}, 0.5));
-  EXPECT_FALSE(ceiling.is_above({5.0, 0.0, -1.0}, 0.5));  // Above the roof.
+  OverheadIndex overheads(world);
+  EXPECT_TRUE(overheads.is_above({1.0, 0.0, -4.0}, 0.5));
+  EXPECT_TRUE(overheads.is_above({9.8, -2.0, -4.6}, 0.5));
+  EXPECT_FALSE(overheads.is_above({-4.0, -2.0, -3.0}, 0.5));
+  EXPECT_FALSE(overheads.is_above({-3.0, -2.0, -4.0}, 0.5));
+  EXPECT_FALSE(overheads.is_above({5.0, 0.0, -1.0}, 0.5));  // Above the roof.
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST(Bounds, HoldEveryBoundedObstacleAndNoHalfSpace) {
 }
 
 bool is_overhead(const World& world, const Vector3d& p_W, double radius) {
-  return Ceiling(world).is_above(p_W, radius);
+  return OverheadIndex(world).is_above(p_W, radius);
 }
 
 // Overlap of a box with the tube above p, by sampling the tube on a grid: the smallest membership,
@@ -135,13 +135,13 @@ TEST(Overhead, OfManyIsThatOfAnyOfThem) {
         all.obstacles.push_back({"box", Box{draw(arbitrary_lengths())}, X_WO});
       }
     }
-    Ceiling ceiling(all);
+    OverheadIndex overheads(all);
     const Vector3d p(0.0, 0.0, draw(arbitrary_double(-8.0, 0.5)));
     const double radius = draw(arbitrary_double(0.0, 1.0));
     const bool any =
         std::any_of(all.obstacles.begin(), all.obstacles.end(),
                     [&](const Obstacle& one) { return is_overhead(World{{one}}, p, radius); });
-    RC_ASSERT(ceiling.is_above(p, radius) == any);
+    RC_ASSERT(overheads.is_above(p, radius) == any);
     ++(any ? yes : no);
   }));
   EXPECT_GT(yes, 0);

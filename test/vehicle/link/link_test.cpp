@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 
 constexpr Utime kSecond = kMicrosecondsPerSecond;
 
-OperatorRequest request(std::uint64_t boot, std::int64_t counter, OperatorCommand command,
-                        Utime heard = 0) {
-  return {boot, counter, heard, command, {}};
+OperatorRequest request(std::uint64_t session_id, std::int64_t counter, OperatorCommand command,
+                        Utime heartbeat_utime = 0) {
+  return {session_id, counter, heartbeat_utime, command, {}};
 }
 
 // --- packets ---
@@ -145,13 +145,13 @@ TEST(LinkCodec, ATickSaysHowManyInertialSamplesItHas) {
   ASSERT_TRUE(encode(tick, packet) && decode(packet, back));
   EXPECT_EQ(back.right, 8);
   EXPECT_FALSE(back.left);
-  EXPECT_EQ(back.inertial, 4);
-  EXPECT_EQ(back.last_inertial, 7);
+  EXPECT_EQ(back.imu_samples, 4);
+  EXPECT_EQ(back.last_imu, 7);
   packet[packet.size() - 9] = 0xFF;  // number of samples: -1
   EXPECT_FALSE(decode(packet, back));
   packet[packet.size() - 9] = 0;  // no samples, but with a time
   EXPECT_FALSE(decode(packet, back));
-  tick.inertial = 128;
+  tick.imu_samples = 128;
   EXPECT_FALSE(encode(tick, packet));
 }
 
@@ -206,79 +206,84 @@ TEST(LinkCodec, TakesNoScanWithoutOriginReachOrBound) {
 
 // --- authentication ---
 
-TEST(Gate, ActsOnASealedRequestOnceAndAnswersItAgain) {
+TEST(RequestAuthenticator, ActsOnASealedRequestOnceAndAnswersItAgain) {
   const Key key = new_key();
-  Gate gate(key, 99);
+  RequestAuthenticator authenticator(key, 99);
   OperatorRequest skip = request(99, 1, OperatorCommand::kSkip);
-  seal(key, skip);
-  const Gate::Ruling first = gate.judge(skip, kSecond);
+  sign(key, skip);
+  const RequestAuthenticator::Decision first = authenticator.evaluate(skip, kSecond);
   EXPECT_TRUE(first.act);
-  EXPECT_TRUE(is_sealed(key, first.answer));
-  EXPECT_FALSE(is_sealed(new_key(), first.answer));
-  const Gate::Ruling again = gate.judge(skip, 2 * kSecond);
+  EXPECT_TRUE(has_valid_mac(key, first.answer));
+  EXPECT_FALSE(has_valid_mac(new_key(), first.answer));
+  const RequestAuthenticator::Decision again = authenticator.evaluate(skip, 2 * kSecond);
   EXPECT_FALSE(again.act);
-  EXPECT_EQ(again.answer.verdict, Verdict::kAccepted);
-  EXPECT_EQ(gate.counter(), 1);
+  EXPECT_EQ(again.answer.result, RequestResult::kAccepted);
+  EXPECT_EQ(authenticator.counter(), 1);
 }
 
-TEST(Gate, RefusesWhatIsForgedReplayedOrStaleAndCounts) {
+TEST(RequestAuthenticator, RefusesWhatIsForgedReplayedOrStaleAndCounts) {
   const Key key = new_key();
-  Gate gate(key, 99);
-  const auto verdict_of = [&](OperatorRequest said, const Key& with, Utime now) {
-    seal(with, said);
-    const Gate::Ruling ruling = gate.judge(said, now);
-    EXPECT_EQ(ruling.act, ruling.answer.verdict == Verdict::kAccepted);
-    return ruling.answer.verdict;
+  RequestAuthenticator authenticator(key, 99);
+  const auto result_of = [&](OperatorRequest said, const Key& with, Utime now) {
+    sign(with, said);
+    const RequestAuthenticator::Decision decision = authenticator.evaluate(said, now);
+    EXPECT_EQ(decision.act, decision.answer.result == RequestResult::kAccepted);
+    return decision.answer.result;
   };
   const auto pause = OperatorCommand::kPause;
-  EXPECT_EQ(verdict_of(request(99, 1, pause), new_key(), 0), Verdict::kForged);
-  EXPECT_EQ(verdict_of(request(98, 1, pause), key, 0), Verdict::kReplayed) << "another start";
-  EXPECT_EQ(verdict_of(request(99, 5, pause), key, 0), Verdict::kAccepted);
-  EXPECT_EQ(verdict_of(request(99, 5, OperatorCommand::kSkip), key, 0), Verdict::kReplayed);
-  EXPECT_EQ(verdict_of(request(99, 4, pause), key, 0), Verdict::kReplayed) << "reordered";
-  EXPECT_EQ(verdict_of(request(99, 6, pause, 0), key, 11 * kSecond), Verdict::kStale);
-  EXPECT_EQ(verdict_of(request(99, 6, pause, 12 * kSecond), key, 11 * kSecond), Verdict::kStale);
-  EXPECT_EQ(verdict_of(request(99, 6, pause, 10 * kSecond), key, 11 * kSecond), Verdict::kAccepted);
-  EXPECT_EQ(gate.refused().forged, 1);
-  EXPECT_EQ(gate.refused().replayed, 3);
-  EXPECT_EQ(gate.refused().stale, 2);
+  EXPECT_EQ(result_of(request(99, 1, pause), new_key(), 0), RequestResult::kAuthFailed);
+  EXPECT_EQ(result_of(request(98, 1, pause), key, 0), RequestResult::kReplayed) << "another start";
+  EXPECT_EQ(result_of(request(99, 5, pause), key, 0), RequestResult::kAccepted);
+  EXPECT_EQ(result_of(request(99, 5, OperatorCommand::kSkip), key, 0), RequestResult::kReplayed);
+  EXPECT_EQ(result_of(request(99, 4, pause), key, 0), RequestResult::kReplayed) << "reordered";
+  EXPECT_EQ(result_of(request(99, 6, pause, 0), key, 11 * kSecond), RequestResult::kStale);
+  EXPECT_EQ(result_of(request(99, 6, pause, 12 * kSecond), key, 11 * kSecond),
+            RequestResult::kStale);
+  EXPECT_EQ(result_of(request(99, 6, pause, 10 * kSecond), key, 11 * kSecond),
+            RequestResult::kAccepted);
+  EXPECT_EQ(authenticator.refused().auth_failed, 1);
+  EXPECT_EQ(authenticator.refused().replayed, 3);
+  EXPECT_EQ(authenticator.refused().stale, 2);
 }
 
-RC_GTEST_PROP(Gate, NoChangedBitOfASealedRequestIsAccepted, ()) {
+RC_GTEST_PROP(RequestAuthenticator, NoChangedBitOfASealedRequestIsAccepted, ()) {
   static const Key key = new_key();
-  Gate gate(key, 3);
+  RequestAuthenticator authenticator(key, 3);
   OperatorRequest resume = request(3, 1, OperatorCommand::kResume);
-  seal(key, resume);
+  sign(key, resume);
   Packet packet;
   RC_ASSERT(encode(resume, packet));
   const auto bit = *rc::gen::inRange<std::size_t>(0, 8 * packet.size());
   packet[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
   OperatorRequest changed;
   if (!decode(packet, changed)) return;
-  const Gate::Ruling ruling = gate.judge(changed, 0);
-  RC_ASSERT(!ruling.act || changed.command == OperatorCommand::kAbort);
+  const RequestAuthenticator::Decision decision = authenticator.evaluate(changed, 0);
+  RC_ASSERT(!decision.act || changed.command == OperatorCommand::kAbort);
 }
 
-TEST(Gate, WithoutAKeyNothingButAnAbortIsAccepted) {
-  Gate gate(std::nullopt, 1);
+TEST(RequestAuthenticator, WithoutAKeyNothingButAnAbortIsAccepted) {
+  RequestAuthenticator authenticator(std::nullopt, 1);
   for (const auto command : {OperatorCommand::kHeartbeat, OperatorCommand::kPause,
                              OperatorCommand::kResume, OperatorCommand::kSkip}) {
-    EXPECT_EQ(gate.judge(request(1, 1, command), 0).answer.verdict, Verdict::kNoKey);
+    EXPECT_EQ(authenticator.evaluate(request(1, 1, command), 0).answer.result,
+              RequestResult::kNoKey);
   }
-  EXPECT_TRUE(gate.judge(request(0, 0, OperatorCommand::kAbort), 0).act);
+  EXPECT_TRUE(authenticator.evaluate(request(0, 0, OperatorCommand::kAbort), 0).act);
 }
 
-TEST(Gate, AFloodOfAbortsIsActedOnNowAndThen) {
-  Gate gate(new_key(), 1);
+TEST(RequestAuthenticator, AFloodOfAbortsIsActedOnNowAndThen) {
+  RequestAuthenticator authenticator(new_key(), 1);
   int acted = 0;
   for (int i = 0; i < 1000; ++i) {  // ten a second, each a new one
-    const auto ruling = gate.judge(request(1, i, OperatorCommand::kAbort), i * kSecond / 10);
-    acted += ruling.act ? 1 : 0;
-    EXPECT_EQ(ruling.answer.verdict, Verdict::kAccepted) << "who aborts is never turned away";
+    const auto decision =
+        authenticator.evaluate(request(1, i, OperatorCommand::kAbort), i * kSecond / 10);
+    acted += decision.act ? 1 : 0;
+    EXPECT_EQ(decision.answer.result, RequestResult::kAccepted)
+        << "who aborts is never turned away";
   }
   EXPECT_GE(acted, 10);
   EXPECT_LE(acted, 13);
-  EXPECT_EQ(gate.refused().too_many, 1000 - acted);
+  EXPECT_EQ(authenticator.refused().rate_limited, 1000 - acted);
 }
 
 TEST(KeyFile, IsItsOwnersAlone) {
@@ -317,10 +322,10 @@ TEST(Arbiter, ObeysTheNewestAndDropsWhatComesLate) {
   Arbiter arbiter;
   EXPECT_EQ(arbiter.step(level(0), DepthSample{0, 3.0}, 0).surge, 0.0)
       << "no command has arrived yet";
-  EXPECT_TRUE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.4), 40'000));
-  EXPECT_FALSE(arbiter.hear(command_at(20'000, Source::kExecutive, 0.2), 41'000)) << "reordered";
-  EXPECT_FALSE(arbiter.hear(command_at(40'000, Source::kExecutive, 0.2), 41'000)) << "twice";
-  EXPECT_FALSE(arbiter.hear(command_at(60 * kSecond), 41'000)) << "of a time to come";
+  EXPECT_TRUE(arbiter.receive(command_at(40'000, Source::kExecutive, 0.4), 40'000));
+  EXPECT_FALSE(arbiter.receive(command_at(20'000, Source::kExecutive, 0.2), 41'000)) << "reordered";
+  EXPECT_FALSE(arbiter.receive(command_at(40'000, Source::kExecutive, 0.2), 41'000)) << "twice";
+  EXPECT_FALSE(arbiter.receive(command_at(60 * kSecond), 41'000)) << "of a time to come";
   EXPECT_EQ(arbiter.step(level(60'000), DepthSample{60'000, 3.0}, 60'000).surge, 0.4);
   EXPECT_EQ(arbiter.refused(), 3);
 }
@@ -331,7 +336,7 @@ TEST(Arbiter, TakesNoNumbersThatAreNoCommand) {
     VehicleCommand command = command_at(20'000);
     spoil(command);
     Arbiter arbiter;
-    return !arbiter.hear(command, 20'000);
+    return !arbiter.receive(command, 20'000);
   };
   EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.yaw = nan; }));
   EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.pitch = 1.5; }));
@@ -343,12 +348,12 @@ TEST(Arbiter, TakesNoNumbersThatAreNoCommand) {
 
 TEST(Arbiter, TheSupervisorIsStrongerForAsLongAsItSpeaks) {
   Arbiter arbiter;
-  arbiter.hear(command_at(kSecond, Source::kSupervisor, -0.3), kSecond);
-  arbiter.hear(command_at(kSecond + 20'000), kSecond + 20'000);
-  EXPECT_EQ(arbiter.obeys(kSecond + 20'000), Arbiter::Obeys::kSupervisor);
+  arbiter.receive(command_at(kSecond, Source::kSupervisor, -0.3), kSecond);
+  arbiter.receive(command_at(kSecond + 20'000), kSecond + 20'000);
+  EXPECT_EQ(arbiter.source(kSecond + 20'000), Arbiter::CommandSource::kSupervisor);
   EXPECT_EQ(arbiter.step(level(0), DepthSample{}, kSecond + 20'000).surge, -0.3);
-  arbiter.hear(command_at(3 * kSecond), 3 * kSecond);
-  EXPECT_EQ(arbiter.obeys(3 * kSecond), Arbiter::Obeys::kExecutive);
+  arbiter.receive(command_at(3 * kSecond), 3 * kSecond);
+  EXPECT_EQ(arbiter.source(3 * kSecond), Arbiter::CommandSource::kExecutive);
 }
 
 TEST(Arbiter, StopsWhenTheCommandIsStaleAndSurfacesByItselfAfterASecond) {
@@ -356,7 +361,7 @@ TEST(Arbiter, StopsWhenTheCommandIsStaleAndSurfacesByItselfAfterASecond) {
   VehicleCommand command = command_at(kSecond, Source::kExecutive, 0.4);
   command.command.v = 0.4;
   command.command.d = 3.0;
-  arbiter.hear(command, kSecond);
+  arbiter.receive(command, kSecond);
   auto run_until = [&, now = kSecond](Utime end) mutable {
     vehicle::PseudoRates rates;
     for (; now <= end; now += 20'000) {

@@ -34,12 +34,12 @@ GaussianBlur::GaussianBlur(int width, int height, double sigma)
   result_.resize(size);
 }
 
-const std::vector<float>& GaussianBlur::operator()(const std::vector<float>& picture) {
+const std::vector<float>& GaussianBlur::operator()(const std::vector<float>& image) {
   const auto row_of = [this](auto& all, int row) {
     return all.data() + static_cast<std::ptrdiff_t>(std::clamp(row, 0, height_ - 1)) * width_;
   };
   for (int row = 0; row < height_; ++row) {
-    const float* const in = row_of(picture, row);
+    const float* const in = row_of(image, row);
     std::fill_n(row_.begin(), radius_, in[0]);
     std::copy_n(in, width_, row_.begin() + radius_);
     std::fill_n(row_.end() - radius_, radius_, in[width_ - 1]);

@@ -11,7 +11,7 @@ class GaussianBlur {
  public:
   GaussianBlur(int width, int height, double sigma);
   /// The result is valid until the next call.
-  [[nodiscard]] const std::vector<float>& operator()(const std::vector<float>& picture);
+  [[nodiscard]] const std::vector<float>& operator()(const std::vector<float>& image);
 
  private:
   int width_;

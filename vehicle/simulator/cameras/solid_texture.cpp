@@ -14,7 +14,7 @@ constexpr std::array<float, kOctaves> kSpacing{1.0F, 0.45F, 0.2F, 0.09F, 0.042F,
 using Octaves = std::array<RayBatch::Floats, kOctaves>;
 
 // Base colour, growth or flaking, and spots: shells, pits, pebbles.
-struct LookFigures {
+struct TextureParameters {
   std::array<float, 3> base;
   std::array<float, 3> growth;
   std::array<float, 3> spot;
@@ -23,8 +23,8 @@ struct LookFigures {
   float detail;        // contrast of the fine noise
   float spot_level;
 };
-constexpr int kLooks = 7;
-constexpr std::array<LookFigures, kLooks> kFigures{{
+constexpr int kTextures = 7;
+constexpr std::array<TextureParameters, kTextures> kFigures{{
     {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 2.0F, 0.1F, 0.0F, 2.0F},
     // sand: ripples of dark silt, bits of shell
     {{0.36F, 0.31F, 0.24F},
@@ -92,15 +92,15 @@ struct ColumnOf {
 void gather(const RayBatch& rays, ColumnOf& f) {
   for (int k = 0; k < RayBatch::kSize; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const LookFigures& look = kFigures[static_cast<std::size_t>(rays.look[i])];
-    f.level[i] = look.growth_level;
-    f.edge[i] = look.growth_edge;
-    f.detail[i] = look.detail;
-    f.spot_level[i] = look.spot_level;
+    const TextureParameters& texture = kFigures[static_cast<std::size_t>(rays.texture[i])];
+    f.level[i] = texture.growth_level;
+    f.edge[i] = texture.growth_edge;
+    f.detail[i] = texture.detail;
+    f.spot_level[i] = texture.spot_level;
     for (std::size_t c = 0; c < 3; ++c) {
-      f.base[c][i] = rays.tone[i] * look.base[c];
-      f.growth[c][i] = rays.tone[i] * look.growth[c];
-      f.spot[c][i] = rays.tone[i] * look.spot[c];
+      f.base[c][i] = rays.tone[i] * texture.base[c];
+      f.growth[c][i] = rays.tone[i] * texture.growth[c];
+      f.spot[c][i] = rays.tone[i] * texture.spot[c];
     }
   }
 }
@@ -137,7 +137,7 @@ std::uint64_t digest(const std::string& name) {
 
 }  // namespace
 
-Look look_of(const std::string& name, bool is_ground) {
+Texture texture_of(const std::string& name, bool is_ground) {
   std::string lower = name;
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const auto says = [&](std::initializer_list<std::string_view> words) {
@@ -145,10 +145,10 @@ Look look_of(const std::string& name, bool is_ground) {
       return lower.find(word) != std::string::npos;
     });
   };
-  if (says({"seabed", "ground", "sand", "bottom"})) return Look::kSand;
-  if (says({"basin", "pool", "wall", "floor", "quay"})) return Look::kConcrete;
-  if (is_ground) return Look::kSand;
-  return digest(name) % 2 == 0 ? Look::kRust : Look::kPaint;
+  if (says({"seabed", "ground", "sand", "bottom"})) return Texture::kSand;
+  if (says({"basin", "pool", "wall", "floor", "quay"})) return Texture::kConcrete;
+  if (is_ground) return Texture::kSand;
+  return digest(name) % 2 == 0 ? Texture::kRust : Texture::kPaint;
 }
 
 float tone_of(const std::string& name) {

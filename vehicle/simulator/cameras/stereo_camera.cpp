@@ -8,7 +8,7 @@
 #include "common/assert.h"
 #include "common/random.h"
 #include "common/range_check.h"
-#include "vehicle/simulator/cameras/camera_eye.h"
+#include "vehicle/simulator/cameras/camera_renderer.h"
 #include "vehicle/simulator/cameras/gaussian_blur.h"
 #include "vehicle/simulator/cameras/visible_scene.h"
 #include "vehicle/simulator/water/marine_snow.h"
@@ -100,7 +100,7 @@ struct StereoCamera::Impl {
         exposure(options.sensor),
         sensor(options.camera(0), options.sensor) {
     for (int k = 0; k < 2; ++k) {
-      eyes.emplace_back(options.camera(k), options.lamps, options.water, options.spectrum);
+      renderers.emplace_back(options.camera(k), options.lamps, options.water, options.spectrum);
     }
   }
 
@@ -129,7 +129,7 @@ struct StereoCamera::Impl {
     for (std::size_t k = 0; k < 2; ++k) {
       const std::uint64_t key = noise.bits();
       if (looks(k)) {
-        grey += sensor.develop(eyes[k].radiance(), last_exposure, key, pixels[k]);
+        grey += sensor.develop(renderers[k].radiance(), last_exposure, key, pixels[k]);
         count += 1.0;
       } else if (faults[k] == CameraFault::kBlackout) {
         pixels[k].assign(pixels[k].size(), 0);
@@ -141,15 +141,16 @@ struct StereoCamera::Impl {
   }
 
   void see(std::size_t k, Utime now, const Pose& X_WB, const std::optional<Pose>& X_DW) {
-    CameraEye& eye = eyes[k];
-    eye.look(scene, light, X_WB, to_seconds(now), X_DW);
-    std::vector<float>& radiance = eye.radiance();
+    CameraRenderer& renderer = renderers[k];
+    renderer.render(scene, light, X_WB, to_seconds(now), X_DW);
+    std::vector<float>& radiance = renderer.radiance();
     if (options.water.halo_per_m > 0.0 && options.water.halo_sigma_px > 0.0) {
-      add_halo(halo(radiance).data(), eye.distance().data(),
+      add_halo(halo(radiance).data(), renderer.distance().data(),
                static_cast<float>(options.water.halo_per_m), radiance.size(), radiance.data());
     }
-    const Pose X_WC = X_WB * eye.camera().X_BC;
-    snow.draw(eye.camera(), X_WC, light, scene.sky().at(X_WC.p), eye.distance(), radiance);
+    const Pose X_WC = X_WB * renderer.camera().X_BC;
+    snow.draw(renderer.camera(), X_WC, light, scene.sky().at(X_WC.p), renderer.distance(),
+              radiance);
     if (faults[k] == CameraFault::kBlur) radiance = fault_blur(radiance);
   }
 
@@ -158,7 +159,7 @@ struct StereoCamera::Impl {
     double count = 0.0;
     for (std::size_t k = 0; k < 2; ++k) {
       if (!looks(k)) continue;
-      mean += sensor.mean(eyes[k].radiance());
+      mean += sensor.mean(renderers[k].radiance());
       count += 1.0;
     }
     exposure.settle(mean / count);
@@ -178,7 +179,7 @@ struct StereoCamera::Impl {
   GaussianBlur fault_blur;
   AutoExposure exposure;
   ImageSensor sensor;
-  std::vector<CameraEye> eyes;
+  std::vector<CameraRenderer> renderers;
   std::array<CameraFault, 2> faults{};
   std::array<std::vector<std::uint8_t>, 2> pixels;  // the last images
   Exposure last_exposure;

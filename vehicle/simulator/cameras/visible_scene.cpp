@@ -24,21 +24,21 @@ VisibleScene::VisibleScene(const planning::World& world, std::span<const Tag> ta
   for (std::size_t i = 0; i < traced_.triangles().size(); ++i) {
     const std::string& name = traced_.name_of_triangle(i);
     face_planes_.push_back(traced_.triangles().plane(i));
-    faces_.push_back(face(face_planes_.back(), look_of(name, false), tone_of(name)));
+    faces_.push_back(face(face_planes_.back(), texture_of(name, false), tone_of(name)));
   }
   for (std::size_t i = 0; i < traced_.planes().size(); ++i) {
     const std::string& name = traced_.name_of_plane(i);
     face_planes_.push_back(traced_.planes()[i]);
     const bool is_ground = face_planes_.back().normal.z() > 0.7;
-    faces_.push_back(face(face_planes_.back(), look_of(name, is_ground), tone_of(name)));
+    faces_.push_back(face(face_planes_.back(), texture_of(name, is_ground), tone_of(name)));
   }
   diver_.add(placed_solid(Diver::shape()));
   diver_.build();
 }
 
-VisibleScene::Face VisibleScene::face(const TracedPlane& plane, Look look, float tone) {
+VisibleScene::Face VisibleScene::face(const TracedPlane& plane, Texture texture, float tone) {
   const Eigen::Vector3f n = plane.normal.cast<float>();
-  return {n.x(), n.y(), n.z(), tone, static_cast<std::int32_t>(look)};
+  return {n.x(), n.y(), n.z(), tone, static_cast<std::int32_t>(texture)};
 }
 
 bool VisibleScene::covers(const Eigen::Vector3d& p_W, const std::optional<Pose>& X_DW) const {
@@ -82,7 +82,7 @@ void VisibleScene::fill_open(const Eigen::Vector3d& o, RayBatch& rays, std::size
   if (!is_surface) rays.distance[i] = RayBatch::kFar;
   rays.glow[i] = is_surface ? smooth_step(0.62F, 0.70F, up) : 0.0F;
   rays.nx[i] = rays.ny[i] = rays.nz[i] = 0.0F;
-  rays.look[i] = 0;
+  rays.texture[i] = 0;
   rays.tone[i] = 1.0F;
   rays.footprint[i] = RayBatch::kFar;
 }
@@ -104,7 +104,7 @@ void VisibleScene::fill(const Eigen::Vector3d& o, double radians_per_px, const I
     rays.nx[i] = side * face.nx;
     rays.ny[i] = side * face.ny;
     rays.nz[i] = side * face.nz;
-    rays.look[i] = face.look;
+    rays.texture[i] = face.texture;
     rays.tone[i] = face.tone;
     rays.glow[i] = 0.0F;
     rays.footprint[i] = width * rays.distance[i] / std::max(kGrazing, -side * along);
@@ -151,7 +151,7 @@ void VisibleScene::add_boards(const Eigen::Vector3d& o, double radians_per_px, R
     rays.nz[i] = n.z();
     rays.footprint[i] =
         static_cast<float>(radians_per_px * met->distance) / std::max(kGrazing, cosine);
-    rays.look[i] = static_cast<std::int32_t>(Look::kPrint);
+    rays.texture[i] = static_cast<std::int32_t>(Texture::kPrint);
     rays.tone[i] = met->is_white ? kWhite : kBlack;
     rays.glow[i] = 0.0F;
     ids[i] = met->is_white ? kPrintWhite : kPrintBlack;
@@ -184,7 +184,7 @@ void VisibleScene::add_diver(const Eigen::Vector3d& o, double radians_per_px, co
     rays.ty[i] = static_cast<float>(p_D.y());
     rays.tz[i] = static_cast<float>(p_D.z());
     rays.footprint[i] = static_cast<float>(radians_per_px * range) / std::max(kGrazing, cosine);
-    rays.look[i] = static_cast<std::int32_t>(Look::kSuit);
+    rays.texture[i] = static_cast<std::int32_t>(Texture::kSuit);
     rays.tone[i] = 1.0F;
     rays.glow[i] = 0.0F;
     ids[i] = kDiver;

@@ -45,9 +45,9 @@ class VisibleScene {
   struct Face {
     float nx, ny, nz;
     float tone;
-    std::int32_t look;
+    std::int32_t texture;
   };
-  static Face face(const TracedPlane& plane, Look look, float tone);
+  static Face face(const TracedPlane& plane, Texture texture, float tone);
 
   void find(const Eigen::Vector3d& o, const TriangleScene::Packet& packet, std::size_t first,
             std::size_t count, RayBatch& rays, Ids& ids) const;

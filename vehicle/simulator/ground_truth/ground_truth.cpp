@@ -263,9 +263,9 @@ struct TriangulatedWorld::Impl {
     const auto take = [&](std::size_t obstacle, double distance) {
       distances[obstacle] = std::min(distances[obstacle], distance);
     };
-    constexpr double kFarthest = ClearanceMeter::kReleaseClearance;
+    constexpr double kMaxDistance = ClearanceMeter::kReleaseClearance;
     for (const Plane& plane : planes_W) take(plane.obstacle, plane.distance(part.solid));
-    TrianglesWithin search(kFarthest * kFarthest,
+    TrianglesWithin search(kMaxDistance * kMaxDistance,
                            [&](Triangles::const_iterator wall, double squared) {
                              take(obstacle_of(wall), std::sqrt(squared));
                            });

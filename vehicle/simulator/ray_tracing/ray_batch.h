@@ -3,7 +3,7 @@
 // instructions.
 //
 // Every stage is plain IEEE arithmetic without reductions: the results are bit-identical for every
-// instruction set (the compiler contracts nothing, see cmake/DiveRoom.cmake).
+// instruction set (the compiler contracts nothing, see cmake/DiveLibrary.cmake).
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ struct RayBatch {
   alignas(64) Floats nx{}, ny{}, nz{};  ///< Unit normal there, in W, on the side of the lens.
   alignas(64) Floats tx{}, ty{}, tz{};  ///< The point in the frame of the object met, m.
   alignas(64) Floats footprint{};       ///< Size of a pixel there, m, along its longer side.
-  alignas(64) Ints look{};              ///< Index of the surface's look; 0: none.
+  alignas(64) Ints texture{};           ///< Index of the surface's look; 0: none.
   alignas(64) Floats tone{};            ///< Factor of the object met on the albedo of the look.
   alignas(64) Floats sky{};             ///< Fraction of the daylight that reaches the point.
   alignas(64) Floats glow{};            ///< Fraction of the daylight emitted from the point.

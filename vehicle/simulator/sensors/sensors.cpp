@@ -43,7 +43,7 @@ void Sensors::feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vec
 
 SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& specific_force_B,
                               const HealthSample& health) {
-  Taken& now = taken_[taken_count_ % kSlots];
+  Sampled& now = sampled_[sampled_count_ % kSlots];
   now.imu.utime = truth.utime;
   now.imu.q_WB = (from_rpy(0.0, 0.0, heading_bias_) * truth.X_WB.q *
                   so3_exp(noise(deg_to_rad(conditions_.attitude_noise_deg))))
@@ -54,11 +54,11 @@ SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& s
   now.depth.depth_m = -truth.X_WB.p.z() + conditions_.depth_noise_m * random_.normal();
   now.inertial = felt_;
   felt_.count = 0;
-  ++taken_count_;
+  ++sampled_count_;
 
   SensorSamples arriving;
-  if (taken_count_ > latency_ticks_) {
-    const Taken& then = taken_[(taken_count_ - 1 - latency_ticks_) % kSlots];
+  if (sampled_count_ > latency_ticks_) {
+    const Sampled& then = sampled_[(sampled_count_ - 1 - latency_ticks_) % kSlots];
     arriving.imu = then.imu;
     arriving.depth = then.depth;
     arriving.inertial = then.inertial;

@@ -28,7 +28,7 @@ class Sensors {
                                      const HealthSample& health);
 
  private:
-  struct Taken {
+  struct Sampled {
     ImuSample imu;
     DepthSample depth;
     InertialSamples inertial;
@@ -43,9 +43,9 @@ class Sensors {
   std::optional<InertialUnit> unit_;
   InertialSamples felt_;  ///< IMU samples of this tick.
   std::size_t latency_ticks_ = 0;
-  std::size_t taken_count_ = 0;
+  std::size_t sampled_count_ = 0;
   Utime next_health_ = 0;
-  std::array<Taken, kSlots> taken_{};
+  std::array<Sampled, kSlots> sampled_{};
 };
 
 }  // namespace dive::vehicle

@@ -12,7 +12,7 @@ constexpr std::uint64_t kStream = 23;
 constexpr double kSide = 3.0;        // m, side of the box of particles around the lens
 constexpr double kAperture = 0.002;  // m
 constexpr double kFocus = 2.0;       // m
-constexpr double kNearest = 0.04;    // m in front of the lens
+constexpr double kMinDepth = 0.04;   // m in front of the lens
 constexpr double kSpread = 0.47;     // sigma of the logarithm of the radius: a factor of 1.6
 constexpr float kAlbedo = 0.7F;
 
@@ -20,10 +20,10 @@ constexpr float kAlbedo = 0.7F;
 
 MarineSnow::MarineSnow(const WaterOptics& water, std::uint64_t seed) {
   Random random(seed, kStream);
-  specks_.resize(static_cast<std::size_t>(std::round(water.snow_per_m3 * std::pow(kSide, 3))));
-  for (Speck& speck : specks_) {
-    speck.place = Drifter::draw(random, kSide, water.snow_speed);
-    speck.radius = water.snow_radius_m * std::exp(kSpread * random.normal());
+  particles_.resize(static_cast<std::size_t>(std::round(water.snow_per_m3 * std::pow(kSide, 3))));
+  for (Particle& particle : particles_) {
+    particle.place = Drifter::draw(random, kSide, water.snow_speed);
+    particle.radius = water.snow_radius_m * std::exp(kSpread * random.normal());
   }
 }
 
@@ -38,18 +38,19 @@ void MarineSnow::draw(const CameraModel& camera, const Pose& X_WC, const WaterLi
                       std::vector<float>& radiance) const {
   const Pose X_CW = X_WC.inverse();
   const double t = to_seconds(utime_);
-  for (const Speck& speck : specks_) {
-    const Eigen::Vector3d from_lens_W = speck.place.from_lens(X_WC.p - drift_W_, t, kSide);
+  for (const Particle& particle : particles_) {
+    const Eigen::Vector3d from_lens_W = particle.place.from_lens(X_WC.p - drift_W_, t, kSide);
     const Eigen::Vector3d p_C = X_CW.q * from_lens_W;
-    if (p_C.z() < kNearest || X_WC.p.z() + from_lens_W.z() > 0.0) continue;
+    if (p_C.z() < kMinDepth || X_WC.p.z() + from_lens_W.z() > 0.0) continue;
     const std::optional<Eigen::Vector2d> centre = camera.project(p_C);
     if (!centre) continue;
-    const double sharp = camera.fx * speck.radius / p_C.z();
+    const double sharp = camera.fx * particle.radius / p_C.z();
     const double blurred = 0.5 * camera.fx * kAperture * std::abs(1.0 / p_C.z() - 1.0 / kFocus);
     const double radius = std::max(0.6, std::hypot(sharp, blurred));
-    if (!camera.in_picture(*centre, -radius)) continue;
+    if (!camera.in_image(*centre, -radius)) continue;
     const float share = std::min(1.0F, static_cast<float>(sharp * sharp / (radius * radius)));
-    draw_disc(camera, *centre, radius, kAlbedo * share * light.of_speck(X_WC.p + from_lens_W, sky),
+    draw_disc(camera, *centre, radius,
+              kAlbedo * share * light.of_particle(X_WC.p + from_lens_W, sky),
               static_cast<float>(p_C.norm()), distance, radiance);
   }
 }

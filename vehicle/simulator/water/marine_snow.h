@@ -29,7 +29,7 @@ class MarineSnow {
             const std::vector<float>& distance, std::vector<float>& radiance) const;
 
  private:
-  struct Speck {
+  struct Particle {
     Drifter place;
     double radius;  // m
   };
@@ -37,7 +37,7 @@ class MarineSnow {
                  float light, float far, const std::vector<float>& distance,
                  std::vector<float>& radiance) const;
 
-  std::vector<Speck> specks_;
+  std::vector<Particle> particles_;
   Eigen::Vector3d current_W_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d drift_W_ = Eigen::Vector3d::Zero();
   Utime utime_ = 0;

@@ -6,8 +6,8 @@
 namespace dive::vehicle {
 namespace {
 
-constexpr double kMostCorners = 150'000.0;
-constexpr double kLeastCell = 0.4;  // m
+constexpr double kMaxCorners = 150'000.0;
+constexpr double kMinCell = 0.4;  // m
 constexpr int kRays = 9;
 constexpr double kWindow = 0.85;  // rad, half the width of Snell's window
 
@@ -29,7 +29,7 @@ std::array<Eigen::Vector3d, kRays> directions() {
 // Extended down to the half-spaces below everything bounded, and to the sides as far as shadows
 // reach there.
 Eigen::AlignedBox3d with_ground(Eigen::AlignedBox3d box, const std::vector<TracedPlane>& planes) {
-  constexpr double kFarthest = 6.0;  // m: the shadow of a higher object is faint
+  constexpr double kMaxHeight = 6.0;  // m: the shadow of a higher object is faint
   const Eigen::Vector3d middle = box.center();
   double ground = box.min().z();
   for (const auto& [normal, offset] : planes) {
@@ -37,7 +37,7 @@ Eigen::AlignedBox3d with_ground(Eigen::AlignedBox3d box, const std::vector<Trace
     ground = std::min(ground, (offset - normal.head<2>().dot(middle.head<2>())) / normal.z());
   }
   if (ground >= box.min().z()) return box;
-  const double aside = std::min(kFarthest, std::tan(kWindow) * (box.max().z() - ground));
+  const double aside = std::min(kMaxHeight, std::tan(kWindow) * (box.max().z() - ground));
   box.min() -= Eigen::Vector3d(aside, aside, 0.0);
   box.max() += Eigen::Vector3d(aside, aside, 0.0);
   box.min().z() = ground;
@@ -52,8 +52,8 @@ SkyLight::SkyLight(const TracedWorld& traced, const Eigen::AlignedBox3d& bounds)
   Eigen::Vector3d high = shaded.max();
   high.z() = std::min(high.z(), 0.0);
   low_ = shaded.min();
-  const Eigen::Vector3d size = (high - low_).cwiseMax(kLeastCell);
-  cell_ = std::max(kLeastCell, std::cbrt(size.prod() / kMostCorners));
+  const Eigen::Vector3d size = (high - low_).cwiseMax(kMinCell);
+  cell_ = std::max(kMinCell, std::cbrt(size.prod() / kMaxCorners));
   for (int k = 0; k < 3; ++k) {
     corners_[static_cast<std::size_t>(k)] = static_cast<int>(std::ceil(size[k] / cell_)) + 1;
   }

@@ -219,7 +219,7 @@ void WaterLight::shade(RayBatch& rays) const {
     float highest = -1e9F;
     for (int k = 0; k < rays.count; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      if (rays.look[i] != 0) highest = std::max(highest, rays.tz[i]);
+      if (rays.texture[i] != 0) highest = std::max(highest, rays.tz[i]);
     }
     if (caustics_at(-highest) > 0.0F) add_caustics(rays, sunlit);
     direct(surface_light_, beam_, downwelling_, lens_W_.z(), sunlit, rays);
@@ -230,7 +230,7 @@ void WaterLight::shade(RayBatch& rays) const {
   for (const PlacedLamp& lamp : placed_) add_lamp(lamp, rays);
 }
 
-float WaterLight::of_speck(const Eigen::Vector3d& p_W, float sky) const {
+float WaterLight::of_particle(const Eigen::Vector3d& p_W, float sky) const {
   const Eigen::Vector3f p = p_W.cast<float>();
   const float d = (p - lens_W_).norm();
   const float depth = std::max(0.0F, -p.z());

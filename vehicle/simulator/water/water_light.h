@@ -42,7 +42,7 @@ class WaterLight {
   /// Writes `radiance`.
   void shade(RayBatch& rays) const;
   /// Radiance of a small white object at p_W at the lens.
-  [[nodiscard]] float of_speck(const Eigen::Vector3d& p_W, float sky) const;
+  [[nodiscard]] float of_particle(const Eigen::Vector3d& p_W, float sky) const;
 
  private:
   struct PlacedLamp {

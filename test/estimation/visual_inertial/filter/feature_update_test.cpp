@@ -179,7 +179,7 @@ RC_GTEST_PROP(ImuSystems, HaveTheJacobiansThatDifferencesGive, ()) {
   };
   const MatrixXd numeric = numeric_jacobian(expected, 15);
   const ImuSystem depth = depth_system(state, 3.0, sensor, 0.1);
-  const ImuSystem still = still_system(state, Vector3d::Zero(), 0.1, 0.1);
+  const ImuSystem still = zero_velocity_system(state, Vector3d::Zero(), 0.1, 0.1);
   RC_ASSERT((depth.H - numeric.topRows<1>()).cwiseAbs().maxCoeff() < 1e-6);
   RC_ASSERT((still.H - numeric.bottomRows<6>()).cwiseAbs().maxCoeff() < 1e-6);
   const VectorXd at = expected(VectorXd::Zero(15));

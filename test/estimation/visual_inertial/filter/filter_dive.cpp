@@ -114,8 +114,8 @@ FilterDiveResult run(AnalyticDive& dive, const AnalyticDiveOptions& options,
       for (const auto& landmark : filter.landmarks()) {
         ++result.used;
         if (!AnalyticDive::is_snow(landmark.id)) continue;
-        ++result.used_snow;
-        result.believed_snow.insert(landmark.id);
+        ++result.used_particles;
+        result.accepted_particles.insert(landmark.id);
       }
     }
     const DiveTruth truth = dive.truth(t);

@@ -23,9 +23,9 @@ struct FilterDiveResult {
   double distance_m = 0.0;
   std::vector<double> frame_ms;          ///< Processor time of all calls since the previous frame.
   std::int64_t used = 0;                 ///< Number of updates of the state by a landmark.
-  std::int64_t used_snow = 0;            ///< Number of those by a moving one.
+  std::int64_t used_particles = 0;            ///< Number of those by a moving one.
   std::set<std::int64_t> snow;           ///< All moving objects in front of the camera.
-  std::set<std::int64_t> believed_snow;  ///< Moving objects that ever updated the state.
+  std::set<std::int64_t> accepted_particles;  ///< Moving objects that ever updated the state.
 };
 
 /// The filter's configuration for the dive.

@@ -153,7 +153,7 @@ TEST(Faults, ADepthThatStaysWrongIsLeftOutWhileThereIsSight) {
   };
   EXPECT_LT(d.go(), 0.1);
   EXPECT_TRUE(d.health().depth_fault);
-  EXPECT_TRUE(d.health().doubtful);
+  EXPECT_TRUE(d.health().is_suspect);
   EXPECT_FALSE(d.health().diverged) << d.health().reason;
   EXPECT_THAT(d.faults().last, HasSubstr("the sensor is left out"));
 }

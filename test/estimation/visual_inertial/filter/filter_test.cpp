@@ -165,7 +165,7 @@ TEST(Start, AtRestFindsTheVerticalAndStandsStill) {
   VisualInertialFilter filter(told(dive, options), start);
   const auto result = run(dive, options, filter, 0.0, 10.0);
   ASSERT_FALSE(result.errors.empty());
-  EXPECT_TRUE(filter.health().is_still);
+  EXPECT_TRUE(filter.health().is_at_rest);
   EXPECT_LT(result.errors.back().position.norm(), 0.05);
   EXPECT_LT(rad_to_deg(result.errors.back().attitude), 1.5);
   EXPECT_LT(result.errors.back().nees_attitude, 16.0);
@@ -249,7 +249,7 @@ TEST(Snow, IsKeptOut) {
   Dived d(options, 51);
   const auto result = d.go(0.0, 30.0);
   EXPECT_GT(result.used, 2000);
-  EXPECT_LT(static_cast<double>(result.used_snow), 0.01 * static_cast<double>(result.used));
+  EXPECT_LT(static_cast<double>(result.used_particles), 0.01 * static_cast<double>(result.used));
   EXPECT_GT(result.snow.size(), 1'000U);
   EXPECT_LT(result.errors.back().position.norm(), 0.2);
   EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;

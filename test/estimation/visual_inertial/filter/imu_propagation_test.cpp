@@ -106,7 +106,7 @@ TEST(Propagation, FollowsAMotionInClosedForm) {
     ImuBuffer buffer(filter);
     const auto tick = static_cast<Utime>(1e6 / hz);
     for (Utime utime = 0; utime <= 10'000'000; utime += tick) {
-      ASSERT_EQ(buffer.add(dive.imu(utime)), ImuVerdict::kGood);
+      ASSERT_EQ(buffer.add(dive.imu(utime)), ImuCheck::kGood);
     }
     const testing::DiveTruth begin = dive.truth(0.0123);
     ImuState state{{begin.X_WB.q, begin.X_WB.p, begin.X_WB.q * begin.v_WB_B},
@@ -135,17 +135,17 @@ TEST(ImuBuffer, SaysWhatIsWrongWithASample) {
   VisualInertialOptions options;
   ImuBuffer buffer(options);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(buffer.add(sample(0)), ImuVerdict::kGood);
-  EXPECT_EQ(buffer.add(sample(0)), ImuVerdict::kStamp) << "twice";
-  EXPECT_EQ(buffer.add(sample(-5'000)), ImuVerdict::kStamp) << "reversed";
-  EXPECT_EQ(buffer.add(sample(5'000, {nan, 0, 0})), ImuVerdict::kNotFinite);
-  EXPECT_EQ(buffer.add(sample(10'000, {9.0, 0, 0})), ImuVerdict::kSaturated);
+  EXPECT_EQ(buffer.add(sample(0)), ImuCheck::kGood);
+  EXPECT_EQ(buffer.add(sample(0)), ImuCheck::kStamp) << "twice";
+  EXPECT_EQ(buffer.add(sample(-5'000)), ImuCheck::kStamp) << "reversed";
+  EXPECT_EQ(buffer.add(sample(5'000, {nan, 0, 0})), ImuCheck::kNotFinite);
+  EXPECT_EQ(buffer.add(sample(10'000, {9.0, 0, 0})), ImuCheck::kSaturated);
   EXPECT_EQ(buffer.newest().gyro_B.x(), options.gyro_limit);
-  EXPECT_EQ(buffer.add(sample(100'000)), ImuVerdict::kGap);
-  EXPECT_EQ(buffer.add(sample(3'600'000'000)), ImuVerdict::kStamp) << "one leap is an error";
-  EXPECT_EQ(buffer.add(sample(105'000)), ImuVerdict::kGood);
-  EXPECT_EQ(buffer.add(sample(3'600'000'000)), ImuVerdict::kStamp);
-  EXPECT_EQ(buffer.add(sample(3'600'005'000)), ImuVerdict::kGap) << "two are the time";
+  EXPECT_EQ(buffer.add(sample(100'000)), ImuCheck::kGap);
+  EXPECT_EQ(buffer.add(sample(3'600'000'000)), ImuCheck::kStamp) << "one leap is an error";
+  EXPECT_EQ(buffer.add(sample(105'000)), ImuCheck::kGood);
+  EXPECT_EQ(buffer.add(sample(3'600'000'000)), ImuCheck::kStamp);
+  EXPECT_EQ(buffer.add(sample(3'600'005'000)), ImuCheck::kGap) << "two are the time";
 }
 
 TEST(ImuBuffer, CoversEveryMicrosecondAndDoubtsGaps) {
@@ -155,15 +155,15 @@ TEST(ImuBuffer, CoversEveryMicrosecondAndDoubtsGaps) {
   std::vector<ImuInterval> intervals;
   buffer.intervals(-2'000, 320'000, intervals);
   double covered = 0.0;
-  double doubted = 0.0;
+  double suspected = 0.0;
   for (const ImuInterval& interval : intervals) {
     EXPECT_GT(interval.dt, 0.0);
     EXPECT_LE(interval.dt, 0.05 + 1e-9);
     covered += interval.dt;
-    if (interval.gyro > 0.0) doubted += interval.dt;
+    if (interval.gyro > 0.0) suspected += interval.dt;
   }
   EXPECT_NEAR(covered, 0.322, 1e-9);
-  EXPECT_NEAR(doubted, 0.3, 1e-9);
+  EXPECT_NEAR(suspected, 0.3, 1e-9);
 }
 
 }  // namespace

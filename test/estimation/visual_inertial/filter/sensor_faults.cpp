@@ -93,7 +93,7 @@ void spoil_frames(const std::string& fault, double onset, Random& random, Hooks&
 }
 
 bool is_flagged(const estimation::FilterHealth& health) {
-  return health.diverged || health.is_blind || health.doubtful || health.depth_fault;
+  return health.diverged || health.is_blind || health.is_suspect || health.depth_fault;
 }
 
 }  // namespace
@@ -127,7 +127,7 @@ FaultDive dive_with(const std::string& fault, std::uint64_t seed) {
     const bool told_of = is_flagged(health);
     ++result.seconds;
     result.flagged += told_of ? 1 : 0;
-    if (told_of) result.told = health.diverged ? health.reason : health.doubt;
+    if (told_of) result.told = health.diverged ? health.reason : health.suspicion;
     if (error.nees_position < kFar2 && error.nees_attitude < kFar2) return;
     ++result.far;
     result.untold += told_of ? 0 : 1;

@@ -48,8 +48,8 @@ Painting painting(const Vector2f& middle, const Vector2f& t, const Matrix2f& A, 
 
 const Vector2f kMiddle(60.3F, 50.6F);
 const Painting& first() {
-  static const Painting picture = painting(kMiddle, kMiddle, Matrix2f::Identity());
-  return picture;
+  static const Painting image = painting(kMiddle, kMiddle, Matrix2f::Identity());
+  return image;
 }
 
 TEST(AnchorPatch, IsFoundBentMovedAndInOtherLight) {
@@ -83,7 +83,7 @@ TEST(AnchorPatch, IsNotFoundWhereSomethingElseIs) {
   }
 }
 
-TEST(AnchorPatch, TakesNothingOverTheEdgeOrFromAnEmptyPicture) {
+TEST(AnchorPatch, TakesNothingOverTheEdgeOrFromAnEmptyImage) {
   EXPECT_FALSE(AnchorPatch::cut(first().view(), {5.0F, 50.0F}));
   EXPECT_FALSE(AnchorPatch::cut(first().view(), {60.0F, kHeight - 6.0F}));
   Painting empty = first();

@@ -74,12 +74,12 @@ TEST(Tracker, StaysOnWhatItSawFirst) {
   const CameraModel camera = test_camera();
   Tracker tracker({}, camera, std::nullopt, 1);
   Truth truth(room, camera);
-  TrackedPicture last;
+  TrackedImage last;
   for (int k = 0; k < 40; ++k) {
     const Pose X_WC = camera_pose(camera, swimming, k);
-    last = tracker.step(room.picture(camera, X_WC, k * kPeriod), nullptr,
+    last = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr,
                         turn(camera, swimming, std::max(0, k - 1), k));
-    ASSERT_EQ(last.quality.fault, PictureFault::kNone) << last.quality.reason;
+    ASSERT_EQ(last.quality.fault, ImageFault::kNone) << last.quality.reason;
     EXPECT_LE(last.frame.features.size(), 200U);
     const auto errors = truth.errors(last.frame, X_WC);
     if (k == 0) continue;
@@ -91,12 +91,12 @@ TEST(Tracker, StaysOnWhatItSawFirst) {
             static_cast<int>(last.frame.features.size()));
 }
 
-TEST(Tracker, SpreadsFeaturesOverThePicture) {
+TEST(Tracker, SpreadsFeaturesOverTheImage) {
   PaintedRoom room({4, 3, 2});
   const CameraModel camera = test_camera();
   Tracker tracker({}, camera, std::nullopt, 1);
-  const TrackedPicture seen = tracker.step(
-      room.picture(camera, camera_pose(camera, swimming, 0), 0), nullptr, std::nullopt);
+  const TrackedImage seen =
+      tracker.step(room.image(camera, camera_pose(camera, swimming, 0), 0), nullptr, std::nullopt);
   int quarter[2][2] = {};
   for (const FeatureObservation& f : seen.frame.features) {
     ++quarter[f.left.x() > 0 ? 1 : 0][f.left.y() > 0 ? 1 : 0];
@@ -116,9 +116,9 @@ TEST(Tracker, FindsDepthInStereo) {
   for (int k = 0; k < 6; ++k) {
     const Pose X_WL = camera_pose(left, swimming, k);
     const Pose X_WR = camera_pose(right, swimming, k);
-    const ImageFrame right_picture = room.picture(right, X_WR, k * kPeriod + 100);
-    const TrackedPicture seen = tracker.step(room.picture(left, X_WL, k * kPeriod), &right_picture,
-                                             turn(left, swimming, std::max(0, k - 1), k));
+    const ImageFrame right_image = room.image(right, X_WR, k * kPeriod + 100);
+    const TrackedImage seen = tracker.step(room.image(left, X_WL, k * kPeriod), &right_image,
+                                           turn(left, swimming, std::max(0, k - 1), k));
     EXPECT_TRUE(seen.quality.right_reason.empty()) << seen.quality.right_reason;
     std::map<std::int64_t, double> errors;
     for (const FeatureObservation& f : seen.frame.features) {
@@ -147,7 +147,7 @@ TEST(Tracker, KeepsThroughAFastTurnWhatItLosesWithoutGyro) {
       const Pose X_WC = camera_pose(camera, turning, k);
       std::optional<Eigen::Quaterniond> q;
       if (gyro) q = turn(camera, turning, std::max(0, k - 1), k);
-      const TrackedPicture seen = tracker.step(room.picture(camera, X_WC, k * kPeriod), nullptr, q);
+      const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr, q);
       for (const auto& [id, error] : truth.errors(seen.frame, X_WC)) {
         if (error < 1.0) ++kept[gyro ? 1 : 0];
         if (gyro) {
@@ -179,8 +179,8 @@ Snowed snowed() {
   Snowed result;
   for (int k = 0; k < 40; ++k) {
     const Pose X_WC = camera_pose(camera, swimming, k);
-    const TrackedPicture seen = tracker.step(room.picture(camera, X_WC, k * kPeriod), nullptr,
-                                             turn(camera, swimming, std::max(0, k - 1), k));
+    const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr,
+                                           turn(camera, swimming, std::max(0, k - 1), k));
     for (const FeatureObservation& f : seen.frame.features) {
       const auto [flake, is_new] =
           is_flake.try_emplace(f.id, room.has_flake(camera, X_WC, k * kPeriod, f.left));
@@ -207,9 +207,8 @@ TEST(Tracker, FollowsAsTheLightGoesDown) {
   double light = 1.0;
   for (int k = 0; k < 8; ++k, light *= 0.85) {
     const Pose X_WC = camera_pose(camera, swimming, k);
-    const TrackedPicture seen =
-        tracker.step(room.picture(camera, X_WC, k * kPeriod, 0.5, light), nullptr,
-                     turn(camera, swimming, std::max(0, k - 1), k));
+    const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod, 0.5, light),
+                                           nullptr, turn(camera, swimming, std::max(0, k - 1), k));
     const auto errors = truth.errors(seen.frame, X_WC);
     if (k == 0) continue;
     EXPECT_GT(seen.quality.tracked, 130) << k;
@@ -224,8 +223,8 @@ TEST(Tracker, NeverGivesAnIdTwice) {
   std::set<std::int64_t> gone;
   std::set<std::int64_t> last;
   for (const int k : {0, 1, 2, 40, 41, 42, 90, 91}) {  // gaps: all tracks restart
-    const TrackedPicture seen = tracker.step(
-        room.picture(camera, camera_pose(camera, swimming, k), k * kPeriod), nullptr, std::nullopt);
+    const TrackedImage seen = tracker.step(
+        room.image(camera, camera_pose(camera, swimming, k), k * kPeriod), nullptr, std::nullopt);
     std::set<std::int64_t> ids;
     for (const FeatureObservation& f : seen.frame.features) {
       EXPECT_TRUE(ids.insert(f.id).second);
@@ -248,9 +247,9 @@ TEST(Tracker, DoesTheSameTwice) {
     room.snow(500, {1.5, 0.0, 0.0}, 1.5, 0.05);
     Tracker tracker({}, left, right, 1);
     for (int k = 0; k < 4; ++k) {
-      const ImageFrame r = room.picture(right, camera_pose(right, swimming, k), k * kPeriod);
-      const TrackedPicture seen =
-          tracker.step(room.picture(left, camera_pose(left, swimming, k), k * kPeriod), &r,
+      const ImageFrame r = room.image(right, camera_pose(right, swimming, k), k * kPeriod);
+      const TrackedImage seen =
+          tracker.step(room.image(left, camera_pose(left, swimming, k), k * kPeriod), &r,
                        turn(left, swimming, std::max(0, k - 1), k));
       for (const FeatureObservation& f : seen.frame.features) {
         run.insert(run.end(), {static_cast<double>(f.id), f.left.x(), f.left.y()});
@@ -263,13 +262,13 @@ TEST(Tracker, DoesTheSameTwice) {
 
 class Refusing : public ::testing::Test {
  protected:
-  TrackedPicture step(const ImageFrame& picture, const ImageFrame* right = nullptr) {
+  TrackedImage step(const ImageFrame& image, const ImageFrame* right = nullptr) {
     const auto pose = [&](Utime utime) { return swimming(to_seconds(utime)) * camera.X_BC; };
-    const Utime last = tracker.utime().value_or(picture.utime);
-    return tracker.step(picture, right, pose(picture.utime).q.conjugate() * pose(last).q);
+    const Utime last = tracker.utime().value_or(image.utime);
+    return tracker.step(image, right, pose(image.utime).q.conjugate() * pose(last).q);
   }
   ImageFrame at(int k, double light = 1.0) {
-    return room.picture(camera, camera_pose(camera, swimming, k), k * kPeriod, 1.0, light);
+    return room.image(camera, camera_pose(camera, swimming, k), k * kPeriod, 1.0, light);
   }
 
   PaintedRoom room{{4, 3, 2}};
@@ -278,9 +277,9 @@ class Refusing : public ::testing::Test {
 };
 
 // A rejected image leaves the tracker unchanged, so that the next good image continues.
-TEST_F(Refusing, GoesOnAfterEveryBadPicture) {
+TEST_F(Refusing, GoesOnAfterEveryBadImage) {
   const ImageFrame first = at(0);
-  ASSERT_EQ(step(first).quality.fault, PictureFault::kNone);
+  ASSERT_EQ(step(first).quality.fault, ImageFault::kNone);
   ImageFrame small = at(1);
   small.height -= 1;
   ImageFrame torn = at(1);
@@ -296,26 +295,26 @@ TEST_F(Refusing, GoesOnAfterEveryBadPicture) {
   ImageFrame dazzled = at(1);
   std::fill(dazzled.pixels.begin(), dazzled.pixels.end(), std::uint8_t{255});
   const struct {
-    ImageFrame picture;
-    PictureFault fault;
+    ImageFrame image;
+    ImageFault fault;
     const char* words;
-  } bad[] = {{small, PictureFault::kNotAsAgreed, "752 x 479"},
-             {torn, PictureFault::kNotAsAgreed, "360959 bytes"},
-             {colour, PictureFault::kNotAsAgreed, "colour"},
-             {same_stamp, PictureFault::kNotLater, "stamped 0 us"},
-             {earlier, PictureFault::kNotLater, "-50000 us"},
-             {frozen, PictureFault::kFrozen, "frozen"},
-             {at(1, 0.01), PictureFault::kNoContrast, "mean 1."},
-             {dazzled, PictureFault::kNoContrast, "mean 255.0"}};
-  for (const auto& [picture, fault, words] : bad) {
-    const TrackedPicture refused = step(picture);
+  } bad[] = {{small, ImageFault::kNotAsAgreed, "752 x 479"},
+             {torn, ImageFault::kNotAsAgreed, "360959 bytes"},
+             {colour, ImageFault::kNotAsAgreed, "colour"},
+             {same_stamp, ImageFault::kNotLater, "stamped 0 us"},
+             {earlier, ImageFault::kNotLater, "-50000 us"},
+             {frozen, ImageFault::kFrozen, "frozen"},
+             {at(1, 0.01), ImageFault::kNoContrast, "mean 1."},
+             {dazzled, ImageFault::kNoContrast, "mean 255.0"}};
+  for (const auto& [image, fault, words] : bad) {
+    const TrackedImage refused = step(image);
     EXPECT_EQ(refused.quality.fault, fault) << to_string(refused.quality.fault);
     EXPECT_THAT(refused.quality.reason, HasSubstr(words));
     EXPECT_TRUE(refused.frame.features.empty());
     EXPECT_EQ(tracker.utime(), Utime{0});
   }
-  const TrackedPicture good = step(at(2));
-  EXPECT_EQ(good.quality.fault, PictureFault::kNone);
+  const TrackedImage good = step(at(2));
+  EXPECT_EQ(good.quality.fault, ImageFault::kNone);
   EXPECT_GT(good.quality.tracked, 100);
 }
 
@@ -327,7 +326,7 @@ TEST_F(Refusing, GoesOnWithOneEyeWhenTheOtherIsBad) {
   small.width = 10;
   EXPECT_THAT(step(at(1), &small).quality.right_reason, HasSubstr("10 x 480"));
   const ImageFrame dark = at(2, 0.005);
-  const TrackedPicture seen = step(at(2), &dark);
+  const TrackedImage seen = step(at(2), &dark);
   EXPECT_THAT(seen.quality.right_reason, HasSubstr("nothing to see"));
   EXPECT_GT(seen.quality.tracked, 100);
   EXPECT_EQ(seen.quality.stereo, 0);
@@ -339,37 +338,37 @@ TEST_F(Refusing, GoesOnWithOneEyeWhenTheOtherIsBad) {
 }
 
 TEST_F(Refusing, SaysWhenAllIsLost) {
-  ASSERT_EQ(step(at(0)).quality.fault, PictureFault::kNone);
+  ASSERT_EQ(step(at(0)).quality.fault, ImageFault::kNone);
   Random random(7);
   ImageFrame other = at(1);
   for (std::uint8_t& pixel : other.pixels) pixel = static_cast<std::uint8_t>(random.bits());
-  const TrackedPicture seen = step(other);
-  EXPECT_EQ(seen.quality.fault, PictureFault::kLost);
+  const TrackedImage seen = step(other);
+  EXPECT_EQ(seen.quality.fault, ImageFault::kLost);
   EXPECT_THAT(seen.quality.reason, HasSubstr("are left"));
   EXPECT_GT(seen.quality.lost, 100);
 }
 
 TEST_F(Refusing, SaysWhenThereIsOnlyAHandful) {
-  ImageFrame picture;
-  picture.width = 752;
-  picture.height = 480;
-  picture.pixels.assign(752 * 480, 10);
+  ImageFrame image;
+  image.width = 752;
+  image.height = 480;
+  image.pixels.assign(752 * 480, 10);
   for (std::size_t i = 0; i < 5; ++i) {
     const std::size_t corner = 752 * 100 + 100 * i + 100;
     for (std::size_t y = 0; y < 30; ++y) {
-      for (std::size_t x = 0; x < 30; ++x) picture.pixels[corner + 752 * y + x] = 200;
+      for (std::size_t x = 0; x < 30; ++x) image.pixels[corner + 752 * y + x] = 200;
     }
   }
   TrackerOptions options;
   options.min_features = 150;
   Tracker careful(options, camera, std::nullopt, 1);
-  const TrackedPicture seen = careful.step(picture, nullptr, std::nullopt);
-  EXPECT_EQ(seen.quality.fault, PictureFault::kFewFeatures);
+  const TrackedImage seen = careful.step(image, nullptr, std::nullopt);
+  EXPECT_EQ(seen.quality.fault, ImageFault::kFewFeatures);
   EXPECT_THAT(seen.quality.reason, HasSubstr("where 150 are needed"));
   EXPECT_GT(seen.frame.features.size(), 4U);
 }
 
-TEST_F(Refusing, TellsABlurredPicture) {
+TEST_F(Refusing, TellsABlurredImage) {
   const double sharp = step(at(0)).quality.sharpness;
   ImageFrame blurred = at(1);
   const std::vector<std::uint8_t> pixels = blurred.pixels;

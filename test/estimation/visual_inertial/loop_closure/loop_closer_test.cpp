@@ -139,7 +139,7 @@ TEST(LoopCloser, SecondLapClosesLoopsAndTakesTheDriftAway) {
     nees += error.dot(corrected.covariance.topLeftCorner<2, 2>().llt().solve(error)) / kRuns;
     // The map moves too, including observations at the end of the first lap.
     const Utime lap = from_seconds(0.49 * metres / kSpeed);
-    EXPECT_LT(swum.last->moved(lap).p.norm(), 0.5);
+    EXPECT_LT(swum.last->correction_at(lap).p.norm(), 0.5);
   }
   EXPECT_GT(before, 0.08);
   EXPECT_LT(after, 0.03);
@@ -189,7 +189,7 @@ TEST(LoopCloser, ARepetitionFartherOffThanTheFilterCanBeIsNoLoop) {
     const double lap = 2.0 * M_PI * kRadius;
     const Swum swum = swim(loops, filter, 1.6 * lap, [&](double at) {
       // Not the end of the first lap, where the beginning is in view.
-      if (at > lap - 5.0 && at < lap) return PlaceView{from_seconds(at / kSpeed), {}};
+      if (at > lap - 5.0 && at < lap) return KeyframeView{from_seconds(at / kSpeed), {}};
       return world.view(from_seconds(at / kSpeed), on_circle(at > lap ? at + 0.6 : at), random);
     });
     EXPECT_EQ(swum.closures, 0);
@@ -207,7 +207,7 @@ TEST(LoopCloser, APlaceThatLeansIsNoLoop) {
   int refused = 0;
   const Swum swum = swim(loops, filter, 1.3 * lap, [&](double at) {
     refused += loops.report().refused;
-    if (at > lap - 5.0 && at < lap) return PlaceView{from_seconds(at / kSpeed), {}};
+    if (at > lap - 5.0 && at < lap) return KeyframeView{from_seconds(at / kSpeed), {}};
     const Pose lean{Vector3d::Zero(), from_rpy(at > lap ? 0.1 : 0.0, 0, 0)};
     return world.view(from_seconds(at / kSpeed), on_circle(at) * lean, random);
   });
@@ -258,7 +258,7 @@ TEST(LoopCloser, OneSightIsNotBelieved) {
   int seen = 0;
   const Swum swum = swim(loops, filter, 1.5 * lap, [&](double at) {
     // On the second lap only every fifth keyframe has a view.
-    if (at > lap - 5.0 && ++seen % 5 != 0) return PlaceView{from_seconds(at / kSpeed), {}};
+    if (at > lap - 5.0 && ++seen % 5 != 0) return KeyframeView{from_seconds(at / kSpeed), {}};
     return world.view(from_seconds(at / kSpeed), on_circle(at), random);
   });
   EXPECT_EQ(swum.closures, 0);
@@ -312,7 +312,7 @@ TEST(LoopCloser, OptionsOutOfRangeAreNamed) {
   with.gate = -1.0;
   EXPECT_NE(with.validate().find("gate"), std::string::npos);
   with = {};
-  with.fewest_alike = 100;  // of 80
+  with.min_matches = 100;  // of 80
   EXPECT_NE(with.validate().find("fewest_alike"), std::string::npos);
 }
 

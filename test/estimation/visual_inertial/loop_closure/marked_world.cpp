@@ -54,9 +54,9 @@ void MarkedWorld::repeat(const Vector3d& shift) {
   }
 }
 
-estimation::PlaceView MarkedWorld::view(Utime utime, const Pose& X_WB, Random& random,
-                                        double pixels) const {
-  estimation::PlaceView view;
+estimation::KeyframeView MarkedWorld::view(Utime utime, const Pose& X_WB, Random& random,
+                                           double pixels) const {
+  estimation::KeyframeView view;
   view.utime = utime;
   const auto noisy = [&](const Vector2d& n) {
     const double x = random.normal();
@@ -65,7 +65,7 @@ estimation::PlaceView MarkedWorld::view(Utime utime, const Pose& X_WB, Random& r
   for (const Mark& mark : marks_) {
     const auto left = seen(X_WB, 0.5 * kBaseline, mark.p_W);
     if (!left || view.points.size() >= kMost) continue;
-    estimation::PlacePoint point;
+    estimation::KeyframePoint point;
     point.left = noisy(*left);
     if (const auto right = seen(X_WB, -0.5 * kBaseline, mark.p_W)) point.right = noisy(*right);
     point.descriptor = mark.descriptor;

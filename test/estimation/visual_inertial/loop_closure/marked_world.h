@@ -22,8 +22,8 @@ class MarkedWorld {
 
   /// The view from X_WB within 8 m, with noise of `pixels`; a few bits of each descriptor are
   /// wrong. At most 160 points.
-  [[nodiscard]] estimation::PlaceView view(Utime utime, const Pose& X_WB, Random& random,
-                                           double pixels = 0.7) const;
+  [[nodiscard]] estimation::KeyframeView view(Utime utime, const Pose& X_WB, Random& random,
+                                              double pixels = 0.7) const;
 
  private:
   struct Mark {

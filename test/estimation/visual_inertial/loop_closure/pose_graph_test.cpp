@@ -344,11 +344,11 @@ TEST(LoopCorrection, GrowsAsTheFilterDoes) {
 
 TEST(LoopCorrection, MovesTheMapBetweenKeyframesGradually) {
   LoopCorrection correction;
-  EXPECT_EQ(correction.moved(5).p, Vector3d::Zero());
+  EXPECT_EQ(correction.correction_at(5).p, Vector3d::Zero());
   correction.since = {{0, {}}, {10, {{1, 0, 0}, Eigen::Quaterniond::Identity()}}};
-  EXPECT_NEAR(correction.moved(-3).p.x(), 0.0, 1e-12);
-  EXPECT_NEAR(correction.moved(4).p.x(), 0.4, 1e-12);
-  EXPECT_NEAR(correction.moved(99).p.x(), 1.0, 1e-12);
+  EXPECT_NEAR(correction.correction_at(-3).p.x(), 0.0, 1e-12);
+  EXPECT_NEAR(correction.correction_at(4).p.x(), 0.4, 1e-12);
+  EXPECT_NEAR(correction.correction_at(99).p.x(), 1.0, 1e-12);
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ RelativePoseOptions options() {
 }
 
 struct Two {
-  PlaceView then;
-  PlaceView now;
+  KeyframeView then;
+  KeyframeView now;
   Pose X_C0C1;
 
   [[nodiscard]] std::optional<RelativePose> solve(RelativePoseOptions with = options()) const {
@@ -73,12 +73,12 @@ TEST(RelativePose, WrongMatchesAreLeftOut) {
     std::swap(matches[i].second, matches[i + 1].second);
   }
   RelativePoseOptions with = options();
-  with.fewest_share = 0.2;
+  with.min_share = 0.2;
   const auto found = relative_pose(two.then, two.now, matches, X_RL(), with);
   ASSERT_TRUE(found);
   EXPECT_LT((found->X_C0C1.p - two.X_C0C1.p).norm(), 0.05);
   EXPECT_LT(found->points, static_cast<int>(0.45 * static_cast<double>(matches.size())));
-  with.fewest_share = 0.5;
+  with.min_share = 0.5;
   EXPECT_FALSE(relative_pose(two.then, two.now, matches, X_RL(), with));
 }
 
@@ -94,7 +94,7 @@ TEST(RelativePose, NothingFromFewPointsOrFromOneCornerOrWithoutStereo) {
   many.add(150, {1.5, -3, -2}, {5, 3, 2}, random);
   Two mono = looks(many, random);
   EXPECT_TRUE(mono.solve());
-  for (PlacePoint& point : mono.then.points) point.right.reset();
+  for (KeyframePoint& point : mono.then.points) point.right.reset();
   EXPECT_FALSE(mono.solve());
   EXPECT_FALSE(relative_pose({}, {}, {}, X_RL(), options()));
 }
@@ -123,14 +123,14 @@ TEST(RelativePose, NothingFromPlacesThatAreNotTheSame) {
 struct Eyes {
   CameraModel left = testing::test_camera(0.06);
   CameraModel right = testing::test_camera(-0.06);
-  PlaceViewer viewer{{}, left, right};
+  KeyframeExtractor viewer{{}, left, right};
 
-  PlaceView look(PaintedRoom& room, const Pose& X_WB, Utime utime) {
-    return *viewer.view(room.picture(left, X_WB * left.X_BC, utime),
-                        room.picture(right, X_WB * right.X_BC, utime));
+  KeyframeView look(PaintedRoom& room, const Pose& X_WB, Utime utime) {
+    return *viewer.view(room.image(left, X_WB * left.X_BC, utime),
+                        room.image(right, X_WB * right.X_BC, utime));
   }
-  [[nodiscard]] std::optional<RelativePose> solve(const PlaceView& then,
-                                                  const PlaceView& now) const {
+  [[nodiscard]] std::optional<RelativePose> solve(const KeyframeView& then,
+                                                  const KeyframeView& now) const {
     RelativePoseOptions with;
     with.sigma_then = 0.7 / left.fx;
     with.sigma_now = 2.0 / left.fx;
@@ -143,15 +143,15 @@ struct Eyes {
 
 const Pose kThen{{0.5, -0.3, 0.2}, from_rpy(0.1, 0.2, 0.4)};
 
-TEST(PlaceViewer, APlaceIsFoundAgainInPictures) {
+TEST(KeyframeExtractor, APlaceIsFoundAgainInImages) {
   PaintedRoom room({4, 3, 2});
   room.snow(60, kThen.p, 2.0, 0.2);
   Eyes eyes;
   const Pose between{{0.25, 0.1, -0.05}, from_rpy(0.05, -0.03, 0.08)};
-  const PlaceView then = eyes.look(room, kThen, 0);
+  const KeyframeView then = eyes.look(room, kThen, 0);
   EXPECT_GT(then.points.size(), 250U);
   EXPECT_GT(likeness(then, then, 80, kMostBits), 79);
-  const PlaceView now = eyes.look(room, kThen * between, 60'000'000);
+  const KeyframeView now = eyes.look(room, kThen * between, 60'000'000);
   const auto found = eyes.solve(then, now);
   ASSERT_TRUE(found);
   const Pose X_B0B1 = eyes.left.X_BC * found->X_C0C1 * eyes.left.X_BC.inverse();
@@ -159,11 +159,11 @@ TEST(PlaceViewer, APlaceIsFoundAgainInPictures) {
   EXPECT_LT(rad_to_deg(angle_between(X_B0B1.q, between.q)), 0.3);
 }
 
-TEST(PlaceViewer, OtherWallsOfTheSamePaintAreNotThatPlace) {
+TEST(KeyframeExtractor, OtherWallsOfTheSamePaintAreNotThatPlace) {
   PaintedRoom room({4, 3, 2});
   PaintedRoom other({4, 3, 2}, 7);
   Eyes eyes;
-  const PlaceView then = eyes.look(room, kThen, 0);
+  const KeyframeView then = eyes.look(room, kThen, 0);
   for (const double heading : {1.5, 3.0, 4.5}) {
     const Pose turned{kThen.p, from_rpy(0, 0, heading)};
     EXPECT_FALSE(eyes.solve(then, eyes.look(room, turned, 1)));
@@ -171,10 +171,10 @@ TEST(PlaceViewer, OtherWallsOfTheSamePaintAreNotThatPlace) {
   EXPECT_FALSE(eyes.solve(then, eyes.look(other, kThen, 1)));
 }
 
-TEST(PlaceViewer, PicturesNotAsAgreedAreRefusedAndEmptyOnesGiveNothing) {
+TEST(KeyframeExtractor, ImagesNotAsAgreedAreRefusedAndEmptyOnesGiveNothing) {
   PaintedRoom room({4, 3, 2});
   Eyes eyes;
-  const ImageFrame good = room.picture(eyes.left, kThen * eyes.left.X_BC, 0);
+  const ImageFrame good = room.image(eyes.left, kThen * eyes.left.X_BC, 0);
   ImageFrame cut = good;
   cut.pixels.pop_back();
   EXPECT_FALSE(eyes.viewer.view(cut, good));
@@ -186,8 +186,9 @@ TEST(PlaceViewer, PicturesNotAsAgreedAreRefusedAndEmptyOnesGiveNothing) {
   const auto nothing = eyes.viewer.view(black, black);
   ASSERT_TRUE(nothing);
   EXPECT_TRUE(nothing->points.empty());
-  EXPECT_EQ(PlaceViewerOptions{}.validate(), "");
-  EXPECT_NE(PlaceViewerOptions{.max_points = 1}.validate().find("max_points"), std::string::npos);
+  EXPECT_EQ(KeyframeExtractorOptions{}.validate(), "");
+  EXPECT_NE(KeyframeExtractorOptions{.max_points = 1}.validate().find("max_points"),
+            std::string::npos);
 }
 
 }  // namespace

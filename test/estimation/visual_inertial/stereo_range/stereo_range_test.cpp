@@ -27,58 +27,59 @@ struct Eyes {
   }
 };
 
-struct Verdict {
-  int told = 0;
+struct Accuracy {
+  int measured = 0;
   int beyond = 0;
   int in_1 = 0;
   int in_3 = 0;
   int nearer = 0;  // nearer than the truth by a tenth
   double worst_sigma = 0.0;
   [[nodiscard]] double share(int part) const {
-    return static_cast<double>(part) / std::max(1, told);
+    return static_cast<double>(part) / std::max(1, measured);
   }
 };
 
 // Compares the ranges with the walls along their rays.
-Verdict judge(const StereoScan& seen, const PaintedRoom& room, const Pose& X_WB) {
-  Verdict verdict{seen.told, seen.beyond};
-  const Vector3d eye_W = X_WB * seen.scan.origin_B.cast<double>();
-  for (std::size_t i = 0; i < seen.scan.points_B.size(); ++i) {
-    if (!std::isfinite(seen.sigma_m[i])) continue;
-    const Vector3d ray_W = X_WB * seen.scan.points_B[i].cast<double>() - eye_W;
-    const Pose X_WRay{eye_W, Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray_W)};
-    const double truth = (room.wall_at(X_WRay, Eigen::Vector2d::Zero()) - eye_W).norm();
+Accuracy accuracy_of(const StereoScan& stereo, const PaintedRoom& room, const Pose& X_WB) {
+  Accuracy accuracy{stereo.measured, stereo.beyond};
+  const Vector3d sensor_origin_W = X_WB * stereo.scan.origin_B.cast<double>();
+  for (std::size_t i = 0; i < stereo.scan.points_B.size(); ++i) {
+    if (!std::isfinite(stereo.sigma_m[i])) continue;
+    const Vector3d ray_W = X_WB * stereo.scan.points_B[i].cast<double>() - sensor_origin_W;
+    const Pose X_WRay{sensor_origin_W,
+                      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray_W)};
+    const double truth = (room.wall_at(X_WRay, Eigen::Vector2d::Zero()) - sensor_origin_W).norm();
     const double error = ray_W.norm() - truth;
-    verdict.in_1 += std::abs(error) < seen.sigma_m[i] ? 1 : 0;
-    verdict.in_3 += std::abs(error) < 3.0 * seen.sigma_m[i] ? 1 : 0;
-    verdict.nearer += error < -0.1 * truth ? 1 : 0;
-    verdict.worst_sigma = std::max(verdict.worst_sigma, seen.sigma_m[i] / ray_W.squaredNorm());
+    accuracy.in_1 += std::abs(error) < stereo.sigma_m[i] ? 1 : 0;
+    accuracy.in_3 += std::abs(error) < 3.0 * stereo.sigma_m[i] ? 1 : 0;
+    accuracy.nearer += error < -0.1 * truth ? 1 : 0;
+    accuracy.worst_sigma = std::max(accuracy.worst_sigma, stereo.sigma_m[i] / ray_W.squaredNorm());
   }
-  return verdict;
+  return accuracy;
 }
 
 const Pose kHere{{0.5, -0.3, 0.2}, from_rpy(0.1, 0.2, 0.4)};
 
-StereoScan look(PaintedRoom& room, const Eyes& eyes, StereoRange& ranges, double noise = 1.0,
-                double light = 1.0) {
-  return *ranges.look(room.picture(eyes.left, kHere * eyes.left.X_BC, 1000, noise, light),
-                      room.picture(eyes.right, kHere * eyes.right.X_BC, 1000, noise, light));
+StereoScan measure(PaintedRoom& room, const Eyes& eyes, StereoRange& ranges, double noise = 1.0,
+                   double light = 1.0) {
+  return *ranges.measure(room.image(eyes.left, kHere * eyes.left.X_BC, 1000, noise, light),
+                         room.image(eyes.right, kHere * eyes.right.X_BC, 1000, noise, light));
 }
 
 TEST(StereoRange, ErrorsAreAsLargeAsItsSigmas) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
-  const StereoScan seen = look(room, eyes, ranges);
-  const Verdict verdict = judge(seen, room, kHere);
-  EXPECT_EQ(seen.scan.points_B.size(), 7500U);
-  EXPECT_EQ(seen.scan.utime, 1000);
-  EXPECT_LT((seen.scan.origin_B - Eigen::Vector3f(0.0F, 0.06F, 0.0F)).norm(), 1e-6F);
-  EXPECT_GT(verdict.told, 3000);
-  EXPECT_GT(verdict.share(verdict.in_1), 0.60);
-  EXPECT_GT(verdict.share(verdict.in_3), 0.985);
-  EXPECT_LT(verdict.share(verdict.nearer), 0.002);
-  EXPECT_LE(verdict.worst_sigma, ranges.noise_square() * 1.001);
+  const StereoScan result = measure(room, eyes, ranges);
+  const Accuracy accuracy = accuracy_of(result, room, kHere);
+  EXPECT_EQ(result.scan.points_B.size(), 7500U);
+  EXPECT_EQ(result.scan.utime, 1000);
+  EXPECT_LT((result.scan.origin_B - Eigen::Vector3f(0.0F, 0.06F, 0.0F)).norm(), 1e-6F);
+  EXPECT_GT(result.measured, 3000);
+  EXPECT_GT(accuracy.share(accuracy.in_1), 0.60);
+  EXPECT_GT(accuracy.share(accuracy.in_3), 0.985);
+  EXPECT_LT(accuracy.share(accuracy.nearer), 0.002);
+  EXPECT_LE(accuracy.worst_sigma, ranges.noise_square() * 1.001);
   EXPECT_GT(ranges.reach(), 4.0);
 }
 
@@ -87,19 +88,19 @@ TEST(StereoRange, FlakesThatDriftStayRare) {
   room.snow(300, kHere.p, 2.0, 0.1);
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
-  const Verdict verdict = judge(look(room, eyes, ranges), room, kHere);
-  EXPECT_GT(verdict.told, 2000);
-  EXPECT_LT(verdict.share(verdict.nearer), 0.005);
+  const Accuracy accuracy = accuracy_of(measure(room, eyes, ranges), room, kHere);
+  EXPECT_GT(accuracy.measured, 2000);
+  EXPECT_LT(accuracy.share(accuracy.nearer), 0.005);
 }
 
 TEST(StereoRange, LittleLightTellsLessAndNothingWrong) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
-  const Verdict verdict = judge(look(room, eyes, ranges, 2.0, 0.2), room, kHere);
-  EXPECT_GT(verdict.told, 100);
-  EXPECT_GT(verdict.share(verdict.in_3), 0.97);
-  EXPECT_LT(verdict.share(verdict.nearer), 0.005);
+  const Accuracy accuracy = accuracy_of(measure(room, eyes, ranges, 2.0, 0.2), room, kHere);
+  EXPECT_GT(accuracy.measured, 100);
+  EXPECT_GT(accuracy.share(accuracy.in_3), 0.97);
+  EXPECT_LT(accuracy.share(accuracy.nearer), 0.005);
 }
 
 TEST(StereoRange, NothingIsToldOfNoise) {
@@ -107,8 +108,8 @@ TEST(StereoRange, NothingIsToldOfNoise) {
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
   for (const double noise : {0.0, 1.0, 3.0, 10.0}) {
-    ImageFrame left = room.picture(eyes.left, {}, 0, noise, 0.0);
-    ImageFrame right = room.picture(eyes.right, {}, 0, noise, 0.0);
+    ImageFrame left = room.image(eyes.left, {}, 0, noise, 0.0);
+    ImageFrame right = room.image(eyes.right, {}, 0, noise, 0.0);
     // Noise around a grey that increases to one side, as in water.
     for (int i = 0; i < left.width * left.height; ++i) {
       const auto k = static_cast<std::size_t>(i);
@@ -116,8 +117,8 @@ TEST(StereoRange, NothingIsToldOfNoise) {
       left.pixels[k] = static_cast<std::uint8_t>(grey + left.pixels[k]);
       right.pixels[k] = static_cast<std::uint8_t>(grey + right.pixels[k]);
     }
-    const StereoScan seen = *ranges.look(left, right);
-    EXPECT_LE(seen.told + seen.beyond, 4) << "noise " << noise;
+    const StereoScan result = *ranges.measure(left, right);
+    EXPECT_LE(result.measured + result.beyond, 4) << "noise " << noise;
   }
 }
 
@@ -125,48 +126,48 @@ TEST(StereoRange, WhatIsFarIsBeyondOrNotToldButNeverNear) {
   PaintedRoom room({60, 60, 60});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
-  const StereoScan seen = look(room, eyes, ranges);
-  EXPECT_LE(seen.told, 15);
-  for (std::size_t i = 0; i < seen.sigma_m.size(); ++i) {
-    if (!std::isinf(seen.sigma_m[i])) continue;
-    EXPECT_GT((seen.scan.points_B[i] - seen.scan.origin_B).norm(), seen.scan.reach);
+  const StereoScan result = measure(room, eyes, ranges);
+  EXPECT_LE(result.measured, 15);
+  for (std::size_t i = 0; i < result.sigma_m.size(); ++i) {
+    if (!std::isinf(result.sigma_m[i])) continue;
+    EXPECT_GT((result.scan.points_B[i] - result.scan.origin_B).norm(), result.scan.reach);
   }
 }
 
-TEST(StereoRange, SamePicturesSameScan) {
+TEST(StereoRange, SameImagesSameScan) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
-  const ImageFrame left = room.picture(eyes.left, kHere * eyes.left.X_BC, 0);
-  const ImageFrame right = room.picture(eyes.right, kHere * eyes.right.X_BC, 0);
+  const ImageFrame left = room.image(eyes.left, kHere * eyes.left.X_BC, 0);
+  const ImageFrame right = room.image(eyes.right, kHere * eyes.right.X_BC, 0);
   StereoRange one = eyes.ranges();
   StereoRange other = eyes.ranges();
-  (void)other.look(right, left);  // the previous pair must not affect the result
-  const StereoScan a = *one.look(left, right);
-  const StereoScan b = *other.look(left, right);
-  ASSERT_EQ(a.told, b.told);
+  (void)other.measure(right, left);  // the previous pair must not affect the result
+  const StereoScan a = *one.measure(left, right);
+  const StereoScan b = *other.measure(left, right);
+  ASSERT_EQ(a.measured, b.measured);
   for (std::size_t i = 0; i < a.sigma_m.size(); ++i) {
     if (!std::isfinite(a.sigma_m[i])) continue;
     EXPECT_EQ(a.scan.points_B[i], b.scan.points_B[i]);
   }
 }
 
-TEST(StereoRange, PicturesThatAreNoPairAreRefused) {
+TEST(StereoRange, ImagesThatAreNoPairAreRefused) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
-  const ImageFrame good = room.picture(eyes.left, kHere * eyes.left.X_BC, 0);
+  const ImageFrame good = room.image(eyes.left, kHere * eyes.left.X_BC, 0);
   ImageFrame late = good;
   late.utime = 2000;
-  EXPECT_FALSE(ranges.look(good, late));
+  EXPECT_FALSE(ranges.measure(good, late));
   ImageFrame colour = good;
   colour.format = ImageFrame::Format::kRgb8;
-  EXPECT_FALSE(ranges.look(colour, good));
+  EXPECT_FALSE(ranges.measure(colour, good));
   ImageFrame cut = good;
   cut.pixels.pop_back();
-  EXPECT_FALSE(ranges.look(good, cut));
+  EXPECT_FALSE(ranges.measure(good, cut));
   ImageFrame narrow = good;
   narrow.width /= 2;
-  EXPECT_FALSE(ranges.look(narrow, good));
+  EXPECT_FALSE(ranges.measure(narrow, good));
 }
 
 TEST(StereoRange, CamerasThatAreNoPairAreRefused) {
@@ -209,7 +210,7 @@ TEST(StereoRange, OptionsOutOfRangeAreNamed) {
   options.columns = 0;
   EXPECT_NE(options.validate().find("columns"), std::string::npos);
   options = {};
-  options.most_sigma_px = 0.05;  // below the calibration's
+  options.max_sigma_px = 0.05;  // below the calibration's
   EXPECT_NE(options.validate().find("most_sigma_px"), std::string::npos);
 }
 

@@ -64,16 +64,17 @@ StateEstimate estimate_at(Utime utime, const Pose& X_WB, double sigma_m, double 
   return estimate;
 }
 
-std::vector<SeenTag> seen_from(const Pose& X_WB, const Tag& tag, Random& random, double px = 0.3) {
+std::vector<DetectedTag> detected_from(const Pose& X_WB, const Tag& tag, Random& random,
+                                       double px = 0.3) {
   const VectorXd z = look(X_WB, tag.X_WT, tag.size_m, testing::tag_camera().X_BC);
-  SeenTag seen;
-  seen.id = tag.id;
+  DetectedTag detected;
+  detected.id = tag.id;
   for (std::size_t k = 0; k < 4; ++k) {
     const auto i = static_cast<Eigen::Index>(2 * k);
-    seen.corners[k] = {z[i] + px / 240.0 * random.normal(),
-                       z[i + 1] + px / 240.0 * random.normal()};
+    detected.corners[k] = {z[i] + px / 240.0 * random.normal(),
+                           z[i + 1] + px / 240.0 * random.normal()};
   }
-  return {seen};
+  return {detected};
 }
 
 double heading_error(const Pose& truth, const Pose& estimate) {
@@ -131,7 +132,7 @@ TEST(TagView, JacobiansAreThoseOfDifferences) {
 TEST(TagFix, WithoutASightNothingChanges) {
   TagFix fix({tag_ahead()}, testing::tag_camera(), {});
   const StateEstimate filter = estimate_at(1'000'000, kTruth, 0.3, 0.02);
-  EXPECT_EQ(fix.see(filter, {}).verdict, TagVerdict::kNone);
+  EXPECT_EQ(fix.add(filter, {}).result, TagResult::kNone);
   EXPECT_EQ(fix.apply(filter).X_WB.p, filter.X_WB.p);
   EXPECT_EQ(fix.apply(filter).covariance, filter.covariance);
 }
@@ -141,9 +142,9 @@ TEST(TagFix, AFilterThatHasDriftedIsPutRight) {
   TagFix fix({tag_ahead()}, testing::tag_camera(), {});
   const Pose off = disturbed(kTruth, {0.5, -0.4, 0.0}, {0, 0, 0.05});
   const StateEstimate filter = estimate_at(1'000'000, off, 0.4, 0.04);
-  const TagSight sight = fix.see(filter, seen_from(kTruth, tag_ahead(), random));
-  EXPECT_EQ(sight.verdict, TagVerdict::kUsed) << to_sentence(sight);
-  EXPECT_NEAR(sight.off_m, std::hypot(0.5, 0.4), 0.1);
+  const TagObservation observation = fix.add(filter, detected_from(kTruth, tag_ahead(), random));
+  EXPECT_EQ(observation.result, TagResult::kUsed) << to_sentence(observation);
+  EXPECT_NEAR(observation.correction_m, std::hypot(0.5, 0.4), 0.1);
   const StateEstimate put_right = fix.apply(filter);
   EXPECT_LT((put_right.X_WB.p - kTruth.p).head<2>().norm(), 0.1);
   EXPECT_LT(horizontal_sigma(put_right), 0.1);
@@ -151,7 +152,7 @@ TEST(TagFix, AFilterThatHasDriftedIsPutRight) {
   const Pose way{{1.0, 0.2, 0.0}, from_rpy(0, 0, 0.3)};
   StateEstimate later = estimate_at(4'000'000, off * way, 0.4, 0.04);
   EXPECT_LT((fix.apply(later).X_WB.p - (kTruth * way).p).head<2>().norm(), 0.15);
-  EXPECT_EQ(fix.see(later, {}).verdict, TagVerdict::kNone);
+  EXPECT_EQ(fix.add(later, {}).result, TagResult::kNone);
   fix.restart();
   EXPECT_EQ(fix.apply(later).X_WB.p, later.X_WB.p)
       << "one that was initialised again began where it was put";
@@ -207,8 +208,8 @@ TEST(TagFix, ItsErrorIsAsLargeAsItsCovariance) {
       filter.covariance.block<3, 3>(0, 3) = P.block<3, 1>(0, 3) * R_BW.col(2).transpose();
       filter.covariance.block<3, 3>(3, 0) = filter.covariance.block<3, 3>(0, 3).transpose();
       const Tag& tag = real[static_cast<std::size_t>(i % 2)];
-      const TagSight sight = fix.see(filter, seen_from(truth, tag, random));
-      ++(sight.verdict == TagVerdict::kUsed ? used : others);
+      const TagObservation observation = fix.add(filter, detected_from(truth, tag, random));
+      ++(observation.result == TagResult::kUsed ? used : others);
     }
     const StateEstimate last = fix.apply(filter);
     const Eigen::Vector2d error = (truth.p - last.X_WB.p).head<2>();
@@ -236,37 +237,38 @@ TEST(TagFix, ATagThatIsNotWhereTheMissionHasItIsRefused) {
     for (int i = 0; i < 20; ++i) {
       StateEstimate now = filter;
       now.utime += i * 1'000'000;
-      const TagSight sight = fix.see(now, seen_from(kTruth, tag_ahead(), random));
-      EXPECT_EQ(sight.verdict, TagVerdict::kRefused) << typo.transpose();
-      EXPECT_NEAR(sight.off_m, typo.head<2>().norm(), 0.5);
+      const TagObservation observation = fix.add(now, detected_from(kTruth, tag_ahead(), random));
+      EXPECT_EQ(observation.result, TagResult::kRefused) << typo.transpose();
+      EXPECT_NEAR(observation.correction_m, typo.head<2>().norm(), 0.5);
       EXPECT_EQ(fix.apply(now).X_WB.p, now.X_WB.p);
     }
   }
   Tag turned = tag_ahead();
   turned.X_WT.q = tag_attitude(0.5 * std::acos(-1.0), 0.0, 0.0);
   TagFix fix({turned}, testing::tag_camera(), {});
-  EXPECT_EQ(fix.see(filter, seen_from(kTruth, tag_ahead(), random)).verdict, TagVerdict::kRefused);
+  EXPECT_EQ(fix.add(filter, detected_from(kTruth, tag_ahead(), random)).result,
+            TagResult::kRefused);
 }
 
 TEST(TagFix, SaysOfEachTagWhyItIsNotUsed) {
   Random random(5);
   const StateEstimate filter = estimate_at(1'000'000, kTruth, 0.3, 0.03);
   TagFix fix({tag_ahead(3)}, testing::tag_camera(), {});
-  const auto verdict = [&](const std::vector<SeenTag>& seen) {
-    return fix.see(filter, seen).verdict;
+  const auto result = [&](const std::vector<DetectedTag>& detected) {
+    return fix.add(filter, detected).result;
   };
 
-  EXPECT_EQ(verdict(seen_from(kTruth, tag_ahead(9), random)), TagVerdict::kUnknown);
-  std::vector<SeenTag> twice = seen_from(kTruth, tag_ahead(3), random);
-  twice.push_back(seen_from(kTruth, tag_ahead(3, 0.8), random)[0]);
-  EXPECT_EQ(verdict(twice), TagVerdict::kTwice);
-  std::vector<SeenTag> bent = seen_from(kTruth, tag_ahead(3), random);
+  EXPECT_EQ(result(detected_from(kTruth, tag_ahead(9), random)), TagResult::kUnknown);
+  std::vector<DetectedTag> twice = detected_from(kTruth, tag_ahead(3), random);
+  twice.push_back(detected_from(kTruth, tag_ahead(3, 0.8), random)[0]);
+  EXPECT_EQ(result(twice), TagResult::kTwice);
+  std::vector<DetectedTag> bent = detected_from(kTruth, tag_ahead(3), random);
   bent[0].corners[1] += Eigen::Vector2d(14.0, 9.0) / 240.0;
-  EXPECT_EQ(verdict(bent), TagVerdict::kMisshapen);
+  EXPECT_EQ(result(bent), TagResult::kMisshapen);
   EXPECT_EQ(fix.apply(filter).X_WB.p, filter.X_WB.p);
-  std::vector<SeenTag> both = seen_from(kTruth, tag_ahead(9), random);
-  both.push_back(seen_from(kTruth, tag_ahead(3), random)[0]);
-  EXPECT_EQ(verdict(both), TagVerdict::kUnknown) << "the one that matters most";
+  std::vector<DetectedTag> both = detected_from(kTruth, tag_ahead(9), random);
+  both.push_back(detected_from(kTruth, tag_ahead(3), random)[0]);
+  EXPECT_EQ(result(both), TagResult::kUnknown) << "the one that matters most";
   EXPECT_LT(horizontal_sigma(fix.apply(filter)), 0.1) << "and yet the other is used";
 }
 
@@ -287,8 +289,8 @@ TEST(TagFix, IsNotTakenInByASquareThatCouldLeanEitherWay) {
     const Pose off = disturbed(truth, {1.0 * random.normal(), 1.0 * random.normal(), 0.0},
                                {0, 0, 0.5 * random.normal()});
     const StateEstimate filter = estimate_at(1'000'000, off, 1.0, 0.5);
-    const TagSight sight = fix.see(filter, seen_from(truth, tag, random));
-    if (sight.verdict != TagVerdict::kUsed) continue;
+    const TagObservation observation = fix.add(filter, detected_from(truth, tag, random));
+    if (observation.result != TagResult::kUsed) continue;
     ++used;
     const StateEstimate after = fix.apply(filter);
     const Eigen::Vector2d error = (truth.p - after.X_WB.p).head<2>();

@@ -51,7 +51,7 @@ CameraModel tag_camera() {
   return camera;
 }
 
-ImageFrame picture_of(const std::vector<Print>& prints, double noise, std::uint64_t seed) {
+ImageFrame image_of(const std::vector<Print>& prints, double noise, std::uint64_t seed) {
   Random random(seed);
   std::vector<std::vector<std::uint8_t>> modules;
   for (const Print& print : prints) modules.push_back(modules_of(print.id));
@@ -98,18 +98,18 @@ std::vector<Eigen::Vector2d> true_corners(const Print& print) {
   return corners;
 }
 
-void blur(ImageFrame& picture, int width) {
-  const std::vector<std::uint8_t> sharp = picture.pixels;
+void blur(ImageFrame& image, int width) {
+  const std::vector<std::uint8_t> sharp = image.pixels;
   const int half = width / 2;
-  for (int v = half; v < picture.height - half; ++v) {
-    for (int u = half; u < picture.width - half; ++u) {
+  for (int v = half; v < image.height - half; ++v) {
+    for (int u = half; u < image.width - half; ++u) {
       int sum = 0;
       for (int dv = -half; dv <= half; ++dv) {
         for (int du = -half; du <= half; ++du) {
-          sum += sharp[static_cast<std::size_t>((v + dv) * picture.width + u + du)];
+          sum += sharp[static_cast<std::size_t>((v + dv) * image.width + u + du)];
         }
       }
-      picture.pixels[static_cast<std::size_t>(v * picture.width + u)] =
+      image.pixels[static_cast<std::size_t>(v * image.width + u)] =
           static_cast<std::uint8_t>(sum / ((2 * half + 1) * (2 * half + 1)));
     }
   }

@@ -20,13 +20,13 @@ struct Print {
 [[nodiscard]] CameraModel tag_camera();
 
 /// The prints before a grey wall, with `noise` in grey levels.
-[[nodiscard]] ImageFrame picture_of(const std::vector<Print>& prints, double noise,
-                                    std::uint64_t seed = 1);
+[[nodiscard]] ImageFrame image_of(const std::vector<Print>& prints, double noise,
+                                  std::uint64_t seed = 1);
 
 /// Corners in pixels: top left, top right, bottom right, bottom left, facing the print.
 [[nodiscard]] std::vector<Eigen::Vector2d> true_corners(const Print& print);
 
 /// Defocuses by a box of `width` pixels.
-void blur(ImageFrame& picture, int width);
+void blur(ImageFrame& image, int width);
 
 }  // namespace dive::estimation::testing

@@ -1,0 +1,81 @@
+# dive_library(NAME SOURCES ... [USES ...] [LIBRARIES ...])
+#
+# One static library per room. USES names the rooms it may see (public: their headers appear in
+# ours); LIBRARIES names the outside libraries it uses, which stay private to its .cpp files.
+# A room that is not named in USES is not linked, so an arrow the wrong way does not link.
+#
+# GCC 12 warns of members of an empty std::optional that it cannot prove empty: with and without
+# reason alike, so that one stays a warning. Memory that is read unset is the sanitizers' to find.
+add_library(dive_flags INTERFACE)
+target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror
+                                            -Wno-error=maybe-uninitialized -ffp-contract=off)
+if(DIVE_SANITIZE)
+  # Checks of null and alignment double the time to compile; a null pointer stops the address
+  # sanitizer anyway.
+  add_compile_options(-fsanitize=${DIVE_SANITIZE} -fno-sanitize=null,alignment
+                      -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_compile_definitions(_GLIBCXX_ASSERTIONS)
+  add_link_options(-fsanitize=${DIVE_SANITIZE})
+endif()
+
+function(dive_library name)
+  cmake_parse_arguments(LIBRARY "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_library(${name} STATIC ${LIBRARY_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC Eigen3::Eigen ${LIBRARY_USES} PRIVATE dive_flags
+                                ${LIBRARY_LIBRARIES})
+endfunction()
+
+# dive_test(NAME [ALONE] [SANITIZED] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per
+# room; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
+# where CI runs it under the sanitizers too, because what it tests runs on board or reads what others
+# wrote (CI has not the time for all).
+add_custom_target(sanitized_tests)
+function(dive_test name)
+  cmake_parse_arguments(TEST "ALONE;SANITIZED" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${TEST_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                                             DIVE_SHARED_DATA="${DIVE_SHARED_DATA}")
+  # What is tested is in the libraries; the test programs themselves need not be fast.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags GTest::gmock
+                                        GTest::gtest_main rapidcheck)
+  set(labels)
+  if(TEST_SANITIZED)
+    add_dependencies(sanitized_tests ${name})
+    set(labels LABELS sanitized)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
+                       PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE} ${labels})
+endfunction()
+
+# dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.
+function(dive_bench name)
+  cmake_parse_arguments(BENCH "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${BENCH_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${BENCH_USES} ${BENCH_LIBRARIES} dive_flags
+                                        benchmark::benchmark benchmark::benchmark_main)
+endfunction()
+
+# dive_study(NAME SOURCES ... USES ... [LIBRARIES ...]): a program that measures and prints a report.
+function(dive_study name)
+  cmake_parse_arguments(STUDY "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${STUDY_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${STUDY_USES} ${STUDY_LIBRARIES} dive_flags
+                                        PkgConfig::CLI11 fmt::fmt)
+endfunction()
+
+# dive_embed(TARGET INPUT NAMESPACE NAME): compiles a text file into TARGET as a string constant.
+function(dive_embed target input namespace name)
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DINPUT=${input} -DOUTPUT=${output} -DNAMESPACE=${namespace}
+            -DNAME=${name} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake
+    DEPENDS ${input} ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake VERBATIM)
+  target_sources(${target} PRIVATE ${output})
+endfunction()

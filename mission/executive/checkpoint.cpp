@@ -1,0 +1,62 @@
+#include "mission/executive/checkpoint.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/assert.h"
+
+namespace dive::mission {
+namespace {
+
+using statechart::StateId;
+
+constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: the vehicle was not controlled
+constexpr double kGoesOn = 0.3;  // s after a commit for which a vehicle without commands swims on
+constexpr double kStops = 1.0;   // time constant, s, with which it then comes to rest
+
+}  // namespace
+
+double gap_of(const Resume& resume, Utime now, double longest_s) {
+  const double told = to_seconds(now - resume.checkpoint.utime);
+  return resume.gap_s.value_or(told >= 0.0 ? told : longest_s + 1.0);
+}
+
+Drift drift_in(double gap_s, const Checkpoint& checkpoint) {
+  const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
+  const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
+  const double surge = (checkpoint.X_WB.q.conjugate() * checkpoint.v_W).x() * (1.0 - stopping);
+  return {checkpoint.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge};
+}
+
+void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,
+                 Checkpoint& checkpoint) {
+  const auto id_of = [&](StateId state) -> const std::string& {
+    return chart.states[static_cast<std::size_t>(state)].id;
+  };
+  for (const StateId state : memory.active) checkpoint.active.push_back(id_of(state));
+  for (std::size_t i = 0; i < memory.history.size(); ++i) {
+    for (const StateId state : memory.history[i]) {
+      checkpoint.history[chart.states[i].id].push_back(id_of(state));
+    }
+  }
+}
+
+statechart::Interpreter::Memory memory_of(const Checkpoint& checkpoint,
+                                          const statechart::Chart& chart) {
+  const auto find = [&](const std::string& id) {
+    const StateId state = chart.find(id);
+    DIVE_DEMAND(state >= 0);
+    return state;
+  };
+  statechart::Interpreter::Memory memory;
+  memory.history.resize(chart.states.size());
+  for (const std::string& id : checkpoint.active) memory.active.push_back(find(id));
+  for (const auto& [id, states] : checkpoint.history) {
+    for (const std::string& state : states) {
+      memory.history[static_cast<std::size_t>(find(id))].push_back(find(state));
+    }
+  }
+  return memory;
+}
+
+}  // namespace dive::mission
