@@ -1,5 +1,6 @@
 #include "behaviors/monitors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -85,13 +86,15 @@ bool Monitors::is_silent(const Source& source, Utime now, double after_s) const 
 const FailsafeConditions& Monitors::update(const MonitorInput& input) {
   const bool wants_to_move = input.command.v > kUnderWay ||
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
-  if (!wants_to_move) {  // at rest a working sensor may repeat its value
-    if (!is_true(FailsafeKind::kImuLost)) imu_.changed = input.now;
+  const Utime tick = input.now - last_update_;
+  if (!wants_to_move) {  // at rest a working sensor may repeat its value: that time does not count
+    if (!is_true(FailsafeKind::kImuLost)) imu_.changed = std::min(imu_.changed + tick, input.now);
     // Without attitude a missed failure is worse than a false alarm. Flippers that keep pushing
     // over the last metres are not at rest.
     const bool pushes = std::abs(input.expected_climb) > kClimbing;
     if (!pushes && !is_true(FailsafeKind::kDepthLost) && !is_true(FailsafeKind::kImuLost)) {
-      depth_.changed = input.now;
+      depth_.changed = std::min(depth_.changed + tick, input.now);
+      expected_rise_m_ = 0.0;
     }
     anchor_W_.reset();
   }
@@ -117,8 +120,7 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
                                   same_for(imu_) > kFrozenSeconds);
   // The vehicle should have risen or sunk, and the sensor does not show it.
-  const double dt = to_seconds(input.now - last_update_);
-  last_update_ = input.now;
+  const double dt = to_seconds(input.now - std::exchange(last_update_, input.now));
   expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;
   const bool ought_to_change = std::abs(expected_rise_m_) > kNoticeable && same_for(depth_) > kLag;
   set(FailsafeKind::kDepthLost, is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) ||

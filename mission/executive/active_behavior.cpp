@@ -16,7 +16,12 @@ ActiveBehavior::ActiveBehavior(const Mission& mission, const Machine& machine, M
       context_(make_behavior_context(mission, map.scene(), seed)),
       is_in_unknown_(mission.unknown.has_value()),
       view_(stopping_speed_options(mission)),
-      behaviors_(machine.chart.states.size()) {}
+      behaviors_(machine.chart.states.size()) {
+  for (const StateSpec* spec : machine.specs) {
+    declared_overheads_.push_back(
+        spec != nullptr && is_planning(*spec) ? std::optional(spec->overhead) : std::nullopt);
+  }
+}
 
 void ActiveBehavior::enter(StateId state, int goals_done) {
   const auto index = static_cast<std::size_t>(state);
@@ -55,9 +60,7 @@ bool ActiveBehavior::is_missions() const {
 
 std::optional<bool> ActiveBehavior::declared_overhead() const {
   const std::optional<StateId> active = state();
-  if (!active || machine_.is_own(*active)) return std::nullopt;
-  const StateSpec& spec = *machine_.specs[static_cast<std::size_t>(*active)];
-  return is_planning(spec) ? std::optional(spec.overhead) : std::nullopt;
+  return active ? declared_overheads_[static_cast<std::size_t>(*active)] : std::nullopt;
 }
 
 behaviors::Behavior& ActiveBehavior::behavior() const {

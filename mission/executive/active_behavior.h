@@ -73,6 +73,7 @@ class ActiveBehavior {
   BehaviorContext context_;
   bool is_in_unknown_;
   behaviors::ViewSpeedLimit view_;
+  std::vector<std::optional<bool>> declared_overheads_;          ///< Indexed by StateId.
   std::vector<std::unique_ptr<behaviors::Behavior>> behaviors_;  ///< Indexed by StateId.
   behaviors::Progress progress_;                                 ///< Progress at the last step.
   bool map_changed_ = false;

@@ -133,12 +133,12 @@ void compare(Comparison& c, const estimation::StateEstimate& logged,
 
 void compare(Comparison& c, const Status& logged, const Status& replayed) {
   constexpr std::string_view kName = to_string(Channel::kStatus);
-  const auto& [state1, leg1, distance1, time1, depth1, clearance1, cross_track1, segment1, rung1,
+  const auto& [state1, goal1, distance1, time1, depth1, clearance1, cross_track1, segment1, rung1,
                finished1] = logged;
-  const auto& [state2, leg2, distance2, time2, depth2, clearance2, cross_track2, segment2, rung2,
+  const auto& [state2, goal2, distance2, time2, depth2, clearance2, cross_track2, segment2, rung2,
                finished2] = replayed;
   c.value(state1, state2, kName, ".state");
-  c.value(leg1, leg2, kName, ".leg");
+  c.value(goal1, goal2, kName, ".goal");
   c.value(distance1, distance2, kName, ".distance_to_go_m");
   c.value(time1, time2, kName, ".time_to_go_s");
   c.value(depth1, depth2, kName, ".depth_m");

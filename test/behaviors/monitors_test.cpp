@@ -241,6 +241,20 @@ TEST_F(MonitorsTest, AFrozenSensorIsLostWhileTheVehicleMoves) {
 }
 
 // The flippers push up for the last of the way, and the depth commanded is near.
+TEST_F(MonitorsTest, RestsDoNotHideAFrozenSensor) {
+  run(5.0);
+  is_depth_frozen_ = true;
+  for (int i = 0; i < 2; ++i) {  // legs of 6 s between rests that are longer than that
+    input_.command.v = 0.4;
+    run(6.0);
+    if (i == 1) break;
+    input_.command.v = 0.0;
+    run(14.0);
+    EXPECT_EQ(what(), Only{});
+  }
+  EXPECT_EQ(what(), Only{"depth_lost"});
+}
+
 TEST_F(MonitorsTest, AFrozenDepthIsLostAlsoWhereItIsNearlyThatCommanded) {
   moves_ = false;
   is_depth_frozen_ = true;

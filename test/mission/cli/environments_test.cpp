@@ -73,7 +73,7 @@ TEST(EnvironmentTable, HoldsEveryMission) {
        std::filesystem::directory_iterator(std::string(DIVE_SOURCE_DIR) + "/missions")) {
     const std::string name = entry.path().stem().string();
     const bool is_known = !name.ends_with("_unknown");
-    const bool is_blind = !name.ends_with("_by_sight");  // a scenario covers those
+    const bool is_blind = !name.ends_with("_visual_inertial");  // a scenario covers those
     if (entry.path().extension() == ".xml" && is_known && is_blind) in_folder.insert(name + ".xml");
   }
   EXPECT_EQ(in_table, in_folder);

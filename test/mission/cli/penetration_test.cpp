@@ -16,8 +16,8 @@ using ::testing::HasSubstr;
 
 struct Dived {
   DiveResult result;
-  Eigen::Vector3d end_W = Eigen::Vector3d::Zero();  ///< Ground truth.
-  std::vector<std::string> plan_causes;             ///< Causes of the plans requested by the abort.
+  Eigen::Vector3d retraced_W = Eigen::Vector3d::Zero();  ///< End of the retrace, ground truth.
+  std::vector<std::string> plan_causes;  ///< Causes of the plans requested by the abort.
   std::vector<std::string> states;
 };
 
@@ -30,7 +30,9 @@ Dived dive(const Mission& mission, const planning::World& world, const vehicle::
       simulate_dive(mission, world, model, settings,
                     [&](const StepInputs&, const StepOutputs& outputs,
                         const vehicle::GroundTruth& truth, const auto&) {
-                      dived.end_W = truth.X_WB.p;
+                      for (const auto& transition : outputs.transitions) {
+                        if (transition.to == "dive.abort_surface") dived.retraced_W = truth.X_WB.p;
+                      }
                       if (outputs.plan_query && outputs.plan_query->state == "dive.abort_retrace") {
                         dived.plan_causes.push_back(outputs.plan_query->cause);
                       }
@@ -59,30 +61,30 @@ class Penetration : public ::testing::Test {
   [[nodiscard]] Dived in_the_wreck(const std::vector<Fault>& faults) const {
     return dive(loaded_->mission, loaded_->world, loaded_->model, faults);
   }
-  [[nodiscard]] bool is_outside(const Eigen::Vector3d& p_W) const {
-    return !planning::OverheadIndex(loaded_->world).is_above({p_W.x(), p_W.y(), -14.0}, 0.4);
+  [[nodiscard]] bool is_in_open_water(const Eigen::Vector3d& p_W) const {
+    return !planning::OverheadIndex(loaded_->world).is_above(p_W, 0.4);
   }
 
   std::optional<LoadedMission> loaded_;
   double at_s_ = 0.0;
 };
 
-TEST_F(Penetration, ALeakAtTheDeepestPointRetracesAndSurfacesOutside) {
+TEST_F(Penetration, ALeakAtTheDeepestPointEndsInARetraceToOpenWater) {
   const Dived dived = in_the_wreck({{FaultKind::kLeak, at_s_}});
   EXPECT_TRUE(dived.result.collisions.empty());
   EXPECT_EQ(dived.result.final_state, "dive.aborted");
   EXPECT_LT(dived.result.final_depth_m, 0.5);
-  EXPECT_TRUE(is_outside(dived.end_W)) << dived.end_W.transpose();
+  EXPECT_TRUE(is_in_open_water(dived.retraced_W)) << dived.retraced_W.transpose();
   EXPECT_THAT(dived.states, Contains("dive.abort_retrace"));
-  EXPECT_TRUE(dived.plan_causes.empty()) << "the way it came needs no plan";
+  EXPECT_TRUE(dived.plan_causes.empty()) << "the trail needs no plan";
 }
 
-TEST_F(Penetration, WithTheTrailBlockedBehindItPlansItsWayOut) {
+TEST_F(Penetration, ABlockedTrailIsLeftOnAPlannedExitPath) {
   const Dived dived = in_the_wreck({{FaultKind::kBlocked, at_s_}, {FaultKind::kLeak, at_s_}});
-  EXPECT_TRUE(dived.result.collisions.empty()) << "what fell into the way counts";
+  EXPECT_TRUE(dived.result.collisions.empty()) << "the fallen obstacle counts";
   EXPECT_EQ(dived.result.final_state, "dive.aborted");
   EXPECT_LT(dived.result.final_depth_m, 0.5);
-  EXPECT_TRUE(is_outside(dived.end_W)) << dived.end_W.transpose();
+  EXPECT_TRUE(is_in_open_water(dived.retraced_W)) << dived.retraced_W.transpose();
   EXPECT_THAT(dived.plan_causes, Contains("the trail is blocked"));
 }
 

@@ -227,15 +227,15 @@ class Rubbish {
 // With images and IMU samples too: in pairs, from one camera, and no longer at all.
 TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   const std::vector<std::string> conditions = {"--seed",  "3",
                                                "--set",   "current_y=0.02",
                                                "--fault", "camera_right_missing@10",
                                                "--fault", "camera_missing@13"};
-  std::vector<std::string> sim = {"sim", lookout, "--lockstep"};
+  std::vector<std::string> sim = {"sim", basin, "--lockstep"};
   sim.insert(sim.end(), conditions.begin(), conditions.end());
   const auto vehicle = dive("sim", sim);
-  const auto executive = dive("run", {"run", lookout, "--lockstep", "--cameras", cameras(lookout),
+  const auto executive = dive("run", {"run", basin, "--lockstep", "--cameras", cameras(basin),
                                       "--seed", "3", "--stats", "--log", path("linked.lcmlog")});
   Rubbish rubbish(url_);
   int status = -1;
@@ -247,7 +247,7 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_EQ(vehicle->json().at("ended"), "finished");
   EXPECT_GT(executive->json().at("stats").at("malformed").get<int>(), 20);
-  std::vector<std::string> run = {DIVE_COMMAND, "run", lookout, "--log", path("built-in.lcmlog"),
+  std::vector<std::string> run = {DIVE_COMMAND, "run", basin, "--log", path("built-in.lcmlog"),
                                   "--json"};
   run.insert(run.end(), conditions.begin(), conditions.end());
   Process built_in(run, folder_, "built-in");
@@ -259,7 +259,7 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
 // The images are then the source of the map, without a range camera.
 TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
-  const fs::path missions = fs::path(mission("scenarios/basin_visual_inertial")).parent_path();
+  const fs::path missions = fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
   std::string text = content((missions / "basin_visual_inertial.xml").string());
   const std::string known = R"(map file="maps/basin.sdf")";
   ASSERT_NE(text.find(known), std::string::npos);
@@ -285,11 +285,11 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
 
 TEST_F(Processes, WithAFifthOfAllImagesLostItStillDivesBySight) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
-  const auto vehicle = dive("sim", {"sim", lookout, "--lockstep"});
-  const auto executive = dive("run", {"run", lookout, "--lockstep", "--lcm", far_url_, "--cameras",
-                                      cameras(lookout), "--log", path("log")});
+  const auto vehicle = dive("sim", {"sim", basin, "--lockstep"});
+  const auto executive = dive("run", {"run", basin, "--lockstep", "--lcm", far_url_, "--cameras",
+                                      cameras(basin), "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err() << executive->out();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_EQ(vehicle->json().at("ended"), "finished");
@@ -305,11 +305,11 @@ TEST_F(Processes, WithAFifthOfAllImagesLostItStillDivesBySight) {
 // In real time, where the number of images depends on the machine: these assertions do not.
 TEST_F(Processes, InRealTimeImagesAreSortedIntoPairs) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
-  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   const auto vehicle =
-      dive("sim", {"sim", lookout, "--time-factor", "0.5", "--clock-jump=-3600@5"});
-  const auto executive = dive("run", {"run", lookout, "--time-factor", "0.5", "--cameras",
-                                      cameras(lookout), "--log", path("log"), "--stats"});
+      dive("sim", {"sim", basin, "--time-factor", "0.5", "--clock-jump=-3600@5"});
+  const auto executive = dive("run", {"run", basin, "--time-factor", "0.5", "--cameras",
+                                      cameras(basin), "--log", path("log"), "--stats"});
   EXPECT_GE(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto stats = executive->json().at("stats");
@@ -324,9 +324,9 @@ TEST_F(Processes, InRealTimeImagesAreSortedIntoPairs) {
 TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
   const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
-  const std::string lookout = mission("scenarios/basin_visual_inertial");
+  const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   const auto executive = dive(
-      "run", {"run", lookout, "--lockstep", "--cameras", cameras(lookout), "--log", path("log")});
+      "run", {"run", basin, "--lockstep", "--cameras", cameras(basin), "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--simulated-water", "mud"});

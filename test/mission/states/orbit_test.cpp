@@ -131,7 +131,7 @@ void expect_an_orbit(const Dived& dived, bool is_clockwise) {
     const std::string id = fmt::format("boiler-{}", i);
     EXPECT_EQ(dived.order[static_cast<std::size_t>(i - 1)], id);
     const AtStation& station = dived.stations.at(id);
-    EXPECT_GE(station.faced_s, 6.0) << id << ": the dwell";
+    EXPECT_GE(station.faced_s, 6.0 - 1e-6) << id << ": the dwell";
     EXPECT_NEAR(station.out_W.norm(), 3.4, 0.5) << id;
     if (i > 1)
       total += turned(dived.stations.at(fmt::format("boiler-{}", i - 1)).out_W, station.out_W);

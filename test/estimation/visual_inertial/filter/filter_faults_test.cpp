@@ -155,7 +155,7 @@ TEST(Faults, ADepthThatStaysWrongIsLeftOutWhileThereIsSight) {
   EXPECT_TRUE(d.health().depth_fault);
   EXPECT_TRUE(d.health().is_suspect);
   EXPECT_FALSE(d.health().diverged) << d.health().reason;
-  EXPECT_THAT(d.faults().last, HasSubstr("the sensor is left out"));
+  EXPECT_THAT(d.faults().last, HasSubstr("the sensor is ignored"));
 }
 
 TEST(Faults, ADepthThatIsRightAgainIsTakenAgain) {
