@@ -1,6 +1,7 @@
+#include "mission/check/reachable_positions.h"
+
 #include <algorithm>
 
-#include "mission/check/reachable_positions.h"
 #include "mission/states/atomic_state.h"
 
 namespace dive::mission {

@@ -1,8 +1,8 @@
 #pragma once
 // A mission's states as a statechart, beside the executive's own states:
 //
-//   dive.retrace       retrace: dive.retrace_path to open water, a minute in dive.retrace_wait, then
-//                      dive.abort
+//   dive.retrace       retrace: dive.retrace_path to open water, a minute in dive.retrace_wait,
+//                      then dive.abort
 //   dive.abort         abort_and_surface: dive.abort_retrace, then dive.abort_surface
 //   dive.emergency     emergency_surface: straight up
 //   dive.aborted       final

@@ -259,7 +259,8 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
 // The images are then the source of the map, without a range camera.
 TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
-  const fs::path missions = fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
+  const fs::path missions =
+      fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
   std::string text = content((missions / "basin_visual_inertial.xml").string());
   const std::string known = R"(map file="maps/basin.sdf")";
   ASSERT_NE(text.find(known), std::string::npos);
@@ -306,8 +307,7 @@ TEST_F(Processes, WithAFifthOfAllImagesLostItStillDivesBySight) {
 TEST_F(Processes, InRealTimeImagesAreSortedIntoPairs) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string basin = mission("scenarios/missions/basin_visual_inertial");
-  const auto vehicle =
-      dive("sim", {"sim", basin, "--time-factor", "0.5", "--clock-jump=-3600@5"});
+  const auto vehicle = dive("sim", {"sim", basin, "--time-factor", "0.5", "--clock-jump=-3600@5"});
   const auto executive = dive("run", {"run", basin, "--time-factor", "0.5", "--cameras",
                                       cameras(basin), "--log", path("log"), "--stats"});
   EXPECT_GE(executive->wait(kLong), 0) << executive->err();
@@ -325,8 +325,8 @@ TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
   const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
   const std::string basin = mission("scenarios/missions/basin_visual_inertial");
-  const auto executive = dive(
-      "run", {"run", basin, "--lockstep", "--cameras", cameras(basin), "--log", path("log")});
+  const auto executive =
+      dive("run", {"run", basin, "--lockstep", "--cameras", cameras(basin), "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto blind = dive("water", {"sim", map, "--start", "0,0,-1.5", "--simulated-water", "mud"});

@@ -21,10 +21,10 @@ struct ErrorSample {
 struct FilterDiveResult {
   std::vector<ErrorSample> errors;  ///< Errors once a second.
   double distance_m = 0.0;
-  std::vector<double> frame_ms;          ///< Processor time of all calls since the previous frame.
-  std::int64_t used = 0;                 ///< Number of updates of the state by a landmark.
-  std::int64_t used_particles = 0;            ///< Number of those by a moving one.
-  std::set<std::int64_t> snow;           ///< All moving objects in front of the camera.
+  std::vector<double> frame_ms;     ///< Processor time of all calls since the previous frame.
+  std::int64_t used = 0;            ///< Number of updates of the state by a landmark.
+  std::int64_t used_particles = 0;  ///< Number of those by a moving one.
+  std::set<std::int64_t> snow;      ///< All moving objects in front of the camera.
   std::set<std::int64_t> accepted_particles;  ///< Moving objects that ever updated the state.
 };
 
