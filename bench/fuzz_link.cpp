@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
                                    channel("presence", Presence{1, {{2, 3}, {4, 5}}}),
                                    channel("path", Path{1, 0.5, {{}, {}, {}}}),
                                    channel("command", VehicleCommand{})};
-  const Packet command = channels.back().real;
+  const Packet command_packet = channels.back().real;
   channels.push_back(channel("image", dive::ImageFrame{1, 0, dive::ImageFrame::Format::kGray8, 8, 4,
                                                        std::vector<std::uint8_t>(32)}));
   channels.push_back(
@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
                         if (decision.act && !is_abort) ++forgeries;
                         return true;
                       }});
-  channels.push_back({"arbiter", command, [&](PacketView view) {
+  channels.push_back({"arbiter", command_packet, [&](PacketView view) {
                         VehicleCommand command;
                         return decode(view, command) && arbiter.receive(command, 0);
                       }});

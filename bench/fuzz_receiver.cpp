@@ -7,8 +7,10 @@
 //
 // Without libFuzzer (fuzz_receiver_study) the same function gets random and crafted datagrams.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <span>
 
 #include "vehicle/link/channels.h"
@@ -75,20 +77,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::uint64_t counter = 0;
   while (rest.size() > 3) {
     const std::uint8_t sender = rest[0];
-    const std::size_t length =
-        std::min<std::size_t>(rest[1] * 256U + rest[2], rest.size() - 3);
+    const std::size_t length = std::min<std::size_t>(rest[1] * 256U + rest[2], rest.size() - 3);
     const auto bytes = rest.subspan(3, length);
     rest = rest.subspan(3 + length);
     const auto now = static_cast<Utime>(++counter) * 1000;
     keyless.take(bytes, sender, now);
     const bool is_authentic = (sender & 0x80U) != 0;
-    keyed.take(is_authentic ? with_trailer(bytes, sender, counter) : Packet(bytes.begin(), bytes.end()),
-               sender, now);
+    keyed.take(
+        is_authentic ? with_trailer(bytes, sender, counter) : Packet(bytes.begin(), bytes.end()),
+        sender, now);
     static_cast<void>(keyed.take_presence(now));
   }
   while (const auto arrival = keyless.queue().pop()) read_all(arrival->packet);
   while (const auto arrival = keyed.queue().pop()) {
-    // Nobody returned a challenge.
+    // No sender has returned a challenge.
     demand(arrival->sender.trust != Trust::kAuthentic && arrival->subscription == 2);
     read_all(arrival->packet);
   }

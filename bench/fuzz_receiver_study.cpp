@@ -1,6 +1,7 @@
 // Runs the libFuzzer target of fuzz_receiver.cpp without libFuzzer: on random datagrams, and on
 // crafted ones, which are changed copies of real ones.
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 #include <vector>
@@ -39,7 +40,7 @@ Bytes crafted(std::mt19937_64& random) {
   for (std::uint64_t changes = random() % 4; changes > 0; --changes) {
     constexpr std::size_t kHeader = 36;
     bytes[random() % std::min(bytes.size(), kHeader)] =
-        random() % 3 == 0 ? 0xFF : static_cast<std::uint8_t>(random());
+        static_cast<std::uint8_t>(random() % 3 == 0 ? 0xFF : random());
   }
   return bytes;
 }

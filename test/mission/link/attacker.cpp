@@ -6,8 +6,8 @@ namespace dive::mission::testing {
 namespace {
 
 constexpr Utime kFuture = 100'000'000'000'000'000;
-constexpr const char* kRecorded[] = {link::channel::kCommand, link::channel::kAhrs,
-                                     link::channel::kDepth,   link::channel::kHealth,
+constexpr const char* kRecorded[] = {link::channel::kCommand,   link::channel::kAhrs,
+                                     link::channel::kDepth,     link::channel::kHealth,
                                      link::channel::kHeartbeat, link::channel::kRequest,
                                      link::channel::kPresence};
 

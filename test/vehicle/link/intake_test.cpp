@@ -3,7 +3,9 @@
 
 #include "vehicle/link/intake.h"
 
+#include <algorithm>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -128,7 +130,7 @@ TEST_F(Receiving, WhatIsTooLargeForItsChannelIsCountedAndNotStored) {
   EXPECT_TRUE(arrivals(intake_).empty());
   EXPECT_EQ(intake_.rejections().malformed, 3);
   take({short_datagram("OTHER", Packet(101))});
-  EXPECT_EQ(intake_.rejections().malformed, 3) << "nobody asked for it";
+  EXPECT_EQ(intake_.rejections().malformed, 3) << "not subscribed";
 }
 
 TEST_F(Receiving, MemoryOfPacketsInProgressIsBounded) {
@@ -264,13 +266,12 @@ class WithKey : public ::testing::Test {
   /// Exchanges presences for `duration`; the vehicle is also called at each.
   void exchange(Process& vehicle, Utime duration) {
     for (const Utime end = now_ + duration; now_ < end; now_ += 10'000) {
-      for (const Bytes& sent : {executive_.presence(now_)}) {
-        if (!sent.empty()) vehicle.take(sent, now_);
-      }
-      for (const Bytes& sent : {vehicle.presence(now_)}) {
-        if (!sent.empty()) executive_.take(sent, now_);
-        if (!sent.empty()) recorded_.push_back(sent);
-      }
+      const Bytes ours = executive_.presence(now_);
+      if (!ours.empty()) vehicle.take(ours, now_);
+      const Bytes theirs = vehicle.presence(now_);
+      if (theirs.empty()) continue;
+      executive_.take(theirs, now_);
+      recorded_.push_back(theirs);
     }
   }
   /// True if the executive delivers it.
