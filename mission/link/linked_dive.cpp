@@ -173,7 +173,7 @@ class LinkedVehiclePort final : public VehiclePort {
   link::ExitPathMessage exit_path_;  ///< Last one sent.
   Utime next_exit_path_ = 0;
   bool other_executive_ = false;  ///< Commands of another one arrived in this tick.
-  std::string yields_to_;         ///< Who commands the vehicle instead; empty: nobody.
+  std::string yields_to_;         ///< What commands the vehicle instead; empty: none.
   link::Packet packet_;
   LinkedResult result_;
 };

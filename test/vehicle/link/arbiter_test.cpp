@@ -114,7 +114,7 @@ TEST(Arbiter, OfTwoExecutivesItObeysTheFirst) {
 
 class Alone : public ::testing::Test {
  protected:
-  Alone() : simulator_(vehicle::testing::aqua2(), place(0, 0, -5), {}, 1) {}
+  Alone() : simulator_(testing::aqua2(), place(0, 0, -5), {}, 1) {}
 
   /// The executive swims east at 0.4 m/s for so long.
   void lead(double seconds, ExitPath path) {
