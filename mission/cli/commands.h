@@ -78,6 +78,7 @@ struct SimArguments {
   std::vector<std::string> conditions;  ///< NAME=VALUE
   double max_seconds = 3600.0;
   std::string clock_jump;       ///< BY@AT, s: the jump and its time.
+  std::string driver_restart;   ///< AWAY@AT, s: duration and time of a restart of the driver.
   bool range_camera = false;    ///< Send scans; always on in an unknown environment.
   std::string simulated_water;  ///< Send images; always on for a visual-inertial mission.
   /// Folder for the calibration of its cameras; then nothing else is done.

@@ -180,6 +180,11 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       ->add_option("--clock-jump", arguments.clock_jump,
                    "Shift the sensors' clock by this many seconds at a time, e.g. -3600@20")
       ->type_name("BY@SECONDS");
+  command
+      ->add_option("--driver-restart", arguments.driver_restart,
+                   "Restart the driver at a time: it is silent for so many seconds, forgets all\n"
+                   "commands, and its clock starts at 0 again, e.g. 2@30")
+      ->type_name("AWAY@SECONDS");
   add_url(command, arguments.link);
   add_key(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep,
@@ -193,11 +198,13 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
       "supervise",
       "Examples:\n"
       "  dive supervise --key dive.key --lcm 'udpm://239.255.76.67:7667?ttl=1'\n\n"
-      "Surfaces the vehicle when the executive dies or hangs. Exit status 0 when it was not\n"
-      "needed, 1 when it took over.");
+      "When the executive dies or hangs: holds the vehicle, gives it back to an executive that\n"
+      "recovers or is restarted, and otherwise brings it home: along the exit path to open water,\n"
+      "then up. Exit status 0 when the executive finished, 1 when it had to bring the vehicle\n"
+      "home.");
   command
       ->add_option("--command-timeout", arguments.command_timeout_s,
-                   "Take over after so long without a command (default: 1)")
+                   "Hold the vehicle after so long without a command (default: 1)")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.2, 2.0).description(""));
   add_url(command, arguments.link);

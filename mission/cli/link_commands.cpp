@@ -32,19 +32,42 @@ std::atomic<bool> interrupted = false;
 
 void interrupt(int /*signal*/) { interrupted = true; }
 
-std::optional<ClockJump> parse_clock_jump(const std::string& written) {
+/// Two numbers of s, `first`@`at`; prints an error and returns nothing if they are none.
+struct TimedValue {
+  double first = 0.0;
+  double at_s = 0.0;
+};
+std::optional<TimedValue> parse_timed(const std::string& written, const char* what) {
   const std::size_t at = written.find('@');
-  const std::optional<double> by_s = parse_number(written.substr(0, at));
+  const std::optional<double> first = parse_number(written.substr(0, at));
   const std::optional<double> at_s =
       at == std::string::npos ? std::nullopt : parse_number(written.substr(at + 1));
-  constexpr double kMaxCoordinate = 1e9;
-  if (by_s && at_s && std::abs(*by_s) <= kMaxCoordinate && *at_s >= 0.0 &&
-      *at_s <= kMaxCoordinate) {
-    return ClockJump{*at_s, *by_s};
+  constexpr double kMax = 1e9;
+  if (first && at_s && std::abs(*first) <= kMax && *at_s >= 0.0 && *at_s <= kMax) {
+    return TimedValue{*first, *at_s};
   }
-  complain(
-      fmt::format("'{}' is no jump of a clock: write SECONDS@SECONDS, e.g. -3600@20", written));
+  complain(fmt::format("'{}' is no {}: write SECONDS@SECONDS, e.g. 3600@20", written, what));
   return std::nullopt;
+}
+
+/// False if a disturbance of the link cannot be read, which is printed.
+bool parse_disturbances(const SimArguments& arguments, VehicleSettings& settings) {
+  if (!arguments.clock_jump.empty()) {
+    const auto jump = parse_timed(arguments.clock_jump, "jump of a clock");
+    if (!jump) return false;
+    settings.clock_jump = ClockJump{jump->at_s, jump->first};
+  }
+  if (arguments.driver_restart.empty()) return true;
+  const auto restart = parse_timed(arguments.driver_restart, "restart of the driver");
+  if (!restart) return false;
+  if (restart->first < 0.0 || settings.lockstep) {
+    complain(settings.lockstep ? "--driver-restart: in lock-step the vehicle waits for commands: "
+                                 "leave --lockstep out"
+                               : "--driver-restart: the driver is away for 0 s or longer");
+    return false;
+  }
+  settings.driver_restart = DriverRestart{restart->at_s, restart->first};
+  return true;
 }
 
 /// The vehicle's start pose and its world.
@@ -221,10 +244,7 @@ int run_sim(const SimArguments& arguments) {
   const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
   if (!conditions) return kExitUsage;
   settings.conditions = *conditions;
-  if (!arguments.clock_jump.empty()) {
-    settings.clock_jump = parse_clock_jump(arguments.clock_jump);
-    if (!settings.clock_jump) return kExitUsage;
-  }
+  if (!parse_disturbances(arguments, settings)) return kExitUsage;
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
   if (arguments.range_camera || place->has_range_camera) settings.range_camera.emplace();
@@ -270,7 +290,15 @@ int run_supervise(const SuperviseArguments& arguments) {
   if (arguments.json) {
     print_json({{"took_over", report.took_over},
                 {"silent_s", report.silent_s},
-                {"surfaced", report.surfaced}});
+                {"holds", report.holds},
+                {"given_back", report.given_back},
+                {"followed", report.followed},
+                {"blindly", report.blindly},
+                {"surfaced", report.surfaced},
+                {"presumed", report.presumed},
+                {"restarts", report.restarts},
+                {"second_executive", report.second_executive},
+                {"refused", report.refused}});
   }
   return report.took_over ? kExitFailed : kExitSuccess;
 }

@@ -78,6 +78,8 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
       behavior(mission_in, machine, map, overhead_monitor.trail(), options.seed),
       localization(mission_in.estimator.value, options.estimator, first_position(), first_sigma()),
       control(options.autopilot),
+      exit_path(behaviors::kTrailLinkShare * mission_in.limits.clearance.value,
+                mission_in.speed.value),
       fallback(options.autopilot),
       monitors(monitor_limits(mission_in)),
       ladder(mission_in.failsafes.policies) {}
@@ -96,6 +98,7 @@ void Executive::Impl::step(const StepInputs& inputs) {
   }
   actuate();
   fill_status();
+  keep_exit_path();
 }
 
 void Executive::Impl::begin_tick(Utime now) {
@@ -144,9 +147,18 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the helm defines it
   situation.expected_heave = control.expected_heave(speed);
-  localization.expect(speed, situation.expected_heave);
+  if (started && has_gap()) estimate_over_gap(speed);
+  localization.expect(has_gap() ? 0.0 : speed, situation.expected_heave);
   outputs.estimate = situation.estimate = localization.update(inputs.now);
   if (situation.estimate.valid) behavior.advance_view(inputs.now, situation.estimate.X_WB.p);
+}
+
+// Commands expire: a vehicle whose executive was stalled has stopped.
+void Executive::Impl::estimate_over_gap(double speed) {
+  localization.expect(speed, situation.expected_heave);
+  static_cast<void>(localization.update(last_step + kCommandLifetime));
+  note(fmt::format("no tick for {:.1f} s: the vehicle stopped meanwhile",
+                   to_seconds(situation.now - last_step)));
 }
 
 void Executive::Impl::start() {
@@ -330,7 +342,11 @@ void Executive::Impl::fail(StateId state, behaviors::Failure failure) {
 
 void Executive::Impl::actuate() {
   outputs.command = command;
-  const double dt = to_seconds(situation.now - last_step);
+  double dt = to_seconds(situation.now - last_step);
+  if (started && has_gap()) {
+    control.begin_at(localization.surge());
+    dt = to_seconds(kCommandLifetime);
+  }
   const SensorStatus& sensors = situation.sensors;
   const estimation::StateEstimate& now = situation.estimate;
   if (started && dt > 0.0 && sensing.imu() != nullptr && sensing.has_depth()) {
@@ -359,11 +375,17 @@ void Executive::Impl::fill_status() {
   status.finished = started && !runner.is_running();
 }
 
+void Executive::Impl::keep_exit_path() {
+  if (!situation.estimate.valid) return;
+  exit_path.update(situation, localization.surge(), ladder.rung());
+  fallback.keep(exit_path.path());
+}
+
 ExecutiveResult Executive::Impl::result() const {
   ExecutiveResult result;
   result.cause = runner.abort_cause();
   if (!situation.internal_error.empty()) {
-    result.outcome = Outcome::kAborted;
+    result.outcome = fallback.is_done() ? Outcome::kAborted : Outcome::kRunning;
     result.final_state = kFallbackState;
     return result;
   }
@@ -396,6 +418,7 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
 }
 
 Checkpoint Executive::checkpoint() const { return impl_->checkpoint(); }
+const vehicle::ExitPath& Executive::exit_path() const { return impl_->exit_path.path(); }
 const behaviors::Trail& Executive::trail() const { return impl_->overhead_monitor.trail(); }
 ExecutiveResult Executive::result() const { return impl_->result(); }
 

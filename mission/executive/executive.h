@@ -18,6 +18,7 @@
 #include "mission/executive/io.h"
 #include "planning/world/world.h"
 #include "vehicle/autopilot.h"
+#include "vehicle/exit_path.h"
 #include "vehicle/model.h"
 
 namespace dive::mission {
@@ -52,9 +53,10 @@ class Executive {
 
   /// One control tick at `inputs.now`, which never decreases. Never throws: a failed internal
   /// assertion is caught and recorded as the failsafe internal_error, and from then on the vehicle
-  /// is commanded straight up. The result is valid until the next step. A step without changes (no
-  /// plan requested or answered, no transition, no change of rung, no new observation) allocates
-  /// nothing.
+  /// is brought home by the rules of vehicle::ExitGuidance. After more than 0.2 s without a tick
+  /// the vehicle is expected to have stopped. The result is valid until the next step. A step
+  /// without changes (no plan requested or answered, no transition, no change of rung, no new
+  /// observation) allocates nothing.
   [[nodiscard]] const StepOutputs& step(const StepInputs& inputs);
 
   [[nodiscard]] ExecutiveResult result() const;
@@ -63,6 +65,8 @@ class Executive {
   /// finds the same state and repeats no action.
   [[nodiscard]] Checkpoint checkpoint() const;
   [[nodiscard]] const behaviors::Trail& trail() const;
+  /// How to leave the present place without the executive, after every step.
+  [[nodiscard]] const vehicle::ExitPath& exit_path() const;
 
  private:
   struct Impl;

@@ -12,6 +12,7 @@
 #include "mission/executive/active_behavior.h"
 #include "mission/executive/control_stage.h"
 #include "mission/executive/executive.h"
+#include "mission/executive/exit_path_keeper.h"
 #include "mission/executive/localization.h"
 #include "mission/executive/machine.h"
 #include "mission/executive/machine_runner.h"
@@ -24,6 +25,8 @@
 namespace dive::mission {
 
 struct Executive::Impl final : private MachineRunner::Observer {
+  static constexpr Utime kCommandLifetime = 200'000;  ///< us: STALE_MS of vehicle_command_t.lcm.
+
   Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
        ExecutiveOptions options_in);
 
@@ -35,6 +38,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void begin_tick(Utime now);
   void sense(const StepInputs& inputs);
   void estimate(const StepInputs& inputs);
+  void estimate_over_gap(double speed);
   void start();
   void assess();
   void collect_events(const StepInputs& inputs);
@@ -43,6 +47,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void steer();
   void actuate();
   void fill_status();
+  void keep_exit_path();
 
   // Parts of stages.
   [[nodiscard]] Eigen::Vector3d first_position() const;
@@ -61,6 +66,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void fail(statechart::StateId state, behaviors::Failure failure);
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
+  /// True if the vehicle has received no command for longer than one lasts.
+  [[nodiscard]] bool has_gap() const { return situation.now - last_step > kCommandLifetime; }
   [[nodiscard]] bool is_held() const { return paused || ladder.rung() == behaviors::Rung::kHold; }
   void raise_event(std::string name, std::string cause) {
     events.push_back({std::move(name), std::move(cause)});
@@ -79,6 +86,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   ActiveBehavior behavior;
   Localization localization;
   ControlStage control;
+  ExitPathKeeper exit_path;
   SurfacingFallback fallback;
   behaviors::Monitors monitors;
   Sensing sensing;

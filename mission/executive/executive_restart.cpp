@@ -28,6 +28,7 @@ void Executive::Impl::resume(const Resume& from) {
   outputs.estimate = situation.estimate = localization.update(situation.now);
   started_at = situation.now - from_seconds(checkpoint.elapsed_s + gap_s);
   overhead_monitor.restore(from.trail);
+  exit_path.restore(from.trail);
   assess();
   if (checkpoint.open_water_elapsed_s && !situation.open_above) {
     overhead_monitor.restore(Usable{started_at + from_seconds(*checkpoint.open_water_elapsed_s),

@@ -1,37 +1,62 @@
 #include "mission/executive/surfacing_fallback.h"
 
-#include "behaviors/behavior.h"
+#include <algorithm>
+
 #include "behaviors/failsafes.h"
 #include "behaviors/monitors.h"
 
 namespace dive::mission {
 
+void SurfacingFallback::keep(const vehicle::ExitPath& path) {
+  if (path.revision != path_.revision) {
+    path_ = path;
+    return;
+  }
+  path_.utime = path.utime;
+  path_.X_WB = path.X_WB;
+  path_.surge = path.surge;
+  path_.heading_correction = path.heading_correction;
+  path_.open_above = path.open_above;
+}
+
 StepOutputs SurfacingFallback::step(const StepInputs& inputs, const std::string& reason) {
   StepOutputs outputs;
-  if (inputs.imu && behaviors::is_plausible(*inputs.imu)) {
-    if (!imu_) yaw_ = to_rpy(inputs.imu->q_WB).z();
-    imu_ = inputs.imu;
+  std::optional<ImuSample> imu;
+  std::optional<DepthSample> depth;
+  if (inputs.imu && behaviors::is_plausible(*inputs.imu)) imu_ = imu = inputs.imu;
+  if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth_ = depth = inputs.depth;
+  const bool is_first = !last_;
+  // A failed tick may have had an earlier time than the last.
+  const Utime now = is_first ? inputs.now : std::max(*last_, inputs.now);
+  const double dt = is_first ? 0.0 : to_seconds(now - *last_);
+  last_ = now;
+  guidance_.observe(imu, depth, 0.0, now);
+  if (is_first) {
+    record(outputs, reason);
+    guidance_.set_exit_path(path_);
+    autopilot_.begin_at(path_.surge);
+    guidance_.begin(now, /*may_hold=*/false);
   }
-  if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth_ = inputs.depth;
-  if (!reported_) {
-    constexpr auto kind = behaviors::FailsafeKind::kInternalError;
-    reported_ = true;
-    outputs.failsafes.push_back({behaviors::to_string(behaviors::Rung::kEmergencySurface),
-                                 std::string(behaviors::to_string(kind)),
-                                 {},
-                                 reason});
-    outputs.transitions.push_back({"", kFallbackState, "", reason, ""});
-  }
-  outputs.command = behaviors::station_keeping(0.0, yaw_);
-  const double dt = last_ ? to_seconds(inputs.now - *last_) : 0.0;
+  outputs.command = guidance_.step(now);
+  if (outputs.command.v == 0.0) autopilot_.begin_at(guidance_.surge());
   if (imu_ && depth_ && dt > 0.0) {
     outputs.rates = autopilot_.step(outputs.command, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
   }
-  last_ = inputs.now;
+  is_done_ = guidance_.has_surfaced(now) || guidance_.is_presumed_surfaced(now);
   outputs.status.state = kFallbackState;
   outputs.status.rung = behaviors::to_string(behaviors::Rung::kEmergencySurface);
   outputs.status.depth_m = depth_ ? depth_->depth_m : 0.0;
+  outputs.status.finished = is_done_;
   return outputs;
+}
+
+void SurfacingFallback::record(StepOutputs& outputs, const std::string& reason) {
+  constexpr auto kind = behaviors::FailsafeKind::kInternalError;
+  outputs.failsafes.push_back({behaviors::to_string(behaviors::Rung::kEmergencySurface),
+                               std::string(behaviors::to_string(kind)),
+                               {},
+                               reason});
+  outputs.transitions.push_back({"", kFallbackState, "", reason, ""});
 }
 
 }  // namespace dive::mission

@@ -1,13 +1,14 @@
 #pragma once
-// The fallback after a failure of the executive itself: a vertical ascent with only the autopilot,
-// the last attitude and the last depth. It is separate and small, so that the defect that stopped
-// the executive does not affect it.
+// The fallback after a failure of the executive itself: the vehicle follows the exit path of the
+// last good tick, then ascends, with only the autopilot, attitude and depth. It is separate and
+// small, so that the defect that stopped the executive does not affect it.
 
 #include <optional>
 #include <string>
 
 #include "mission/executive/io.h"
 #include "vehicle/autopilot.h"
+#include "vehicle/exit_guidance.h"
 
 namespace dive::mission {
 
@@ -15,16 +16,24 @@ class SurfacingFallback {
  public:
   explicit SurfacingFallback(const vehicle::AutopilotOptions& options) : autopilot_(options) {}
 
+  /// After every good tick. Copies the waypoints only when they have changed.
+  void keep(const vehicle::ExitPath& path);
+
   /// One control tick; `reason` is recorded with the first.
   [[nodiscard]] StepOutputs step(const StepInputs& inputs, const std::string& reason);
+  /// True when the vehicle is at the surface, or presumed to be without a depth sensor.
+  [[nodiscard]] bool is_done() const { return is_done_; }
 
  private:
+  void record(StepOutputs& outputs, const std::string& reason);
+
   vehicle::Autopilot autopilot_;
+  vehicle::ExitGuidance guidance_;
+  vehicle::ExitPath path_;
   std::optional<ImuSample> imu_;
   std::optional<DepthSample> depth_;
   std::optional<Utime> last_;
-  double yaw_ = 0.0;
-  bool reported_ = false;
+  bool is_done_ = false;
 };
 
 inline constexpr const char* kFallbackState = "dive.internal_error";

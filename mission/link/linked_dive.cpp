@@ -5,13 +5,18 @@
 
 #include <fmt/format.h>
 
+#include "mission/executive/behavior_factory.h"
 #include "mission/link/inbox.h"
+#include "mission/onboard/exit_path_service.h"
 #include "mission/record/log_codec.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr Utime kHeartbeatPeriod = 100'000;
+constexpr Utime kStalled = 500'000;  // us: another session is obeyed then
+constexpr const char* kOtherExecutive = "another executive commands this vehicle";
+constexpr const char* kSupervisor = "the supervisor brings the vehicle home";
 constexpr int kFinalRepeats = 20;
 constexpr Utime kFinalPeriod = 10'000;  // us
 
@@ -29,7 +34,8 @@ std::optional<std::size_t> image_bytes(const Mission& mission, const LinkSetting
 /// A vehicle over LCM.
 class LinkedVehiclePort final : public VehiclePort {
  public:
-  LinkedVehiclePort(const Mission& mission, const LinkSettings& settings, link::Bus& bus,
+  LinkedVehiclePort(const Mission& mission, const planning::World& world,
+                    const vehicle::Model& model, const LinkSettings& settings, link::Bus& bus,
                     Clock& clock, const LinkObserver& observer)
       : settings_(settings),
         bus_(bus),
@@ -37,7 +43,12 @@ class LinkedVehiclePort final : public VehiclePort {
         observer_(observer),
         inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
                image_bytes(mission, settings)),
-        authenticator_({bus.has_key(), mission.abort_authority == AbortAuthority::kKey}) {
+        authenticator_({bus.has_key(), mission.abort_authority == AbortAuthority::kKey}),
+        exit_path_service_(known_world(mission, world), model.hull) {
+    exit_path_.session_id = authenticator_.session_id();
+    bus_.listen<link::VehicleCommand>(
+        link::channel::kCommand,
+        [this](const link::VehicleCommand& command) { receive_other(command); });
     if (settings.lockstep) return;
     const double ticks = longest_dive_s(mission) / to_seconds(kControlPeriod);
     result_.stats.lateness_ms.reserve(static_cast<std::size_t>(ticks) + 1);
@@ -54,6 +65,7 @@ class LinkedVehiclePort final : public VehiclePort {
   [[nodiscard]] Utime begin() override {
     local_ = clock_.now();
     bus_.wait(clock_, local_);
+    if (other_executive_) yield(kOtherExecutive);
     now_ = began_ = *inbox_.first_time();
     inbox_.set_time(now_, local_);
     last_ = now_ - 1;
@@ -61,11 +73,13 @@ class LinkedVehiclePort final : public VehiclePort {
   }
 
   [[nodiscard]] std::optional<Utime> wait_for_tick() override {
+    other_executive_ = false;
     if (settings_.lockstep) {
       if (!wait_in_lockstep()) return std::nullopt;
     } else {
       wait_in_real_time();
     }
+    if (!yields_to_.empty()) return std::nullopt;
     last_ = now_;
     return now_;
   }
@@ -76,14 +90,31 @@ class LinkedVehiclePort final : public VehiclePort {
   }
 
   void command(const StepOutputs& outputs) override {
-    command_ = link::VehicleCommand{
-        now_,         ++sequence_, link::Source::kExecutive, link::Mode::kRates, outputs.command,
-        outputs.rates};
+    command_ = link::VehicleCommand{now_,
+                                    ++sequence_,
+                                    link::Source::kExecutive,
+                                    link::Mode::kRates,
+                                    outputs.command,
+                                    outputs.rates,
+                                    authenticator_.session_id()};
     publish(link::channel::kCommand, *command_);
     if (abort_arrived_) {
       result_.stats.abort_ms.push_back(
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived_) / 1000.0));
     }
+  }
+
+  void keep_exit_path(const vehicle::ExitPath& path,
+                      const planning::ObservedMap& observed) override {
+    const double clearance_m = exit_path_service_.clearance(path, observed);
+    const vehicle::ExitPath& sent = exit_path_.path;
+    const bool is_new = path.revision != sent.revision || path.open_above != sent.open_above ||
+                        path.hold_s != sent.hold_s || clearance_m != sent.clearance_m;
+    if (!is_new && now_ < next_exit_path_) return;
+    next_exit_path_ = now_ + kHeartbeatPeriod;
+    exit_path_.path = path;
+    exit_path_.path.clearance_m = clearance_m;
+    publish(link::channel::kExitPath, exit_path_);
   }
 
   [[nodiscard]] std::optional<RangeScan> take_scan() override { return inbox_.take_scan(); }
@@ -109,6 +140,10 @@ class LinkedVehiclePort final : public VehiclePort {
   [[nodiscard]] bool wait_in_lockstep();
   void wait_in_real_time();
   void receive_topside(StepInputs& inputs);
+  void receive_other(const link::VehicleCommand& command);
+  void yield(const char* to) {
+    if (yields_to_.empty()) yields_to_ = to;
+  }
   void publish_outputs(const StepInputs& inputs, const StepOutputs& outputs);
   void publish_final();
   [[nodiscard]] link::Heartbeat heartbeat();
@@ -133,6 +168,11 @@ class LinkedVehiclePort final : public VehiclePort {
   Utime last_ = 0;  ///< Previous tick, until the next one arrives.
   Utime next_heartbeat_ = 0;
   bool is_finished_ = false;
+  ExitPathService exit_path_service_;
+  link::ExitPathMessage exit_path_;  ///< Last one sent.
+  Utime next_exit_path_ = 0;
+  bool other_executive_ = false;  ///< Commands of another one arrived in this tick.
+  std::string yields_to_;         ///< What commands the vehicle instead; empty: none.
   link::Packet packet_;
   LinkedResult result_;
 };
@@ -158,6 +198,8 @@ void LinkedVehiclePort::wait_in_real_time() {
   bus_.wait(clock_, due);
   const Utime late = clock_.now() - due;
   result_.stats.lateness_ms.push_back(static_cast<float>(static_cast<double>(late) / 1000.0));
+  // Another one was started while this one was stopped.
+  if (late > kStalled && other_executive_) yield(kOtherExecutive);
   if (late > kControlPeriod) {
     result_.stats.skipped += late / kControlPeriod;
     now_ += late / kControlPeriod * kControlPeriod;
@@ -176,6 +218,15 @@ void LinkedVehiclePort::receive_topside(StepInputs& inputs) {
     if (!decision.act) continue;
     inputs.operator_command = received->request.command;
     if (received->request.command == OperatorCommand::kAbort) abort_arrived_ = received->arrived;
+  }
+}
+
+// A supervisor that has left the place where it held keeps the vehicle: our position is wrong.
+void LinkedVehiclePort::receive_other(const link::VehicleCommand& command) {
+  if (command.source == link::Source::kSupervisor) {
+    if (command.phase >= vehicle::ExitPhase::kFollowing) yield(kSupervisor);
+  } else if (command.session_id != authenticator_.session_id()) {
+    other_executive_ = true;
   }
 }
 
@@ -223,6 +274,7 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.outcome = is_running ? "failure" : to_string(executive.outcome);
   result_.final_state = executive.final_state;
   result_.cause = executive.cause;
+  if (is_running && !yields_to_.empty()) result_.cause = yields_to_;
   if (is_running && result_.cause.empty()) {
     result_.cause = settings_.lockstep && !inbox_.is_whole(last_)
                         ? "the vehicle fell silent"
@@ -249,7 +301,7 @@ LinkedResult dive_over_link(const Mission& mission, const planning::World& world
                             const DiveKeeper& keeper) {
   const OnLate late = settings.lockstep ? OnLate::kBlock : OnLate::kPoll;
   OnboardDive dive(mission, world, model, settings, settings.vision, late);
-  LinkedVehiclePort port(mission, settings, bus, clock, observer);
+  LinkedVehiclePort port(mission, world, model, settings, bus, clock, observer);
   if (port.wait_for_vehicle()) return port.finish(dive.run(port, keeper));
   LinkedResult result;
   result.outcome = "failure";

@@ -82,6 +82,7 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
   const StepOutputs& outputs = executive_->step(inputs);
   if (keeper) keeper(*executive_, outputs);
   port.command(outputs);
+  port.keep_exit_path(executive_->exit_path(), map_);
   feed_services(port, inputs, outputs);
   report(outputs, now);
   port.end_tick(inputs, outputs);

@@ -9,6 +9,8 @@
 #include "common/measurements.h"
 #include "common/range_scan.h"
 #include "mission/executive/io.h"
+#include "planning/world/observed_map.h"
+#include "vehicle/exit_path.h"
 
 namespace dive::mission {
 
@@ -38,6 +40,10 @@ class VehiclePort {
 
   /// Sends the efforts to the flippers.
   virtual void command(const StepOutputs& outputs) = 0;
+  /// How the vehicle leaves its present place if no further command arrives, and the obstacles
+  /// observed so far.
+  virtual void keep_exit_path(const vehicle::ExitPath& /*path*/,
+                              const planning::ObservedMap& /*observed*/) {}
   /// A range scan that arrived in this tick, measured at its own time.
   [[nodiscard]] virtual std::optional<RangeScan> take_scan() = 0;
   /// The raw IMU samples since the last tick, oldest first.

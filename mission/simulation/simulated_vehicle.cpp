@@ -31,17 +31,27 @@ class SimulatedVehicle {
                    settings.cameras ? with_imu(settings.conditions) : settings.conditions,
                    settings.seed),
         contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt),
-        injector_(settings.faults) {
+        injector_(settings.faults),
+        arbiter_(make_arbiter()) {
     if (settings.range_camera) camera_.emplace(world, *settings.range_camera, settings.seed);
     if (settings.cameras) {
       cameras_.emplace(world, *settings.cameras, settings.conditions, settings.seed);
     }
-    bus_.listen<link::VehicleCommand>(
-        link::channel::kCommand,
-        [this](const link::VehicleCommand& command) { arbiter_.receive(command, now()); });
-    bus_.listen<link::Heartbeat>(
-        link::channel::kHeartbeat,
-        [this](const link::Heartbeat& heartbeat) { finished_ = heartbeat.finished; });
+    bus_.listen<link::VehicleCommand>(link::channel::kCommand,
+                                      [this](const link::VehicleCommand& command) {
+                                        if (!is_away()) arbiter_.receive(command, now());
+                                      });
+    bus_.listen<link::ExitPathMessage>(
+        link::channel::kExitPath,
+        [this](const link::ExitPathMessage& message) {
+          if (!is_away()) arbiter_.receive(message);
+        },
+        link::kMaxExitPathPacket);
+    bus_.listen<link::Heartbeat>(link::channel::kHeartbeat,
+                                 [this](const link::Heartbeat& heartbeat) {
+                                   if (arbiter_.is_from_executive(heartbeat.session_id))
+                                     finished_ = heartbeat.finished;
+                                 });
   }
 
   VehicleReport run(const VehicleWanted& wanted) {
@@ -51,11 +61,11 @@ class SimulatedVehicle {
       next += from_seconds(vehicle::Simulator::kTick);
       if (settings_.lockstep && !is_alone_) {
         wait_for_command(wanted);
-      } else if (!arbiter_.executive() && inputs_.imu && inputs_.depth) {
+      } else if (!has_begun_ && !arbiter_.executive() && inputs_.imu && inputs_.depth) {
         wait_for_the_first(wanted);
         next = clock_.now();
       } else {
-        say();
+        if (!is_away()) say();
         bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
         is_alone_ = is_alone_ && !is_answered();
       }
@@ -75,7 +85,31 @@ class SimulatedVehicle {
     return false;
   }
 
+  // The vehicle's time stops with an executive in lock-step: another one is obeyed at once.
+  [[nodiscard]] link::Arbiter make_arbiter() const {
+    return link::Arbiter({}, settings_.lockstep ? 0.0 : link::Arbiter::kSessionTimeout);
+  }
+
+  /// The driver is being restarted.
+  [[nodiscard]] bool is_away() const {
+    const std::optional<DriverRestart>& restart = settings_.driver_restart;
+    const double t = to_seconds(now());
+    return restart && t >= restart->at_s && t < restart->at_s + restart->away_s;
+  }
+
+  // Commands, exit path and time base of the driver are lost.
+  void restart_driver() {
+    const std::optional<DriverRestart>& restart = settings_.driver_restart;
+    if (!restart || to_seconds(now()) < restart->at_s) return;
+    if (!std::exchange(has_restarted_, true)) {
+      report_.refused += arbiter_.refused();
+      arbiter_ = make_arbiter();
+    }
+    shift_times(-from_seconds(restart->at_s + restart->away_s));
+  }
+
   void tick() {
+    has_begun_ = has_begun_ || arbiter_.executive();
     const vehicle::SensorSamples samples = simulator_.step(rates_);
     inputs_ = {};
     inputs_.now = now();
@@ -89,6 +123,7 @@ class SimulatedVehicle {
     injector_.apply(inertial_);
     look();
     set_clock();
+    restart_driver();
     touched_ = contacts_.observe(now(), simulator_.truth().X_WB);
     for (Collision& collision : collisions_at(now(), simulator_.truth().X_WB, touched_, {})) {
       report_.collisions.push_back(std::move(collision));
@@ -108,7 +143,10 @@ class SimulatedVehicle {
   void set_clock() {
     const std::optional<ClockJump>& jump = settings_.clock_jump;
     if (!jump || to_seconds(now()) < jump->at_s) return;
-    const Utime by = from_seconds(jump->by_s);
+    shift_times(from_seconds(jump->by_s));
+  }
+
+  void shift_times(Utime by) {
     if (inputs_.imu) inputs_.imu->utime += by;
     if (inputs_.depth) inputs_.depth->utime += by;
     if (inputs_.health) inputs_.health->utime += by;
@@ -179,17 +217,18 @@ class SimulatedVehicle {
   void judge() {
     const vehicle::GroundTruth& truth = simulator_.truth();
     const auto who = arbiter_.source(now());
-    if (arbiter_.executive()) {
+    if (has_begun_) {
       if (who == link::Arbiter::CommandSource::kNone) report_.silent_s += vehicle::Simulator::kTick;
       if (who == link::Arbiter::CommandSource::kSupervisor) {
         report_.supervised_s += vehicle::Simulator::kTick;
       }
     }
-    rates_ = arbiter_.step(own_.imu, own_.depth, now());
+    rates_ = is_away() ? vehicle::PseudoRates{} : arbiter_.step(own_.imu, own_.depth, now());
     const bool is_up = -truth.X_WB.p.z() < kAtSurface;
     const bool is_led = who == link::Arbiter::CommandSource::kExecutive;
-    if (!is_up || is_led || !arbiter_.executive()) up_since_ = now();
-    if (finished_) report_.ended = "finished";
+    if (!is_up || is_led || !has_begun_) up_since_ = now();
+    const bool is_quiet = settings_.lockstep || !is_led;
+    if (finished_ && is_quiet) report_.ended = "finished";
     if (to_seconds(now() - up_since_) > kRestAtSurface) report_.ended = "surfaced";
     if (to_seconds(now()) >= settings_.max_seconds) report_.ended = "time";
   }
@@ -201,7 +240,7 @@ class SimulatedVehicle {
     report_.nearest = contacts_.nearest();
     report_.final_depth_m = -truth.X_WB.p.z();
     report_.energy_wh = truth.energy_used_wh;
-    report_.refused = arbiter_.refused();
+    report_.refused += arbiter_.refused();
     return report_;
   }
 
@@ -228,6 +267,8 @@ class SimulatedVehicle {
   OwnSamples own_;
   link::Packet packet_;
   bool finished_ = false;
+  bool has_begun_ = false;      ///< The first command has arrived.
+  bool has_restarted_ = false;  ///< The driver was restarted.
   bool is_alone_ = false;
   Utime up_since_ = 0;
   VehicleReport report_;

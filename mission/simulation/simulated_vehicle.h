@@ -25,11 +25,19 @@ struct ClockJump {
   double by_s = 0.0;
 };
 
+/// A restart of the vehicle's driver: at `at_s` it forgets every command and the exit path, sends
+/// and executes nothing for `away_s`, and then its sensors' clock starts at 0 again.
+struct DriverRestart {
+  double at_s = 0.0;
+  double away_s = 0.0;
+};
+
 struct VehicleSettings {
   std::uint64_t seed = 1;
   vehicle::Conditions conditions;
   std::vector<Fault> faults;
   std::optional<ClockJump> clock_jump;
+  std::optional<DriverRestart> driver_restart = {};         ///< Not in lock-step.
   std::optional<vehicle::RangeCameraOptions> range_camera;  ///< Requires options that validate.
   /// Sends images and IMU samples; requires options that validate.
   std::optional<vehicle::StereoCameraOptions> cameras = {};
@@ -50,15 +58,15 @@ struct VehicleReport {
   double energy_wh = 0.0;
   double silent_s = 0.0;      ///< Time without any command, after the first.
   double supervised_s = 0.0;  ///< Time under the supervisor's commands.
-  std::int64_t refused = 0;   ///< Commands that could not be decoded.
+  std::int64_t refused = 0;   ///< Commands that were refused.
 };
 
 /// Called once per tick: true if the vehicle shall continue.
 using VehicleWanted = std::function<bool()>;
 
-/// Lies still at the start until the first command, then runs until the executive reports its end,
-/// or until the vehicle has been at the surface for a while without commands. `clock` is real time,
-/// or faster by a factor.
+/// Lies still at the start until the first command, then runs until the executive that it obeys
+/// reports its end (and, in real time, sends no command any more), or until the vehicle has been at
+/// the surface for a while without commands. `clock` is real time, or faster by a factor.
 [[nodiscard]] VehicleReport simulate_vehicle(const planning::World& world,
                                              const vehicle::Model& model, const Pose& start_X_WB,
                                              const VehicleSettings& settings, link::Bus& bus,

@@ -1,83 +1,69 @@
 #include "vehicle/link/arbiter.h"
 
-#include <cmath>
-
 namespace dive::link {
-namespace {
 
-constexpr double kSameQuaternion = 0.1;  // deviation of the norm from 1
+using vehicle::ExitPhase;
 
-bool is_effort(double value) { return std::abs(value) <= 1.0; }  // false for NaN
-
-bool is_sane(const VehicleCommand& command) {
-  const auto& [v, h, d, o] = command.command;
-  const auto& [surge, heave, roll, pitch, yaw] = command.rates;
-  return std::isfinite(v) && std::isfinite(h) && std::abs(d) <= Arbiter::kMaxDepth &&
-         std::abs(o.norm() - 1.0) <= kSameQuaternion && is_effort(surge) && is_effort(heave) &&
-         is_effort(roll) && is_effort(pitch) && is_effort(yaw);
-}
-
-std::size_t index_of(Source source) { return static_cast<std::size_t>(source); }
-
-}  // namespace
-
-Arbiter::Arbiter(vehicle::AutopilotOptions autopilot) : autopilot_(autopilot) {}
+Arbiter::Arbiter(vehicle::AutopilotOptions autopilot, double session_timeout_s)
+    : executive_(session_timeout_s), supervisor_(session_timeout_s), autopilot_(autopilot) {}
 
 bool Arbiter::receive(const VehicleCommand& command, Utime now) {
-  const std::optional<VehicleCommand>& last = commands_[index_of(command.source)];
-  const bool is_newer = !last || command.utime > last->utime ||
-                        (command.utime == last->utime && command.sequence > last->sequence);
-  if (!is_newer || to_seconds(command.utime - now) > kMaxAhead || !is_sane(command)) {
-    ++refused_;
-    return false;
-  }
-  commands_[index_of(command.source)] = command;
-  arrived_at_[index_of(command.source)] = now;
-  return true;
+  CommandGate& gate = command.source == Source::kSupervisor ? supervisor_ : executive_;
+  return gate.receive(command, now) == CommandGate::Decision::kAccepted;
+}
+
+bool Arbiter::receive(const ExitPathMessage& message) {
+  return executive_.is_from(message.session_id) && guidance_.set_exit_path(message.path);
+}
+
+// A supervisor that falls silent has given the vehicle back, or has died.
+const CommandGate* Arbiter::current(Utime now) const {
+  if (supervisor_.age_s(now) <= kSupervised) return &supervisor_;
+  if (executive_.age_s(now) <= kStale) return &executive_;
+  const CommandGate& newest =
+      supervisor_.age_s(now) < executive_.age_s(now) ? supervisor_ : executive_;
+  return newest.age_s(now) <= kTimeout ? &newest : nullptr;
 }
 
 Arbiter::CommandSource Arbiter::source(Utime now) const {
-  const auto speaks = [&](Source source) {
-    return commands_[index_of(source)] &&
-           to_seconds(now - arrived_at_[index_of(source)]) <= kTimeout;
-  };
-  if (speaks(Source::kSupervisor)) return CommandSource::kSupervisor;
-  return speaks(Source::kExecutive) ? CommandSource::kExecutive : CommandSource::kNone;
-}
-
-const VehicleCommand* Arbiter::current(Utime now) const {
-  switch (source(now)) {
-    case CommandSource::kSupervisor:
-      return &*commands_[index_of(Source::kSupervisor)];
-    case CommandSource::kExecutive:
-      return &*commands_[index_of(Source::kExecutive)];
-    case CommandSource::kNone:
-      break;
-  }
-  return nullptr;
+  const CommandGate* gate = current(now);
+  if (gate == nullptr) return CommandSource::kNone;
+  return gate == &supervisor_ ? CommandSource::kSupervisor : CommandSource::kExecutive;
 }
 
 vehicle::PseudoRates Arbiter::step(const std::optional<ImuSample>& imu,
                                    const std::optional<DepthSample>& depth, Utime now) {
   if (imu) imu_ = imu;
   if (depth) depth_ = depth;
-  const VehicleCommand* command = current(now);
-  const bool is_stale =
-      command != nullptr && to_seconds(now - arrived_at_[index_of(command->source)]) > kStale;
+  const CommandGate* gate = current(now);
+  const bool is_stale = gate != nullptr && gate->age_s(now) > kStale;
   const double dt = last_step_ ? to_seconds(now - *last_step_) : 0.0;
   last_step_ = now;
-  if (command != nullptr && command->mode == Mode::kRates && !is_stale) {
-    if (imu_) yaw_ = to_rpy(imu_->q_WB).z();
-    return command->rates;
-  }
+  const double speed = gate != nullptr && !is_stale ? gate->newest()->command.v : 0.0;
+  guidance_.observe(imu, depth, speed, now);
   // Before the first command there is no dive to end by surfacing.
-  const bool was_commanded = commands_[0] || commands_[1];
-  if (!was_commanded || !imu_ || !depth_ || dt <= 0.0) return {};
-  vehicle::Command kept;
-  kept.o = from_rpy(0.0, 0.0, yaw_);
-  if (command != nullptr) kept = command->command;
+  if (!executive_.newest() && !supervisor_.newest()) return {};
+  if (gate == nullptr) {
+    if (guidance_.phase() == ExitPhase::kIdle) guidance_.begin(now);
+    return steer(guidance_.step(now), dt);
+  }
+  guidance_.end();
+  const VehicleCommand& command = *gate->newest();
+  if (command.mode == Mode::kRates && !is_stale) {
+    steers_itself_ = false;
+    return command.rates;
+  }
+  vehicle::Command kept = command.command;
   if (is_stale) kept.v = 0.0;
-  return autopilot_.step(kept, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
+  return steer(kept, dt);
+}
+
+// The autopilot takes over a vehicle that moves: it brakes from the speed that it has.
+vehicle::PseudoRates Arbiter::steer(const vehicle::Command& command, double dt) {
+  if (!imu_ || !depth_ || dt <= 0.0) return {};
+  if (!steers_itself_ || command.v == 0.0) autopilot_.begin_at(guidance_.surge());
+  steers_itself_ = true;
+  return autopilot_.step(command, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
 }
 
 }  // namespace dive::link

@@ -6,27 +6,34 @@
 #include "common/clock.h"
 #include "common/measurements.h"
 #include "vehicle/autopilot.h"
+#include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
+#include "vehicle/link/command_gate.h"
 
 namespace dive::link {
 
-/// Obeys the newest command of the supervisor, or the newest of the executive while there is none
-/// from the supervisor. Efforts expire: kStale after the last command the vehicle stops, and its
-/// own autopilot keeps the commanded depth and attitude; kTimeout after it, the vehicle surfaces.
+/// Obeys the supervisor while it sends commands, otherwise the executive. Efforts expire: kStale
+/// after the last command the vehicle stops, and its own autopilot keeps the commanded depth and
+/// attitude; kTimeout after it, the vehicle brings itself home by the rules of ExitGuidance.
 class Arbiter {
  public:
-  static constexpr double kStale = 0.2;       ///< Lifetime of an effort, s (vehicle_command_t.lcm).
-  static constexpr double kTimeout = 1.0;     ///< Age that surfaces, s (vehicle_command_t.lcm).
-  static constexpr double kMaxAhead = 5.0;    ///< Tolerated lead of a command, s, for clock drift.
-  static constexpr double kMaxDepth = 500.0;  ///< Maximum plausible depth command, m.
+  static constexpr double kStale = 0.2;    ///< Lifetime of an effort, s (vehicle_command_t.lcm).
+  static constexpr double kTimeout = 1.0;  ///< Age after which it acts itself, s (ditto).
+  /// Age of the supervisor's last command up to which an executive is not obeyed, s.
+  static constexpr double kSupervised = 0.3;
+  /// Silence of a session after which another is obeyed, s.
+  static constexpr double kSessionTimeout = 0.5;
 
   enum class CommandSource { kNone, kExecutive, kSupervisor };
 
-  explicit Arbiter(vehicle::AutopilotOptions autopilot = {});
+  /// `session_timeout_s`: see CommandGate; 0 where the vehicle's time stops with the executive.
+  explicit Arbiter(vehicle::AutopilotOptions autopilot = {},
+                   double session_timeout_s = kSessionTimeout);
 
-  /// Receives a command; false if it is rejected: older than one of the same source, ahead of time,
-  /// or with implausible values.
+  /// Receives a command; false if it is refused (CommandGate).
   bool receive(const VehicleCommand& command, Utime now);
+  /// Receives the exit path of the executive that is obeyed; false if it is not used.
+  bool receive(const ExitPathMessage& message);
 
   /// The effort for the tick that ends at `now`, from the newest samples of the vehicle's own
   /// sensors.
@@ -34,20 +41,30 @@ class Arbiter {
                                           const std::optional<DepthSample>& depth, Utime now);
 
   [[nodiscard]] CommandSource source(Utime now) const;
+  /// What the vehicle does by itself; kIdle while it obeys a command.
+  [[nodiscard]] vehicle::ExitPhase phase() const { return guidance_.phase(); }
   /// The executive's newest command.
-  [[nodiscard]] const std::optional<VehicleCommand>& executive() const { return commands_[0]; }
-  [[nodiscard]] std::int64_t refused() const { return refused_; }
+  [[nodiscard]] const std::optional<VehicleCommand>& executive() const {
+    return executive_.newest();
+  }
+  [[nodiscard]] bool is_from_executive(std::uint64_t session_id) const {
+    return executive_.is_from(session_id);
+  }
+  [[nodiscard]] std::int64_t refused() const {
+    return executive_.refused() + supervisor_.refused();
+  }
 
  private:
-  [[nodiscard]] const VehicleCommand* current(Utime now) const;
+  [[nodiscard]] const CommandGate* current(Utime now) const;
+  [[nodiscard]] vehicle::PseudoRates steer(const vehicle::Command& command, double dt);
 
-  std::optional<VehicleCommand> commands_[2];  ///< Newest command by Source.
-  Utime arrived_at_[2] = {0, 0};
-  std::int64_t refused_ = 0;
+  CommandGate executive_;
+  CommandGate supervisor_;
   vehicle::Autopilot autopilot_;
+  vehicle::ExitGuidance guidance_;
   std::optional<ImuSample> imu_;
   std::optional<DepthSample> depth_;
-  double yaw_ = 0.0;
+  bool steers_itself_ = false;  ///< The last efforts were its own autopilot's.
   std::optional<Utime> last_step_;
 };
 

@@ -16,6 +16,7 @@ inline constexpr const char* kCommand = "DIVE_COMMAND";         ///< vehicle_com
 inline constexpr const char* kHeartbeat = "DIVE_HEARTBEAT";     ///< Executive: heartbeat_t
 inline constexpr const char* kStatus = "DIVE_STATUS";           ///< Executive: status_t
 inline constexpr const char* kEstimate = "DIVE_ESTIMATE";       ///< Executive: state_estimate_t
+inline constexpr const char* kExitPath = "DIVE_EXIT_PATH";      ///< Executive: exit_path_t
 inline constexpr const char* kPath = "DIVE_PATH";               ///< Executive: path_t
 inline constexpr const char* kRequest = "DIVE_OPERATOR";        ///< Topside: operator_request_t
 inline constexpr const char* kAnswer = "DIVE_OPERATOR_ANSWER";  ///< Executive: operator_answer_t

@@ -33,7 +33,7 @@ constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
 constexpr Run kHealth[] = {bytes(8 + 4 * sizeof(double) + 1)};
 constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
-constexpr Run kVehicleCommand[] = {bytes(2 * 8 + 2 + 12 * sizeof(double))};
+constexpr Run kVehicleCommand[] = {bytes(3 * 8 + 3 + 12 * sizeof(double))};
 constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxContacts)};
 constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
 constexpr Run kHeartbeat[] = {bytes(5 * 8 + 4 * 4 + 2)};
@@ -222,12 +222,14 @@ bool decode(PacketView packet, RangeScan& scan) {
 }
 
 bool encode(const VehicleCommand& value, Packet& packet) {
-  const auto& [utime, sequence, source, mode, command, rates] = value;
+  const auto& [utime, sequence, source, mode, command, rates, session_id, phase] = value;
   const auto& [v, h, d, o] = command;
   const auto& [surge, heave, roll, pitch, yaw] = rates;
   vehicle_command_t m;
   m.utime = utime;
+  m.session_id = static_cast<std::int64_t>(session_id);
   m.sequence = sequence;
+  m.phase = static_cast<std::int8_t>(phase);
   m.source = static_cast<std::int8_t>(source);
   m.mode = mode == Mode::kRates ? vehicle_command_t::RATES : vehicle_command_t::DEPTH_AND_ANGLES;
   m.v = v;
@@ -249,7 +251,9 @@ bool decode(PacketView packet, VehicleCommand& command) {
   command.sequence = m->sequence;
   command.command = {m->v, m->h, m->d, read_quaternion(m->o)};
   command.rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
+  command.session_id = static_cast<std::uint64_t>(m->session_id);
   return read_enum(m->source, Source::kSupervisor, command.source) &&
+         read_enum(m->phase, vehicle::ExitPhase::kAscending, command.phase) &&
          read_mode(m->mode, command.mode);
 }
 

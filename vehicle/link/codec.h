@@ -20,6 +20,8 @@
 #include "common/range_scan.h"
 #include "common/se3.h"
 #include "vehicle/command.h"
+#include "vehicle/exit_guidance.h"
+#include "vehicle/exit_path.h"
 
 namespace dive::link {
 
@@ -42,7 +44,17 @@ struct VehicleCommand {
   Mode mode = Mode::kRates;
   vehicle::Command command;
   vehicle::PseudoRates rates;
+  std::uint64_t session_id = 0;
+  vehicle::ExitPhase phase = vehicle::ExitPhase::kIdle;  ///< Of the supervisor.
 };
+
+/// See exit_path_t.lcm.
+struct ExitPathMessage {
+  std::uint64_t session_id = 0;
+  vehicle::ExitPath path;
+};
+/// Maximum size of its packet, bytes.
+inline constexpr std::size_t kMaxExitPathPacket = 256 + vehicle::kMaxExitWaypoints * 7 * 8;
 
 /// See truth_t.lcm.
 struct Truth {
@@ -145,6 +157,7 @@ inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(f
 [[nodiscard]] bool encode(const OperatorAnswer& answer, Packet& packet);
 [[nodiscard]] bool encode(const Path& path, Packet& packet);
 [[nodiscard]] bool encode(const Presence& presence, Packet& packet);
+[[nodiscard]] bool encode(const ExitPathMessage& message, Packet& packet);
 // Messages of the log only, stamped with the tick's time.
 [[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
@@ -162,6 +175,7 @@ inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(f
 [[nodiscard]] bool decode(PacketView packet, OperatorAnswer& answer);
 [[nodiscard]] bool decode(PacketView packet, Path& path);
 [[nodiscard]] bool decode(PacketView packet, Presence& presence);
+[[nodiscard]] bool decode(PacketView packet, ExitPathMessage& message);
 [[nodiscard]] bool decode(PacketView packet, vehicle::Command& command);
 [[nodiscard]] bool decode(PacketView packet, vehicle::PseudoRates& rates);
 

@@ -42,6 +42,7 @@ constexpr Publisher kPublishers[] = {
     {channel::kHeartbeat, kFromExecutive},
     {channel::kStatus, kFromExecutive},
     {channel::kEstimate, kFromExecutive},
+    {channel::kExitPath, kFromExecutive},
     {channel::kPath, kFromExecutive},
     {channel::kAnswer, kFromExecutive},
     {channel::kRequest, bit(Role::kTopside)},

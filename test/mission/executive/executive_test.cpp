@@ -333,7 +333,40 @@ TEST_F(ExecutiveTest, AMistakeOfOursEndsInSurfacing) {
   EXPECT_EQ(outputs.command.v, 0.0);
   obeys_ = false;
   EXPECT_GT(run(2.0).rates.heave, 0.1) << "the autopilot goes on";
+  EXPECT_EQ(executive_->result().outcome, Outcome::kRunning) << "until it is at the surface";
+  obeys_ = true;
+  run(20.0);
   EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
+}
+
+TEST_F(ExecutiveTest, AMistakeOfOursUnderAnOverheadFollowsTheExitPathFirst) {
+  world_ = roofed_world();
+  executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  tick();
+  double x = run(20.0, straight_plan()).estimate.X_WB.p.x();
+  ASSERT_GT(x, 5.0);
+  ASSERT_FALSE(executive_->exit_path().open_above);
+  ASSERT_FALSE(executive_->exit_path().waypoints.empty());
+  EXPECT_LT(executive_->exit_path().waypoints.back().p.x(), 0.0) << "in open water";
+  now_ -= from_seconds(1);
+  for (int i = 0; i < 5000 && executive_->result().outcome == Outcome::kRunning; ++i) {
+    const StepOutputs outputs = tick();
+    x += outputs.command.v * std::cos(yaw_) * 0.02;
+    ASSERT_TRUE(x < 0.5 || outputs.command.d > 2.5) << "under the overhead at " << x;
+  }
+  EXPECT_EQ(executive_->result().final_state, "dive.internal_error");
+  EXPECT_EQ(executive_->result().outcome, Outcome::kAborted);
+  EXPECT_LT(depth_, 0.3);
+}
+
+TEST_F(ExecutiveTest, AfterAStallTheVehicleIsExpectedToHaveStopped) {
+  tick();
+  const double before = run(10.0, straight_plan()).estimate.X_WB.p.x();
+  now_ += from_seconds(5.0);
+  const double after = tick().estimate.X_WB.p.x();
+  EXPECT_GT(after, before);
+  EXPECT_LT(after - before, 0.8) << "commands expire after 0.2 s";
+  EXPECT_THAT(actions_.back().text, HasSubstr("no tick for 5.0 s"));
 }
 
 TEST_F(ExecutiveTest, TransitionsSayWhichGuardsDecidedAndWithWhatValues) {

@@ -132,8 +132,8 @@ void hand_back(const std::string& from_url, const std::string& to_url, Loss loss
   link::Bus from = *link::Bus::open(from_url);
   link::Bus to = *link::Bus::open(to_url);
   std::mt19937 generator(loss.seed);
-  const auto pass = [&](const char* channel) {
-    from.subscribe(channel, link::Bus::kMaxFixedSize, [&, channel](link::PacketView packet) {
+  const auto pass = [&](const char* channel, std::size_t max_bytes = link::Bus::kMaxFixedSize) {
+    from.subscribe(channel, max_bytes, [&, channel](link::PacketView packet) {
       if (std::uniform_real_distribution<>(0.0, 1.0)(generator) >= loss.share) {
         to.publish(channel, {packet.begin(), packet.end()});
       }
@@ -142,6 +142,7 @@ void hand_back(const std::string& from_url, const std::string& to_url, Loss loss
   };
   pass(link::channel::kCommand);
   pass(link::channel::kHeartbeat);
+  pass(link::channel::kExitPath, link::kMaxExitPathPacket);
   dive::SteadyClock clock;
   for (;;) from.wait(clock, clock.now() + dive::kMicrosecondsPerSecond);
 }

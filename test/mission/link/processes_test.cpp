@@ -39,6 +39,7 @@ std::string content(const std::string& path) {
 // Factor on real time for tests that need real time: a tick of the executive then takes some 3 % of
 // its budget.
 constexpr const char* kPace = "2";
+constexpr const char* kFastPace = "4";  // where most of the dive is the same as ever
 
 // Limit in seconds for processes that end by themselves: against hanging, not a measurement.
 constexpr double kLong = 900.0;
@@ -513,15 +514,34 @@ TEST_F(Processes, AMissionWhoseAbortNeedsTheKeyDoesNotStartWithoutOne) {
 class Death : public Processes {
  protected:
   // In open water.
-  void begin(const std::vector<std::string>& pace = {"--time-factor", kPace}) {
-    std::vector<std::string> sim = {"sim", mission("pool3")};
-    std::vector<std::string> run = {"run", mission("pool3"), "--log", path("log")};
+  void begin(const std::vector<std::string>& pace = {"--time-factor", kPace},
+             const std::vector<std::string>& vehicle = {}) {
+    begin("pool3", 8.0, pace, vehicle);
+  }
+  void begin(const std::string& name, double until_s, const std::vector<std::string>& pace,
+             const std::vector<std::string>& vehicle = {}) {
+    std::vector<std::string> sim = {"sim", mission(name)};
+    std::vector<std::string> supervise = {"supervise"};
+    std::vector<std::string> run = {"run", mission(name), "--log", path("log")};
+    sim.insert(sim.end(), vehicle.begin(), vehicle.end());
     sim.insert(sim.end(), pace.begin(), pace.end());
     run.insert(run.end(), pace.begin(), pace.end());
+    if (pace.size() == 2) supervise.insert(supervise.end(), pace.begin(), pace.end());
     vehicle_ = dive("sim", sim);
-    supervisor_ = dive("supervise", {"supervise"});
+    supervisor_ = dive("supervise", supervise);
     executive_ = dive("run", run);
-    wait_for_vehicle_time(8.0);
+    wait_for_vehicle_time(until_s);
+  }
+  // In the hold of the wreck: the way out leads through the gash in her side.
+  void begin_inside() { begin("penetration", 45.0, {"--time-factor", kFastPace}); }
+
+  /// Waits until the supervisor has said so.
+  void wait_for_supervisor(const std::string& words) const {
+    for (double waited = 0.0; waited < kLong; waited += 0.05) {
+      if (supervisor_->err().find(words) != std::string::npos) return;
+      if (supervisor_->wait(0.05) >= 0) break;
+    }
+    FAIL() << "the supervisor did not say: " << words << "\n" << supervisor_->err();
   }
 
   std::unique_ptr<Process> vehicle_;
@@ -555,6 +575,53 @@ TEST_F(Death, OfExecutiveAndSupervisorLeavesTheVehicleItsOwnTimeOut) {
   EXPECT_EQ(vehicle_->json().at("ended"), "surfaced");
   EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
   EXPECT_GT(vehicle_->json().at("silent_s").get<double>(), 1.0);
+}
+
+// Straight up is the deck of the wreck.
+TEST_F(Death, AnExecutiveThatStallsUnderAnOverheadIsGivenTheVehicleBack) {
+  begin_inside();
+  executive_->kill(SIGSTOP);
+  wait_for_supervisor("holding");
+  executive_->kill(SIGCONT);
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err() << executive_->out();
+  EXPECT_EQ(supervisor_->wait(kLong), 0) << supervisor_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->out();
+  EXPECT_EQ(vehicle_->json().at("collisions"), 0);
+  EXPECT_GE(supervisor_->json().at("given_back").get<int>(), 1);
+  EXPECT_FALSE(supervisor_->json().at("took_over").get<bool>());
+}
+
+TEST_F(Death, OfTheExecutiveUnderAnOverheadIsFollowedByTheExitPath) {
+  begin_inside();
+  executive_->kill(SIGKILL);
+  EXPECT_EQ(supervisor_->wait(kLong), 1) << supervisor_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->out();
+  EXPECT_EQ(vehicle_->json().at("collisions"), 0);
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
+  const auto report = supervisor_->json();
+  EXPECT_TRUE(report.at("followed").get<bool>());
+  EXPECT_TRUE(report.at("surfaced").get<bool>());
+  EXPECT_FALSE(report.at("blindly").get<bool>());
+}
+
+TEST_F(Death, OfTheDriverIsNoticedAndTheDiveGoesOn) {
+  begin({"--time-factor", kPace}, {"--driver-restart", "0.3@6"});
+  EXPECT_GE(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_EQ(vehicle_->json().at("ended"), "finished");
+  EXPECT_LT(vehicle_->json().at("refused").get<int>(), 50) << "commands after the restart";
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.4);
+  EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--driver-restart", "soon"})->wait(kLong), 2);
+}
+
+// The first dive lasts longer than anything here needs.
+TEST_F(Death, ASecondExecutiveEndsAtOnceAndTheFirstGoesOn) {
+  begin("penetration", 1.0, {"--time-factor", "1"});
+  const auto second = dive("second", {"run", mission("pool3"), "--log", path("second")});
+  EXPECT_EQ(second->wait(kLong), 1) << second->err();
+  EXPECT_EQ(second->json().at("cause"), "another executive commands this vehicle");
+  wait_for_vehicle_time(0.5);
+  EXPECT_EQ(executive_->wait(0.0), -1) << "it still dives";
 }
 
 TEST_F(Death, OfTheSupervisorDisturbsNobody) {

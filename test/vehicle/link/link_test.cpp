@@ -12,7 +12,6 @@
 #include <sys/stat.h>
 
 #include "test/common/allocations.h"
-#include "vehicle/link/arbiter.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/key.h"
 #include "vehicle/link/sample_clock.h"
@@ -62,7 +61,8 @@ std::vector<Kind> kinds() {
           kind("image",
                ImageFrame{3, 1, ImageFrame::Format::kRgb8, 2, 2, std::vector<std::uint8_t>(12, 7)}),
           kind("range", RangeScan{4, {0.3F, 0, 0}, 10.0F, {{1, 2, 3}, {4, 5, 6}}}),
-          kind("path", path)};
+          kind("path", path),
+          kind("exit path", ExitPathMessage{3, {.revision = 2, .waypoints = path.waypoints}})};
 }
 
 TEST(LinkCodec, AcceptsWholePacketsOnly) {
@@ -320,80 +320,6 @@ TEST(KeyFile, IsItsOwnersAlone) {
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
   EXPECT_NE(read_key(path.string()).error().find("not a regular file"), std::string::npos);
   fs::remove(path);
-}
-
-// --- arbitration ---
-
-VehicleCommand command_at(Utime utime, Source source = Source::kExecutive, double surge = 0.5) {
-  VehicleCommand command;
-  command.utime = utime;
-  command.source = source;
-  command.rates.surge = surge;
-  return command;
-}
-
-ImuSample level(Utime now) {
-  ImuSample sample;
-  sample.utime = now;
-  return sample;
-}
-
-TEST(Arbiter, ObeysTheNewestAndDropsWhatComesLate) {
-  Arbiter arbiter;
-  EXPECT_EQ(arbiter.step(level(0), DepthSample{0, 3.0}, 0).surge, 0.0)
-      << "no command has arrived yet";
-  EXPECT_TRUE(arbiter.receive(command_at(40'000, Source::kExecutive, 0.4), 40'000));
-  EXPECT_FALSE(arbiter.receive(command_at(20'000, Source::kExecutive, 0.2), 41'000)) << "reordered";
-  EXPECT_FALSE(arbiter.receive(command_at(40'000, Source::kExecutive, 0.2), 41'000)) << "twice";
-  EXPECT_FALSE(arbiter.receive(command_at(60 * kSecond), 41'000)) << "of a time to come";
-  EXPECT_EQ(arbiter.step(level(60'000), DepthSample{60'000, 3.0}, 60'000).surge, 0.4);
-  EXPECT_EQ(arbiter.refused(), 3);
-}
-
-TEST(Arbiter, TakesNoNumbersThatAreNoCommand) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto refuses = [](const std::function<void(VehicleCommand&)>& spoil) {
-    VehicleCommand command = command_at(20'000);
-    spoil(command);
-    Arbiter arbiter;
-    return !arbiter.receive(command, 20'000);
-  };
-  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.yaw = nan; }));
-  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.rates.pitch = 1.5; }));
-  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.d = 1e9; }));
-  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.v = nan; }));
-  EXPECT_TRUE(refuses([&](VehicleCommand& c) { c.command.o.coeffs() *= 3.0; }));
-  EXPECT_FALSE(refuses([&](VehicleCommand&) {}));
-}
-
-TEST(Arbiter, TheSupervisorIsStrongerForAsLongAsItSpeaks) {
-  Arbiter arbiter;
-  arbiter.receive(command_at(kSecond, Source::kSupervisor, -0.3), kSecond);
-  arbiter.receive(command_at(kSecond + 20'000), kSecond + 20'000);
-  EXPECT_EQ(arbiter.source(kSecond + 20'000), Arbiter::CommandSource::kSupervisor);
-  EXPECT_EQ(arbiter.step(level(0), DepthSample{}, kSecond + 20'000).surge, -0.3);
-  arbiter.receive(command_at(3 * kSecond), 3 * kSecond);
-  EXPECT_EQ(arbiter.source(3 * kSecond), Arbiter::CommandSource::kExecutive);
-}
-
-TEST(Arbiter, StopsWhenTheCommandIsStaleAndSurfacesByItselfAfterASecond) {
-  Arbiter arbiter;
-  VehicleCommand command = command_at(kSecond, Source::kExecutive, 0.4);
-  command.command.v = 0.4;
-  command.command.d = 3.0;
-  arbiter.receive(command, kSecond);
-  auto run_until = [&, now = kSecond](Utime end) mutable {
-    vehicle::PseudoRates rates;
-    for (; now <= end; now += 20'000) {
-      rates = arbiter.step(level(now), DepthSample{now, 3.0}, now);
-    }
-    return rates;
-  };
-  EXPECT_EQ(run_until(kSecond + 200'000).surge, 0.4);
-  const vehicle::PseudoRates stopped = run_until(kSecond + 980'000);
-  EXPECT_LT(stopped.surge, 0.05);
-  EXPECT_LT(std::abs(stopped.heave), 0.05) << "it keeps its depth";
-  EXPECT_GT(run_until(5 * kSecond).heave, 0.2) << "up";
 }
 
 // --- clocks ---

@@ -1,0 +1,245 @@
+// Linked dives of missions under an overhead, each disturbed at a random instant: executive killed,
+// stopped for 0.2 to 10 s, ended by SIGTERM, killed and restarted, killed together with the
+// supervisor, the vehicle's driver restarted, the sensors' clock set. Counts collisions by ground
+// truth, also those that the same seed has undisturbed, and dives that end at the surface.
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "common/random.h"
+#include "test/mission/link/process.h"
+#include "vehicle/link/bus.h"
+
+namespace {
+
+using dive::mission::testing::Process;
+using Words = std::vector<std::string>;
+
+enum class What { kKill, kStop, kTerm, kRestart, kKillBoth, kDriver, kClock };
+constexpr std::array kNames = {"SIGKILL",         "SIGSTOP", "SIGTERM",  "restarted",
+                               "with supervisor", "driver",  "clock set"};
+
+struct Case {
+  std::string mission;
+  std::uint64_t seed = 1;
+  What what = What::kKill;
+  double at_s = 0.0;   // vehicle time
+  double value = 0.0;  // duration of a stop or an absence, or the change of a clock, s
+};
+
+struct Outcome {
+  bool has_collided = false;
+  bool collides_undisturbed = false;
+  bool is_up = false;
+  int given_back = 0;
+  bool took_over = false;
+  std::string about;
+};
+
+double factor = 4.0;
+
+std::string mission_file(const std::string& name) {
+  return fmt::format(DIVE_SOURCE_DIR "/missions/{}.xml", name);
+}
+
+// Waits until the vehicle's clock shows `at_s`; it starts with the first command.
+bool wait_for(const std::string& url, double at_s) {
+  auto bus = dive::link::Bus::open(url);
+  if (!bus) return false;
+  dive::Utime newest = 0;
+  bus->listen<dive::link::Truth>(
+      dive::link::channel::kTruth, [&](const dive::link::Truth& truth) { newest = truth.utime; },
+      dive::link::kMaxTruthPacket);
+  dive::SteadyClock clock;
+  return bus->wait(clock, clock.now() + 300 * dive::kMicrosecondsPerSecond,
+                   [&] { return dive::to_seconds(newest) >= at_s; });
+}
+
+void sleep_s(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+bool collides_undisturbed(const Case& one, const std::string& folder) {
+  Process dive({DIVE_COMMAND, "run", mission_file(one.mission), "--seed",
+                fmt::format("{}", one.seed), "--log", folder + "/undisturbed.lcmlog", "--json"},
+               folder, "undisturbed");
+  dive.wait(120.0);
+  return dive.json().at("collisions").get<int>() > 0;
+}
+
+Words simulator_words(const Case& one) {
+  Words words = {"sim", mission_file(one.mission)};
+  const std::string disturbance = fmt::format("{}@{}", one.value, one.at_s);
+  if (one.what == What::kDriver) words.insert(words.end(), {"--driver-restart", disturbance});
+  if (one.what == What::kClock) words.push_back("--clock-jump=" + disturbance);
+  return words;
+}
+
+Outcome run(const Case& one, int index, const std::string& folder) {
+  const std::string url = fmt::format("udpm://239.255.76.67:{}?ttl=0", 30'000 + index);
+  const std::string pace = fmt::format("{}", factor);
+  const auto start = [&](const std::string& name, Words words) {
+    words.insert(words.begin(), DIVE_COMMAND);
+    words.insert(words.end(), {"--time-factor", pace, "--lcm", url, "--json"});
+    return std::make_unique<Process>(words, folder, name);
+  };
+  const std::string seed = fmt::format("{}", one.seed);
+  const auto run_words = [&](const char* log) {
+    return Words{"run", mission_file(one.mission), "--seed", seed, "--log", folder + "/" + log};
+  };
+  Words sim = simulator_words(one);
+  sim.insert(sim.end(), {"--seed", seed});
+  const auto vehicle = start("sim", sim);
+  const auto supervisor = start("supervise", {"supervise"});
+  auto executive = start("run", run_words("log"));
+  Outcome outcome;
+  if (!wait_for(url, one.at_s)) {
+    outcome.about = "the dive did not begin: " + executive->err();
+    return outcome;
+  }
+  switch (one.what) {
+    case What::kStop:
+      executive->kill(SIGSTOP);
+      sleep_s(one.value / factor);
+      executive->kill(SIGCONT);
+      break;
+    case What::kTerm:
+      executive->kill(SIGTERM);
+      break;
+    case What::kKillBoth:
+      supervisor->kill(SIGKILL);
+      [[fallthrough]];
+    case What::kKill:
+      executive->kill(SIGKILL);
+      break;
+    case What::kRestart: {
+      executive->kill(SIGKILL);
+      sleep_s(one.value / factor);
+      Words words = run_words("log2");
+      words.insert(words.end(), {"--resume", "--journal", folder + "/log.journal"});
+      executive = start("resumed", words);
+      break;
+    }
+    case What::kDriver:
+    case What::kClock:
+      break;
+  }
+  if (vehicle->wait(600.0) < 0) {
+    outcome.about = "the vehicle is still under way";
+    return outcome;
+  }
+  const auto report = vehicle->json();
+  outcome.has_collided = report.at("collisions").get<int>() > 0;
+  outcome.is_up = report.at("final_depth_m").get<double>() < 0.4;
+  if (supervisor->wait(10.0) >= 0 && one.what != What::kKillBoth) {
+    const auto said = supervisor->json();
+    outcome.given_back = said.at("given_back").get<int>();
+    outcome.took_over = said.at("took_over").get<bool>();
+  }
+  outcome.about =
+      fmt::format("{} at {:.2f} m, {} collision(s){}", report.at("ended").get<std::string>(),
+                  report.at("final_depth_m").get<double>(), report.at("collisions").get<int>(),
+                  outcome.has_collided ? " " + report.at("collision_list").at(0).dump() : "");
+  if (outcome.has_collided) outcome.collides_undisturbed = collides_undisturbed(one, folder);
+  return outcome;
+}
+
+std::vector<Case> make_cases(int dives, std::uint64_t seed) {
+  dive::Random random(seed);
+  std::vector<Case> cases;
+  for (int i = 0; i < dives; ++i) {
+    Case one;
+    one.mission = i % 2 == 0 ? "penetration" : "wreck";
+    one.seed = seed + static_cast<std::uint64_t>(i);
+    one.what = static_cast<What>((i / 2) % static_cast<int>(kNames.size()));
+    one.at_s = random.uniform(2.0, 110.0);
+    const double share = random.uniform(0.0, 1.0);
+    one.value = 0.2 + 9.8 * share;
+    if (one.what == What::kRestart) one.value = 0.3 + 4.7 * share;
+    if (one.what == What::kDriver) one.value = 0.2 + 2.8 * share;
+    if (one.what == What::kClock) one.value = share < 0.5 ? -20.0 : 3600.0;
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+void print_table(const std::vector<Case>& cases, const std::vector<Outcome>& outcomes) {
+  fmt::print("{:16} {:>6} {:>9} {:>12} {:>8} {:>10} {:>10}\n", "disturbance", "dives", "collided",
+             "undisturbed", "surfaced", "given back", "brought up");
+  for (std::size_t what = 0; what < kNames.size(); ++what) {
+    std::array<int, 6> sums{};
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      if (cases[i].what != static_cast<What>(what)) continue;
+      const Outcome& o = outcomes[i];
+      const std::array<bool, 6> is = {true,    o.has_collided,   o.collides_undisturbed,
+                                      o.is_up, o.given_back > 0, o.took_over};
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += is[k] ? 1 : 0;
+    }
+    fmt::print("{:16} {:6} {:9} {:12} {:8} {:10} {:10}\n", kNames[what], sums[0], sums[1], sums[2],
+               sums[3], sums[4], sums[5]);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Disturbs linked dives of penetration and wreck at random instants.");
+  int dives = 28;
+  int jobs = 2;
+  std::uint64_t seed = 1;
+  app.add_option("--dives", dives, "Half of each mission");
+  app.add_option("--jobs", jobs, "Dives at a time");
+  app.add_option("--time-factor", factor, "Times real time");
+  app.add_option("--seed", seed, "Of the instants, and of the first dive");
+  CLI11_PARSE(app, argc, argv);
+
+  const std::vector<Case> cases = make_cases(dives, seed);
+  std::vector<Outcome> outcomes(cases.size());
+  std::string pattern = (std::filesystem::temp_directory_path() / "dive-disturbed-XXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(pattern.data());
+  std::mutex mutex;
+  std::size_t next = 0;
+  std::vector<std::jthread> threads;
+  for (int job = 0; job < jobs; ++job) {
+    threads.emplace_back([&] {
+      for (;;) {
+        std::size_t i = 0;
+        {
+          const std::lock_guard lock(mutex);
+          if (next == cases.size()) return;
+          i = next++;
+        }
+        const std::string own = (folder / fmt::format("{}", i)).string();
+        std::filesystem::create_directories(own);
+        outcomes[i] = run(cases[i], static_cast<int>(i), own);
+        std::filesystem::remove_all(own);
+        const Case& one = cases[i];
+        const std::lock_guard lock(mutex);
+        fmt::print("{} seed {}, {} at {:.1f} s ({:.1f}): {}\n", one.mission, one.seed,
+                   kNames[static_cast<std::size_t>(one.what)], one.at_s, one.value,
+                   outcomes[i].about);
+        std::fflush(stdout);
+      }
+    });
+  }
+  threads.clear();
+  std::filesystem::remove_all(folder);
+  print_table(cases, outcomes);
+  return std::ranges::all_of(outcomes,
+                             [](const Outcome& o) {
+                               return o.is_up && (!o.has_collided || o.collides_undisturbed);
+                             })
+             ? 0
+             : 1;
+}

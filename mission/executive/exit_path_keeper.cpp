@@ -1,0 +1,132 @@
+#include "mission/executive/exit_path_keeper.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dive::mission {
+namespace {
+
+using behaviors::Rung;
+using Eigen::Vector3d;
+
+constexpr double kSpacing = 0.5;         // m between points, as the trail's
+constexpr std::size_t kOpenPoints = 3;   // in open water, about 1 m beyond the edge
+constexpr double kBeyond = 2.0;          // m beyond the edge
+constexpr std::size_t kCapacity = 1024;  // points
+constexpr double kStraight = 0.1;        // m: points nearer to a segment are left out
+constexpr std::size_t kWindow = 20;      // maximum points of a segment
+constexpr double kMinSpeed = 0.1;        // m/s
+
+double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * ab).norm();
+}
+
+bool is_straight(std::span<const Vector3d> points) {
+  return std::ranges::all_of(points, [&](const Vector3d& p) {
+    return distance_to_segment(p, points.front(), points.back()) <= kStraight;
+  });
+}
+
+double hold_s(const Situation& situation, Rung rung) {
+  if (rung >= Rung::kEmergencySurface) return 0.0;
+  if (rung >= Rung::kRetrace) return ExitPathKeeper::kMinHold;
+  if (situation.open_above) return ExitPathKeeper::kHoldInOpenWater;
+  const double left = std::clamp(1.0 - situation.budget_used, 0.0, 1.0);
+  return std::max(ExitPathKeeper::kMinHold, left * ExitPathKeeper::kMaxHold);
+}
+
+}  // namespace
+
+ExitPathKeeper::ExitPathKeeper(double link_m, double speed) : link_m_(link_m) {
+  points_.reserve(kCapacity);
+  path_.waypoints.reserve(vehicle::kMaxExitWaypoints);
+  path_.speed = std::max(speed, kMinSpeed);
+}
+
+void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail) {
+  for (const behaviors::Trail::Breadcrumb& breadcrumb : trail) {
+    add(breadcrumb.p_W, breadcrumb.open_above);
+  }
+}
+
+void ExitPathKeeper::update(const Situation& situation, double surge, Rung rung) {
+  const estimation::StateEstimate& estimate = situation.estimate;
+  path_.utime = situation.now;
+  path_.X_WB = estimate.X_WB;
+  path_.surge = surge;
+  path_.heading_correction = estimate.map_from_odom.yaw;
+  path_.open_above = situation.open_above;
+  path_.hold_s = hold_s(situation, rung);
+  add(estimate.X_WB.p, situation.open_above);
+}
+
+// In open water only the last points are kept; under an overhead a loop of the trail is cut out.
+void ExitPathKeeper::add(const Vector3d& p_W, bool open_above) {
+  const bool was_open = open_ == points_.size();
+  const bool is_near = !points_.empty() && (p_W - points_.back()).norm() < kSpacing;
+  if (open_above) {
+    if (!was_open) leave_overhead(p_W);
+    if (is_near && was_open) return;
+    if (points_.size() >= kOpenPoints) points_.erase(points_.begin());
+    points_.push_back(p_W);
+    open_ = points_.size();
+    if (!path_.waypoints.empty()) {
+      path_.waypoints.clear();
+      ++path_.revision;
+    }
+    return;
+  }
+  if (is_near && !was_open) return;
+  const auto link = std::ranges::find_if(
+      points_, [&](const Vector3d& point) { return (point - p_W).norm() <= link_m_; });
+  if (link != points_.end()) points_.erase(link + 1, points_.end());
+  open_ = std::min(open_, points_.size());
+  if (points_.size() == kCapacity) thin_out();
+  points_.push_back(p_W);
+  write_waypoints();
+}
+
+// Where it came in the way out leads farther into open water than to the edge that it has reached.
+void ExitPathKeeper::leave_overhead(const Vector3d& p_W) {
+  points_.resize(open_);
+  std::erase_if(points_, [&](const Vector3d& point) { return (point - p_W).norm() > kBeyond; });
+}
+
+void ExitPathKeeper::thin_out() {
+  std::size_t kept = open_;
+  for (std::size_t i = open_; i < points_.size(); i += 2) points_[kept++] = points_[i];
+  points_.resize(kept);
+}
+
+// From the newest point to the oldest in open water; straight stretches become one segment.
+void ExitPathKeeper::write_waypoints() {
+  std::vector<Pose>& waypoints = path_.waypoints;
+  waypoints.clear();
+  ++path_.revision;
+  if (open_ == 0) return;
+  std::size_t from = points_.size() - 1;
+  while (waypoints.size() < vehicle::kMaxExitWaypoints) {
+    waypoints.push_back(Pose{points_[from], Eigen::Quaterniond::Identity()});
+    if (from == 0) break;
+    std::size_t to = from - 1;
+    while (to > 0 && from - to < kWindow &&
+           is_straight(std::span(points_).subspan(to - 1, from - to + 2))) {
+      --to;
+    }
+    from = to;
+  }
+  if (from != 0) {  // longer than a packet holds
+    waypoints.clear();
+    return;
+  }
+  for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+    const Vector3d ahead = waypoints[i + 1].p - waypoints[i].p;
+    waypoints[i].q = from_rpy(0.0, 0.0, std::atan2(ahead.y(), ahead.x()));
+  }
+  if (waypoints.size() > 1) waypoints.back().q = waypoints[waypoints.size() - 2].q;
+}
+
+}  // namespace dive::mission

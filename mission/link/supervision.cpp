@@ -1,0 +1,147 @@
+#include "mission/link/supervision.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace dive::mission {
+namespace {
+
+using vehicle::ExitPhase;
+using Decision = link::CommandGate::Decision;
+
+constexpr double kSessionTimeout = 0.5;  // s, as the vehicle's
+constexpr double kStale = 0.2;           // s: lifetime of a command
+constexpr double kRecovered = 0.3;       // s of commands without a gap
+constexpr double kFinished = 0.5;        // s without a new command after the report of the end
+
+}  // namespace
+
+Supervision::Supervision(const SupervisorSettings& settings, std::uint64_t session_id,
+                         const SupervisorLog& log)
+    : settings_(settings), session_id_(session_id), log_(log), executive_(kSessionTimeout) {}
+
+void Supervision::receive(const link::VehicleCommand& command, Utime now) {
+  if (command.source != link::Source::kExecutive) return;
+  const double silent_s = executive_.age_s(now);
+  const Decision decision = executive_.receive(command, now);
+  if (decision == Decision::kOtherSession && !report_.second_executive) {
+    report_.second_executive = true;
+    log_(fmt::format("a second executive sends commands (session {:x}): obeying the first ({:x})",
+                     command.session_id, executive_.newest()->session_id));
+  }
+  if (decision != Decision::kAccepted) return;
+  if (!continuous_since_ || silent_s > kStale) continuous_since_ = now;
+  commanded_at_ = now;
+}
+
+// Who has finished sends no new command.
+void Supervision::receive(const link::Heartbeat& heartbeat, Utime now) {
+  if (!executive_.is_from(heartbeat.session_id)) return;
+  if (!heartbeat.finished) finished_at_.reset();
+  if (heartbeat.finished && !finished_at_) finished_at_ = now;
+}
+
+void Supervision::receive(const link::ExitPathMessage& message) {
+  if (executive_.is_from(message.session_id)) guidance_.set_exit_path(message.path);
+}
+
+void Supervision::receive(const ImuSample& sample, Utime now) {
+  vehicle_time_ = sample.utime;
+  vehicle_time_at_ = now;
+  observe(sample, std::nullopt, now);
+}
+
+void Supervision::receive(const DepthSample& sample, Utime now) {
+  observe(std::nullopt, sample, now);
+}
+
+void Supervision::observe(const std::optional<ImuSample>& imu,
+                          const std::optional<DepthSample>& depth, Utime now) {
+  const bool is_commanded = executive_.age_s(now) <= kStale;
+  guidance_.observe(imu, depth, is_commanded ? executive_.newest()->command.v : 0.0, now);
+}
+
+std::optional<link::VehicleCommand> Supervision::step(Utime now) {
+  if (!executive_.newest()) return std::nullopt;
+  observe(std::nullopt, std::nullopt, now);
+  const ExitPhase before = guidance_.phase();
+  if (before == ExitPhase::kIdle) watch(now);
+  if (before == ExitPhase::kHolding && has_recovered(now)) give_back();
+  if (guidance_.phase() == ExitPhase::kIdle) return std::nullopt;
+  const link::VehicleCommand result = command(now);
+  note_phase(before, now);
+  return result;
+}
+
+void Supervision::watch(Utime now) {
+  if (finished_at_ || executive_.age_s(now) <= settings_.command_timeout_s) return;
+  ++report_.holds;
+  report_.silent_s = executive_.age_s(now);
+  held_session_ = executive_.newest()->session_id;
+  continuous_since_.reset();
+  guidance_.begin(now);
+}
+
+bool Supervision::has_recovered(Utime now) const {
+  return finished_at_ || (continuous_since_ && executive_.age_s(now) <= kStale &&
+                          to_seconds(now - *continuous_since_) >= kRecovered);
+}
+
+void Supervision::give_back() {
+  guidance_.end();
+  ++report_.given_back;
+  log_(executive_.is_from(*held_session_)
+           ? "the executive sends commands again: the vehicle is given back"
+           : "the executive was restarted: the vehicle is given back");
+}
+
+void Supervision::note_phase(ExitPhase before, Utime now) {
+  const ExitPhase phase = guidance_.phase();
+  if (phase == ExitPhase::kFollowing) report_.took_over = report_.followed = true;
+  if (phase == ExitPhase::kAscending) {
+    report_.took_over = true;
+    report_.blindly = guidance_.ascended_blindly();
+    report_.surfaced = guidance_.has_surfaced(now);
+    report_.presumed = !report_.surfaced && guidance_.is_presumed_surfaced(now);
+    if (report_.surfaced) log_("the vehicle is at the surface");
+    if (report_.presumed) log_("presumed at the surface: the depth sensor is silent");
+  }
+  if (phase == before) return;
+  if (phase == ExitPhase::kHolding) {
+    log_(fmt::format("no command of the executive for {:.1f} s: holding", report_.silent_s));
+  } else if (phase == ExitPhase::kFollowing) {
+    log_("the executive did not come back: following the exit path");
+  } else {
+    log_(guidance_.ascended_blindly() ? "no exit path is left: ascending vertically"
+                                      : "open water is above: ascending");
+  }
+}
+
+// Stamped with the vehicle's time, as far as it is known.
+link::VehicleCommand Supervision::command(Utime now) {
+  link::VehicleCommand result;
+  result.command = guidance_.step(now);
+  result.utime = vehicle_time_ + (now - vehicle_time_at_);
+  result.sequence = ++sequence_;
+  result.source = link::Source::kSupervisor;
+  result.mode = link::Mode::kDepthAndAngles;
+  result.session_id = session_id_;
+  result.phase = guidance_.phase();
+  return result;
+}
+
+bool Supervision::is_over(Utime now) const {
+  if (report_.surfaced || report_.presumed) return true;
+  return finished_at_ && guidance_.phase() == ExitPhase::kIdle &&
+         to_seconds(now - std::max(*finished_at_, commanded_at_)) > kFinished;
+}
+
+SupervisorReport Supervision::report() const {
+  SupervisorReport report = report_;
+  report.restarts = std::max(executive_.sessions() - 1, 0);
+  report.refused = executive_.refused();
+  return report;
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,194 @@
+#include "vehicle/exit_guidance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dive::vehicle {
+namespace {
+
+constexpr double kCaptureRadius = 0.5;  // m, as behaviors/retrace
+constexpr double kDisplaced = 0.25;     // m from the place known to have open water above
+constexpr double kSlow = 3.0;           // allowed time over expected time, and
+constexpr double kGraceSeconds = 30.0;  // s added to it
+constexpr double kMinSpeed = 0.1;       // m/s
+constexpr double kMaxSpeed = 0.8;       // m/s
+constexpr double kPatienceHeld = 2.0;   // s for attitude and depth to arrive
+constexpr double kFarthest = 1e6;       // m, of a plausible coordinate
+constexpr double kMaxSurge = 5.0;       // m/s
+constexpr double kMaxTurn = 7.0;        // rad
+constexpr double kMaxHold = 600.0;      // s
+constexpr double kDepthFresh = 1.0;     // s
+constexpr double kAscentRate = 0.15;    // m/s, of the autopilot's depth loop
+constexpr double kPatience = 2.0;       // an ascent without depth lasts this many times as long
+constexpr double kPatienceSeconds = 10.0;
+
+FollowerOptions follower_options(double speed) {
+  FollowerOptions options;
+  options.speed = std::clamp(speed, kMinSpeed, kMaxSpeed);
+  options.capture_radius = kCaptureRadius;
+  return options;
+}
+
+double length_of(const std::vector<Pose>& path) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i].p - path[i - 1].p).norm();
+  return length;
+}
+
+}  // namespace
+
+const char* to_string(ExitPhase phase) {
+  switch (phase) {
+    case ExitPhase::kIdle:
+      return "watching";
+    case ExitPhase::kHolding:
+      return "holding";
+    case ExitPhase::kFollowing:
+      return "following the exit path";
+    case ExitPhase::kAscending:
+      return "ascending";
+  }
+  return "watching";
+}
+
+ExitGuidance::ExitGuidance()
+    : odometry_({}, Eigen::Vector3d::Zero(), 0.0), follower_(follower_options(kMinSpeed)) {}
+
+bool ExitGuidance::is_plausible(const ExitPath& path) {
+  const auto is_place = [](const Pose& pose) {
+    return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kFarthest;
+  };
+  return is_place(path.X_WB) && std::abs(path.surge) <= kMaxSurge &&
+         std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.hold_s) <= kMaxHold &&
+         std::isfinite(path.speed) && path.waypoints.size() <= kMaxExitWaypoints &&
+         std::ranges::all_of(path.waypoints, is_place);
+}
+
+bool ExitGuidance::set_exit_path(const ExitPath& path) {
+  if (phase_ == ExitPhase::kFollowing || phase_ == ExitPhase::kAscending) return false;
+  if (!is_plausible(path)) return false;
+  path_ = path;
+  heading_correction_ = path.heading_correction;
+  const Eigen::Vector2d by_W = (path.X_WB.p - estimate_.X_WB.p).head<2>();
+  odometry_.dead_reckon(by_W, 0.0, path.surge);
+  estimate_.X_WB.p.head<2>() += by_W;
+  return true;
+}
+
+void ExitGuidance::observe(const std::optional<ImuSample>& imu,
+                           const std::optional<DepthSample>& depth, double speed, Utime now) {
+  now_ = std::max(now_, now);
+  if (imu) {
+    ImuSample turned = *imu;
+    turned.utime = now_;
+    turned.q_WB = from_rpy(0.0, 0.0, heading_correction_) * imu->q_WB;
+    odometry_.add(turned);
+  }
+  if (depth && std::isfinite(depth->depth_m)) {
+    depth_ = depth->depth_m;
+    depth_at_ = now_;
+    odometry_.add(DepthSample{now_, depth->depth_m});
+    const bool is_up = depth->depth_m < kSurfaceDepth;
+    if (!is_up) at_surface_since_.reset();
+    if (is_up && !at_surface_since_) at_surface_since_ = now_;
+  }
+  odometry_.set_commanded_speed(phase_ == ExitPhase::kIdle ? speed : command_.v);
+  estimate_ = odometry_.update(now_);
+}
+
+void ExitGuidance::begin(Utime now, bool may_hold) {
+  now_ = since_ = std::max(now_, now);
+  phase_ = ExitPhase::kHolding;
+  allowed_s_ = may_hold ? hold_s() : 0.0;
+  keep_station();
+  ascended_blindly_ = false;
+}
+
+void ExitGuidance::keep_station() {
+  const double z = path_ ? path_->X_WB.p.z() : estimate_.X_WB.p.z();
+  station_depth_ = depth_ ? *depth_ : std::max(-z, 0.0);
+  station_yaw_ = to_rpy(estimate_.X_WB.q).z();
+}
+
+double ExitGuidance::hold_s() const {
+  const bool knows = path_ && (path_->open_above || !path_->waypoints.empty());
+  return knows ? path_->hold_s : kUnknownHold;
+}
+
+Command ExitGuidance::hold() const {
+  Command command;
+  command.d = station_depth_;
+  command.o = from_rpy(0.0, 0.0, station_yaw_);
+  return command;
+}
+
+Command ExitGuidance::step(Utime now) {
+  now_ = std::max(now_, now);
+  const bool is_late = to_seconds(now_ - since_) >= allowed_s_;
+  const bool is_located = estimate_.valid || to_seconds(now_ - since_) > allowed_s_ + kPatienceHeld;
+  if (phase_ == ExitPhase::kHolding && is_late && is_located) leave(now_);
+  if (phase_ == ExitPhase::kFollowing) {
+    command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B);
+    if (follower_.status().finished || to_seconds(now_ - since_) > allowed_s_) {
+      ascend(now_, !follower_.status().finished);
+    }
+  }
+  if (phase_ == ExitPhase::kHolding) command_ = hold();
+  if (phase_ == ExitPhase::kAscending) {
+    command_ = hold();
+    command_.d = 0.0;
+  }
+  Command compass = command_;
+  compass.o = from_rpy(0.0, 0.0, -heading_correction_) * command_.o;
+  return compass;
+}
+
+// Where it held, open water may be above because the executive measured it there, or at the end of
+// the exit path; otherwise straight up is all that is left.
+void ExitGuidance::leave(Utime now) {
+  if (!path_ || !estimate_.valid) return ascend(now, true);
+  const Pose here{estimate_.X_WB.p, from_rpy(0.0, 0.0, station_yaw_)};
+  if (path_->open_above) {
+    if ((here.p - path_->X_WB.p).head<2>().norm() < kDisplaced) return ascend(now, false);
+    const Eigen::Vector3d back(path_->X_WB.p.x(), path_->X_WB.p.y(), here.p.z());
+    return follow({here, Pose{back, here.q}}, now);
+  }
+  if (path_->waypoints.empty()) return ascend(now, true);
+  std::vector<Pose> path = {here};
+  path.insert(path.end(), path_->waypoints.begin(), path_->waypoints.end());
+  follow(std::move(path), now);
+}
+
+void ExitGuidance::follow(std::vector<Pose> path, Utime now) {
+  follower_ = Follower(follower_options(path_->speed));
+  follower_.set_path(path, path.front().p);
+  phase_ = ExitPhase::kFollowing;
+  since_ = now;
+  allowed_s_ =
+      kGraceSeconds + kSlow * length_of(path) / std::clamp(path_->speed, kMinSpeed, kMaxSpeed);
+}
+
+void ExitGuidance::ascend(Utime now, bool blindly) {
+  phase_ = ExitPhase::kAscending;
+  since_ = now;
+  ascended_blindly_ = blindly;
+  keep_station();
+}
+
+bool ExitGuidance::depth_is_fresh(Utime now) const {
+  return depth_ && to_seconds(now - depth_at_) <= kDepthFresh;
+}
+
+bool ExitGuidance::has_surfaced(Utime now) const {
+  return depth_is_fresh(now) && at_surface_since_ &&
+         to_seconds(now - *at_surface_since_) > kSurfaceTime;
+}
+
+bool ExitGuidance::is_presumed_surfaced(Utime now) const {
+  const double needed = kPatience * station_depth_ / kAscentRate + kPatienceSeconds;
+  return phase_ == ExitPhase::kAscending && !depth_is_fresh(now) &&
+         to_seconds(now - since_) > needed;
+}
+
+}  // namespace dive::vehicle

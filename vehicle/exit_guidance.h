@@ -1,0 +1,94 @@
+#pragma once
+// Brings the vehicle home without executive, map and plan: holds, follows the exit path by dead
+// reckoning on depth, compass and expected speed, then ascends. One set of rules for the
+// supervisor, the vehicle's own time-out and the executive's fallback
+// (doc/decisions/no-commands.md).
+
+#include <optional>
+
+#include "common/clock.h"
+#include "common/measurements.h"
+#include "estimation/primitive.h"
+#include "vehicle/command.h"
+#include "vehicle/exit_path.h"
+#include "vehicle/follower.h"
+
+namespace dive::vehicle {
+
+enum class ExitPhase {
+  kIdle,       ///< Another process commands the vehicle.
+  kHolding,    ///< Stops and keeps depth and heading.
+  kFollowing,  ///< Follows the exit path.
+  kAscending,  ///< Ascends vertically.
+};
+
+[[nodiscard]] const char* to_string(ExitPhase phase);
+
+/// All times are on the owner's clock. Allocates only in set_exit_path() and when it begins to
+/// follow.
+class ExitGuidance {
+ public:
+  static constexpr double kUnknownHold = 30.0;  ///< Hold without an exit path or open water, s.
+  static constexpr double kSurfaceDepth = 0.3;  ///< m
+  static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
+
+  ExitGuidance();
+
+  /// The newest exit path, which also gives the present position. False if it is not used: its
+  /// values are implausible, or the vehicle follows or ascends already.
+  bool set_exit_path(const ExitPath& path);
+  [[nodiscard]] bool has_exit_path() const { return path_.has_value(); }
+
+  /// New samples of attitude (compass, AHRS) and depth; `speed` (m/s) is the speed commanded by
+  /// another process, used in kIdle. Advances the dead reckoning to `now`.
+  void observe(const std::optional<ImuSample>& imu, const std::optional<DepthSample>& depth,
+               double speed, Utime now);
+
+  /// Begins to hold, or to leave at once where `may_hold` is false.
+  void begin(Utime now, bool may_hold = true);
+  /// Another process commands the vehicle again.
+  void end() { phase_ = ExitPhase::kIdle; }
+
+  /// Command of this moment, in the compass's frame. Requires begin().
+  [[nodiscard]] Command step(Utime now);
+
+  [[nodiscard]] ExitPhase phase() const { return phase_; }
+  /// Dead-reckoned pose and speed.
+  [[nodiscard]] const Pose& X_WB() const { return estimate_.X_WB; }
+  [[nodiscard]] double surge() const { return estimate_.v_WB_B.x(); }
+  /// True if the depth sensor has measured the surface for kSurfaceTime.
+  [[nodiscard]] bool has_surfaced(Utime now) const;
+  /// True if there is no depth sensor and the ascent has lasted long enough.
+  [[nodiscard]] bool is_presumed_surfaced(Utime now) const;
+  /// True if it left an overhead without an exit path, or did not arrive at its end in time.
+  [[nodiscard]] bool ascended_blindly() const { return ascended_blindly_; }
+
+ private:
+  [[nodiscard]] static bool is_plausible(const ExitPath& path);
+  void leave(Utime now);
+  void follow(std::vector<Pose> path, Utime now);
+  void ascend(Utime now, bool blindly);
+  void keep_station();
+  [[nodiscard]] Command hold() const;
+  [[nodiscard]] double hold_s() const;
+  [[nodiscard]] bool depth_is_fresh(Utime now) const;
+
+  std::optional<ExitPath> path_;
+  estimation::PrimitiveEstimator odometry_;
+  estimation::StateEstimate estimate_;
+  Follower follower_;
+  ExitPhase phase_ = ExitPhase::kIdle;
+  Command command_;                        ///< Last command, in W.
+  double heading_correction_ = 0.0;        ///< rad
+  std::optional<double> depth_;            ///< Last measured depth, m.
+  Utime depth_at_ = 0;                     ///< Its time.
+  std::optional<Utime> at_surface_since_;  ///< By the depth sensor.
+  Utime now_ = 0;
+  Utime since_ = 0;         ///< Begin of the phase.
+  double allowed_s_ = 0.0;  ///< Time allowed for the phase, s.
+  double station_depth_ = 0.0;
+  double station_yaw_ = 0.0;  ///< In W.
+  bool ascended_blindly_ = false;
+};
+
+}  // namespace dive::vehicle

@@ -1,0 +1,54 @@
+#include <dive/exit_path_t.hpp>
+
+#include "vehicle/link/codec.h"
+#include "vehicle/link/packet_detail.h"
+
+namespace dive::link {
+
+using namespace detail;
+
+namespace {
+
+constexpr Run kExitPath[] = {bytes(3 * 8 + kPoseSize + 2 * sizeof(double) + 1 + 3 * sizeof(double)),
+                             array(kPoseSize, vehicle::kMaxExitWaypoints)};
+
+}  // namespace
+
+bool encode(const ExitPathMessage& message, Packet& packet) {
+  const auto& [session_id, path] = message;
+  const auto& [utime, revision, X_WB, surge, heading_correction, open_above, hold_s, speed,
+               clearance_m, waypoints] = path;
+  if (waypoints.size() > vehicle::kMaxExitWaypoints) return false;
+  exit_path_t m;
+  m.utime = utime;
+  m.session_id = static_cast<std::int64_t>(session_id);
+  m.revision = revision;
+  write_pose(X_WB, m.X_WB);
+  m.surge = surge;
+  m.heading_correction = heading_correction;
+  m.open_above = open_above ? 1 : 0;
+  m.hold_s = hold_s;
+  m.speed = speed;
+  m.clearance = clearance_m;
+  write_poses(waypoints, m.n, m.waypoints);
+  return pack(m, kExitPath, packet);
+}
+
+bool decode(PacketView packet, ExitPathMessage& message) {
+  const auto m = unpack<exit_path_t>(packet, kExitPath);
+  if (!m) return false;
+  message.session_id = static_cast<std::uint64_t>(m->session_id);
+  vehicle::ExitPath& path = message.path;
+  path.utime = m->utime;
+  path.revision = m->revision;
+  path.X_WB = read_pose(m->X_WB);
+  path.surge = m->surge;
+  path.heading_correction = m->heading_correction;
+  path.hold_s = m->hold_s;
+  path.speed = m->speed;
+  path.clearance_m = m->clearance;
+  read_poses(m->waypoints, path.waypoints);
+  return read_flag(m->open_above, path.open_above);
+}
+
+}  // namespace dive::link
