@@ -16,15 +16,15 @@ namespace dive::planning {
 struct PlanRequest {
   Pose start;                        ///< X_WB
   Pose goal;                         ///< X_WB; without a fixed attitude only its position counts.
-  bool goal_attitude_fixed = false;  ///< Whether the goal's attitude must be reached as well.
+  bool goal_attitude_fixed = false;  ///< True if the goal's attitude must be reached as well.
   MotionLimits limits;
   std::uint64_t seed = 1;      ///< Seed of the planner's random draws.
   std::vector<Pose> previous;  ///< Path to start from (replanning), X_WB; may be empty.
 };
 
-/// Share of D_min: a start that has less may lose nothing on its way to where there is D_min again.
+/// Share of D_min: a path out of a start that has less must not reduce the clearance.
 inline constexpr double kMinStartClearance = 0.85;
-/// Longest way from such a start to where there is D_min again, m.
+/// Longest path from a start that lacks D_min to a place that has it, m.
 inline constexpr double kMaxReducedLength = 2.0;
 
 enum class PlanStatus {
@@ -32,7 +32,7 @@ enum class PlanStatus {
   kReduced,  ///< The start lacks D_min: the path leaves it at no less than the lesser of what the
              ///< start has and kMinStartClearance, and then keeps D_min; see `reduced`.
   kNoPath,   ///< None: blocked, too tight, or none found within the bound; see `reason`.
-  kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
+  kInvalid,  ///< The request is invalid: NaN, start or goal in collision, out of limits.
 };
 
 [[nodiscard]] const char* to_string(PlanStatus status);
@@ -42,21 +42,21 @@ enum class PlanStatus {
   return status == PlanStatus::kSuccess || status == PlanStatus::kReduced;
 }
 
-/// The part of a kReduced path that is nearer to something than D_min. It begins at the start.
+/// The part of a kReduced path with less clearance than D_min. It begins at the start.
 struct NarrowPart {
-  double length_m = 0.0;  ///< Length along the path, m; what follows keeps D_min.
+  double length_m = 0.0;  ///< Length along the path, m; the rest keeps D_min.
   Eigen::Vector3d place_W = Eigen::Vector3d::Zero();  ///< B's origin where the hull is nearest, m.
-  std::string obstacle;                               ///< Name of what is nearest there.
+  std::string obstacle;                               ///< Name of the nearest obstacle there.
 };
 
 struct PlanResult {
   PlanStatus status = PlanStatus::kInvalid;
-  /// The path may be followed: a success, or reduced and at no less than `reduced_clearance`.
+  /// True if the path may be followed: a success, or reduced and at least `reduced_clearance`.
   bool accepted = false;
-  std::string reason;                 ///< Why there is no path, or only a reduced one.
-  std::optional<NarrowPart> reduced;  ///< On kReduced: where `clearance_m` is all there is.
-  /// X_WB along the path. Of a plan that is not accepted: the best that was found, to be looked at
-  /// only; PlannerService leaves it out.
+  std::string reason;                 ///< Reason for no path, or for a reduced one.
+  std::optional<NarrowPart> reduced;  ///< Place of the least clearance; only on kReduced.
+  /// X_WB along the path. If the plan is not accepted, the best path found, for drawings only;
+  /// PlannerService leaves it out.
   std::vector<Pose> waypoints;
   double clearance_m = 0.0;  ///< Certified clearance, m; on kNoPath that of the best found.
   double length_m = 0.0;     ///< Length of the path, m.
