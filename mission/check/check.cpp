@@ -27,7 +27,7 @@ constexpr double kSecondsPerHour = 3600.0;
 constexpr std::array kDeckRules = {
     Rule{"CHK-UNKNOWN-ENVIRONMENT", Severity::kWarning,
          "In an unknown environment the checks use the simulated world, which the vehicle does not "
-         "know."},
+         "have."},
     Rule{"CHK-UNKNOWN-NO-SIMULATION-MAP", Severity::kWarning,
          "A mission in an unknown environment names a simulated world; little can be proved "
          "without."},
@@ -37,7 +37,7 @@ constexpr std::array kDeckRules = {
         "reduced_clearance that the mission accepts where the leg starts."},
     Rule{"CHK-NO-EXIT-PATH", Severity::kError,
          "From every point of the route the trail leads back to open water."},
-    Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without contact."},
+    Rule{"CHK-RETRACE", Severity::kError, "The route can be followed backwards without contact."},
     Rule{"CHK-TIME", Severity::kError, "The route takes no longer than mission_timeout."},
     Rule{"CHK-TIME-MARGIN", Severity::kWarning,
          "The route and the longest exit path together take no longer than mission_timeout."},
@@ -72,8 +72,8 @@ void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
   if (!mission.unknown) return;
   if (has_simulation_map(mission)) {
     diagnostics.warning("CHK-UNKNOWN-ENVIRONMENT", mission.source, map_span(mission),
-                        "all proofs are for the simulated world: the vehicle does not know it when "
-                        "the dive begins, and the real environment may differ");
+                        "all proofs are for the simulated world: the vehicle does not have that "
+                        "map, and the real environment may differ");
     return;
   }
   diagnostics.warning(
@@ -141,7 +141,7 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
   planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
   ExitPathProof proof;
-  const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+  const auto visit = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     trail.add(p_W, !overheads.is_above(p_W, radius));
     const behaviors::Trail::Path path = trail.exit_path(p_W, link_of(mission));
     if (!path.arrives) proof.exists = false;
@@ -153,14 +153,14 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
       proof.state = state;
     }
   };
-  look(route.start.p, "start");
+  visit(route.start.p, "start");
   for (const PlannedRouteLeg& leg : legs) {
     const std::vector<Pose>& waypoints = leg.plan.waypoints;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
       constexpr int kPieces = 4;  // per segment: breadcrumbs about as dense as the vehicle's
       for (int k = 1; k <= kPieces; ++k) {
         const double t = static_cast<double>(k) / kPieces;
-        look(interpolate(waypoints[i], waypoints[i + 1], t).p, leg.state);
+        visit(interpolate(waypoints[i], waypoints[i + 1], t).p, leg.state);
       }
     }
   }
@@ -216,7 +216,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
   double distance = 0.0;
   double entered_s = 0.0;  // when the vehicle was last in open water
   double last_out_m = 0.0;
-  const auto look = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+  const auto visit = [&](const Eigen::Vector3d& p_W, const std::string& state) {
     const double t = distance / mission.speed.value;
     const bool open = !overheads.is_above(p_W, radius);
     trail.add(p_W, open);
@@ -238,12 +238,12 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     budget.budget_used_under_overhead = used;
     budget.worst_overhead_state = state;
   };
-  look(route.start.p, "start");
+  visit(route.start.p, "start");
   for (const PlannedRouteLeg& leg : legs) {
     const std::vector<Pose>& waypoints = leg.plan.waypoints;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
       distance += (waypoints[i + 1].p - waypoints[i].p).norm();
-      look(waypoints[i + 1].p, leg.state);
+      visit(waypoints[i + 1].p, leg.state);
     }
   }
 }
@@ -477,7 +477,7 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   report_failed_plans(route, report.legs, mission, diagnostics);
   if (!diagnostics.ok()) return report;
 
-  observer.on_step("proving the way out");
+  observer.on_step("proving the exit paths");
   report.exit_path = prove_exit_path(route, report.legs, mission, world, model.hull, options);
   report_exit_path(report.exit_path, mission, diagnostics);
   report.budget = make_budget(route, report.legs, mission, world, model.hull.radius(),
