@@ -10,7 +10,7 @@ namespace {
 constexpr double kSpeed = 0.15;         // m/s, bow or stern first
 constexpr double kLookahead = 0.4;      // m
 constexpr double kArrived = 0.2;        // m
-constexpr double kOffCourse = 0.5;      // rad off course: turns first
+constexpr double kOffCourse = 0.5;      // rad of heading error above which it turns first
 constexpr double kGraceSeconds = 15.0;  // s added to kSlow times the route's expected time
 constexpr double kSlow = 3.0;
 

@@ -6,7 +6,7 @@
 // and plans from there with the map as it is then.
 //
 // There is no clearance to turn around: the vehicle swims stern first if its bow points away from
-// the path. The course is a line of sight to the point of the path
+// the path. The course follows the line-of-sight law to the point of the path
 // `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
 
 #include <cstddef>
@@ -54,12 +54,12 @@ class BackOff {
   [[nodiscard]] int count_at(const Eigen::Vector3d& p_W) const;
 
  private:
-  /// Back along the trail.
+  /// The path back along the trail.
   struct Route {
     std::vector<Eigen::Vector3d> points_W;
     bool is_astern = false;
     Utime until = 0;       ///< Time at which it has taken too long.
-    std::size_t next = 1;  ///< Index of the point headed for.
+    std::size_t next = 1;  ///< Index of the point that it steers to.
   };
   /// A place that the vehicle backed off from.
   struct Place {

@@ -1,6 +1,6 @@
 #pragma once
-// What a leaf state of a mission does: once per control tick it turns an estimate into a command,
-// may ask for a plan, and says when it is done. Behaviours read no clock and draw no random
+// The behaviour of an atomic state: once per control tick it computes a command from the estimate,
+// may request a plan, and reports when it is done. Behaviours read no clock and draw no random
 // number; the same inputs give the same outputs.
 
 #include <memory>
@@ -18,78 +18,80 @@ namespace dive::behaviors {
 
 class Trail;
 
-/// Judges a path against what the map has shown since it was planned.
+/// Evaluates a path against obstacles observed since it was planned.
 class PathEvaluator {
  public:
   virtual ~PathEvaluator() = default;
-  /// Proved clearance (m) of the motion through `waypoints` to what was added to the map; of what
-  /// is far away it may say no more than that.
+  /// Lower bound (m) of the clearance between the motion through `waypoints` and the obstacles
+  /// added to the map. It may be less than the true clearance when the obstacles are far away.
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
 };
 
-/// A planner that takes longer has failed.
+/// Time after which a request without an answer has failed.
 inline constexpr double kPlanTimeout = 10.0;  // s
 
 struct BehaviorInput {
-  Utime now = 0;  ///< On the behaviours' clock, which stands still while the vehicle is held.
-  const estimation::StateEstimate* estimate = nullptr;  ///< Never null, always valid.
+  Utime now = 0;  ///< Time on the behaviours' clock, which stops during a hold.
+  const estimation::StateEstimate* estimate = nullptr;  ///< Estimate; never null, always valid.
   const planning::PlanResult* plan = nullptr;  ///< Answer to the last request; null: none yet.
-  const Trail* trail = nullptr;                ///< Where it has been; null: not known.
-  PathEvaluator* observed = nullptr;  ///< Of what the map did not know; null: nothing was seen.
-  bool map_changed = false;           ///< Since the last tick.
-  bool replan = false;                ///< A failsafe demands it.
-  bool depth_known = true;            ///< The depth sensor works.
-  bool attitude_known = true;         ///< The attitude sensor works; without it nothing is swum.
-  bool can_go_up = false;             ///< Straight up from here there is only water.
+  const Trail* trail = nullptr;                ///< Trail of the vehicle; null: not recorded.
+  PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
+  bool map_changed = false;           ///< True if the map has changed since the last tick.
+  bool replan = false;                ///< True if a failsafe requests a replan.
+  bool depth_known = true;            ///< True while depth samples are fresh.
+  bool attitude_known =
+      true;                ///< True while attitude samples are fresh; else no motion is allowed.
+  bool can_go_up = false;  ///< True if the water above the vehicle is open.
 };
 
-/// How far along; for status, guards and pictures.
+/// Progress of a behaviour, for status, guards and drawings.
 struct Progress {
-  std::string goal;               ///< Goal headed for; empty without one.
-  double distance_to_go_m = 0.0;  ///< Along the path.
-  double clearance_m = 0.0;       ///< Certified, of the path being followed.
-  double cross_track_m = 0.0;
-  int segment = 0;
-  /// An observed obstacle has left the rest of the path less clearance than it may keep; until
-  /// another path is followed.
+  std::string goal;               ///< Id of the present goal; empty without one.
+  double distance_to_go_m = 0.0;  ///< Distance to the goal along the path, m.
+  double clearance_m = 0.0;       ///< Certified clearance of the path being followed, m.
+  double cross_track_m = 0.0;     ///< Distance from the path, m.
+  int segment = 0;                ///< Index of the present segment of the path.
+  /// True after an observed obstacle has left the rest of the path less clearance than required,
+  /// until another path is followed.
   bool path_is_blocked = false;
-  double elapsed_s = 0.0;    ///< Since the leg began ...
-  double expected_s = 0.0;   ///< ... and what its first path takes; 0 while there is none.
-  int plan_failures = 0;     ///< In a row.
-  std::string plan_failure;  ///< Why the last one failed.
+  double elapsed_s = 0.0;    ///< Time since the leg began, s.
+  double expected_s = 0.0;   ///< Duration of the leg's first path, s; 0 while there is none.
+  int plan_failures = 0;     ///< Number of failed plans in a row.
+  std::string plan_failure;  ///< Reason of the last failure.
 };
 
 enum class Failure {
   kNone,
-  kUnreachable,  ///< No path to the goal, twice in a row; it is tried again until left.
-  kExhausted,    ///< No replans are left, or the way out cannot be swum.
+  kUnreachable,  ///< Two plans to the goal failed in a row; planning continues until the state
+                 ///< exits.
+  kExhausted,    ///< No replans are left, or the exit path cannot be followed.
 };
 
 struct BehaviorOutput {
   vehicle::Command command;
   std::optional<planning::PlanRequest> plan_request;
-  const char* plan_cause = "";      ///< Why it is asked for.
-  bool done = false;                ///< The executive raises done.state.ID.
-  Failure failed = Failure::kNone;  ///< It cannot go on: plan.failed.ID.
+  const char* plan_cause = "";      ///< Reason of the request.
+  bool done = false;                ///< True in the tick in which done.state.ID is due.
+  Failure failed = Failure::kNone;  ///< Failure for which plan.failed.ID is due.
 };
 
-/// A leaf state's behaviour, from entry to exit.
+/// The behaviour of an atomic state, from entry to exit.
 class Behavior {
  public:
   virtual ~Behavior() = default;
   [[nodiscard]] virtual BehaviorOutput step(const BehaviorInput& input) = 0;
   [[nodiscard]] virtual const Progress& progress() const = 0;
-  /// How many goals have been left behind.
+  /// Number of goals that were reached or skipped.
   [[nodiscard]] virtual int goals_done() const { return 0; }
-  /// Swims where the vehicle has not been: in an unknown environment no farther than the sensor has
-  /// observed free space ahead.
+  /// True if it swims where the vehicle has not been: in an unknown environment its speed is
+  /// limited by the observed free space ahead.
   [[nodiscard]] virtual bool needs_free_ahead() const { return false; }
-  /// Goes straight up in open water.
+  /// True for a vertical ascent in open water.
   [[nodiscard]] virtual bool rises() const { return false; }
-  /// The path ahead was not observed for too long: on the next tick the behaviour looks for
-  /// another. False: it has none.
+  /// Called when the path ahead stayed unobserved too long: on the next tick the behaviour requests
+  /// an alternative path. Returns false if it has none.
   [[nodiscard]] virtual bool request_alternative() { return false; }
-  /// Topside wants what is being done now to be left out; false: there is nothing but the whole.
+  /// Skips the present goal at topside's request; false if the state has no goals to skip.
   [[nodiscard]] virtual bool skip() { return false; }
 };
 

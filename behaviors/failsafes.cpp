@@ -99,9 +99,9 @@ void FailsafeLadder::advance(Watch& watch, Utime now, bool condition) {
 
 // True if the condition has lasted too long for its rung. One that has ended and only waits for
 // clear_s has not.
-bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool has_way_out) {
+bool FailsafeLadder::is_overdue(const Watch& watch, Utime now, bool may_leave_hold) {
   const Rung rung = watch.policy.rung;
-  const bool may = rung == Rung::kReplan || (rung == Rung::kHold && has_way_out);
+  const bool may = rung == Rung::kReplan || (rung == Rung::kHold && may_leave_hold);
   return may && watch.true_since.has_value() &&
          to_seconds(now - *watch.active_since) >= watch.policy.escalate_s;
 }
@@ -116,8 +116,8 @@ std::optional<FailsafeLadder::Change> FailsafeLadder::update(Utime now,
     advance(watch, now, conditions[i]);
     if (!watch.active_since) continue;
     // Without range data the vehicle can still return along its trail.
-    const bool has_way_out = open_above || static_cast<Kind>(i) == Kind::kRangeLost;
-    const bool escalated = is_overdue(watch, now, has_way_out);
+    const bool may_leave_hold = open_above || static_cast<Kind>(i) == Kind::kRangeLost;
+    const bool escalated = is_overdue(watch, now, may_leave_hold);
     const Rung rung = escalated ? Rung::kAbortAndSurface : watch.policy.rung;
     if (rung <= change.rung) continue;
     change.rung = rung;

@@ -107,7 +107,7 @@ class FailsafeLadder {
     std::optional<Utime> active_since;
   };
   static void advance(Watch& watch, Utime now, bool condition);
-  [[nodiscard]] static bool is_overdue(const Watch& watch, Utime now, bool has_way_out);
+  [[nodiscard]] static bool is_overdue(const Watch& watch, Utime now, bool may_leave_hold);
 
   std::array<Watch, kFailsafeCount> watches_;
   Rung rung_ = Rung::kNone;

@@ -53,9 +53,9 @@ planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& go
   if (settings.limits.attitude == planning::AttitudeMode::kHorizontal) {
     request.start.q = from_rpy(0.0, 0.0, yaw_of(from_X_WB));
   }
-  const Eigen::Vector3d way = goal.position_W - from_X_WB.p;
+  const Eigen::Vector3d direction = goal.position_W - from_X_WB.p;
   request.goal.p = goal.position_W;
-  request.goal.q = from_rpy(0.0, 0.0, goal.yaw.value_or(std::atan2(way.y(), way.x())));
+  request.goal.q = from_rpy(0.0, 0.0, goal.yaw.value_or(std::atan2(direction.y(), direction.x())));
   request.goal_attitude_fixed = goal.yaw.has_value();
   request.limits = settings.limits;
   request.seed = settings.seed;
@@ -107,7 +107,7 @@ bool Leg::is_following() const {
          std::holds_alternative<leg::Approaching>(state_);
 }
 
-// True if the answer is a path that leads through what the map has shown since it was asked for.
+// True if the answer is a path that keeps its clearance from obstacles mapped since the request.
 bool Leg::take_answer(const BehaviorInput& input) {
   const PlanClient::Event answer = planner_.update(input);
   if (answer == PlanClient::Event::kFailed) {
@@ -170,13 +170,13 @@ Failure Leg::back_off_if_needed(const BehaviorInput& input) {
     return Failure::kUnreachable;
   }
   if (!recovery_.reports_too_many(input.estimate->X_WB.p)) return Failure::kNone;
-  progress_.plan_failure = "there was not enough clearance on the path, again and again";
+  progress_.plan_failure = "not enough clearance on the path, after several attempts";
   return Failure::kUnreachable;
 }
 
 bool Leg::begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason) {
   if (!recovery_.begin_back_off(input, reason)) return false;
-  planner_.cancel();  // its answer would start where the vehicle no longer is
+  planner_.cancel();  // its path would start at a place that the vehicle has left
   raise(leg::BackOffBegun{});
   return true;
 }
@@ -215,7 +215,7 @@ BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
   }
   const auto place_W = recovery_.place_to_observe(input, goal_.position_W, route_to_goal_);
   planning.is_to_observe = place_W.has_value();
-  const char* cause = requests_ == 0 ? "the leg begins" : "there is no path";
+  const char* cause = requests_ == 0 ? "the leg starts" : "there is no path";
   if (place_W) cause = "goal blocked: moving closer to observe it";
   ask(input, cause, output, place_W);
   return output;
@@ -244,7 +244,7 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
     return run(input);
   }
   if (is_outdated) {
-    if (triggers_.take_one()) ask(input, "the map changed meanwhile", output);
+    if (triggers_.take_one()) ask(input, "the map changed during planning", output);
     return output;
   }
   if (planner_.is_pending() || recovery_.is_pausing(input.now)) return output;

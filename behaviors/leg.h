@@ -1,7 +1,7 @@
 #pragma once
 // One leg: from the vehicle's position to one goal. Plans, follows the path, replans on its
 // triggers while it keeps following, and stays at the goal for the dwell time. Where the path has
-// lost its clearance nearer than the vehicle can stop, it holds and plans from there. In an unknown
+// lost its clearance within the stopping distance, it holds and plans from there. In an unknown
 // environment it backs off along its trail, and observes a goal that it cannot reach.
 //
 // Its states and transitions: leg_state.h. What is tried next, and how often: recovery.h.
@@ -52,10 +52,11 @@ class Leg {
   /// is no path and the planner finds none, or the budget of replans is used up.
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input);
   [[nodiscard]] const Progress& progress() const { return progress_; }
-  /// The path cannot be observed ahead: on the next tick the vehicle backs off a little, and plans
-  /// from there. False where it does not back off, and when it has done so from here too often.
+  /// Called when the path ahead cannot be observed: on the next tick the vehicle backs off a little
+  /// and plans from there. Returns false if it may not back off, or has done so from here too
+  /// often.
   [[nodiscard]] bool request_alternative();
-  /// True while it goes back along the trail, where the vehicle has been.
+  /// True while it backs off along the trail, where the vehicle has been.
   [[nodiscard]] bool is_backing_off() const;
 
  private:
@@ -91,12 +92,12 @@ class Leg {
   PlanClient planner_;
   Progress progress_;
   std::vector<Pose> route_to_goal_;                     ///< Last path that led to the goal.
-  std::uint64_t requests_ = 0;                          ///< Plans asked for.
+  std::uint64_t requests_ = 0;                          ///< Number of plans requested.
   std::optional<Utime> began_;                          ///< Time of the first tick.
   double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
   Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.
   std::optional<estimation::EstimatorKind> estimator_;  ///< Source of the estimate followed last.
-  bool alternative_requested_ = false;                  ///< Since the last tick.
+  bool alternative_requested_ = false;                  ///< True if requested since the last tick.
 };
 
 }  // namespace dive::behaviors

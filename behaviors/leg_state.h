@@ -13,7 +13,7 @@ namespace dive::behaviors::leg {
 /// Holds its place until the planner has found a path, and after a failure until the next plan.
 struct Planning {
   vehicle::Command station;
-  bool is_to_observe = false;  ///< The plan under way leads to a place to observe the goal from.
+  bool is_to_observe = false;  ///< True if the requested plan leads to a place to observe the goal.
 };
 /// Follows a path to the goal while the next one is planned.
 struct Following {
@@ -23,7 +23,7 @@ struct Following {
 struct Approaching {
   double certified_m = 0.0;  ///< Clearance of the path by the planner, m.
 };
-/// Goes back along its trail, to plan from there.
+/// Backs off along its trail, to plan from there.
 struct BackingOff {};
 /// Stays at the goal.
 struct Dwelling {

@@ -51,9 +51,9 @@ Monitors::Monitors(MonitorLimits limits) : limits_(std::move(limits)) {
 void Monitors::start(Utime now) { started_ = now; }
 
 bool Monitors::note(Source& source, Utime now, Utime sampled, bool plausible, bool same) {
-  if (!plausible || (source.heard && sampled < source.sampled)) return false;
-  if (!source.heard || !same) source.changed = now;
-  source.heard = now;
+  if (!plausible || (source.arrived && sampled < source.sampled)) return false;
+  if (!source.arrived || !same) source.changed = now;
+  source.arrived = now;
   source.sampled = sampled;
   return true;
 }
@@ -80,7 +80,7 @@ bool Monitors::accept(Utime now, const HealthSample& sample) {
 }
 
 bool Monitors::is_silent(const Source& source, Utime now, double after_s) const {
-  return to_seconds(now - source.heard.value_or(started_)) > after_s;
+  return to_seconds(now - source.arrived.value_or(started_)) > after_s;
 }
 
 const FailsafeConditions& Monitors::update(const MonitorInput& input) {
@@ -115,7 +115,7 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   set(FailsafeKind::kBattery, health_.battery_fraction < threshold(FailsafeKind::kBattery));
   set(FailsafeKind::kTemperature, health_.temperature_c > threshold(FailsafeKind::kTemperature));
   const auto same_for = [&](const Source& source) {
-    return source.heard ? to_seconds(input.now - source.changed) : 0.0;
+    return source.arrived ? to_seconds(input.now - source.changed) : 0.0;
   };
   set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
                                   same_for(imu_) > kFrozenSeconds);
@@ -136,7 +136,7 @@ void Monitors::watch_estimate(const MonitorInput& input) {
   const estimation::StateEstimate& estimate = *input.estimate;
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
   const double depth = -p_W.z();
-  const bool depth_is_fresh = depth_.heard && !is_true(FailsafeKind::kDepthLost);
+  const bool depth_is_fresh = depth_.arrived && !is_true(FailsafeKind::kDepthLost);
   set(FailsafeKind::kOverdepth, (depth_is_fresh ? last_depth_m_ : depth) > limits_.max_depth);
   set(FailsafeKind::kMinAltitude, input.altitude_m && *input.altitude_m < limits_.min_altitude);
   set(FailsafeKind::kGeofence, is_outside_fence(p_W));

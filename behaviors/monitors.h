@@ -1,7 +1,7 @@
 #pragma once
-// From raw samples to the conditions of the failsafes. A sample that no working sensor can send
-// (NaN, a quaternion without unit norm, an impossible depth) is discarded, so that a broken sensor
-// and a silent one are treated alike.
+// The conditions of the failsafes, evaluated on raw samples. A sample that no working sensor can
+// send (NaN, a quaternion without unit norm, an impossible depth) is discarded, so that a broken
+// sensor and a silent one are treated alike.
 
 #include <array>
 #include <optional>
@@ -73,7 +73,7 @@ class Monitors {
  private:
   /// Times of the last sample and of the last change of its value.
   struct Source {
-    std::optional<Utime> heard;
+    std::optional<Utime> arrived;
     Utime sampled = 0;
     Utime changed = 0;
   };

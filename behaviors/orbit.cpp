@@ -10,18 +10,18 @@ namespace dive::behaviors {
 namespace {
 
 constexpr double kAtRest = 0.05;         // m/s over ground
-constexpr double kStopSeconds = 6.0;     // after which it turns even if a current carries it
+constexpr double kStopSeconds = 6.0;     // s after which it turns even if it drifts
 constexpr double kFacing = 0.052;        // rad, 3 degrees: the bow points to the centre
-constexpr double kAligned = 0.2;         // rad: the rest of the turn is made under way
-constexpr double kNoBearing = 0.05;      // m from the centre: it is in no direction
-constexpr double kRangeSlack = 0.2;      // m of range error that is left as it is
+constexpr double kAligned = 0.2;         // rad: the rest of the turn is made in motion
+constexpr double kNoBearing = 0.05;      // m from the centre: no bearing
+constexpr double kRangeSlack = 0.2;      // m of range error that is not corrected
 constexpr double kRangeGain = 0.3;       // m/s per m
-constexpr double kMaxRangeSpeed = 0.08;  // m/s: below what counts as being under way
+constexpr double kMaxRangeSpeed = 0.08;  // m/s: below the speed that counts as motion
 
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
-double bearing(const Eigen::Vector2d& way, double otherwise) {
-  return way.norm() < kNoBearing ? otherwise : std::atan2(way.y(), way.x());
+double bearing(const Eigen::Vector2d& direction, double otherwise) {
+  return direction.norm() < kNoBearing ? otherwise : std::atan2(direction.y(), direction.x());
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ Orbit::Orbit(const LegSettings& settings, const OrbitCircle& circle, std::vector
   begin_leg();
 }
 
-// The dwell is not the leg's: a leg stays as it has arrived.
+// Orbit dwells itself: a leg would keep the heading of its arrival.
 void Orbit::begin_leg() {
   LegGoal goal = stations_[current_];
   goal.dwell_s = 0.0;
@@ -79,16 +79,16 @@ BehaviorOutput Orbit::stop(const BehaviorInput& input) {
 
 BehaviorOutput Orbit::face(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
-  const Eigen::Vector2d way = circle_.centre_W - X_WB.p.head<2>();
-  const double yaw = bearing(way, yaw_of(X_WB));
+  const Eigen::Vector2d to_centre = circle_.centre_W - X_WB.p.head<2>();
+  const double yaw = bearing(to_centre, yaw_of(X_WB));
   BehaviorOutput output;
   output.command = station_command(yaw);
   const double dt = last_tick_ ? to_seconds(input.now - *last_tick_) : 0.0;
   last_tick_ = input.now;
   if (std::abs(wrap_angle(yaw - yaw_of(X_WB))) > kFacing) return output;
   faced_s_ += dt;
-  // With the bow to the centre surge is all it takes to keep the radius.
-  const double excess = way.norm() - circle_.radius;
+  // With the bow to the centre, surge alone keeps the radius.
+  const double excess = to_centre.norm() - circle_.radius;
   if (std::abs(excess) > kRangeSlack) {
     output.command.v = std::clamp(kRangeGain * excess, -kMaxRangeSpeed, kMaxRangeSpeed);
   }
@@ -100,12 +100,12 @@ BehaviorOutput Orbit::face(const BehaviorInput& input) {
 
 BehaviorOutput Orbit::depart(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
-  const Eigen::Vector3d way = stations_[current_ + 1].position_W - X_WB.p;
-  const double yaw = bearing(way.head<2>(), yaw_of(X_WB));
+  const Eigen::Vector3d to_next = stations_[current_ + 1].position_W - X_WB.p;
+  const double yaw = bearing(to_next.head<2>(), yaw_of(X_WB));
   if (std::abs(wrap_angle(yaw - yaw_of(X_WB))) <= kAligned) {
     DIVE_DEMAND(skip());
     BehaviorInput next = input;
-    next.plan = nullptr;  // it was for the leg before
+    next.plan = nullptr;  // it answers a request of the previous leg
     return swim(next);
   }
   BehaviorOutput output;
@@ -116,7 +116,7 @@ BehaviorOutput Orbit::depart(const BehaviorInput& input) {
 bool Orbit::skip() {
   if (current_ + 1 == stations_.size()) return false;
   ++current_;
-  settings_.seed += 1000;  // each leg draws its own
+  settings_.seed += 1000;  // each leg draws from its own seed
   begin_leg();
   return true;
 }

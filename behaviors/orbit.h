@@ -17,17 +17,17 @@
 namespace dive::behaviors {
 
 struct OrbitCircle {
-  Eigen::Vector2d centre_W = Eigen::Vector2d::Zero();  ///< The point that the bow is turned to, m.
+  Eigen::Vector2d centre_W = Eigen::Vector2d::Zero();  ///< Position of the point that it faces, m.
   double radius = 3.0;                                 ///< m
 };
 
-/// Expected time at a station beside the dwell, s: to come to rest and to turn twice.
+/// Expected time at a station besides the dwell, s: to come to rest and to turn twice.
 inline constexpr double kStationTurnSeconds = 9.0;
 
 class Orbit final : public Behavior {
  public:
-  /// At least one station; begins with the one of index `first`. The dwell of a station is the time
-  /// during which the bow points to the centre within 3 degrees of the estimated bearing.
+  /// Demands at least one station; starts with the one of index `first`. The dwell of a station is
+  /// the time during which the bow points to the centre within 3 degrees of the estimated bearing.
   Orbit(const LegSettings& settings, const OrbitCircle& circle, std::vector<LegGoal> stations,
         std::size_t first = 0);
 
@@ -35,14 +35,14 @@ class Orbit final : public Behavior {
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   [[nodiscard]] bool needs_free_ahead() const override;
   [[nodiscard]] bool request_alternative() override;
-  /// Goes on to the next station; false at the last one.
+  /// Continues with the next station; false at the last one.
   [[nodiscard]] bool skip() override;
   [[nodiscard]] int goals_done() const override { return static_cast<int>(current_); }
 
  private:
   enum class Phase {
-    kSwimming,   ///< On the leg to the current station.
-    kStopping,   ///< Comes to rest: a vehicle that turns under way slides on sideways.
+    kSwimming,   ///< Follows the leg to the current station.
+    kStopping,   ///< Comes to rest: a vehicle that turns in motion slides on sideways.
     kFacing,     ///< Turns its bow to the centre, and dwells.
     kDeparting,  ///< Turns its bow to the next station.
   };
@@ -59,7 +59,7 @@ class Orbit final : public Behavior {
   std::vector<LegGoal> stations_;
   std::size_t current_;
   Phase phase_ = Phase::kSwimming;
-  std::optional<Leg> leg_;          ///< To the current station.
+  std::optional<Leg> leg_;          ///< The leg to the current station.
   Utime stopping_since_ = 0;        ///< Time of arrival.
   double arrival_yaw_ = 0.0;        ///< Heading at arrival, rad.
   double faced_s_ = 0.0;            ///< Time with the bow to the centre at this station, s.

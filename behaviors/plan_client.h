@@ -18,7 +18,7 @@ class PlanClient {
 
   /// Records a request sent in this tick. An earlier open request is dropped.
   void ask(Utime now);
-  /// Drops the open request; its answer will be ignored.
+  /// Drops the open request; its answer is ignored.
   void cancel() { is_pending_ = false; }
   /// Called once per tick before anything else. Answers without a request are ignored.
   [[nodiscard]] Event update(const BehaviorInput& input);

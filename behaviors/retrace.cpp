@@ -27,17 +27,17 @@ const char* to_string(retrace::Loss cause) {
     case retrace::Loss::kUnobservable:
       return "the planned path enters space that the sensor cannot observe";
     case retrace::Loss::kNoProgress:
-      return "the vehicle does not get on along its trail";
+      return "the vehicle makes no progress along its trail";
   }
   return "none";
 }
 
-// The first waypoints of `way`: as many as make up `most_m`.
-std::span<const Pose> beginning(std::span<const Pose> path, double most_m) {
+// The first waypoints of `path`, up to a length of about `max_m`.
+std::span<const Pose> first_part(std::span<const Pose> path, double max_m) {
   double length = 0.0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     length += (path[i].p - path[i - 1].p).norm();
-    if (length >= most_m) return path.first(i + 1);
+    if (length >= max_m) return path.first(i + 1);
   }
   return path;
 }
@@ -103,14 +103,14 @@ void Retrace::run(const BehaviorInput& input, BehaviorOutput& output, bool wants
   output.failed = Failure::kExhausted;  // NoWayOut
 }
 
-// It has not turned back, or is at the end of its path.
+// Before it turns back, or at the end of its path.
 bool Retrace::is_stopping() const {
   return std::holds_alternative<retrace::Stopping>(state_) ||
          std::holds_alternative<retrace::Levelling>(state_) ||
          std::holds_alternative<retrace::Arrived>(state_);
 }
 
-// A vehicle that coasts under an overhead must not take its edge for open water.
+// A vehicle that coasts under an overhead must not mistake its edge for open water.
 bool Retrace::has_stopped(const BehaviorInput& input) const {
   return input.estimate->v_WB_B.norm() < kAtRest || to_seconds(input.now - *since_) > kStopSeconds;
 }
@@ -178,7 +178,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
     lose_path(*loss, input);
     return run(input, output);
   }
-  station_.reset();  // it is under way
+  station_.reset();  // it moves now
   output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
@@ -187,7 +187,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   if (status.finished) arrive(input, output);
 }
 
-// Arrived if the vehicle comes to rest with open water above; else on to where there is.
+// Arrives if the vehicle comes to rest with open water above; else continues to open water.
 void Retrace::arrive(const BehaviorInput& input, BehaviorOutput& output) {
   const bool leads_to_trail = recovery_.is_patient() && is_off_trail_;
   if (!leads_to_trail && ++arrivals_ > kMaxArrivals) output.failed = Failure::kExhausted;
@@ -199,11 +199,11 @@ void Retrace::arrive(const BehaviorInput& input, BehaviorOutput& output) {
 // The rest of the path, up to kAhead.
 bool Retrace::is_blocked(PathEvaluator& changes) const {
   const auto behind = static_cast<std::size_t>(follower_.status().segment - 1);
-  const double clearance = changes.clearance(beginning(follower_.path().subspan(behind), kAhead));
+  const double clearance = changes.clearance(first_part(follower_.path().subspan(behind), kAhead));
   return clearance <= (is_off_trail_ ? 0.0 : recovery_.needed_on_trail_m());
 }
 
-// Only an obstacle on the path may move away.
+// True if an obstacle on the path may move away.
 void Retrace::lose_path(retrace::Loss cause, const BehaviorInput& input) {
   recovery_.path_lost(input.estimate->X_WB.p);
   if (cause == retrace::Loss::kBlocked) progress_.path_is_blocked = true;
@@ -284,15 +284,15 @@ void Retrace::plan_detour(retrace::Loss cause, const BehaviorInput& input, Behav
   planner_.ask(input.now);
 }
 
-// To the end of the trail; where only the trail is known, to the first place of it behind what
-// blocks it, or a little along it where nothing does.
+// The goal of a detour: the end of the trail; if only the trail is known, its first place behind
+// the obstacle, or a place a little along it if there is no obstacle.
 void Retrace::aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const {
   goal.position_W = out_W_;
   if (!recovery_.is_patient() || changes_ == nullptr) return;
   const BlockedTrailOptions& options = settings_.recovery.blocked_trail;
   const std::vector<Pose> trail = level_poses(path_along_trail(p_W).points);
-  const std::span<const Pose> near = beginning(trail, kAhead);
-  std::size_t behind = beginning(trail, options.skip_m).size() - 1;
+  const std::span<const Pose> near = first_part(trail, kAhead);
+  std::size_t behind = first_part(trail, options.skip_m).size() - 1;
   for (std::size_t i = 1; i < near.size(); ++i) {
     if (changes_->clearance(near.subspan(i - 1, 2)) <= 0.0) behind = i + 1;
   }

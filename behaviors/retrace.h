@@ -28,7 +28,7 @@ class Retrace final : public Behavior {
   Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator* changes);
 
   /// `failed` (kExhausted) when the trail never had open water above, or neither the trail nor any
-  /// planned path can be swum.
+  /// planned path can be followed.
   ///
   /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and
   /// no other exit path is known: the vehicle observes the trail for a while, then plans a detour
@@ -77,7 +77,7 @@ class Retrace final : public Behavior {
   std::optional<Utime> since_;  ///< Time at which it began to stop, or to follow; with attitude.
   std::optional<vehicle::Command> station_;          ///< Station kept; empty while following.
   Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< End of the exit path along the trail.
-  bool is_off_trail_ = false;           ///< On a detour, or since one not back on the trail.
+  bool is_off_trail_ = false;           ///< True on a detour, and after it until back on the trail.
   bool alternative_requested_ = false;  ///< Requested since the last tick.
   int arrivals_ = 0;                    ///< Number of arrivals at expected open water.
 };

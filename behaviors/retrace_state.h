@@ -44,11 +44,11 @@ struct Arrived {};
 struct ObservingTrail {
   Utime since = 0;
 };
-/// Holds its place until the planner has found a detour, with less and less clearance.
+/// Holds its place until the planner has found a detour; each request has less clearance.
 struct PlanningDetour {
   Loss cause = Loss::kBlocked;
 };
-/// The trail leads to no open water.
+/// End: the trail leads to no open water.
 struct NoWayOut {};
 
 using State = std::variant<Stopping, Levelling, FollowingTrail, FollowingDetour, Arrived,

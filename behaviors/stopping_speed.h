@@ -5,10 +5,10 @@
 // It continues at v for the reaction time t_r, until a new obstacle has changed the command, and
 // then comes to rest by drag with the time constant tau, over v tau. To stop `margin` before the
 // end of the observed space it may swim at
-//     v_max = max(0, (seen_ahead - travelled since that scan - margin) / (t_r + tau)).
-// Speed follows the command with tau as well: commanded v_max while v_max falls, the vehicle would
-// always be faster than that and stop 0.1 m beyond the observed space. The command is therefore at
-// most
+//     v_max = max(0, (free_ahead - travelled since that scan - margin) / (t_r + tau)).
+// Speed follows the command with tau as well: with the command v_max while v_max falls, the vehicle
+// would always be faster than v_max and stop 0.1 m beyond the observed space. The command is
+// therefore at most
 //     clamp(v_max - 3 (v - v_max), 0, v_max).
 
 #include <optional>

@@ -5,9 +5,9 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kAboveSurface = -1.0;     // m of depth: keeps the effort upwards at the surface
-constexpr double kPatience = 2.0;          // an ascent without depth lasts this many times as long
-constexpr double kPatienceSeconds = 10.0;  // as expected, and this many s more
+constexpr double kAboveSurface = -1.0;  // m of depth: keeps the effort upwards at the surface
+constexpr double kAscentFactor = 2.0;   // an ascent without depth lasts this many times as long
+constexpr double kExtraAscentSeconds = 10.0;  // as expected, and this many s more
 
 }  // namespace
 
@@ -16,7 +16,7 @@ Surface::Surface(SurfaceOptions options)
   progress_.goal = "surface";
 }
 
-// Empty if there is clearance, or no path to a place that has it.
+// Empty if there is clearance, or no path to a place with clearance.
 std::optional<vehicle::Command> Surface::back_off(const BehaviorInput& input) {
   if (!input.depth_known || !input.attitude_known) may_back_off_ = false;
   if (!may_back_off_ || options_.clearance <= 0.0) return std::nullopt;
@@ -52,9 +52,9 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw);
   output.done = depth < options_.surfaced_depth;
-  if (!input.depth_known) {  // up, whatever the estimate, for long enough to be there
+  if (!input.depth_known) {  // ascends for the expected time, whatever the estimate
     output.command = station_keeping(kAboveSurface, yaw);
-    const double needed = kPatience * entry_depth_ / options_.ascent_rate + kPatienceSeconds;
+    const double needed = kAscentFactor * entry_depth_ / options_.ascent_rate + kExtraAscentSeconds;
     output.done = to_seconds(input.now - *entered_at_) > needed;
   }
   progress_.distance_to_go_m = std::max(depth, 0.0);

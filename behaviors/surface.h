@@ -32,7 +32,7 @@ class Surface final : public Behavior {
 
   SurfaceOptions options_;
   BackOff back_off_;
-  bool may_back_off_ = true;  ///< Before it begins to rise.
+  bool may_back_off_ = true;  ///< True before the ascent starts.
   std::optional<Utime> entered_at_;
   double entry_depth_ = 0.0;
   DriftStop drift_stop_;

@@ -6,8 +6,8 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kPatience = 12.0;             // s of a wait without progress
-constexpr double kGotOn = 1.0;                 // m that count as progress
+constexpr double kViewTimeout = 12.0;          // s of a wait without progress
+constexpr double kProgress = 1.0;              // m that count as progress
 constexpr double kElsewhere = 0.8;             // rad: a change of heading that restarts the wait
 constexpr double kSlack = 0.015;               // m/s: a smaller difference of speed is ignored
 constexpr double kPush = 2.0;                  // gain on the difference of speed
@@ -24,7 +24,7 @@ void ViewSpeedLimit::apply(Utime now, Utime behavior_now, const estimation::Stat
   const double most = ahead_.max_command(now, estimate.v_WB_B.x());
   command.v = std::min(command.v, most);
   const double yaw = to_rpy(command.o).z();
-  const bool got_on = waiting_ && (p_W - waiting_->p_W).norm() > kGotOn;
+  const bool got_on = waiting_ && (p_W - waiting_->p_W).norm() > kProgress;
   if (got_on || (waiting_ && std::abs(wrap_angle(yaw - waiting_->yaw)) > kElsewhere)) {
     waiting_.reset();
   }
@@ -39,7 +39,7 @@ void ViewSpeedLimit::apply(Utime now, Utime behavior_now, const estimation::Stat
 
 bool ViewSpeedLimit::view_timed_out(Utime behavior_now) {
   if (!waiting_ || !blocked_depth_) return false;
-  if (to_seconds(behavior_now - waiting_->since) < kPatience) return false;
+  if (to_seconds(behavior_now - waiting_->since) < kViewTimeout) return false;
   waiting_.reset();
   return true;
 }

@@ -27,8 +27,8 @@ class ViewSpeedLimit {
   /// behaviours' clock.
   void apply(Utime now, Utime behavior_now, const estimation::StateEstimate& estimate,
              vehicle::Command& command);
-  /// True when the vehicle has turned towards its path for long enough and still does not observe
-  /// it: most likely the path leads up behind an obstacle. The wait begins again with the next
+  /// True when the vehicle has turned towards its path for long enough and the path is still not
+  /// observed: most likely it leads up behind an obstacle. The wait starts again with the next
   /// call, and whenever the commanded heading changes.
   [[nodiscard]] bool view_timed_out(Utime behavior_now);
   /// Resets the wait, when another behaviour starts.
@@ -49,7 +49,7 @@ class ViewSpeedLimit {
 
 /// Compensates the difference between the commanded speed and the measured `surge` (m/s, negative:
 /// astern). The autopilot controls speed without feedback and the drag of a slow hull is very
-/// small, so that a vehicle pushed back would not recover. A vehicle that turns under way slides
+/// small, so that a vehicle pushed back would not recover. A vehicle that turns in motion slides
 /// stern first or sideways for seconds, and no flipper can stop a sideways slide: from `yaw` (rad)
 /// a sharp turn starts only when the vehicle has almost stopped, and there is no forward speed
 /// until it is over. Call it after all speed limits, because they must not prevent braking.

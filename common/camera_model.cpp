@@ -40,7 +40,7 @@ Matrix2d distortion_jacobian(const std::array<double, 4>& k, const Vector2d& n) 
 
 std::string CameraModel::validate() const {
   if (width < 16 || height < 16 || width > 20'000 || height > 20'000) {
-    return fmt::format("a picture of {} x {} pixels; each must be from 16 to 20000", width, height);
+    return fmt::format("an image of {} x {} pixels; each must be from 16 to 20000", width, height);
   }
   if (!(fx > 1.0 && fx < 1e6 && fy > 1.0 && fy < 1e6)) {
     return fmt::format("focal lengths of {} and {} pixels; each must be from 1 to 1e6", fx, fy);

@@ -7,29 +7,29 @@ namespace dive::estimation {
 const char* to_sentence(VisionFault fault) {
   switch (fault) {
     case VisionFault::kNone:
-      return "the cameras see well";
+      return "the visual-inertial estimates are good";
     case VisionFault::kStarting:
-      return "the cameras' estimator has not begun yet";
+      return "the visual-inertial estimator is not initialised yet";
     case VisionFault::kNoImages:
-      return "no pictures come";
+      return "no images arrive";
     case VisionFault::kLate:
-      return "the cameras' estimator answers too late";
+      return "the visual-inertial estimates are too old";
     case VisionFault::kBadImage:
-      return "the pictures are not as agreed";
+      return "an image has an unexpected format or stamp, or a library failed";
     case VisionFault::kFrozen:
-      return "the same picture comes again and again";
+      return "the same image arrives again and again";
     case VisionFault::kDark:
-      return "the cameras see nothing: it is dark, or there is only water";
+      return "the images have no contrast: it is dark, or there is only water";
     case VisionFault::kBlurred:
-      return "the pictures are blurred";
+      return "the images are blurred";
     case VisionFault::kFewFeatures:
-      return "there is too little to be seen";
+      return "there are too few features";
     case VisionFault::kLost:
-      return "what was followed is gone all at once";
+      return "nearly all features were lost at once";
     case VisionFault::kRefused:
       return "visual and inertial measurements disagree";
     case VisionFault::kDiverged:
-      return "the cameras' estimator has diverged";
+      return "the visual-inertial filter has diverged";
     case VisionFault::kImplausible:
       return "the visual-inertial estimate is implausible for this vehicle";
   }
@@ -40,23 +40,23 @@ std::string to_sentence(const TagObservation& observation) {
   const std::string name = fmt::format("tag {}", observation.id);
   switch (observation.result) {
     case TagResult::kNone:
-      return "no tag is seen";
+      return "no tag is observed";
     case TagResult::kUsed:
-      return fmt::format("{}: the vehicle is {:.2f} m from where it was thought to be", name,
+      return fmt::format("{}: corrects the vehicle's position by {:.2f} m", name,
                          observation.correction_m);
     case TagResult::kUnknown:
-      return name + " is seen, but the mission knows none of that id";
+      return name + " is observed, but the mission has no tag of that id";
     case TagResult::kTwice:
-      return name + " is seen twice in one picture: neither is believed";
+      return name + " is observed twice in one image: both are rejected";
     case TagResult::kMisshapen:
-      return name + " is seen, but misshapen";
+      return name + " is observed, but its corners are not a square's";
     case TagResult::kAmbiguous:
-      return name + " is seen, but leaves two places for the vehicle";
+      return name + " is observed, but two poses of the vehicle are possible";
     case TagResult::kRefused:
       return fmt::format(
-          "{} is not believed: by it the vehicle is {:.2f} m from where it can be; is the tag "
-          "where "
-          "the mission has it?",
+          "{} is rejected: it would correct the vehicle's position by {:.2f} m, more than all "
+          "other "
+          "data allow; check its position in the mission",
           name, observation.correction_m);
   }
   return "";

@@ -25,16 +25,16 @@ enum class VisionFault {
   kImplausible,  ///< The estimate is implausible for this vehicle.
 };
 
-/// A sentence, such as "the cameras see nothing: it is dark, or there is only water".
+/// A clause about the estimator, such as "the images are blurred".
 [[nodiscard]] const char* to_sentence(VisionFault fault);
 
 /// Recognised places and their effect.
 struct ClosedLoops {
-  int count = 0;            ///< Number since the dive began; the other members describe the newest.
-  Utime seen = 0;           ///< Time of the first observation of the place.
-  Utime recognised = 0;     ///< Time of the second observation of the place.
-  double moved_m = 0.0;     ///< Horizontal correction of the estimate.
-  double turned_rad = 0.0;  ///< Correction of the heading.
+  int count = 0;  ///< Number since the dive began; the other members describe the newest.
+  Utime first_observed = 0;  ///< Time of the first observation of the place.
+  Utime recognised = 0;      ///< Time of the second observation of the place.
+  double moved_m = 0.0;      ///< Horizontal correction of the estimate.
+  double turned_rad = 0.0;   ///< Correction of the heading.
 };
 
 /// Result of observing a tag.
@@ -55,7 +55,7 @@ struct TagObservation {
   double correction_m = 0.0;  ///< Horizontal position error of the estimate by the tag.
 };
 
-/// A sentence, such as "tag 3: the vehicle is 0.41 m from where it was thought to be".
+/// A sentence, such as "tag 3: corrects the vehicle's position by 0.41 m".
 [[nodiscard]] std::string to_sentence(const TagObservation& observation);
 
 struct VisionEstimate {

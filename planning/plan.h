@@ -50,14 +50,14 @@ enum class PlanStatus {
 
 /// The part of a kReduced path that is nearer to something than D_min. It begins at the start.
 struct NarrowPart {
-  double length_m = 0.0;  ///< Length along the path, m; what follows keeps D_min.
+  double length_m = 0.0;  ///< Length along the path, m; the rest keeps D_min.
   Eigen::Vector3d place_W = Eigen::Vector3d::Zero();  ///< B's origin where the hull is nearest, m.
   std::string obstacle;                               ///< Name of the nearest obstacle there.
 };
 
 struct PlanResult {
   PlanStatus status = PlanStatus::kInvalid;
-  /// The path may be followed: a success, or reduced and at no less than `reduced_clearance`.
+  /// True if the path may be followed: a success, or reduced and at least `reduced_clearance`.
   bool accepted = false;
   std::string reason;                 ///< Why there is no path, or only a reduced one.
   std::optional<NarrowPart> reduced;  ///< With kReduced: the part of the path short of D_min.

@@ -94,8 +94,8 @@ std::string Planner::Impl::question_problem(const PlanRequest& request) const {
   return {};
 }
 
-// A goal whose attitude is free is looked at with the heading that has most room. Returns the
-// certificate of the goal as it is then.
+// Sets the heading with most clearance if the goal's attitude is free. Returns the certificate of
+// the goal with that heading.
 Certificate Planner::Impl::choose_heading(PlanRequest& request) {
   Certificate best = certify_at(request.goal);
   if (request.goal_attitude_fixed) return best;

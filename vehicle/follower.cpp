@@ -52,11 +52,11 @@ Follower::Follower(FollowerOptions options) : options_(options) {
 Follower::Segment Follower::make_segment(const Pose& from, const Pose& to) {
   Segment result;
   result.start = from.p;
-  const Vector3d way = to.p - from.p;
-  result.length = way.norm();
+  const Vector3d motion = to.p - from.p;
+  result.length = motion.norm();
   result.direction =
-      result.length > 0.0 ? Vector3d(way / result.length) : Vector3d(to.q * Vector3d::UnitX());
-  result.bearing = way.head<2>().norm() > kVertical ? bearing_of(way) : yaw_of(to);
+      result.length > 0.0 ? Vector3d(motion / result.length) : Vector3d(to.q * Vector3d::UnitX());
+  result.bearing = motion.head<2>().norm() > kVertical ? bearing_of(motion) : yaw_of(to);
   return result;
 }
 
@@ -133,8 +133,8 @@ double Follower::course(const Vector3d& p_W) const {
   }
   const Segment& s = segments_[index];
   const Vector3d carrot = s.start + left * s.direction;  // beyond the end: straight on
-  const Vector2d way = (carrot - p_W).head<2>();
-  return way.norm() > kOverhead ? std::atan2(way.y(), way.x()) : s.bearing;
+  const Vector2d motion = (carrot - p_W).head<2>();
+  return motion.norm() > kOverhead ? std::atan2(motion.y(), motion.x()) : s.bearing;
 }
 
 double Follower::speed_towards(double heading_error, double depth_error, double left) const {

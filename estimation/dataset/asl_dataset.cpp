@@ -52,7 +52,7 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
 
   for (const double side : *size) {
     if (!(side >= 1.0 && side <= 20'000.0)) {
-      return Failure(fmt::format("{}: a picture of {} x {} pixels", path, (*size)[0], (*size)[1]));
+      return Failure(fmt::format("{}: an image of {} x {} pixels", path, (*size)[0], (*size)[1]));
     }
   }
   RecordedCamera camera;
@@ -74,7 +74,7 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
 
 tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
-    if (row.fields.empty() || row.fields[0].empty()) return std::string("no file of a picture");
+    if (row.fields.empty() || row.fields[0].empty()) return std::string("no file name of an image");
     const fs::path name(row.fields[0]);
     if (name.is_absolute() || name.has_parent_path()) {
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
@@ -83,7 +83,7 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
     return std::string();
   });
   if (rows && camera.images.empty()) {
-    return Failure(fmt::format("{}: there are no pictures in it", (folder / "data.csv").string()));
+    return Failure(fmt::format("{}: it lists no images", (folder / "data.csv").string()));
   }
   return rows;
 }

@@ -17,7 +17,7 @@ namespace {
 constexpr std::array kDeckRules = {
     Rule{"CHK-UNKNOWN-ENVIRONMENT", Severity::kWarning,
          "In an unknown environment the checks use the simulated world, which the vehicle does not "
-         "know."},
+         "have."},
     Rule{"CHK-UNKNOWN-NO-SIMULATION-MAP", Severity::kWarning,
          "A mission in an unknown environment names a simulated world; little can be proved "
          "without."},
@@ -27,7 +27,7 @@ constexpr std::array kDeckRules = {
         "reduced_clearance that the mission accepts where the leg starts."},
     Rule{"CHK-NO-EXIT-PATH", Severity::kError,
          "From every point of the route the trail leads back to open water."},
-    Rule{"CHK-RETRACE", Severity::kError, "The route can be swum backwards without contact."},
+    Rule{"CHK-RETRACE", Severity::kError, "The route can be followed backwards without contact."},
     Rule{"CHK-TIME", Severity::kError, "The route takes no longer than mission_timeout."},
     Rule{"CHK-TIME-MARGIN", Severity::kWarning,
          "The route and the longest exit path together take no longer than mission_timeout."},
@@ -52,8 +52,8 @@ void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
   if (!mission.unknown) return;
   if (has_simulation_map(mission)) {
     diagnostics.warning("CHK-UNKNOWN-ENVIRONMENT", mission.source, map_span(mission),
-                        "all proofs are for the simulated world: the vehicle does not know it when "
-                        "the dive begins, and the real environment may differ");
+                        "all proofs are for the simulated world: the vehicle does not have that "
+                        "map, and the real environment may differ");
     return;
   }
   diagnostics.warning(

@@ -48,7 +48,7 @@ class CheckObserver {
   virtual void on_progress(double /*done*/, double /*total*/, const std::string& /*unit*/,
                            double /*share*/) {}
   /// A dive with faults has ended unsafely; `command` repeats it.
-  virtual void on_finding(const FaultResult& /*verdict*/, const std::string& /*command*/) {}
+  virtual void on_finding(const FaultResult& /*result*/, const std::string& /*command*/) {}
 };
 
 /// The rules of this header, listed by `dive check --rules` after those of the document.

@@ -70,7 +70,7 @@ bool contains(const std::vector<int>& states, int state) {
 }
 
 // Reports the first position under an overhead from which `arc` leads to `surface`.
-void check_way_up(CheckContext& context, const Flow::Arc& arc, int state, int surface) {
+void check_ascent(CheckContext& context, const Flow::Arc& arc, int state, int surface) {
   for (const auto& [name, p_W] : places_on_leaving(context, state, arc)) {
     const int obstacle = context.overhead(p_W);
     if (obstacle < 0) continue;
@@ -113,7 +113,7 @@ void surfacing_is_unobstructed(CheckContext& context) {
       if (!context.flow.entered(state)) continue;
       for (const int a : context.flow.arcs_from(state)) {
         const Flow::Arc& arc = context.flow.arcs()[static_cast<std::size_t>(a)];
-        if (contains(arc.lands, surface)) check_way_up(context, arc, state, surface);
+        if (contains(arc.lands, surface)) check_ascent(context, arc, state, surface);
       }
     }
   }

@@ -90,9 +90,9 @@ const XmlElement& element_of(const xmlNode* node) {
   return *static_cast<const XmlElement*>(node->_private);
 }
 
-class Judge {
+class SchemaCheck {
  public:
-  Judge(const XmlDocument& document, const Language& language, Diagnostics& diagnostics)
+  SchemaCheck(const XmlDocument& document, const Language& language, Diagnostics& diagnostics)
       : words_(document.source, language, diagnostics),
         language_(language),
         schema_(compile_schema(language.source().text)),
@@ -102,11 +102,11 @@ class Judge {
     take_out_instance_attributes(root);
   }
 
-  ~Judge() {
+  ~SchemaCheck() {
     for (xmlNode* node : taken_out_) xmlFreeNode(node);
   }
-  Judge(const Judge&) = delete;
-  Judge& operator=(const Judge&) = delete;
+  SchemaCheck(const SchemaCheck&) = delete;
+  SchemaCheck& operator=(const SchemaCheck&) = delete;
 
   bool valid() {
     bool valid = !found_something_;
@@ -279,7 +279,7 @@ bool check_schema(const XmlDocument& document, const Language& language, Diagnos
     SchemaWords(document.source, language, diagnostics).wrong_root(document.root);
     return false;
   }
-  return Judge(document, language, diagnostics).valid();
+  return SchemaCheck(document, language, diagnostics).valid();
 }
 
 }  // namespace dive::mission

@@ -1,5 +1,5 @@
 #pragma once
-// Writes SVG elements and maps metres to pixels. Internal to mission/picture.
+// Writes SVG elements and maps metres to pixels. Internal to mission/drawing.
 
 #include <string>
 #include <string_view>

@@ -1,5 +1,5 @@
 #pragma once
-// Places labels so that they cover neither each other nor the paths. Internal to mission/picture.
+// Places labels so that they cover neither each other nor the paths. Internal to mission/drawing.
 
 #include <optional>
 #include <string_view>

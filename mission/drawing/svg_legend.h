@@ -1,5 +1,5 @@
 #pragma once
-// The legend beside a drawing. Internal to mission/picture.
+// The legend beside a drawing. Internal to mission/drawing.
 
 #include "mission/drawing/svg.h"
 #include "mission/drawing/svg_canvas.h"

@@ -1,6 +1,6 @@
 #pragma once
 // The geometry of a drawing: the part of the world to show, and its projections. Internal to
-// mission/picture.
+// mission/drawing.
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Colours and formats of a drawing. Internal to mission/picture.
+// Colours and formats of a drawing. Internal to mission/drawing.
 
 #include <array>
 #include <cmath>

@@ -89,7 +89,7 @@ behaviors::StoppingSpeedOptions stopping_speed_options(const Mission& mission) {
   return options;
 }
 
-double judged_clearance(const Mission& mission) {
+double evaluated_clearance(const Mission& mission) {
   const StateIndex index(mission);
   double most = mission.limits.clearance.value;
   const auto look = [&most](const ReplanPolicy& policy) {

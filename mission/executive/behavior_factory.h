@@ -35,7 +35,7 @@ struct BehaviorContext {
 
 /// Clearance (m) up to which paths are evaluated against the observed map: above every clearance
 /// that the mission requires.
-[[nodiscard]] double judged_clearance(const Mission& mission);
+[[nodiscard]] double evaluated_clearance(const Mission& mission);
 
 /// The vehicle's map when the dive begins: empty in an unknown environment. Used by the executive
 /// and its planner.

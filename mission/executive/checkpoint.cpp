@@ -17,8 +17,8 @@ constexpr double kStops = 1.0;   // time constant, s, with which it then comes t
 }  // namespace
 
 double gap_of(const Resume& resume, Utime now, double longest_s) {
-  const double told = to_seconds(now - resume.checkpoint.utime);
-  return resume.gap_s.value_or(told >= 0.0 ? told : longest_s + 1.0);
+  const double by_clock = to_seconds(now - resume.checkpoint.utime);
+  return resume.gap_s.value_or(by_clock >= 0.0 ? by_clock : longest_s + 1.0);
 }
 
 Drift drift_in(double gap_s, const Checkpoint& checkpoint) {

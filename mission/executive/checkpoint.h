@@ -62,11 +62,11 @@ struct Drift {
   double surge = 0.0;                              ///< Remaining surge speed, m/s.
 };
 
-/// The vehicle swam on and then stopped by itself, as the link's vehicles do.
+/// Drift of a vehicle that continued its motion and then stopped by itself, as over the link.
 [[nodiscard]] Drift drift_in(double gap_s, const Checkpoint& checkpoint);
 
-/// Save the chart's memory in `committed` by state names, and restore it. A name that is not in the
-/// chart is an internal error (checked).
+/// Saves the chart's memory in `checkpoint` by state names, and restores it. A name that is not in
+/// the chart is an internal error (checked).
 void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,
                  Checkpoint& checkpoint);
 [[nodiscard]] statechart::Interpreter::Memory memory_of(const Checkpoint& checkpoint,

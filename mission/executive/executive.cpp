@@ -71,7 +71,7 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
                       const vehicle::Model& model, ExecutiveOptions options_in)
     : mission(mission_in),
       options(std::move(options_in)),
-      map(world, model.hull, judged_clearance(mission_in)),
+      map(world, model.hull, evaluated_clearance(mission_in)),
       machine(build_machine(mission_in)),
       runner(machine, *this, outputs),
       overhead_monitor(mission_in, map),

@@ -4,7 +4,7 @@
 // check`, and a log of its inputs determines all its outputs.
 //
 // One step is a sequence of stages (executive.cpp, drawn in mission/README.md): samples, the
-// position, the surroundings, failsafes, events to the machine, the active behaviour's command, and
+// position, the situation, failsafes, events to the machine, the active behaviour's command, and
 // the efforts of the flippers.
 
 #include <memory>

@@ -95,7 +95,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Situation situation;
   std::vector<Event> events;  ///< Events of this tick, in processing order.
   bool skip_requested = false;
-  bool path_was_blocked = false;  ///< By observed obstacles, in the previous tick.
+  bool path_was_blocked = false;  ///< True if an observed obstacle blocked it in the previous tick.
   bool started = false;
   bool paused = false;
   Utime held_for = 0;  ///< Total time for which the behaviours' clock was stopped, us.

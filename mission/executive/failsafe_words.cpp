@@ -27,7 +27,8 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
       return fmt::format("({:.1f}, {:.1f}) is outside of the fence", situation.estimate.X_WB.p.x(),
                          situation.estimate.X_WB.p.y());
     case FailsafeKind::kMissionTimeout:
-      return fmt::format("longer than {:g} s under way", mission.limits.mission_timeout.value);
+      return fmt::format("longer than the mission's limit of {:g} s",
+                         mission.limits.mission_timeout.value);
     case FailsafeKind::kLegTimeout:
       return fmt::format("{:.0f} s on a leg of {:.0f} s", progress.elapsed_s, progress.expected_s);
     case FailsafeKind::kStuck:
@@ -37,7 +38,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kDepthLost:
       return fmt::format("no depth for {:g} s", limit);
     case FailsafeKind::kHealthLost:
-      return fmt::format("no word on battery and leak for {:g} s", limit);
+      return fmt::format("no battery and leak data for {:g} s", limit);
     case FailsafeKind::kRangeLost:
       return fmt::format("no new range data for {:g} s", limit);
     case FailsafeKind::kEstimatorDiverged:

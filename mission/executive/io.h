@@ -1,6 +1,6 @@
 #pragma once
-// What goes into and comes out of one step of the executive. Everything that passes here is
-// written to the log, and a replay feeds the same inputs and compares the outputs.
+// Inputs and outputs of one step of the executive. All of them are written to the log; a replay
+// feeds the same inputs and compares the outputs.
 
 #include <cstdint>
 #include <optional>
@@ -22,14 +22,14 @@ namespace dive::mission {
 
 struct PlanQuery {
   std::int64_t id = 0;
-  std::string state;  ///< The leaf that asks ...
-  std::string cause;  ///< ... and why.
+  std::string state;  ///< Atomic state that sends the query.
+  std::string cause;  ///< Cause of the query.
   planning::PlanRequest request;
 };
 
 struct PlanReply {
-  std::int64_t id = 0;        ///< Of the query it answers.
-  planning::PlanResult plan;  ///< With waypoints only where it is accepted.
+  std::int64_t id = 0;        ///< Id of the query that it answers.
+  planning::PlanResult plan;  ///< The plan; waypoints only if it is accepted.
 };
 
 struct StepInputs {
@@ -39,10 +39,10 @@ struct StepInputs {
   std::optional<HealthSample> health;
   std::optional<PlanReply> plan;
   std::optional<OperatorCommand> operator_command;
-  /// Changes of the observed map in this tick, at most one of each source. Each one counts: where
-  /// two have come from a source, one waits for its tick.
+  /// Changes of the observed map in this tick, at most one from each source. None may be dropped:
+  /// if a source has two, the second one waits for the next tick.
   std::vector<planning::ObstacleUpdate> obstacles;
-  /// The observed map with these changes. Not logged: update_map() makes it from all changes so
+  /// The observed map with these changes. Not logged: update_map() computes it from all changes so
   /// far.
   planning::ObservedMap observed_map;
   std::optional<planning::FreeAhead> free_ahead;
@@ -55,12 +55,12 @@ struct StepInputs {
 struct TransitionRecord {
   std::string from;    ///< Innermost active state before.
   std::string to;      ///< Innermost active state after.
-  std::string event;   ///< Empty for the first entry and eventless transitions.
-  std::string cause;   ///< For people: why.
-  std::string guards;  ///< Evaluated on the way, with their values: "depth > 3 m: false, ...".
+  std::string event;   ///< Event; empty for the first entry and eventless transitions.
+  std::string cause;   ///< Cause, a sentence for the operator.
+  std::string guards;  ///< Guards evaluated, with values: "depth > 3 m: false, ...".
 };
 
-/// And when: since the dive began.
+/// A transition with its time since the dive began.
 struct TimedTransition {
   double t_s = 0.0;
   TransitionRecord record;
@@ -69,16 +69,16 @@ struct TimedTransition {
 /// A change of the failsafe ladder.
 struct FailsafeRecord {
   std::string rung;
-  std::string cause;      ///< The failsafe that chose it.
-  std::string competing;  ///< Others that are active, comma-separated.
-  std::string why;        ///< For people.
+  std::string cause;      ///< Failsafe that set the rung.
+  std::string competing;  ///< Other active failsafes, comma-separated.
+  std::string why;        ///< Reason, a sentence for the operator.
 };
 
-/// Something done or noted beside steering.
+/// An action or a note besides the commands.
 struct ActionRecord {
   enum class Kind {
-    kLog,      ///< The mission's own line.
-    kPayload,  ///< The payload is told `text`.
+    kLog,      ///< Line written by the mission.
+    kPayload,  ///< `text` is sent to the payload.
     kNote,     ///< What the executive ignored or decided without a transition.
   } kind = Kind::kLog;
   std::string text;
@@ -86,14 +86,14 @@ struct ActionRecord {
 
 struct Status {
   std::string state;  ///< Innermost active state.
-  std::string goal;   ///< Goal heading for, may be empty.
+  std::string goal;   ///< Present goal; may be empty.
   double distance_to_go_m = 0.0;
   double time_to_go_s = 0.0;
   double depth_m = 0.0;
-  double clearance_m = 0.0;    ///< Certified, of the path being followed; 0 without one.
-  double cross_track_m = 0.0;  ///< Distance to the line p_{i-1} p_i.
+  double clearance_m = 0.0;  ///< Certified clearance of the path being followed, m; 0 without one.
+  double cross_track_m = 0.0;  ///< Distance to the line p_{i-1} p_i, m.
   int segment = 0;
-  std::string rung;  ///< Of the failsafe ladder.
+  std::string rung;  ///< Rung of the failsafe ladder.
   bool finished = false;
 };
 

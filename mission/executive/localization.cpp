@@ -62,9 +62,10 @@ std::optional<std::string> Localization::describe_loop(Utime now,
     return std::nullopt;
   }
   loop_reported_ = now;
-  return fmt::format("the place of {:.0f} s before is recognised: off by {:.3f} m and {:.2f} deg",
-                     to_seconds(loops.recognised - loops.seen), loops.moved_m,
-                     rad_to_deg(loops.turned_rad));
+  return fmt::format(
+      "recognised the place of {:.0f} s before: corrected by {:.3f} m and {:.2f} deg",
+      to_seconds(loops.recognised - loops.first_observed), loops.moved_m,
+      rad_to_deg(loops.turned_rad));
 }
 
 std::optional<std::string> Localization::describe_tag(

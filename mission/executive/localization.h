@@ -48,7 +48,7 @@ class Localization {
 
   /// True if the last update() changed the active estimator.
   [[nodiscard]] bool has_switched() const { return has_switched_; }
-  /// Reason of the change, for messages: "visual_inertial: the cameras see well".
+  /// Reason of the change, for messages: "primitive: the images are blurred".
   [[nodiscard]] std::string describe_switch() const;
 
  private:

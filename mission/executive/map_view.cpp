@@ -14,15 +14,15 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using planning::ObservedMap;
 
-// Each stretch of so many poses has a budget of its own: a long way through narrow places must not
-// pass for a blocked one because it was not judged to its end.
+// Each stretch of so many poses has a budget of its own: a long path through narrow places must not
+// pass for a blocked one because it was not evaluated to its end.
 constexpr std::size_t kStretch = 6;
 constexpr int kMaxEvaluations = 4000;  // of FCL, on the control thread
 constexpr double kMinCutoff = 0.01;    // m
 constexpr double kTouch = 1e-3;        // m: nearer is touching
-constexpr double kRange = 200.0;       // m down that the ground is looked for
+constexpr double kRange = 200.0;       // m down to which the ground is searched
 
-// Of a piece alone: down from the top of its box, in steps of its distance.
+// Height of one piece below p_W: down from the top of its box, in steps of its distance.
 std::optional<double> top_below(const ObservedMap::Piece& piece, const Vector3d& p_W) {
   Vector3d at(p_W.x(), p_W.y(), std::min(p_W.z(), piece.box.max().z()));
   while (at.z() >= piece.box.min().z()) {
@@ -35,9 +35,10 @@ std::optional<double> top_below(const ObservedMap::Piece& piece, const Vector3d&
 
 }  // namespace
 
-MapView::MapView(const planning::World& world, const planning::RobotHull& hull, double judged_m)
+MapView::MapView(const planning::World& world, const planning::RobotHull& hull,
+                 double max_clearance_m)
     : hull_radius_(hull.radius()),
-      judged_m_(judged_m),
+      max_clearance_m_(max_clearance_m),
       scene_(world),
       ceiling_(world),
       to_observed_({}, hull) {
@@ -81,7 +82,7 @@ std::optional<double> MapView::ground_below(const Vector3d& p_W) const {
 
 double MapView::clearance(std::span<const Pose> waypoints) {
   if (waypoints.empty() || observed_.pieces() == 0) return std::numeric_limits<double>::infinity();
-  double clearance = judged_m_;
+  double clearance = max_clearance_m_;
   for (std::size_t begin = 0;; begin += kStretch - 1) {
     const std::size_t size = std::min(kStretch, waypoints.size() - begin);
     clearance = std::min(clearance, clearance_of_stretch(waypoints.subspan(begin, size),

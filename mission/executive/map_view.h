@@ -19,10 +19,11 @@ namespace dive::mission {
 class MapView final : public behaviors::PathEvaluator {
  public:
   /// World and hull must outlive it. Clearances to observed obstacles are computed up to
-  /// `judged_m`.
-  MapView(const planning::World& world, const planning::RobotHull& hull, double judged_m = 1.5);
+  /// `max_clearance_m`.
+  MapView(const planning::World& world, const planning::RobotHull& hull,
+          double max_clearance_m = 1.5);
 
-  /// Takes a newer snapshot. False if nothing has changed since the last one.
+  /// Replaces the snapshot; false if nothing has changed since the last one.
   bool update(const planning::ObservedMap& observed);
   /// True if anything has ever been observed.
   [[nodiscard]] bool has_observed() const { return observed_.revision() > 0; }
@@ -35,8 +36,8 @@ class MapView final : public behaviors::PathEvaluator {
   /// Height (z in W) of the first solid straight below p_W; empty if there is none within 200 m.
   [[nodiscard]] std::optional<double> ground_below(const Eigen::Vector3d& p_W) const;
 
-  /// To observed obstacles, because the rest was certified when the path was planned. At most
-  /// `judged_m`; infinite while nothing is observed.
+  /// Clearance to observed obstacles: that to the others was certified with the path. At most
+  /// `max_clearance_m`; infinite while nothing is observed.
   [[nodiscard]] double clearance(std::span<const Pose> waypoints) override;
   /// The known map.
   [[nodiscard]] const planning::Scene& scene() const { return scene_; }
@@ -45,7 +46,7 @@ class MapView final : public behaviors::PathEvaluator {
   [[nodiscard]] double clearance_of_stretch(std::span<const Pose> waypoints, double cutoff);
 
   double hull_radius_;
-  double judged_m_;
+  double max_clearance_m_;
   planning::Scene scene_;
   planning::OverheadIndex ceiling_;
   planning::ObservedMap observed_;

@@ -6,7 +6,7 @@ namespace dive::mission {
 namespace {
 
 constexpr double kSoundingPeriod = 0.5;  // s: finding the ground takes some time
-constexpr double kDrift = 0.2;           // m of possible drift of a vehicle at rest on its way up
+constexpr double kDrift = 0.2;           // m of possible drift during an ascent from rest
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void OverheadMonitor::update(Utime now, const estimation::StateEstimate& estimat
   altitude_m_ = ground ? std::optional(p_W.z() - *ground) : std::nullopt;
 }
 
-// A camera that looks down cannot see an overhead: in an unknown environment the mission's
+// A camera that points down cannot observe an overhead: in an unknown environment the mission's
 // declaration counts. An atomic state with goals declares the overhead above its path; for all
 // others the trail has recorded it.
 bool OverheadMonitor::is_declared_overhead(const Eigen::Vector3d& p_W,

@@ -38,7 +38,8 @@ class OverheadMonitor {
 
   /// True if something is above the vehicle.
   [[nodiscard]] bool has_overhead() const { return has_overhead_; }
-  /// True if nothing solid is above the vehicle or where it may drift to: it can go straight up.
+  /// True if nothing solid is above the vehicle or where it may drift to: a vertical ascent is
+  /// possible.
   [[nodiscard]] bool open_above() const { return open_above_; }
   /// Height (m) above the ground vertically below, updated periodically; empty without ground.
   [[nodiscard]] std::optional<double> altitude_m() const { return altitude_m_; }
@@ -55,7 +56,7 @@ class OverheadMonitor {
   const Mission& mission_;
   MapView& map_;
   behaviors::Trail trail_;
-  /// In an unknown environment: from the mission's declarations.
+  /// True if something solid is above, in an unknown environment: by the mission's declarations.
   std::optional<behaviors::Trail> declared_;
   std::optional<Usable> usable_;
   std::optional<double> altitude_m_;

@@ -18,32 +18,32 @@ namespace dive::mission {
 
 /// The sensors usable in this tick; decided once, by Sensing.
 struct SensorStatus {
-  bool imu_is_fresh = false;    ///< The attitude is measured.
-  bool depth_is_fresh = false;  ///< The depth is measured.
-  double depth_m = 0.0;         ///< Last measured depth.
+  bool imu_is_fresh = false;    ///< True if the attitude is measured.
+  bool depth_is_fresh = false;  ///< True if the depth is measured.
+  double depth_m = 0.0;         ///< Last measured depth, m.
 };
 
 struct Situation {
   // Time.
   Utime now = 0;
-  Utime mission_now = 0;         ///< Behaviours' clock, which stops while the vehicle is held.
-  double elapsed_s = 0.0;        ///< Time since the mission started.
-  double state_elapsed_s = 0.0;  ///< Time since the innermost state was entered.
+  Utime mission_now = 0;         ///< Time on the behaviours' clock, which stops during a hold.
+  double elapsed_s = 0.0;        ///< Time since the mission started, s.
+  double state_elapsed_s = 0.0;  ///< Time since the innermost state was entered, s.
 
   // Vehicle.
   SensorStatus sensors;
   HealthSample health;
   estimation::StateEstimate estimate;
   vehicle::Command last_command;  ///< Command of the previous tick.
-  double expected_heave = 0.0;    ///< m/s along z of B, from the efforts of the previous tick.
+  double expected_heave = 0.0;    ///< Heave expected from the efforts of the previous tick, m/s.
 
-  // Surroundings.
-  bool overhead = false;    ///< Something solid is above the vehicle.
-  bool open_above = false;  ///< No solid above, including the positions it may drift to.
-  bool can_ascend = false;  ///< A vertical ascent is open, or the best remaining option.
+  // Environment.
+  bool overhead = false;    ///< True if something solid is above the vehicle.
+  bool open_above = false;  ///< True if nothing solid is above it or where it may drift to.
+  bool can_ascend = false;  ///< True if a vertical ascent is open, or the best remaining option.
   /// Height above the ground vertically below; empty without ground.
   std::optional<double> altitude_m;
-  double penetration_m = 0.0;  ///< Distance back along the trail to open water.
+  double penetration_m = 0.0;  ///< Distance back along the trail to open water, m.
   /// Fraction used of the time or energy usable since open water.
   double budget_used = 0.0;
 

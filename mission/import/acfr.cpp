@@ -76,7 +76,7 @@ std::string squeezed(const std::string& text) {
 
 std::string hint_for_primitive(const std::string& name) {
   if (name == "gotoandcircle" || name == "spiral") {
-    return "ACFR's software knows it, but it has no counterpart here: write its points as 'goto'";
+    return "ACFR's software has it, but it has no counterpart here: write its points as 'goto'";
   }
   std::string plain = name;
   std::erase_if(plain, [](char c) { return c == '_' || c == '-'; });
@@ -154,7 +154,7 @@ class Reader {
       } else if (element.name == "location") {
         read_location(element, mission);
       } else if (element.name == "turn_radius") {
-        elements_.leave_out(element, "the planner knows how the aqua2 turns");
+        elements_.leave_out(element, "the planner uses the aqua2's own limits of turning");
       } else if (element.name == "drop_angle") {
         elements_.leave_out(element, "a goal is reached by distance alone");
       } else if (element.name == "mission_timeout") {
@@ -181,14 +181,13 @@ class Reader {
   void add(const XmlElement& element, ForeignMission& mission) {
     if (std::ranges::find(kRead, element.name) == kRead.end()) {
       elements_.account().take(element);
-      return elements_.error(element.span,
-                             fmt::format("the primitive '{}' is not known", element.name),
+      return elements_.error(element.span, fmt::format("unknown primitive '{}'", element.name),
                              hint_for_primitive(element.name));
     }
     if (std::ranges::find(kDropped, element.name) != kDropped.end()) {
       report_.warning("IMP-PRIMITIVE", element.span,
-                      fmt::format("ACFR's own software knows no primitive '{}' and drops it: it is "
-                                  "imported as what it says",
+                      fmt::format("ACFR's own software has no primitive '{}' and drops it: it is "
+                                  "imported by its name",
                                   element.name),
                       {}, element.name == "command" ? "" : hint_for_primitive(element.name));
     }
@@ -256,9 +255,7 @@ class Reader {
     if (mode == nullptr) {
       report_.warning(
           "IMP-MODE", element.span,
-          fmt::format("'{}' does not say whether its z is a depth or an altitude: it is "
-                      "taken as a depth",
-                      element.name));
+          fmt::format("'{}' has no depth mode: its z is taken as a depth", element.name));
       return;
     }
     const std::string word = lower_case(mode->value);
@@ -266,7 +263,7 @@ class Reader {
     if (leg.is_altitude || word == "depth") return;
     const std::string hint = did_you_mean(word, std::vector<std::string>{"depth", "altitude"});
     elements_.error(mode->value_span, fmt::format("'{}' is no depth mode", mode->value),
-                    hint.empty() ? "there are depth and altitude" : hint);
+                    hint.empty() ? "use depth or altitude" : hint);
   }
 
   void keep_commands(const XmlElement& primitive) {
@@ -298,7 +295,7 @@ class Reader {
     }
     commands_.push_back(as_id(word));
     report_.note("IMP-PAYLOAD", element.span,
-                 fmt::format("{} becomes the payload command '{}', which the payload must know",
+                 fmt::format("{} becomes the payload command '{}', which the payload must accept",
                              in_words(element), commands_.back()));
   }
 

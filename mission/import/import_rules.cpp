@@ -15,14 +15,16 @@ constexpr double kRatedDepth = 37.0;  // m, of the Aqua2, as published in 2010 (
 using Eigen::Vector2d;
 
 constexpr Rule kRules[] = {
-    {"IMP-ACFR", Severity::kError, "The file is a mission of ACFR's that can be turned into ours."},
-    {"IMP-QGC", Severity::kError, "The file is a plan of QGroundControl's for under water."},
-    {"IMP-UNKNOWN", Severity::kWarning, "Everything in the file is understood."},
-    {"IMP-PRIMITIVE", Severity::kWarning, "The file's own software knows every primitive in it."},
+    {"IMP-ACFR", Severity::kError, "The file is a mission of ACFR's that can be converted."},
+    {"IMP-QGC", Severity::kError,
+     "The file is a plan of QGroundControl's for an underwater vehicle."},
+    {"IMP-UNKNOWN", Severity::kWarning, "Every element of the file is known."},
+    {"IMP-PRIMITIVE", Severity::kWarning,
+     "Every primitive in the file exists in the file's own software."},
     {"IMP-COMMAND", Severity::kWarning, "Every command has a counterpart in the mission."},
     {"IMP-PATTERN", Severity::kWarning, "Patterns are swum as the file's own vehicle swims them."},
     {"IMP-CHANGED", Severity::kWarning, "Values of the file are possible in a mission."},
-    {"IMP-MODE", Severity::kWarning, "Every leg says whether it keeps depth or altitude."},
+    {"IMP-MODE", Severity::kWarning, "Every leg has a depth mode, depth or altitude."},
     {"IMP-DATUM", Severity::kWarning, "Heights are above a datum that is at the surface."},
     {"IMP-TIMEOUT", Severity::kWarning, "Every leg can be finished within its own timeout."},
     {"IMP-SPEED", Severity::kWarning, "All legs are swum at a speed that the aqua2 can swim."},
@@ -30,10 +32,10 @@ constexpr Rule kRules[] = {
     {"IMP-ALTITUDE", Severity::kWarning, "Legs do not need an altimeter."},
     {"IMP-SUBMERGED", Severity::kWarning, "The mission ends at the surface."},
     {"IMP-SCALED", Severity::kNote, "Where the speed changes, timeouts change by the same ratio."},
-    {"IMP-PAYLOAD", Severity::kNote, "The payload knows the commands that it is given."},
+    {"IMP-PAYLOAD", Severity::kNote, "The payload accepts the commands of the mission."},
     {"IMP-ORIGIN", Severity::kNote, "Latitudes and longitudes are metres about an origin."},
-    {"IMP-LEFT-OUT", Severity::kNote, "What has no counterpart in a mission is left out."},
-    {"IMP-ADDED", Severity::kNote, "What a mission needs and the file does not have is added."},
+    {"IMP-LEFT-OUT", Severity::kNote, "Elements without a counterpart in a mission are left out."},
+    {"IMP-ADDED", Severity::kNote, "Elements that a mission needs and the file lacks are added."},
 };
 
 // Minimum length, m, to swim from `from` to complete the leg.
@@ -51,7 +53,7 @@ void check_leg(const ForeignLeg& leg, const Vector2d& from, ImportReport& report
     report.warning("IMP-TIMEOUT", leg.span,
                    fmt::format("{:.0f} m at {:g} m/s take {:.0f} s, and the timeout is {:g} s",
                                length, *leg.speed, length / *leg.speed, *leg.timeout_s),
-                   {}, "it is cut off on the way, and the next leg begins somewhere else");
+                   {}, "the leg is cut off before its end, and the next leg starts elsewhere");
   }
   if (leg.is_altitude) {
     report.warning(

@@ -145,8 +145,8 @@ struct Supplement {
   double heading_deg = 0.0;
 };
 
-double heading_along(const Vector2d& way) {
-  const double heading = rad_to_deg(std::atan2(way.x(), way.y()));
+double heading_along(const Vector2d& direction) {
+  const double heading = rad_to_deg(std::atan2(direction.x(), direction.y()));
   return heading < 0.0 ? heading + 360.0 : heading;
 }
 

@@ -48,7 +48,7 @@ constexpr Command kCommands[] = {
     {kReturn, "NAV_RETURN_TO_LAUNCH", Meaning::kLeaveOut, "the mission surfaces at its last goal"},
     {kLand, "NAV_LAND", Meaning::kLeaveOut, "the mission surfaces at its last goal"},
     {kTakeoff, "NAV_TAKEOFF", Meaning::kLeaveOut, "nothing takes off under water"},
-    {kSpline, "NAV_SPLINE_WAYPOINT", Meaning::kGoto, "the way there is straight"},
+    {kSpline, "NAV_SPLINE_WAYPOINT", Meaning::kGoto, "the leg to it is straight"},
     {kNavDelay, "NAV_DELAY", Meaning::kDelay},
     {112, "CONDITION_DELAY", Meaning::kLeaveOut, "commands are given at waypoints"},
     {115, "CONDITION_YAW", Meaning::kLeaveOut, "headings are those of waypoints"},
@@ -189,7 +189,7 @@ class Builder {
     }
     payload_.push_back(as_id(word));
     report_.note("IMP-PAYLOAD", item.span,
-                 fmt::format("{} becomes the payload command '{}', which the payload must know",
+                 fmt::format("{} becomes the payload command '{}', which the payload must accept",
                              in_words(item), payload_.back()));
   }
 

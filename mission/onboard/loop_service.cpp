@@ -31,7 +31,7 @@ void LoopService::accept(estimation::LoopCorrection correction) {
   const Pose before = correction_ ? correction_->correction * correction.filter : correction.filter;
   const Pose after = correction.correction * correction.filter;
   ++loops_.count;
-  loops_.seen = correction.closure.utime_old;
+  loops_.first_observed = correction.closure.utime_old;
   loops_.recognised = correction.closure.utime_new;
   loops_.moved_m = (after.p - before.p).head<2>().norm();
   loops_.turned_rad = to_rpy(after.q * before.q.conjugate()).z();

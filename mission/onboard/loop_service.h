@@ -21,7 +21,7 @@ struct LoopSettings {
 
 class LoopService {
  public:
-  /// LoopFinder::look() or a substitute. Called on the worker, for one keyframe at a time.
+  /// LoopFinder::process() or a substitute. Called on the worker, for one keyframe at a time.
   using Process =
       std::function<std::optional<estimation::LoopCorrection>(const estimation::Keyframe&)>;
 

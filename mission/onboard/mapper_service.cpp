@@ -26,7 +26,7 @@ void MapperService::observe(const estimation::StateEstimate& estimate) {
   launch(std::move(scan), asked);
 }
 
-// Of two neighbours the nearer one: there may be a gap between them.
+// The nearer of two neighbours in time: there may be a gap between them.
 std::optional<MapperService::Motion> MapperService::motion_at(Utime utime) const {
   if (past_.empty()) return std::nullopt;
   const auto around = past_.at(std::min(utime, past_.newest_utime()));

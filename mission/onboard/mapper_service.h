@@ -1,7 +1,7 @@
 #pragma once
-// The map of unknown water off the control thread. A sweep is answered a stated time after it was
-// taken, never when the machine happens to be ready, so that a simulated dive is the same on every
-// machine.
+// The mapper for unknown environments on a worker thread. The result of a scan is delivered a
+// stated time after its submission, not when the machine is ready, so that a simulated dive is the
+// same on every machine.
 
 #include <optional>
 #include <vector>
@@ -17,21 +17,20 @@ namespace dive::mission {
 
 class MapperService {
  public:
-  /// `latency`: from submit() to the answer, in dive time, at least.
+  /// `latency`: least time from submit() to the result, in dive time, us.
   MapperService(const planning::RobotHull& hull, const planning::MapperOptions& options,
                 Utime latency, OnLate late = OnLate::kBlock);
 
-  /// The published pose, every tick. A scan is placed by the odometry of the moment when it was
-  /// taken and by the newest correction of that to the map.
+  /// Records the published pose of this tick. A scan is placed by the odometry at its time and the
+  /// newest map <- odom correction.
   void observe(const estimation::StateEstimate& estimate);
 
-  /// Starts mapping. With OnLate::kPoll and a worker that is busy the sweep waits; of those that
-  /// wait only the newest is kept. A sweep that was not measured while there were estimates is
-  /// dropped.
+  /// Submits a scan. With OnLate::kPoll it waits for the worker; of the waiting scans only the
+  /// newest is kept. A scan without an estimate at its time is dropped.
   void submit(RangeScan scan, Utime now);
 
-  /// The next result once its time has come. None is ever left out: the obstacles of each are
-  /// changes since the one before.
+  /// The next result once it is due. No result is skipped: the obstacles of each are changes since
+  /// the last one.
   [[nodiscard]] std::optional<planning::ScanResult> poll(Utime now);
 
   /// One point per voxel, in W. Waits for the worker.
@@ -40,10 +39,10 @@ class MapperService {
  private:
   struct Motion {
     Utime utime = 0;
-    Pose X_OB;                                      ///< In the odometry frame.
+    Pose X_OB;                                      ///< Pose in the odometry frame.
     Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s
   };
-  static constexpr std::size_t kPast = 256;  ///< Ticks, five seconds: no older scan is mapped.
+  static constexpr std::size_t kPast = 256;  ///< Ticks stored, 5 s; older scans are dropped.
 
   [[nodiscard]] std::optional<Motion> motion_at(Utime utime) const;
   [[nodiscard]] PlanarTransform map_from_odom() const;
@@ -53,7 +52,7 @@ class MapperService {
   planning::Mapper mapper_;
   Utime latency_;
   TimedBuffer<Motion, kPast> past_;
-  PlanarTransform map_from_odom_;  ///< Of the newest published pose.
+  PlanarTransform map_from_odom_;  ///< Correction in the newest published pose.
   std::optional<std::pair<RangeScan, Utime>> next_;
   DelayedWorker<std::optional<planning::ScanResult>> worker_;
 };

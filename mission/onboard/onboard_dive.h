@@ -1,6 +1,6 @@
 #pragma once
 // One dive as the computer on board runs it: each tick the executive steps, and the services around
-// it (planner, mapper, visual-inertial estimator) are fed and asked. The same loop for a vehicle
+// it (planner, mapper, visual-inertial estimator) are fed and polled. The same loop for a vehicle
 // and for the built-in simulator (mission/README.md has one tick).
 
 #include <functional>
@@ -22,31 +22,32 @@
 
 namespace dive::mission {
 
-/// Told every tick, after the step and before its outputs reach the vehicle.
+/// Called every tick, after the step and before its outputs are sent to the vehicle.
 using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
 
-/// What the loop has counted and kept.
+/// Results of the loop.
 struct OnboardReport {
   ExecutiveResult executive;
   int plans = 0;
-  int replans = 0;  ///< Of them, while a path was being followed.
+  int replans = 0;  ///< Number of plans requested while a path was being followed.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  planning::ObservedMap observed_map;            ///< At the end.
-  std::vector<Eigen::Vector3f> observed_points;  ///< In unknown environments: its points, in W.
+  planning::ObservedMap observed_map;  ///< The map at the end.
+  std::vector<Eigen::Vector3f>
+      observed_points;  ///< Points of that map, in W; only in an unknown environment.
 };
 
 class OnboardDive {
  public:
-  /// Mission and model must outlive it. In unknown water nothing of `world` is used. `vision` is
+  /// Mission and model must outlive it. `world` is not used in an unknown environment. `vision` is
   /// the calibration of the vehicle's cameras and IMU, to which the mission's tags are added:
-  /// demanded where the mission uses the visual-inertial estimator, and a stereo pair where it maps
-  /// with its cameras; ignored elsewhere.
+  /// demanded if the mission uses the visual-inertial estimator, with two cameras if it maps with
+  /// the stereo pair; else ignored.
   OnboardDive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
               const OnboardSettings& settings,
               const std::optional<estimation::VisionOptions>& vision, OnLate late);
 
-  /// Until the machine has ended, longest_dive_s() has passed, or the vehicle says that it is over.
+  /// Runs until the machine has ended, longest_dive_s() has passed, or the port has no next tick.
   [[nodiscard]] OnboardReport run(VehiclePort& port, const DiveKeeper& keeper);
 
  private:
@@ -60,12 +61,12 @@ class OnboardDive {
   void report(const StepOutputs& outputs, Utime now);
 
   const Mission& mission_;
-  const planning::World world_;  ///< As far as it is known.
+  const planning::World world_;  ///< The known map; empty in an unknown environment.
   const vehicle::Model& model_;
   const OnboardSettings settings_;
   PlannerService planner_;
-  std::optional<VisionService> vision_;  ///< With the visual-inertial estimator.
-  std::optional<MapperService> mapper_;  ///< In unknown water.
+  std::optional<VisionService> vision_;  ///< Present with the visual-inertial estimator.
+  std::optional<MapperService> mapper_;  ///< Present in an unknown environment.
   std::optional<Executive> executive_;   ///< From run() on.
   planning::ObservedMap map_;            ///< The owner's; all others have snapshots.
   Utime began_ = 0;

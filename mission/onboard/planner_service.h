@@ -1,6 +1,6 @@
 #pragma once
-// The planner off the control thread. A query is answered a stated time after it was asked, never
-// when the machine happens to be ready, so that a simulated dive is the same on every machine.
+// The planner on a worker thread. The answer to a query is delivered a stated time after the query,
+// not when the machine is ready, so that a simulated dive is the same on every machine.
 
 #include <cstdint>
 #include <memory>
@@ -16,18 +16,18 @@ namespace dive::mission {
 
 class PlannerService {
  public:
-  /// `latency`: from query to answer, in dive time, at least.
+  /// `latency`: least time from query to answer, in dive time, us.
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
                  planning::PlannerOptions options, Utime latency, OnLate late = OnLate::kBlock);
 
-  /// Plans that are started from now on avoid the obstacles of this snapshot, too.
+  /// Sets the obstacles, besides the known map, for plans that start from now on.
   void set_map(const planning::ObservedMap& map) { map_ = map; }
 
-  /// Starts planning, or with OnLate::kPoll begins when the worker is free. A query that is still
-  /// open is dropped: its answer is never given.
+  /// Submits a query. With OnLate::kPoll it waits for the worker. An earlier query without an
+  /// answer is dropped.
   void submit(PlanQuery query, Utime now);
 
-  /// The answer once its time has come.
+  /// The answer once it is due.
   [[nodiscard]] std::optional<PlanReply> poll(Utime now);
 
  private:
@@ -42,12 +42,12 @@ class PlannerService {
   planning::World world_;  ///< The known map, then the observed obstacles planned with.
   std::size_t known_ = 0;  ///< Number of obstacles of the known map in world_.
   std::unique_ptr<planning::Planner> planner_;
-  std::int64_t revision_ = 0;         ///< Revision of the observed map in world_ ...
-  Eigen::AlignedBox3d added_within_;  ///< ... and the region of it that was added.
+  std::int64_t revision_ = 0;         ///< Revision of the observed map in world_.
+  Eigen::AlignedBox3d added_within_;  ///< Region of the observed map in world_.
 
   planning::ObservedMap map_;
   Utime latency_;
-  std::optional<PlanQuery> next_;  ///< For when the worker is free.
+  std::optional<PlanQuery> next_;  ///< Query that waits for the worker.
   DelayedWorker<PlanReply> worker_;
 };
 

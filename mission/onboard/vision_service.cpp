@@ -9,7 +9,7 @@ namespace {
 
 constexpr Utime kBeyond = 10'000;             // us by which IMU samples must extend beyond an image
 constexpr Utime kPatience = 60'000;           // us that an image waits for them
-constexpr double kMissed = 2.0;               // periods without pictures: they are missed
+constexpr double kMissed = 2.0;               // periods without images after which they are late
 constexpr std::size_t kMaxImuSamples = 4096;  // twenty seconds that a worker may be late
 constexpr std::size_t kMaxDepthSamples = 1024;  // likewise
 
@@ -51,7 +51,7 @@ void VisionService::submit(std::optional<ImageFrame> left, std::optional<ImageFr
   next_ = Pair{std::move(left), std::move(right), now};
 }
 
-// The filter can deal with a picture once it knows how the vehicle moved up to it.
+// The filter can process an image once it has the IMU samples up to it.
 bool VisionService::is_ripe(Utime now) const {
   return newest_imu_ >= next_->left->utime + kBeyond || now - next_->asked >= kPatience;
 }

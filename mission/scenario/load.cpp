@@ -92,8 +92,8 @@ class Reader {
     }
     check_conditions(root, scenario.conditions);
     if (scenario.expectations.empty()) {
-      error("SCN-EXPECT", root.span, "the scenario expects nothing",
-            "say what must come of it: <expect><outcome is=\"success\"/></expect>");
+      error("SCN-EXPECT", root.span, "the scenario has no expectations",
+            "add one, such as <expect><outcome is=\"success\"/></expect>");
     }
     add_unsaid(root, scenario);
   }
@@ -155,7 +155,7 @@ class Reader {
     }
     if (written != 1) {
       error("SCN-WHEN", element.span,
-            written == 0 ? "'at' does not say when" : "'at' says when in more than one way",
+            written == 0 ? "'at' has no trigger" : "'at' has more than one trigger",
             "write one of time, state, event and goal");
     }
     return trigger;

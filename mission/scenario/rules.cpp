@@ -21,11 +21,12 @@ namespace {
 constexpr Rule kRules[] = {
     {"SCN-MISSION-PATH", Severity::kError,
      "The path of the mission is relative to the scenario's file."},
-    {"SCN-MISSION", Severity::kError, "The mission is there, and is accepted."},
+    {"SCN-MISSION", Severity::kError, "The mission exists, and is accepted."},
     {"SCN-CONDITION", Severity::kError, "Every condition is within its range."},
-    {"SCN-WHEN", Severity::kError, "Every 'at' says when, in one way."},
-    {"SCN-EXPECT", Severity::kError, "Something is expected."},
-    {"SCN-BOUNDS", Severity::kError, "Every quantity has a bound, and some value lies within."},
+    {"SCN-WHEN", Severity::kError, "Every 'at' has one trigger."},
+    {"SCN-EXPECT", Severity::kError, "The scenario has an expectation."},
+    {"SCN-BOUNDS", Severity::kError,
+     "Every quantity has a bound, and its bounds are not contradictory."},
     {"SCN-STEP-ID", Severity::kError,
      "No two 'at' have the same id, and every 'after' is the id of one."},
     {"SCN-STATE", Severity::kError, "Every state is one of the mission's or the executive's own."},
@@ -33,7 +34,8 @@ constexpr Rule kRules[] = {
     {"SCN-GOAL", Severity::kError, "Every goal is one of the mission's."},
     {"SCN-PAYLOAD", Severity::kError, "Every payload command is one that the mission gives."},
     {"SCN-TOO-LATE", Severity::kError,
-     "No time or bound lies beyond the end of the longest dive: it would be nothing to expect."},
+     "No time or bound lies beyond the end of the longest dive: such an expectation would test "
+     "nothing."},
 };
 
 using Kind = Expectation::Kind;
@@ -156,7 +158,8 @@ class Checker {
       case Kind::kEvent:
         return need_event(name);
       case Kind::kPayload:
-        return need("SCN-PAYLOAD", name, words_.payloads, "the mission never says '{}'");
+        return need("SCN-PAYLOAD", name, words_.payloads,
+                    "the mission has no payload command '{}'");
       case Kind::kHeadsFor:
       case Kind::kReaches:
         return need_goal(name);

@@ -58,8 +58,8 @@ bool ScriptPlayer::triggers(const Occurrence& occurrence, const Trigger& trigger
 }
 
 void ScriptPlayer::arm() {
-  for (; looked_at_ < record_.occurrences.size(); ++looked_at_) {
-    const Occurrence& occurrence = record_.occurrences[looked_at_];
+  for (; processed_ < record_.occurrences.size(); ++processed_) {
+    const Occurrence& occurrence = record_.occurrences[processed_];
     for (std::size_t i = 0; i < scenario_.steps.size(); ++i) {
       const Trigger& trigger = scenario_.steps[i].trigger;
       if (due_s_[i] || !triggers(occurrence, trigger)) continue;
@@ -73,8 +73,8 @@ void ScriptPlayer::act(const ScriptAction& action, const DiveHands& hands) {
     hands.faults.add({fail->kind, now_s_, fail->for_s});
   } else if (const auto* loss = std::get_if<LossAction>(&action)) {
     losses_.push_back({*loss, now_s_ + loss->for_s});
-  } else if (const auto* said = std::get_if<OperatorAction>(&action)) {
-    to_say_.push_back(said->command);
+  } else if (const auto* operator_action = std::get_if<OperatorAction>(&action)) {
+    to_send_.push_back(operator_action->command);
   } else if (const auto* heartbeat = std::get_if<HeartbeatAction>(&action)) {
     heartbeats_.push_back({*heartbeat, now_s_, now_s_ + heartbeat->for_s});
   } else if (const auto* current = std::get_if<CurrentAction>(&action)) {
@@ -101,11 +101,11 @@ void ScriptPlayer::speak(StepInputs& inputs) {
   for (Heartbeat& heartbeat : heartbeats_) {
     if (now_s_ < heartbeat.next_s || now_s_ >= heartbeat.until_s) continue;
     heartbeat.next_s = now_s_ + heartbeat.action.every_s;
-    to_say_.push_back(OperatorCommand::kHeartbeat);
+    to_send_.push_back(OperatorCommand::kHeartbeat);
   }
-  if (to_say_.empty()) return;
-  inputs.operator_command = to_say_.front();
-  to_say_.pop_front();
+  if (to_send_.empty()) return;
+  inputs.operator_command = to_send_.front();
+  to_send_.pop_front();
 }
 
 }  // namespace dive::mission

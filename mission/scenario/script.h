@@ -40,12 +40,13 @@ class ScriptPlayer {
   DiveRecord& record_;
   bool is_disabled_;
   Random random_;
-  std::vector<std::optional<double>> due_s_;  ///< By step; empty: its trigger has not come.
-  std::vector<bool> done_;                    ///< By step.
-  std::size_t looked_at_ = 0;                 ///< Occurrences that triggers have seen.
+  std::vector<std::optional<double>>
+      due_s_;                  ///< Time at which each step is due, s; empty before its trigger.
+  std::vector<bool> done_;     ///< True for steps that were executed.
+  std::size_t processed_ = 0;  ///< Number of occurrences tested by the triggers.
   std::vector<Loss> losses_;
   std::vector<Heartbeat> heartbeats_;
-  std::deque<OperatorCommand> to_say_;  ///< Topside says one thing a tick.
+  std::deque<OperatorCommand> to_send_;  ///< Commands of topside, sent one per tick.
   double now_s_ = 0.0;
 };
 

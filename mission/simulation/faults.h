@@ -1,5 +1,5 @@
 #pragma once
-// Things that go wrong, put between the simulated vehicle and the executive.
+// Injected faults, between the simulated vehicle and the executive.
 
 #include <deque>
 #include <limits>
@@ -17,38 +17,38 @@ namespace dive::mission {
 
 enum class FaultKind {
   kLeak,
-  kBattery,      ///< The charge falls to nothing.
-  kTemperature,  ///< 90 degrees in the hull.
-  kImuSilent,    ///< No more samples ...
-  kImuNan,       ///< ... or such as are no attitude.
+  kBattery,      ///< The charge falls to zero.
+  kTemperature,  ///< The temperature in the hull rises to 90 degrees.
+  kImuSilent,    ///< No more attitude samples.
+  kImuNan,       ///< Attitude samples of NaN.
   kDepthSilent,
   kDepthNan,
-  kDepthFrozen,  ///< The last value, again and again.
+  kDepthFrozen,  ///< The last depth is repeated.
   kHealthSilent,
-  kPlannerFails,   ///< Answers, but finds nothing any more.
-  kPlannerSilent,  ///< Does not answer any more.
-  kBlocked,        ///< Something falls into the trail behind the vehicle, and is seen: 2 m back,
-                   ///< as soon as that is 1.5 m away.
-  kAbort,          ///< Topside says abort.
-  kRangeSilent,    ///< In unknown water: nothing more is seen ...
-  kRangeFrozen,    ///< ... or the last sweep, again and again, with new stamps.
-  // Where the cameras' estimator is used:
-  kCameraBlackout,      ///< Black pictures ...
-  kCameraFrozen,        ///< ... the last one again and again ...
-  kCameraMissing,       ///< ... none ...
-  kCameraBlur,          ///< ... blurred ones ...
-  kCameraRightMissing,  ///< ... or none of the right camera.
-  kDepthWild,           ///< Back and forth by metres.
+  kPlannerFails,   ///< All plans fail.
+  kPlannerSilent,  ///< No more plans arrive.
+  /// An obstacle appears on the trail 2 m back, once that place is 1.5 m away, and is observed.
+  kBlocked,
+  kAbort,        ///< Topside requests an abort.
+  kRangeSilent,  ///< No more scans, in an unknown environment.
+  kRangeFrozen,  ///< The last scan is repeated, with new stamps.
+  // With the visual-inertial estimator:
+  kCameraBlackout,      ///< Black images.
+  kCameraFrozen,        ///< The last images are repeated.
+  kCameraMissing,       ///< No more images.
+  kCameraBlur,          ///< Blurred images.
+  kCameraRightMissing,  ///< No more images of the right camera.
+  kDepthWild,           ///< The depth jumps back and forth by metres.
 };
 inline constexpr std::size_t kFaultCount = 21;
-/// A vehicle must come to safety after each of the first so many, whenever it happens. With a depth
-/// sensor that lies for ever it cannot know where the surface is.
+/// Number of faults, the first ones, after each of which the vehicle must reach safety at any time.
+/// Not after kDepthWild: with a wrong depth for ever the surface cannot be found.
 inline constexpr std::size_t kSurvivableCount = 20;
 
 [[nodiscard]] std::string_view to_string(FaultKind kind);
 [[nodiscard]] std::optional<FaultKind> find_fault(std::string_view name);
 
-/// From `at_s` on, for so long.
+/// A fault from `at_s` on, for `for_s`.
 struct Fault {
   FaultKind kind = FaultKind::kLeak;
   double at_s = 0.0;
@@ -59,15 +59,15 @@ class FaultInjector {
  public:
   explicit FaultInjector(std::vector<Fault> faults);
 
-  /// One more, decided while the dive is under way.
+  /// Adds a fault during the dive.
   void add(const Fault& fault);
   /// Changes `inputs` to what a vehicle with these faults receives; obstacles that appear in this
   /// tick are appended to `appearing`.
   void apply(const vehicle::GroundTruth& truth, StepInputs& inputs,
              std::vector<AppearingObstacle>& appearing);
-  /// As of the last apply(): for what is not among the inputs.
+  /// True if the fault is active as of the last apply(); for data that are not among the inputs.
   [[nodiscard]] bool is_on(FaultKind kind) const;
-  /// Likewise, what is heard of the inertial unit.
+  /// Changes the raw IMU samples likewise.
   void apply(vehicle::InertialSamples& samples) const;
 
  private:
@@ -79,11 +79,11 @@ class FaultInjector {
   void drop_something(std::vector<AppearingObstacle>& appearing);
 
   std::vector<Fault> faults_;
-  std::vector<bool> begun_;  ///< By index in faults_.
+  std::vector<bool> begun_;  ///< True for faults that have begun, by index in faults_.
   double now_s_ = 0.0;
   std::optional<DepthSample> frozen_;
   bool wild_up_ = false;
-  std::deque<Eigen::Vector3d> been_W_;  ///< Where the vehicle was, every kStep m.
+  std::deque<Eigen::Vector3d> been_W_;  ///< Past positions of the vehicle, every kStep m.
 };
 
 }  // namespace dive::mission

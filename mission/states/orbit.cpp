@@ -85,21 +85,21 @@ void OrbitState::check_in_map(const Mission& mission, const StateSpec& spec,
                           mission.source.line_name(mission.limits.clearance.span.line)),
               fmt::format("write radius=\"{:.2f}\" or more", std::ceil(needed * 100.0) / 100.0));
   }
-  for (std::size_t i = 1; i < stations_.size(); ++i) check_way_between(i, spec, map);
+  for (std::size_t i = 1; i < stations_.size(); ++i) check_path_between(i, spec, map);
 }
 
 // `station`: index of the one that the line leads to. Obstacles beside the line are the planner's.
-void OrbitState::check_way_between(std::size_t station, const StateSpec& spec,
-                                   MapContext& map) const {
+void OrbitState::check_path_between(std::size_t station, const StateSpec& spec,
+                                    MapContext& map) const {
   const auto from_W = map.in_world(stations_[station - 1].position);
   const auto to_W = map.in_world(stations_[station].position);
   if (!from_W || !to_W) return;
-  const Eigen::Vector3d way = *to_W - *from_W;
-  const double heading = compass_heading_deg(90.0 - rad_to_deg(std::atan2(way.y(), way.x())));
-  const int pieces = std::max(1, static_cast<int>(std::ceil(way.norm() / kSampleStep)));
+  const Eigen::Vector3d motion = *to_W - *from_W;
+  const double heading = compass_heading_deg(90.0 - rad_to_deg(std::atan2(motion.y(), motion.x())));
+  const int pieces = std::max(1, static_cast<int>(std::ceil(motion.norm() / kSampleStep)));
   for (int k = 0; k <= pieces; ++k) {
     const auto contact =
-        map.nearest(*from_W + static_cast<double>(k) / pieces * way, heading, kSampleStep);
+        map.nearest(*from_W + static_cast<double>(k) / pieces * motion, heading, kSampleStep);
     if (!contact || contact->distance > 0.0) continue;
     map.error(
         "CHK-ORBIT-CHORD", orbit_.stations.span,

@@ -19,7 +19,7 @@ struct OrbitSpec {
   Located<double> radius;          ///< m
   Located<double> stations;        ///< Number of stations.
   double first_bearing_deg = 0.0;  ///< Compass bearing of the first station from the centre.
-  bool is_clockwise = true;        ///< As seen from above.
+  bool is_clockwise = true;        ///< Direction as viewed from above.
   std::optional<double> arc_deg;   ///< From the first station to the last; absent: once round.
   Located<double> dwell_s;         ///< Time with the bow to the centre at each station, s.
   Located<double> capture_radius;  ///< m
@@ -43,7 +43,7 @@ class OrbitState final : public AtomicState {
       const BehaviorSetup& setup) const override;
 
  private:
-  void check_way_between(std::size_t station, const StateSpec& spec, MapContext& map) const;
+  void check_path_between(std::size_t station, const StateSpec& spec, MapContext& map) const;
 
   OrbitSpec orbit_;
   std::vector<Goal> stations_;

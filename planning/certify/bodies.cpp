@@ -186,11 +186,11 @@ double FixedBody::reach(const Vector3d& n_W) const {
 
 Vector3d FixedBody::towards(const Vector3d& p_W) const {
   const Vector3d p_O = R_OW_ * (p_W - X_WO_.p);
-  const Vector3d way_O =
+  const Vector3d offset_O =
       p_O - std::visit([&](const auto& s) { return nearest_in_frame(s, p_O); }, shape_);
-  const double distance = way_O.norm();
+  const double distance = offset_O.norm();
   return distance < kTouching ? Vector3d(Vector3d::Zero())
-                              : Vector3d(R_OW_.transpose() * way_O / distance);
+                              : Vector3d(R_OW_.transpose() * offset_O / distance);
 }
 
 MovingBody::MovingBody(const std::vector<Vector3d>& vertices_B)

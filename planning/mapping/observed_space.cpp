@@ -52,14 +52,14 @@ double ObservedSpace::free_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) c
   const Eigen::Vector3f bow = R_WB.col(0);
   const Eigen::Vector3f v = v_W.cast<float>();
   const bool leads_elsewhere = v_W.norm() > kSwimming && v.normalized().dot(bow) < kOffTheBow;
-  const Eigen::Vector3f way = leads_elsewhere ? Eigen::Vector3f(v.normalized()) : bow;
+  const Eigen::Vector3f direction = leads_elsewhere ? Eigen::Vector3f(v.normalized()) : bow;
   // Half extent of the hull's box in the direction of motion.
-  const float lead = (R_WB.transpose() * way).cwiseAbs().dot(half_B_);
+  const float lead = (R_WB.transpose() * direction).cwiseAbs().dot(half_B_);
   const Eigen::Vector3f across = R_WB.col(1) * half_B_.y();
   const Eigen::Vector3f up = R_WB.col(2) * half_B_.z();
   const Eigen::Vector3f from = X_WB.p.cast<float>();
   for (float ahead = kStep; ahead <= static_cast<float>(kMaxDistance); ahead += kStep) {
-    const Eigen::Vector3f middle = from + (lead + ahead) * way;
+    const Eigen::Vector3f middle = from + (lead + ahead) * direction;
     const bool sees_above = (middle - latest_.origin_W()).norm() > kAboveFrom * half_B_.z();
     for (const Eigen::Vector3f& p :
          {middle, Eigen::Vector3f(middle + across), Eigen::Vector3f(middle - across),

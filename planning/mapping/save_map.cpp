@@ -126,7 +126,7 @@ std::string to_sdf(const std::string& name, const std::string& mesh, const std::
       fmt::format("<geometry><mesh><uri>{}</uri></mesh></geometry>", escape_xml(mesh));
   return fmt::format(
       "<?xml version=\"1.0\"?>\n<!-- {} -->\n<sdf version=\"1.6\">\n  <world name=\"{}\">\n"
-      "    <model name=\"seen\">\n      <static>true</static>\n      <link name=\"link\">\n"
+      "    <model name=\"observed\">\n      <static>true</static>\n      <link name=\"link\">\n"
       "        <collision name=\"surface\">{}</collision>\n"
       "        <visual name=\"surface\">{}</visual>\n"
       "      </link>\n    </model>\n  </world>\n</sdf>\n",

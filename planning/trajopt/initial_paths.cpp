@@ -11,13 +11,13 @@ namespace {
 
 double yaw_of(const Eigen::Quaterniond& q) { return to_rpy(q).z(); }
 
-Eigen::Quaterniond along(const Eigen::Vector3d& way, AttitudeMode mode,
+Eigen::Quaterniond along(const Eigen::Vector3d& motion, AttitudeMode mode,
                          const Eigen::Quaterniond& fallback) {
   if (mode != AttitudeMode::kHorizontal) {
-    return way.norm() > 1e-9 ? heading_along(way, yaw_of(fallback)) : fallback;
+    return motion.norm() > 1e-9 ? heading_along(motion, yaw_of(fallback)) : fallback;
   }
-  const bool moves = way.head<2>().norm() > 1e-6;
-  return from_rpy(0.0, 0.0, moves ? std::atan2(way.y(), way.x()) : yaw_of(fallback));
+  const bool moves = motion.head<2>().norm() > 1e-6;
+  return from_rpy(0.0, 0.0, moves ? std::atan2(motion.y(), motion.x()) : yaw_of(fallback));
 }
 
 }  // namespace

@@ -16,15 +16,15 @@ constexpr double kStill = 1e-6;  // m or rad: smaller motions have no direction 
 Hinge turn_hinge(int i, const Pose& a, const Pose& b, const KinematicLimits& limits) {
   const Vector3d turn = so3_log(a.q.conjugate() * b.q);
   const double angle = turn.norm();
-  const Vector3d way = b.p - a.p;
-  const double by_way = limits.turn_rad_per_m * way.norm();
-  const double allowed = std::min(limits.max_turn_rad, by_way);
+  const Vector3d motion = b.p - a.p;
+  const double by_motion = limits.turn_rad_per_m * motion.norm();
+  const double allowed = std::min(limits.max_turn_rad, by_motion);
   Hinge hinge{.block = i, .missing = angle - allowed, .weight = limits.weight};
   if (angle < kStill) return hinge;
   hinge.a.segment<3>(3) = turn / angle;
   hinge.a.segment<3>(9) = -turn / angle;
-  if (by_way < limits.max_turn_rad && way.norm() > kStill) {
-    hinge.a.segment<3>(6) = limits.turn_rad_per_m * way.normalized();
+  if (by_motion < limits.max_turn_rad && motion.norm() > kStill) {
+    hinge.a.segment<3>(6) = limits.turn_rad_per_m * motion.normalized();
     hinge.a.head<3>() = -hinge.a.segment<3>(6);
   }
   return hinge;
@@ -32,14 +32,14 @@ Hinge turn_hinge(int i, const Pose& a, const Pose& b, const KinematicLimits& lim
 
 // |dz| <= tan(max_climb) * horizontal distance.
 Hinge climb_hinge(int i, const Pose& a, const Pose& b, const KinematicLimits& limits) {
-  const Vector3d way = b.p - a.p;
-  const double flat = way.head<2>().norm();
+  const Vector3d motion = b.p - a.p;
+  const double flat = motion.head<2>().norm();
   const double slope = std::tan(limits.max_climb_rad);
-  Hinge hinge{.block = i, .missing = std::abs(way.z()) - slope * flat, .weight = limits.weight};
+  Hinge hinge{.block = i, .missing = std::abs(motion.z()) - slope * flat, .weight = limits.weight};
   Vector3d less;  // direction in which the excess decreases
-  less << (flat > kStill ? Eigen::Vector2d(slope * way.head<2>() / flat)
+  less << (flat > kStill ? Eigen::Vector2d(slope * motion.head<2>() / flat)
                          : Eigen::Vector2d(slope, 0.0)),
-      way.z() > 0.0 ? -1.0 : 1.0;
+      motion.z() > 0.0 ? -1.0 : 1.0;
   hinge.a.head<3>() = -less;
   hinge.a.segment<3>(6) = less;
   return hinge;

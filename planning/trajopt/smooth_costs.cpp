@@ -69,28 +69,27 @@ Vector2d heading_error_model(const Pose& a, const Pose& b, int which, AttitudeMo
                              Matrix212& J) {
   J.setZero();
   const Matrix3d P = relevant(attitude);
-  const Vector3d way = P * (b.p - a.p);
-  const double distance = way.norm();
+  const Vector3d motion = P * (b.p - a.p);
+  const double distance = motion.norm();
   if (distance < kStill) return Vector2d::Zero();
-  const Vector3d u = way / distance;
+  const Vector3d u = motion / distance;
   const Matrix3d R_BW = (which == 0 ? a.q : b.q).conjugate().toRotationMatrix();
-  const Vector3d seen = R_BW * u;
-  Matrix23 by_seen;
-  Vector2d error = off_axis(seen, by_seen);
-  const Matrix23 by_way =
-      by_seen * R_BW * (Matrix3d::Identity() - u * u.transpose()) * P / distance;
+  const Vector3d u_B = R_BW * u;
+  Matrix23 by_u_B;
+  Vector2d error = off_axis(u_B, by_u_B);
+  const Matrix23 by_way = by_u_B * R_BW * (Matrix3d::Identity() - u * u.transpose()) * P / distance;
   J.leftCols<3>() = -by_way;
   J.middleCols<3>(6) = by_way;
-  J.middleCols<3>(which == 0 ? 3 : 9) = by_seen * skew(seen);
+  J.middleCols<3>(which == 0 ? 3 : 9) = by_u_B * skew(u_B);
   return error;
 }
 
-Vector2d heading_error(const Eigen::Quaterniond& q_WB, const Vector3d& way_W,
+Vector2d heading_error(const Eigen::Quaterniond& q_WB, const Vector3d& motion_W,
                        AttitudeMode attitude) {
-  const Vector3d way = relevant(attitude) * way_W;
-  if (way.norm() < kStill) return Vector2d::Zero();
+  const Vector3d motion = relevant(attitude) * motion_W;
+  if (motion.norm() < kStill) return Vector2d::Zero();
   Matrix23 unused;
-  return off_axis(q_WB.conjugate() * way.normalized(), unused);
+  return off_axis(q_WB.conjugate() * motion.normalized(), unused);
 }
 
 double SmoothCosts::value(std::span<const Pose> path) const {
@@ -101,10 +100,10 @@ double SmoothCosts::value(std::span<const Pose> path) const {
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Pose& a = path[i];
     const Pose& b = path[i + 1];
-    const Vector3d way = b.p - a.p;
-    squares += way.squaredNorm();
-    headings += heading_error(a.q, way, attitude).squaredNorm() +
-                heading_error(b.q, way, attitude).squaredNorm();
+    const Vector3d motion = b.p - a.p;
+    squares += motion.squaredNorm();
+    headings += heading_error(a.q, motion, attitude).squaredNorm() +
+                heading_error(b.q, motion, attitude).squaredNorm();
     turns += so3_log(a.q.conjugate() * b.q).squaredNorm();
     banks += sine_of_bank(b.q) * sine_of_bank(b.q);
   }

@@ -31,11 +31,11 @@ struct SmoothCosts {
   void add_to(std::span<const Pose> path, BandedQp& qp) const;
 };
 
-/// Angles (rad) between the body's x axis and the direction of motion `way_W`: a vector along (y,
-/// z) of the body whose norm is the angle. In kHorizontal only the heading counts. Zero without
+/// Angles (rad) between the body's x axis and the direction of motion `motion_W`: a vector along
+/// (y, z) of the body whose norm is the angle. In kHorizontal only the heading counts. Zero without
 /// motion.
 [[nodiscard]] Eigen::Vector2d heading_error(const Eigen::Quaterniond& q_WB,
-                                            const Eigen::Vector3d& way_W, AttitudeMode attitude);
+                                            const Eigen::Vector3d& motion_W, AttitudeMode attitude);
 
 /// The heading error of pose `a` (which = 0) or `b` (1) and the motion from a to b, with its
 /// derivative by the steps (dp in W, rotation vector in B) of both.

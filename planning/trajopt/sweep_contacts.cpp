@@ -43,9 +43,9 @@ double share_of_first(const Support& a, const Support& b, const Eigen::Vector3d&
                       const Eigen::Vector3d& b_W, const Eigen::Vector3d& point_W) {
   if (a.height < b.height - kLevel) return 1.0;
   if (b.height < a.height - kLevel) return 0.0;
-  const Eigen::Vector3d way = b_W - a_W;
-  if (way.squaredNorm() < 1e-18) return 0.5;
-  return std::clamp((b_W - point_W).dot(way) / way.squaredNorm(), 0.0, 1.0);
+  const Eigen::Vector3d motion = b_W - a_W;
+  if (motion.squaredNorm() < 1e-18) return 0.5;
+  return std::clamp((b_W - point_W).dot(motion) / motion.squaredNorm(), 0.0, 1.0);
 }
 
 }  // namespace

@@ -70,10 +70,10 @@ WarmStart::~WarmStart() = default;
 std::optional<std::vector<Vector3d>> WarmStart::plan(
     const Vector3d& start_W, const Vector3d& goal_W,
     const std::vector<VirtualObstacle>& virtual_obstacles, double spacing, std::uint64_t seed) {
-  const double room =
+  const double clearance =
       std::min(impl_->scene.point_distance(start_W), impl_->scene.point_distance(goal_W));
-  if (room <= 0.0) return std::nullopt;
-  const double radius = std::min(impl_->options.check_radius, kShare * room);
+  if (clearance <= 0.0) return std::nullopt;
+  const double radius = std::min(impl_->options.check_radius, kShare * clearance);
 
   std::vector<VirtualObstacle> balls = virtual_obstacles;
   for (VirtualObstacle& ball : balls) {
@@ -108,9 +108,9 @@ std::optional<WidestPath> WarmStart::widest(const Vector3d& start_W, const Vecto
   query.enough = enough;
   auto path = widest_path(impl_->scene, query);
   if (!path) return std::nullopt;
-  const double room = std::min(
+  const double clearance = std::min(
       {path->radius, impl_->scene.point_distance(start_W), impl_->scene.point_distance(goal_W)});
-  const FreeSpace space(impl_->scene, kShare * room, {});
+  const FreeSpace space(impl_->scene, kShare * clearance, {});
   path->positions = resample(shorten(space, path->positions, kShortenSpacing), spacing);
   return path;
 }

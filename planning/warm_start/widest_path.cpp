@@ -24,7 +24,7 @@ class Grid {
     shape_ = shape_for(size);
     const auto cells = static_cast<std::size_t>(shape_.prod());
     distance_.assign(cells, kUnknown);
-    room_.assign(cells, -1.0);
+    clearance_.assign(cells, -1.0);
     length_.assign(cells, 0.0);
     parent_.assign(cells, -1);
     settled_.assign(cells, false);
@@ -35,7 +35,7 @@ class Grid {
     const int goal = nearest_cell(query_.goal_W);
     // Start and goal are given: their cells count as having the largest clearance.
     distance_[at(start)] = distance_[at(goal)] = query_.enough;
-    room_[at(start)] = query_.enough;
+    clearance_[at(start)] = query_.enough;
     queue_.push({query_.enough, 0.0, start});
     while (!queue_.empty()) {
       const Entry entry = queue_.top();
@@ -50,12 +50,12 @@ class Grid {
 
  private:
   struct Entry {
-    double room;
+    double clearance;
     double length;
     int cell;
     // Largest clearance first, then shortest; then by number, so that the order is deterministic.
     bool operator<(const Entry& other) const {
-      if (room != other.room) return room < other.room;
+      if (clearance != other.clearance) return clearance < other.clearance;
       if (length != other.length) return length > other.length;
       return cell > other.cell;
     }
@@ -87,16 +87,18 @@ class Grid {
 
   // Clearance between two points with known clearance. Where their balls overlap there is no
   // obstacle.
-  [[nodiscard]] double room_between(const Vector3d& a, double room_a, const Vector3d& b,
-                                    double room_b) const {
+  [[nodiscard]] double clearance_between(const Vector3d& a, double clearance_a, const Vector3d& b,
+                                         double clearance_b) const {
     const double length = (b - a).norm();
-    if (room_a <= 0.0 || room_b <= 0.0 || room_a + room_b >= length || length < kMinStep) {
-      return std::min(room_a, room_b);
+    if (clearance_a <= 0.0 || clearance_b <= 0.0 || clearance_a + clearance_b >= length ||
+        length < kMinStep) {
+      return std::min(clearance_a, clearance_b);
     }
     const Vector3d middle = 0.5 * (a + b);
-    const double room = scene_.point_distance(middle);
-    if (room <= 0.0) return room;
-    return std::min(room_between(a, room_a, middle, room), room_between(middle, room, b, room_b));
+    const double clearance = scene_.point_distance(middle);
+    if (clearance <= 0.0) return clearance;
+    return std::min(clearance_between(a, clearance_a, middle, clearance),
+                    clearance_between(middle, clearance, b, clearance_b));
   }
 
   void relax_neighbours(int cell) {
@@ -110,22 +112,24 @@ class Grid {
   }
 
   void relax(int from, int to) {
-    const double own = std::min(room_[at(from)], distance(to));
-    if (own <= 0.0 || own < room_[at(to)]) return;
-    const double room =
-        std::min(own, room_between(centre(from), distance(from), centre(to), distance(to)));
-    if (room <= 0.0) return;
+    const double own = std::min(clearance_[at(from)], distance(to));
+    if (own <= 0.0 || own < clearance_[at(to)]) return;
+    const double clearance =
+        std::min(own, clearance_between(centre(from), distance(from), centre(to), distance(to)));
+    if (clearance <= 0.0) return;
     const double length = length_[at(from)] + (centre(to) - centre(from)).norm();
-    if (room < room_[at(to)] || (room == room_[at(to)] && length >= length_[at(to)])) return;
-    room_[at(to)] = room;
+    if (clearance < clearance_[at(to)] ||
+        (clearance == clearance_[at(to)] && length >= length_[at(to)]))
+      return;
+    clearance_[at(to)] = clearance;
     length_[at(to)] = length;
     parent_[at(to)] = from;
-    queue_.push({room, length, to});
+    queue_.push({clearance, length, to});
   }
 
   [[nodiscard]] WidestPath path_to(int goal) const {
     WidestPath result;
-    result.radius = room_[at(goal)];
+    result.radius = clearance_[at(goal)];
     // Any path runs within half a cell's diagonal of a chain of centres, whose clearance differs by
     // no more than that.
     result.bound = result.radius + 0.5 * std::sqrt(3.0) * cell_;
@@ -144,7 +148,7 @@ class Grid {
   double cell_ = 0.0;
   Vector3i shape_ = Vector3i::Zero();
   std::vector<double> distance_;
-  std::vector<double> room_;
+  std::vector<double> clearance_;
   std::vector<double> length_;
   std::vector<int> parent_;
   std::vector<bool> settled_;

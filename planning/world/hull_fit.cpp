@@ -24,12 +24,12 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSmall = 4.0;        // in tolerances: smaller regions are left to boxes
-constexpr double kSliver = 1e-8;      // m: narrower regions result from rounding
-constexpr double kSlack = 1e-7;       // m: allowance for them
-constexpr std::size_t kFew = 8;       // limit of triangles by which a region is cut
-constexpr double kNarrowest = 1e-3;   // m: least width of a projection worth testing
-constexpr double kSupporting = 1e-9;  // m: a plane may cut off this much before it is moved
+constexpr double kSmall = 4.0;            // in tolerances: smaller regions are left to boxes
+constexpr double kSliver = 1e-8;          // m: narrower regions result from rounding
+constexpr double kSlack = 1e-7;           // m: allowance for them
+constexpr std::size_t kMaxTriangles = 8;  // limit of triangles by which a region is cut
+constexpr double kMinWidth = 1e-3;        // m: least width of a projection worth testing
+constexpr double kSupporting = 1e-9;      // m: a plane may cut off this much before it is moved
 
 using Polygon = std::vector<Vector2d>;  // Convex, in the projection.
 
@@ -146,7 +146,7 @@ Polygon plan_of(const std::vector<Vector3d>& points, const AlignedBox3d& box) {
     for (std::size_t j = i + 1; j < points.size(); ++j) {
       const Vector2d a = points[i].head<2>();
       const Vector2d b = points[j].head<2>();
-      if ((b - a).norm() < kNarrowest) continue;
+      if ((b - a).norm() < kMinWidth) continue;
       for (const double sign : {1.0, -1.0}) {
         Linear line = sign * side_of(a, b, b + Vector2d(a.y() - b.y(), b.x() - a.x()));
         double most = 0.0;
@@ -185,7 +185,7 @@ class HullFit {
         if (!is_near((vertices_[i] + vertices_[j]) / 2.0)) return false;
       }
     }
-    if (box_.sizes().y() < kNarrowest) return boxes_fit(box_);
+    if (box_.sizes().y() < kMinWidth) return boxes_fit(box_);
     std::vector<ProjectedTriangle> triangles = triangles_nearby();
     const double small = kSmall * tolerance_;
     if (static_cast<double>(triangles.size()) * small * small > box_.sizes().head<2>().prod()) {
@@ -281,7 +281,7 @@ class HullFit {
     for (const ProjectedTriangle& triangle : triangles) {
       if (triangle.box.intersects(box)) nearby.push_back(triangle);
     }
-    if (nearby.size() > kFew) return halves_fit(region, nearby);
+    if (nearby.size() > kMaxTriangles) return halves_fit(region, nearby);
     const std::vector<Polygon> rest = uncovered(region, nearby);
     return std::ranges::all_of(rest, [&](const Polygon& fragment) {
       Vector2d middle = Vector2d::Zero();

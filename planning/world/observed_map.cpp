@@ -72,7 +72,7 @@ ObservedMap::Cells ObservedMap::merge(std::span<const Cell> cells,
   return merged;
 }
 
-// As few as possible, of similar sizes.
+// Cuts into as few parts as possible, of similar sizes.
 void ObservedMap::append_blocks(std::span<const Cell> cells, Blocks& blocks) {
   const std::size_t count = (cells.size() + kMaxBlockCells - 1) / kMaxBlockCells;
   for (std::size_t i = 0; i < count; ++i) {

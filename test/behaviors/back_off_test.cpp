@@ -208,7 +208,7 @@ TEST_F(BackOffTest, GoesWhereItHasMoreClearanceThanHere) {
   expect_goes_to(7.0, {.min_distance_m = 0.6});  // sent away, it takes what has clearance
 }
 
-TEST_F(BackOffTest, JudgesBreadcrumbsInTheAttitudeItHas) {
+TEST_F(BackOffTest, EvaluatesBreadcrumbsInItsPresentAttitude) {
   place_at(8, 0.3);
   evaluator_.at = [](const Pose& pose) {
     if (pose.p.x() > 5.2) return 0.5;

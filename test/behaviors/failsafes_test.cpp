@@ -101,18 +101,18 @@ RC_GTEST_PROP(FailsafeLadder, IsMonotoneOnceLatched, ()) {
   }
 }
 
-TEST(FailsafeLadder, HoldBecomesAnAbortOnlyWhereUpIsAWayOut) {
+TEST(FailsafeLadder, HoldBecomesAnAbortOnlyWhereItCanAscend) {
   FailsafeLadder ladder(all(Rung::kHold));
   const FailsafeConditions lost = only({FailsafeKind::kImuLost});
   EXPECT_TRUE(ladder.update(0, lost, false));
-  EXPECT_FALSE(ladder.update(from_seconds(600), lost, false)) << "under a roof it waits";
+  EXPECT_FALSE(ladder.update(from_seconds(600), lost, false)) << "under an overhead it waits";
   const auto change = ladder.update(from_seconds(601), lost, true);
   ASSERT_TRUE(change);
   EXPECT_EQ(change->rung, Rung::kAbortAndSurface);
   EXPECT_TRUE(change->escalated);
 }
 
-// What is gone and only waits to be believed does not escalate meanwhile.
+// A condition that has ended and only waits for clear_s does not escalate.
 TEST(FailsafeLadder, AHoldWhoseCauseIsGoneIsTakenBack) {
   FailsafePolicies policies{};
   for (FailsafePolicy& policy : policies) policy.rung = Rung::kNone;

@@ -57,7 +57,7 @@ class PerfectVehicle {
     input.map_changed = observed_ != nullptr;
     return input;
   }
-  void look(PathEvaluator* observed, Trail* trail) {
+  void set_map(PathEvaluator* observed, Trail* trail) {
     observed_ = observed;
     trail_ = trail;
   }
@@ -246,7 +246,7 @@ TEST(Leg, PlansAgainWhenItMissedTheGoal) {
   EXPECT_FALSE(output.done);
 }
 
-// Room by how far east one is, as far as the vehicle sees.
+// Clearance by the position to the east, within the observed space.
 class Room final : public PathEvaluator {
  public:
   explicit Room(std::function<double(double)> at) : at_(std::move(at)) {}
@@ -266,13 +266,13 @@ class Room final : public PathEvaluator {
 
 // A diver swims to within 0.3 m of a path that has 1.2 m, and away again; until then the planner
 // knows no other. What was certified with 0.3 m is swum.
-TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
+TEST(Leg, StopsBeforeWhereItsPathHasLostItsClearance) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
   bool is_there = true;
   Room room([&](double x) { return is_there && x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
   room.look_from(20.0);
-  vehicle.look(&room, nullptr);
+  vehicle.set_map(&room, nullptr);
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
   is_there = false;
@@ -300,12 +300,12 @@ TEST(Leg, StopsBeforeWhereItsPathHasLostItsRoom) {
   EXPECT_TRUE(output.done);
 }
 
-TEST(Leg, SwimsWhereThereWasNeverMoreRoom) {
+TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
   Room room([](double x) { return x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
   room.look_from(20.0);
-  vehicle.look(&room, nullptr);
+  vehicle.set_map(&room, nullptr);
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
   planning::PlanResult answer = success(path);
@@ -338,7 +338,7 @@ double turn_north(bool with_trail) {
   PerfectVehicle vehicle({0, 0, -3});
   Trail trail;
   Beside beside;
-  vehicle.look(&beside, with_trail ? &trail : nullptr);
+  vehicle.set_map(&beside, with_trail ? &trail : nullptr);
   for (; vehicle.position().x() < 5.0;
        vehicle.move_to(vehicle.position() + Eigen::Vector3d(0.1, 0, 0))) {
     trail.add(vehicle.position(), true);
@@ -359,7 +359,7 @@ double turn_north(bool with_trail) {
 
 TEST(Leg, InUnknownWaterGoesBackFromWhereItCannotTurn) { EXPECT_LT(turn_north(true), 4.3); }
 
-TEST(Leg, InUnknownWaterTurnsWhereItIsIfItHasNoWayBack) {
+TEST(Leg, InAnUnknownEnvironmentTurnsOnTheSpotIfItCannotBackOff) {
   EXPECT_NEAR(turn_north(false), 5.0, 0.2);
 }
 
@@ -382,7 +382,7 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
   GoalSequence sequence(unknown, {goal_at(30, 0)});
   PerfectVehicle vehicle({0, 0, -3});
   Trail trail;
-  vehicle.look(&room, with_trail ? &trail : nullptr);
+  vehicle.set_map(&room, with_trail ? &trail : nullptr);
   Narrowing result;
   BehaviorOutput output;
   std::vector<Pose> path;
@@ -416,7 +416,7 @@ Narrowing swim_into(Room& room, bool with_trail, double seconds) {
 }
 
 // Each plan is let out of its start by what that has: without going back it would end in contact.
-TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTooTight) {
+TEST(Leg, InAnUnknownEnvironmentBacksOffFromWhereItIsTooTight) {
   Room funnel([](double x) { return std::clamp(0.2 * (10.0 - x), 0.0, 1.2); });
   const Narrowing result = swim_into(funnel, true, 600.0);
   EXPECT_GT(result.least_room, 0.4) << "of a clearance of 1 m";
@@ -426,14 +426,14 @@ TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTooTight) {
   EXPECT_GT(result.fastest_astern, 0.1) << "there is no room to turn about";
 }
 
-TEST(Leg, InUnknownWaterGoesBackFromWhereItIsTightForTooLong) {
+TEST(Leg, InAnUnknownEnvironmentBacksOffFromWhereItIsTightForTooLong) {
   Room tunnel([](double x) { return x < 6.0 ? 1.2 : 0.7; });
   const Narrowing result = swim_into(tunnel, true, 60.0);
   EXPECT_GE(result.turned_back, 1);
   EXPECT_LT(result.farthest, 6.0 + 2.0 + 0.5);
 }
 
-TEST(Leg, InUnknownWaterGoesBackFartherEachTimeFromOnePlace) {
+TEST(Leg, InAnUnknownEnvironmentBacksOffFartherEachTimeFromOnePlace) {
   Room gate([](double x) { return x < 6.0 ? 1.2 : 0.5; });
   const Narrowing result = swim_into(gate, true, 200.0);
   ASSERT_GE(result.turned_back, 4);
@@ -442,14 +442,14 @@ TEST(Leg, InUnknownWaterGoesBackFartherEachTimeFromOnePlace) {
   }
 }
 
-TEST(Leg, InUnknownWaterGoesOnThroughAShortNarrows) {
+TEST(Leg, InAnUnknownEnvironmentContinuesThroughAShortNarrows) {
   Room gate([](double x) { return x > 5.0 && x < 6.5 ? 0.7 : 1.2; });
   const Narrowing result = swim_into(gate, true, 40.0);
   EXPECT_EQ(result.turned_back, 0);
   EXPECT_GT(result.farthest, 10.0);
 }
 
-TEST(Leg, InUnknownWaterGoesOnWhereItHasNoWayBack) {
+TEST(Leg, InAnUnknownEnvironmentContinuesWhereItCannotBackOff) {
   Room narrow([](double /*x*/) { return 0.4; });  // it was put there
   EXPECT_EQ(swim_into(narrow, true, 20.0).turned_back, 0);
   Room behind([](double x) { return x < 6.0 ? -0.1 : 0.4; });
@@ -467,8 +467,8 @@ void tick_and_plan(PerfectVehicle& vehicle, GoalSequence& sequence, BehaviorOutp
   output = vehicle.tick(sequence, asked ? &answer : nullptr);
 }
 
-// Where it cannot look it does not stand for ever, nor does it give up at once.
-TEST(Leg, TakesAnotherWayByGoingBackALittle) {
+// If it cannot observe the path it does not wait for ever, nor give up at once.
+TEST(Leg, RequestsAnAlternativePathAfterBackingOffALittle) {
   LegSettings unknown = settings();
   unknown.recovery.by_motion = true;
   GoalSequence sequence(unknown, {goal_at(30, 0)});
@@ -476,7 +476,7 @@ TEST(Leg, TakesAnotherWayByGoingBackALittle) {
   Trail trail;
   Room open([](double /*x*/) { return 1.2; });
   open.look_from(0.0);
-  vehicle.look(&open, &trail);
+  vehicle.set_map(&open, &trail);
   BehaviorOutput output;
   int others = 0;
   while (vehicle.seconds() < 300.0 && output.failed == Failure::kNone) {
@@ -499,7 +499,7 @@ TEST(Leg, TakesAnotherWayByGoingBackALittle) {
 }
 
 // A diver was at the goal, and the vehicle holds with its stern to it.
-TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
+TEST(Leg, InAnUnknownEnvironmentObservesAGoalThatIsOccupied) {
   LegSettings unknown = settings();
   unknown.recovery.by_motion = true;
   const planning::PlanResult failure =
@@ -510,7 +510,7 @@ TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
     Room around([&](double /*x*/) { return room; });
     around.look_from(0.0);
     Trail trail;
-    vehicle.look(&around, &trail);
+    vehicle.set_map(&around, &trail);
     BehaviorOutput output = vehicle.tick(leg);
     while (vehicle.seconds() < 5.0) {
       output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
@@ -521,7 +521,7 @@ TEST(Leg, InUnknownWaterLooksAtAGoalThatIsOccupied) {
 }
 
 // From where the vehicle waits it cannot observe that the diver has left the goal.
-TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
+TEST(Leg, InAnUnknownEnvironmentObservesABlockedGoalFromNearer) {
   LegSettings unknown = settings();
   unknown.recovery.by_motion = true;
   unknown.recovery.unreachable_after = 40;
@@ -533,7 +533,7 @@ TEST(Leg, InUnknownWaterLooksFromNearerAtAGoalThatCannotBeHad) {
     Room water([&](double x) { return is_there ? std::clamp(18.0 - x, -1.0, 1.2) : 1.2; });
     water.look_from(30.0);
     Trail trail;
-    vehicle.look(&water, &trail);
+    vehicle.set_map(&water, &trail);
     std::vector<Pose> path;
     BehaviorOutput output;
     int near = 0;
@@ -570,7 +570,7 @@ TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
   Trail trail;
   Room open([](double /*x*/) { return 1.2; });
   open.look_from(30.0);
-  vehicle.look(&open, &trail);
+  vehicle.set_map(&open, &trail);
   BehaviorOutput output;
   const auto swim_beyond = [&](double x) {
     do {
@@ -589,7 +589,7 @@ TEST(Leg, GoingBackFromOnePlaceIsNotGoingBackFromAnother) {
   EXPECT_FALSE(sequence.request_alternative());
 }
 
-TEST(Leg, WithoutAWayBackThereIsNoOther) {
+TEST(Leg, WithoutAPathBackThereIsNoAlternative) {
   LegSettings unknown = settings();
   EXPECT_FALSE(GoalSequence(unknown, {goal_at(30, 0)}).request_alternative()) << "on a known map";
   unknown.recovery.by_motion = true;
@@ -600,12 +600,12 @@ TEST(Leg, WithoutAWayBackThereIsNoOther) {
 }
 
 // Something to drift against while it rises, at x > 5; it came from there.
-TEST(Surface, InUnknownWaterMakesRoomFirst) {
+TEST(Surface, InAnUnknownEnvironmentBacksOffFirst) {
   Room beside([](double x) { return x > 5.0 ? 0.2 : 1.0; });
   beside.look_from(10.0);
   Trail trail;
   PerfectVehicle vehicle({0, 0, -3});
-  vehicle.look(&beside, &trail);
+  vehicle.set_map(&beside, &trail);
   for (double x = 0.0; x < 6.0; x += 0.1) {
     vehicle.move_to({x, 0, -3});
     trail.add(vehicle.position(), x > 4.6 || x < 3.0);
@@ -613,7 +613,7 @@ TEST(Surface, InUnknownWaterMakesRoomFirst) {
   Surface surface({.clearance = 1.0});
   while (vehicle.position().z() < -2.9 && vehicle.seconds() < 60.0) vehicle.tick(surface);
   EXPECT_LT(vehicle.position().x(), 5.0);
-  EXPECT_GT(vehicle.position().x(), 4.5) << "what is behind has a roof";
+  EXPECT_GT(vehicle.position().x(), 4.5) << "the water behind is under an overhead";
   EXPECT_LT(vehicle.seconds(), 20.0);
 
   vehicle.move_to({6.0, 0, -3});

@@ -31,7 +31,7 @@ class MonitorsTest : public ::testing::Test {
 
   void tick() {
     now_ += 20'000;
-    wiggle_ = -wiggle_;  // noise: a sensor that works never says the same for long
+    wiggle_ = -wiggle_;  // noise: a working sensor never repeats its value for long
     imu_.utime = depth_.utime = health_.utime = now_;
     imu_.q_WB = from_rpy(0.0, 0.0, wiggle_);
     if (!is_depth_frozen_) depth_.depth_m = -estimate_.X_WB.p.z() + wiggle_;
@@ -107,11 +107,11 @@ TEST_F(MonitorsTest, BatteryAndTemperatureHaveThresholds) {
   EXPECT_EQ(what(), Only{"temperature"});
 }
 
-TEST_F(MonitorsTest, OverdepthBelievesTheSensorBeforeTheEstimate) {
+TEST_F(MonitorsTest, OverdepthUsesTheSensorBeforeTheEstimate) {
   estimate_.X_WB.p.z() = -10.5;
   depth_speaks_ = false;
   run(1.0);
-  EXPECT_FALSE(is(FailsafeKind::kOverdepth)) << "the last depth heard is a second old and 5 m";
+  EXPECT_FALSE(is(FailsafeKind::kOverdepth)) << "the last depth is a second old and 5 m";
   depth_speaks_ = true;
   tick();
   EXPECT_TRUE(is(FailsafeKind::kOverdepth));
@@ -197,7 +197,7 @@ TEST_F(MonitorsTest, AQuietSensorIsLostAndANanIsSilence) {
   EXPECT_EQ(what(), Only{"health_lost"});
 }
 
-TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
+TEST_F(MonitorsTest, InAnUnknownEnvironmentRangeIsLostByTheAgeOfTheNewestScan) {
   run(30.0);
   EXPECT_EQ(what(), Only{}) << "with a known map range data is not monitored";
   MonitorLimits unknown = limits();
@@ -207,7 +207,7 @@ TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
   run(1.9);
   EXPECT_EQ(what(), Only{});
   run(0.2);
-  EXPECT_EQ(what(), Only{"range_lost"}) << "never seen anything";
+  EXPECT_EQ(what(), Only{"range_lost"}) << "no scan yet";
   monitors_.saw(now_ - from_seconds(1.5));
   tick();
   EXPECT_EQ(what(), Only{});
@@ -215,7 +215,7 @@ TEST_F(MonitorsTest, InUnknownWaterTheEyesAreMissedByTheirNewestSight) {
   EXPECT_EQ(what(), Only{"range_lost"});
   input_.rises = true;
   tick();
-  EXPECT_EQ(what(), Only{}) << "for straight up in open water nothing need be seen";
+  EXPECT_EQ(what(), Only{}) << "a vertical ascent in open water needs no range data";
 }
 
 TEST_F(MonitorsTest, ASensorThatNeverSpokeIsMissedAsWell) {
@@ -232,7 +232,7 @@ TEST_F(MonitorsTest, AFrozenSensorIsLostWhileTheVehicleMoves) {
   is_depth_frozen_ = true;
   input_.command.v = 0.0;
   run(20.0);
-  EXPECT_EQ(what(), Only{}) << "at rest it may say the same";
+  EXPECT_EQ(what(), Only{}) << "at rest it may repeat its value";
   input_.command.v = 0.4;
   run(9.0);
   EXPECT_EQ(what(), Only{});

@@ -179,7 +179,7 @@ TEST(Orbit, BeginsWhereItWasBeforeARestart) {
   EXPECT_EQ(orbit.progress().goal, "3");
 }
 
-TEST(Orbit, LooksAheadOnlyWhileItSwims) {
+TEST(Orbit, NeedsFreeAheadOnlyWhileItSwims) {
   const OrbitCircle circle{{0.0, 0.0}, 4.0};
   Orbit orbit(settings(), circle, stations_round(circle, 2, 0.0, 1.0, 1.0));
   EXPECT_TRUE(orbit.needs_free_ahead());

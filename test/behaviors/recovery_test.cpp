@@ -42,7 +42,7 @@ TEST(LegRecovery, CountsFailuresUntilAPathLeadsToTheGoal) {
   EXPECT_EQ(recovery.failures(), 0);
 }
 
-TEST(LegRecovery, OnAKnownMapOnlyWaits) {
+TEST(LegRecovery, InAKnownEnvironmentOnlyWaits) {
   LegRecovery recovery(0.6, {});
   for (int i = 0; i < 10; ++i) recovery.plan_failed(from_seconds(4.0));
   EXPECT_TRUE(recovery.is_pausing(from_seconds(4.99)));

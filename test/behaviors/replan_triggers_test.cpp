@@ -80,7 +80,7 @@ TEST(ReplanTriggers, EventsAreKeptUntilTheIntervalIsOver) {
   EXPECT_EQ(triggers.update(from_seconds(9), ReplanSignals{}), ReplanCause::kNone);
 }
 
-TEST(ReplanTriggers, ListenToWhatTheyAreToldToOnly) {
+TEST(ReplanTriggers, UseOnlyTheConfiguredTriggers) {
   ReplanPolicy policy;
   policy.clearance_m = 0.5;
   policy.map_change = policy.estimator_switch = false;

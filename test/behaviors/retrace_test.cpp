@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kTick = 0.02;  // s
 
-// Clearance by position; a motion has the least of what it sweeps.
+// Clearance by position; a motion has the least in its swept volume.
 class FakeJudge final : public PathEvaluator {
  public:
   double clearance(std::span<const Pose> waypoints) override {
@@ -176,7 +176,7 @@ TEST_F(RetraceTest, WithNothingOverheadIsDoneAfterFourSecondsWhateverIsEstimated
   EXPECT_TRUE(tick(retrace).done);
 }
 
-TEST_F(RetraceTest, DoesNotTakeTheEdgeOfAnOverheadForOpenWater) {
+TEST_F(RetraceTest, DoesNotMistakeTheEdgeOfAnOverheadForOpenWater) {
   p_W() = {-0.1, 0, -4};
   can_go_up_ = true;
   speed() = 0.4;
@@ -318,7 +318,7 @@ TEST_F(RetraceTest, ArrivesWhereItWasHalfAMetreFromTheEndAndComesNoNearer) {
   EXPECT_TRUE(tick(retrace).done);
 }
 
-TEST_F(RetraceTest, WhereItArrivesBelowAnOverheadGoesOnFiveTimes) {
+TEST_F(RetraceTest, WhereItArrivesBelowAnOverheadContinuesFiveTimes) {
   for (const bool is_unknown : {false, true}) {
     settings_.recovery.blocked_trail.wait_s = is_unknown ? 90.0 : 0.0;
     Retrace retrace = without_map();
@@ -390,7 +390,7 @@ TEST_F(RetraceTest, WithoutAttitudeItHoldsTheDepthThatItHas) {
   EXPECT_EQ(tick(retrace).command.d, 6.0) << "and keeps it";
 }
 
-TEST_F(RetraceTest, FailsIfItsTrailNeverSawOpenWater) {
+TEST_F(RetraceTest, FailsIfItsTrailHasNoOpenWater) {
   for (const bool is_empty : {true, false}) {
     trail_ = Trail();
     if (!is_empty) swim_in({1, 0, -4}, {10, 0, -4});
@@ -467,10 +467,10 @@ TEST_F(RetraceTest, APlannerThatDoesNotAnswerInTenSecondsHasFailed) {
   EXPECT_EQ(output.failed, Failure::kExhausted);
 }
 
-TEST_F(RetraceTest, JudgesTheTrailWhenTheMapHasChanged) {
+TEST_F(RetraceTest, EvaluatesTheTrailWhenTheMapHasChanged) {
   Retrace retrace = without_map();
   clearance_is(0.0);
-  EXPECT_GT(tick(retrace).command.v, 0.0) << "nothing to judge it by";
+  EXPECT_GT(tick(retrace).command.v, 0.0) << "no map to evaluate it";
   BehaviorInput unchanged = input();
   unchanged.observed = &evaluator_;
   EXPECT_GT(retrace.step(unchanged).command.v, 0.0);
@@ -490,7 +490,7 @@ TEST_F(RetraceTest, JudgesTheTrailWhenTheMapHasChanged) {
   EXPECT_EQ(output.plan_request->start.p, p_W());
 }
 
-TEST_F(RetraceTest, JudgesFifteenMetresOfTheTrailAhead) {
+TEST_F(RetraceTest, EvaluatesFifteenMetresOfTheTrailAhead) {
   trail_ = Trail();
   swim_in({-4, 0, -4}, {40, 0, -4});
   Retrace retrace = without_map();
@@ -571,7 +571,7 @@ TEST_F(RetraceTest, PlansIfItDoesNotGetOnInTime) {
   EXPECT_GT(after(60.0 + 4.0 * 11.5 / 0.5, retrace).command.v, 0.0);
   BehaviorOutput output = tick(retrace);
   ASSERT_TRUE(output.plan_request);
-  EXPECT_STREQ(output.plan_cause, "the vehicle does not get on along its trail");
+  EXPECT_STREQ(output.plan_cause, "the vehicle makes no progress along its trail");
   EXPECT_EQ(output.command.v, 0.0);
   p_W().z() = -4.1;
   EXPECT_EQ(tick(retrace).command.d, 4.0) << "it keeps its place";
@@ -726,7 +726,7 @@ TEST_F(RetraceInUnknownEnvironment, KeepsItsPlaceEachTimeItObservesTheTrail) {
   EXPECT_EQ(tick(retrace).command.d, 4.1);
 }
 
-TEST_F(RetraceInUnknownEnvironment, GoesOnWhenTheTrailIsFreeAgain) {
+TEST_F(RetraceInUnknownEnvironment, ContinuesWhenTheTrailIsFreeAgain) {
   block(4.1, 4.9);
   Retrace retrace = with_map();
   EXPECT_EQ(tick(retrace).command.v, 0.0);
@@ -836,7 +836,7 @@ TEST_F(RetraceInUnknownEnvironment, ItsTimeBeginsAgainTwoMetresAlongTheTrail) {
   }
 }
 
-TEST_F(RetraceInUnknownEnvironment, IgnoresAnAnswerToWhatItNoLongerAsks) {
+TEST_F(RetraceInUnknownEnvironment, IgnoresTheAnswerToACancelledRequest) {
   block(4.1, 4.9);
   Retrace retrace = with_map();
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(wait_for_request(retrace).plan_request);

@@ -34,7 +34,7 @@ TEST(Hold, KeepsWhereItEnteredAndEndsOnTime) {
   EXPECT_TRUE(hold.step(input(from_seconds(13.0), drifted)).done);
 }
 
-TEST(Surface, RisesSteadilyAndBelievesTheDepthSensorOnly) {
+TEST(Surface, RisesSteadilyAndUsesTheDepthSensorOnly) {
   Surface surface;
   const auto deep = at_depth(4.0);
   EXPECT_NEAR(surface.step(input(0, deep)).command.d, 4.0, 1e-12);
@@ -50,7 +50,7 @@ TEST(Surface, WithoutADepthSensorItTakesItsTime) {
   Surface surface;
   const auto deep = at_depth(4.0);
   EXPECT_FALSE(surface.step(input(0, deep)).done);
-  const auto up = at_depth(0.1);  // says the estimate
+  const auto up = at_depth(0.1);  // by the estimate
   BehaviorInput blind = input(from_seconds(40), up);
   blind.depth_known = false;
   EXPECT_FALSE(surface.step(blind).done);

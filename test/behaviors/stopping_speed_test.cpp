@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(StoppingSpeed, WaitsForEyesAndForFreshOnes) {
+TEST(StoppingSpeed, WaitsForAScanAndForAFreshOne) {
   StoppingSpeed limit({});
   limit.advance(0, Vector3d::Zero());
   EXPECT_EQ(limit.max_command(0, 0.0), 0.0);
@@ -43,7 +43,7 @@ TEST(StoppingSpeed, AnOptimistOnlyWantsToSeeAtAll) {
 }
 
 // A vehicle that obeys after 0.2 s, with its own drag's time constant of 1 s, stops where a wall
-// begins that was `seen` m away when it was first looked at, however late scans are heard.
+// begins that was `seen` m away when it was first observed, however late scans arrive.
 RC_GTEST_PROP(StoppingSpeed, StopsWithinWhatItHasSeen, ()) {
   const double wall = 0.01 * *rc::gen::inRange(30, 800);
   const int latency = *rc::gen::inRange(0, 15);  // ticks
@@ -70,7 +70,7 @@ RC_GTEST_PROP(StoppingSpeed, StopsWithinWhatItHasSeen, ()) {
   RC_ASSERT(x > wall - 0.26);  // and it does get there
 }
 
-TEST(StoppingSpeed, KnowsHowFarItHasSwumSinceALateScan) {
+TEST(StoppingSpeed, SubtractsTheDistanceSwumSinceALateScan) {
   StoppingSpeed limit({});
   for (int i = 0; i <= 40; ++i) limit.advance(20'000 * i, {0.01 * i, 0, 0});
   limit.add_scan(20'000 * 15, 2.0);
@@ -83,26 +83,27 @@ TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
     compensate_drift(surge, 3.0, command);
     return command;
   };
-  const auto told = [&](double surge, double wanted, double turn = 0.0) {
+  const auto compensated = [&](double surge, double wanted, double turn = 0.0) {
     return command_at(surge, wanted, turn).v;
   };
-  EXPECT_EQ(told(0.4, 0.4), 0.4);
-  EXPECT_EQ(told(0.01, 0.0), 0.0) << "next to nothing";
-  EXPECT_LT(told(0.1, 0.0), -0.1);
-  EXPECT_GT(told(-0.1, 0.0), 0.1);
-  EXPECT_GT(told(-0.1, 0.05), 0.15) << "it should swim ahead";
-  EXPECT_GT(told(0.0, 0.14), 0.25) << "and be there soon";
-  EXPECT_EQ(told(0.2, 0.4), 0.4) << "no faster than it was told, if that is fast";
-  EXPECT_EQ(told(-0.15, -0.15), -0.15) << "astern on purpose";
-  EXPECT_GT(told(-0.3, -0.15), -0.15);
-  EXPECT_LT(told(0.1, -0.15), -0.15);
+  EXPECT_EQ(compensated(0.4, 0.4), 0.4);
+  EXPECT_EQ(compensated(0.01, 0.0), 0.0) << "next to nothing";
+  EXPECT_LT(compensated(0.1, 0.0), -0.1);
+  EXPECT_GT(compensated(-0.1, 0.0), 0.1);
+  EXPECT_GT(compensated(-0.1, 0.05), 0.15) << "it should swim ahead";
+  EXPECT_GT(compensated(0.0, 0.14), 0.25) << "and be there soon";
+  EXPECT_EQ(compensated(0.2, 0.4), 0.4) << "no faster than commanded, if that is fast";
+  EXPECT_EQ(compensated(-0.15, -0.15), -0.15) << "astern on purpose";
+  EXPECT_GT(compensated(-0.3, -0.15), -0.15);
+  EXPECT_LT(compensated(0.1, -0.15), -0.15);
   for (const double turn : {-1.0, 1.0}) {
-    EXPECT_LT(std::abs(told(0.05, 0.2, turn)), 0.1) << "way gathered in a turn becomes a slide";
-    EXPECT_LT(std::abs(told(0.0, 0.2, turn)), 0.1);
-    EXPECT_LT(std::abs(told(-0.05, -0.2, turn)), 0.1);
-    EXPECT_LT(told(0.1, 0.0, turn), -0.1) << "but it is braked";
-    EXPECT_GT(told(-0.1, 0.0, turn), 0.1);
-    EXPECT_LT(told(0.3, 0.4, turn), -0.1) << "whatever was asked for";
+    EXPECT_LT(std::abs(compensated(0.05, 0.2, turn)), 0.1)
+        << "way gathered in a turn becomes a slide";
+    EXPECT_LT(std::abs(compensated(0.0, 0.2, turn)), 0.1);
+    EXPECT_LT(std::abs(compensated(-0.05, -0.2, turn)), 0.1);
+    EXPECT_LT(compensated(0.1, 0.0, turn), -0.1) << "but it is braked";
+    EXPECT_GT(compensated(-0.1, 0.0, turn), 0.1);
+    EXPECT_LT(compensated(0.3, 0.4, turn), -0.1) << "whatever was asked for";
     const auto turned = [&](double surge) {
       const Eigen::Vector3d rpy = to_rpy(command_at(surge, 0.2, turn).o);
       EXPECT_NEAR(rpy.x(), 0.1, 1e-9);
@@ -116,8 +117,8 @@ TEST(HoldSpeed, CommandsAgainstWhatIsMoreOrLessThanWasWanted) {
   }
   EXPECT_NEAR(wrap_angle(to_rpy(command_at(0.4, 0.4, 0.2).o).z() - 3.0), 0.2, 1e-9)
       << "a gentle turn is made under way";
-  EXPECT_EQ(told(5.0, 0.0), -0.3);
-  EXPECT_EQ(told(-5.0, 0.0), 0.3);
+  EXPECT_EQ(compensated(5.0, 0.0), -0.3);
+  EXPECT_EQ(compensated(-5.0, 0.0), 0.3);
 }
 
 }  // namespace

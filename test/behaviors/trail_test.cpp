@@ -5,7 +5,7 @@
 namespace dive::behaviors {
 namespace {
 
-// East in open water to x = 0, then on under a roof to x = 10.
+// East in open water to x = 0, then under an overhead to x = 10.
 Trail swum_in(double spacing = 0.5, std::size_t capacity = 4096) {
   Trail trail(spacing, capacity);
   for (double x = -4.0; x <= 10.0; x += 0.01) trail.add({x, 0, -4}, x < 0.0);
@@ -23,14 +23,14 @@ TEST(Trail, LeadsBackToTheLastOpenWater) {
   }
 }
 
-TEST(Trail, SaysWhenItNeverSawOpenWater) {
+TEST(Trail, ReportsThatItHasNoOpenWater) {
   Trail trail;
   for (double x = 0.0; x < 5.0; x += 0.1) trail.add({x, 0, -4}, false);
   EXPECT_FALSE(trail.exit_path({5, 0, -4}, 0.0).arrives);
   EXPECT_FALSE(Trail().exit_path({5, 0, -4}, 0.0).arrives);
 }
 
-TEST(Trail, StaysBoundedAndKeepsTheWayOut) {
+TEST(Trail, StaysBoundedAndKeepsTheExitPath) {
   const Trail trail = swum_in(0.05, 64);
   EXPECT_LE(trail.size(), 64U);
   const Trail::Path path = trail.exit_path({10.0, 0, -4}, 0.0);
@@ -56,7 +56,7 @@ TEST(Trail, LeavesOutWhereItHasBeenTwice) {
   }
 }
 
-TEST(Trail, KnowsHowFarInItIs) {
+TEST(Trail, MeasuresThePenetration) {
   const Trail trail = swum_in();
   EXPECT_NEAR(trail.penetration_m(), 10.0, 0.6);
   Trail out = trail;

@@ -33,7 +33,7 @@ TEST(CameraModel, PutsThePointAheadOnThePrincipalPoint) {
 }
 
 // Computed by hand: n = (0.3, -0.2), r^2 = 0.13, radial = 1 - 0.0368430543 + 0.0012499087.
-TEST(CameraModel, DistortsAsTheFormulaSays) {
+TEST(CameraModel, DistortsByTheFormula) {
   const auto pixel = euroc().project({0.6, -0.4, 2.0});
   ASSERT_TRUE(pixel);
   const double radial = 0.9644068544;
@@ -51,13 +51,13 @@ RC_GTEST_PROP(CameraModel, UndoesItsOwnDistortionAllOverTheImage, ()) {
   RC_ASSERT((camera.distort(*normalised) - pixel).norm() < 1e-6);
 }
 
-TEST(CameraModel, SeesNothingBehindItself) {
+TEST(CameraModel, ProjectsNothingFromBehind) {
   EXPECT_FALSE(euroc().project({0.1, 0.1, -1.0}));
   EXPECT_FALSE(euroc().project({0.1, 0.1, 0.0}));
   EXPECT_FALSE(euroc().project({0.1, 0.1, std::numeric_limits<double>::quiet_NaN()}));
 }
 
-TEST(CameraModel, KnowsWhereTheImageEnds) {
+TEST(CameraModel, TestsTheBoundsOfTheImage) {
   const CameraModel camera = euroc();
   EXPECT_TRUE(camera.in_image({0.0, 0.0}));
   EXPECT_TRUE(camera.in_image({751.0, 479.0}));
@@ -65,7 +65,7 @@ TEST(CameraModel, KnowsWhereTheImageEnds) {
   EXPECT_FALSE(camera.in_image({751.0, 479.0}, 5.0));
 }
 
-TEST(CameraModel, SaysWhatIsWrongWithIt) {
+TEST(CameraModel, ReportsWhatIsWrongWithIt) {
   EXPECT_EQ(euroc().validate(), "");
   CameraModel camera = euroc();
   camera.width = 0;

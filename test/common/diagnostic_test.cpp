@@ -52,7 +52,7 @@ TEST(Diagnostics, AreBoundedButCounted) {
   EXPECT_FALSE(diagnostics.ok());
 }
 
-TEST(SourceText, KnowsLinesWithAnyLineBreak) {
+TEST(SourceText, AcceptsEveryLineBreak) {
   const SourceText source("d", "one\r\ntwo\nthree");
   EXPECT_EQ(source.line(1), "one");
   EXPECT_EQ(source.line(2), "two");
@@ -62,7 +62,7 @@ TEST(SourceText, KnowsLinesWithAnyLineBreak) {
   EXPECT_EQ(source.span_at(6, 1).column, 2);
 }
 
-TEST(ReadSourceText, SaysWhyAFileCannotBeRead) {
+TEST(ReadSourceText, ReportsWhyAFileCannotBeRead) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(::testing::TempDir()) / "source_text";
   fs::create_directories(folder);

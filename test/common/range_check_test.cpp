@@ -15,7 +15,7 @@ TEST(RangeCheck, FindsNothingWrongWithWhatIsInItsRange) {
   EXPECT_EQ(check.problem(), "");
 }
 
-TEST(RangeCheck, SaysWhatIsWrongWithTheFirstThatIsNot) {
+TEST(RangeCheck, ReportsTheFirstThatIsNot) {
   RangeCheck check;
   check("sound", 1.5, 1.0, 2.0);
   check("speed", 5.25, 0.0, 5.0);

@@ -30,7 +30,7 @@ TEST(TimedBuffer, FindsTheEntriesAroundATime) {
   EXPECT_EQ(buffer.newest(), 30.0);
 }
 
-TEST(TimedBuffer, KnowsNothingBeforeItsOldestAndAfterItsNewestEntry) {
+TEST(TimedBuffer, IsEmptyBeforeItsOldestAndAfterItsNewestEntry) {
   EXPECT_FALSE(Buffer{}.at(0));
   const Buffer buffer = filled(9);
   EXPECT_FALSE(buffer.at(59'999));

@@ -22,7 +22,7 @@ std::pair<std::string, int> only_error(const std::string& text, XmlLimits limits
 
 using CodeAtLine = std::pair<std::string, int>;
 
-TEST(ParseXml, KnowsWhereEveryNameAndValueStands) {
+TEST(ParseXml, RecordsThePlaceOfEveryNameAndValue) {
   Diagnostics diagnostics;
   const auto document = parse(
       "<?xml version='1.0'?>\n"
@@ -86,7 +86,7 @@ TEST(ParseXml, IsBounded) {
             "XML-SYNTAX");
 }
 
-TEST(ParseXml, SaysWhereASyntaxErrorIs) {
+TEST(ParseXml, ReportsThePlaceOfASyntaxError) {
   EXPECT_EQ(only_error(""), CodeAtLine("XML-SYNTAX", 1));
   EXPECT_EQ(only_error("just text"), CodeAtLine("XML-SYNTAX", 1));
   EXPECT_EQ(only_error("<a>\n<b>\n</a>"), CodeAtLine("XML-SYNTAX", 3));

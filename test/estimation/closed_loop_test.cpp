@@ -106,7 +106,7 @@ TEST(MotionModel, ExpectsTheSimulatorsSpeedThroughStartsTurnsAndStops) {
   EXPECT_LT(dive.error().head<2>().norm(), 0.01 * dive.sim.truth().distance_swum_m);
 }
 
-TEST(PrimitiveEstimator, IsHonestAboutItsErrorsOverManyDives) {
+TEST(PrimitiveEstimator, IsConsistentOverManyDives) {
   constexpr int kDives = 60;
   std::array<double, 3> nees{};  // after 20 s, at the far end, and back at the start
   for (int seed = 1; seed <= kDives; ++seed) {

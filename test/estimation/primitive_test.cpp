@@ -62,7 +62,7 @@ TEST(PrimitiveEstimator, IsInvalidUntilAttitudeAndDepthHaveCome) {
   EXPECT_NEAR((estimate.X_WB.p - Vector3d(1.0, 2.0, -3.5)).norm(), 0.0, 1e-12);
 }
 
-TEST(PrimitiveEstimator, ReckonsAlongItsHeading) {
+TEST(PrimitiveEstimator, DeadReckonsAlongItsHeading) {
   PrimitiveEstimator e = estimator();
   const double heading = deg_to_rad(30.0);
   Utime now = swim(e, 0, heading, 0.4, 20.0);
@@ -81,7 +81,7 @@ TEST(PrimitiveEstimator, TurnsTheLastAttitudeOnOverTheLatency) {
   EXPECT_NEAR(to_rpy(e.update(100'000'000).X_WB.q).z(), 0.25, 1e-9) << "not for ever";
 }
 
-TEST(PrimitiveEstimator, GoesOnByAPredictedAttitudeAndSaysHowLittleItIsWorth) {
+TEST(PrimitiveEstimator, ContinuesWithAPredictedAttitudeAndAGrowingSigma) {
   PrimitiveEstimator e = estimator();
   Utime now = swim(e, 0, 0.0, 0.4, 10.0);
   const double before = horizontal_sigma(e.update(now));
@@ -201,7 +201,7 @@ RC_GTEST_PROP(Covariance, IsThatOfAKalmanFilterSymmetricAndPositive, ()) {
   }
 }
 
-TEST(Covariance, GrowsOnTheWayOutAndShrinksOnTheWayBack) {
+TEST(Covariance, GrowsOutwardsAndShrinksOnTheReturn) {
   PrimitiveOptions options;
   options.drift_m_per_sqrt_s = 0.0;
   PrimitiveEstimator e = estimator(options);

@@ -130,7 +130,7 @@ struct Push {
 
 class Flipper : public ::testing::TestWithParam<Push> {};
 
-TEST_P(Flipper, PushesTheWayOfItsRateAndLittleElse) {
+TEST_P(Flipper, PushesInTheDirectionOfItsRateAndLittleElse) {
   const Model model = aqua2();
   Flippers flippers(model.hips_B, Aqua2Figures{});
   flippers.command(GetParam().rates);

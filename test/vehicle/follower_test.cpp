@@ -105,7 +105,7 @@ TEST(Follower, SwimsOnItsSideThroughASlit) {
   EXPECT_GT(std::abs(to_rpy(result.end.q).x()), deg_to_rad(80.0));
 }
 
-TEST(Follower, CrabsAcrossACurrentThatItsEstimateKnows) {
+TEST(Follower, CrabsAcrossAnEstimatedCurrent) {
   Conditions conditions = testing::ideal();
   conditions.current_W = {0.0, 0.1, 0.0};
   EXPECT_LT(swim(level_path(testing::s_curve()), conditions).worst_m, 0.15);
@@ -224,7 +224,7 @@ TEST(Reached, NeedsThePassedMinimumInsideTheRadius) {
   EXPECT_EQ(follower.status().segment, 2) << "before the plane, but past the minimum";
 }
 
-TEST(Reached, APassedPlaneIsEnoughAndTellsAMissAtTheEnd) {
+TEST(Reached, APassedPlaneIsEnoughAndDetectsAMissAtTheEnd) {
   Follower follower = follower_on(level_path({{0, 0, -4}, {3, 0, -4}, {6, 0, -4}}));
   static_cast<void>(follower.step(level_at(3.1, 2.0, -4), {0.4, 0, 0}));
   EXPECT_EQ(follower.status().segment, 2);
@@ -246,7 +246,7 @@ TEST(Reached, TheLastWaypointMayBeTighter) {
   EXPECT_TRUE(tight.status().finished && tight.status().missed);
 }
 
-TEST(Status, IsThePapersErrorAndTheWayToGo) {
+TEST(Status, IsThePapersErrorAndTheDistanceToGo) {
   Follower follower = follower_on(level_path({{0, 0, -4}, {4, 0, -4}, {4, 3, -4}}));
   static_cast<void>(follower.step(level_at(1.0, 0.3, -4.4), {0.4, 0, 0}));
   EXPECT_NEAR(follower.status().cross_track_m, 0.5, 1e-9);

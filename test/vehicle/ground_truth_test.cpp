@@ -180,7 +180,7 @@ TEST(ClearanceMeter, MeasuresToHalfSpacesByTheLowestVertex) {
   EXPECT_EQ(meter.clearance(at(0, 0, -9)), 0.0);
 }
 
-TEST(ClearanceMeter, SeesWhatIsInsideWithoutTouchingTheSurface) {
+TEST(ClearanceMeter, FindsWhatIsInsideWithoutTouchingTheSurface) {
   const ClearanceMeter in_rock(world_of(planning::Sphere{5.0}), box_hull({1.0, 0.5, 0.2}));
   EXPECT_EQ(in_rock.clearance(at(1, 1, 1)), 0.0);
   EXPECT_GT(in_rock.clearance(at(6, 0, 0)), 0.4);
@@ -322,7 +322,7 @@ TEST(ClearanceMeter, SkippingChangesNothing) {
   EXPECT_GT(contacts_seen, 10U);  // the walks do touch walls
 }
 
-TEST(ClearanceMeter, KnowsTheAquaAboveTheSeabed) {
+TEST(ClearanceMeter, MeasuresTheAquaAboveTheSeabed) {
   Diagnostics diagnostics;
   const std::optional<Model> aqua2 = parse_urdf(aqua2_urdf(), diagnostics);
   ASSERT_TRUE(aqua2);

@@ -101,7 +101,7 @@ TEST(InertialUnit, NoiseHasItsDensity) {
       Vector3d a = Vector3d::Zero();
       for (int i = 0; i < averaged; ++i) {
         ImuSample sample;
-        unit.feel(Vector3d(0.1, 0, 0), Vector3d(0, 0, 9.81), sample);
+        unit.measure(Vector3d(0.1, 0, 0), Vector3d(0, 0, 9.81), sample);
         g += (sample.gyro_B - Vector3d(0.1, 0, 0)) / averaged;
         a += (sample.accel_B - Vector3d(0, 0, 9.81)) / averaged;
       }
@@ -128,7 +128,7 @@ TEST(InertialUnit, BiasesWalk) {
   for (int seed = 0; seed < kUnits; ++seed) {
     InertialUnit unit(figures, static_cast<std::uint64_t>(seed), 0.005);
     ImuSample sample;
-    for (int i = 0; i < 2000; ++i) unit.feel(Vector3d::Zero(), Vector3d::Zero(), sample);
+    for (int i = 0; i < 2000; ++i) unit.measure(Vector3d::Zero(), Vector3d::Zero(), sample);
     gyro += unit.gyro_bias().squaredNorm() / (3 * kUnits);
     accel += unit.accel_bias().squaredNorm() / (3 * kUnits);
   }

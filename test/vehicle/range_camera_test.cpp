@@ -34,7 +34,7 @@ RangeCameraOptions exact() {
 
 World floor_at(double z) { return {{{"floor", HalfSpace{Eigen::Vector3d::UnitZ()}, at(0, 0, z)}}}; }
 
-RangeScan look(const World& world, const Pose& X_WB, const std::optional<Pose>& X_WD = {}) {
+RangeScan scan_of(const World& world, const Pose& X_WB, const std::optional<Pose>& X_WD = {}) {
   RangeCamera camera(world, exact(), 1);
   return camera.take(0, X_WB, X_WD);
 }
@@ -74,8 +74,8 @@ Eigen::Vector3d direction(int row, int column) {
       .normalized();
 }
 
-TEST(RangeCamera, IsMountedBetweenTheFrontCamerasAndLooksDown) {
-  const RangeScan scan = look({}, at(0, 0, -50));
+TEST(RangeCamera, IsMountedBetweenTheFrontCamerasAndPointsDown) {
+  const RangeScan scan = scan_of({}, at(0, 0, -50));
   ASSERT_EQ(scan.points_B.size(), kWidth * kHeight);
   EXPECT_LT((scan.origin_B - Eigen::Vector3f(0.31F, 0, 0)).norm(), 1e-6);
   EXPECT_EQ(scan.reach, 10.0F);
@@ -101,13 +101,13 @@ TEST(RangeCamera, MeasuresAFlatFloor) {
   for (const World& world : {floor_at(-12.0), box}) {
     for (const Pose& X_WB : {at(1, 2, -8, 0.7), Pose{{1, 2, -9}, from_rpy(0.9, 0.4, -2)},
                              Pose{{1, 2, -10}, from_rpy(-1.5, -0.8, 0)}}) {
-      const std::vector<double> seen = ranges(look(world, X_WB));
+      const std::vector<double> measured = ranges(scan_of(world, X_WB));
       const double height = (X_WB * kLens).z() + 12.0;
       for (int i = 0; i < kWidth * kHeight; ++i) {
         const double sink = -(X_WB.q * direction(i / kWidth, i % kWidth)).z();
         const double range = sink > 0.0 ? height / sink : kNone;
         if (std::abs(range - 10.0) < 1e-4) continue;  // either result is correct
-        ASSERT_NEAR(seen[static_cast<std::size_t>(i)], range < 10.0 ? range : kNone, 1e-4) << i;
+        ASSERT_NEAR(measured[static_cast<std::size_t>(i)], range < 10.0 ? range : kNone, 1e-4) << i;
       }
     }
   }
@@ -129,7 +129,7 @@ double slabs(const Eigen::Vector3d& size, const Pose& X_WO, const Eigen::Vector3
   return in < out ? in : std::numeric_limits<double>::infinity();
 }
 
-TEST(RangeCamera, SeesTheNearestOfManyBoxes) {
+TEST(RangeCamera, MeasuresTheNearestOfManyBoxes) {
   Random random(5);
   std::size_t met = 0;
   for (int run = 0; run < 20; ++run) {
@@ -142,7 +142,7 @@ TEST(RangeCamera, SeesTheNearestOfManyBoxes) {
       world.obstacles.push_back({"box", Box{sizes.back()}, {p, from_rpy(random.normal(), 1, 2)}});
     }
     const Pose X_WB{{0, 0, -23}, from_rpy(random.uniform(-0.5, 0.5), 0.1, 0.2)};
-    const std::vector<double> seen = ranges(look(world, X_WB));
+    const std::vector<double> measured = ranges(scan_of(world, X_WB));
     int wrong = 0;
     for (int i = 0; i < kWidth * kHeight; ++i) {
       double least = 10.0;
@@ -152,7 +152,7 @@ TEST(RangeCamera, SeesTheNearestOfManyBoxes) {
       }
       met += least < 10.0 ? 1U : 0U;
       const double expected = least < 10.0 ? least : kNone;
-      wrong += std::abs(seen[static_cast<std::size_t>(i)] - expected) < 2e-4 ? 0 : 1;
+      wrong += std::abs(measured[static_cast<std::size_t>(i)] - expected) < 2e-4 ? 0 : 1;
     }
     EXPECT_LE(wrong, 2);  // rays that pass within rounding of an edge
   }
@@ -160,7 +160,7 @@ TEST(RangeCamera, SeesTheNearestOfManyBoxes) {
 }
 
 // The camera faces a valley of two plates, with the hull of both as the obstacle.
-TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
+TEST(RangeCamera, MeasuresTheMeshAndNotItsPieces) {
   const std::vector<Eigen::Vector3d> corners{{1, -5, -12}, {1, 5, -12},  {5, -5, -16},
                                              {5, 5, -16},  {9, -5, -12}, {9, 5, -12}};
   World world;
@@ -168,7 +168,7 @@ TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
   world.surfaces.push_back(
       {"valley", {corners, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}}}});  // normals either way
   const Pose X_WB = at(4, 0, -10);
-  const RangeScan scan = look(world, X_WB);
+  const RangeScan scan = scan_of(world, X_WB);
   int in_valley = 0;
   for (const Eigen::Vector3f& p : scan.points_B) {
     if ((p - scan.origin_B).norm() > scan.reach) continue;
@@ -179,23 +179,23 @@ TEST(RangeCamera, SeesTheMeshAndNotItsPieces) {
   EXPECT_GT(in_valley, 1000);
 
   world.surfaces.clear();  // as in a log: the lid of the hull
-  const std::vector<double> seen = ranges(look(world, X_WB));
+  const std::vector<double> measured = ranges(scan_of(world, X_WB));
   int on_lid = 0;
   for (int i = 0; i < kWidth * kHeight; ++i) {
     const Eigen::Vector3d d = direction(i / kWidth, i % kWidth);
     const Eigen::Vector3d lid = X_WB * kLens - d * (1.99 / d.z());
     if (d.z() > -0.01 || std::abs(lid.x() - 5) > 3.9 || std::abs(lid.y()) > 4.9) continue;
-    ASSERT_NEAR(seen[static_cast<std::size_t>(i)], 1.99 / -d.z(), 1e-4);
+    ASSERT_NEAR(measured[static_cast<std::size_t>(i)], 1.99 / -d.z(), 1e-4);
     ++on_lid;
   }
   EXPECT_GT(on_lid, 3000);
 }
 
-TEST(RangeCamera, SeesNothingAboveTheWater) {
+TEST(RangeCamera, MeasuresNothingAboveTheWater) {
   World world = floor_at(-30.0);
   world.obstacles.push_back({"quay", Box{{2, 40, 6}}, at(6, 0, 0)});  // z from -3 to 3
   const Pose nose_up{{0, 0, -1}, from_rpy(0, deg_to_rad(-60), 0)};
-  const RangeScan scan = look(world, nose_up);
+  const RangeScan scan = scan_of(world, nose_up);
   int wall = 0;
   for (int i = 0; i < kWidth * kHeight; ++i) {
     const Eigen::Vector3d d = nose_up.q * direction(i / kWidth, i % kWidth);
@@ -210,13 +210,13 @@ TEST(RangeCamera, SeesNothingAboveTheWater) {
   EXPECT_GT(wall, 100);
 
   // Above the surface the camera measures what is below and gives no range elsewhere.
-  const RangeScan above = look(world, at(0, 0, 0.5));
+  const RangeScan above = scan_of(world, at(0, 0, 0.5));
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    const Eigen::Vector3d seen = ray(above, i / kWidth, i % kWidth);
+    const Eigen::Vector3d measured = ray(above, i / kWidth, i % kWidth);
     if (direction(i / kWidth, i % kWidth).z() >= -0.05) {
-      ASSERT_TRUE(std::isnan(seen.x()));
-    } else if (seen.norm() < 10.0) {
-      ASSERT_LE(0.5 + seen.z(), 1e-4);
+      ASSERT_TRUE(std::isnan(measured.x()));
+    } else if (measured.norm() < 10.0) {
+      ASSERT_LE(0.5 + measured.z(), 1e-4);
     }
   }
   EXPECT_LT(blind(above), kWidth * kHeight / 2U);
@@ -224,11 +224,11 @@ TEST(RangeCamera, SeesNothingAboveTheWater) {
 
 TEST(RangeCamera, IsBlindInsideASolid) {
   const World rock{{{"rock", planning::Sphere{2.0}, at(0, 0, -10)}}};
-  EXPECT_EQ(blind(look(rock, at(1, 0, -10))), kWidth * kHeight);
-  EXPECT_EQ(blind(look(rock, at(2, 0, -10))), 0U);
-  EXPECT_EQ(blind(look(floor_at(-5), at(0, 0, -5.1))), kWidth * kHeight);
-  EXPECT_EQ(blind(look({}, at(0, 0, -10), at(0.9, 0.2, -10))), kWidth * kHeight);
-  EXPECT_EQ(blind(look({}, at(0, 0, -10), at(0.9, 0.4, -10))), 0U);
+  EXPECT_EQ(blind(scan_of(rock, at(1, 0, -10))), kWidth * kHeight);
+  EXPECT_EQ(blind(scan_of(rock, at(2, 0, -10))), 0U);
+  EXPECT_EQ(blind(scan_of(floor_at(-5), at(0, 0, -5.1))), kWidth * kHeight);
+  EXPECT_EQ(blind(scan_of({}, at(0, 0, -10), at(0.9, 0.2, -10))), kWidth * kHeight);
+  EXPECT_EQ(blind(scan_of({}, at(0, 0, -10), at(0.9, 0.4, -10))), 0U);
 }
 
 TEST(RangeCamera, NoiseAndDropoutsAreAsStated) {
@@ -238,7 +238,7 @@ TEST(RangeCamera, NoiseAndDropoutsAreAsStated) {
   options.dropout_share = 0.02;
   RangeCamera camera(floor_at(-12), options, 3);
   const Pose X_WB = at(0, 0, -8);
-  const std::vector<double> truth = ranges(look(floor_at(-12), X_WB));
+  const std::vector<double> truth = ranges(scan_of(floor_at(-12), X_WB));
   double sum = 0.0;
   double squares = 0.0;
   double near = 0.0;
@@ -246,17 +246,17 @@ TEST(RangeCamera, NoiseAndDropoutsAreAsStated) {
   constexpr int kScans = 20;
   for (int k = 0; k < kScans; ++k) {
     const RangeScan scan = camera.take(k * 100'000, X_WB);
-    const std::vector<double> seen = ranges(scan);
+    const std::vector<double> measured = ranges(scan);
     dropped += static_cast<double>(blind(scan));
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (std::isnan(seen[i])) continue;
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+      if (std::isnan(measured[i])) continue;
       if (truth[i] > 10.0) {
-        ASSERT_NEAR(seen[i], kNone, 1e-4);
+        ASSERT_NEAR(measured[i], kNone, 1e-4);
         continue;
       }
       ASSERT_LE((scan.points_B[i] - scan.origin_B).norm(), scan.reach);  // a wall remains
       if (truth[i] > 9.5) continue;                                      // truncated by the reach
-      const double error = (seen[i] - truth[i]) / (0.01 + 0.005 * truth[i]);
+      const double error = (measured[i] - truth[i]) / (0.01 + 0.005 * truth[i]);
       sum += error;
       squares += error * error;
       near += 1.0;
@@ -291,13 +291,13 @@ TEST(RangeCamera, ParticlesDriftBeforeTheFloor) {
   RangeCameraOptions options = exact();
   options.particles_per_m3 = 0.5;
   const Pose X_WB = at(0, 0, -8);
-  const std::vector<double> clear = ranges(look(floor_at(-14), X_WB));
+  const std::vector<double> clear = ranges(scan_of(floor_at(-14), X_WB));
   RangeCamera camera(floor_at(-14), options, 11);
-  const auto before_floor = [&](const std::vector<double>& seen) {
+  const auto before_floor = [&](const std::vector<double>& measured) {
     std::vector<std::size_t> pixels;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      EXPECT_LE(seen[i], clear[i] + 1e-6);
-      if (seen[i] < clear[i] - 1e-3) pixels.push_back(i);
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+      EXPECT_LE(measured[i], clear[i] + 1e-6);
+      if (measured[i] < clear[i] - 1e-3) pixels.push_back(i);
     }
     return pixels;
   };
@@ -327,26 +327,26 @@ TEST(RangeCamera, ParticlesDriftBeforeTheFloor) {
 }
 
 // The range of a capsule, by the distance from its axis, with nothing behind it.
-TEST(RangeCamera, SeesTheDiverBeforeTheFloor) {
+TEST(RangeCamera, MeasuresTheDiverBeforeTheFloor) {
   const Pose X_WB = at(0, 0, -8);
   const Pose X_WD = at(2.2, 0.1, -9, 1.2);
-  const std::vector<double> clear = ranges(look(floor_at(-12), X_WB));
-  const RangeScan scan = look(floor_at(-12), X_WB, X_WD);
-  const std::vector<double> seen = ranges(scan);
+  const std::vector<double> clear = ranges(scan_of(floor_at(-12), X_WB));
+  const RangeScan scan = scan_of(floor_at(-12), X_WB, X_WD);
+  const std::vector<double> measured = ranges(scan);
   int on_diver = 0;
   for (std::size_t i = 0; i < clear.size(); ++i) {
     const Eigen::Vector3d p_D = X_WD.inverse() * (X_WB * scan.points_B[i].cast<double>());
     const Eigen::Vector3d off(p_D.x() - std::clamp(p_D.x(), -0.6, 0.6), p_D.y(), p_D.z());
-    if (std::abs(seen[i] - clear[i]) < 1e-6) {
+    if (std::abs(measured[i] - clear[i]) < 1e-6) {
       ASSERT_GT(off.norm(), 0.3);
       continue;
     }
     ++on_diver;
-    ASSERT_LT(seen[i], clear[i]);
+    ASSERT_LT(measured[i], clear[i]);
     ASSERT_NEAR(off.norm(), 0.3015, 0.0016);
   }
   EXPECT_GT(on_diver, 200);
-  EXPECT_TRUE(same_bits(look(floor_at(-12), X_WB, at(2, 0, -20)), look(floor_at(-12), X_WB)));
+  EXPECT_TRUE(same_bits(scan_of(floor_at(-12), X_WB, at(2, 0, -20)), scan_of(floor_at(-12), X_WB)));
 }
 
 TEST(RangeCamera, FallsDueAtItsRate) {

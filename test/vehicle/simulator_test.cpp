@@ -91,7 +91,7 @@ TEST(Simulator, TheSameSeedGivesTheSameDiveAndAnotherSeedAnother) {
   EXPECT_TRUE(differs);
 }
 
-TEST(Simulator, ACurrentSetUnderWayTakesTheVehicleAlong) {
+TEST(Simulator, ACurrentSetDuringTheDiveTakesTheVehicleAlong) {
   Simulator sim = simulator(ideal());
   swim(sim, {}, 1.0);
   const Vector3d before = sim.truth().v_WB_B;
@@ -102,7 +102,7 @@ TEST(Simulator, ACurrentSetUnderWayTakesTheVehicleAlong) {
   EXPECT_NEAR((sim.truth().X_WB.q * sim.truth().v_WB_B).y(), 0.3, 0.02);
 }
 
-TEST(Sensors, AtRestFeelGravityUpAndNothingElse) {
+TEST(Sensors, AtRestMeasureGravityUpAndNothingElse) {
   Simulator sim = simulator(ideal(), 1, {{0, 0, -5}, from_rpy(0.0, 0.0, 2.0)});
   const SensorSamples samples = sim.step({});
   ASSERT_TRUE(samples.imu && samples.depth && samples.health);
@@ -218,7 +218,7 @@ TEST(Conditions, AreSetAndListedByTheSameNames) {
   EXPECT_FALSE(conditions.set("curent_x", 0.1));
 }
 
-TEST(Conditions, SayWhatIsWrongWithThem) {
+TEST(Conditions, ReportWhatIsWrongWithThem) {
   EXPECT_EQ(Conditions{}.validate(), "");
   for (const auto& [name, unused] : Conditions{}.list()) {
     for (const double bad : {std::nan(""), 1e9, -1e9}) {

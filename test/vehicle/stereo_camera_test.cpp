@@ -112,7 +112,7 @@ TEST(StereoCamera, EdgesLieWhereTheCameraModelHasThem) {
   }
 }
 
-TEST(StereoCamera, IsMountedAtTheBowAndLooksDown) {
+TEST(StereoCamera, IsMountedAtTheBowAndPointsDown) {
   const StereoCameraOptions options;
   EXPECT_LT((options.camera(0).X_BC.p - Eigen::Vector3d(0.31, 0.07, 0)).norm(), 1e-12);
   EXPECT_LT((options.camera(1).X_BC.p - Eigen::Vector3d(0.31, -0.07, 0)).norm(), 1e-12);
@@ -237,12 +237,12 @@ TEST(StereoCamera, OpenWaterIsVeilAlone) {
   options.water.veil = {0.3, 0.25, 0.3};
   options.water.backscatter = {0.1, 0.2, 0.1};
   options.water.downwelling = {0.2, 0.1, 0.2};
-  const ImageFrame seen = left({}, options, at(0, 0, -10));
+  const ImageFrame observed = left({}, options, at(0, 0, -10));
   for (int v = 0; v < kHeight; v += 20) {
     const double up = ray(options, 187, v).z();
     if (up > 0.0) continue;  // the ray ends at the water's surface
     const double radiance = 0.2 * std::exp(-0.1 * 10.0) / (0.25 - 0.1 * up);
-    ASSERT_NEAR(grey(seen, 187, v), 200.0 * radiance, 1.0) << v;
+    ASSERT_NEAR(grey(observed, 187, v), 200.0 * radiance, 1.0) << v;
   }
 }
 
@@ -338,7 +338,7 @@ TEST(StereoCamera, SameSeedSameImages) {
   }
 }
 
-TEST(StereoCamera, SeesTheDiver) {
+TEST(StereoCamera, RendersTheDiver) {
   const World world = floor_at(-6);
   StereoCamera camera(world, exact(), 1);
   const ImageFrame alone = *camera.take(0, at(0, 0, -4))[0];
@@ -447,7 +447,7 @@ TEST(StereoCamera, Faults) {
   EXPECT_EQ(camera.take(200'000, pose(0))[0]->pixels, first.pixels);
 }
 
-TEST(StereoCamera, IsBlindInsideASolidAndSeesTheSkyThroughTheSurface) {
+TEST(StereoCamera, IsBlackInsideASolidAndRendersTheSkyThroughTheSurface) {
   EXPECT_EQ(mean(left(floor_at(-6), exact(), at(0, 0, -6.1))), 0.0);
   StereoCameraOptions options = exact();
   const ImageFrame up = left({}, options, at(0, 0, -2, 0, deg_to_rad(-130)));
@@ -481,7 +481,7 @@ TEST(StereoCamera, RefusesOptionsThatMakeNoCamera) {
     change(options);
     EXPECT_NE(options.validate().find(word), std::string::npos) << options.validate();
   };
-  refuses([](auto& o) { o.width = 0; }, "picture");
+  refuses([](auto& o) { o.width = 0; }, "image");
   refuses([](auto& o) { o.fx = -1; }, "focal");
   refuses([nan](auto& o) { o.tilt_deg = nan; }, "tilt_deg");
   refuses([](auto& o) { o.rate_hz = 0; }, "rate_hz");
@@ -513,14 +513,14 @@ TEST(StereoCamera, TagsAreReadThroughTheWater) {
     for (std::size_t k = 0; k < 2; ++k) {
       const CameraModel model = options.camera(static_cast<int>(k));
       estimation::TagDetector detector(model, {});
-      const auto seen = detector.find(*frames[k]);
-      ASSERT_EQ(seen.size(), 1U) << water;
-      EXPECT_EQ(seen[0].id, 42);
+      const auto observed = detector.find(*frames[k]);
+      ASSERT_EQ(observed.size(), 1U) << water;
+      EXPECT_EQ(observed[0].id, 42);
       const Pose X_CT = (X_WB * model.X_BC).inverse() * tag.X_WT;
       const double signs[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
       for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Vector3d p_C = X_CT * Eigen::Vector3d(0.2 * signs[i][0], 0.2 * signs[i][1], 0);
-        const Eigen::Vector2d off = seen[0].corners[i] - p_C.head<2>() / p_C.z();
+        const Eigen::Vector2d off = observed[0].corners[i] - p_C.head<2>() / p_C.z();
         EXPECT_LT(model.fx * off.norm(), 1.0) << water << " corner " << i;
       }
     }

@@ -83,7 +83,7 @@ class Faces {
 
 // ---- the Aqua2 ------------------------------------------------------------------------------
 
-TEST(Aqua2, WeighsWhatTheDatasheetSaysWithItsCentreOfMassBelowTheOrigin) {
+TEST(Aqua2, HasTheDatasheetsMassAndItsCentreOfMassBelowTheOrigin) {
   const Model model = aqua2();
   EXPECT_EQ(model.name, "aqua2");
   EXPECT_NEAR(model.mass_kg, 16.4, 0.01);
@@ -526,7 +526,7 @@ TEST(Urdf, FindsAllMistakesInOnePass) {
   EXPECT_EQ(diagnostics.error_count(), 3U);
 }
 
-TEST(Urdf, SaysWhyAFileCannotBeRead) {
+TEST(Urdf, ReportsWhyAFileCannotBeRead) {
   Diagnostics diagnostics;
   EXPECT_FALSE(load_urdf("no/such/file.urdf", diagnostics));
   ASSERT_EQ(diagnostics.list().size(), 1U);

@@ -64,28 +64,28 @@ Diver::Diver(DiverTrack track) : track_(std::move(track)) {
 
 void Diver::face(Progress& progress) const {
   if (progress.next >= track_.waypoints.size()) return;
-  const Eigen::Vector3d way = track_.waypoints[progress.next].p_W - progress.X_WD.p;
+  const Eigen::Vector3d to_goal = track_.waypoints[progress.next].p_W - progress.X_WD.p;
   constexpr double kUpright = 1e-6;  // m: too short to define a heading
-  if (std::hypot(way.x(), way.y()) < kUpright) return;
-  progress.X_WD.q = from_rpy(0.0, 0.0, std::atan2(way.y(), way.x()));
+  if (std::hypot(to_goal.x(), to_goal.y()) < kUpright) return;
+  progress.X_WD.q = from_rpy(0.0, 0.0, std::atan2(to_goal.y(), to_goal.x()));
 }
 
 Diver::Progress Diver::after(double dt) const {
   Progress progress = now_;
   while (dt > 0.0) {
     if (progress.pause_s > 0.0) {
-      const double spent = std::min(dt, progress.pause_s);
-      progress.pause_s -= spent;
-      dt -= spent;
+      const double paused = std::min(dt, progress.pause_s);
+      progress.pause_s -= paused;
+      dt -= paused;
       continue;
     }
     if (progress.next >= track_.waypoints.size()) break;
     face(progress);
     const auto& [goal, pause] = track_.waypoints[progress.next];
-    const Eigen::Vector3d way = goal - progress.X_WD.p;
-    const double left = way.norm();
+    const Eigen::Vector3d to_goal = goal - progress.X_WD.p;
+    const double left = to_goal.norm();
     if (left > track_.speed * dt) {
-      progress.X_WD.p += way * (track_.speed * dt / left);
+      progress.X_WD.p += to_goal * (track_.speed * dt / left);
       break;
     }
     progress.X_WD.p = goal;

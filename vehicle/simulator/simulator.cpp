@@ -44,7 +44,7 @@ struct Simulator::Impl {
       flippers.advance(kTick / kSubsteps);
       const Dynamics::State before = state;
       dynamics.advance(state, flippers.forces(), current_W, kTick / kSubsteps);
-      if (conditions.inertial_unit) feel(before, i);
+      if (conditions.inertial_unit) sample_imu(before, i);
     }
     DIVE_DEMAND(state.X_WB.is_finite() && state.v.allFinite() && state.omega.allFinite());
     truth.utime += from_seconds(kTick);
@@ -67,7 +67,7 @@ struct Simulator::Impl {
   // Feeds the IMU for a finished substep that began at `before`. The flippers' forces are constant
   // within it, so that its midpoint is a shorter step of the same motion; at its end they jump, and
   // the sample uses the mean.
-  void feel(const Dynamics::State& before, int substep) {
+  void sample_imu(const Dynamics::State& before, int substep) {
     constexpr double kStep = kTick / kSubsteps;
     static_assert(InertialSamples::kPerTick == 2 * kSubsteps);
     Dynamics::State middle = before;
@@ -84,7 +84,7 @@ struct Simulator::Impl {
     const Vector3d rate = dynamics.acceleration(at, forces).head<3>();
     const Vector3d specific_force_B =
         rate + at.omega.cross(at.v) + at.X_WB.q.conjugate() * (kGravity * Vector3d::UnitZ());
-    sensors.feel(utime, at.X_WB.q, at.omega, specific_force_B);
+    sensors.add_motion(utime, at.X_WB.q, at.omega, specific_force_B);
   }
 
   [[nodiscard]] Vector3d velocity_W() const { return state.X_WB.q * state.v + current_W; }

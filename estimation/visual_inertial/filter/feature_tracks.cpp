@@ -11,8 +11,9 @@ void FeatureTracks::add(std::int64_t id, const TrackObservation& observation) {
 
 void FeatureTracks::forget_frame(std::int64_t frame) {
   for (auto& [id, track] : tracks_) {
-    std::erase_if(track.observations,
-                  [frame](const TrackObservation& seen) { return seen.frame == frame; });
+    std::erase_if(track.observations, [frame](const TrackObservation& observation) {
+      return observation.frame == frame;
+    });
   }
 }
 

@@ -30,7 +30,7 @@ const Clone* clone_of(const FilterState& state, std::int64_t frame, std::size_t&
 
 Eigen::Index view_count(const Track& track) {
   Eigen::Index count = 0;
-  for (const TrackObservation& seen : track.observations) count += seen.right ? 2 : 1;
+  for (const TrackObservation& observation : track.observations) count += observation.right ? 2 : 1;
   return count;
 }
 
@@ -62,13 +62,13 @@ std::optional<ViewJacobians> view_jacobians(const Pose& X_WB, const Pose& X_BC,
 std::vector<View> views_of(const FilterState& state, const Track& track) {
   std::vector<View> views;
   views.reserve(2 * track.observations.size());
-  for (const TrackObservation& seen : track.observations) {
+  for (const TrackObservation& observation : track.observations) {
     std::size_t index = 0;
-    const Clone* clone = clone_of(state, seen.frame, index);
+    const Clone* clone = clone_of(state, observation.frame, index);
     DIVE_DEMAND(clone != nullptr);
     // The last one is the anchor: a left one.
-    if (seen.right) views.push_back({clone->X_WB * state.cameras_B[1], *seen.right});
-    views.push_back({clone->X_WB * state.cameras_B[0], seen.left});
+    if (observation.right) views.push_back({clone->X_WB * state.cameras_B[1], *observation.right});
+    views.push_back({clone->X_WB * state.cameras_B[0], observation.left});
   }
   return views;
 }
@@ -80,17 +80,17 @@ std::optional<LinearSystem> track_system(const FilterState& state, const Track& 
   LinearSystem system{MatrixXd::Zero(rows, columns[0].size + columns[1].size),
                       Eigen::MatrixX3d(rows, 3), VectorXd(rows)};
   Eigen::Index row = 0;
-  for (const TrackObservation& seen : track.observations) {
+  for (const TrackObservation& observation : track.observations) {
     std::size_t index = 0;
-    const Clone* clone = clone_of(state, seen.frame, index);
+    const Clone* clone = clone_of(state, observation.frame, index);
     DIVE_DEMAND(clone != nullptr);
     const Eigen::Index at = columns[0].size + state.clone_columns(index).start - columns[1].start;
-    for (std::size_t camera = 0; camera < (seen.right ? 2U : 1U); ++camera, row += 2) {
+    for (std::size_t camera = 0; camera < (observation.right ? 2U : 1U); ++camera, row += 2) {
       const Pose& X_BC = state.cameras_B[camera];
       const auto expected = project(clone->X_WB, X_BC, p_W);
       const auto jacobians = view_jacobians(clone->first, X_BC, p_W);
       if (!expected || !jacobians) return std::nullopt;
-      system.r.segment<2>(row) = (camera == 0 ? seen.left : *seen.right) - *expected;
+      system.r.segment<2>(row) = (camera == 0 ? observation.left : *observation.right) - *expected;
       system.H_f.middleRows<2>(row) = jacobians->landmark;
       system.H.block<2, 6>(row, at) = jacobians->clone;
       if (const auto own = state.camera_columns(camera)) {
@@ -102,21 +102,21 @@ std::optional<LinearSystem> track_system(const FilterState& state, const Track& 
 }
 
 std::optional<LinearSystem> landmark_system(const FilterState& state, std::size_t landmark,
-                                            const TrackObservation& seen) {
+                                            const TrackObservation& observation) {
   const Clone& clone = state.clones().back();
-  DIVE_DEMAND(clone.frame == seen.frame);
+  DIVE_DEMAND(clone.frame == observation.frame);
   const Columns calibration = state.view_columns()[0];
   const MapLandmark& mark = state.landmarks()[landmark];
-  const Eigen::Index rows = seen.right ? 4 : 2;
+  const Eigen::Index rows = observation.right ? 4 : 2;
   LinearSystem system{MatrixXd::Zero(rows, calibration.size + 9), Eigen::MatrixX3d(0, 3),
                       VectorXd(rows)};
-  for (std::size_t camera = 0; camera < (seen.right ? 2U : 1U); ++camera) {
+  for (std::size_t camera = 0; camera < (observation.right ? 2U : 1U); ++camera) {
     const auto row = static_cast<Eigen::Index>(2 * camera);
     const Pose& X_BC = state.cameras_B[camera];
     const auto expected = project(clone.X_WB, X_BC, mark.p_W);
     const auto jacobians = view_jacobians(clone.first, X_BC, mark.first);
     if (!expected || !jacobians) return std::nullopt;
-    system.r.segment<2>(row) = (camera == 0 ? seen.left : *seen.right) - *expected;
+    system.r.segment<2>(row) = (camera == 0 ? observation.left : *observation.right) - *expected;
     if (const auto own = state.camera_columns(camera)) {
       system.H.block<2, 6>(row, own->start - calibration.start) = jacobians->camera;
     }

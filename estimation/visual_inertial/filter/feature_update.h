@@ -46,7 +46,7 @@ struct LinearSystem {
 /// empty.
 [[nodiscard]] std::optional<LinearSystem> landmark_system(const FilterState& state,
                                                           std::size_t landmark,
-                                                          const TrackObservation& seen);
+                                                          const TrackObservation& observation);
 [[nodiscard]] std::vector<View> views_of(const FilterState& state, const Track& track);
 
 /// Transforms the rows by the Householder reflections that make H_f upper triangular: the first

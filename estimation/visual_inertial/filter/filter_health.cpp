@@ -70,8 +70,8 @@ void HealthWatch::on_depth(Utime utime, const UpdateResult& result) {
 
 void HealthWatch::on_frame(Utime utime, VisualReport report) {
   health.faults.features_ignored += report.ignored;
-  if (const int judged = report.used + report.rejected; judged > 0) {
-    const double share = static_cast<double>(report.rejected) / judged;
+  if (const int checked = report.used + report.rejected; checked > 0) {
+    const double share = static_cast<double>(report.rejected) / checked;
     refused_share_ += kShareSmoothing * (share - refused_share_);
   }
   if (report.used > 0) {
@@ -117,11 +117,11 @@ std::string HealthWatch::suspicion_of(Utime utime, const FilterState& state) con
     return fmt::format("the accelerometer's bias is {:.0f} sigma off", accel);
   }
   for (std::size_t i = 0; options_.calibrate_extrinsics && i < state.cameras_B.size(); ++i) {
-    const Pose& told = options_.cameras[i].X_BC;
-    const Vector3d turn = so3_log(told.q.conjugate() * state.cameras_B[i].q);
+    const Pose& calibrated = options_.cameras[i].X_BC;
+    const Vector3d turn = so3_log(calibrated.q.conjugate() * state.cameras_B[i].q);
     const double turned = turn.cwiseAbs().maxCoeff() / deg_to_rad(options_.extrinsic_sigma_deg);
     const double moved =
-        (state.cameras_B[i].p - told.p).cwiseAbs().maxCoeff() / options_.extrinsic_sigma_m;
+        (state.cameras_B[i].p - calibrated.p).cwiseAbs().maxCoeff() / options_.extrinsic_sigma_m;
     if (std::max(turned, moved) > kMaxCalibrationSigmas) {
       return fmt::format("camera {} stands {:.0f} sigma off", i, std::max(turned, moved));
     }

@@ -24,9 +24,9 @@ constexpr int kMaxPromotions = 3;            // new landmarks in one frame
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 
-std::size_t sights(const Track& track) {
+std::size_t count_observations(const Track& track) {
   std::size_t count = 0;
-  for (const TrackObservation& seen : track.observations) count += seen.right ? 2 : 1;
+  for (const TrackObservation& observation : track.observations) count += observation.right ? 2 : 1;
   return count;
 }
 
@@ -78,7 +78,7 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
 
 void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
                           VisualReport& report) {
-  landmark_sights_.clear();
+  landmark_observations_.clear();
   std::set<std::int64_t> seen_ids;
   const bool is_stereo = state.cameras_B.size() > 1;
   for (const FeatureObservation& feature : frame.features) {
@@ -88,15 +88,16 @@ void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, s
       continue;
     }
     ++report.followed;
-    TrackObservation seen{number, feature.left, std::nullopt};
-    if (is_stereo) seen.right = feature.right;
+    TrackObservation observation{number, feature.left, std::nullopt};
+    if (is_stereo) observation.right = feature.right;
     const auto& marks = state.landmarks();
     const auto mark = std::find_if(marks.begin(), marks.end(),
                                    [&](const MapLandmark& m) { return m.id == feature.id; });
     if (mark == marks.end()) {
-      tracks_.add(feature.id, seen);
+      tracks_.add(feature.id, observation);
     } else {
-      landmark_sights_.emplace_back(static_cast<std::size_t>(mark - marks.begin()), seen);
+      landmark_observations_.emplace_back(static_cast<std::size_t>(mark - marks.begin()),
+                                          observation);
     }
   }
 }
@@ -110,20 +111,20 @@ bool VisualUpdate::is_out(const MatrixXd& S, const VectorXd& r, double& distance
 
 void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
                                      VisualReport& report) {
-  if (landmark_sights_.empty()) return;
+  if (landmark_observations_.empty()) return;
   const Columns calibration = state.view_columns()[0];
   const Columns clone = state.clone_columns(state.clones().size() - 1);
   const int marks = 3 * static_cast<int>(state.landmarks().size());
   const std::array<Columns, 2> all{{{calibration.start, calibration.size + marks}, clone}};
   MatrixXd H =
-      MatrixXd::Zero(static_cast<Eigen::Index>(4 * landmark_sights_.size()), all[0].size + 6);
+      MatrixXd::Zero(static_cast<Eigen::Index>(4 * landmark_observations_.size()), all[0].size + 6);
   VectorXd r(H.rows());
   Eigen::Index rows = 0;
-  for (const auto& [index, seen] : landmark_sights_) {
+  for (const auto& [index, observation] : landmark_observations_) {
     MapLandmark& mark = state.landmarks()[index];
     mark.last_frame = number;
     const Columns own = state.landmark_columns(index);
-    const auto system = landmark_system(state, index, seen);
+    const auto system = landmark_system(state, index, observation);
     double distance = 0.0;
     bool is_rejected = !system;
     if (system) {
@@ -151,7 +152,7 @@ void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
   H.conservativeResize(rows, Eigen::NoChange);
   r.conservativeResize(rows);
   state.correct(all, H, r, VectorXd::Constant(rows, sigma_ * sigma_));
-  for (const auto& [index, seen] : landmark_sights_) {
+  for (const auto& [index, observation] : landmark_observations_) {
     const MapLandmark& mark = state.landmarks()[index];
     if (mark.rejected > 0) continue;
     const int at = state.landmark_columns(index).start;
@@ -186,8 +187,8 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
   }
   // Lost tracks cannot wait.
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-    return std::make_tuple(a.may_stay, sights(*b.track), a.track->id) <
-           std::make_tuple(b.may_stay, sights(*a.track), b.track->id);
+    return std::make_tuple(a.may_stay, count_observations(*b.track), a.track->id) <
+           std::make_tuple(b.may_stay, count_observations(*a.track), b.track->id);
   });
   const std::size_t most = static_cast<std::size_t>(options_.max_update_features);
   if (found.size() > most) found.resize(most);
@@ -223,10 +224,10 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
                                   VisualReport& report) {
   const double speed_variance =
       state.covariance().diagonal().segment<3>(imu_error::kVelocity).maxCoeff();
-  int room = 0;
+  int free_places = 0;
   if (speed_variance < kLandmarkSpeedSigma * kLandmarkSpeedSigma) {
-    room = std::min(kMaxPromotions,
-                    options_.max_landmarks - static_cast<int>(state.landmarks().size()));
+    free_places = std::min(kMaxPromotions,
+                           options_.max_landmarks - static_cast<int>(state.landmarks().size()));
   }
   std::vector<const Track*> staying;
   std::vector<Gated> passed;
@@ -234,9 +235,9 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
   for (const Candidate& candidate : found) {
     auto one = gated(state, *candidate.track, report);
     if (!one) continue;
-    if (candidate.may_stay && room > 0 && one->depth_share < kLandmarkDepthShare) {
+    if (candidate.may_stay && free_places > 0 && one->depth_share < kLandmarkDepthShare) {
       staying.push_back(candidate.track);
-      --room;
+      --free_places;
       continue;
     }
     rows += one->system.r.size() - 3;

@@ -68,9 +68,10 @@ class VisualUpdate {
   VisualInertialOptions options_;
   double sigma_;  ///< Sigma of an image coordinate, normalised.
   FeatureTracks tracks_;
-  std::vector<std::pair<std::size_t, TrackObservation>> landmark_sights_;  ///< In this frame.
-  double distance_ = 0.0;  ///< Sum of r^T S^-1 r over the updates of this frame.
-  double freedom_ = 0.0;   ///< Degrees of freedom of the updates of this frame.
+  std::vector<std::pair<std::size_t, TrackObservation>>
+      landmark_observations_;  ///< Observations in this frame, by landmark.
+  double distance_ = 0.0;      ///< Sum of r^T S^-1 r over the updates of this frame.
+  double freedom_ = 0.0;       ///< Degrees of freedom of the updates of this frame.
 };
 
 }  // namespace dive::estimation

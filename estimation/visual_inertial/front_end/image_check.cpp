@@ -23,11 +23,9 @@ std::string format_problem(const ImageFrame& image, const CameraModel& camera) {
           static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height)) {
     return {};
   }
-  return fmt::format(
-      "a {} picture of {} x {} pixels in {} bytes, where a grey one of {} x {} was "
-      "agreed",
-      is_grey ? "grey" : "colour", image.width, image.height, image.pixels.size(), camera.width,
-      camera.height);
+  return fmt::format("a {} image of {} x {} pixels in {} bytes; the camera's are grey, {} x {}",
+                     is_grey ? "grey" : "colour", image.width, image.height, image.pixels.size(),
+                     camera.width, camera.height);
 }
 
 ImageCheck::ImageCheck(const CameraModel& camera, double min_contrast)
@@ -38,13 +36,13 @@ bool ImageCheck::check(const ImageFrame& image, ImageQuality& quality) const {
     return refuse(quality, ImageFault::kNotAsAgreed, std::move(problem));
   }
   if (last_utime_ && image.utime <= *last_utime_) {
-    return refuse(
-        quality, ImageFault::kNotLater,
-        fmt::format("stamped {} us, and the one before {} us", image.utime, *last_utime_));
+    return refuse(quality, ImageFault::kNotLater,
+                  fmt::format("stamped {} us, not later than the last image, {} us", image.utime,
+                              *last_utime_));
   }
   if (last_utime_ && image.pixels == last_pixels_) {
     return refuse(quality, ImageFault::kFrozen,
-                  "bit for bit the picture before: the camera is frozen");
+                  "equal to the last image, bit for bit: the camera is frozen");
   }
   return true;
 }
@@ -56,9 +54,8 @@ bool ImageCheck::check_contrast(const ImageStatistics& statistics, ImageQuality&
   if (quality.contrast >= min_contrast_) return true;
   return refuse(
       quality, ImageFault::kNoContrast,
-      fmt::format(
-          "nothing to see: mean {:.1f}, standard deviation {:.1f} of 255, where {:.1f} is needed",
-          quality.brightness, quality.contrast, min_contrast_));
+      fmt::format("no contrast: mean {:.1f}, standard deviation {:.1f} of 255, less than {:.1f}",
+                  quality.brightness, quality.contrast, min_contrast_));
 }
 
 void ImageCheck::set_last(const ImageFrame& image) {

@@ -24,11 +24,13 @@ std::string TrackStereo::match(const EqualisedImage& left, Utime left_utime,
                                std::vector<Track>& tracks) {
   if (std::string problem = format_problem(right, right_); !problem.empty()) return problem;
   if (std::abs(right.utime - left_utime) > kMaxStampDifference) {
-    return fmt::format("stamped {} us, and the left one {} us", right.utime, left_utime);
+    return fmt::format("stamped {} us, more than {} us from the left image, {} us", right.utime,
+                       kMaxStampDifference, left_utime);
   }
   const ImageStatistics statistics = image_.set(right);
   if (statistics.contrast < min_contrast_) {
-    return fmt::format("nothing to see: standard deviation {:.1f} of 255", statistics.contrast);
+    return fmt::format("no contrast: standard deviation {:.1f} of 255, less than {:.1f}",
+                       statistics.contrast, min_contrast_);
   }
   std::vector<StereoQuery> queries;
   std::vector<std::size_t> of;

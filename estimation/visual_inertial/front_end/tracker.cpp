@@ -249,7 +249,7 @@ struct Tracker::Impl {
     if (right_image != nullptr) {
       quality.right_reason =
           stereo ? stereo->match(now, image.utime, *right_image, image_number, tracks)
-                 : "there is no calibration of a right camera";
+                 : "the right camera has no calibration";
     }
     for (Track& track : tracks) {
       track.past[image_number % Track::kPast] = track.n;
@@ -262,7 +262,7 @@ struct Tracker::Impl {
         static_cast<int>(tracks.size()) < options.min_features) {
       quality.fault = ImageFault::kFewFeatures;
       quality.reason =
-          fmt::format("{} features, where {} are needed", tracks.size(), options.min_features);
+          fmt::format("{} features; at least {} are needed", tracks.size(), options.min_features);
     }
     return result;
   }

@@ -95,9 +95,9 @@ struct KeyframeExtractor::Impl {
 
   [[nodiscard]] tl::expected<KeyframeView, std::string> view(const ImageFrame& left_frame,
                                                              const ImageFrame& right_frame) {
-    Image seen = prepared(left_frame);
+    Image left_image = prepared(left_frame);
     const Image beside = prepared(right_frame);
-    const cv::Mat mat(left.height, left.width, CV_8UC1, seen.full.data());
+    const cv::Mat mat(left.height, left.width, CV_8UC1, left_image.full.data());
     std::vector<cv::KeyPoint> found;
     orb->detect(mat, found);
     found = spread(found, left.width, left.height, options.max_points);
@@ -117,7 +117,7 @@ struct KeyframeExtractor::Impl {
       result.points.push_back(point);
       queries.push_back({pixel, *n});
     }
-    const auto matches = matcher.match(seen.pair(left.width, left.height),
+    const auto matches = matcher.match(left_image.pair(left.width, left.height),
                                        beside.pair(left.width, left.height), queries);
     if (!matches) return tl::unexpected(matches.error());
     for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -145,9 +145,9 @@ tl::expected<KeyframeView, std::string> KeyframeExtractor::view(const ImageFrame
                                                                 const ImageFrame& right) {
   for (const ImageFrame* frame : {&left, &right}) {
     if (!impl_->is_agreed(*frame)) {
-      return tl::unexpected(fmt::format("a picture of {} x {} pixels; grey ones of {} x {} agreed",
-                                        frame->width, frame->height, impl_->left.width,
-                                        impl_->left.height));
+      return tl::unexpected(
+          fmt::format("an image of {} x {} pixels; the camera's are grey, {} x {}", frame->width,
+                      frame->height, impl_->left.width, impl_->left.height));
     }
   }
   try {

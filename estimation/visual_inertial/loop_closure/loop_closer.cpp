@@ -216,18 +216,18 @@ bool LoopCloser::agree(const Closing& a, const Closing& b) const {
   const auto where = [&](const Closing& c) {
     const GraphNode& from = nodes[c.edge.from];
     const GraphNode& to = nodes[c.edge.to];
-    GraphNode said = to;
-    said.turn = wrap_angle(from.turn + c.edge.turn);
-    said.p = from.p + Eigen::AngleAxisd(from.turn, Vector3d::UnitZ()) * c.edge.d;
-    const Pose there = said.correction() * nodes.back().filter;
+    GraphNode implied = to;
+    implied.turn = wrap_angle(from.turn + c.edge.turn);
+    implied.p = from.p + Eigen::AngleAxisd(from.turn, Vector3d::UnitZ()) * c.edge.d;
+    const Pose there = implied.correction() * nodes.back().filter;
     Vector4d at;
-    at << there.p, said.turn;
+    at << there.p, implied.turn;
     return at;
   };
   Vector4d off = where(a) - where(b);
   off[3] = wrap_angle(off[3]);
-  const Vector3d way = nodes.back().filter.p - nodes[a.edge.to].filter.p;
-  const Matrix4d F = carried(way);
+  const Vector3d moved = nodes.back().filter.p - nodes[a.edge.to].filter.p;
+  const Matrix4d F = carried(moved);
   Matrix4d S = F * a.edge.covariance * F.transpose() + b.edge.covariance;
   // Their two old places are some distance apart, and so are the two keyframes.
   for (const auto& [i, j] :

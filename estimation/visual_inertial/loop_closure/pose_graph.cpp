@@ -111,19 +111,19 @@ void PoseGraph::add(Utime utime, const Pose& filter, const Matrix4d& covariance)
   if (!nodes_.empty()) {
     const GraphNode& last = nodes_.back();
     DIVE_DEMAND(utime > last.utime);
-    GraphEdge way;
-    way.from = nodes_.size() - 1;
-    way.to = nodes_.size();
-    way.d = filter.p - last.filter.p;
-    const Matrix4d F = carried(way.d);
+    GraphEdge edge;
+    edge.from = nodes_.size() - 1;
+    edge.to = nodes_.size();
+    edge.d = filter.p - last.filter.p;
+    const Matrix4d F = carried(edge.d);
     Matrix4d growth = covariance - F * last.covariance * F.transpose();
     if (has_depth_) {
       growth.row(2).setZero();
       growth.col(2).setZero();
       growth(2, 2) = kMinHeightSigma * kMinHeightSigma;
     }
-    way.covariance = at_least_least(growth);
-    odometry_edges_.push_back(way);
+    edge.covariance = at_least_least(growth);
+    odometry_edges_.push_back(edge);
     const Pose X_WB = last.correction() * filter;
     node.p = X_WB.p;
     node.turn = last.turn;

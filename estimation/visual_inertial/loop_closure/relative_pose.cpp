@@ -35,29 +35,29 @@ constexpr int kRows = 3;
 // chi^2 exceeded with a probability of 1 %, by degrees of freedom.
 constexpr std::array<double, 6> kMaxChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
 
-// A point in the left camera then, and all its observations.
-struct Sighting {
+// A point in both keyframes; f: its position in the left camera then, m.
+struct MatchedPoint {
   Vector3d f;
   KeyframePoint then;
   KeyframePoint now;
 };
 
 // From two image points: (b + rho p) in the right camera, two equations linear in rho.
-std::optional<Vector3d> place(const KeyframePoint& seen, const Pose& X_RL, double sigma) {
-  if (!seen.right) return std::nullopt;
-  const Vector3d b = X_RL.q * seen.left.homogeneous();
-  const Vector2d a = X_RL.p.head<2>() - *seen.right * X_RL.p.z();
-  const Vector2d c = *seen.right * b.z() - b.head<2>();
+std::optional<Vector3d> place(const KeyframePoint& point, const Pose& X_RL, double sigma) {
+  if (!point.right) return std::nullopt;
+  const Vector3d b = X_RL.q * point.left.homogeneous();
+  const Vector2d a = X_RL.p.head<2>() - *point.right * X_RL.p.z();
+  const Vector2d c = *point.right * b.z() - b.head<2>();
   const double rho = a.dot(c) / a.squaredNorm();
   if (!(rho * a.norm() > kMinParallax * sigma) || rho > 1.0 / kMinDepth) return std::nullopt;
-  return Vector3d(seen.left.homogeneous() / rho);
+  return Vector3d(point.left.homogeneous() / rho);
 }
 
 // PnP: initial pose of the present camera, and the points that agree.
-std::optional<Pose> begin(std::vector<Sighting>& sightings, const RelativePoseOptions& options) {
+std::optional<Pose> begin(std::vector<MatchedPoint>& matched, const RelativePoseOptions& options) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
-  for (const Sighting& s : sightings) {
+  for (const MatchedPoint& s : matched) {
     points.emplace_back(s.f.x(), s.f.y(), s.f.z());
     pixels.emplace_back(s.now.left.x(), s.now.left.y());
   }
@@ -75,9 +75,9 @@ std::optional<Pose> begin(std::vector<Sighting>& sightings, const RelativePoseOp
   } catch (const cv::Exception&) {  // if the points determine nothing
     return std::nullopt;
   }
-  std::vector<Sighting> agreeing;
-  for (const int i : inliers) agreeing.push_back(sightings[static_cast<std::size_t>(i)]);
-  sightings = std::move(agreeing);
+  std::vector<MatchedPoint> agreeing;
+  for (const int i : inliers) agreeing.push_back(matched[static_cast<std::size_t>(i)]);
+  matched = std::move(agreeing);
   const Vector3d r(turn.at<double>(0), turn.at<double>(1), turn.at<double>(2));
   const Vector3d t(shift.at<double>(0), shift.at<double>(1), shift.at<double>(2));
   const Pose X_C1C0{t, so3_exp(r)};
@@ -96,7 +96,7 @@ struct PointSystem {
   int rows = 0;
   bool is_before_all = true;
 
-  void add(const Vector3d& h, const Vector2d& seen, double sigma, const Matrix3d& by_f,
+  void add(const Vector3d& h, const Vector2d& measured, double sigma, const Matrix3d& by_f,
            const Matrix36d& by_x) {
     if (!(h.z() > kMinDepth)) {
       is_before_all = false;
@@ -107,7 +107,7 @@ struct PointSystem {
     E /= h.z() * sigma;
     const Matrix23d F = E * by_f;
     const Matrix26d X = E * by_x;
-    const Vector2d r = (seen - h.head<2>() / h.z()) / sigma;
+    const Vector2d r = (measured - h.head<2>() / h.z()) / sigma;
     H_xx += X.transpose() * X;
     H_xf += X.transpose() * F;
     H_ff += F.transpose() * F;
@@ -118,7 +118,7 @@ struct PointSystem {
   }
 };
 
-PointSystem system_of(const Sighting& s, const Pose& X, const Pose& X_RL,
+PointSystem system_of(const MatchedPoint& s, const Pose& X, const Pose& X_RL,
                       const RelativePoseOptions& options) {
   const Matrix3d R_RL = X_RL.q.toRotationMatrix();
   const Matrix3d R_10 = X.q.conjugate().toRotationMatrix();
@@ -138,13 +138,13 @@ PointSystem system_of(const Sighting& s, const Pose& X, const Pose& X_RL,
 }
 
 // Gauss-Newton; empty if it does not converge.
-std::optional<Matrix6d> adjust(std::vector<Sighting>& sightings, Pose& X, const Pose& X_RL,
+std::optional<Matrix6d> adjust(std::vector<MatchedPoint>& matched, Pose& X, const Pose& X_RL,
                                const RelativePoseOptions& options) {
   for (int i = 0; i < kSteps; ++i) {
     Matrix6d H = Matrix6d::Zero();
     Vector6d b = Vector6d::Zero();
     std::vector<PointSystem> systems;
-    for (const Sighting& s : sightings) {
+    for (const MatchedPoint& s : matched) {
       systems.push_back(system_of(s, X, X_RL, options));
       const PointSystem& p = systems.back();
       if (!p.is_before_all) continue;
@@ -158,20 +158,20 @@ std::optional<Matrix6d> adjust(std::vector<Sighting>& sightings, Pose& X, const 
     if (!step.allFinite()) return std::nullopt;
     X.p += step.head<3>();
     X.q = (X.q * so3_exp(step.tail<3>())).normalized();
-    for (std::size_t k = 0; k < sightings.size(); ++k) {
+    for (std::size_t k = 0; k < matched.size(); ++k) {
       const PointSystem& p = systems[k];
       if (!p.is_before_all) continue;
-      sightings[k].f += p.H_ff.inverse() * (p.b_f - p.H_xf.transpose() * step);
+      matched[k].f += p.H_ff.inverse() * (p.b_f - p.H_xf.transpose() * step);
     }
     if (step.norm() < kConverged) return Matrix6d(llt.solve(Matrix6d::Identity()));
   }
   return std::nullopt;
 }
 
-// The points that agree with X, each at its best position given X and its observations.
-std::vector<Sighting> agreeing(std::vector<Sighting> sightings, const Pose& X, const Pose& X_RL,
-                               const RelativePoseOptions& options) {
-  std::erase_if(sightings, [&](Sighting& s) {
+// The points that agree with X, each at its best position given X and its matched.
+std::vector<MatchedPoint> agreeing(std::vector<MatchedPoint> matched, const Pose& X,
+                                   const Pose& X_RL, const RelativePoseOptions& options) {
+  std::erase_if(matched, [&](MatchedPoint& s) {
     PointSystem system = system_of(s, X, X_RL, options);
     for (int i = 0; i < kPointSteps && system.is_before_all; ++i) {
       s.f += system.H_ff.inverse() * system.b_f;
@@ -180,12 +180,12 @@ std::vector<Sighting> agreeing(std::vector<Sighting> sightings, const Pose& X, c
     const auto freedom = static_cast<std::size_t>(std::max(0, system.rows - 3));
     return !system.is_before_all || !(system.chi2 <= kMaxChiSquare.at(freedom));
   });
-  return sightings;
+  return matched;
 }
 
-int cells(const std::vector<Sighting>& sightings, const RelativePoseOptions& options) {
+int cells(const std::vector<MatchedPoint>& matched, const RelativePoseOptions& options) {
   std::array<bool, kColumns * kRows> has{};
-  for (const Sighting& s : sightings) {
+  for (const MatchedPoint& s : matched) {
     const auto part = [](double at, double half, int count) {
       return std::clamp(static_cast<int>((at + half) / (2.0 * half) * count), 0, count - 1);
     };
@@ -202,18 +202,18 @@ std::optional<RelativePose> relative_pose(
     const KeyframeView& then, const KeyframeView& now,
     const std::vector<std::pair<std::size_t, std::size_t>>& matches, const Pose& X_RL,
     const RelativePoseOptions& options) {
-  std::vector<Sighting> sightings;
+  std::vector<MatchedPoint> matched;
   for (const auto& [i, j] : matches) {
-    const KeyframePoint& seen = then.points.at(i);
-    if (const auto f = place(seen, X_RL, options.sigma_then)) {
-      sightings.push_back({*f, seen, now.points.at(j)});
+    const KeyframePoint& point = then.points.at(i);
+    if (const auto f = place(point, X_RL, options.sigma_then)) {
+      matched.push_back({*f, point, now.points.at(j)});
     }
   }
   const std::size_t min_points =
       std::max(static_cast<std::size_t>(options.min_points),
-               static_cast<std::size_t>(options.min_share * static_cast<double>(sightings.size())));
-  if (sightings.size() < min_points) return std::nullopt;
-  std::vector<Sighting> chosen = sightings;
+               static_cast<std::size_t>(options.min_share * static_cast<double>(matched.size())));
+  if (matched.size() < min_points) return std::nullopt;
+  std::vector<MatchedPoint> chosen = matched;
   std::optional<Pose> X = begin(chosen, options);
   if (!X) return std::nullopt;
   std::optional<Matrix6d> covariance;
@@ -221,7 +221,7 @@ std::optional<RelativePose> relative_pose(
     if (chosen.size() < kMinInitialPoints) return std::nullopt;
     covariance = adjust(chosen, *X, X_RL, options);
     if (!covariance) return std::nullopt;
-    chosen = agreeing(sightings, *X, X_RL, options);
+    chosen = agreeing(matched, *X, X_RL, options);
   }
   if (chosen.size() < min_points || cells(chosen, options) < options.min_cells) return std::nullopt;
   return RelativePose{*X, *covariance, static_cast<int>(chosen.size())};

@@ -129,7 +129,7 @@ void VisionPipeline::expect_speed(const StateEstimate& published) {
   filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
 }
 
-// q_C1C0 of the left camera since the tracker's last picture.
+// q_C1C0 of the left camera since the tracker's last image.
 std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
   const std::optional<Utime> from = tracker_.utime();
   if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {

@@ -43,17 +43,17 @@ tl::expected<RectifiedPair, std::string> rectify(const CameraModel& left,
     if (std::string why = camera->validate(); !why.empty()) return Failure(std::move(why));
   }
   if (left.width != right.width || left.height != right.height) {
-    return Failure(fmt::format("pictures of {} x {} and {} x {} pixels are no pair", left.width,
+    return Failure(fmt::format("images of {} x {} and {} x {} pixels are no pair", left.width,
                                left.height, right.width, right.height));
   }
   const Vector3d across = right.X_BC.p - left.X_BC.p;
   if (!(across.norm() > kMinBaseline)) {
-    return Failure(fmt::format("cameras {:g} m apart tell no distance", across.norm()));
+    return Failure(fmt::format("cameras {:g} m apart give no ranges", across.norm()));
   }
   const Matrix3d R_BL = left.X_BC.q.toRotationMatrix();
   const Matrix3d R_BR = right.X_BC.q.toRotationMatrix();
   if (R_BL.col(2).dot(R_BR.col(2)) < kMinAgreement) {
-    return Failure("the cameras look in different directions");
+    return Failure("the cameras point in different directions");
   }
   const Vector3d x = across.normalized();
   if (x.dot(R_BL.col(0)) < kMinAgreement || x.dot(R_BR.col(0)) < kMinAgreement) {

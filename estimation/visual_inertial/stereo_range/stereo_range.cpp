@@ -90,13 +90,13 @@ struct StereoRange::Impl {
   // Stores the maps for cv::remap, in its own fast format, and the pixels inside the field of view.
   void map(const std::vector<Eigen::Vector2f>& from, std::size_t camera) {
     cv::Mat xy(pair.height, pair.width, CV_32FC2);
-    sees[camera].create(pair.height, pair.width, CV_8UC1);
+    in_view[camera].create(pair.height, pair.width, CV_8UC1);
     for (int v = 0; v < pair.height; ++v) {
       for (int u = 0; u < pair.width; ++u) {
         const Eigen::Vector2f& p = from[static_cast<std::size_t>(v * pair.width + u)];
-        const bool is_seen = p.allFinite();
-        sees[camera].at<std::uint8_t>(v, u) = is_seen ? 1 : 0;
-        xy.at<cv::Vec2f>(v, u) = is_seen ? cv::Vec2f(p.x(), p.y()) : cv::Vec2f(-10.0F, -10.0F);
+        const bool is_in_view = p.allFinite();
+        in_view[camera].at<std::uint8_t>(v, u) = is_in_view ? 1 : 0;
+        xy.at<cv::Vec2f>(v, u) = is_in_view ? cv::Vec2f(p.x(), p.y()) : cv::Vec2f(-10.0F, -10.0F);
       }
     }
     cv::convertMaps(xy, cv::noArray(), maps[camera], weights[camera], CV_16SC2);
@@ -108,13 +108,13 @@ struct StereoRange::Impl {
           frame->height != pair.height ||
           frame->pixels.size() !=
               static_cast<std::size_t>(pair.width) * static_cast<std::size_t>(pair.height)) {
-        return fmt::format("a picture of {} x {} pixels and {} bytes; grey ones of {} x {} agreed",
+        return fmt::format("an image of {} x {} pixels in {} bytes; the camera's are grey, {} x {}",
                            frame->width, frame->height, frame->pixels.size(), pair.width,
                            pair.height);
       }
     }
     if (std::abs(left.utime - right.utime) > kTogether) {
-      return fmt::format("pictures taken at {} and {} us are no pair", left.utime, right.utime);
+      return fmt::format("images taken at {} and {} us are no pair", left.utime, right.utime);
     }
     return {};
   }
@@ -139,7 +139,7 @@ struct StereoRange::Impl {
         const int x = u + du;
         const int y = v + dv;
         if (x < 0 || y < 0 || x >= pair.width || y >= pair.height) return false;
-        if (sees[camera].at<std::uint8_t>(y, x) == 0) return false;
+        if (in_view[camera].at<std::uint8_t>(y, x) == 0) return false;
       }
     }
     return true;
@@ -228,7 +228,7 @@ struct StereoRange::Impl {
   cv::Ptr<cv::StereoBM> matcher;
   std::array<cv::Mat, 2> maps;
   std::array<cv::Mat, 2> weights;
-  std::array<cv::Mat, 2> sees;
+  std::array<cv::Mat, 2> in_view;
   // Results of the last pair.
   std::array<cv::Mat, 2> full;
   std::array<std::vector<std::uint8_t>, 2> half;

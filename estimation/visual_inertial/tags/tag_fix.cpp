@@ -52,7 +52,7 @@ Pose leaning_back(const Pose& X_WB, const Pose& X_WT, const Pose& X_BC) {
   return {X_WT.p + turn * (X_WB.p - X_WT.p), (turn * X_WB.q).normalized()};
 }
 
-// Priority of a verdict among several in one image, by its need for attention.
+// Priority of a result among several in one image, by its need for attention.
 int weight(TagResult result) {
   switch (result) {
     case TagResult::kNone:
@@ -174,10 +174,10 @@ TagObservation TagFix::add(const StateEstimate& filter, std::span<const Detected
   for (const DetectedTag& tag : detected) {
     const auto known = std::find_if(tags_.begin(), tags_.end(),
                                     [&](const Known& k) { return k.tag.id == tag.id; });
-    const auto sights = std::count_if(detected.begin(), detected.end(),
-                                      [&](const DetectedTag& s) { return s.id == tag.id; });
+    const auto observations = std::count_if(detected.begin(), detected.end(),
+                                            [&](const DetectedTag& s) { return s.id == tag.id; });
     TagObservation observation{tag.id, TagResult::kUnknown, 0.0};
-    if (known != tags_.end() && sights > 1) {
+    if (known != tags_.end() && observations > 1) {
       observation.result = TagResult::kTwice;
     } else if (known != tags_.end()) {
       const auto index = static_cast<int>(known - tags_.begin());
@@ -197,7 +197,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
       P_.block(at, 0, kTag, kVehicle), P_.block(at, at, kTag, kTag);
   const Eigen::LLT<Matrix10d> before(P);
   if (before.info() != Eigen::Success) return std::nullopt;
-  const auto look = [&](const Vector10d& x) {
+  const auto view_at = [&](const Vector10d& x) {
     return view_tag(moved(vehicle(), x.head<3>(), {0.0, 0.0, x[3]}),
                     moved(known.tag.X_WT, x.segment<3>(4), x.tail<3>()), known.tag.size_m,
                     camera_.X_BC);
@@ -213,7 +213,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
   };
 
   Solution result = std::move(from);
-  std::optional<TagView> view = look(result.error);
+  std::optional<TagView> view = view_at(result.error);
   if (!view) return std::nullopt;
   Matrix8d R = noise(*view);
   result.cost = cost(result.error, *view, R);
@@ -232,7 +232,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
     }
     for (int halving = 0; halving < kMaxHalvings; ++halving, by *= 0.5) {
       const Vector10d there = result.error + by;
-      const auto view_there = look(there);
+      const auto view_there = view_at(there);
       if (!view_there) continue;
       const Matrix8d R_there = noise(*view_there);
       const double cost_there = cost(there, *view_there, R_there);

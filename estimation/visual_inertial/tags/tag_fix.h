@@ -56,7 +56,7 @@ class TagFix {
   /// Processes the tags observed in an image; `filter` is the filter's estimate at that time, not
   /// before the last one. Returns the result for the most relevant tag.
   TagObservation add(const StateEstimate& filter, std::span<const DetectedTag> detected);
-  /// The filter's estimate at the last see() or later, corrected by the tags. Unchanged before the
+  /// The filter's estimate at the last add() or later, corrected by the tags. Unchanged before the
   /// first accepted tag.
   [[nodiscard]] StateEstimate apply(const StateEstimate& filter) const;
 
@@ -85,7 +85,7 @@ class TagFix {
   double sigma_;  ///< Sigma of a corner, normalised.
   /// Covariance of the errors [p, heading of the vehicle | p, rotation vector in W per tag].
   Eigen::MatrixXd P_;
-  LoopCorrection correction_;  ///< Correction as of the last see().
+  LoopCorrection correction_;  ///< Correction as of the last add().
   bool has_fix_ = false;
   bool begins_anew_ = false;
 };

@@ -79,7 +79,7 @@ TEST_F(Asl, ReadsWhatEurocWrites) {
 }
 
 // The body frame of the files is not the IMU's: everything is converted to the IMU's.
-TEST_F(Asl, MeansTheImuWhenItSaysB) {
+TEST_F(Asl, UsesTheImuAsB) {
   std::string yaml = imu_yaml();
   const std::string unit = "1.0, 0.0, 0.0, 0.0,";
   yaml.replace(yaml.find(unit), unit.size(), "1.0, 0.0, 0.0, 0.3,");
@@ -92,7 +92,7 @@ TEST_F(Asl, MeansTheImuWhenItSaysB) {
   EXPECT_NEAR((dataset->truth[0].X_WB.p - Eigen::Vector3d(1.3, 2, 3)).norm(), 0.0, 1e-12);
 }
 
-TEST_F(Asl, KnowsPositionsWithoutAttitude) {
+TEST_F(Asl, ReadsPositionsWithoutAttitude) {
   write("leica0/data.csv", "1403636579763555584,1,2,3\n");
   const auto dataset = read_asl_dataset(folder);
   ASSERT_TRUE(dataset) << dataset.error();
@@ -100,7 +100,7 @@ TEST_F(Asl, KnowsPositionsWithoutAttitude) {
   EXPECT_EQ(dataset->truth[0].X_WB.p.z(), 3.0);
 }
 
-TEST_F(Asl, SaysWhereAndWhatIsWrong) {
+TEST_F(Asl, ReportsWhereAndWhatIsWrong) {
   const std::string camera = camera_yaml(testing::test_camera(0.05));
   const auto with = [](std::string text, const std::string& old, const std::string& now) {
     return text.replace(text.find(old), old.size(), now);
@@ -134,8 +134,8 @@ TEST_F(Asl, SaysWhereAndWhatIsWrong) {
        "number 1 of intrinsics"},
       {"cam0/sensor.yaml", with(camera, "458.654", "-458.654"), "focal lengths"},
       {"cam0/data.csv", "7,../../../etc/passwd\n", "is no file of the folder data"},
-      {"cam0/data.csv", "7\n", "no file of a picture"},
-      {"cam0/data.csv", "", "there are no pictures"},
+      {"cam0/data.csv", "7\n", "no file name of an image"},
+      {"cam0/data.csv", "", "it lists no images"},
       {"depth0/data.csv", "7,\n", "field 2 is \"\""},
       {"vicon0/data.csv", "7,1,2,3,1,1,0,0\n", "quaternion is not of length 1"},
       {"leica0/data.csv", "7,1,2\n", "3 fields; at least 4"}};
@@ -147,7 +147,7 @@ TEST_F(Asl, SaysWhereAndWhatIsWrong) {
   }
 }
 
-TEST_F(Asl, SaysWhatIsMissing) {
+TEST_F(Asl, ReportsWhatIsMissing) {
   EXPECT_THAT(read_asl_dataset(folder + "/nowhere").error(), HasSubstr("no folders cam0 and imu0"));
   for (const char* file : {"imu0/data.csv", "imu0/sensor.yaml", "cam0/data.csv"}) {
     SetUp();

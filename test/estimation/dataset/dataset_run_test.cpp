@@ -129,7 +129,7 @@ Judged judged(const RunOptions& options) {
   return result;
 }
 
-TEST(DatasetRun, FindsItsWayInStereoFromRest) {
+TEST(DatasetRun, LocalisesInStereoFromRest) {
   const Judged stereo = judged({});
   EXPECT_EQ(stereo.run.frames, 81);
   EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
@@ -140,7 +140,7 @@ TEST(DatasetRun, FindsItsWayInStereoFromRest) {
   EXPECT_LT(stereo.nees_position, 12.0);
 }
 
-TEST(DatasetRun, FindsItsWayWithOneEyeFromTheTruth) {
+TEST(DatasetRun, LocalisesWithOneCameraFromTheTruth) {
   RunOptions options;
   options.mono = true;
   options.start = RunStart::kTruth;
@@ -175,7 +175,7 @@ TEST(DatasetRun, DoesTheSameTwice) {
 }
 
 // No place is revisited in four seconds: there are keyframes, and the estimate stays the filter's.
-TEST(DatasetRun, LooksForLoopsAndLeavesTheFilterAlone) {
+TEST(DatasetRun, ClosesLoopsAndDoesNotChangeTheFilter) {
   RunOptions options;
   options.loops = true;
   const Judged stereo = judged(options);
@@ -194,7 +194,7 @@ TEST(DatasetRun, LooksForLoopsAndLeavesTheFilterAlone) {
   EXPECT_FALSE(run_on(*dataset, options, clock, [](double) {}));
 }
 
-TEST(DatasetRun, SaysWhatARecordingLacks) {
+TEST(DatasetRun, ReportsWhatARecordingLacks) {
   auto dataset = read_asl_dataset(recording());
   ASSERT_TRUE(dataset);
   SteadyClock clock;

@@ -63,7 +63,7 @@ TEST(Tum, HasScalarLast) {
                               "0.000000000 0.707106781 0.707106781\n"));
 }
 
-TEST(Tum, SaysWhereAndWhatIsWrong) {
+TEST(Tum, ReportsWhereAndWhatIsWrong) {
   const auto error = [](const std::string& text) {
     const auto read = from_tum(text, "a.tum");
     return read ? "it is read" : read.error();
@@ -131,7 +131,7 @@ TEST(Ate, RefusesWhatDeterminesNoAlignment) {
   EXPECT_FALSE(align(pairs, Alignment::kRigid));
 }
 
-TEST(Rpe, SeesAScaleAsItsPercentage) {
+TEST(Rpe, ReportsAScaleAsItsPercentage) {
   Trajectory truth;
   for (int i = 0; i <= 1000; ++i) truth.push_back(at_x(i * 50'000, 0.02 * i));
   Trajectory estimate = truth;
@@ -158,7 +158,7 @@ TEST(Pairs, AreInterpolatedAndNotAcrossGaps) {
 }
 
 // Errors drawn from the stated covariance: 3 in the mean; with half the stated sigma: 12.
-TEST(Nees, IsThreeForAnHonestCovariance) {
+TEST(Nees, IsThreeForAConsistentCovariance) {
   Random random(11);
   const Trajectory truth = spiral(4000);
   std::vector<StateEstimate> estimates;

@@ -57,7 +57,7 @@ void expect_exactly(const std::vector<Expected>& expected, Severity severity,
     EXPECT_GT(found[i]->span.column, 0) << render(*found[i], false);
     EXPECT_NE((found[i]->message + "\n" + found[i]->hint).find(expected[i].phrase),
               std::string::npos)
-        << render(*found[i], false) << "should say: " << expected[i].phrase;
+        << render(*found[i], false) << "should contain: " << expected[i].phrase;
   }
 }
 

@@ -47,7 +47,7 @@ std::vector<std::string> codes(const Diagnostics& diagnostics) {
 
 const std::string kMurk = "/missions/scenarios/missions/murk.xml";
 
-TEST(InUnknownWater, TheRehearsalIsCheckedAndSaidToBeOne) {
+TEST(InUnknownWater, TheSimulatedWorldIsCheckedAndNamedAsSuch) {
   const Mission mission = mission_of("/test/mission/accepted/unknown_environment.xml");
   CheckOptions options;
   options.simulate = false;
@@ -59,7 +59,7 @@ TEST(InUnknownWater, TheRehearsalIsCheckedAndSaidToBeOne) {
   EXPECT_EQ(report.legs.size(), 1U);
 }
 
-TEST(InUnknownWater, WithoutARehearsalThereIsNoDive) {
+TEST(InUnknownWater, WithoutASimulatedWorldThereIsNoDive) {
   Mission mission = mission_of("/test/mission/accepted/unknown_environment.xml");
   mission.map_file.value.clear();
   mission.map_path.clear();
@@ -71,7 +71,7 @@ TEST(InUnknownWater, WithoutARehearsalThereIsNoDive) {
   EXPECT_GT(report.budget.duration_s, 0.0) << "that of the straight way";
 }
 
-TEST(InUnknownWater, OnlyThereEyesAreMissed) {
+TEST(InUnknownWater, OnlyThereRangeIsMonitored) {
   NominalDive nominal;
   nominal.result.duration_s = 10.0;
   nominal.result.transitions.push_back({0.0, {"", "out", "", "", ""}});
@@ -94,7 +94,7 @@ TEST(InUnknownWater, OnlyThereEyesAreMissed) {
 }
 
 // With a sensor that observes only open water.
-TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
+TEST(InUnknownWater, AVehicleThatLosesItsRangeDataSurfaces) {
   const Mission mission = mission_of(kMurk);
   const auto dived = [&](std::vector<Fault> faults) {
     DiveSettings settings;
@@ -116,7 +116,7 @@ TEST(InUnknownWater, AVehicleThatLosesItsEyesComesUp) {
 
 // It is commanded back to where it came from, turns about, and then loses its sensor: it must not
 // slide on stern first into unobserved space. (By drag alone it would, by most of a metre.)
-TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideOnSternFirst) {
+TEST(InUnknownWater, AVehicleThatTurnedAboutDoesNotSlideSternFirst) {
   Diagnostics diagnostics;
   std::string text = content_of(DIVE_SOURCE_DIR + kMurk);
   const std::string north = R"(<goto id="north" x="6" y="5")";

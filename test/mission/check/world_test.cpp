@@ -98,7 +98,7 @@ TEST(PositionsAreClear, TakesTheBestHeadingWhereItIsOpen) {
 }
 
 // Rolled on its side a vehicle may come nearer than a level one: only its centre is certain.
-TEST(PositionsAreClear, JudgesAFreeAttitudeByTheCentre) {
+TEST(PositionsAreClear, EvaluatesAFreeAttitudeByTheCentre) {
   EXPECT_EQ(codes({9.25, "", "free"}), kNone);
   EXPECT_EQ(codes({9.45, "", "free"}), kClearance);
   EXPECT_EQ(codes({10.05, "", "free"}), kInside);

@@ -92,12 +92,12 @@ void expect_lines_where_they_were_written(const std::string& path) {
   EXPECT_GT(elsewhere, 1);
 }
 
-TEST(Expansion, KnowsWhereEveryLineWasWritten) {
+TEST(Expansion, RecordsWhereEveryLineWasWritten) {
   expect_lines_where_they_were_written(kMissions + "blocks.xml");
   expect_lines_where_they_were_written(kAccepted + "included.xml");
 }
 
-TEST(Expansion, LeavesAMissionAloneThatNeedsNone) {
+TEST(Expansion, DoesNotChangeAMissionThatNeedsNone) {
   std::ifstream stream(kMissions + "survey.xml");
   std::ostringstream text;
   text << stream.rdbuf();
@@ -214,7 +214,7 @@ TEST_F(Folder, ALinkOutOfTheFolderIsNotFollowed) {
   expect_only("<include href='out.xml'/>", "MIS-INCLUDE", "outside of the mission's folder");
 }
 
-TEST_F(Folder, AFragmentThatCannotBeReadSaysSo) {
+TEST_F(Folder, AFragmentThatCannotBeReadIsReported) {
   write("large.xml", std::string(2 << 20, ' '));
   expect_only("<include href='large.xml'/>", "FILE-UNREADABLE", "larger than");
 }

@@ -188,7 +188,7 @@ TEST(Guard, NotBindsTighterThanAndAndThatThanOr) {
   EXPECT_TRUE(is_true("(depth) == - 0.0"));
 }
 
-TEST(Guard, KnowsPercentAndEstimators) {
+TEST(Guard, ReadsPercentAndEstimators) {
   Guard::Error error;
   GuardVariables variables;
   variables.battery_fraction = 0.35;

@@ -162,7 +162,7 @@ TEST(LoadMission, ReadsFailsafesAsWritten) {
   EXPECT_EQ(goals_of(mission->states[0]).at(0)->position.in_world(-20.0).z(), -17.0);
 }
 
-TEST(LoadMission, ReadsThatTheWaterIsUnknown) {
+TEST(LoadMission, ReadsAnUnknownEnvironment) {
   const std::string goal = "x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"";
   const auto with = [&](const std::string& map, const std::string& parts = {}) {
     std::string text = mission_text(goal, parts);
@@ -298,7 +298,7 @@ TEST(LoadMission, ReportsEveryMistakeOfAStage) {
   EXPECT_EQ(semantic.list()[2].code, "MIS-COND");
 }
 
-TEST(ParseMission, LooksForTheMapBesideTheSource) {
+TEST(ParseMission, SearchesTheMapBesideTheSource) {
   Diagnostics diagnostics;
   const std::string text = mission_text("x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"");
   EXPECT_FALSE(parse_mission(SourceText("/no/such/folder/m.xml", text), diagnostics));

@@ -218,14 +218,15 @@ TEST(Svg, DrawsBothViewsToTheScaleOfTheirAxes) {
   EXPECT_GT(top.u.pixels_per_metre, 40.0);
 
   EXPECT_EQ(polygons_at(root, top, box2(1.0, 2.75, 5.0, 3.25), "solid"), 1) << "wall from above";
-  EXPECT_EQ(polygons_at(root, top, box2(1.0, -1.0, 5.0, 3.0), "dashed"), 1) << "roof from above";
+  EXPECT_EQ(polygons_at(root, top, box2(1.0, -1.0, 5.0, 3.0), "dashed"), 1)
+      << "overhead from above";
   EXPECT_EQ(polygons_at(root, top, box2(-250, -250, 250, 250), "translucent"), 1) << "seabed";
   const double half = std::sqrt(0.5);
   EXPECT_EQ(polygons_at(root, top, box2(7 - half, 3 - half, 7 + half, 3 + half), "solid"), 1)
       << "the block on its corner";
   EXPECT_EQ(polygons_at(root, side, box2(1.0, -5.5, 5.0, -2.5), "translucent"), 1)
       << "the wall behind the path, from the south";
-  EXPECT_EQ(polygons_at(root, side, box2(1.0, -2.1, 5.0, -1.9), "solid"), 1) << "roof edge-on";
+  EXPECT_EQ(polygons_at(root, side, box2(1.0, -2.1, 5.0, -1.9), "solid"), 1) << "overhead edge-on";
 }
 
 // The crosses of a collision: two red lines with a common midpoint.

@@ -122,7 +122,7 @@ TEST_F(StepAllocation, NoneWhileAPathIsFollowedNorWhileTheVehicleHolds) {
 }
 
 // Thousands of pieces below, beside and above, and twenty scans a second without a new observation.
-TEST_F(StepAllocation, NoneInUnknownWaterWhileNothingNewIsSeen) {
+TEST_F(StepAllocation, NoneInAnUnknownEnvironmentWithoutNewObservations) {
   world_ = {};
   std::string text = kMission;
   const std::string known = "<map file=\"none.sdf\"/>";

@@ -9,7 +9,7 @@
 namespace dive::mission {
 namespace {
 
-TEST(GapOf, IsWhatTheClockSaysUnlessItIsTold) {
+TEST(GapOf, IsMeasuredByTheClockUnlessItIsGiven) {
   Resume resume;
   resume.checkpoint.utime = 100'000'000;
   EXPECT_DOUBLE_EQ(gap_of(resume, 107'500'000, 60.0), 7.5);
@@ -24,7 +24,7 @@ TEST(GapOf, IsTooLongWhereTheClockWentBack) {
 }
 
 // The vehicle keeps its speed for 0.3 s, which then decays at a rate of 1/s.
-TEST(DriftIn, IsHowFarAVehicleGoesThatNobodySteers) {
+TEST(DriftIn, IsTheMotionOfAVehicleWithoutCommands) {
   Checkpoint checkpoint;
   const Eigen::Vector3d forward = Eigen::Vector3d(0.6, 0.8, 0.0);
   checkpoint.X_WB.q = from_rpy(0.0, 0.0, std::atan2(0.8, 0.6));

@@ -81,7 +81,7 @@ TEST_P(HelmTest, WithoutAttitudeItTurnsSlowlyAtItsDepth) {
   EXPECT_NEAR(position().z(), -5.0, 0.1);
 }
 
-TEST_P(HelmTest, WithoutAttitudeTheEstimateIsNoBetterThanItSays) {
+TEST_P(HelmTest, WithoutAttitudeTheEstimateIsConsistent) {
   swim(6.0, 0.4, 0.0);
   swim(1.0, 0.4, 1.0);
   imu_works_ = false;

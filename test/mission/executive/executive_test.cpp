@@ -243,7 +243,7 @@ TEST_F(ExecutiveTest, ALeakSurfacesAfterItsPersistence) {
   EXPECT_LT(depth_, 0.3);
 }
 
-TEST_F(ExecutiveTest, OverdepthWarnsAndTheMissionGoesOn) {
+TEST_F(ExecutiveTest, OverdepthWarnsAndTheMissionContinues) {
   tick();
   run(1.0, straight_plan());
   depth_ = 8.0;
@@ -275,7 +275,7 @@ TEST_F(ExecutiveTest, PlansThatFailInARowAbortWithTheReason) {
   EXPECT_THAT(executive_->result().cause, HasSubstr("a wall everywhere"));
 }
 
-TEST_F(ExecutiveTest, UnderARoofAnAbortGoesBackAlongTheTrail) {
+TEST_F(ExecutiveTest, UnderAnOverheadAnAbortRetracesTheTrail) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
@@ -296,7 +296,7 @@ TEST_F(ExecutiveTest, UnderARoofAnAbortGoesBackAlongTheTrail) {
   EXPECT_LT(depth_, 0.3);
 }
 
-TEST_F(ExecutiveTest, WithoutAWayOutItTakesTheLastRung) {
+TEST_F(ExecutiveTest, WithoutAnExitPathItTakesTheLastRung) {
   world_.obstacles.push_back({"roof", planning::Box{{100, 100, 1}}, Pose{{0, 0, -1.5}}});
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
@@ -310,7 +310,7 @@ TEST_F(ExecutiveTest, WithoutAWayOutItTakesTheLastRung) {
   EXPECT_EQ(tick().status.state, "dive.emergency");
 }
 
-TEST_F(ExecutiveTest, SurfacingUnderARoofBecomesAnAbort) {
+TEST_F(ExecutiveTest, SurfacingUnderAnOverheadBecomesAnAbort) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   battery_ = 0.4;  // straight from the goal to `ascend`, under the overhead
@@ -428,7 +428,7 @@ TEST_F(ExecutiveTest, NoPauseKeepsALeakingVehicleDown) {
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
 }
 
-TEST_F(ExecutiveTest, SkipGoesOnAsIfItWereDone) {
+TEST_F(ExecutiveTest, SkipContinuesAsIfItWereDone) {
   tick();
   run(1.0, straight_plan());
   says_ = OperatorCommand::kSkip;
@@ -473,7 +473,7 @@ TEST_F(ExecutiveTest, WithoutAttitudeInOpenWaterItRises) {
   EXPECT_LT(depth_, 0.3);
 }
 
-TEST_F(ExecutiveTest, WithoutAttitudeUnderARoofItWaitsAndGoesOnWhenItIsBack) {
+TEST_F(ExecutiveTest, WithoutAttitudeUnderAnOverheadItWaitsAndContinuesWhenItIsBack) {
   world_ = roofed_world();
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
@@ -504,7 +504,7 @@ TEST_F(ExecutiveTest, WithoutDepthItComesUpAndTakesItsTime) {
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
 }
 
-TEST_F(ExecutiveTest, ARetreatWaitsInOpenWaterBeforeItSurfaces) {
+TEST_F(ExecutiveTest, ARetraceWaitsInOpenWaterBeforeItSurfaces) {
   use("<temperature rung=\"retrace\" above=\"10\" persistence=\"0\"/>",
       "<hold id=\"first\" duration=\"60\"><transition event=\"done.state.first\" "
       "target=\"ascend\"/></hold>");

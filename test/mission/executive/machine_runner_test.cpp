@@ -67,7 +67,7 @@ class MachineRunnerTest : public ::testing::Test, public MachineRunner::Observer
   std::vector<std::string> exited_;
 };
 
-TEST_F(MachineRunnerTest, FollowsEventsAndTellsItsObserver) {
+TEST_F(MachineRunnerTest, FollowsEventsAndCallsItsObserver) {
   EXPECT_EQ(runner_->innermost(), "first");
   GuardVariables variables;
   variables.depth = 5.5;

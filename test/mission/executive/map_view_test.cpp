@@ -35,7 +35,7 @@ planning::Polytope polytope_of(const PlacedBox& box) {
 
 planning::RobotHull hull() { return {{{"body", polytope_of({kHullSize, Pose{}}).vertices}}}; }
 
-// Boxes in cells, changed at random: what a mapper says and what is really there by then.
+// Boxes in cells, changed at random: the map of a mapper and the true obstacles.
 class Surroundings {
  public:
   explicit Surroundings(std::uint64_t seed) : random_(seed) {}
@@ -110,7 +110,7 @@ RC_GTEST_PROP(MapView, KnowsNoMoreClearanceThanThereIs, (std::uint64_t seed)) {
 }
 
 // Through a passage of many small pieces, as a mapper leaves them behind.
-TEST(MapView, JudgesALongWayToItsEnd) {
+TEST(MapView, EvaluatesALongPathToItsEnd) {
   constexpr int kLength = 40;  // m
   ObstacleUpdate update;
   update.utime = 1;

@@ -43,7 +43,7 @@ class OverheadMonitorTest : public ::testing::Test {
   MapView map_{world_, hull_};
 };
 
-TEST_F(OverheadMonitorTest, KnowWhatIsAboveAndBelow) {
+TEST_F(OverheadMonitorTest, FindWhatIsAboveAndBelow) {
   OverheadMonitor monitor(mission_, map_);
   update(monitor, 0.0, -5.0);
   EXPECT_FALSE(monitor.has_overhead());
@@ -57,14 +57,14 @@ TEST_F(OverheadMonitorTest, KnowWhatIsAboveAndBelow) {
 }
 
 // So near to the edge of the overhead that it may drift below it.
-TEST_F(OverheadMonitorTest, BesideARoofThereIsNoWayStraightUp) {
+TEST_F(OverheadMonitorTest, BesideAnOverheadThereIsNoVerticalAscent) {
   OverheadMonitor monitor(mission_, map_);
   update(monitor, 0.0, -0.5);
   EXPECT_FALSE(monitor.has_overhead());
   EXPECT_FALSE(monitor.open_above());
 }
 
-TEST_F(OverheadMonitorTest, CountWhatWasUsedUpOfWhatThereWasInOpenWater) {
+TEST_F(OverheadMonitorTest, MeasureTheBudgetUsedSinceOpenWater) {
   OverheadMonitor monitor(mission_, map_);
   update(monitor, 100.0, -5.0, 0.8);
   EXPECT_EQ(monitor.budget_used(from_seconds(100.0), 0, 0.8), 0.0);
@@ -77,7 +77,7 @@ TEST_F(OverheadMonitorTest, CountWhatWasUsedUpOfWhatThereWasInOpenWater) {
   EXPECT_EQ(monitor.budget_used(from_seconds(400.0), 0, 0.5), 0.0) << "out again";
 }
 
-TEST_F(OverheadMonitorTest, InUnknownWaterBelieveWhatIsDeclaredAndRememberWhere) {
+TEST_F(OverheadMonitorTest, InAnUnknownEnvironmentUseTheDeclarationsAndStoreTheirPlaces) {
   mission_.unknown.emplace();
   const planning::World nothing;
   MapView empty(nothing, hull_);

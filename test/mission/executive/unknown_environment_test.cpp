@@ -139,9 +139,9 @@ class UnknownWater : public ::testing::Test {
   std::vector<FailsafeRecord> failsafes_;
 };
 
-TEST_F(UnknownWater, ACautiousVehicleStopsWithinWhatItHasSeen) {
+TEST_F(UnknownWater, ACautiousVehicleStopsWithinObservedSpace) {
   sees_ = false;
-  EXPECT_EQ(swim(1.0).command.v, 0.0) << "it waits for its eyes";
+  EXPECT_EQ(swim(1.0).command.v, 0.0) << "it waits for range data";
   sees_ = true;
   EXPECT_GT(swim(3.0).command.v, 0.35);
   seen_ahead_ = 0.49;
@@ -155,7 +155,7 @@ TEST_F(UnknownWater, ACautiousVehicleStopsWithinWhatItHasSeen) {
   EXPECT_TRUE(failsafes_.empty());
 }
 
-TEST_F(UnknownWater, WhereItCannotLookItDoesNotWaitForEver) {
+TEST_F(UnknownWater, WhereItCannotObserveItDoesNotWaitForEver) {
   swim(30.0);
   ASSERT_EQ(visited_.back(), "in");
   // It creeps along the edge of the observed space and makes no progress.
@@ -166,7 +166,7 @@ TEST_F(UnknownWater, WhereItCannotLookItDoesNotWaitForEver) {
   EXPECT_THAT(visited_, ::testing::Contains("back"));
 }
 
-TEST_F(UnknownWater, AnOptimistSwimsOn) {
+TEST_F(UnknownWater, AnOptimisticVehicleContinues) {
   use("optimistic", "");
   seen_ahead_ = 0.0;
   EXPECT_GT(swim(3.0).command.v, 0.35);
@@ -191,7 +191,7 @@ TEST_F(UnknownWater, WhatAppearsBesideThePathIsPlannedRoundAndInThePathIsStopped
   for (int i = 0; i < 2; ++i) {
     outputs = tick(straight(*query_));
     ASSERT_TRUE(outputs.plan_query);
-    EXPECT_EQ(outputs.plan_query->cause, "the map changed meanwhile");
+    EXPECT_EQ(outputs.plan_query->cause, "the map changed during planning");
     EXPECT_GT(outputs.command.v, 0.35);
   }
 
@@ -213,7 +213,7 @@ TEST_F(UnknownWater, WhatAppearsBesideThePathIsPlannedRoundAndInThePathIsStopped
   EXPECT_TRUE(failsafes_.empty());
 }
 
-TEST_F(UnknownWater, WithoutEyesItStopsHoldsAndGoesBackTheWayItCame) {
+TEST_F(UnknownWater, WithoutRangeDataItStopsHoldsAndRetracesItsTrail) {
   use("cautious", "overhead=\"true\"");
   swim(30.0);
   ASSERT_EQ(visited_.back(), "in");
@@ -238,7 +238,7 @@ TEST_F(UnknownWater, WithoutEyesItStopsHoldsAndGoesBackTheWayItCame) {
   EXPECT_LT(depth_, 0.3);
 }
 
-TEST_F(UnknownWater, EyesThatComeBackEndTheHold) {
+TEST_F(UnknownWater, NewRangeDataEndTheHold) {
   swim(20.0);
   sees_ = false;
   EXPECT_EQ(run(5.0).status.rung, "hold");
@@ -247,7 +247,7 @@ TEST_F(UnknownWater, EyesThatComeBackEndTheHold) {
   EXPECT_EQ(failsafes_.back().rung, "none");
 }
 
-TEST_F(UnknownWater, ARoofThatNobodySawIsBelievedOnItsWord) {
+TEST_F(UnknownWater, ADeclaredOverheadCountsWithoutAnObservation) {
   use("cautious", "overhead=\"true\"");
   swim(35.0);
   ASSERT_EQ(visited_.back(), "in");
@@ -266,7 +266,7 @@ TEST_F(UnknownWater, ARoofThatNobodySawIsBelievedOnItsWord) {
 }
 
 // `back` does not declare an overhead, but it begins where `in` was.
-TEST_F(UnknownWater, ARetraceKnowsWhatWasDeclaredOfItsWay) {
+TEST_F(UnknownWater, ARetraceUsesTheDeclaredOverheads) {
   use("cautious", "overhead=\"true\"");
   double shallowest_inside = 100.0;
   for (int i = 0; i < 20'000 && executive_->result().outcome == Outcome::kRunning; ++i) {
@@ -280,7 +280,7 @@ TEST_F(UnknownWater, ARetraceKnowsWhatWasDeclaredOfItsWay) {
   EXPECT_THAT(visited_, ::testing::ElementsAre("gate", "in", "back", "ascend", "surfaced"));
 }
 
-TEST_F(UnknownWater, WhatWasSeenIsGroundAndRoof) {
+TEST_F(UnknownWater, ObservedObstaclesAreGroundAndOverhead) {
   use("cautious", "");
   swim(5.0);
   const double x = tick().estimate.X_WB.p.x();
@@ -291,7 +291,7 @@ TEST_F(UnknownWater, WhatWasSeenIsGroundAndRoof) {
   EXPECT_EQ(run(2.0).status.state, "dive.abort_retrace") << "there is something above";
 }
 
-TEST_F(UnknownWater, ScansFromTheFutureAreNotBelieved) {
+TEST_F(UnknownWater, ScansFromTheFutureAreRejected) {
   swim(3.0);
   sees_ = false;
   StepInputs inputs;
@@ -301,7 +301,7 @@ TEST_F(UnknownWater, ScansFromTheFutureAreNotBelieved) {
   EXPECT_EQ(run(2.2).status.rung, "hold") << "it would never have been stale";
 }
 
-TEST(PlannerServiceInUnknownWater, PlansRoundWhatWasSeenAndThroughWhatIsGone) {
+TEST(PlannerServiceInUnknownWater, PlansRoundObservedObstaclesAndThroughDeletedOnes) {
   planning::ConvexSolid body{"body", block({0, 0, 0}, 0.4).vertices};
   const planning::World nothing;
   PlannerService service(nothing, {{body}}, {}, from_seconds(0.1));

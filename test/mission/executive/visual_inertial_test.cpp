@@ -24,7 +24,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
     <goto id="far" x="30" y="0" z="3" z_units="DEPTH" timeout="90" on_timeout="up">
       <transition event="estimator.switched" cond="estimator == primitive and elapsed &gt; 6 s"
                   target="wait"/>
-      <transition event="loop.closed"><log message="seen before"/></transition>
+      <transition event="loop.closed"><log message="place recognised"/></transition>
     </goto>
     <hold id="wait" duration="50"><transition event="done.state.wait" target="up"/></hold>
     <surface id="up"><transition event="done.state.up" target="end"/></surface>
@@ -111,16 +111,17 @@ class SightTest : public ::testing::Test {
   std::vector<std::string> events_, notes_, causes_, rungs_;
 };
 
-TEST_F(SightTest, WhoIsBelievedIsAnEventAVariableAndAReasonToPlanAnew) {
+TEST_F(SightTest, AChangeOfEstimatorIsAnEventAVariableAndAReasonToReplan) {
   EXPECT_EQ(run(1.0).estimate.source, estimation::EstimatorKind::kVisualInertial);
-  EXPECT_THAT(notes_, Contains("estimator visual_inertial: the cameras see well"));
+  EXPECT_THAT(notes_,
+              Contains("estimator visual_inertial: the visual-inertial estimates are good"));
   run(5.0);
   EXPECT_THAT(causes_, Contains("estimator switched"));
   EXPECT_THAT(events_, ::testing::Not(Contains("estimator.switched"))) << "its guard is false";
   fault_ = estimation::VisionFault::kBlurred;
   const StepOutputs outputs = run(0.5);
   EXPECT_EQ(outputs.estimate.source, estimation::EstimatorKind::kPrimitive);
-  EXPECT_THAT(notes_, Contains("estimator primitive: the pictures are blurred"));
+  EXPECT_THAT(notes_, Contains("estimator primitive: the images are blurred"));
   EXPECT_THAT(events_, Contains("estimator.switched"));
   EXPECT_EQ(outputs.status.state, "wait");
 }
@@ -150,30 +151,31 @@ TEST_F(SightTest, ACompassErrorThatVisionHasCorrectedIsNotFlown) {
   EXPECT_NEAR(outputs.rates.yaw, 0.0, 0.01);
 }
 
-TEST_F(SightTest, ALoopThatIsClosedIsToldOnceAndIsAnEvent) {
+TEST_F(SightTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
   run(1.0);
   loops_ = {1, 10'000'000, 95'000'000, 0.25, 0.02};
   run(1.0);
   const std::string told =
-      "loop closed: the place of 85 s before is recognised: off by 0.250 m and 1.15 deg";
+      "loop closed: recognised the place of 85 s before: corrected by 0.250 m and 1.15 deg";
   EXPECT_THAT(notes_, Contains(told).Times(1));
-  EXPECT_THAT(notes_, Contains("seen before").Times(1));
+  EXPECT_THAT(notes_, Contains("place recognised").Times(1));
   EXPECT_THAT(events_, Contains("loop.closed"));
   loops_ = {2, 11'500'000, 96'500'000, 0.004, 0.0};
   run(1.0);
-  EXPECT_THAT(notes_, Contains("seen before").Times(1)) << "the next keyframe is no news";
+  EXPECT_THAT(notes_, Contains("place recognised").Times(1)) << "the next keyframe is no news";
   loops_ = {3, 13'000'000, 98'000'000, 0.06, 0.0};
   run(1.0);
-  EXPECT_THAT(notes_, Contains("seen before").Times(2)) << "but when it moves the vehicle, it is";
+  EXPECT_THAT(notes_, Contains("place recognised").Times(2))
+      << "but when it moves the vehicle, it is";
 }
 
-TEST_F(SightTest, TheFailsafeOfAnUncertainPositionHearsWhatIsPublished) {
+TEST_F(SightTest, TheFailsafeOfAnUncertainPositionUsesThePublishedEstimate) {
   sigma_ = 0.5;
   run(2.0);
   EXPECT_THAT(rungs_, Contains("hold localisation_lost"));
 }
 
-TEST_F(SightTest, AMissionThatDoesNotAskForVisionHearsNothingOfIt) {
+TEST_F(SightTest, AMissionWithoutVisionIgnoresIt) {
   std::string text = kMission;
   const std::string asks = "<estimation estimator=\"visual_inertial\"/>";
   text.replace(text.find(asks), asks.size(), "<estimation estimator=\"primitive\"/>");

@@ -51,7 +51,7 @@ class ImportTest : public ::testing::Test {
     return list;
   }
   // "LINE message hint" of each finding, one per line.
-  [[nodiscard]] std::string told() const {
+  [[nodiscard]] std::string messages() const {
     std::string all;
     const Diagnostics diagnostics = report_.diagnostics();
     for (const Diagnostic& d : diagnostics.list()) {
@@ -125,8 +125,8 @@ TEST_F(ImportTest, AWaypointWithoutTimeIsTheStartOrIsPassed) {
   EXPECT_EQ(mission->legs[0].points[0], Eigen::Vector2d(3, 10));
   EXPECT_EQ(mission->legs[0].payload, (std::vector<std::string>{"lamp_stop", "camera_stop"}));
   EXPECT_EQ(mission->payload, std::vector<std::string>{"sonar_stop"});
-  EXPECT_THAT(told(), HasSubstr("the waypoint is where the mission starts"));
-  EXPECT_THAT(told(), HasSubstr("the waypoint is not swum to"));
+  EXPECT_THAT(messages(), HasSubstr("the waypoint is where the mission starts"));
+  EXPECT_THAT(messages(), HasSubstr("the waypoint is not swum to"));
 
   const auto imported = ours(*mission, "passed");
   ASSERT_TRUE(imported);
@@ -135,7 +135,7 @@ TEST_F(ImportTest, AWaypointWithoutTimeIsTheStartOrIsPassed) {
 
   report_ = {};
   EXPECT_FALSE(acfr(primitive("goto", at(0), 0)));
-  EXPECT_THAT(told(), HasSubstr("no primitive that can be swum"));
+  EXPECT_THAT(messages(), HasSubstr("no primitive that can be swum"));
 }
 
 TEST_F(ImportTest, AZambonieIsMownToStarboardForClockwise) {
@@ -160,7 +160,7 @@ TEST_F(ImportTest, AnInwardSpiralIsSwumAndSaidToBeDropped) {
                      "m=\"2\"/><length m=\"10\"/><width m=\"8\"/><direction d=\"ccw\"/>"));
   ASSERT_TRUE(mission);
   EXPECT_THAT(found(), ::testing::ElementsAre("IMP-PRIMITIVE 5", "IMP-PATTERN 5"));
-  EXPECT_THAT(told(), HasSubstr("ACFR's name for it is 'spiralinward'"));
+  EXPECT_THAT(messages(), HasSubstr("ACFR's name for it is 'spiralinward'"));
   const auto& points = mission->legs[0].points;
   ASSERT_EQ(points.size(), 12U);
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -177,7 +177,7 @@ TEST_F(ImportTest, DefectsAreFoundAtTheirLines) {
   ASSERT_TRUE(mission);
   report_defects(*mission, report_);
   EXPECT_THAT(found(), ::testing::ElementsAre("IMP-TIMEOUT 6", "IMP-SUBMERGED 7"));
-  EXPECT_THAT(told(), HasSubstr("98 m at 0.5 m/s take 196 s, and the timeout is 150 s"));
+  EXPECT_THAT(messages(), HasSubstr("98 m at 0.5 m/s take 196 s, and the timeout is 150 s"));
   EXPECT_TRUE(report_.ok());
 }
 
@@ -208,7 +208,7 @@ TEST_F(ImportTest, WhatCannotBeReadIsRefusedAtItsLine) {
     report_ = {};
     EXPECT_FALSE(acfr(bad.primitives)) << bad.primitives;
     ASSERT_FALSE(report_.ok()) << bad.primitives;
-    EXPECT_THAT(told(), HasSubstr(bad.phrase));
+    EXPECT_THAT(messages(), HasSubstr(bad.phrase));
     EXPECT_GT(report_.diagnostics().list().back().span.line, 0);
   }
   EXPECT_FALSE(read_acfr(file("x.xml", "<sdf/>"), report_));
@@ -223,8 +223,9 @@ TEST_F(ImportTest, AWaypointFileIsSwumRelativeToItsFirstWaypoint) {
           "2\t0\t3\t21\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1\n"
           "3\t0\t3\t16\t0\t0\t0\t0\t47.001\t-121.999\t-3\t1\n");
   ASSERT_TRUE(mission);
-  EXPECT_THAT(told(), HasSubstr("command 21 (NAV_LAND)"));
-  EXPECT_THAT(told(), HasSubstr("home, at latitude 47 and longitude -122, 5 m high, is left out"));
+  EXPECT_THAT(messages(), HasSubstr("command 21 (NAV_LAND)"));
+  EXPECT_THAT(messages(),
+              HasSubstr("home, at latitude 47 and longitude -122, 5 m high, is left out"));
   ASSERT_EQ(mission->legs.size(), 2U);
   EXPECT_EQ(mission->legs[1].z, 3.0);
   // A thousandth of a degree on WGS 84, computed through earth-centred coordinates.
@@ -239,13 +240,14 @@ TEST_F(ImportTest, APlanInTheAirNeedsADepth) {
       "{\"command\": 16, \"coordinate\": [47, -122, 20]},\n{\"command\": 16, \"coordinate\": "
       "[47.001, -122, 20]}]}}";
   EXPECT_FALSE(qgc(plan));
-  EXPECT_THAT(told(), HasSubstr("the waypoint is 20 m above the surface (lines 3, 4)"));
+  EXPECT_THAT(messages(), HasSubstr("the waypoint is 20 m above the surface (lines 3, 4)"));
   EXPECT_THAT(found(), ::testing::IsSupersetOf({"IMP-COMMAND 2", "IMP-QGC 3"}));
   report_ = {};
   const auto mission = qgc(plan, 4.0);
   ASSERT_TRUE(mission);
   EXPECT_EQ(mission->legs.at(1).z, 4.0);
-  EXPECT_THAT(told(), HasSubstr("becomes a depth of 4 m, as --depth demands: 20 m (lines 3, 4)"));
+  EXPECT_THAT(messages(),
+              HasSubstr("becomes a depth of 4 m, as --depth demands: 20 m (lines 3, 4)"));
 }
 
 TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints) {
@@ -261,7 +263,7 @@ TEST_F(ImportTest, APlanOfTodayHasPlacesAmongItsParametersAndSurveysOfWaypoints)
   ASSERT_TRUE(mission);
   ASSERT_EQ(mission->legs.size(), 3U);
   EXPECT_EQ(mission->legs[2].payload, std::vector<std::string>{"DO_SET_CAM_TRIGG_DIST_1"});
-  EXPECT_THAT(told(), HasSubstr("3 a survey is swum along the waypoints"));
+  EXPECT_THAT(messages(), HasSubstr("3 a survey is swum along the waypoints"));
   EXPECT_NEAR(mission->legs[2].points[0].y(), 222.34, 0.02);
   EXPECT_EQ(mission->legs[2].z, 3.0);
 }
@@ -291,7 +293,7 @@ TEST_F(ImportTest, WhatIsNoPlanIsRefused) {
 
 // --- nothing is omitted silently ---
 
-TEST_F(ImportTest, WhatTheFileSaysBesidesItsLegsIsCarriedOverOrReported) {
+TEST_F(ImportTest, WhatTheFileHasBesidesItsLegsIsCarriedOverOrReported) {
   const auto mission = read_acfr(file("m.xml", R"(<mission>
 <location lat="0.000" lon="0.000"/>
 <desc>Reef</desc>
@@ -349,11 +351,11 @@ stray
         "18 the element 'comand' in 'goto' is not understood and left out did you mean 'command'?",
         "18 the attribute device=\"dvl\" of 'comand' is not understood",
         "11 the text in 'goto' is not understood",
-        "21 ACFR's own software knows no primitive 'command'",
+        "21 ACFR's own software has no primitive 'command'",
         "22 the element 'postscript' in 'mission' is not understood",
         "1 the file has no start: it is put at the first waypoint, x=3 y=10, 1 m deep, heading 225",
         "1 the file has no map: a flat seabed at 5 m is assumed", "1 the file has no limits"}) {
-    EXPECT_THAT(told(), HasSubstr(line));
+    EXPECT_THAT(messages(), HasSubstr(line));
   }
 }
 
@@ -372,18 +374,18 @@ TEST_F(ImportTest, SpeedAndTimeoutsChangeByTheSameRatioOrNotAtAll) {
   const Mission kept = imported(0.5, 0.5);
   EXPECT_EQ(kept.speed.value, 0.5);
   EXPECT_EQ(timeout(kept, 0), 100.0);
-  EXPECT_THAT(told(), ::testing::Not(HasSubstr("becomes")));
+  EXPECT_THAT(messages(), ::testing::Not(HasSubstr("becomes")));
 
   const Mission slowed = imported(1.0, 1.6);
   EXPECT_EQ(slowed.speed.value, 0.4);
   EXPECT_EQ(timeout(slowed, 0), 250.0);
   EXPECT_EQ(timeout(slowed, 1), 320.0);
-  EXPECT_THAT(told(),
+  EXPECT_THAT(messages(),
               HasSubstr("5 'velocity' x: 1 m/s becomes 0.4 m/s, because the aqua2 swims at most "
                         "0.8 m/s"));
-  EXPECT_THAT(told(), HasSubstr("5 'timeout' t is multiplied by 2.5, like the duration of its "
-                                "leg: 100 s becomes 250 s"));
-  EXPECT_THAT(told(), HasSubstr("6 'timeout' t is multiplied by 4"));
+  EXPECT_THAT(messages(), HasSubstr("5 'timeout' t is multiplied by 2.5, like the duration of its "
+                                    "leg: 100 s becomes 250 s"));
+  EXPECT_THAT(messages(), HasSubstr("6 'timeout' t is multiplied by 4"));
 
   const Mission one_of_two = imported(0.5, 1.0);
   EXPECT_EQ(one_of_two.speed.value, 0.5) << "of the slowest leg";
@@ -393,7 +395,7 @@ TEST_F(ImportTest, SpeedAndTimeoutsChangeByTheSameRatioOrNotAtAll) {
   const Mission demanded = imported(0.5, 0.5, {.speed = 0.2});
   EXPECT_EQ(demanded.speed.value, 0.2);
   EXPECT_EQ(timeout(demanded, 0), 250.0);
-  EXPECT_THAT(told(), HasSubstr("0.5 m/s becomes 0.2 m/s, as --speed demands (lines 5, 6)"));
+  EXPECT_THAT(messages(), HasSubstr("0.5 m/s becomes 0.2 m/s, as --speed demands (lines 5, 6)"));
 }
 
 TEST_F(ImportTest, WhatTheVehicleCannotDoIsWarnedOf) {
@@ -407,10 +409,10 @@ TEST_F(ImportTest, WhatTheVehicleCannotDoIsWarnedOf) {
   EXPECT_TRUE(ours(*mission, "deep"));
   EXPECT_THAT(found(), ::testing::IsSupersetOf(
                            {"IMP-DEPTH 5", "IMP-ALTITUDE 6", "IMP-SPEED 7", "IMP-CHANGED 8"}));
-  EXPECT_THAT(told(), HasSubstr("1000000 s becomes 86400 s"));
+  EXPECT_THAT(messages(), HasSubstr("1000000 s becomes 86400 s"));
 }
 
-TEST_F(ImportTest, WhatAPlanSaysBesidesItsWaypointsIsCarriedOverOrReported) {
+TEST_F(ImportTest, WhatAPlanHasBesidesItsWaypointsIsCarriedOverOrReported) {
   const auto mission = qgc(R"({"fileType": "Plan",
 "geoFence": {"circles": [{"circle": {"radius": 9}}],
  "polygons": [{"inclusion": true, "polygon": [[46.9, -122.1], [47.1, -122.1], [47.1, -121.9]]}]},
@@ -451,15 +453,16 @@ TEST_F(ImportTest, WhatAPlanSaysBesidesItsWaypointsIsCarriedOverOrReported) {
         "12 param3=1 of command 16 (NAV_WAYPOINT) is left out", "12 the item has no autocontinue",
         "13 command 177 (DO_JUMP) param1=2 param2=5 is left out: each leg is swum once",
         "9 altitudes are above home"}) {
-    EXPECT_THAT(told(), HasSubstr(line));
+    EXPECT_THAT(messages(), HasSubstr(line));
   }
 }
 
 TEST_F(ImportTest, AWaypointFileIsReadToTheEndOfItsLines) {
   const std::string waypoint = "\t3\t16\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1";
   EXPECT_TRUE(qgc("QGC WPL 110\n1\t0" + waypoint + "\tmore\n"));
-  EXPECT_THAT(told(), HasSubstr("2 'more' after the 12 numbers of a waypoint is not understood"));
-  EXPECT_THAT(told(), HasSubstr("2 param4=0 of a waypoint, its yaw, is taken as not given"));
+  EXPECT_THAT(messages(),
+              HasSubstr("2 'more' after the 12 numbers of a waypoint is not understood"));
+  EXPECT_THAT(messages(), HasSubstr("2 param4=0 of a waypoint, its yaw, is taken as not given"));
   for (const auto& [content, says] : std::vector<std::pair<std::string, std::string>>{
            {"QGC WPL 120\n1\t0" + waypoint, "this version of waypoint files is not known"},
            {"QGC WPL 110\n1\t0\t1\t16\t0\t0\t0\t0\t4\t5\t-2\t1", "the frame 1 gives no latitude"},
@@ -470,7 +473,7 @@ TEST_F(ImportTest, AWaypointFileIsReadToTheEndOfItsLines) {
            {"<mission/>", "neither a plan (JSON) nor a waypoint file"}}) {
     report_ = {};
     EXPECT_FALSE(qgc(content)) << content;
-    EXPECT_THAT(told(), HasSubstr(says)) << content;
+    EXPECT_THAT(messages(), HasSubstr(says)) << content;
   }
 }
 

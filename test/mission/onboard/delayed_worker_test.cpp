@@ -43,7 +43,7 @@ TEST(DelayedWorker, GivesAResultWhenItIsDueAndOnce) {
   }
 }
 
-TEST(DelayedWorker, OnAVehicleNobodyWaitsForIt) {
+TEST(DelayedWorker, OnAVehicleNothingWaitsForIt) {
   Gate gate;
   DelayedWorker<int> worker(OnLate::kPoll);
   EXPECT_TRUE(worker.may_start());

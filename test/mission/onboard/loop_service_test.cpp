@@ -54,7 +54,7 @@ Pose true_pose(int step) {
 }
 
 /// An estimate of the service, its time and the true pose.
-struct Said {
+struct Answer {
   Utime utime = 0;
   VisionEstimate estimate;
   Pose truth;
@@ -69,7 +69,7 @@ class LoopServiceTest : public ::testing::Test {
     room_ = estimation::testing::PaintedRoom({3, 4, 2});
     error_W_.setZero();
     variance_ = 1e-6;
-    said_.clear();
+    answers_.clear();
   }
 
   [[nodiscard]] StateEstimate filter(int step) const {
@@ -110,7 +110,7 @@ class LoopServiceTest : public ::testing::Test {
     for (const Utime end = now_ + kStep; now_ < end;) {
       now_ += kTick;
       service_->poll(now_);
-      said_.push_back({now_, corrected(step), true_pose(step)});
+      answers_.push_back({now_, corrected(step), true_pose(step)});
     }
   }
 
@@ -123,42 +123,42 @@ class LoopServiceTest : public ::testing::Test {
   Random random_{3};
   Utime now_ = 0;
   Utime init_utime_ = 7;
-  double look_alike_m_ = 0.0;  ///< So far off is what it sees on its way back.
+  double look_alike_m_ = 0.0;  ///< Shift of the wall observed on the return, m.
   Eigen::Vector3d error_W_ = Eigen::Vector3d::Zero();
   double variance_ = 0.0;
-  std::vector<Said> said_;
+  std::vector<Answer> answers_;
 };
 
-TEST_F(LoopServiceTest, TakesAwayWhatWasDriftedAndSaysHowSureItIs) {
+TEST_F(LoopServiceTest, RemovesDriftWithAConsistentCovariance) {
   use(finder());
   go_and_return();
-  const VisionEstimate& last = said_.back().estimate;
+  const VisionEstimate& last = answers_.back().estimate;
   ASSERT_GT(last.loops.count, 2);
-  EXPECT_GE(last.loops.recognised - last.loops.seen, 20'000'000);
-  EXPECT_LT(last.loops.seen, kTurn);
-  const Eigen::Vector3d error = said_.back().truth.p - last.estimate.X_WB.p;
+  EXPECT_GE(last.loops.recognised - last.loops.first_observed, 20'000'000);
+  EXPECT_LT(last.loops.first_observed, kTurn);
+  const Eigen::Vector3d error = answers_.back().truth.p - last.estimate.X_WB.p;
   EXPECT_GT(error_W_.norm(), 0.06);
   EXPECT_LT(error.norm(), 0.5 * error_W_.norm());
   const Eigen::Matrix2d P = last.estimate.covariance.topLeftCorner<2, 2>();
   EXPECT_LT(P.trace(), 2.0 * variance_);
   EXPECT_LT(error.head<2>().dot(P.inverse() * error.head<2>()), 12.0);
-  EXPECT_GE(last.estimate.covariance(2, 2), 1e-4) << "of the height it tells nothing";
+  EXPECT_GE(last.estimate.covariance(2, 2), 1e-4) << "loops do not observe the height";
   EXPECT_NEAR(last.estimate.X_WB.p.z(), -1.0, 0.02);
 }
 
 TEST_F(LoopServiceTest, AnswersAtTheStatedTimeAndAlwaysTheSame) {
   use(finder());
   go_and_return();
-  const std::vector<Said> first = std::exchange(said_, {});
+  const std::vector<Answer> first = std::exchange(answers_, {});
   use(finder());
   go_and_return();
-  ASSERT_EQ(first.size(), said_.size());
+  ASSERT_EQ(first.size(), answers_.size());
   int count = 0;
   for (std::size_t i = 0; i < first.size(); ++i) {
     const VisionEstimate& word = first[i].estimate;
-    EXPECT_EQ(word.estimate.X_WB.p, said_[i].estimate.estimate.X_WB.p);
-    EXPECT_EQ(word.estimate.covariance, said_[i].estimate.estimate.covariance);
-    EXPECT_EQ(word.loops.moved_m, said_[i].estimate.loops.moved_m);
+    EXPECT_EQ(word.estimate.X_WB.p, answers_[i].estimate.estimate.X_WB.p);
+    EXPECT_EQ(word.estimate.covariance, answers_[i].estimate.estimate.covariance);
+    EXPECT_EQ(word.loops.moved_m, answers_[i].estimate.loops.moved_m);
     if (word.loops.count == count) continue;
     EXPECT_EQ(word.loops.count, ++count);
     EXPECT_EQ(first[i].utime, word.loops.recognised + kLatency);
@@ -166,30 +166,30 @@ TEST_F(LoopServiceTest, AnswersAtTheStatedTimeAndAlwaysTheSame) {
   EXPECT_GT(count, 2);
 }
 
-// The same wall once more, somewhat farther on: nearer than a picture is wide. What is seen of that
-// one twice is rightly known again.
-TEST_F(LoopServiceTest, APlaceThatOnlyLooksTheSameChangesNothing) {
+// A copy of the wall, shifted by less than the width of an image. Places that were observed twice
+// on one wall are still recognised.
+TEST_F(LoopServiceTest, APlaceThatOnlyResemblesAnotherChangesNothing) {
   for (const double off : {-0.8, 0.8}) {
     look_alike_m_ = off;
     use(finder());
     go_and_return();
-    for (const Said& said : said_) {
-      const estimation::ClosedLoops& loops = said.estimate.loops;
-      EXPECT_FALSE(loops.seen <= kTurn && loops.recognised > kTurn);
+    for (const Answer& answer : answers_) {
+      const estimation::ClosedLoops& loops = answer.estimate.loops;
+      EXPECT_FALSE(loops.first_observed <= kTurn && loops.recognised > kTurn);
       EXPECT_LT(loops.moved_m, 0.25);
     }
   }
 }
 
-TEST_F(LoopServiceTest, AFilterThatBeginsAnewIsNotCorrectedByWhatWasSeenBefore) {
+TEST_F(LoopServiceTest, ARestartedFilterIsNotCorrectedByEarlierPlaces) {
   use(finder());
   go_and_return();
-  const int count = said_.back().estimate.loops.count;
+  const int count = answers_.back().estimate.loops.count;
   init_utime_ = 8;
   EXPECT_EQ(corrected(2 * kOut).estimate.X_WB.p, filter(2 * kOut).X_WB.p);
   for (const int step : {0, 1, 2}) advance(step);
-  EXPECT_EQ(said_.back().estimate.loops.count, count);
-  EXPECT_EQ(said_.back().estimate.estimate.X_WB.p, filter(2).X_WB.p);
+  EXPECT_EQ(answers_.back().estimate.loops.count, count);
+  EXPECT_EQ(answers_.back().estimate.estimate.X_WB.p, filter(2).X_WB.p);
 }
 
 TEST_F(LoopServiceTest, WhatIsNotFiniteIsNotTouched) {
@@ -208,10 +208,10 @@ TEST_F(LoopServiceTest, WhatIsNotFiniteIsNotTouched) {
 TEST_F(LoopServiceTest, AWorkerThatIsLateDelaysAndNeverBlocks) {
   std::promise<void> done;
   const std::shared_future<void> is_done = done.get_future().share();
-  int looked = 0;
+  int processed = 0;
   use(
       [&](const Keyframe& keyframe) {
-        ++looked;
+        ++processed;
         is_done.wait();
         LoopCorrection correction;
         correction.utime = keyframe.filter.utime;
@@ -221,14 +221,14 @@ TEST_F(LoopServiceTest, AWorkerThatIsLateDelaysAndNeverBlocks) {
       },
       OnLate::kPoll);
   for (const int step : {0, 1, 2}) advance(step);
-  EXPECT_EQ(said_.back().estimate.loops.count, 0);
+  EXPECT_EQ(answers_.back().estimate.loops.count, 0);
   done.set_value();
   // The machine may take its time to notice.
   for (int i = 0; i < 60'000 && corrected(2).loops.count == 0; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     service_->poll(now_);
   }
-  EXPECT_EQ(looked, 1) << "while one was looked at no other was taken";
+  EXPECT_EQ(processed, 1) << "one at a time is processed";
   EXPECT_EQ(corrected(2).loops.count, 1);
   EXPECT_NEAR(corrected(2).loops.moved_m, 0.5, 1e-12);
   EXPECT_NEAR(corrected(2).estimate.X_WB.p.x() - filter(2).X_WB.p.x(), 0.5, 1e-12);

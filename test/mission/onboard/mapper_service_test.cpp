@@ -43,7 +43,7 @@ bool is_mapped(const estimation::StateEstimate& estimate) {
   return service.poll(3 * kTick).has_value();
 }
 
-TEST(MapperService, MapsNothingWhileTheAttitudeIsAGuess) {
+TEST(MapperService, MapsNothingWhileTheAttitudeIsPredicted) {
   EXPECT_TRUE(is_mapped(estimate_with(0.01)));
   EXPECT_TRUE(is_mapped(estimate_with(0.25)));
   EXPECT_FALSE(is_mapped(estimate_with(0.35))) << "about one axis is enough";

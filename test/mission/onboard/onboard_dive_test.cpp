@@ -112,7 +112,7 @@ TEST_F(OnboardDiveTest, AsksForSamplesBeforeTheStepAndCommandsAfterIt) {
   EXPECT_EQ(report.executive.outcome, Outcome::kRunning);
 }
 
-// What was done is in the journal before the vehicle is told: a restart must not repeat it.
+// Actions are in the journal before the command is sent: a restart must not repeat them.
 TEST_F(OnboardDiveTest, KeepsEachStepBeforeItsCommand) {
   vehicle_.last_tick = 50;
   static_cast<void>(dive());
@@ -128,7 +128,7 @@ TEST_F(OnboardDiveTest, AnswersAPlanQueryAndCountsIt) {
   EXPECT_EQ(report.replans, 0);
 }
 
-// Times are those of the dive, whatever the vehicle's clock says.
+// Times are those of the dive, whatever the vehicle's clock shows.
 TEST_F(OnboardDiveTest, EndsWhenTheLongestDiveIsOver) {
   vehicle_.began = from_seconds(1e6);
   const OnboardReport report = dive();

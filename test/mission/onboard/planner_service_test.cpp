@@ -39,7 +39,7 @@ TEST(PlannerService, AnswersAtItsTimeAndNotBefore) {
   EXPECT_FALSE(service.poll(from_seconds(2.0))) << "once";
 }
 
-TEST(PlannerService, ANewQuestionDropsTheOldOne) {
+TEST(PlannerService, ANewQueryDropsTheOldOne) {
   const planning::World world;
   PlannerService service(world, small_box(), {}, from_seconds(0.1));
   service.submit(query(1, {6, 0, -5}), 0);
@@ -50,7 +50,7 @@ TEST(PlannerService, ANewQuestionDropsTheOldOne) {
   EXPECT_NEAR(reply->plan.waypoints.back().p.y(), 6.0, 1e-9);
 }
 
-TEST(PlannerService, SaysWhyThereIsNoPathAndHandsNoneOn) {
+TEST(PlannerService, ReportsWhyThereIsNoPathAndPassesNoneOn) {
   const planning::World world;
   PlannerService service(world, small_box(), {}, from_seconds(0.1));
   service.submit(query(1, {6, 0, std::numeric_limits<double>::quiet_NaN()}), 0);

@@ -1,5 +1,5 @@
-// The cameras' estimator as a service, in a painted room, on pictures and samples whose truth is
-// known.
+// The visual-inertial estimator as a service, in a painted room, on images and samples whose truth
+// is known.
 
 #include "mission/onboard/vision_service.h"
 
@@ -78,7 +78,7 @@ class VisionServiceTest : public ::testing::Test {
   [[nodiscard]] Taken take() {
     const auto image = [&](double y, int index) {
       const CameraModel camera = small_camera(y);
-      ImageFrame frame = room_.image(camera, eyes_at(now_) * camera.X_BC, now_);
+      ImageFrame frame = room_.image(camera, camera_pose_at(now_) * camera.X_BC, now_);
       frame.camera = index;
       return frame;
     };
@@ -113,7 +113,7 @@ class VisionServiceTest : public ::testing::Test {
   }
 
   std::function<Pose(Utime)> swims_at = pose_at;
-  std::function<Pose(Utime)> eyes_at = pose_at;  ///< Where the pictures are taken from.
+  std::function<Pose(Utime)> camera_pose_at = pose_at;  ///< Pose at which the images are taken.
   std::function<double(Utime)> acceleration_at = [](Utime) { return 0.0; };  ///< Along y, m/s^2.
   estimation::testing::PaintedRoom room_{{3, 4, 2}};
   std::optional<VisionService> service_;
@@ -124,12 +124,11 @@ class VisionServiceTest : public ::testing::Test {
   int scans_ = 0;
 };
 
-// What the cameras see turns, the inertial unit does not: good pictures, and nothing to be
-// believed.
+// The scene in the images turns, the IMU does not: good images, and an estimate to reject.
 TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
   use(OnLate::kBlock);
   ASSERT_TRUE(run(3.0).back().is_good());
-  eyes_at = [](Utime t) {
+  camera_pose_at = [](Utime t) {
     const double turned = 0.35 * std::sin(1.2 * (to_seconds(t) - 3.0));
     return Pose{pose_at(t).p, from_rpy(0.0, 0.0, turned)};
   };
@@ -140,8 +139,8 @@ TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
     EXPECT_FALSE(word.is_good())
         << "not even when it was initialised again, and takes it for its biases";
   }
-  eyes_at = pose_at;
-  EXPECT_TRUE(run(12.0).back().is_good()) << "in the end it is believed again";
+  camera_pose_at = pose_at;
+  EXPECT_TRUE(run(12.0).back().is_good()) << "in the end it is accepted again";
 }
 
 TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
@@ -157,7 +156,7 @@ TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {
   }
 }
 
-TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
+TEST_F(VisionServiceTest, IsTheSameOnEveryMachine) {
   use(OnLate::kBlock);
   const std::vector<VisionEstimate> first = run(1.0);
   now_ = 0;
@@ -172,7 +171,7 @@ TEST_F(VisionServiceTest, SaysTheSameOnEveryMachine) {
   }
 }
 
-TEST_F(VisionServiceTest, SaysWhatIsWrongWithTheImages) {
+TEST_F(VisionServiceTest, ReportsWhatIsWrongWithTheImages) {
   use(OnLate::kBlock);
   run(1.0);
   const auto spoiled = [&](const std::function<void(Taken&)>& spoil) {
@@ -196,7 +195,7 @@ TEST_F(VisionServiceTest, SaysWhatIsWrongWithTheImages) {
   EXPECT_THAT(spoiled([](Taken& t) { t.left->utime = 900'000; }), Each(VisionFault::kBadImage));
   EXPECT_THAT(spoiled([](Taken& t) { t.left.reset(); }), Each(VisionFault::kNoImages));
   EXPECT_THAT(spoiled([](Taken& t) { t.right.reset(); }), Each(VisionFault::kNone))
-      << "one eye will do";
+      << "one camera is enough";
   EXPECT_TRUE(run(0.3).back().is_good());
 }
 
@@ -234,7 +233,7 @@ TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {
   EXPECT_GT(landmarks, 0U);
 }
 
-// Of the walls, at their distance from where the vehicle was when the pictures were taken.
+// Points of the walls, relative to the pose at which the images were taken.
 TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   planning::MapperOptions mapper;
   mapper.min_neighbours = 3;
@@ -243,7 +242,7 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   EXPECT_EQ(stereo.mapper.validate(), "");
   EXPECT_EQ(stereo.mapper.min_neighbours, 3) << "the rest is the caller's";
   EXPECT_FALSE(stereo_mapping(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
-  int told = 0;
+  int points = 0;
   int wrong = 0;
   use(OnLate::kBlock, [&](const StereoPairResult& pair) {
     std::optional<RangeScan> scan = stereo.make_range(pair);
@@ -255,7 +254,7 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
       const Eigen::Vector3d p_W = X_WB * p_B.cast<double>();
       const double r = (p_B - scan->origin_B).norm();
       if (!p_W.allFinite() || r > scan->reach) continue;
-      ++told;
+      ++points;
       const double off = (p_W.cwiseAbs() - Eigen::Vector3d(3, 4, 2)).cwiseAbs().minCoeff();
       if (off > 0.01 + 3.0 * stereo.mapper.noise_square * r * r) ++wrong;
     }
@@ -263,16 +262,16 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   });
   run(2.0);
   EXPECT_GT(scans_, 15);
-  EXPECT_GT(told, scans_ * 500) << "of 7,500 rays each";
-  EXPECT_LT(wrong, told / 50);
+  EXPECT_GT(points, scans_ * 500) << "of 7,500 rays each";
+  EXPECT_LT(wrong, points / 50);
   run(0.5, [](Taken& taken) { taken.right.reset(); });
 }
 
 // Back and forth along the wall: what was observed first is observed again.
-TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
+TEST_F(VisionServiceTest, ClosesLoopsBesideTheEstimate) {
   constexpr double kReach = 1.2;
   constexpr double kRate = kSpeed / kReach;
-  swims_at = eyes_at = [](Utime t) {
+  swims_at = camera_pose_at = [](Utime t) {
     return Pose{{0.0, kReach * std::sin(kRate * to_seconds(t)), -1.0},
                 Eigen::Quaterniond::Identity()};
   };
@@ -289,7 +288,7 @@ TEST_F(VisionServiceTest, ClosesLoopsBesideWhatItSays) {
   for (std::size_t i = 4; i < words.size(); ++i) {
     EXPECT_TRUE(words[i].is_good()) << i << ": " << to_sentence(words[i].fault);
     const estimation::StateEstimate& estimate = words[i].estimate;
-    EXPECT_LT((estimate.X_WB.p - eyes_at(estimate.utime).p).norm(), 0.05) << i;
+    EXPECT_LT((estimate.X_WB.p - camera_pose_at(estimate.utime).p).norm(), 0.05) << i;
   }
 }
 

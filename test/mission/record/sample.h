@@ -62,7 +62,7 @@ void each_vision(estimation::VisionEstimate& vision, F f) {
   f("DIVE_IN_VISION.stereo", vision.stereo);
   f("DIVE_IN_VISION.used", vision.used);
   f("DIVE_IN_VISION.loops", vision.loops.count);
-  f("DIVE_IN_VISION.loop_first_observed", vision.loops.seen);
+  f("DIVE_IN_VISION.loop_first_observed", vision.loops.first_observed);
   f("DIVE_IN_VISION.loop_recognised", vision.loops.recognised);
   f("DIVE_IN_VISION.loop_correction", vision.loops.moved_m);
   f("DIVE_IN_VISION.loop_heading_correction", vision.loops.turned_rad);

@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
         Pair{"<replans at_most=\"2\"/>", "<replans at_most=\"1\"/>"},
         Pair{"<position_error at_most=\"0.3\"/>", "<position_error at_most=\"0.1\"/>"}));
 
-TEST(Judge, SaysWhatThereWasInstead) {
+TEST(Judge, ReportsWhatHappenedInstead) {
   const auto actual = [](const char* written) {
     return evaluate(expecting(written), dive()).at(0).actual;
   };
@@ -127,7 +127,7 @@ TEST(Judge, SaysWhatThereWasInstead) {
   EXPECT_EQ(actual("<max_depth at_most=\"3\"/>"), "3.2");
 }
 
-TEST(Judge, ExpectsWithoutBeingToldThatNothingIsTouchedAndTheScriptIsPlayed) {
+TEST(Judge, AlwaysExpectsNoCollisionAndAllScriptedSteps) {
   const Scenario scenario = expecting("<outcome is=\"aborted\"/>");
   ASSERT_EQ(scenario.expectations.size(), 3U);
   DiveRecord harmed = dive();
@@ -147,16 +147,16 @@ TEST(Judge, WhatIsMeasuredFromAStepThatNeverHappenedNeitherIsNorIsNot) {
   DiveRecord record = dive();
   std::erase_if(record.occurrences, [](const Occurrence& one) { return one.kind == Kind::kStep; });
   for (const char* negation : {"", " not=\"true\""}) {
-    const ExpectationResult judged =
+    const ExpectationResult result =
         evaluate(expecting("<enters state=\"up\" after=\"leak\"" + std::string(negation) + "/>"),
                  record)
             .at(0);
-    EXPECT_FALSE(judged.passed);
-    EXPECT_THAT(judged.actual, HasSubstr("'leak' never happened"));
+    EXPECT_FALSE(result.passed);
+    EXPECT_THAT(result.actual, HasSubstr("'leak' never happened"));
   }
 }
 
-TEST(Judge, NothingThatHoldsHoldsTurnedRound) {
+TEST(Judge, NoPassedExpectationPassesNegated) {
   EXPECT_TRUE(insensitive_expectations(
                   expecting("<outcome is=\"aborted\"/><max_depth at_most=\"4\"/>"), dive())
                   .empty());

@@ -184,7 +184,7 @@ TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
   }
 }
 
-TEST(ScenarioCommand, AFailureSaysWhatWasSeenAndWhereItWasExpected) {
+TEST(ScenarioCommand, AFailureReportsTheActualResultAndTheExpectationsPlace) {
   const fs::path path = scenario(
       "wrong", kLeak + "<expect>\n<outcome is=\"success\"/>\n<enters state=\"north\"/>\n</expect>");
   const Ran ran = dive("test " + quoted(path));
@@ -216,7 +216,7 @@ TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
 }
 
 // The log contains the visual-inertial estimates, so that a replay needs no cameras.
-TEST(ScenarioCommand, ADiveBySightReplays) {
+TEST(ScenarioCommand, AVisualInertialDiveReplays) {
   const fs::path keep = own_folder() / "by_sight";
   fs::remove_all(keep);
   const Ran ran = dive("test --keep-all --keep " + quoted(keep) + " " +

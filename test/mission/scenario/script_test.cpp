@@ -99,7 +99,7 @@ TEST_F(ScriptPlayed, MutedItHappensAllTheSame) {
   EXPECT_EQ(record_.occurrences[0].name, "now");
 }
 
-TEST_F(ScriptPlayed, TopsideSaysOneThingATick) {
+TEST_F(ScriptPlayed, TopsideSendsOneCommandPerTick) {
   play(
       "<at time=\"1\"><operator command=\"pause\"/><operator command=\"resume\"/></at>"
       "<at time=\"1\"><operator command=\"abort\"/></at>");
@@ -111,11 +111,11 @@ TEST_F(ScriptPlayed, TopsideSaysOneThingATick) {
 
 TEST_F(ScriptPlayed, HeartbeatsComeRegularlyAndEnd) {
   play("<at time=\"0\"><heartbeat every=\"2\" for=\"5\"/></at>");
-  std::vector<int> heard;
+  std::vector<int> heartbeats;
   for (int t = 0; t < 10; ++t) {
-    if (tick(t).operator_command == OperatorCommand::kHeartbeat) heard.push_back(t);
+    if (tick(t).operator_command == OperatorCommand::kHeartbeat) heartbeats.push_back(t);
   }
-  EXPECT_EQ(heard, (std::vector<int>{0, 2, 4}));
+  EXPECT_EQ(heartbeats, (std::vector<int>{0, 2, 4}));
 }
 
 TEST_F(ScriptPlayed, AFaultIsOverAfterItsTime) {

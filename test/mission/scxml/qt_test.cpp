@@ -128,7 +128,7 @@ TEST(QtScxml, TakesTheSameTransitionsOnTheSameEvents) {
       Ours ours(machine);
       Theirs theirs(scxml);
       ASSERT_EQ(ours.active(), theirs.active()) << "at first";
-      std::string told;
+      std::string record;
       for (int i = 0; i < 30 && ours.running(); ++i) {
         // Frequent takeovers by the executive would end it too soon.
         const bool takeover = random.bits() % 20 == 0;
@@ -137,12 +137,12 @@ TEST(QtScxml, TakesTheSameTransitionsOnTheSameEvents) {
         const std::set<std::string> before = ours.active();
         ours.dispatch(event);
         theirs.dispatch(event);
-        told += event + " ";
+        record += event + " ";
         ++steps;
         moves += before != ours.active() ? 1 : 0;
-        ASSERT_EQ(ours.running(), theirs.running()) << told;
+        ASSERT_EQ(ours.running(), theirs.running()) << record;
         if (!ours.running()) break;
-        ASSERT_EQ(ours.active(), theirs.active()) << told;
+        ASSERT_EQ(ours.active(), theirs.active()) << record;
       }
     }
   }

@@ -59,7 +59,7 @@ TEST(FaultInjector, ChangesNothingBeforeItsTime) {
   }
 }
 
-TEST(FaultInjector, SpoilsWhatItSays) {
+TEST(FaultInjector, SpoilsWhatItNames) {
   EXPECT_TRUE(injected(FaultKind::kLeak, 6).health->leak);
   EXPECT_EQ(injected(FaultKind::kBattery, 6).health->battery_fraction, 0.0);
   EXPECT_GT(injected(FaultKind::kTemperature, 6).health->temperature_c, 80.0);
@@ -74,11 +74,11 @@ TEST(FaultInjector, SpoilsWhatItSays) {
   EXPECT_EQ(injected(FaultKind::kPlannerFails, 6).plan->plan.status, planning::PlanStatus::kNoPath);
   EXPECT_FALSE(injected(FaultKind::kPlannerSilent, 6).plan);
   EXPECT_EQ(injected(FaultKind::kAbort, 5).operator_command, OperatorCommand::kAbort);
-  EXPECT_FALSE(injected(FaultKind::kAbort, 6).operator_command) << "said once";
+  EXPECT_FALSE(injected(FaultKind::kAbort, 6).operator_command) << "sent once";
 }
 
 TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
-  const auto heard = [](FaultKind kind) {
+  const auto received = [](FaultKind kind) {
     FaultInjector injector({{kind, 5.0}});
     StepInputs inputs = healthy(from_seconds(6.0));
     vehicle::GroundTruth truth;
@@ -90,9 +90,9 @@ TEST(FaultInjector, AnInertialUnitFailsWithTheOther) {
     injector.apply(samples);
     return samples;
   };
-  EXPECT_EQ(heard(FaultKind::kImuSilent).count, 0U);
-  EXPECT_FALSE(heard(FaultKind::kImuNan).samples[3].gyro_B.allFinite());
-  EXPECT_TRUE(heard(FaultKind::kCameraMissing).samples[3].gyro_B.allFinite());
+  EXPECT_EQ(received(FaultKind::kImuSilent).count, 0U);
+  EXPECT_FALSE(received(FaultKind::kImuNan).samples[3].gyro_B.allFinite());
+  EXPECT_TRUE(received(FaultKind::kCameraMissing).samples[3].gyro_B.allFinite());
 }
 
 TEST(FaultInjector, DropsSomethingIntoTheTrailBehind) {

@@ -50,7 +50,7 @@ const std::string kTag =
 const std::string kTypo =
     R"(<tag id="7" size="0.5" x="13.98" y="-6" z="2.7" z_units="DEPTH" heading_deg="270"/>)";
 
-struct Told {
+struct DiveResults {
   DiveResult result;
   double after_turn_m = 0.0;  ///< Mean horizontal error from 26 s on, after the turn.
   double horizontal_m = 0.0;  ///< Horizontal error at the start of the ascent.
@@ -63,8 +63,8 @@ struct Told {
   std::vector<std::string> notes;
 };
 
-Told dive(const std::string& tag, std::uint64_t seed,
-          const std::optional<std::vector<Tag>>& really = std::nullopt) {
+DiveResults dive(const std::string& tag, std::uint64_t seed,
+                 const std::optional<std::vector<Tag>>& really = std::nullopt) {
   Diagnostics diagnostics;
   const auto mission = parse_mission(SourceText(kFile, mission_text(tag)), diagnostics);
   EXPECT_TRUE(mission && diagnostics.error_count() == 0);
@@ -77,77 +77,77 @@ Told dive(const std::string& tag, std::uint64_t seed,
   settings.cameras->rate_hz = 10.0;
   settings.tags = really;
   settings.faults.push_back({FaultKind::kCameraBlackout, 6.0, 12.0});
-  Told told;
+  DiveResults results;
   int seconds = 0;
   int after = 0;
-  told.result =
+  results.result =
       simulate_dive(*mission, *world, *model, settings,
                     [&](const StepInputs& in, const StepOutputs& out,
                         const vehicle::GroundTruth& truth, const auto&) {
                       if (in.vision) {
                         const TagResult result = in.vision->tag.result;
-                        if (result == TagResult::kUsed) ++told.used;
-                        if (result == TagResult::kRefused) ++told.refused;
+                        if (result == TagResult::kUsed) ++results.used;
+                        if (result == TagResult::kRefused) ++results.refused;
                         if (result > TagResult::kUsed && result != TagResult::kRefused)
-                          ++told.others;
+                          ++results.others;
                       }
                       for (const ActionRecord& action : out.actions)
-                        told.notes.push_back(action.text);
+                        results.notes.push_back(action.text);
                       const Eigen::Vector2d e = (truth.X_WB.p - out.estimate.X_WB.p).head<2>();
                       if (out.status.state != "swim") return;
-                      told.horizontal_m = e.norm();
-                      told.sigma_m = estimation::horizontal_sigma(out.estimate);
+                      results.horizontal_m = e.norm();
+                      results.sigma_m = estimation::horizontal_sigma(out.estimate);
                       if (in.now % 1'000'000 == 0 && to_seconds(in.now) >= 26.0) {
-                        told.after_turn_m += e.norm();
+                        results.after_turn_m += e.norm();
                         ++after;
                       }
-                      if (in.now % 1'000'000 != 0 || told.used == 0) return;
+                      if (in.now % 1'000'000 != 0 || results.used == 0) return;
                       const Eigen::Matrix2d P = out.estimate.covariance.topLeftCorner<2, 2>();
-                      told.nees += e.dot(P.inverse() * e);
+                      results.nees += e.dot(P.inverse() * e);
                       ++seconds;
                     });
-  if (seconds > 0) told.nees /= seconds;
-  told.after_turn_m /= after;
-  return told;
+  if (seconds > 0) results.nees /= seconds;
+  results.after_turn_m /= after;
+  return results;
 }
 
-bool says(const Told& told, const std::string& words) {
-  for (const std::string& note : told.notes) {
+bool has_note(const DiveResults& results, const std::string& words) {
+  for (const std::string& note : results.notes) {
     if (note.find(words) != std::string::npos) return true;
   }
   return false;
 }
 
 TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
-  DIVE_SKIP_UNDER_SANITIZERS("two dives are drawn, picture by picture");
-  const Told without = dive("", 3);
-  const Told with = dive(kTag, 3);
-  for (const Told& told : {without, with}) {
-    EXPECT_EQ(told.result.outcome, "success") << told.result.cause;
-    EXPECT_EQ(told.refused + told.others, 0);
-    EXPECT_GT(told.result.distance_m, 25.0);
-    EXPECT_LT(told.result.largest_step_m, 0.03) << "without a jump";
+  DIVE_SKIP_UNDER_SANITIZERS("two dives are drawn, image by image");
+  const DiveResults without = dive("", 3);
+  const DiveResults with = dive(kTag, 3);
+  for (const DiveResults& results : {without, with}) {
+    EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
+    EXPECT_EQ(results.refused + results.others, 0);
+    EXPECT_GT(results.result.distance_m, 25.0);
+    EXPECT_LT(results.result.largest_step_m, 0.03) << "without a jump";
   }
   EXPECT_EQ(without.used, 0);
   EXPECT_GT(with.used, 2);
-  EXPECT_TRUE(says(with, "tag 7: the vehicle is"));
+  EXPECT_TRUE(has_note(with, "tag 7: corrects the vehicle's position by"));
   // Which of two dives is nearer to the truth is chance; tag_fix_test.cpp tests the value of a tag.
   EXPECT_LT(with.after_turn_m, 3.0 * with.sigma_m);
   EXPECT_LT(with.horizontal_m, 3.0 * with.sigma_m);
   EXPECT_LT(with.nees, 6.0);
 }
 
-TEST(TagDive, ATypoIsToldAndDoesNoHarm) {
-  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, picture by picture");
+TEST(TagDive, ATypoIsReportedAndDoesNoHarm) {
+  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
   Diagnostics diagnostics;
   const auto right = parse_mission(SourceText(kFile, mission_text(kTag)), diagnostics);
   const auto world = planning::load_sdf(right->map_path, diagnostics);
-  const Told told = dive(kTypo, 3, known_tags(*right, *world));
-  EXPECT_EQ(told.result.outcome, "success") << told.result.cause;
-  EXPECT_EQ(told.used, 0);
-  EXPECT_GT(told.refused, 2);
-  EXPECT_TRUE(says(told, "tag 7 is not believed: by it the vehicle is"));
-  EXPECT_LT(told.horizontal_m, 0.5);
+  const DiveResults results = dive(kTypo, 3, known_tags(*right, *world));
+  EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
+  EXPECT_EQ(results.used, 0);
+  EXPECT_GT(results.refused, 2);
+  EXPECT_TRUE(has_note(results, "tag 7 is rejected: it would correct the vehicle's position by"));
+  EXPECT_LT(results.horizontal_m, 0.5);
 }
 
 }  // namespace

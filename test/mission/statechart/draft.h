@@ -148,7 +148,7 @@ class Recorder : public Environment {
   }
 
   /// The calls since the last call of this function.
-  std::string told() { return std::exchange(told_, {}); }
+  std::string record() { return std::exchange(record_, {}); }
 
   std::map<GuardId, std::function<bool()>> guards;
   std::map<ActionId, std::function<void()>> on_action;
@@ -160,12 +160,12 @@ class Recorder : public Environment {
     return chart_.states.at(static_cast<std::size_t>(state)).id;
   }
   void note(const std::string& what) {
-    if (!told_.empty()) told_ += ' ';
-    told_ += what;
+    if (!record_.empty()) record_ += ' ';
+    record_ += what;
   }
 
   const Chart& chart_;
-  std::string told_;
+  std::string record_;
 };
 
 /// A chart, its interpreter and its recorder.
@@ -175,11 +175,11 @@ struct Machine {
 
   std::string start() {
     interpreter.start();
-    return recorder.told();
+    return recorder.record();
   }
   std::string dispatch(const std::string& event) {
     interpreter.dispatch(event);
-    return recorder.told();
+    return recorder.record();
   }
   std::string active() const {
     std::string ids;

@@ -16,7 +16,7 @@ namespace {
 
 // ---------------------------------------------------------------------------- initial states
 
-TEST(Initial, WithoutAWordTheFirstStateInDocumentOrder_355) {
+TEST(Initial, ByDefaultTheFirstStateInDocumentOrder_355) {
   Machine m(Draft("m(a b)"));
   EXPECT_EQ(m.start(), "+a");
   EXPECT_TRUE(m.interpreter.running());
@@ -85,7 +85,7 @@ TEST(Done, AFinalStateOfTheRootEndsTheChartAndStaysActive) {
   EXPECT_EQ(m.active(), "f");
 }
 
-TEST(Done, ALeafCompletesWhenItsEnvironmentSaysSo) {
+TEST(Done, AnAtomicStateCompletesWhenItsEnvironmentReportsIt) {
   Machine m(Draft("m(a b)").on("a", "done.state.a", "b"));
   m.recorder.on_entered["a"] = [&] { m.interpreter.raise("done.state.a"); };
   EXPECT_EQ(m.start(), "+a -a +b");
@@ -119,7 +119,7 @@ TEST(History, ShallowRestoresTheChildAndEntersItByDefault_388) {
   EXPECT_EQ(m.dispatch("back"), "-out +p +b +c +x");
 }
 
-TEST(History, DeepRestoresTheLeaf_388) {
+TEST(History, DeepRestoresTheAtomicState_388) {
   Machine m(history_draft("~~"));
   m.start();
   m.dispatch("back");
@@ -163,7 +163,7 @@ TEST(History, IsForgottenOnRestart) {
   EXPECT_EQ(m.dispatch("back"), "-out +p +a");
 }
 
-TEST(History, RecordedOnTheWayOutDoesNotMoveTheDomain) {
+TEST(History, RecordedOnExitDoesNotMoveTheDomain) {
   // By h's default the transition exits p; the history it then records lies within its source, r.
   Machine m(Draft("m(p[h~~ r(a b)])").initial("h", "r").on("r", "e", "h").internal());
   m.start();
@@ -279,7 +279,7 @@ TEST(Order, RaisedBeforeTheEndIsForgottenOnRestart) {
   EXPECT_EQ(m.start(), "+a");
 }
 
-TEST(Order, TakenIsToldBeforeAnyExitWithItsEvent) {
+TEST(Order, TakenIsReportedBeforeAnyExitWithItsEvent) {
   Machine m(Draft("m(a b c)").on("a", "x.*", "b").on("b", "", "c"));
   m.recorder.note_taken = true;
   EXPECT_EQ(m.start(), "+a");
@@ -343,11 +343,11 @@ TEST(ExitSet, FromOneRegionToAnotherLeavesTheParallelState) {
 TEST(Livelock, IsStoppedAndSaidAndARestartIsClean) {
   Machine m(Draft("m(a b c)").on("a", "go", "b").on("b", "", "c").on("c", "", "b"));
   m.start();
-  const std::string told = m.dispatch("go");
+  const std::string record = m.dispatch("go");
   EXPECT_TRUE(m.interpreter.livelocked());
   EXPECT_FALSE(m.interpreter.running());
   // "-a +b" and then at most kMaxMicrosteps times "-x +y".
-  EXPECT_EQ(told.size(), 5 + 6 * static_cast<std::size_t>(Interpreter::kMaxMicrosteps));
+  EXPECT_EQ(record.size(), 5 + 6 * static_cast<std::size_t>(Interpreter::kMaxMicrosteps));
   EXPECT_EQ(m.dispatch("go"), "");
   EXPECT_EQ(m.start(), "+a");
   EXPECT_FALSE(m.interpreter.livelocked());

@@ -151,7 +151,7 @@ ReferenceInterpreter::Set ReferenceInterpreter::remove_conflicting(const Set& en
 void ReferenceInterpreter::microstep(const Set& enabled, const std::string& event) {
   for (const int t : enabled) environment_.taken(t, event);
   // Before the exits record history, not during the entry as in appendix D: see the test
-  // History.RecordedOnTheWayOutDoesNotMoveTheDomain.
+  // History.RecordedOnExitDoesNotMoveTheDomain.
   domain_.clear();
   for (const int t : enabled) domain_[t] = get_transition_domain(t);
   exit_states(enabled);

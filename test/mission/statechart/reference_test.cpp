@@ -205,9 +205,10 @@ std::string disagreement(const Chart& chart, const std::vector<std::string>& eve
   reference_ptr = &reference;
 
   const auto difference = [&]() -> std::string {
-    const std::string told = my_world.told();
-    const std::string expected_told = reference_world.told();
-    if (told != expected_told) return fmt::format("did {}, expected {}", told, expected_told);
+    const std::string record = my_world.record();
+    const std::string expected_record = reference_world.record();
+    if (record != expected_record)
+      return fmt::format("did {}, expected {}", record, expected_record);
     std::vector<int> expected = reference.configuration();
     expected.erase(expected.begin());  // The root.
     if (mine.configuration() != expected) return "configuration";
@@ -238,7 +239,7 @@ RC_GTEST_PROP(Interpreter, DoesWhatTheRecommendationSays, ()) {
 }
 
 // The property above finds small counterexamples; this test finds rare ones.
-TEST(Interpreter, DoesWhatTheRecommendationSaysOfManyCharts) {
+TEST(Interpreter, FollowsTheRecommendationOnManyCharts) {
   Random random(2015);
   const auto below = [&](std::size_t limit) { return random.bits() % limit; };
   for (int round = 0; round < 5'000; ++round) {

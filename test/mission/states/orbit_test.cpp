@@ -81,8 +81,7 @@ TEST(OrbitState, HasItsStationsOnTheCircleInTheDirectionWritten) {
   }));
 }
 
-// What the ground truth says of the time for which the vehicle was on its way to a station or at
-// it.
+// Ground truth for the time in which the vehicle swam to a station or was at it.
 struct AtStation {
   double faced_s = 0.0;     ///< Longest time in a row with the bow within 5 degrees of the point.
   double now_s = 0.0;       ///< The present one.
@@ -146,7 +145,7 @@ TEST(OrbitDive, FacesThePointAtEveryStationClockwise) {
   expect_an_orbit(dive(*mission, 1, {4.0, 0.0}), true);
 }
 
-TEST(OrbitDive, GoesRoundTheOtherWay) {
+TEST(OrbitDive, GoesRoundInTheOtherDirection) {
   const auto mission = with_orbit(
       "x=\"4\" y=\"0\" z=\"6.5\" z_units=\"DEPTH\" radius=\"3.4\" stations=\"8\" "
       "first_bearing_deg=\"270\" direction=\"ccw\" dwell=\"6\" timeout=\"400\" "

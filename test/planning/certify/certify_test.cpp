@@ -191,7 +191,7 @@ TEST(Certificate, IsABoundWhateverFclAnswers) {
   }));
 }
 
-TEST(Certificate, SeesTheCollisionInTheMiddleOfAFastTurn) {
+TEST(Certificate, FindsTheCollisionInTheMiddleOfAFastTurn) {
   const World post{{{"post", Cylinder{0.03, 4.0}, still({0.0, 0.32, 0.0})}}};
   const std::vector<Pose> turn{{{0, 0, 0}, from_rpy(0, 0, 0)},
                                {{0, 0, 0}, from_rpy(0, 0, deg_to_rad(179.0))}};
@@ -201,7 +201,7 @@ TEST(Certificate, SeesTheCollisionInTheMiddleOfAFastTurn) {
   EXPECT_LE(certifier.certify(turn).clearance_m, 0.0);
 }
 
-TEST(Certificate, SeesTheCollisionInTheMiddleOfALongLeg) {
+TEST(Certificate, FindsTheCollisionInTheMiddleOfALongLeg) {
   const World wall{{{"wall", Box{{0.02, 9.0, 9.0}}, still({50.0, 0.0, 0.0})}}};
   const std::vector<Pose> leg{still({0, 0, 0}), still({300, 0, 0})};
   const Certificate c = Certifier(wall, kAqua.hull()).certify(leg);
@@ -318,7 +318,7 @@ TEST(Certificate, DemandsFinitePoses) {
   EXPECT_THROW((void)certifier.certify(nowhere), AssertionFailure);
 }
 
-TEST(Certificate, OfTheWayThroughTheWindowIsAMetreAndOfTheStraightLineNone) {
+TEST(Certificate, ThroughTheWindowIsAMetreAndOnTheStraightLineNone) {
   Diagnostics diagnostics;
   const auto world = load_sdf(DIVE_SOURCE_DIR "/missions/maps/window.sdf", diagnostics);
   ASSERT_TRUE(world);

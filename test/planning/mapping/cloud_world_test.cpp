@@ -124,7 +124,7 @@ TEST(CloudWorldTest, ABedIsClosedHoweverSparseAndTheWaterAboveIsFree) {
   }
 }
 
-TEST(CloudWorldTest, SaysSoWherePointsAreTooFarApartToBeASurface) {
+TEST(CloudWorldTest, ReportsPointsTooFarApartToBeASurface) {
   const auto made = world_from_cloud(bed(20, 4.0), {});
   ASSERT_TRUE(made.has_value());
   EXPECT_THAT(made->warnings, Contains(HasSubstr("taken to be free")));

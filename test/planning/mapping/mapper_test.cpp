@@ -232,7 +232,7 @@ TEST(MapperTest, EveryPointThatSurvivesIsOnAPieceInSpiteOfNoise) {
     dive.look(X_WB, 1);
     if (i % 8 != 3) continue;
     for (const Vector3f& p : dive.mapper.points()) {
-      ASSERT_LE(to_map(p.cast<double>(), dive.map), kOnPiece) << "after sweep " << i;
+      ASSERT_LE(to_map(p.cast<double>(), dive.map), kOnPiece) << "after scan " << i;
     }
   }
   EXPECT_GT(dive.mapper.points().size(), 1000U);
@@ -240,7 +240,7 @@ TEST(MapperTest, EveryPointThatSurvivesIsOnAPieceInSpiteOfNoise) {
 
 // Round the end of a wall and on along its side, which gives no features along it: the end must not
 // hold the vehicle back once it is out of view. Each of these routes was held back once.
-TEST(MapperTest, ASmoothWallHoldsNobodyBack) {
+TEST(MapperTest, ASmoothWallBlocksNothingBeforeIt) {
   struct Way {
     std::uint64_t seed;
     int turn;  ///< Number of scans during the turn.
@@ -345,7 +345,7 @@ TEST(MapperTest, AMoteBeforeTheLensIsNoObstacleAndARodIs) {
   }
 }
 
-TEST(MapperTest, WhatHasGoneAwayIsSeenThrough) {
+TEST(MapperTest, WhatHasGoneAwayIsRemovedByPassingRays) {
   Dive dive(all_of({kPlate, kCube}));
   const Surface diver = box({1.5, -0.3, -5.3}, {2.0, 0.3, -4.7});
   dive.eye.set_surface(all_of({kPlate, diver}));
@@ -384,7 +384,7 @@ TEST(MapperTest, IsTheSameEveryTime) {
   }
 }
 
-TEST(MapperTest, RefusesWhatNoWorkingSensorSays) {
+TEST(MapperTest, RejectsWhatNoWorkingSensorSends) {
   Dive dive(kPlate);
   const RangeScan scan = dive.eye.look(kHere);
   ASSERT_TRUE(dive.mapper.add(scan, kHere, Vector3d::Zero()));
@@ -465,7 +465,7 @@ TEST(MapperTest, MovesWithALoopClosure) {
   }
 }
 
-TEST(MapperTest, SeesAheadAsFarAsItHasLooked) {
+TEST(MapperTest, FreeAheadEndsWithTheObservedSpace) {
   Dive dive(kPlate);
   const auto ahead = dive.look(kHere);
   ASSERT_TRUE(ahead);

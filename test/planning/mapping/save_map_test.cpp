@@ -174,7 +174,7 @@ std::optional<World> load(const std::string& path) {
   return world;
 }
 
-TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasSeen) {
+TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasObserved) {
   const Seen seen;
   ASSERT_GT(seen.map.pieces(), 20U);
   const Scratch scratch;

@@ -114,7 +114,7 @@ TEST(Planner, NeverHandsOnAPathThatIsNotWhatItClaims) {
   EXPECT_GE(solved, 80);
 }
 
-TEST(Planner, SaysWhatMakesNoSense) {
+TEST(Planner, ReportsAnInvalidRequest) {
   const World world{{{"post", Box{{1, 1, 8}}, still({5, 0, -4})}}};
   const auto reason = [&](const PlanRequest& request) {
     const PlanResult result = plan(world, request);
@@ -175,7 +175,7 @@ World room_around(const Vector3d& centre, double door) {
   return world;
 }
 
-TEST(Planner, SaysHonestlyThatThereIsNoWay) {
+TEST(Planner, ReportsThatThereIsNoPath) {
   const Vector3d inside(5, 0, -6);
   const PlanResult shut = plan(room_around(inside, 0.0), ask({-3, 0, -6}, inside, 0.5));
   EXPECT_EQ(shut.status, PlanStatus::kNoPath);
@@ -218,7 +218,7 @@ TEST(Planner, LeadsOutOfANarrowPlaceAndNotThroughIt) {
 }
 
 // Slightly less clearance than requested is not a narrow place: the vehicle need not turn back.
-TEST(Planner, GoesOnWhereThereIsNearlyEnough) {
+TEST(Planner, ContinuesWhereThereIsNearlyEnough) {
   const World nearly = corridor(kBodySize.y() + 2.0 * 0.55);
   PlanRequest request = ask({2, 0, -6}, {12, 0, -6}, 0.6);
   request.limits.attitude = AttitudeMode::kFlat;
@@ -256,7 +256,7 @@ World wall_with_door(double width, double height) {
 
 // A door w wide and h high leaves a level vehicle a clearance of at most min((w - 0.48) / 2, (h -
 // 0.22) / 2).
-TEST(Planner, SaysWhatClearanceWouldHaveWorked) {
+TEST(Planner, ReportsTheClearanceThatWouldHaveWorked) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of plans, and the other tests take the same steps");
   constexpr std::array<std::array<double, 2>, 10> kDoors{{{0.6, 1.4},
                                                           {0.65, 1.0},
@@ -328,7 +328,7 @@ Vector3d crossing(const std::vector<Vector3d>& path) {
 // has a larger clearance in it than in the other, so neither the sampling planner nor the widest
 // path leads elsewhere while it is open to them. The virtual obstacle where the optimiser was stuck
 // closes it.
-TEST(Planner, TurnsToAnotherPassageWhereTheNearerOneHasTooLittleRoom) {
+TEST(Planner, UsesAnotherPassageWhereTheNearerOneIsTooTight) {
   const Vector3d body_size(0.8, 0.9, 0.2);
   const World world = two_passages();
   PlanRequest request = ask({-6, 0, -5}, {6, 0, -5}, 0.6);
@@ -393,7 +393,7 @@ TEST(Planner, WorkGrowsWithTheLengthOfThePathAndNoFaster) {
 
 // If walls block the straight line, an alternative is searched at each of them, not from end to
 // end.
-TEST(Planner, LooksForAWayAroundEachWallOfALongPath) {
+TEST(Planner, FindsAPathAroundEachWallOfALongPath) {
   const auto walls_along = [](double length) {
     World world;
     for (double x = 15.0; x < length; x += 30.0) {
@@ -475,7 +475,7 @@ TEST(Planner, MovesAGoalWithinItsToleranceAndNoFarther) {
   EXPECT_EQ(plan(world, request).status, PlanStatus::kInvalid);
 }
 
-TEST(Planner, AHullThatIsLargerThanTheWorldIsToldSo) {
+TEST(Planner, AHullThatIsLargerThanTheWorldIsReported) {
   const RobotHull giant{{{"body", box_corners({50.0, 40.0, 30.0})}}};
   SteadyClock clock;
   const World world{{{"pebble", Box{{0.1, 0.1, 0.1}}, still({10, 0, -40})}}};
@@ -506,7 +506,7 @@ std::vector<Pose> piece(const std::vector<Pose>& path, double begin, double end)
   return cut;
 }
 
-TEST(Planner, LetsAVehicleOutThatIsNearerThanItShouldBeAndSaysSo) {
+TEST(Planner, PlansOutOfAStartThatIsTooNearAndReportsIt) {
   const World world{{{"wall", Box{{40.0, 1.0, 10.0}}, still({10, -1.5, -5})}}};  // face at y = -1
   PlanRequest request = ask({0, -0.5, -5}, {8, 3, -5}, 0.6);  // starts 0.26 m from the wall
   const PlanResult result = plan(world, request);
@@ -546,7 +546,7 @@ TEST(Planner, NeverLeavesANearlyTouchingStartByAPathThatMayTouch) {
   }
 }
 
-TEST(Planner, GoesOnFromAPathItIsGiven) {
+TEST(Planner, StartsFromAGivenPath) {
   const World world = window();
   PlanRequest request = ask(kGate, kRoomB, 1.0);
   const PlanResult first = plan(world, request);

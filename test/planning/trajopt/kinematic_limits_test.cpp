@@ -84,7 +84,7 @@ TEST(KinematicLimits, SlopesAreThoseOfTheValues) {
   }
 }
 
-TEST(KinematicLimits, AreWhatTheySay) {
+TEST(KinematicLimits, MatchTheirDefinition) {
   KinematicLimits limits;
   limits.turn_rad_per_m = 0.5;
   limits.max_turn_rad = 1.0;

@@ -169,7 +169,7 @@ TEST(Qp, ReachesTheObjectiveOfADenseBarrierMethod) {
   EXPECT_GT(compared, 50);
 }
 
-TEST(Qp, KnowsOneVariableByHand) {
+TEST(Qp, SolvesOneVariableAsByHand) {
   // min x^2/2 - 3x + 2 max(0, 4 - x): slopes x - 5 below 4 and x - 3 above it: x = 4, lambda = 1.
   BandedQp qp(1, 1);
   qp.reset(1);
@@ -249,7 +249,7 @@ TEST(Qp, EndsAtTheIterationLimitWhenHardRowsCannotHold) {
   EXPECT_GE(summary.infeasibility, 0.01 - 1e-9);
 }
 
-TEST(Qp, SaysSoWhenTheHessianCurvesDownwards) {
+TEST(Qp, ReportsAHessianThatCurvesDownwards) {
   BandedQp qp(3, 0);
   qp.reset(3);
   for (int i = 0; i < 3; ++i) {
@@ -260,7 +260,7 @@ TEST(Qp, SaysSoWhenTheHessianCurvesDownwards) {
   EXPECT_EQ(qp.solve().status, QpStatus::kNumericalError);
 }
 
-TEST(Qp, SaysSoWhenSomethingIsNotFinite) {
+TEST(Qp, ReportsValuesThatAreNotFinite) {
   DenseQpShape shape;
   shape.share_fixed = 0.0;
   Random random(5);

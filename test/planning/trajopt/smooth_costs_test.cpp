@@ -143,7 +143,7 @@ TEST(SmoothCosts, LengthTermIsNeverBelowTheLengthAndEqualsItOnEvenPaths) {
   EXPECT_GT(costs.value(even), 350.0);
 }
 
-TEST(HeadingError, IsTheAngleBetweenTheXAxisAndTheWay) {
+TEST(HeadingError, IsTheAngleBetweenTheXAxisAndTheMotion) {
   EXPECT_TRUE(rc::check([] {
     const Eigen::Quaterniond q = so3_exp(draw(arbitrary_rotation_vector()));
     const Vector3d way = draw(arbitrary_vector(3.0)) + Vector3d(0.0, 0.0, 0.01);

@@ -139,7 +139,7 @@ TEST(SweepContacts, GradientHoldsInsideAWallToo) {
 
 // A corner faces the flat side of a straight sweep, nearer to the one end or the other and above or
 // below the middle: the push is divided in proportion to the corner's position along the motion.
-TEST(SweepContacts, SharesThePushAsTheContactDividesTheWay) {
+TEST(SweepContacts, SharesThePushAsTheContactDividesTheMotion) {
   EXPECT_TRUE(rc::check([] {
     const Pose turn{draw(arbitrary_vector(1.0)), so3_exp(draw(arbitrary_rotation_vector()))};
     const double fraction = draw(arbitrary_double(0.05, 0.95));
@@ -184,7 +184,7 @@ TEST(SweepContacts, NamesEveryPairBelowTheCutoffInOrder) {
   }
 }
 
-TEST(SweepContacts, CutoffLeavesRoomForThePad) {
+TEST(SweepContacts, CutoffIncludesThePad) {
   const World world{{{"o", Box{{1, 1, 1}}, still({0, 2.0, 0})}}};
   Scene scene(world);
   SweepContacts sweep(scene, kBody);

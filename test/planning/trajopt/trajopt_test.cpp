@@ -142,7 +142,7 @@ TEST(Trajopt, NoSavingInLengthIsWorthTheClearance) {
   }
 }
 
-TEST(Trajopt, PaysForWhatItCannotKeepAndSaysWhereItHurts) {
+TEST(Trajopt, PaysForWhatItCannotKeepAndReportsWhere) {
   // A gate of 1.6 m: at most 0.56 m on each side.
   const World world{{{"left", Box{{0.5, 4.0, 20.0}}, still({4, 2.8, -5})},
                      {"right", Box{{0.5, 4.0, 20.0}}, still({4, -2.8, -5})}}};
@@ -197,7 +197,7 @@ TEST(Trajopt, LiesOnItsSideInASlitThatIsTooNarrowForALevelVehicle) {
   EXPECT_FALSE(trajopt.other_rolls(problem, on_its_side.waypoints)) << "nothing to gain";
 }
 
-TEST(Trajopt, LiesLevelAgainWhereThereIsRoom) {
+TEST(Trajopt, LiesLevelAgainWhereThereIsClearance) {
   TrajoptProblem problem = swim({0, 0, -8}, {9, 0, -8});
   problem.limits.attitude = AttitudeMode::kFree;
   std::vector<Pose> initial =

@@ -104,7 +104,7 @@ TEST(WarmStart, GivesTheSamePathForTheSameSeedOnAnyThread) {
   EXPECT_EQ(beside, plan(9));
 }
 
-TEST(WarmStart, TakesTheOtherWayWhenAVirtualObstacleStandsInOne) {
+TEST(WarmStart, TakesTheOtherPassageWhenAVirtualObstacleBlocksOne) {
   const World world = two_doors();
   WarmStart warm_start(world, {});
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
@@ -132,7 +132,7 @@ TEST(WarmStart, KeepsToTheDepthLimitsExceptAtItsEnds) {
   EXPECT_TRUE(warm_start.plan({-3, 0, -0.1}, {3, 0, -6}, {}, 0.5, 1));
 }
 
-TEST(WarmStart, GivesUpWhereThereIsNoWay) {
+TEST(WarmStart, GivesUpWhereThereIsNoPath) {
   World world = window();
   world.obstacles.push_back({"shutter", Box{{0.3, 3.0, 2.8}}, still({6.15, 2.1, -4.6})});
   WarmStart warm_start(world, {.max_iterations = 2'000});

@@ -55,7 +55,7 @@ TEST(WidestPath, TakesTheWiderHoleThoughItIsFarther) {
   }
 }
 
-TEST(WidestPath, MoreRoomThanEnoughIsWorthNoDetour) {
+TEST(WidestPath, MoreClearanceThanEnoughIsWorthNoDetour) {
   WidestPathQuery query = across();
   query.enough = 0.3;
   const auto path = widest_path(Scene(wall(1.9, 3.0)), query);

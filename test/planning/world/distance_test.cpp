@@ -236,7 +236,7 @@ TEST(Contacts, OverlapsArePartedByTheReportedShiftAndItIsRarelyTooLong) {
   EXPECT_LE(longer, overlaps / 10);
 }
 
-TEST(Contacts, InAWallTheWayOutIsTheNearerFace) {
+TEST(Contacts, InAWallTheNormalIsThatOfTheNearerFace) {
   const Obstacle wall{"wall", Box{{0.3, 8.0, 5.0}}, {{6.15, 0.0, -4.5}, so3_exp({0, 0, 0})}};
   auto points = box_corners({0.8, 0.48, 0.22});
   for (Vector3d& p : points) p += Vector3d(6.0, 1.0, -4.0);

@@ -40,7 +40,7 @@ TEST(MeshFacts, OfAClosedBox) {
   EXPECT_NEAR(facts.volume_m3.value(), 24.0, 1e-9);
 }
 
-TEST(MeshFacts, TellWhichWayTrianglesFaceAndWhetherOneIsMissing) {
+TEST(MeshFacts, ReportWhichWayTrianglesFaceAndWhetherOneIsMissing) {
   TriangleMesh inwards = box({2, 3, 4});
   for (auto& t : inwards.triangles) std::swap(t[1], t[2]);
   EXPECT_NEAR(facts_of(inwards).volume_m3.value(), -24.0, 1e-9);

@@ -273,7 +273,7 @@ TEST(Decompose, FacingEitherWayOrWithoutAreaChangesNothing) {
   EXPECT_TRUE(pieces_of(nothing).empty());
 }
 
-TEST(Decompose, SaysWhenItWouldTakeTooManyPieces) {
+TEST(Decompose, ReportsWhenItWouldTakeTooManyPieces) {
   DecompositionOptions options;
   options.tolerance = 0.01;
   options.max_pieces = 10;

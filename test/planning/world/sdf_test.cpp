@@ -110,7 +110,7 @@ TEST(ParseSdf, TakesAModelWithoutAWorldAndTheSun) {
   EXPECT_TRUE(diagnostics.list().empty());
 }
 
-TEST(ParseSdf, KeepsAMovableModelAndSaysSo) {
+TEST(ParseSdf, KeepsAMovableModelWithAWarning) {
   Diagnostics diagnostics;
   const auto world = parse(
       "<sdf version='1.5'><model name='m'>\n<link name='l'><collision name='c'><geometry><box>"
@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"doctype", "<!DOCTYPE sdf []>\n<sdf version='1.6'/>", "XML-DOCTYPE", 1, ""}),
     [](const auto& each) { return std::string(each.param.name); });
 
-TEST(LoadSdf, SaysThatAFileIsNotThere) {
+TEST(LoadSdf, ReportsAMissingFile) {
   Diagnostics diagnostics;
   EXPECT_FALSE(load_sdf(DIVE_SOURCE_DIR "/missions/maps/atlantis.sdf", diagnostics));
   ASSERT_EQ(diagnostics.list().size(), 1U);

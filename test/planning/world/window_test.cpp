@@ -53,7 +53,7 @@ TEST(Window, TheStraightLineToTheFarRoomRunsIntoTheDividingWall) {
 }
 
 // Viewed from the west, the opening is where the map's comment states, and nowhere else.
-TEST(Window, TheOnlyWayBetweenTheRoomsIsTheWindow) {
+TEST(Window, TheOnlyPassageBetweenTheRoomsIsTheWindow) {
   Scene scene(window());
   for (double y = -3.95; y < 4.0; y += 0.1) {
     for (double z = -6.95; z < -2.0; z += 0.1) {
@@ -63,7 +63,7 @@ TEST(Window, TheOnlyWayBetweenTheRoomsIsTheWindow) {
   }
 }
 
-TEST(Window, HasRoomForTheVehicleWithAMetreOnEverySide) {
+TEST(Window, HasClearanceOfAMetreOnEverySide) {
   Scene scene(window());
   for (const Vector3d& p :
        {Vector3d(6.15, 2.1, -4.6), Vector3d(-4.0, -2.0, -3.0), Vector3d(-1.0, -2.0, -4.0),
@@ -72,14 +72,14 @@ TEST(Window, HasRoomForTheVehicleWithAMetreOnEverySide) {
   }
 }
 
-TEST(Window, HasARoofOverTheRoomsAndOpenWaterOutside) {
+TEST(Window, HasAnOverheadOverTheRoomsAndOpenWaterOutside) {
   const World world = window();
   OverheadIndex overheads(world);
   EXPECT_TRUE(overheads.is_above({1.0, 0.0, -4.0}, 0.5));
   EXPECT_TRUE(overheads.is_above({9.8, -2.0, -4.6}, 0.5));
   EXPECT_FALSE(overheads.is_above({-4.0, -2.0, -3.0}, 0.5));
   EXPECT_FALSE(overheads.is_above({-3.0, -2.0, -4.0}, 0.5));
-  EXPECT_FALSE(overheads.is_above({5.0, 0.0, -1.0}, 0.5));  // Above the roof.
+  EXPECT_FALSE(overheads.is_above({5.0, 0.0, -1.0}, 0.5));  // Above the overhead.
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST(Overhead, CountsOnlyWhatIsBetweenThePointAndTheSurface) {
   EXPECT_FALSE(is_overhead(box_at(-2.0), {0.0, 0.0, 0.1}, 0.5));
 }
 
-TEST(Overhead, KnowsSlopesAndNeverMissesACurvedShape) {
+TEST(Overhead, CoversSlopesAndNeverMissesACurvedShape) {
   const Vector3d slope = Vector3d(1.0, 0.0, 2.0).normalized();
   const World ground{{{"ground", HalfSpace{slope}, still({0, 0, -5})}}};
   EXPECT_FALSE(is_overhead(ground, {0.0, 0.0, -4.0}, 0.5));

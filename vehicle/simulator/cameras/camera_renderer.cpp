@@ -65,19 +65,19 @@ void CameraRenderer::render(const VisibleScene& scene, WaterLight& light, const 
   }
   light.begin(X_WB, X_WC.p, scene.sky().at(X_WC.p), t_s);
   const View view{scene, light, X_WC.p, X_WC.q.toRotationMatrix().cast<float>(), X_DW};
-  for (int row = 0; row < camera_.height; ++row) look_row(view, row);
+  for (int row = 0; row < camera_.height; ++row) render_row(view, row);
   find_edges(view);
   smooth_edges(view);
 }
 
-void CameraRenderer::see(const View& view) {
+void CameraRenderer::shade_rays(const View& view) {
   view.scene.meet(view.lens_W, 1.0 / std::min(camera_.fx, camera_.fy), view.X_DW, rays_, ids_);
   lamp_veil_.fill(rays_);
   paint(rays_);
   view.light.shade(rays_);
 }
 
-void CameraRenderer::look_row(const View& view, int row) {
+void CameraRenderer::render_row(const View& view, int row) {
   for (int first = 0; first < camera_.width; first += RayBatch::kSize) {
     const int count = std::min(RayBatch::kSize, camera_.width - first);
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * camera_.width + first;
@@ -87,7 +87,7 @@ void CameraRenderer::look_row(const View& view, int row) {
       rays_.v[static_cast<std::size_t>(k)] = static_cast<float>(row);
     }
     rays_.count = count;
-    see(view);
+    shade_rays(view);
     std::copy_n(rays_.radiance.begin(), count, radiance_.begin() + at);
     std::copy_n(rays_.distance.begin(), count, distance_.begin() + at);
     std::copy_n(ids_.begin(), count, met_.begin() + at);
@@ -145,7 +145,7 @@ void CameraRenderer::smooth_edges(const View& view) {
       }
     }
     rays_.count = static_cast<int>(k);
-    see(view);
+    shade_rays(view);
     for (std::size_t j = 0; j < pixels; ++j) {
       float sum = 0.0F;
       for (std::size_t s = 0; s < kSamples.size(); ++s) {

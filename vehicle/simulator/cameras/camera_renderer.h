@@ -37,8 +37,8 @@ class CameraRenderer {
   };
 
   void aim_row(const View& view, int row, int first, int count);
-  void see(const View& view);
-  void look_row(const View& view, int row);
+  void shade_rays(const View& view);
+  void render_row(const View& view, int row);
   void find_edges(const View& view);
   [[nodiscard]] bool is_edge(const View& view, std::size_t a, std::size_t b) const;
   void smooth_edges(const View& view);

@@ -140,13 +140,13 @@ std::uint64_t digest(const std::string& name) {
 Texture texture_of(const std::string& name, bool is_ground) {
   std::string lower = name;
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto says = [&](std::initializer_list<std::string_view> words) {
+  const auto contains = [&](std::initializer_list<std::string_view> words) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
       return lower.find(word) != std::string::npos;
     });
   };
-  if (says({"seabed", "ground", "sand", "bottom"})) return Texture::kSand;
-  if (says({"basin", "pool", "wall", "floor", "quay"})) return Texture::kConcrete;
+  if (contains({"seabed", "ground", "sand", "bottom"})) return Texture::kSand;
+  if (contains({"basin", "pool", "wall", "floor", "quay"})) return Texture::kConcrete;
   if (is_ground) return Texture::kSand;
   return digest(name) % 2 == 0 ? Texture::kRust : Texture::kPaint;
 }

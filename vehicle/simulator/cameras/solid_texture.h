@@ -18,10 +18,10 @@ enum class Texture { kNone, kSand, kRust, kPaint, kConcrete, kSuit, kPrint };
 
 /// Chooses by the obstacle's name in the map: seabed, ground, sand and bottom are sand; pool,
 /// basin, floor, wall and quay are concrete; the rest is rusty or painted, always the same for one
-/// name. `is_ground`: a plane that faces up, sand unless its name says otherwise.
+/// name. `is_ground`: a plane that faces up, sand unless its name contains another material.
 [[nodiscard]] Texture texture_of(const std::string& name, bool is_ground);
 
-/// Factor on the albedo of the surface's look, 0.75 to 1.25 by its name.
+/// Factor on the albedo of the surface's texture, 0.75 to 1.25 by its name.
 [[nodiscard]] float tone_of(const std::string& name);
 
 /// The visible fraction of an octave of noise of this spacing in a pixel of this footprint.

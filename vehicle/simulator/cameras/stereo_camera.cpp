@@ -109,7 +109,7 @@ struct StereoCamera::Impl {
     return static_cast<std::int64_t>(std::floor(to_seconds(now) * options.rate_hz + 1e-9));
   }
 
-  [[nodiscard]] bool looks(std::size_t k) const {
+  [[nodiscard]] bool has_image(std::size_t k) const {
     return faults[k] == CameraFault::kNone || faults[k] == CameraFault::kBlur;
   }
 
@@ -119,16 +119,16 @@ struct StereoCamera::Impl {
     std::optional<Pose> X_DW;
     if (X_WD) X_DW = X_WD->inverse();
     for (std::size_t k = 0; k < 2; ++k) {
-      if (looks(k)) see(k, now, X_WB, X_DW);
+      if (has_image(k)) render(k, now, X_WB, X_DW);
     }
-    if (!exposure.is_settled() && (looks(0) || looks(1))) settle();
+    if (!exposure.is_settled() && (has_image(0) || has_image(1))) settle();
     last_exposure = exposure.now();
     StereoFrames frames;
     double grey = 0.0;
     double count = 0.0;
     for (std::size_t k = 0; k < 2; ++k) {
       const std::uint64_t key = noise.bits();
-      if (looks(k)) {
+      if (has_image(k)) {
         grey += sensor.develop(renderers[k].radiance(), last_exposure, key, pixels[k]);
         count += 1.0;
       } else if (faults[k] == CameraFault::kBlackout) {
@@ -140,7 +140,7 @@ struct StereoCamera::Impl {
     return frames;
   }
 
-  void see(std::size_t k, Utime now, const Pose& X_WB, const std::optional<Pose>& X_DW) {
+  void render(std::size_t k, Utime now, const Pose& X_WB, const std::optional<Pose>& X_DW) {
     CameraRenderer& renderer = renderers[k];
     renderer.render(scene, light, X_WB, to_seconds(now), X_DW);
     std::vector<float>& radiance = renderer.radiance();
@@ -158,7 +158,7 @@ struct StereoCamera::Impl {
     double mean = 0.0;
     double count = 0.0;
     for (std::size_t k = 0; k < 2; ++k) {
-      if (!looks(k)) continue;
+      if (!has_image(k)) continue;
       mean += sensor.mean(renderers[k].radiance());
       count += 1.0;
     }

@@ -337,14 +337,14 @@ struct ClearanceMeter::Impl {
 
   // Returns the names of the obstacles with which a contact begins.
   std::vector<std::string> follow_contacts(const std::vector<double>& distances) {
-    std::vector<std::string> begun;
+    std::vector<std::string> started;
     contacts = 0;
     for (std::size_t i = 0; i < in_contact.size(); ++i) {
-      if (distances[i] <= 0.0 && !in_contact[i]) begun.push_back(world->names[i]);
+      if (distances[i] <= 0.0 && !in_contact[i]) started.push_back(world->names[i]);
       in_contact[i] = distances[i] <= 0.0 || (in_contact[i] && distances[i] < kReleaseClearance);
       contacts += in_contact[i] ? 1 : 0;
     }
-    return begun;
+    return started;
   }
 
   std::shared_ptr<const TriangulatedWorld::Impl> world;

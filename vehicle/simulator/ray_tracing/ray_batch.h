@@ -33,8 +33,8 @@ struct RayBatch {
   alignas(64) Floats nx{}, ny{}, nz{};  ///< Unit normal there, in W, on the side of the lens.
   alignas(64) Floats tx{}, ty{}, tz{};  ///< The point in the frame of the object met, m.
   alignas(64) Floats footprint{};       ///< Size of a pixel there, m, along its longer side.
-  alignas(64) Ints texture{};           ///< Index of the surface's look; 0: none.
-  alignas(64) Floats tone{};            ///< Factor of the object met on the albedo of the look.
+  alignas(64) Ints texture{};           ///< Index of the surface's texture; 0: none.
+  alignas(64) Floats tone{};            ///< Factor of the object met on the albedo of its texture.
   alignas(64) Floats sky{};             ///< Fraction of the daylight that reaches the point.
   alignas(64) Floats glow{};            ///< Fraction of the daylight emitted from the point.
   alignas(64) Floats red{}, green{}, blue{};  ///< Albedo.

@@ -37,8 +37,8 @@ Eigen::Vector3d InertialUnit::normal() {
   return {x, y, z};
 }
 
-void InertialUnit::feel(const Eigen::Vector3d& omega_B, const Eigen::Vector3d& specific_force_B,
-                        ImuSample& sample) {
+void InertialUnit::measure(const Eigen::Vector3d& omega_B, const Eigen::Vector3d& specific_force_B,
+                           ImuSample& sample) {
   gyro_bias_ += figures_.gyro_walk * root_dt_ * normal();
   accel_bias_ += figures_.accel_walk * root_dt_ * normal();
   sample.gyro_B = omega_B + gyro_bias_ + figures_.gyro_density / root_dt_ * normal();

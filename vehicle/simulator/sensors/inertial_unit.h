@@ -51,8 +51,8 @@ class InertialUnit {
 
   /// Writes the next sample's gyro and accelerometer values, given the true ones; leaves its
   /// attitude.
-  void feel(const Eigen::Vector3d& omega_B, const Eigen::Vector3d& specific_force_B,
-            ImuSample& sample);
+  void measure(const Eigen::Vector3d& omega_B, const Eigen::Vector3d& specific_force_B,
+               ImuSample& sample);
   /// The attitude with rotation noise of `sigma` (rad) per axis.
   [[nodiscard]] Eigen::Quaterniond blurred(const Eigen::Quaterniond& q, double sigma);
 

@@ -116,7 +116,7 @@ struct RangeCamera::Impl {
     last_sequence = sequence(now);
     std::optional<Pose> X_DW;
     if (X_WD) X_DW = X_WD->inverse();
-    look(now, X_WB, X_DW);
+    measure_ranges(now, X_WB, X_DW);
     RangeScan scan{now, options.origin_B.cast<float>(), static_cast<float>(options.reach_m), {}};
     scan.points_B.reserve(ranges.size());
     for (std::size_t i = 0; i < ranges.size(); ++i) {
@@ -127,7 +127,7 @@ struct RangeCamera::Impl {
   }
 
   // Fills `ranges`, without noise.
-  void look(Utime now, const Pose& X_WB, const std::optional<Pose>& X_DW) {
+  void measure_ranges(Utime now, const Pose& X_WB, const std::optional<Pose>& X_DW) {
     const Eigen::Vector3d lens_W = X_WB * options.origin_B;
     if (is_covered(lens_W, X_DW)) {
       std::fill(ranges.begin(), ranges.end(), kNaN);

@@ -31,14 +31,14 @@ Eigen::Vector3d Sensors::noise(double sigma) {
   return sigma * Eigen::Vector3d(x, y, z);
 }
 
-void Sensors::feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
-                   const Eigen::Vector3d& specific_force_B) {
-  DIVE_DEMAND(unit_ && felt_.count < felt_.samples.size());
-  ImuSample& sample = felt_.samples[felt_.count++];
+void Sensors::add_motion(Utime utime, const Eigen::Quaterniond& q_WB,
+                         const Eigen::Vector3d& omega_B, const Eigen::Vector3d& specific_force_B) {
+  DIVE_DEMAND(unit_ && imu_of_tick_.count < imu_of_tick_.samples.size());
+  ImuSample& sample = imu_of_tick_.samples[imu_of_tick_.count++];
   sample.utime = utime;
   sample.q_WB = unit_->blurred(from_rpy(0.0, 0.0, heading_bias_) * q_WB,
                                deg_to_rad(conditions_.attitude_noise_deg));
-  unit_->feel(omega_B, specific_force_B, sample);
+  unit_->measure(omega_B, specific_force_B, sample);
 }
 
 SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& specific_force_B,
@@ -52,8 +52,8 @@ SensorSamples Sensors::sample(const GroundTruth& truth, const Eigen::Vector3d& s
   now.imu.accel_B = specific_force_B + noise(conditions_.accel_noise);
   now.depth.utime = truth.utime;
   now.depth.depth_m = -truth.X_WB.p.z() + conditions_.depth_noise_m * random_.normal();
-  now.inertial = felt_;
-  felt_.count = 0;
+  now.inertial = imu_of_tick_;
+  imu_of_tick_.count = 0;
   ++sampled_count_;
 
   SensorSamples arriving;

@@ -16,9 +16,9 @@ class Sensors {
   /// `tick` is the time between two calls of sample(), s.
   Sensors(const Conditions& conditions, std::uint64_t seed, double tick);
 
-  /// Gives the IMU, if there is one, its input at `utime`, before the tick's sample().
-  void feel(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
-            const Eigen::Vector3d& specific_force_B);
+  /// Records the true motion at `utime` for the IMU, if there is one, before the tick's sample().
+  void add_motion(Utime utime, const Eigen::Quaterniond& q_WB, const Eigen::Vector3d& omega_B,
+                  const Eigen::Vector3d& specific_force_B);
   [[nodiscard]] const std::optional<InertialUnit>& inertial_unit() const { return unit_; }
 
   /// Samples the truth at the end of a tick and returns the samples that arrive then, which were
@@ -41,7 +41,7 @@ class Sensors {
   Random random_;
   double heading_bias_ = 0.0;  ///< rad
   std::optional<InertialUnit> unit_;
-  InertialSamples felt_;  ///< IMU samples of this tick.
+  InertialSamples imu_of_tick_;  ///< IMU samples of this tick.
   std::size_t latency_ticks_ = 0;
   std::size_t sampled_count_ = 0;
   Utime next_health_ = 0;

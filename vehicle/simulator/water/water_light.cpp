@@ -25,10 +25,10 @@ std::array<float, 2> cone(const Lamp& lamp) {
 
 // P g(theta) exp(-beta r) / r^2 per band, at p.
 Bands lit(const Lamp& lamp, const Eigen::Vector3d& p, const Bands& beam) {
-  const Eigen::Vector3d way = p - lamp.p_B;
-  const double r = std::max(way.norm(), static_cast<double>(kNearLamp));
+  const Eigen::Vector3d from_lamp = p - lamp.p_B;
+  const double r = std::max(from_lamp.norm(), static_cast<double>(kNearLamp));
   const auto [inner, outer] = cone(lamp);
-  const auto cosine = static_cast<float>(way.dot(lamp.direction_B.normalized()) / r);
+  const auto cosine = static_cast<float>(from_lamp.dot(lamp.direction_B.normalized()) / r);
   return lamp.power * static_cast<double>(smooth_step(outer, inner, cosine)) / (r * r) *
          (-beam * r).exp();
 }
@@ -238,10 +238,10 @@ float WaterLight::of_particle(const Eigen::Vector3d& p_W, float sky) const {
   for (std::size_t c = 0; c < 3; ++c) {
     float light = 0.5F * sky * surface_light_[c] * fast_exp(-downwelling_[c] * depth);
     for (const PlacedLamp& lamp : placed_) {
-      const Eigen::Vector3f way = p - lamp.p_W;
-      const float r = std::max(kNearLamp, way.norm());
+      const Eigen::Vector3f from_lamp = p - lamp.p_W;
+      const float r = std::max(kNearLamp, from_lamp.norm());
       light += spectrum_[c] * lamp.power *
-               smooth_step(lamp.outer, lamp.inner, way.dot(lamp.direction_W) / r) / (r * r) *
+               smooth_step(lamp.outer, lamp.inner, from_lamp.dot(lamp.direction_W) / r) / (r * r) *
                fast_exp(-beam_[c] * r);
     }
     sum += light * fast_exp(-beam_[c] * d);

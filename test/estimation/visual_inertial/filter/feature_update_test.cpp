@@ -98,7 +98,7 @@ struct Window {
 
 // The unobservable directions: a rotation of everything about the vertical, a translation of
 // everything; in the columns of calibration and clones, and in the landmark's.
-TEST(Track, SaysNothingOfATurnAboutTheVerticalOrAShift) {
+TEST(Track, DoesNotObserveATurnAboutTheVerticalOrAShift) {
   const Window window;
   const auto system = track_system(window.state, window.track, window.p_W);
   ASSERT_TRUE(system);
@@ -223,7 +223,7 @@ TEST(Triangulation, StatesTheErrorItHas) {
   EXPECT_NEAR(nees, 3.0, 0.2);
 }
 
-TEST(Triangulation, SaysWhyItFindsNothing) {
+TEST(Triangulation, ReportsWhyItFindsNothing) {
   const double sigma = 1.0 / 240.0;
   const Pose at;
   const Pose beside{{0.2, 0.0, 0.0}, Eigen::Quaterniond::Identity()};

@@ -146,7 +146,7 @@ TEST(Faults, ADepthThatJumpsForAWhile) {
   EXPECT_FALSE(d.health().diverged) << d.health().reason;
 }
 
-TEST(Faults, ADepthThatStaysWrongIsLeftOutWhileThereIsSight) {
+TEST(Faults, ADepthThatStaysWrongIsRejectedWhileImagesAreGood) {
   SpoiledDive d;
   d.spoil_depth = [](double t, DepthSample& sample) {
     if (t > 5.0) sample.depth_m += 1.5;
@@ -182,7 +182,7 @@ TEST(Faults, ADepthThatStaysWrongInTheDarkIsADivergence) {
   EXPECT_THAT(d.health().reason, HasSubstr("depth"));
 }
 
-TEST(Faults, WhateverGoesWrongIsToldBeforeItIsFiveSigma) {
+TEST(Faults, EveryFaultIsReportedBeforeItIsFiveSigma) {
   DIVE_SKIP_UNDER_SANITIZERS("eight dives, and the faults above take each step");
   for (const std::string& fault : testing::sensor_faults()) {
     const testing::FaultDive dive = testing::dive_with(fault, 71);
@@ -191,7 +191,7 @@ TEST(Faults, WhateverGoesWrongIsToldBeforeItIsFiveSigma) {
   }
 }
 
-TEST(Faults, NothingIsToldOfADiveWithoutThem) {
+TEST(Faults, NothingIsReportedWithoutFaults) {
   const testing::FaultDive dive = testing::dive_with("none", 72);
   EXPECT_EQ(dive.far, 0);
   EXPECT_EQ(dive.flagged, 0) << dive.told;

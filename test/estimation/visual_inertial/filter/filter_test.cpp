@@ -55,7 +55,7 @@ Consistency ends(const AnalyticDiveOptions& options, int runs, double seconds) {
 constexpr double kLeastNees = 1.49;
 constexpr double kMostNees = 5.14;
 
-TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInStereo) {
+TEST(Consistency, CovarianceIsConsistentInStereo) {
   DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   const Consistency mean = ends({}, 12, 20.0);
   EXPECT_GT(mean.nees_position, kLeastNees);
@@ -65,7 +65,7 @@ TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInStereo) {
   EXPECT_LT(mean.worst_position, 0.15);
 }
 
-TEST(Consistency, ErrorsAreWhatTheCovarianceSaysInMonoAt50Hz) {
+TEST(Consistency, CovarianceIsConsistentInMonoAt50Hz) {
   DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   AnalyticDiveOptions options;
   options.is_stereo = false;
@@ -192,7 +192,7 @@ TEST(Start, AgainKeepsTheCalibration) {
   EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
 }
 
-TEST(Darkness, CostsWhatTheCovarianceSaysAndIsTold) {
+TEST(Darkness, CostsWhatTheCovarianceAllowsAndIsReported) {
   AnalyticDiveOptions options;
   options.speed = 0.25;
   Dived d(options, 41);
@@ -218,7 +218,7 @@ TEST(Darkness, CostsWhatTheCovarianceSaysAndIsTold) {
   EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
   EXPECT_LT(result.errors.back().position.norm(), 0.4);
   EXPECT_LT(result.errors.back().nees_position, 16.0);
-  EXPECT_GT(sigma_dark, 2.0 * sigma_before) << "it knows that it sees nothing";
+  EXPECT_GT(sigma_dark, 2.0 * sigma_before) << "the covariance grows without images";
   EXPECT_LT(most_jump, 4.0 * sigma_dark);
 }
 
@@ -255,7 +255,7 @@ TEST(Snow, IsKeptOut) {
   EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
 }
 
-TEST(Landmarks, LieWhereTheirCovarianceSays) {
+TEST(Landmarks, LieWithinTheirCovariance) {
   Dived d;
   double nees = 0.0;
   int count = 0;

@@ -131,7 +131,7 @@ ImuSample sample(Utime utime, const Vector3d& gyro = Vector3d::Zero()) {
   return result;
 }
 
-TEST(ImuBuffer, SaysWhatIsWrongWithASample) {
+TEST(ImuBuffer, ReportsWhatIsWrongWithASample) {
   VisualInertialOptions options;
   ImuBuffer buffer(options);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -148,7 +148,7 @@ TEST(ImuBuffer, SaysWhatIsWrongWithASample) {
   EXPECT_EQ(buffer.add(sample(3'600'005'000)), ImuCheck::kGap) << "two are the time";
 }
 
-TEST(ImuBuffer, CoversEveryMicrosecondAndDoubtsGaps) {
+TEST(ImuBuffer, CoversEveryMicrosecondAndAddsUncertaintyInGaps) {
   VisualInertialOptions options;
   ImuBuffer buffer(options);
   for (const Utime utime : {0, 5'000, 10'000, 310'000, 315'000}) buffer.add(sample(utime));

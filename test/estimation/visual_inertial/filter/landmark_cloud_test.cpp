@@ -29,7 +29,7 @@ Landmark landmark(std::int64_t id, double ahead, double sigma, double drift_m = 
   return {id, {10, ahead, -5}, variance * Matrix3d::Identity()};
 }
 
-TEST(LandmarkCloud, TellsThoseThatArePlacedWellWhereTheVehicleSeesThem) {
+TEST(LandmarkCloud, ReturnsWellPlacedLandmarksInTheVehiclesFrame) {
   LandmarkCloud cloud(LandmarkCloudOptions{});
   // At 4 m a sigma of 0.02 + 0.01 * 16 passes, whatever the vehicle's own error.
   for (const double drift : {0.0, 2.0}) {
@@ -95,7 +95,7 @@ TEST(LandmarkCloud, IgnoresWhatIsNotFinite) {
   EXPECT_TRUE(cloud.all().empty());
 }
 
-TEST(LandmarkCloud, IsSavedAsItSays) {
+TEST(LandmarkCloud, IsSavedInTheStatedFormat) {
   LandmarkCloud cloud(LandmarkCloudOptions{});
   cloud.add(estimate_at(kSecond), std::vector{landmark(7, 3.0, 0.01), landmark(8, 3.0, 5.0)});
   const std::string text = cloud.to_ply();

@@ -95,16 +95,16 @@ TEST(Tracker, SpreadsFeaturesOverTheImage) {
   PaintedRoom room({4, 3, 2});
   const CameraModel camera = test_camera();
   Tracker tracker({}, camera, std::nullopt, 1);
-  const TrackedImage seen =
+  const TrackedImage tracked_image =
       tracker.step(room.image(camera, camera_pose(camera, swimming, 0), 0), nullptr, std::nullopt);
   int quarter[2][2] = {};
-  for (const FeatureObservation& f : seen.frame.features) {
+  for (const FeatureObservation& f : tracked_image.frame.features) {
     ++quarter[f.left.x() > 0 ? 1 : 0][f.left.y() > 0 ? 1 : 0];
   }
   for (const auto& row : quarter) {
     for (const int n : row) EXPECT_GT(n, 30);
   }
-  EXPECT_GT(seen.quality.added, 150);
+  EXPECT_GT(tracked_image.quality.added, 150);
 }
 
 TEST(Tracker, FindsDepthInStereo) {
@@ -117,18 +117,19 @@ TEST(Tracker, FindsDepthInStereo) {
     const Pose X_WL = camera_pose(left, swimming, k);
     const Pose X_WR = camera_pose(right, swimming, k);
     const ImageFrame right_image = room.image(right, X_WR, k * kPeriod + 100);
-    const TrackedImage seen = tracker.step(room.image(left, X_WL, k * kPeriod), &right_image,
-                                           turn(left, swimming, std::max(0, k - 1), k));
-    EXPECT_TRUE(seen.quality.right_reason.empty()) << seen.quality.right_reason;
+    const TrackedImage tracked_image =
+        tracker.step(room.image(left, X_WL, k * kPeriod), &right_image,
+                     turn(left, swimming, std::max(0, k - 1), k));
+    EXPECT_TRUE(tracked_image.quality.right_reason.empty()) << tracked_image.quality.right_reason;
     std::map<std::int64_t, double> errors;
-    for (const FeatureObservation& f : seen.frame.features) {
+    for (const FeatureObservation& f : tracked_image.frame.features) {
       if (!f.right) continue;
       const auto n = seen_at(X_WR, room.wall_at(X_WL, f.left));
       ASSERT_TRUE(n);
       errors[f.id] = (pixel_of(right, *n) - pixel_of(right, *f.right)).norm();
     }
-    EXPECT_EQ(seen.quality.stereo, static_cast<int>(errors.size()));
-    EXPECT_GT(errors.size(), 0.75 * static_cast<double>(seen.frame.features.size())) << k;
+    EXPECT_EQ(tracked_image.quality.stereo, static_cast<int>(errors.size()));
+    EXPECT_GT(errors.size(), 0.75 * static_cast<double>(tracked_image.frame.features.size())) << k;
     EXPECT_LT(median(errors), 0.15) << k;
     EXPECT_LT(median(errors, 0.99), 2.0) << k;
   }
@@ -147,8 +148,9 @@ TEST(Tracker, KeepsThroughAFastTurnWhatItLosesWithoutGyro) {
       const Pose X_WC = camera_pose(camera, turning, k);
       std::optional<Eigen::Quaterniond> q;
       if (gyro) q = turn(camera, turning, std::max(0, k - 1), k);
-      const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr, q);
-      for (const auto& [id, error] : truth.errors(seen.frame, X_WC)) {
+      const TrackedImage tracked_image =
+          tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr, q);
+      for (const auto& [id, error] : truth.errors(tracked_image.frame, X_WC)) {
         if (error < 1.0) ++kept[gyro ? 1 : 0];
         if (gyro) {
           EXPECT_LT(error, 3.0);
@@ -179,9 +181,9 @@ Snowed snowed() {
   Snowed result;
   for (int k = 0; k < 40; ++k) {
     const Pose X_WC = camera_pose(camera, swimming, k);
-    const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr,
-                                           turn(camera, swimming, std::max(0, k - 1), k));
-    for (const FeatureObservation& f : seen.frame.features) {
+    const TrackedImage tracked_image = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr,
+                                                    turn(camera, swimming, std::max(0, k - 1), k));
+    for (const FeatureObservation& f : tracked_image.frame.features) {
       const auto [flake, is_new] =
           is_flake.try_emplace(f.id, room.has_flake(camera, X_WC, k * kPeriod, f.left));
       if (is_new) ++result.found;
@@ -193,10 +195,10 @@ Snowed snowed() {
 }
 
 TEST(Tracker, ThrowsOutSnow) {
-  const Snowed seen = snowed();
-  EXPECT_GT(seen.found_flakes, 0.4 * seen.found);  // dense snow
-  EXPECT_LT(seen.flakes, 0.05 * (seen.walls + seen.flakes));
-  EXPECT_GT(seen.walls, 300);
+  const Snowed snow = snowed();
+  EXPECT_GT(snow.found_flakes, 0.4 * snow.found);  // dense snow
+  EXPECT_LT(snow.flakes, 0.05 * (snow.walls + snow.flakes));
+  EXPECT_GT(snow.walls, 300);
 }
 
 TEST(Tracker, FollowsAsTheLightGoesDown) {
@@ -207,11 +209,12 @@ TEST(Tracker, FollowsAsTheLightGoesDown) {
   double light = 1.0;
   for (int k = 0; k < 8; ++k, light *= 0.85) {
     const Pose X_WC = camera_pose(camera, swimming, k);
-    const TrackedImage seen = tracker.step(room.image(camera, X_WC, k * kPeriod, 0.5, light),
-                                           nullptr, turn(camera, swimming, std::max(0, k - 1), k));
-    const auto errors = truth.errors(seen.frame, X_WC);
+    const TrackedImage tracked_image =
+        tracker.step(room.image(camera, X_WC, k * kPeriod, 0.5, light), nullptr,
+                     turn(camera, swimming, std::max(0, k - 1), k));
+    const auto errors = truth.errors(tracked_image.frame, X_WC);
     if (k == 0) continue;
-    EXPECT_GT(seen.quality.tracked, 130) << k;
+    EXPECT_GT(tracked_image.quality.tracked, 130) << k;
     EXPECT_LT(median(errors), 0.5) << k;
   }
 }
@@ -223,10 +226,10 @@ TEST(Tracker, NeverGivesAnIdTwice) {
   std::set<std::int64_t> gone;
   std::set<std::int64_t> last;
   for (const int k : {0, 1, 2, 40, 41, 42, 90, 91}) {  // gaps: all tracks restart
-    const TrackedImage seen = tracker.step(
+    const TrackedImage tracked_image = tracker.step(
         room.image(camera, camera_pose(camera, swimming, k), k * kPeriod), nullptr, std::nullopt);
     std::set<std::int64_t> ids;
-    for (const FeatureObservation& f : seen.frame.features) {
+    for (const FeatureObservation& f : tracked_image.frame.features) {
       EXPECT_TRUE(ids.insert(f.id).second);
       EXPECT_FALSE(gone.contains(f.id));
     }
@@ -248,10 +251,10 @@ TEST(Tracker, DoesTheSameTwice) {
     Tracker tracker({}, left, right, 1);
     for (int k = 0; k < 4; ++k) {
       const ImageFrame r = room.image(right, camera_pose(right, swimming, k), k * kPeriod);
-      const TrackedImage seen =
+      const TrackedImage tracked_image =
           tracker.step(room.image(left, camera_pose(left, swimming, k), k * kPeriod), &r,
                        turn(left, swimming, std::max(0, k - 1), k));
-      for (const FeatureObservation& f : seen.frame.features) {
+      for (const FeatureObservation& f : tracked_image.frame.features) {
         run.insert(run.end(), {static_cast<double>(f.id), f.left.x(), f.left.y()});
         if (f.right) run.push_back(f.right->x());
       }
@@ -277,7 +280,7 @@ class Refusing : public ::testing::Test {
 };
 
 // A rejected image leaves the tracker unchanged, so that the next good image continues.
-TEST_F(Refusing, GoesOnAfterEveryBadImage) {
+TEST_F(Refusing, ContinuesAfterEveryBadImage) {
   const ImageFrame first = at(0);
   ASSERT_EQ(step(first).quality.fault, ImageFault::kNone);
   ImageFrame small = at(1);
@@ -318,7 +321,7 @@ TEST_F(Refusing, GoesOnAfterEveryBadImage) {
   EXPECT_GT(good.quality.tracked, 100);
 }
 
-TEST_F(Refusing, GoesOnWithOneEyeWhenTheOtherIsBad) {
+TEST_F(Refusing, ContinuesWithOneCameraWhenTheOtherIsBad) {
   ImageFrame late = at(0);
   late.utime += 5000;
   EXPECT_THAT(step(at(0), &late).quality.right_reason, HasSubstr("stamped 5000 us"));
@@ -326,10 +329,10 @@ TEST_F(Refusing, GoesOnWithOneEyeWhenTheOtherIsBad) {
   small.width = 10;
   EXPECT_THAT(step(at(1), &small).quality.right_reason, HasSubstr("10 x 480"));
   const ImageFrame dark = at(2, 0.005);
-  const TrackedImage seen = step(at(2), &dark);
-  EXPECT_THAT(seen.quality.right_reason, HasSubstr("nothing to see"));
-  EXPECT_GT(seen.quality.tracked, 100);
-  EXPECT_EQ(seen.quality.stereo, 0);
+  const TrackedImage tracked_image = step(at(2), &dark);
+  EXPECT_THAT(tracked_image.quality.right_reason, HasSubstr("no contrast"));
+  EXPECT_GT(tracked_image.quality.tracked, 100);
+  EXPECT_EQ(tracked_image.quality.stereo, 0);
 
   Tracker one_eyed({}, camera, std::nullopt, 1);
   const ImageFrame r = at(3);
@@ -337,18 +340,18 @@ TEST_F(Refusing, GoesOnWithOneEyeWhenTheOtherIsBad) {
               HasSubstr("no calibration"));
 }
 
-TEST_F(Refusing, SaysWhenAllIsLost) {
+TEST_F(Refusing, ReportsALossOfAllFeatures) {
   ASSERT_EQ(step(at(0)).quality.fault, ImageFault::kNone);
   Random random(7);
   ImageFrame other = at(1);
   for (std::uint8_t& pixel : other.pixels) pixel = static_cast<std::uint8_t>(random.bits());
-  const TrackedImage seen = step(other);
-  EXPECT_EQ(seen.quality.fault, ImageFault::kLost);
-  EXPECT_THAT(seen.quality.reason, HasSubstr("are left"));
-  EXPECT_GT(seen.quality.lost, 100);
+  const TrackedImage tracked_image = step(other);
+  EXPECT_EQ(tracked_image.quality.fault, ImageFault::kLost);
+  EXPECT_THAT(tracked_image.quality.reason, HasSubstr("are left"));
+  EXPECT_GT(tracked_image.quality.lost, 100);
 }
 
-TEST_F(Refusing, SaysWhenThereIsOnlyAHandful) {
+TEST_F(Refusing, ReportsFewFeatures) {
   ImageFrame image;
   image.width = 752;
   image.height = 480;
@@ -362,13 +365,13 @@ TEST_F(Refusing, SaysWhenThereIsOnlyAHandful) {
   TrackerOptions options;
   options.min_features = 150;
   Tracker careful(options, camera, std::nullopt, 1);
-  const TrackedImage seen = careful.step(image, nullptr, std::nullopt);
-  EXPECT_EQ(seen.quality.fault, ImageFault::kFewFeatures);
-  EXPECT_THAT(seen.quality.reason, HasSubstr("where 150 are needed"));
-  EXPECT_GT(seen.frame.features.size(), 4U);
+  const TrackedImage tracked_image = careful.step(image, nullptr, std::nullopt);
+  EXPECT_EQ(tracked_image.quality.fault, ImageFault::kFewFeatures);
+  EXPECT_THAT(tracked_image.quality.reason, HasSubstr("at least 150 are needed"));
+  EXPECT_GT(tracked_image.frame.features.size(), 4U);
 }
 
-TEST_F(Refusing, TellsABlurredImage) {
+TEST_F(Refusing, DetectsABlurredImage) {
   const double sharp = step(at(0)).quality.sharpness;
   ImageFrame blurred = at(1);
   const std::vector<std::uint8_t> pixels = blurred.pixels;

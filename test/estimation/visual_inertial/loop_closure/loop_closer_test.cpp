@@ -114,7 +114,7 @@ Swum swim(LoopCloser& loops, Filter& filter, double metres, const ViewAt& view_a
   return swum;
 }
 
-TEST(LoopCloser, SecondLapClosesLoopsAndTakesTheDriftAway) {
+TEST(LoopCloser, SecondLapClosesLoopsAndRemovesTheDrift) {
   double before = 0.0;
   double after = 0.0;
   double nees = 0.0;
@@ -163,7 +163,8 @@ TEST(LoopCloser, SameCallsSameResults) {
   EXPECT_EQ(results[0].q.coeffs(), results[1].q.coeffs());
 }
 
-// Everything looks alike at the other side of the circle, where it never was: 8 m away.
+// Every place resembles the first one at the other side of the circle, where it never was: 8 m
+// away.
 TEST(LoopCloser, TheSamePatternElsewhereIsNoLoop) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Random random(seed);
@@ -249,7 +250,7 @@ TEST(LoopCloser, TwoPlacesThatFitAreNone) {
   EXPECT_FALSE(add(102.0, 0.7, 1.2));
 }
 
-TEST(LoopCloser, OneSightIsNotBelieved) {
+TEST(LoopCloser, OneRecognitionIsNotEnough) {
   Random random(6);
   const MarkedWorld world = around_the_circle(random);
   Filter filter(0.005, 0.001, 6);

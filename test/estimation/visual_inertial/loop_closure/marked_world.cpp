@@ -15,7 +15,7 @@ constexpr std::size_t kMost = 160;
 constexpr int kWrongBits = 10;
 
 // Projection by hand: x ahead, y to the left, z up, for a camera `y` to the left of B.
-std::optional<Vector2d> seen(const Pose& X_WB, double y, const Vector3d& p_W) {
+std::optional<Vector2d> projected(const Pose& X_WB, double y, const Vector3d& p_W) {
   const Vector3d p = X_WB.q.conjugate() * (p_W - X_WB.p) - Vector3d(0, y, 0);
   if (p.x() < 0.3 || p.norm() > 8.0) return std::nullopt;
   const Vector2d n(-p.y() / p.x(), -p.z() / p.x());
@@ -63,11 +63,11 @@ estimation::KeyframeView MarkedWorld::view(Utime utime, const Pose& X_WB, Random
     return Vector2d(n + pixels / kFocal * Vector2d(x, random.normal()));
   };
   for (const Mark& mark : marks_) {
-    const auto left = seen(X_WB, 0.5 * kBaseline, mark.p_W);
+    const auto left = projected(X_WB, 0.5 * kBaseline, mark.p_W);
     if (!left || view.points.size() >= kMost) continue;
     estimation::KeyframePoint point;
     point.left = noisy(*left);
-    if (const auto right = seen(X_WB, -0.5 * kBaseline, mark.p_W)) point.right = noisy(*right);
+    if (const auto right = projected(X_WB, -0.5 * kBaseline, mark.p_W)) point.right = noisy(*right);
     point.descriptor = mark.descriptor;
     for (int i = 0; i < kWrongBits; ++i) {
       const std::uint64_t bit = random.bits() % 256;

@@ -139,7 +139,7 @@ GraphEdge true_loop(const Walk& walk, std::size_t from, std::size_t to, double s
   return loop;
 }
 
-TEST(PoseGraph, WithoutLoopsItSaysWhatTheFilterSays) {
+TEST(PoseGraph, WithoutLoopsItEqualsTheFilter) {
   Random random(3);
   const Walk way = walk(random, 1, 0.01, 0.003);
   PoseGraph graph = graph_of(way);
@@ -153,7 +153,7 @@ TEST(PoseGraph, WithoutLoopsItSaysWhatTheFilterSays) {
 
 // Over many walks: a smaller error at the end of the second lap, and one consistent with its
 // covariance.
-TEST(PoseGraph, ALoopTakesDriftAwayAndItsCovarianceIsHonest) {
+TEST(PoseGraph, ALoopRemovesDriftAndItsCovarianceIsConsistent) {
   Random random(4);
   double nees = 0.0;
   double before = 0.0;

@@ -35,7 +35,7 @@ struct Two {
   }
 };
 
-Two looks(const MarkedWorld& world, Random& random) {
+Two two_views(const MarkedWorld& world, Random& random) {
   const Pose X_0{{0.1, 0.2, 0}, from_rpy(0.1, 0.05, 0.1)};
   const Pose between{{0.4, -0.3, 0.1}, from_rpy(-0.1, 0.1, 0.2)};
   const Pose X_BC = MarkedWorld::camera(0).X_BC;
@@ -50,7 +50,7 @@ TEST(RelativePose, ItsErrorIsAsLargeAsItsCovariance) {
   for (int i = 0; i < kRuns; ++i) {
     MarkedWorld world;
     world.add(120, {1.5, -3, -2}, {5, 3, 2}, random);
-    const Two two = looks(world, random);
+    const Two two = two_views(world, random);
     const auto found = two.solve();
     ASSERT_TRUE(found) << match(two.then, two.now, kMostBits).size();
     EXPECT_GT(found->points, 50);
@@ -67,7 +67,7 @@ TEST(RelativePose, WrongMatchesAreLeftOut) {
   Random random(2);
   MarkedWorld world;
   world.add(150, {1.5, -3, -2}, {5, 3, 2}, random);
-  const Two two = looks(world, random);
+  const Two two = two_views(world, random);
   auto matches = match(two.then, two.now, kMostBits);
   for (std::size_t i = 0; i + 1 < matches.size(); i += 3) {
     std::swap(matches[i].second, matches[i + 1].second);
@@ -86,13 +86,13 @@ TEST(RelativePose, NothingFromFewPointsOrFromOneCornerOrWithoutStereo) {
   Random random(3);
   MarkedWorld few;
   few.add(20, {1.5, -3, -2}, {5, 3, 2}, random);
-  EXPECT_FALSE(looks(few, random).solve());
+  EXPECT_FALSE(two_views(few, random).solve());
   MarkedWorld corner;
   corner.add(100, {4, 0.5, 0.5}, {5, 1.5, 1.5}, random);
-  EXPECT_FALSE(looks(corner, random).solve());
+  EXPECT_FALSE(two_views(corner, random).solve());
   MarkedWorld many;
   many.add(150, {1.5, -3, -2}, {5, 3, 2}, random);
-  Two mono = looks(many, random);
+  Two mono = two_views(many, random);
   EXPECT_TRUE(mono.solve());
   for (KeyframePoint& point : mono.then.points) point.right.reset();
   EXPECT_FALSE(mono.solve());
@@ -106,8 +106,8 @@ TEST(RelativePose, NothingFromPlacesThatAreNotTheSame) {
     here.add(150, {1.5, -3, -2}, {5, 3, 2}, random);
     MarkedWorld there;
     there.add(150, {1.5, -3, -2}, {5, 3, 2}, random);
-    Two two = looks(here, random);
-    two.now = looks(there, random).now;
+    Two two = two_views(here, random);
+    two.now = two_views(there, random).now;
     EXPECT_FALSE(two.solve());
     // Even if every point has a match.
     std::vector<std::pair<std::size_t, std::size_t>> all;
@@ -120,12 +120,12 @@ TEST(RelativePose, NothingFromPlacesThatAreNotTheSame) {
 
 // --- with images ---
 
-struct Eyes {
+struct Cameras {
   CameraModel left = testing::test_camera(0.06);
   CameraModel right = testing::test_camera(-0.06);
   KeyframeExtractor viewer{{}, left, right};
 
-  KeyframeView look(PaintedRoom& room, const Pose& X_WB, Utime utime) {
+  KeyframeView view(PaintedRoom& room, const Pose& X_WB, Utime utime) {
     return *viewer.view(room.image(left, X_WB * left.X_BC, utime),
                         room.image(right, X_WB * right.X_BC, utime));
   }
@@ -146,15 +146,15 @@ const Pose kThen{{0.5, -0.3, 0.2}, from_rpy(0.1, 0.2, 0.4)};
 TEST(KeyframeExtractor, APlaceIsFoundAgainInImages) {
   PaintedRoom room({4, 3, 2});
   room.snow(60, kThen.p, 2.0, 0.2);
-  Eyes eyes;
+  Cameras cameras;
   const Pose between{{0.25, 0.1, -0.05}, from_rpy(0.05, -0.03, 0.08)};
-  const KeyframeView then = eyes.look(room, kThen, 0);
+  const KeyframeView then = cameras.view(room, kThen, 0);
   EXPECT_GT(then.points.size(), 250U);
   EXPECT_GT(likeness(then, then, 80, kMostBits), 79);
-  const KeyframeView now = eyes.look(room, kThen * between, 60'000'000);
-  const auto found = eyes.solve(then, now);
+  const KeyframeView now = cameras.view(room, kThen * between, 60'000'000);
+  const auto found = cameras.solve(then, now);
   ASSERT_TRUE(found);
-  const Pose X_B0B1 = eyes.left.X_BC * found->X_C0C1 * eyes.left.X_BC.inverse();
+  const Pose X_B0B1 = cameras.left.X_BC * found->X_C0C1 * cameras.left.X_BC.inverse();
   EXPECT_LT((X_B0B1.p - between.p).norm(), 0.02);
   EXPECT_LT(rad_to_deg(angle_between(X_B0B1.q, between.q)), 0.3);
 }
@@ -162,28 +162,28 @@ TEST(KeyframeExtractor, APlaceIsFoundAgainInImages) {
 TEST(KeyframeExtractor, OtherWallsOfTheSamePaintAreNotThatPlace) {
   PaintedRoom room({4, 3, 2});
   PaintedRoom other({4, 3, 2}, 7);
-  Eyes eyes;
-  const KeyframeView then = eyes.look(room, kThen, 0);
+  Cameras cameras;
+  const KeyframeView then = cameras.view(room, kThen, 0);
   for (const double heading : {1.5, 3.0, 4.5}) {
     const Pose turned{kThen.p, from_rpy(0, 0, heading)};
-    EXPECT_FALSE(eyes.solve(then, eyes.look(room, turned, 1)));
+    EXPECT_FALSE(cameras.solve(then, cameras.view(room, turned, 1)));
   }
-  EXPECT_FALSE(eyes.solve(then, eyes.look(other, kThen, 1)));
+  EXPECT_FALSE(cameras.solve(then, cameras.view(other, kThen, 1)));
 }
 
 TEST(KeyframeExtractor, ImagesNotAsAgreedAreRefusedAndEmptyOnesGiveNothing) {
   PaintedRoom room({4, 3, 2});
-  Eyes eyes;
-  const ImageFrame good = room.image(eyes.left, kThen * eyes.left.X_BC, 0);
+  Cameras cameras;
+  const ImageFrame good = room.image(cameras.left, kThen * cameras.left.X_BC, 0);
   ImageFrame cut = good;
   cut.pixels.pop_back();
-  EXPECT_FALSE(eyes.viewer.view(cut, good));
+  EXPECT_FALSE(cameras.viewer.view(cut, good));
   ImageFrame colour = good;
   colour.format = ImageFrame::Format::kRgb8;
-  EXPECT_FALSE(eyes.viewer.view(good, colour));
+  EXPECT_FALSE(cameras.viewer.view(good, colour));
   ImageFrame black = good;
   std::fill(black.pixels.begin(), black.pixels.end(), std::uint8_t{0});
-  const auto nothing = eyes.viewer.view(black, black);
+  const auto nothing = cameras.viewer.view(black, black);
   ASSERT_TRUE(nothing);
   EXPECT_TRUE(nothing->points.empty());
   EXPECT_EQ(KeyframeExtractorOptions{}.validate(), "");

@@ -93,7 +93,7 @@ TEST(StereoRange, FlakesThatDriftStayRare) {
   EXPECT_LT(accuracy.share(accuracy.nearer), 0.005);
 }
 
-TEST(StereoRange, LittleLightTellsLessAndNothingWrong) {
+TEST(StereoRange, LittleLightGivesFewerRangesAndNoFalseOnes) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
@@ -103,7 +103,7 @@ TEST(StereoRange, LittleLightTellsLessAndNothingWrong) {
   EXPECT_LT(accuracy.share(accuracy.nearer), 0.005);
 }
 
-TEST(StereoRange, NothingIsToldOfNoise) {
+TEST(StereoRange, NoiseGivesNoRanges) {
   PaintedRoom room({4, 3, 2});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
@@ -122,7 +122,7 @@ TEST(StereoRange, NothingIsToldOfNoise) {
   }
 }
 
-TEST(StereoRange, WhatIsFarIsBeyondOrNotToldButNeverNear) {
+TEST(StereoRange, FarSurfacesAreBeyondOrUnknownButNeverNear) {
   PaintedRoom room({60, 60, 60});
   const Eyes eyes;
   StereoRange ranges = eyes.ranges();
@@ -189,7 +189,7 @@ TEST(StereoRange, CamerasThatAreNoPairAreRefused) {
   EXPECT_FALSE(is_made(eyes.left, broken));
 }
 
-TEST(StereoRange, KnowsWhenTheCamerasAreOthers) {
+TEST(StereoRange, RejectsOtherCameras) {
   const Eyes eyes;
   const StereoRange ranges = eyes.ranges();
   EXPECT_TRUE(ranges.fits(eyes.left, eyes.right));

@@ -85,10 +85,10 @@ TEST(TagDetector, LeavesOutWhatCannotBeRead) {
   EXPECT_TRUE(finder.find(image_of({}, 40.0)).empty()) << "noise";
   ImageFrame other = image_of({print}, 2.0);
   other.width = 320;
-  EXPECT_TRUE(finder.find(other).empty()) << "not a picture of this camera";
+  EXPECT_TRUE(finder.find(other).empty()) << "not an image of this camera";
 }
 
-TEST(TagDetector, TellsOfEachOfTwoThatAreAlike) {
+TEST(TagDetector, ReportsBothOfTwoThatAreAlike) {
   const Print one{5, 0.2, {{-0.4, 0.0, 1.0}, Eigen::Quaterniond::Identity()}};
   const Print other{5, 0.2, {{0.4, 0.0, 1.0}, Eigen::Quaterniond::Identity()}};
   TagDetector finder = detector();

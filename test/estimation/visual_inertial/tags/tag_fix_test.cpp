@@ -83,7 +83,7 @@ double heading_error(const Pose& truth, const Pose& estimate) {
 
 const Pose kTruth{{0.1, 0.2, -3.1}, from_rpy(0.02, -0.03, 0.1)};
 
-TEST(TagAttitude, LooksWhereTheMissionSays) {
+TEST(TagAttitude, DetectsATagWhereTheMissionHasIt) {
   const double quarter = std::acos(0.0);
   const Eigen::Matrix3d upright = tag_attitude(0.3, 0.0, 0.0).toRotationMatrix();
   EXPECT_LT((upright.col(2) + Vector3d(std::cos(0.3), std::sin(0.3), 0)).norm(), 1e-12);
@@ -129,7 +129,7 @@ TEST(TagView, JacobiansAreThoseOfDifferences) {
   }
 }
 
-TEST(TagFix, WithoutASightNothingChanges) {
+TEST(TagFix, WithoutAnObservationNothingChanges) {
   TagFix fix({tag_ahead()}, testing::tag_camera(), {});
   const StateEstimate filter = estimate_at(1'000'000, kTruth, 0.3, 0.02);
   EXPECT_EQ(fix.add(filter, {}).result, TagResult::kNone);
@@ -250,7 +250,7 @@ TEST(TagFix, ATagThatIsNotWhereTheMissionHasItIsRefused) {
             TagResult::kRefused);
 }
 
-TEST(TagFix, SaysOfEachTagWhyItIsNotUsed) {
+TEST(TagFix, ReportsOfEachTagWhyItIsNotUsed) {
   Random random(5);
   const StateEstimate filter = estimate_at(1'000'000, kTruth, 0.3, 0.03);
   TagFix fix({tag_ahead(3)}, testing::tag_camera(), {});
@@ -274,7 +274,7 @@ TEST(TagFix, SaysOfEachTagWhyItIsNotUsed) {
 
 // From afar a vehicle with an unknown heading cannot resolve the tilt of a square: fixes that are
 // used must still be right.
-TEST(TagFix, IsNotTakenInByASquareThatCouldLeanEitherWay) {
+TEST(TagFix, RejectsASquareWithTwoPossiblePoses) {
   Random random(17);
   int used = 0;
   for (int i = 0; i < 200; ++i) {
