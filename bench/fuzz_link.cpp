@@ -1,6 +1,6 @@
-// Sends packets to every decoder of the link and to the authentication: changed copies of real ones
-// and noise. No packet may crash the process, make it allocate beyond its bound, or be accepted
-// without a message authentication code.
+// Sends packets to every decoder of the link and to the decisions on requests: changed copies of
+// real ones and noise. No packet may crash the process, make it allocate beyond its bound, or be
+// obeyed without authentication. For datagrams see fuzz_receiver.
 
 #include <algorithm>
 #include <chrono>
@@ -47,17 +47,11 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "Of the noise");
   CLI11_PARSE(app, argc, argv);
 
-  const Key key = new_key();
-  RequestAuthenticator authenticator(key, 42);
+  RequestAuthenticator authenticator({.has_key = true});
   Arbiter arbiter;
   std::int64_t forgeries = 0;
-  OperatorRequest skip{42, 1, 0, dive::OperatorCommand::kSkip, {}};
-  sign(key, skip);
-  Packet sealed;
-  if (!encode(skip, sealed)) return 1;
-  static_cast<void>(
-      authenticator.evaluate(skip, 0));  // accepted once, so that repeating it is a replay
-
+  const OperatorRequest skip{authenticator.session_id(), 1, authenticator.challenge(0),
+                             dive::OperatorCommand::kSkip};
   std::vector<Channel> channels = {channel("imu", dive::ImuSample{}),
                                    channel("depth", dive::DepthSample{}),
                                    channel("health", dive::HealthSample{}),
@@ -65,8 +59,10 @@ int main(int argc, char** argv) {
                                    channel("sim tick", SimTick{1, 2, 3, 4, 5, 6, 7, 4, 8}),
                                    channel("heartbeat", Heartbeat{}),
                                    channel("answer", OperatorAnswer{}),
+                                   channel("presence", Presence{1, {{2, 3}, {4, 5}}}),
                                    channel("path", Path{1, 0.5, {{}, {}, {}}}),
                                    channel("command", VehicleCommand{})};
+  const Packet command_packet = channels.back().real;
   channels.push_back(channel("image", dive::ImageFrame{1, 0, dive::ImageFrame::Format::kGray8, 8, 4,
                                                        std::vector<std::uint8_t>(32)}));
   channels.push_back(
@@ -86,16 +82,16 @@ int main(int argc, char** argv) {
          static_cast<void>(cameras.take_pair(now));
          return true;
        }});
-  channels.push_back({"request", sealed, [&](PacketView view) {
+  channels.push_back({"request", channel("", skip).real, [&](PacketView view) {
                         OperatorRequest request;
                         if (!decode(view, request)) return false;
                         const RequestAuthenticator::Decision decision =
-                            authenticator.evaluate(request, 0);
+                            authenticator.evaluate(request, Trust::kAnonymous, 0);
                         const bool is_abort = request.command == dive::OperatorCommand::kAbort;
                         if (decision.act && !is_abort) ++forgeries;
                         return true;
                       }});
-  channels.push_back({"arbiter", channels[8].real, [&](PacketView view) {
+  channels.push_back({"arbiter", command_packet, [&](PacketView view) {
                         VehicleCommand command;
                         return decode(view, command) && arbiter.receive(command, 0);
                       }});

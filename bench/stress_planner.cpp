@@ -45,19 +45,44 @@ bool rrt_connect_solves(const RandomQuestion& question, const planning::RobotHul
   return run_peer("RRTConnect", question.world, hull, task).reached;
 }
 
+struct Counts {
+  int solved = 0;
+  int reduced = 0;
+  int invalid = 0;
+  int no_path = 0;
+  int too_near = 0;  ///< Paths nearer to an obstacle than certified or demanded.
+  int missed = 0;    ///< Worlds without our path that RRTConnect solves.
+  double min_margin = std::numeric_limits<double>::infinity();  ///< Measured minus certified, m.
+};
+
+/// Measures the clearance of a returned path.
+void check_path(std::uint64_t seed, const RandomQuestion& question, const planning::RobotHull& hull,
+                const PlanResult& result, Counts& counts) {
+  const bool is_reduced = result.status == PlanStatus::kReduced;
+  ++(is_reduced ? counts.reduced : counts.solved);
+  const double allowed = testing::measured_too_little(question.world);
+  const double measured = testing::measured_clearance(question.world, hull, result.waypoints,
+                                                      result.clearance_m - allowed);
+  const double margin = measured + allowed - result.clearance_m;
+  counts.min_margin = std::min(counts.min_margin, margin);
+  // A start with less clearance than required is allowed to leave.
+  const double at_start =
+      testing::measured_clearance(question.world, hull, {question.request.start}, 0.0);
+  const double asked = question.request.limits.clearance;
+  const double demanded = is_reduced ? std::min(asked, at_start) : asked;
+  if (margin >= 0.0 && result.clearance_m >= demanded - kGrace) return;
+  ++counts.too_near;
+  std::cout << fmt::format("world {}: certified {:.4f} m, measured {:.4f} m, demanded {:.4f}\n",
+                           seed, result.clearance_m, measured, demanded);
+}
+
 int stress(int worlds, std::uint64_t first, double rrt_seconds) {
   Diagnostics diagnostics;
   const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
   DIVE_DEMAND(model.has_value());
   const planning::RobotHull& hull = model->hull;
   SteadyClock clock;
-  int solved = 0;
-  int reduced = 0;
-  int invalid = 0;
-  int no_path = 0;
-  int too_near = 0;
-  int missed = 0;
-  double min_margin = std::numeric_limits<double>::infinity();
+  Counts counts;
   std::vector<double> times;
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(worlds); ++seed) {
     const RandomQuestion question = testing::random_question(seed, hull);
@@ -65,30 +90,13 @@ int stress(int worlds, std::uint64_t first, double rrt_seconds) {
     const PlanResult result = planner.plan(question.request);
     times.push_back(planner.statistics().total_ms);
     if (result.status == PlanStatus::kInvalid) {
-      ++invalid;
+      ++counts.invalid;
     } else if (planning::has_path(result.status)) {
-      const bool is_reduced = result.status == PlanStatus::kReduced;
-      ++(is_reduced ? reduced : solved);
-      const double allowed = testing::measured_too_little(question.world);
-      const double measured = testing::measured_clearance(question.world, hull, result.waypoints,
-                                                          result.clearance_m - allowed);
-      const double margin = measured + allowed - result.clearance_m;
-      min_margin = std::min(min_margin, margin);
-      // A start with less clearance than required is allowed to leave.
-      const double at_start =
-          testing::measured_clearance(question.world, hull, {question.request.start}, 0.0);
-      const double asked = question.request.limits.clearance;
-      const double demanded = is_reduced ? std::min(asked, at_start) : asked;
-      if (margin < 0.0 || result.clearance_m < demanded - kGrace) {
-        ++too_near;
-        std::cout << fmt::format(
-            "world {}: certified {:.4f} m, measured {:.4f} m, demanded {:.4f}\n", seed,
-            result.clearance_m, measured, demanded);
-      }
+      check_path(seed, question, hull, result, counts);
     } else {
-      ++no_path;
+      ++counts.no_path;
       if (rrt_connect_solves(question, hull, rrt_seconds)) {
-        ++missed;
+        ++counts.missed;
         std::cout << fmt::format("world {}: RRTConnect has a path, we: {}\n", seed, result.reason);
       }
     }
@@ -102,9 +110,9 @@ int stress(int worlds, std::uint64_t first, double rrt_seconds) {
       "than certified "
       "(least margin {:.1f} mm), {} that RRTConnect solves in {:.0f} s and we do not\n"
       "plan time: median {:.1f} ms, 99 % {:.1f} ms, longest {:.1f} ms\n",
-      worlds, first, solved, reduced, no_path, invalid, too_near, 1e3 * min_margin, missed,
-      rrt_seconds, at(0.5), at(0.99), at(1.0));
-  return too_near + missed == 0 ? 0 : 1;
+      worlds, first, counts.solved, counts.reduced, counts.no_path, counts.invalid, counts.too_near,
+      1e3 * counts.min_margin, counts.missed, rrt_seconds, at(0.5), at(0.99), at(1.0));
+  return counts.too_near + counts.missed == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -115,8 +123,8 @@ int main(int argc, char** argv) {
   int worlds = 1000;
   std::uint64_t first = 1;
   double seconds = 10.0;
-  app.add_option("--worlds", worlds, "How many")->check(CLI::PositiveNumber);
-  app.add_option("--from", first, "Seed of the first");
+  app.add_option("--worlds", worlds, "Number of worlds")->check(CLI::PositiveNumber);
+  app.add_option("--from", first, "Seed of the first world");
   app.add_option("--rrt-seconds", seconds, "Time for RRTConnect where we have no path")
       ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);

@@ -1,7 +1,7 @@
 // Measurements in an unknown environment: the map from one scan, and the time from a scan to a
 // certified path.
-//     unknown_environment stream wreck cluttered     20 scans a second along the mission's own
-//     route unknown_environment scan wreck cluttered       one scan: coverage, water blocked, time
+//     unknown_environment stream wreck cluttered     20 scans a second along a mission's route
+//     unknown_environment scan wreck cluttered       one scan: coverage, water blocked, time
 //     unknown_environment growth                     time of an update against the size of the map
 //     unknown_environment hours cluttered            two hours back and forth: use of memory
 // --help lists the others.
@@ -85,11 +85,11 @@ constexpr double kShort = 0.10;      // m before the hit at which observed free 
 
 bool is_blocked(const planning::Scene& scene, const Eigen::Vector3d& from,
                 const Eigen::Vector3d& to) {
-  const Eigen::Vector3d way = to - from;
-  const double length = way.norm();
+  const Eigen::Vector3d path = to - from;
+  const double length = path.norm();
   double at = 0.0;
   while (at < length) {
-    const double distance = scene.point_distance(from + at / length * way);
+    const double distance = scene.point_distance(from + at / length * path);
     if (distance <= 0.0) return true;
     at += std::max(distance, 1e-3);
   }
@@ -126,10 +126,10 @@ struct Truth {
     return true;
   }
   /// Sine of the angle between the ray and the surface that it hits.
-  [[nodiscard]] double sine(int x, int y, const Eigen::Vector3d& way) const {
+  [[nodiscard]] double sine(int x, int y, const Eigen::Vector3d& direction) const {
     const Eigen::Vector3d normal =
         (point(x + 1, y) - point(x, y)).cross(point(x, y + 1) - point(x, y));
-    return std::max(std::abs(normal.normalized().dot(way)), 0.02);
+    return std::max(std::abs(normal.normalized().dot(direction)), 0.02);
   }
 
   Pose X_WB;
@@ -137,7 +137,7 @@ struct Truth {
   RangeScan scan;
 };
 
-Quality judge(const Environment& environment, const planning::World& pieces, const Pose& X_WB) {
+Quality evaluate(const Environment& environment, const planning::World& pieces, const Pose& X_WB) {
   const planning::Scene scene(pieces);
   const Truth truth(environment, X_WB);
   const Eigen::Vector3d sensor_origin_W = X_WB * truth.scan.origin_B.cast<double>();
@@ -149,16 +149,17 @@ Quality judge(const Environment& environment, const planning::World& pieces, con
       const double range = truth.range(x, y);
       if (!std::isfinite(range)) continue;
       const Eigen::Vector3d p_W = truth.point(x, y);
-      const Eigen::Vector3d way = (p_W - sensor_origin_W).normalized();
+      const Eigen::Vector3d direction = (p_W - sensor_origin_W).normalized();
       const auto blocks = [&](double margin) {
         const double end = std::min(range, truth.options.reach_m) - margin;
-        return end > 0.0 && is_blocked(scene, sensor_origin_W, sensor_origin_W + end * way) ? 1.0
-                                                                                            : 0.0;
+        return end > 0.0 && is_blocked(scene, sensor_origin_W, sensor_origin_W + end * direction)
+                   ? 1.0
+                   : 0.0;
       };
       ++rays;
       quality.blocked += blocks(kShort);
       if (!truth.hits(x, y)) continue;
-      quality.blocked_upright += blocks(kShort / truth.sine(x, y, way));
+      quality.blocked_upright += blocks(kShort / truth.sine(x, y, direction));
       if (!truth.goes_on(x, y)) continue;
       ++surface;
       const double distance = scene.point_distance(p_W);
@@ -206,18 +207,18 @@ void scan_of(const std::string& name, int every, bool clean) {
     planning::Mapper mapper(environment.hull, mapping, clock);
     planning::ObservedMap map;
     // the first fills the voxels, the second splits all surfaces
-    for (int sweep = 0; sweep < 2; ++sweep) {
+    for (int pass = 0; pass < 2; ++pass) {
       const RangeScan scan = camera.take(now += 200'000, poses[i]);
       if (const auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) {
         static_cast<void>(map.apply(update->obstacles));
       }
-      if (sweep == 0) mapper.rebuild_all();
+      if (pass == 0) mapper.rebuild_all();
     }
     total.push_back(mapper.times().total_ms);
     triangulate.push_back(mapper.times().triangulate_ms);
     divide.push_back(mapper.times().divide_ms);
     pieces.push_back(static_cast<double>(map.pieces()));
-    const Quality quality = judge(environment, world_of(map, poses[i].p), poses[i]);
+    const Quality quality = evaluate(environment, world_of(map, poses[i].p), poses[i]);
     off.push_back(100.0 * quality.off);
     voxel_off.push_back(100.0 * quality.voxel_off);
     farthest.push_back(quality.farthest_m);
@@ -225,14 +226,50 @@ void scan_of(const std::string& name, int every, bool clean) {
     upright.push_back(100.0 * quality.blocked_upright);
   }
   std::cout << fmt::format(
-      "{}{}: {} sweeps; median / p95 ms: all {}, triangulate {}, divide {}; {:.0f} pieces\n"
+      "{}{}: {} scans; median / p95 ms: all {}, triangulate {}, divide {}; {:.0f} pieces\n"
       "  true surface off the pieces: by more than 0.05 m {:.2f} %, more than a voxel {:.3f} %, "
-      "farthest {:.2f} m\n  free rays blocked: up to 0.1 m before the hit {:.2f} % (worst sweep "
+      "farthest {:.2f} m\n  free rays blocked: up to 0.1 m before the hit {:.2f} % (worst scan "
       "{:.2f} %), up to 0.1 m off the surface {:.2f} %\n",
       name, clean ? " (no noise)" : "", total.size(), both(total), both(triangulate), both(divide),
       quantile(pieces, 0.5), mean(off), mean(voxel_off), quantile(farthest, 1.0), mean(blocked),
       quantile(blocked, 1.0), mean(upright));
 }
+
+/// The rest of `path` from the waypoint after the one nearest to `start`, as the previous plan of a
+/// request; empty if that is too short, or if the path leads to another goal.
+std::vector<Pose> rest_of(const planning::PlanResult& path, const Pose& start, const Pose& goal) {
+  if (path.waypoints.empty() || (path.waypoints.back().p - goal.p).norm() >= 0.5) return {};
+  std::vector<Pose> rest{start};
+  std::size_t nearest = 0;
+  for (std::size_t k = 1; k < path.waypoints.size(); ++k) {
+    if ((path.waypoints[k].p - start.p).norm() < (path.waypoints[nearest].p - start.p).norm()) {
+      nearest = k;
+    }
+  }
+  for (std::size_t k = nearest + 1; k < path.waypoints.size(); ++k) {
+    rest.push_back(path.waypoints[k]);
+  }
+  if (rest.size() < 2) rest.clear();
+  return rest;
+}
+
+/// The request at `start`: to the last goal of the mission that is more than 1 m away.
+planning::PlanRequest request_at(const Pose& start, const Environment& environment,
+                                 const planning::PlanResult& path) {
+  planning::PlanRequest request = environment.legs.back().request;
+  request.start = start;
+  for (const EnvironmentLeg& leg : environment.legs) {
+    if ((leg.request.goal.p - start.p).norm() > 1.0) request.goal = leg.request.goal;
+  }
+  request.previous = rest_of(path, start, request.goal);
+  return request;
+}
+
+/// Figures of a stream, one per scan, except the last two: one per 100 scans.
+struct StreamFigures {
+  std::vector<double> all, points, triangulate, divide, build, plan, meshed, blocked, upright;
+  int failed = 0;  ///< Number of failed plans.
+};
 
 void stream_of(const std::string& name, bool rebuild) {
   const Environment environment = load_environment(name);
@@ -246,75 +283,47 @@ void stream_of(const std::string& name, bool rebuild) {
   planning::Mapper mapper(environment.hull, mapping, clock);
   planning::ObservedMap map;
   planning::PlanResult path;
-  std::vector<double> all, points, triangulate, divide, build, plan, meshed, blocked, upright;
-  int failed = 0;
+  StreamFigures figures;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const RangeScan scan = camera.take(from_seconds(static_cast<double>(i + 1) / kRate), poses[i]);
     if (rebuild) mapper.rebuild_all();
-    double to_build = 0.0;
-    double to_plan = 0.0;
     const Eigen::Vector3d v_W = poses[i].q * Eigen::Vector3d(kSpeed, 0.0, 0.0);
-    all.push_back(timed([&] {
+    figures.all.push_back(timed([&] {
       if (auto update = mapper.add(scan, poses[i], v_W))
         static_cast<void>(map.apply(update->obstacles));
       std::optional<planning::Planner> planner;
       planning::World world;
-      to_build = timed([&] {
+      figures.build.push_back(timed([&] {
         world = world_of(map, poses[i].p);
         planner.emplace(world, environment.hull, planning::PlannerOptions{}, clock);
-      });
-      to_plan = timed([&] {
-        planning::PlanRequest request = environment.legs.back().request;
-        request.start = poses[i];
-        for (std::size_t leg = 0; leg < environment.legs.size(); ++leg) {
-          if ((environment.legs[leg].request.goal.p - poses[i].p).norm() > 1.0) {
-            request.goal = environment.legs[leg].request.goal;
-          }
-        }
-        const bool is_same =
-            !path.waypoints.empty() && (path.waypoints.back().p - request.goal.p).norm() < 0.5;
-        if (is_same) {
-          request.previous = {request.start};
-          std::size_t nearest = 0;
-          for (std::size_t k = 1; k < path.waypoints.size(); ++k) {
-            if ((path.waypoints[k].p - request.start.p).norm() <
-                (path.waypoints[nearest].p - request.start.p).norm()) {
-              nearest = k;
-            }
-          }
-          for (std::size_t k = nearest + 1; k < path.waypoints.size(); ++k) {
-            request.previous.push_back(path.waypoints[k]);
-          }
-          if (request.previous.size() < 2) request.previous.clear();
-        }
-        planning::PlanResult next = planner->plan(request);
+      }));
+      figures.plan.push_back(timed([&] {
+        planning::PlanResult next = planner->plan(request_at(poses[i], environment, path));
         if (!next.accepted) {
-          ++failed;
+          ++figures.failed;
         } else {
           path = std::move(next);
         }
-      });
+      }));
     }));
-    points.push_back(mapper.times().points_ms);
-    triangulate.push_back(mapper.times().triangulate_ms);
-    divide.push_back(mapper.times().divide_ms);
-    build.push_back(to_build);
-    plan.push_back(to_plan);
-    meshed.push_back(mapper.stats().meshed_points);
+    figures.points.push_back(mapper.times().points_ms);
+    figures.triangulate.push_back(mapper.times().triangulate_ms);
+    figures.divide.push_back(mapper.times().divide_ms);
+    figures.meshed.push_back(mapper.stats().meshed_points);
     if (i % 100 == 50) {
-      const Quality quality = judge(environment, world_of(map, poses[i].p), poses[i]);
-      blocked.push_back(100.0 * quality.blocked);
-      upright.push_back(100.0 * quality.blocked_upright);
+      const Quality quality = evaluate(environment, world_of(map, poses[i].p), poses[i]);
+      figures.blocked.push_back(100.0 * quality.blocked);
+      figures.upright.push_back(100.0 * quality.blocked_upright);
     }
   }
   std::cout << fmt::format(
-      "{}{}: {} sweeps; median / p95 ms: sweep to certified path {}; points {}, triangulate {}, "
+      "{}{}: {} scans; median / p95 ms: scan to certified path {}; points {}, triangulate {}, "
       "divide {}, world {}, plan and certify {}\n  {} points divided again, {} pieces in the end; "
-      "{} "
-      "plans failed; free rays blocked {:.2f} %, off the surface {:.2f} %\n",
-      name, rebuild ? " (all again each time)" : "", all.size(), both(all), both(points),
-      both(triangulate), both(divide), both(build), both(plan), both(meshed), map.pieces(), failed,
-      mean(blocked), mean(upright));
+      "{} plans failed; free rays blocked {:.2f} %, off the surface {:.2f} %\n",
+      name, rebuild ? " (all again each time)" : "", figures.all.size(), both(figures.all),
+      both(figures.points), both(figures.triangulate), both(figures.divide), both(figures.build),
+      both(figures.plan), both(figures.meshed), map.pieces(), figures.failed, mean(figures.blocked),
+      mean(figures.upright));
 }
 
 /// Resident memory of this process, MB.
@@ -340,16 +349,16 @@ void swim_for_hours(const std::string& name) {
   planning::ObservedMap map;
   const auto stride = static_cast<std::size_t>(kPeriod * kRate);
   const std::size_t round = 2 * (poses.size() - 1);
-  for (int sweep = 1; sweep <= static_cast<int>(kHours * 3600.0 / kPeriod); ++sweep) {
-    const std::size_t at = static_cast<std::size_t>(sweep) * stride % round;
+  for (int count = 1; count <= static_cast<int>(kHours * 3600.0 / kPeriod); ++count) {
+    const std::size_t at = static_cast<std::size_t>(count) * stride % round;
     Pose X_WB = poses[std::min(at, round - at)];
-    const double t = sweep * kPeriod;
+    const double t = count * kPeriod;
     const RangeScan scan = camera.take(from_seconds(t), X_WB);
     X_WB.p.y() += kDriftPerHour * t / 3600.0;
     if (const auto update = mapper.add(scan, X_WB, Eigen::Vector3d::Zero())) {
       static_cast<void>(map.apply(update->obstacles));
     }
-    if (sweep % static_cast<int>(600.0 / kPeriod) != 0) continue;
+    if (count % static_cast<int>(600.0 / kPeriod) != 0) continue;
     std::cout << fmt::format("{}: {:3.0f} min, {} voxels, {} cells, {} pieces, {:.0f} MB\n", name,
                              t / 60.0, mapper.stats().voxels, mapper.stats().cells, map.pieces(),
                              resident_mb());
@@ -391,22 +400,22 @@ void grow() {
 }  // namespace dive::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Unknown water, measured");
+  CLI::App app("Measurements of mapping in an unknown environment");
   app.require_subcommand(1);
   std::vector<std::string> names;
   int every = 40;
   bool rebuild = false;
   bool clean = false;
-  CLI::App* stream = app.add_subcommand("stream", "20 sweeps a second along a mission's route");
+  CLI::App* stream = app.add_subcommand("stream", "20 scans a second along a mission's route");
   stream->add_option("missions", names)->required();
-  stream->add_flag("--rebuild", rebuild, "Everything again with each sweep");
-  CLI::App* scan = app.add_subcommand("scan", "Single sweeps");
+  stream->add_flag("--rebuild", rebuild, "Rebuild all surfaces with each scan");
+  CLI::App* scan = app.add_subcommand("scan", "Single scans");
   scan->add_option("missions", names)->required();
-  scan->add_option("--every", every, "Of so many sweeps one")->check(CLI::PositiveNumber);
+  scan->add_option("--every", every, "Number of poses per scan")->check(CLI::PositiveNumber);
   scan->add_flag("--clean", clean, "Without noise, dropouts and particles");
-  CLI::App* hours = app.add_subcommand("hours", "Two hours back and forth: what memory it takes");
+  CLI::App* hours = app.add_subcommand("hours", "Two hours back and forth: use of memory");
   hours->add_option("missions", names)->required();
-  CLI::App* growth = app.add_subcommand("growth", "An update beside the size of the map");
+  CLI::App* growth = app.add_subcommand("growth", "Time of an update against the size of the map");
   CLI11_PARSE(app, argc, argv);
   return dive::bench::run_study([&] {
     if (growth->parsed()) dive::bench::grow();

@@ -1,7 +1,6 @@
 #include "planning/path_search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -14,7 +13,6 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kRounding = 1e-9;        // m: rounding error of a bound
 constexpr int kMaxRefinements = 3;        // limit per attempt
 constexpr double kSmallViolation = 0.05;  // m: probably caused by a chord, not by a roll
 constexpr double kMinSegment = 0.3;       // m: shorter ones are not split
@@ -24,26 +22,8 @@ constexpr double kBestTolerance = 0.02;  // relative, in the search for the best
 constexpr int kBestTries = 12;
 // factor on the optimiser's tolerances, in the search for the best clearance
 constexpr double kFineness = 0.1;
-constexpr double kBeyond = 1.5;            // factor on the requested clearance
-constexpr double kNarrowTolerance = 0.01;  // m, on the length of a narrow part
-constexpr std::size_t kLongPath = 160;     // waypoints; longer paths are optimised by stretches
-constexpr int kMaxRounds = 3;              // rounds of optimising the joints between stretches
-constexpr std::size_t kAround = 2;  // waypoints on either side from which a joint is assessed
-constexpr std::size_t kWider = 8;   // waypoints by which a failed stretch grows
-
-void keep_better(PathSearch::Attempt&& other, PathSearch::Attempt& best) {
-  if (other.good || other.certificate.clearance_m > best.certificate.clearance_m) {
-    best = std::move(other);
-  }
-}
-
-double length_of(std::span<const Pose> waypoints) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < waypoints.size(); ++i) {
-    length += (waypoints[i].p - waypoints[i - 1].p).norm();
-  }
-  return length;
-}
+constexpr double kBeyond = 1.5;         // factor on the requested clearance
+constexpr std::size_t kLongPath = 160;  // waypoints; longer paths are optimised by stretches
 
 // The rest of the path being followed, from the present position of the vehicle.
 std::vector<Pose> continued(const PlanRequest& request) {
@@ -66,86 +46,14 @@ PathSearch::PathSearch(const World& world, const Scene& scene, const RobotHull& 
       warm_start_(scene, world.bounds()),
       inner_radius_(hull.inner_radius()) {}
 
+void PathSearch::Attempt::keep_better(Attempt&& other) {
+  if (other.good || other.certificate.clearance_m > certificate.clearance_m) {
+    *this = std::move(other);
+  }
+}
+
 std::string PathSearch::name_of(int obstacle) const {
   return obstacle < 0 ? "nothing" : world_.obstacles[static_cast<std::size_t>(obstacle)].name;
-}
-
-// A vehicle nearer to an obstacle than D_min must be able to leave: up to the first waypoint with
-// D_min, a smaller clearance is accepted. That clearance does not depend on the start unless the
-// start has even less: otherwise repeated replanning brings the vehicle nearer with every plan, and
-// into a place where it cannot turn.
-bool PathSearch::keeps_clearance(const Attempt& attempt) {
-  const double required = problem_.limits.clearance - kRounding;
-  if (attempt.certificate.clearance_m >= required) return true;
-  if (start_clearance_ >= problem_.limits.clearance) return false;
-  const double enough = kMinStartClearance * problem_.limits.clearance;
-  const double least = std::min(enough, start_clearance_) - options_.certify.tolerance;
-  // Near contact the tolerance could exceed the clearance itself.
-  if (attempt.certificate.clearance_m < least || attempt.certificate.clearance_m <= 0.0) {
-    return false;
-  }
-
-  const std::span<const Pose> waypoints = attempt.path.waypoints;
-  const std::size_t clear = first_clear(waypoints);
-  if (start_clearance_ < enough &&
-      length_of(waypoints.first(std::min(clear + 1, waypoints.size()))) > kMaxReducedLength) {
-    return false;
-  }
-  return clear < waypoints.size() &&
-         certify(waypoints.subspan(clear), options_.certify.cutoff).clearance_m >= required;
-}
-
-// The first waypoint with the clearance; the number of waypoints if there is none.
-std::size_t PathSearch::first_clear(std::span<const Pose> waypoints) {
-  std::size_t clear = 0;
-  while (clear < waypoints.size() && certifier_.certify(waypoints.subspan(clear, 1)).clearance_m <
-                                         problem_.limits.clearance - kRounding) {
-    ++clear;
-  }
-  return clear;
-}
-
-// The narrow part of the path found. Its first clear waypoint ends a narrow segment, so the part
-// short of the clearance ends somewhere on that segment.
-NarrowPart PathSearch::narrow_part() {
-  const std::span<const Pose> waypoints = result_.waypoints;
-  const std::size_t clear = first_clear(waypoints);
-  DIVE_DEMAND(clear > 0 && clear < waypoints.size());
-  const Pose& from = waypoints[clear - 1];
-  const Pose& to = waypoints[clear];
-  double narrow = 0.0;
-  double wide = 1.0;
-  const double segment = (to.p - from.p).norm();
-  while ((wide - narrow) * segment > kNarrowTolerance) {
-    const double middle = 0.5 * (narrow + wide);
-    const std::array<Pose, 2> rest = {interpolate(from, to, middle), to};
-    const double clearance = certifier_.certify(rest).clearance_m;
-    (clearance < problem_.limits.clearance - kRounding ? narrow : wide) = middle;
-  }
-  std::vector<Pose> part(waypoints.begin(), waypoints.begin() + static_cast<std::ptrdiff_t>(clear));
-  part.push_back(interpolate(from, to, wide));
-
-  const Certificate certificate = certifier_.certify(part);
-  const auto at = static_cast<std::size_t>(certificate.segment);
-  const Pose nearest = at + 1 < part.size()
-                           ? interpolate(part[at], part[at + 1], certificate.fraction)
-                           : part.back();
-  return {length_of(part), nearest.p, name_of(certificate.obstacle)};
-}
-
-// A path found is a success, or leads out of a start that lacks the clearance.
-void PathSearch::classify() {
-  if (result_.clearance_m >= request_->limits.clearance - kRounding) {
-    result_.status = PlanStatus::kSuccess;
-    return;
-  }
-  result_.status = PlanStatus::kReduced;
-  const NarrowPart& part = result_.reduced.emplace(narrow_part());
-  result_.reason = fmt::format(
-      "the start has {:.3f} m of the clearance of {:g} m: the first {:.2f} m of the path keep "
-      "{:.3f} m, nearest {}, and the rest keeps {:g} m",
-      start_clearance_, request_->limits.clearance, part.length_m, result_.clearance_m,
-      part.obstacle, request_->limits.clearance);
 }
 
 // True if the violation is small enough to be repaired without an alternative path.
@@ -201,14 +109,14 @@ void PathSearch::reroll(std::span<const Pose> path, Attempt& best) {
     const Stopwatch stopwatch(clock_, statistics_->optimise_ms);
     rolled = trajopt_.other_rolls(problem_, path);
   }
-  if (rolled) keep_better(optimise(*rolled), best);
+  if (rolled) best.keep_better(optimise(*rolled));
 }
 
 void PathSearch::refine(int times, Attempt& best) {
   std::vector<Pose> finer;
   for (int time = 0; time < times; ++time) {
     if (best.good || !within_reach(best) || !split(best, finer)) return;
-    keep_better(optimise(finer), best);
+    best.keep_better(optimise(finer));
   }
 }
 
@@ -221,7 +129,7 @@ PathSearch::Attempt PathSearch::attempt_at_once(const std::vector<Pose>& initial
   reroll(best.path.waypoints, best);
   reroll(initial, best);
   problem_.escalate_below = problem_.limits.clearance + kRollGain;
-  if (!best.good && within_reach(best)) keep_better(optimise(best.path.waypoints), best);
+  if (!best.good && within_reach(best)) best.keep_better(optimise(best.path.waypoints));
   refine(kMaxRefinements, best);
   return best;
 }
@@ -229,118 +137,6 @@ PathSearch::Attempt PathSearch::attempt_at_once(const std::vector<Pose>& initial
 TrajoptAssessment PathSearch::assess(std::span<const Pose> path) {
   const Stopwatch stopwatch(clock_, statistics_->optimise_ms);
   return trajopt_.assess(problem_, path);
-}
-
-// Optimises a stretch as a problem of its own with given ends. If it fails, searches an alternative
-// path between the ends: a hard place costs no more on a long path than on a short one.
-std::vector<Pose> PathSearch::improve_stretch(std::span<const Pose> path, const Stretch& stretch) {
-  const TrajoptProblem whole = problem_;
-  const double start_clearance = start_clearance_;
-  const double cutoff = cutoff_;
-  cutoff_ = problem_.limits.clearance + options_.certify.tolerance;
-  problem_.start = path[stretch.first];
-  problem_.goal = path[stretch.last];
-  if (stretch.first > 0) start_clearance_ = std::numeric_limits<double>::infinity();
-  if (stretch.last + 1 < path.size()) problem_.goal_attitude_fixed = true;
-  const auto part = path.subspan(stretch.first, stretch.last - stretch.first + 1);
-  Attempt best = attempt_at_once({part.begin(), part.end()});
-  if (!best.good && part.size() < path.size()) {
-    best = attempt_around(std::move(best), &PathSearch::attempt_at_once);
-  }
-  problem_ = whole;
-  start_clearance_ = start_clearance;
-  cutoff_ = cutoff;
-  return std::move(best.path.waypoints);
-}
-
-// `joints` are the waypoints of the result at the ends of stretches.
-std::vector<Pose> PathSearch::improve_stretches(std::span<const Pose> path,
-                                                std::span<const Stretch> stretches,
-                                                std::vector<std::size_t>& joints) {
-  std::vector<Pose> result;
-  std::size_t next = 0;  // index in `path` of the next waypoint to copy
-  for (const Stretch& stretch : stretches) {
-    const auto before = path.subspan(next, stretch.first - std::min(stretch.first, next));
-    result.insert(result.end(), before.begin(), before.end());
-    if (stretch.first > 0) joints.push_back(result.size() - (stretch.first < next ? 1 : 0));
-    const std::vector<Pose> better = improve_stretch(path, stretch);
-    const std::size_t shared = stretch.first < next ? 1 : 0;
-    result.insert(result.end(), better.begin() + static_cast<std::ptrdiff_t>(shared), better.end());
-    next = stretch.last + 1;
-    if (next < path.size()) joints.push_back(result.size() - 1);
-  }
-  const auto rest = path.subspan(next);
-  result.insert(result.end(), rest.begin(), rest.end());
-  return result;
-}
-
-// Stretches around the joints that would move if they were free.
-std::vector<Stretch> PathSearch::stretches_at(std::span<const std::size_t> joints,
-                                              std::span<const Pose> path) {
-  const TrajoptProblem whole = problem_;
-  problem_.goal_attitude_fixed = true;
-  std::vector<bool> pulled(path.size());
-  const std::vector<bool> violating(path.size());
-  for (const std::size_t joint : joints) {
-    const std::size_t first = joint - std::min(joint, kAround);
-    const std::size_t last = std::min(joint + kAround, path.size() - 1);
-    problem_.start = path[first];
-    problem_.goal = path[last];
-    const TrajoptAssessment around = assess(path.subspan(first, last - first + 1));
-    pulled[joint] = around.pulled[joint - first] || around.violating[joint - first];
-  }
-  problem_ = whole;
-  return find_stretches(pulled, violating);
-}
-
-// Stretches that were optimised separately meet in fixed waypoints: those that would move are
-// optimised again with their surroundings.
-void PathSearch::improve(std::vector<Stretch> stretches, std::vector<Pose>& path) {
-  for (int round = 0; round < kMaxRounds && !stretches.empty(); ++round) {
-    std::vector<std::size_t> joints;
-    path = improve_stretches(path, stretches, joints);
-    stretches = stretches_at(joints, path);
-  }
-}
-
-// The waypoints where a path is short of the clearance, and `around` on either side. The path is
-// certified piece by piece, because that is fast.
-std::vector<bool> PathSearch::short_of_clearance(std::span<const Pose> path, std::size_t around) {
-  std::vector<bool> result(path.size());
-  const double cutoff = problem_.limits.clearance + options_.certify.tolerance;
-  for (std::size_t first = 0; first + 1 < path.size(); first += kLongStretch) {
-    const auto piece = path.subspan(first, std::min(kLongStretch + 1, path.size() - first));
-    const Certificate certificate = certify(piece, cutoff);
-    if (certificate.clearance_m >= problem_.limits.clearance - kRounding) continue;
-    const std::size_t at = first + static_cast<std::size_t>(certificate.segment);
-    const std::size_t end = std::min(at + around + 1, path.size());
-    for (std::size_t i = at - std::min(at, around); i < end; ++i) result[i] = true;
-  }
-  return result;
-}
-
-// Solves nothing where the path meets its limits. A path that the optimiser reports as clear is
-// certified once, at the end. If that fails because the true hull is nearer than its outline, the
-// stretches around the failure are tried again with a certificate each, and longer every time.
-PathSearch::Attempt PathSearch::attempt_by_stretches(const std::vector<Pose>& initial) {
-  const TrajoptAssessment first = assess(initial);
-  std::vector<Pose> path = first.path.waypoints;
-  is_provisional_ = true;
-  improve(find_stretches(first.pulled, first.violating), path);
-  is_provisional_ = false;
-  Attempt result;
-  for (int round = 0;; ++round) {
-    result.path.waypoints = path;
-    result.certificate = certify(path, cutoff_);
-    result.good = keeps_clearance(result);
-    if (result.good) return result;
-    if (round == kMaxRounds) break;
-    const std::size_t around = kWider * static_cast<std::size_t>(round);
-    improve(find_stretches(std::vector<bool>(path.size()), short_of_clearance(path, around)), path);
-  }
-  result.path = assess(path).path;
-  if (within_reach(result)) keep_better(attempt_at_once(path), result);
-  return result;
 }
 
 PathSearch::Attempt PathSearch::attempt(const std::vector<Pose>& initial) {
@@ -397,7 +193,7 @@ PathSearch::Attempt PathSearch::attempt_around(
     if (!next) break;
     ++result_.warm_starts;
     last = (this->*from)(*next);
-    keep_better(Attempt(last), best);
+    best.keep_better(Attempt(last));
   }
   return best;
 }
@@ -467,18 +263,19 @@ void PathSearch::search_best_clearance(std::vector<Pose> initial, double bound) 
 
 std::string PathSearch::why_not(bool connected, double bound) const {
   if (!connected) {
-    return fmt::format("blocked: there is no way to the goal, and {} is in the straight one",
+    return fmt::format("blocked: no path leads to the goal; {} obstructs the straight one",
                        name_of(nearest_));
   }
   const std::string best = result_.clearance_m > 0.0
-                               ? fmt::format("the best found keeps {:.2f} m, nearest {}",
+                               ? fmt::format("the best path found keeps {:.2f} m, nearest to {}",
                                              result_.clearance_m, name_of(nearest_))
-                               : fmt::format("all that were found touch {}", name_of(nearest_));
+                               : fmt::format("every path found touches {}", name_of(nearest_));
   if (bound < request_->limits.clearance) {
-    return fmt::format("too tight for {:.2f} m (at most {:.2f} m is possible); {}",
+    return fmt::format("too narrow for a clearance of {:.2f} m (at most {:.2f} m is possible); {}",
                        request_->limits.clearance, std::max(bound, 0.0), best);
   }
-  return fmt::format("no path found that keeps {:.2f} m; {}", request_->limits.clearance, best);
+  return fmt::format("no path found with a clearance of {:.2f} m; {}", request_->limits.clearance,
+                     best);
 }
 
 PlanResult PathSearch::run(const PlanRequest& request, double start_clearance,
@@ -504,9 +301,10 @@ PlanResult PathSearch::run(const PlanRequest& request, double start_clearance,
   if (found) {
     classify();
   } else if (start_clearance_ < request.limits.clearance) {
-    result_.reason += fmt::format("; the start itself has {:.2f} m", start_clearance_);
+    result_.reason +=
+        fmt::format("; the start itself has a clearance of {:.2f} m", start_clearance_);
   }
-  result_.length_m = length_of(result_.waypoints);
+  result_.length_m = path_length(result_.waypoints);
   return std::move(result_);
 }
 

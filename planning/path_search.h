@@ -34,14 +34,38 @@ class PathSearch {
     TrajoptResult path;
     Certificate certificate;
     bool good = false;  ///< True if certified for the clearance that was tried.
+
+    /// Replaces this attempt by `other` if that one is good, or nearer to it.
+    void keep_better(Attempt&& other);
   };
 
   [[nodiscard]] Certifier& certifier() { return certifier_; }
   [[nodiscard]] std::string name_of(int obstacle) const;
 
  private:
+  static constexpr double kRounding = 1e-9;  ///< Rounding error of a clearance bound, m.
+
+  // path_search.cpp: attempts from an initial path, and where initial paths come from.
   [[nodiscard]] Attempt attempt(const std::vector<Pose>& initial);
   [[nodiscard]] Attempt attempt_at_once(const std::vector<Pose>& initial);
+  [[nodiscard]] Certificate certify(std::span<const Pose> path, double cutoff);
+  [[nodiscard]] TrajoptAssessment assess(std::span<const Pose> path);
+  [[nodiscard]] Attempt optimise(std::span<const Pose> initial);
+  [[nodiscard]] Attempt attempt_around(Attempt failed,
+                                       Attempt (PathSearch::*from)(const std::vector<Pose>&));
+  void reroll(std::span<const Pose> path, Attempt& best);
+  void refine(int times, Attempt& best);
+  [[nodiscard]] bool split(const Attempt& attempt, std::vector<Pose>& waypoints) const;
+  [[nodiscard]] bool within_reach(const Attempt& attempt) const;
+  bool consider(const std::vector<Pose>& initial);
+  void take_last();
+  bool search_warm_starts();
+  std::optional<std::vector<Pose>> warm_start(std::vector<VirtualObstacle>& avoid, int number);
+  [[nodiscard]] bool search_widest();
+  void search_best_clearance(std::vector<Pose> initial, double bound);
+  [[nodiscard]] std::string why_not(bool connected, double bound) const;
+
+  // path_search_stretches.cpp
   [[nodiscard]] Attempt attempt_by_stretches(const std::vector<Pose>& initial);
   void improve(std::vector<Stretch> stretches, std::vector<Pose>& path);
   [[nodiscard]] std::vector<Pose> improve_stretches(std::span<const Pose> path,
@@ -53,26 +77,12 @@ class PathSearch {
                                                      std::size_t around);
   [[nodiscard]] std::vector<Stretch> stretches_at(std::span<const std::size_t> joints,
                                                   std::span<const Pose> path);
-  [[nodiscard]] Certificate certify(std::span<const Pose> path, double cutoff);
-  [[nodiscard]] TrajoptAssessment assess(std::span<const Pose> path);
-  [[nodiscard]] Attempt optimise(std::span<const Pose> initial);
-  [[nodiscard]] Attempt attempt_around(Attempt failed,
-                                       Attempt (PathSearch::*from)(const std::vector<Pose>&));
-  void reroll(std::span<const Pose> path, Attempt& best);
-  void refine(int times, Attempt& best);
-  [[nodiscard]] bool split(const Attempt& attempt, std::vector<Pose>& waypoints) const;
+
+  // path_search_clearance.cpp
   [[nodiscard]] bool keeps_clearance(const Attempt& attempt);
   [[nodiscard]] std::size_t first_clear(std::span<const Pose> waypoints);
   void classify();
   [[nodiscard]] NarrowPart narrow_part();
-  [[nodiscard]] bool within_reach(const Attempt& attempt) const;
-  bool consider(const std::vector<Pose>& initial);
-  void take_last();
-  bool search_warm_starts();
-  std::optional<std::vector<Pose>> warm_start(std::vector<VirtualObstacle>& avoid, int number);
-  [[nodiscard]] bool search_widest();
-  void search_best_clearance(std::vector<Pose> initial, double bound);
-  [[nodiscard]] std::string why_not(bool connected, double bound) const;
 
   const World& world_;
   const PlannerOptions& options_;

@@ -1,10 +1,11 @@
 #pragma once
-// A question to the planner and its answer. Both are the same values from the behaviour that asks
-// to the planner and back, and in the log: nothing in them depends on the machine. What a plan has
-// cost stands in PlannerStatistics (planner.h).
+// A request to the planner and its result. Both are the same values in the behaviour that makes the
+// request, in the planner and in the log: nothing in them depends on the machine. The time that a
+// plan took is in PlannerStatistics (planner.h).
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,23 +17,25 @@ namespace dive::planning {
 struct PlanRequest {
   Pose start;                        ///< X_WB
   Pose goal;                         ///< X_WB; without a fixed attitude only its position counts.
-  bool goal_attitude_fixed = false;  ///< Whether the goal's attitude must be reached as well.
+  bool goal_attitude_fixed = false;  ///< True if the goal's attitude must be reached as well.
   MotionLimits limits;
   std::uint64_t seed = 1;      ///< Seed of the planner's random draws.
   std::vector<Pose> previous;  ///< Path to start from (replanning), X_WB; may be empty.
 };
 
-/// Share of D_min: a start that has less may lose nothing on its way to where there is D_min again.
+/// Share of D_min: a path from a start with less clearance than this may not lose any before it
+/// reaches D_min.
 inline constexpr double kMinStartClearance = 0.85;
-/// Longest way from such a start to where there is D_min again, m.
+/// Largest length of path from such a start to the first place with D_min, m.
 inline constexpr double kMaxReducedLength = 2.0;
 
 enum class PlanStatus {
   kSuccess,  ///< The path is certified at D_min or better.
-  kReduced,  ///< The start lacks D_min: the path leaves it at no less than the lesser of what the
-             ///< start has and kMinStartClearance, and then keeps D_min; see `reduced`.
-  kNoPath,   ///< None: blocked, too tight, or none found within the bound; see `reason`.
-  kInvalid,  ///< The question makes no sense: NaN, start or goal in collision, out of limits.
+  kReduced,  ///< The start lacks D_min: the path first keeps the start's clearance, or
+             ///< kMinStartClearance of D_min if the start has more, and then D_min; see `reduced`.
+  kNoPath,   ///< Blocked, too narrow, or no path found within the bounds of the search; see
+             ///< `reason`.
+  kInvalid,  ///< Invalid request: NaN, start or goal in collision, out of limits.
 };
 
 [[nodiscard]] const char* to_string(PlanStatus status);
@@ -42,11 +45,14 @@ enum class PlanStatus {
   return status == PlanStatus::kSuccess || status == PlanStatus::kReduced;
 }
 
+/// Length of the polyline through the waypoints' positions, m.
+[[nodiscard]] double path_length(std::span<const Pose> waypoints);
+
 /// The part of a kReduced path that is nearer to something than D_min. It begins at the start.
 struct NarrowPart {
   double length_m = 0.0;  ///< Length along the path, m; what follows keeps D_min.
   Eigen::Vector3d place_W = Eigen::Vector3d::Zero();  ///< B's origin where the hull is nearest, m.
-  std::string obstacle;                               ///< Name of what is nearest there.
+  std::string obstacle;                               ///< Name of the nearest obstacle there.
 };
 
 struct PlanResult {
@@ -54,9 +60,9 @@ struct PlanResult {
   /// The path may be followed: a success, or reduced and at no less than `reduced_clearance`.
   bool accepted = false;
   std::string reason;                 ///< Why there is no path, or only a reduced one.
-  std::optional<NarrowPart> reduced;  ///< On kReduced: where `clearance_m` is all there is.
-  /// X_WB along the path. Of a plan that is not accepted: the best that was found, to be looked at
-  /// only; PlannerService leaves it out.
+  std::optional<NarrowPart> reduced;  ///< With kReduced: the part of the path short of D_min.
+  /// X_WB along the path. In a plan that is not accepted, the best path found, for display only;
+  /// PlannerService removes it.
   std::vector<Pose> waypoints;
   double clearance_m = 0.0;  ///< Certified clearance, m; on kNoPath that of the best found.
   double length_m = 0.0;     ///< Length of the path, m.

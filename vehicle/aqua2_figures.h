@@ -58,7 +58,7 @@ struct Aqua2Figures {
   /// drag, and so thrust, is proportional to the square of the speed.
   [[nodiscard]] double cruise_power_w(double speed_fraction) const {
     const double thrust = flipper_thrust(surge_amplitude) * speed_fraction * speed_fraction;
-    return hotel_load_w + 6.0 * thrust_power * std::pow(thrust, 1.5);
+    return hotel_load_w + 6.0 * thrust_power * thrust * std::sqrt(thrust);
   }
 };
 

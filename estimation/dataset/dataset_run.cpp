@@ -223,6 +223,68 @@ const RecordedImage* beside(const std::vector<RecordedImage>& images, Utime utim
   return &*it;
 }
 
+// The images of one exposure, as far as the runner needs them.
+struct Exposure {
+  std::optional<ImageFrame> left;
+  std::optional<ImageFrame> right;
+};
+
+tl::expected<Exposure, std::string> read_exposure(const AslDataset& dataset,
+                                                  const RecordedImage& image, bool mono) {
+  Exposure exposure;
+  auto left = read_image(image, 0);
+  if (!left) return Failure(left.error());
+  exposure.left = std::move(*left);
+  const RecordedImage* other =
+      mono || dataset.cameras.size() < 2 ? nullptr : beside(dataset.cameras[1].images, image.utime);
+  if (other == nullptr) return exposure;
+  auto right = read_image(*other, 1);
+  if (!right) return Failure(right.error());
+  exposure.right = std::move(*right);
+  return exposure;
+}
+
+// Feeds IMU and depth samples to a runner, in order of time.
+class SampleFeed {
+ public:
+  /// `begin`: time of the initial attitude `q_WB`; earlier IMU samples are left out.
+  SampleFeed(const AslDataset& dataset, bool use_depth, Utime begin,
+             std::optional<Quaterniond> q_WB)
+      : dataset_(dataset),
+        use_depth_(use_depth),
+        begin_(begin),
+        attitude_(std::move(q_WB)),
+        imu_(dataset.imu.begin()),
+        depth_(dataset.depth.begin()) {}
+
+  /// Up to and including the first IMU sample after an image.
+  void feed_image(Utime utime, Runner& runner) {
+    feed(utime, runner);
+    if (imu_ != dataset_.imu.end()) feed(imu_->utime, runner);
+  }
+
+ private:
+  void feed(Utime until, Runner& runner) {
+    while (imu_ != dataset_.imu.end() && imu_->utime <= until) {
+      for (; use_depth_ && depth_ != dataset_.depth.end() && depth_->utime <= imu_->utime;
+           ++depth_) {
+        runner.add(*depth_);
+      }
+      ImuSample sample = *imu_++;
+      if (sample.utime < begin_) continue;
+      attitude_.add_to(sample);
+      runner.add(sample);
+    }
+  }
+
+  const AslDataset& dataset_;
+  bool use_depth_;
+  Utime begin_;
+  PredictedAttitude attitude_;
+  std::vector<ImuSample>::const_iterator imu_;
+  std::vector<DepthSample>::const_iterator depth_;
+};
+
 void take_note(const ImageQuality& quality, DatasetRun& run) {
   run.mean_features += quality.tracked + quality.added;
   if (quality.fault == ImageFault::kNone) return;
@@ -281,41 +343,18 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
   DatasetRun run;
   std::optional<Quaterniond> q_WB;
   if (truth && truth->has_attitude) q_WB = truth->X_WB.q;
-  PredictedAttitude attitude(q_WB);
-  auto imu = dataset.imu.begin();
-  auto depth = dataset.depth.begin();
-  const auto feed = [&](Utime until) {
-    while (imu != dataset.imu.end() && imu->utime <= until) {
-      for (; options.use_depth && depth != dataset.depth.end() && depth->utime <= imu->utime;
-           ++depth) {
-        runner.add(*depth);
-      }
-      ImuSample sample = *imu++;
-      if (sample.utime < begin) continue;  // before the time of the initial attitude
-      attitude.add_to(sample);
-      runner.add(sample);
-    }
-  };
+  SampleFeed samples(dataset, options.use_depth, begin, q_WB);
   for (const RecordedImage& image : images) {
     ++run.frames;
     if (image.utime < begin) continue;
-    feed(image.utime);
-    if (imu != dataset.imu.end()) feed(imu->utime);  // the first sample after the image
-    std::optional<ImageFrame> left;
-    std::optional<ImageFrame> right;
+    samples.feed_image(image.utime, runner);
+    Exposure exposure;
     if (runner.needs_images()) {
-      auto read = read_image(image, 0);
+      auto read = read_exposure(dataset, image, options.mono);
       if (!read) return Failure(read.error());
-      left = std::move(*read);
-      const RecordedImage* other = options.mono || dataset.cameras.size() < 2
-                                       ? nullptr
-                                       : beside(dataset.cameras[1].images, image.utime);
-      if (other != nullptr) {
-        auto read_right = read_image(*other, 1);
-        if (!read_right) return Failure(read_right.error());
-        right = std::move(*read_right);
-      }
+      exposure = std::move(*read);
     }
+    const auto& [left, right] = exposure;
     const Utime before = clock.now();
     if (left) take_note(runner.add(*left, right ? &*right : nullptr), run);
     const StateEstimate& estimate = runner.update(image.utime);

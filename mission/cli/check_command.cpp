@@ -24,7 +24,7 @@ void print_report(const CheckReport& report) {
                       leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
                       leg.plan.warm_starts));
   }
-  print(fmt::format("  abort  longest way out {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
+  print(fmt::format("  abort  longest exit path {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
                     report.exit_path.longest_m, report.exit_path.longest_s, report.exit_path.state,
                     report.exit_path.clearance_m));
   const Budget& budget = report.budget;

@@ -44,7 +44,8 @@ struct PlanArguments {
 /// Common arguments of the commands that use LCM.
 struct LinkArguments {
   std::string url;
-  std::string key;  ///< File of the key shared by topside and executive.
+  std::string key;        ///< File of the key that all processes of a dive share.
+  bool insecure = false;  ///< Packets may leave the machine without a key.
   bool lockstep = false;
   double time_factor = 1.0;  ///< Factor on real time.
 };

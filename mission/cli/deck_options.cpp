@@ -180,7 +180,8 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       "  dive replay dive-runs/window-seed1.lcmlog\n"
       "  dive replay dive-runs/window-seed1.lcmlog --mission window-changed.xml\n\n"
       "Feeds the inputs of a log to a new executive and compares every output bit for bit. Exit\n"
-      "status 0: identical; 1: different, with the first difference, or damaged, with each gap.");
+      "status 0: identical; 1: different, with the first difference, or damaged, with each gap;\n"
+      "2: unreadable, or different because log and program differ in their mathematics.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();

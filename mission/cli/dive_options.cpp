@@ -26,8 +26,15 @@ void add_pace(CLI::App* command, LinkArguments& arguments) {
 }
 
 void add_key(CLI::App* command, LinkArguments& arguments) {
-  command->add_option("--key", arguments.key, "Key file shared by topside and vehicle")
+  command
+      ->add_option("--key", arguments.key,
+                   "Key file that all processes of the dive share: authenticates every packet")
       ->type_name("FILE");
+}
+
+void add_insecure(CLI::App* command, LinkArguments& arguments) {
+  command->add_flag("--insecure", arguments.insecure,
+                    "Let packets leave the machine without a key: anyone can command the vehicle");
 }
 
 /// Options of run that apply to the built-in simulator alone.
@@ -73,6 +80,7 @@ void add_vehicle(CLI::App* command, RunArguments& arguments) {
           "with estimator=\"visual_inertial\"")
       ->type_name("DIR");
   add_key(command, arguments.link);
+  add_insecure(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep, "Lock-step with dive sim --lockstep");
   add_pace(command, arguments.link);
   command->add_flag("--stats", arguments.stats,
@@ -102,7 +110,7 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "  dive run missions/wreck.xml --record wreck-data --simulated-water dark_wreck\n"
       "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n"
       "  dive run missions/wreck_unknown.xml --diver 20:4,5,-12:1,5,-12\n"
-      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key topside.key\n\n"
+      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key dive.key\n\n"
       "Dives a mission in the built-in simulator, or a vehicle over LCM. Exit status 0: it ended "
       "as\n"
       "planned; 1: it failed or was aborted. In an unknown environment the observed map is saved\n"
@@ -178,6 +186,7 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
                    "commands, and its clock starts at 0 again, e.g. 2@30")
       ->type_name("AWAY@SECONDS");
   add_url(command, arguments.link);
+  add_key(command, arguments.link);
   command->add_flag("--lockstep", arguments.link.lockstep,
                     "Wait for the executive's command at every tick");
   add_pace(command, arguments.link);
@@ -188,7 +197,7 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "supervise",
       "Examples:\n"
-      "  dive supervise --lcm 'udpm://239.255.76.67:7667?ttl=0'\n\n"
+      "  dive supervise --key dive.key --lcm 'udpm://239.255.76.67:7667?ttl=1'\n\n"
       "When the executive dies or hangs: holds the vehicle, gives it back to an executive that\n"
       "recovers or is restarted, and otherwise brings it home: along the exit path to open water,\n"
       "then up. Exit status 0 when the executive finished, 1 when it had to bring the vehicle\n"
@@ -199,6 +208,8 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
       ->type_name("SECONDS")
       ->check(CLI::Range(0.2, 2.0).description(""));
   add_url(command, arguments.link);
+  add_key(command, arguments.link);
+  add_insecure(command, arguments.link);
   add_pace(command, arguments.link);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
@@ -206,15 +217,15 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
 void add_topside(CLI::App& app, TopsideArguments& arguments) {
   for (const auto& [name, sentence] : kTopside) {
     const std::string word = name;
-    const bool takes_key = word != "status";
-    CLI::App* command = app.add_subcommand(
-        word, fmt::format("Examples:\n  dive {}{}\n\n{}", word,
-                          takes_key && word != "abort" ? " --key topside.key" : "", sentence));
+    const bool needs_key = word != "status" && word != "abort";
+    CLI::App* command =
+        app.add_subcommand(word, fmt::format("Examples:\n  dive {}{}\n\n{}", word,
+                                             needs_key ? " --key dive.key" : "", sentence));
     command->add_option("--timeout", arguments.timeout_s, "Maximum time to wait (default: 5)")
         ->type_name("SECONDS")
         ->check(CLI::Range(0.1, 600.0).description(""));
     add_url(command, arguments.link);
-    if (takes_key) add_key(command, arguments.link);
+    add_key(command, arguments.link);
     command->add_flag("--json", arguments.json, "One JSON object on stdout");
     command->callback([&arguments, word] { arguments.command = word; });
   }
@@ -224,8 +235,9 @@ void add_new_key(CLI::App& app, std::string& path) {
   CLI::App* command =
       app.add_subcommand("key",
                          "Examples:\n"
-                         "  dive key topside.key\n\n"
-                         "Creates the key with which topside may pause, resume and skip.");
+                         "  dive key dive.key\n\n"
+                         "Creates the key with which the processes of a dive authenticate their\n"
+                         "packets, and topside its requests.");
   command->add_option("FILE", path, "File to create")->type_name("FILE")->required();
 }
 

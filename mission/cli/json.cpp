@@ -204,13 +204,18 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
 Json to_json(const ReplayReport& report) {
   Json divergence = nullptr;
   if (!report.first_divergence.empty()) divergence = report.first_divergence;
+  Json difference = nullptr;
+  if (!report.mathematics_difference.empty()) difference = report.mathematics_difference;
   return {{"identical", report.identical},
           {"events", report.events},
           {"ticks", report.ticks},
           {"replayed", report.replayed},
           {"torn", report.torn},
           {"gaps", to_json(report.gaps)},
-          {"first_divergence", std::move(divergence)}};
+          {"first_divergence", std::move(divergence)},
+          {"mathematics",
+           {{"log", report.logged_mathematics}, {"replay", report.replayed_mathematics}}},
+          {"mathematics_difference", std::move(difference)}};
 }
 
 Json to_json(const std::vector<LogGap>& gaps) {

@@ -13,6 +13,7 @@
 #include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
+#include "mission/cli/open_link.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/supervisor.h"
 #include "mission/link/topside.h"
@@ -30,22 +31,6 @@ namespace {
 std::atomic<bool> interrupted = false;
 
 void interrupt(int /*signal*/) { interrupted = true; }
-
-std::optional<link::Bus> open_bus(const std::string& url) {
-  tl::expected<link::Bus, std::string> bus = link::Bus::open(url);
-  if (bus) return std::move(*bus);
-  complain(bus.error());
-  return std::nullopt;
-}
-
-/// No key if no file is named; prints an error and returns nothing if it cannot be read.
-std::optional<std::optional<link::Key>> open_key(const std::string& path) {
-  if (path.empty()) return std::optional<link::Key>();
-  const tl::expected<link::Key, std::string> key = link::read_key(path);
-  if (key) return *key;
-  complain(key.error());
-  return std::nullopt;
-}
 
 /// Two numbers of s, `first`@`at`; prints an error and returns nothing if they are none.
 struct TimedValue {
@@ -272,7 +257,7 @@ int run_sim(const SimArguments& arguments) {
   }
   if (!arguments.calibration.empty()) return write_calibration(arguments, settings);
   const vehicle::Model model = load_vehicle();
-  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kVehicle);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.time_factor);
   std::signal(SIGINT, interrupt);
@@ -292,7 +277,7 @@ int run_sim(const SimArguments& arguments) {
 int run_supervise(const SuperviseArguments& arguments) {
   if (!set_realtime_priority())
     note("dive: not permitted to run before other processes (root, or rtprio)");
-  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kSupervisor);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.time_factor);
   std::signal(SIGINT, interrupt);
@@ -319,9 +304,7 @@ int run_supervise(const SuperviseArguments& arguments) {
 }
 
 int run_topside(const TopsideArguments& arguments) {
-  const std::optional<std::optional<link::Key>> key = open_key(arguments.link.key);
-  if (!key) return kExitUsage;
-  std::optional<link::Bus> bus = open_bus(arguments.link.url);
+  std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kTopside);
   if (!bus) return kExitUsage;
   SteadyClock clock;
   if (arguments.command == "status") return print_status(*bus, clock, arguments);
@@ -330,7 +313,7 @@ int run_topside(const TopsideArguments& arguments) {
     if (arguments.command == kOperatorCommandNames[i]) command = static_cast<OperatorCommand>(i);
   }
   const tl::expected<link::RequestResult, std::string> result =
-      ask(command, *key, *bus, clock, arguments.timeout_s);
+      ask(command, *bus, clock, arguments.timeout_s);
   if (!result) {
     complain(result.error());
     return kExitFailed;

@@ -40,7 +40,12 @@ Json to_json(const LinkStats& stats) {
                  {"max", quantile(stats.lateness_ms, 1.0)}}},
                {"abort_ms", quantile(stats.abort_ms, 1.0)},
                {"clock_jumps", stats.clock_jumps},
-               {"malformed", stats.malformed},
+               {"malformed", stats.rejections.malformed},
+               {"rejected",
+                {{"unauthenticated", stats.rejections.unauthenticated},
+                 {"repeated", stats.rejections.repeated},
+                 {"unconfirmed", stats.rejections.unconfirmed},
+                 {"crowded_out", stats.rejections.crowded_out}}},
                {"refused",
                 {{"auth_failed", stats.refused.auth_failed},
                  {"replayed", stats.refused.replayed},
@@ -68,10 +73,16 @@ std::vector<std::string> describe(const LinkStats& stats) {
   }
   const link::Refusals& refused = stats.refused;
   lines.push_back(fmt::format(
-      "operator requests refused: {} forged, {} replayed, {} stale; {} abort(s) too many; {} "
-      "malformed packet(s), {} jump(s) of a sensor's clock",
-      refused.auth_failed, refused.replayed, refused.stale, refused.rate_limited, stats.malformed,
+      "operator requests refused: {} not authenticated, {} repeated, {} too late; {} abort(s) too "
+      "many; {} jump(s) of a sensor's clock",
+      refused.auth_failed, refused.replayed, refused.stale, refused.rate_limited,
       stats.clock_jumps));
+  const link::Rejections& rejections = stats.rejections;
+  lines.push_back(fmt::format(
+      "packets rejected: {} malformed, {} not authenticated, {} repeated, {} of senders not "
+      "confirmed, {} beyond their sender's allowance",
+      rejections.malformed, rejections.unauthenticated, rejections.repeated, rejections.unconfirmed,
+      rejections.crowded_out));
   if (!stats.cameras) return lines;
   const CameraInboxStats& cameras = *stats.cameras;
   lines.push_back(fmt::format(

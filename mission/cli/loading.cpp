@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "common/mathematics.h"
 #include "common/suggest.h"
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
@@ -71,6 +72,7 @@ std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnost
 LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   LogHeader header;
   header.version = DIVE_VERSION;
+  header.mathematics = mathematics();
   header.seed = seed;
   header.mission_name = std::filesystem::path(loaded.mission.source.path()).filename().string();
   header.mission_xml = loaded.mission.source.content();

@@ -14,23 +14,37 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 void print_report(const std::string& log, const ReplayReport& report) {
-  const char* verdict = report.identical                   ? "identical"
-                        : !report.first_divergence.empty() ? "DIVERGES"
-                        : !report.gaps.empty()             ? "DAMAGED"
-                                                           : "EMPTY";
+  const char* verdict = report.identical                         ? "identical"
+                        : !report.first_divergence.empty()       ? "DIVERGES"
+                        : !report.mathematics_difference.empty() ? "OTHER MATHEMATICS"
+                        : !report.gaps.empty()                   ? "DAMAGED"
+                                                                 : "EMPTY";
   print(fmt::format("{}: {} ({} ticks, {} events{})", log, verdict, report.ticks, report.events,
                     report.torn ? ", the log ends within a tick" : ""));
   if (!report.first_divergence.empty()) print("  first at " + report.first_divergence);
+  if (!report.mathematics_difference.empty()) {
+    print(
+        fmt::format("  the log was made with mathematics {}, this program has {}; so the log can "
+                    "be verified only by a program with the former",
+                    report.logged_mathematics, report.replayed_mathematics));
+    print("  first difference at " + report.mathematics_difference);
+  }
   for (const LogGap& gap : report.gaps) {
     const std::string to =
         gap.to ? fmt::format("to {:.2f} s", to_seconds(*gap.to)) : std::string("to the end");
     print(fmt::format("  gap from {:.2f} s {}: {} bytes at offset {} are damaged or missing",
                       to_seconds(gap.from), to, gap.bytes, gap.offset));
   }
-  if (report.replayed < report.ticks && report.first_divergence.empty()) {
+  if (report.replayed < report.ticks && report.first_divergence.empty() &&
+      report.mathematics_difference.empty()) {
     print(fmt::format("  {} ticks before the first gap are identical, {} after it were not re-run",
                       report.replayed, report.ticks - report.replayed));
   }
+}
+
+int exit_status(const ReplayReport& report) {
+  if (!report.mathematics_difference.empty()) return kExitUsage;
+  return report.identical ? kExitSuccess : kExitFailed;
 }
 
 std::string in_words(const TimedTransition& transition) {
@@ -69,7 +83,7 @@ int print_what_if(const ReplayArguments& arguments, LogReader& log) {
     for (auto it = logged; it != what_if->logged.end(); ++it) print("  - " + in_words(*it));
     for (auto it = replayed; it != what_if->replayed.end(); ++it) print("  + " + in_words(*it));
   }
-  return what_if->report.identical ? kExitSuccess : kExitFailed;
+  return exit_status(what_if->report);
 }
 
 }  // namespace
@@ -91,7 +105,7 @@ int run_replay(const ReplayArguments& arguments) {
   } else {
     print_report(arguments.log, *report);
   }
-  return report->identical ? kExitSuccess : kExitFailed;
+  return exit_status(*report);
 }
 
 }  // namespace dive::mission

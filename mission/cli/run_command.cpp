@@ -14,6 +14,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
+#include "mission/cli/open_link.h"
 #include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
@@ -22,7 +23,6 @@
 #include "mission/simulation/simulated_dive.h"
 #include "planning/mapping/save_map.h"
 #include "planning/world/scene.h"
-#include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
 namespace dive::mission {
@@ -182,20 +182,12 @@ std::optional<estimation::VisionOptions> read_vision(const std::string& folder) 
   return std::nullopt;
 }
 
-/// Settings for a real vehicle; prints an error and returns nothing if something is wrong.
-std::optional<LinkSettings> link_settings(const RunArguments& arguments,
-                                          const Recording& recording) {
+/// Settings for a vehicle over LCM.
+LinkSettings link_settings(const RunArguments& arguments, const Recording& recording) {
   LinkSettings settings;
   settings.seed = recording.seed();
   settings.resume = recording.resume();
   settings.lockstep = arguments.link.lockstep;
-  if (arguments.link.key.empty()) return settings;
-  const tl::expected<link::Key, std::string> key = link::read_key(arguments.link.key);
-  if (!key) {
-    complain(key.error());
-    return std::nullopt;
-  }
-  settings.key = *key;
   return settings;
 }
 
@@ -224,24 +216,21 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         "dive: not permitted to run before other processes: commands may come late under load "
         "(run as root, or with an rtprio limit)");
   }
-  tl::expected<link::Bus, std::string> bus = link::Bus::open(
-      arguments.link.url, uses_visual_inertial(loaded.mission) ? link::Bus::kImageBuffer : 0);
-  if (!bus) {
-    complain(bus.error());
-    return kExitUsage;
-  }
+  std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kExecutive);
+  if (!bus) return kExitUsage;
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
-  std::optional<LinkSettings> settings = link_settings(arguments, *recording);
-  if (!settings) return kExitUsage;
-  settings->vision = vision;
-  if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
+  LinkSettings settings = link_settings(arguments, *recording);
+  settings.vision = vision;
+  if (!bus->has_key()) {
+    note("dive: no --key: packets are not authenticated, and topside may abort, and nothing else");
+  }
   FastClock clock(arguments.link.time_factor);
   LinkedResult result;
   {
     DiveProgress progress;
     result = dive_over_link(
-        loaded.mission, loaded.world, loaded.model, *settings, *bus, clock,
+        loaded.mission, loaded.world, loaded.model, settings, *bus, clock,
         [&](const StepInputs& inputs, const StepOutputs& outputs,
             const std::optional<link::Truth>& truth) {
           recording->write(inputs, outputs, truth);
@@ -257,7 +246,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
-    json["seed"] = settings->seed;
+    json["seed"] = settings.seed;
     if (map) json["map"] = *map;
     print_json(json);
   } else {
@@ -319,6 +308,13 @@ bool fit_mission(const RunArguments& arguments, const Mission& mission) {
     complain(
         fmt::format("{}: its estimator is primitive, which needs no --cameras: leave them out, or "
                     "write estimator=\"visual_inertial\"",
+                    arguments.mission));
+    return false;
+  }
+  if (is_linked && arguments.link.key.empty() && mission.abort_authority == AbortAuthority::kKey) {
+    complain(
+        fmt::format("{}: it accepts an abort only with the key (<operator abort=\"key\"/>): give "
+                    "--key FILE",
                     arguments.mission));
     return false;
   }

@@ -145,6 +145,9 @@ enum class UnknownPolicy {
 /// Behaviour of an executive after a restart.
 enum class ResumePolicy { kContinue, kHold, kSurface };
 
+/// Whose abort is accepted on a link with a key.
+enum class AbortAuthority { kAnyone, kKey };
+
 /// Indexed by behaviors::FailsafeKind. A failsafe that is not listed keeps its default policy.
 struct Failsafes {
   behaviors::FailsafePolicies policies = behaviors::default_policies();
@@ -185,6 +188,7 @@ struct Mission {
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;
+  AbortAuthority abort_authority = AbortAuthority::kAnyone;
   ResumePolicy resume = ResumePolicy::kSurface;
   Located<double> max_gap_s;     ///< After a longer gap the vehicle surfaces, whatever the policy.
   Located<std::string> initial;  ///< Initial state.

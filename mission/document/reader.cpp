@@ -36,6 +36,7 @@ class Reader {
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);
+    read_operator(root, mission);
     read_resume(root, mission);
     const XmlElement& states = *root.child("states");
     mission.initial = attributes_.name(states, "initial");
@@ -129,6 +130,14 @@ class Reader {
   ReplanPolicy replan(const XmlElement& root) const {
     const XmlElement* element = root.child("replan");
     return attributes_.replan(element != nullptr ? *element : absent(root, "Replan"));
+  }
+
+  void read_operator(const XmlElement& root, Mission& mission) const {
+    const XmlElement* element = root.child("operator");
+    const XmlElement written = element != nullptr ? *element : absent(root, "Operator");
+    mission.abort_authority = attributes_.name(written, "abort").value == "key"
+                                  ? AbortAuthority::kKey
+                                  : AbortAuthority::kAnyone;
   }
 
   void read_resume(const XmlElement& root, Mission& mission) const {

@@ -105,4 +105,10 @@ std::set<std::string> possible_events(const StateIndex& index) {
   return events;
 }
 
+Span span_of_state(const Mission& mission, const std::string& id) {
+  const StateIndex index(mission);
+  const int state = index.find(id);
+  return state < 0 ? mission.initial.span : index.spec(state).id.span;
+}
+
 }  // namespace dive::mission

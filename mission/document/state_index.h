@@ -60,6 +60,9 @@ class StateIndex {
 [[nodiscard]] std::vector<const ActionSpec*> actions_of(const StateSpec& spec);
 /// The timeout, or nullptr.
 [[nodiscard]] const Timeout* state_timeout(const StateSpec& spec);
+/// Span of the state's id in the mission file; span of the mission's `initial` if no state has this
+/// id.
+[[nodiscard]] Span span_of_state(const Mission& mission, const std::string& id);
 /// The goals of a state in the order in which they are visited; empty for a state without.
 [[nodiscard]] std::vector<const Goal*> goals_of(const StateSpec& spec);
 

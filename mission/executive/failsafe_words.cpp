@@ -55,7 +55,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kOperatorAbort:
       return "topside says abort";
     case FailsafeKind::kRetraceFailure:
-      return fmt::format("there is no way out: {}", situation.retrace_failure);
+      return fmt::format("there is no exit path: {}", situation.retrace_failure);
     case FailsafeKind::kInternalError:
       return situation.internal_error;
   }

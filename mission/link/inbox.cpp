@@ -1,9 +1,24 @@
 #include "mission/link/inbox.h"
 
+#include <algorithm>
+
 namespace dive::mission {
 namespace {
 
-constexpr std::size_t kMaxRequests = 8;  // limit of requests that wait for a later tick
+constexpr std::size_t kMaxRequests = 8;  // authentic ones that wait for a later tick, and others
+// Names of what is touched in one tick; bytes.
+constexpr std::size_t kMaxTruth = 1U << 20U;
+
+std::optional<Inbox::Request> take_from(std::deque<Inbox::Request>& requests) {
+  if (requests.empty()) return std::nullopt;
+  auto next = std::ranges::find_if(requests, [](const Inbox::Request& request) {
+    return request.request.command == OperatorCommand::kAbort;
+  });
+  if (next == requests.end()) next = requests.begin();
+  const Inbox::Request taken = *next;
+  requests.erase(next);
+  return taken;
+}
 
 }  // namespace
 
@@ -13,16 +28,17 @@ Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
   listen_to_sensors(bus);
   if (image_bytes) listen_to_cameras(bus, *image_bytes);
   bus.listen<link::Truth>(
-      link::channel::kTruth, [this](const link::Truth& truth) { keep(truth); },
-      link::kMaxTruthPacket);
+      link::channel::kTruth, [this](const link::Truth& truth) { keep(truth); }, kMaxTruth);
   bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
     is_asked_again_ = tick_ && tick_->utime == tick.utime;
     if (!tick_ || tick.utime >= tick_->utime) tick_ = tick;
   });
-  bus.listen<link::OperatorRequest>(link::channel::kRequest,
-                                    [this](const link::OperatorRequest& request) {
-                                      keep(Request{request, clock_.now()});
-                                    });
+  bus.listen<link::OperatorRequest>(
+      link::channel::kRequest,
+      [this, &bus](const link::OperatorRequest& request) {
+        keep(Request{request, bus.sender().trust, clock_.now()});
+      },
+      link::Bus::kMaxFixedSize, link::Access::kAnyone);
 }
 
 void Inbox::listen_to_sensors(link::Bus& bus) {
@@ -100,13 +116,19 @@ int Inbox::clock_jumps() const {
          (cameras_ ? cameras_->clock_jumps() : 0);
 }
 
-// A flood of other requests never displaces an abort.
+// A flood of other requests never displaces an abort, and anonymous ones never an authentic one.
 void Inbox::keep(const Request& request) {
-  if (requests_.size() < kMaxRequests) {
-    requests_.push_back(request);
+  auto& requests = request.trust == link::Trust::kAuthentic ? requests_ : anonymous_requests_;
+  if (requests.size() < kMaxRequests) {
+    requests.push_back(request);
   } else if (request.request.command == OperatorCommand::kAbort) {
-    requests_.back() = request;
+    requests.back() = request;
   }
+}
+
+std::optional<Inbox::Request> Inbox::take_request() {
+  std::optional<Request> request = take_from(requests_);
+  return request ? request : take_from(anonymous_requests_);
 }
 
 // In lock-step the same truth arrives more than once.

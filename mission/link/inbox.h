@@ -31,6 +31,7 @@ class Inbox {
 
   struct Request {
     link::OperatorRequest request;
+    link::Trust trust = link::Trust::kAnonymous;
     Utime arrived = 0;
   };
 
@@ -58,7 +59,8 @@ class Inbox {
   }
   [[nodiscard]] const std::optional<CameraInbox>& cameras() const { return cameras_; }
 
-  [[nodiscard]] std::deque<Request>& requests() { return requests_; }
+  /// The next request: authentic ones first, and an abort before all others.
+  [[nodiscard]] std::optional<Request> take_request();
   /// The newest message, with all contacts since the last call.
   [[nodiscard]] std::optional<link::Truth> take_truth();
   [[nodiscard]] int clock_jumps() const;
@@ -87,7 +89,8 @@ class Inbox {
   link::SampleClock depth_clock_;
   link::SampleClock health_clock_;
   link::SampleClock range_clock_;
-  std::deque<Request> requests_;
+  std::deque<Request> requests_;            ///< Authentic.
+  std::deque<Request> anonymous_requests_;  ///< All others.
 };
 
 }  // namespace dive::mission

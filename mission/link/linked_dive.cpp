@@ -1,7 +1,6 @@
 #include "mission/link/linked_dive.h"
 
 #include <algorithm>
-#include <deque>
 #include <utility>
 
 #include <fmt/format.h>
@@ -44,7 +43,7 @@ class LinkedVehiclePort final : public VehiclePort {
         observer_(observer),
         inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
                image_bytes(mission, settings)),
-        authenticator_(settings.key, link::new_session_id()),
+        authenticator_({bus.has_key(), mission.abort_authority == AbortAuthority::kKey}),
         exit_path_service_(known_world(mission, world), model.hull) {
     exit_path_.session_id = authenticator_.session_id();
     bus_.listen<link::VehicleCommand>(
@@ -147,7 +146,7 @@ class LinkedVehiclePort final : public VehiclePort {
   }
   void publish_outputs(const StepInputs& inputs, const StepOutputs& outputs);
   void publish_final();
-  [[nodiscard]] link::Heartbeat heartbeat() const;
+  [[nodiscard]] link::Heartbeat heartbeat();
 
   template <typename Value>
   void publish(const char* channel, const Value& value) {
@@ -207,22 +206,18 @@ void LinkedVehiclePort::wait_in_real_time() {
   }
 }
 
-// One request per tick, an abort before all others.
+// At most one request is executed in a tick.
 void LinkedVehiclePort::receive_topside(StepInputs& inputs) {
   abort_arrived_.reset();
-  std::deque<Inbox::Request>& requests = inbox_.requests();
-  std::stable_partition(requests.begin(), requests.end(), [](const Inbox::Request& request) {
-    return request.request.command == OperatorCommand::kAbort;
-  });
-  while (!requests.empty() && !inputs.operator_command) {
-    const Inbox::Request received = requests.front();
-    requests.pop_front();
+  while (!inputs.operator_command) {
+    const std::optional<Inbox::Request> received = inbox_.take_request();
+    if (!received) return;
     const link::RequestAuthenticator::Decision decision =
-        authenticator_.evaluate(received.request, now_);
-    publish(link::channel::kAnswer, decision.answer);
+        authenticator_.evaluate(received->request, received->trust, clock_.now());
+    if (decision.answer) publish(link::channel::kAnswer, *decision.answer);
     if (!decision.act) continue;
-    inputs.operator_command = received.request.command;
-    if (received.request.command == OperatorCommand::kAbort) abort_arrived_ = received.arrived;
+    inputs.operator_command = received->request.command;
+    if (received->request.command == OperatorCommand::kAbort) abort_arrived_ = received->arrived;
   }
 }
 
@@ -235,10 +230,11 @@ void LinkedVehiclePort::receive_other(const link::VehicleCommand& command) {
   }
 }
 
-link::Heartbeat LinkedVehiclePort::heartbeat() const {
+link::Heartbeat LinkedVehiclePort::heartbeat() {
   link::Heartbeat heartbeat;
   heartbeat.utime = now_;
   heartbeat.session_id = authenticator_.session_id();
+  heartbeat.challenge = authenticator_.challenge(clock_.now());
   heartbeat.counter = authenticator_.counter();
   heartbeat.ticks = result_.stats.ticks;
   heartbeat.refused = authenticator_.refused();
@@ -292,7 +288,7 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.observed_points = std::move(report.observed_points);
   result_.stats.clock_jumps = inbox_.clock_jumps();
   result_.stats.refused = authenticator_.refused();
-  result_.stats.malformed = bus_.malformed();
+  result_.stats.rejections = bus_.rejections();
   if (inbox_.cameras() && !settings_.lockstep) result_.stats.cameras = inbox_.cameras()->stats();
   return std::move(result_);
 }
@@ -310,6 +306,9 @@ LinkedResult dive_over_link(const Mission& mission, const planning::World& world
   LinkedResult result;
   result.outcome = "failure";
   result.cause = fmt::format("no samples of a vehicle arrived for {:g} s", settings.timeout_s);
+  if (bus.rejections().unauthenticated > 0) {
+    result.cause += ", only packets without a valid code: give the vehicle the same --key";
+  }
   return result;
 }
 

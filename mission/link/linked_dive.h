@@ -27,7 +27,6 @@ namespace dive::mission {
 
 struct LinkSettings : OnboardSettings {
   bool lockstep = false;
-  std::optional<link::Key> key;
   double timeout_s = 60.0;  ///< Maximum wait for the vehicle's first samples.
   /// Calibration of the vehicle's cameras and IMU. Required with the visual-inertial estimator; a
   /// stereo pair (stereo_mapping()) is required where the mission maps with its cameras.
@@ -41,9 +40,9 @@ struct LinkStats {
   std::vector<float> lateness_ms;  ///< Lateness of each tick, in order; empty in lock-step.
   /// Time from the arrival of an abort to the command that executes it.
   std::vector<float> abort_ms;
-  int clock_jumps = 0;         ///< Jumps of sensor clocks.
-  link::Refusals refused;      ///< Refused operator requests.
-  std::int64_t malformed = 0;  ///< Packets that could not be decoded.
+  int clock_jumps = 0;          ///< Jumps of sensor clocks.
+  link::Refusals refused;       ///< Refused operator requests.
+  link::Rejections rejections;  ///< Packets that were not used.
   std::optional<CameraInboxStats> cameras =
       {};  ///< With visual-inertial estimation outside lock-step.
 };

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "vehicle/link/authority.h"
+#include "vehicle/link/key.h"
 
 namespace dive::mission {
 namespace {
@@ -18,7 +18,7 @@ void listen(link::Bus& bus, const char* channel, Clock& clock, Supervision& supe
 
 SupervisorReport supervise(const SupervisorSettings& settings, link::Bus& bus, Clock& clock,
                            const SupervisorLog& log, const std::function<bool()>& wanted) {
-  Supervision supervision(settings, link::new_session_id(), log);
+  Supervision supervision(settings, link::new_nonce(), log);
   listen<link::VehicleCommand>(bus, link::channel::kCommand, clock, supervision);
   listen<link::Heartbeat>(bus, link::channel::kHeartbeat, clock, supervision);
   listen<ImuSample>(bus, link::channel::kAhrs, clock, supervision);

@@ -11,18 +11,17 @@ constexpr Utime kSayAgain = 100'000;      // us
 constexpr std::size_t kMaxStatus = 2048;  // bytes: names are at most 64 long
 constexpr double kForHealth = 1.5;        // s: status arrives once a second
 
-std::string no_executive(double timeout_s) {
+std::string no_executive(const link::Bus& bus, double timeout_s) {
   return fmt::format(
       "no heartbeat of an executive arrived for {:g} s: is `dive run --lcm` running, with the same "
-      "URL?",
-      timeout_s);
+      "URL{}?",
+      timeout_s, bus.has_key() ? " and the same key" : "");
 }
 
 }  // namespace
 
-tl::expected<link::RequestResult, std::string> ask(OperatorCommand command,
-                                                   const std::optional<link::Key>& key,
-                                                   link::Bus& bus, Clock& clock, double timeout_s) {
+tl::expected<link::RequestResult, std::string> ask(OperatorCommand command, link::Bus& bus,
+                                                   Clock& clock, double timeout_s) {
   std::optional<link::Heartbeat> heartbeat;
   std::optional<link::OperatorRequest> request;
   std::optional<link::RequestResult> result;
@@ -30,21 +29,20 @@ tl::expected<link::RequestResult, std::string> ask(OperatorCommand command,
                               [&](const link::Heartbeat& received) { heartbeat = received; });
   bus.listen<link::OperatorAnswer>(link::channel::kAnswer, [&](const link::OperatorAnswer& answer) {
     if (!request) return;
-    const bool is_ours = answer.session_id == heartbeat->session_id &&
+    const bool is_ours = answer.session_id == request->session_id &&
                          answer.counter == request->counter && answer.command == command;
-    if (is_ours && (!key || link::has_valid_mac(*key, answer))) result = answer.result;
+    if (is_ours) result = answer.result;
   });
   const Utime deadline = clock.now() + from_seconds(timeout_s);
   while (!result && clock.now() < deadline) {
-    if (heartbeat && !request) {
-      request = link::OperatorRequest{
-          heartbeat->session_id, heartbeat->counter + 1, heartbeat->utime, command, {}};
-      if (key) link::sign(*key, *request);
+    if (heartbeat && (!request || request->session_id != heartbeat->session_id)) {
+      request = link::OperatorRequest{heartbeat->session_id, heartbeat->counter + 1, 0, command};
     }
+    if (request) request->challenge = heartbeat->challenge;
     // An abort is sent before the executive's session is known.
     const bool blind = !request && command == OperatorCommand::kAbort;
     link::Packet packet;
-    const link::OperatorRequest to_anyone{0, 0, 0, command, {}};
+    const link::OperatorRequest to_anyone{0, 0, 0, command};
     if ((request || blind) && link::encode(request ? *request : to_anyone, packet)) {
       bus.publish(link::channel::kRequest, packet);
     }
@@ -52,7 +50,7 @@ tl::expected<link::RequestResult, std::string> ask(OperatorCommand command,
              [&] { return result.has_value() || (heartbeat.has_value() && !request.has_value()); });
   }
   if (result) return *result;
-  if (!heartbeat) return tl::unexpected(no_executive(timeout_s));
+  if (!heartbeat) return tl::unexpected(no_executive(bus, timeout_s));
   return tl::unexpected(fmt::format("the executive did not answer within {:g} s", timeout_s));
 }
 
@@ -83,7 +81,7 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
                            [&](const HealthSample& sample) { received.health = sample; });
   const Utime deadline = clock.now() + from_seconds(timeout_s);
   const auto has_all = [&] { return has_heartbeat && has_status && has_estimate; };
-  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(no_executive(timeout_s));
+  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(no_executive(bus, timeout_s));
   bus.wait(clock, std::min(deadline, clock.now() + from_seconds(kForHealth)),
            [&] { return received.health.has_value(); });
   return received;

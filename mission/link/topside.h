@@ -1,7 +1,6 @@
 #pragma once
 // The operator's end of the link.
 
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -9,16 +8,15 @@
 
 #include "common/clock.h"
 #include "mission/executive/io.h"
-#include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
 namespace dive::mission {
 
 /// Sends `command` repeatedly until it is answered. The error is a sentence: no executive received
 /// within `timeout_s`, or no answer.
-[[nodiscard]] tl::expected<link::RequestResult, std::string> ask(
-    OperatorCommand command, const std::optional<link::Key>& key, link::Bus& bus, Clock& clock,
-    double timeout_s);
+[[nodiscard]] tl::expected<link::RequestResult, std::string> ask(OperatorCommand command,
+                                                                 link::Bus& bus, Clock& clock,
+                                                                 double timeout_s);
 
 struct VehicleStatus {
   link::Heartbeat heartbeat;

@@ -21,7 +21,8 @@ namespace dive::mission {
 
 /// Everything needed to rebuild the same executive.
 struct LogHeader {
-  std::string version;  ///< Version of dive.
+  std::string version;      ///< Version of dive.
+  std::string mathematics;  ///< mathematics() of the process that dived.
   std::uint64_t seed = 0;
   std::string mission_name;  ///< File name without folder.
   std::string mission_xml;

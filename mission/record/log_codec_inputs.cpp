@@ -18,9 +18,10 @@ using namespace link::detail;
 
 namespace {
 
-constexpr Run kHeader[] = {bytes(8 + sizeof(double)), text(kMaxText),     text(kMaxText),
-                           text(kMaxFileText),        text(kMaxText),     text(kMaxFileText),
-                           text(kMaxMeshText),        text(kMaxFileText), text(kMaxFileText)};
+constexpr Run kHeader[] = {
+    bytes(8 + sizeof(double)), text(kMaxText),    text(kMaxText),     text(kMaxText),
+    text(kMaxFileText),        text(kMaxText),    text(kMaxFileText), text(kMaxMeshText),
+    text(kMaxFileText),        text(kMaxFileText)};
 constexpr Run kPlanReply[] = {bytes(8 + 8 + 2 + 4 + 2 * sizeof(double)), text(kMaxText),
                               bytes(1 + 4 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
@@ -36,8 +37,8 @@ constexpr Run kTick[] = {bytes(8 + 4)};
 }  // namespace
 
 bool encode(const LogHeader& header, Packet& packet) {
-  const auto& [version, seed, mission_name, mission_xml, map_name, map_xml, map_meshes, urdf,
-               resume, resume_gap_s] = header;
+  const auto& [version, mathematics, seed, mission_name, mission_xml, map_name, map_xml, map_meshes,
+               urdf, resume, resume_gap_s] = header;
   for (const std::string* file : {&mission_xml, &map_xml, &urdf, &resume}) {
     if (file->size() >= kMaxFileText) return false;  // Checked before LCM counts in int.
   }
@@ -45,6 +46,7 @@ bool encode(const LogHeader& header, Packet& packet) {
   header_t m;
   m.seed = static_cast<std::int64_t>(seed);
   m.version = version;
+  m.mathematics = mathematics;
   m.mission_name = mission_name;
   m.mission_xml = mission_xml;
   m.map_name = map_name;
@@ -59,11 +61,17 @@ bool encode(const LogHeader& header, Packet& packet) {
 bool decode(PacketView packet, LogHeader& header) {
   const auto m = unpack<header_t>(packet, kHeader);
   if (!m) return false;
-  header = {m->version,      static_cast<std::uint64_t>(m->seed),
-            m->mission_name, m->mission_xml,
-            m->map_name,     m->map_xml,
-            m->map_meshes,   m->vehicle_urdf,
-            m->resume,       {}};
+  header = {m->version,
+            m->mathematics,
+            static_cast<std::uint64_t>(m->seed),
+            m->mission_name,
+            m->mission_xml,
+            m->map_name,
+            m->map_xml,
+            m->map_meshes,
+            m->vehicle_urdf,
+            m->resume,
+            {}};
   if (m->resume_gap >= 0.0) header.resume_gap_s = m->resume_gap;
   return true;
 }

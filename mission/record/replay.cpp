@@ -1,10 +1,12 @@
 #include "mission/record/replay.h"
 
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "common/diagnostic.h"
+#include "common/mathematics.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/map_updates.h"
@@ -72,6 +74,8 @@ tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission
 template <typename ReplayTick>
 ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
   ReplayReport report;
+  if (log.header()) report.logged_mathematics = log.header()->mathematics;
+  report.replayed_mathematics = mathematics();
   bool going = true;
   while (std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
@@ -84,6 +88,9 @@ ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
   report.gaps = log.gaps();
   report.torn = log.torn();
   report.identical = report.first_divergence.empty() && report.gaps.empty() && report.replayed > 0;
+  if (report.logged_mathematics != report.replayed_mathematics) {
+    report.mathematics_difference = std::exchange(report.first_divergence, {});
+  }
   return report;
 }
 

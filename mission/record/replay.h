@@ -1,6 +1,8 @@
 #pragma once
 // Replays a log: the same inputs to a new executive, its outputs compared with the logged ones, bit
-// for bit. A log can be replayed up to its first gap, because the inputs in the gap are lost.
+// for bit. A log can be replayed up to its first gap, because the inputs in the gap are lost. A log
+// that was made with other mathematics (common/mathematics.h) can be replayed, but a difference
+// from it says nothing about the executive.
 
 #include <cstdint>
 #include <string>
@@ -15,13 +17,19 @@
 namespace dive::mission {
 
 struct ReplayReport {
-  bool identical = false;        ///< Every output is identical, and the log has no gap.
-  std::int64_t ticks = 0;        ///< Ticks in the log.
-  std::int64_t replayed = 0;     ///< Ticks replayed.
-  std::int64_t events = 0;       ///< Events in the log.
-  std::vector<LogGap> gaps;      ///< Gaps in the log.
-  bool torn = false;             ///< The log ends in the middle of a tick.
-  std::string first_divergence;  ///< "t = 12.34 s: channel.field: logged A, replayed B".
+  bool identical = false;     ///< Every output is identical, and the log has no gap.
+  std::int64_t ticks = 0;     ///< Ticks in the log.
+  std::int64_t replayed = 0;  ///< Ticks replayed.
+  std::int64_t events = 0;    ///< Events in the log.
+  std::vector<LogGap> gaps;   ///< Gaps in the log.
+  bool torn = false;          ///< The log ends in the middle of a tick.
+  /// "t = 12.34 s: channel.field: logged A, replayed B". Empty if the mathematics differ.
+  std::string first_divergence;
+  /// The same where the log was made with other mathematics: the log can be verified only by a
+  /// process with the mathematics of the log. Empty if the mathematics are the same.
+  std::string mathematics_difference;
+  std::string logged_mathematics;    ///< Mathematics of the log; empty if its header is damaged.
+  std::string replayed_mathematics;  ///< mathematics() of this process.
 };
 
 /// The error is a sentence: the log's mission, map or vehicle cannot be read any more. A log with a

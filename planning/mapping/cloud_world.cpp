@@ -151,7 +151,7 @@ class Cover {
       if (best <= 0.0) return -1.0;
       const Polytope& piece = pieces_[i];
       double distance = 0.0;
-      if (piece.vertices.size() < 3 || !facets_[i].holds(p, -kWellInside)) {
+      if (piece.vertices.size() < 3 || !facets_[i].contains(p, -kWellInside)) {
         distance = (at - nearest_in_hull(piece.vertices, at)).norm() - radii_[i];
       }
       if (distance <= best) {
@@ -286,15 +286,8 @@ std::string validate(const CloudFile& cloud, const CloudWorldOptions& options) {
   return {};
 }
 
-}  // namespace
-
-tl::expected<CloudWorld, std::string> world_from_cloud(const CloudFile& cloud,
-                                                       const CloudWorldOptions& options) {
-  if (std::string problem = validate(cloud, options); !problem.empty()) {
-    return tl::unexpected(std::move(problem));
-  }
-  CloudWorld result;
-  result.warnings = cloud.warnings;
+/// Sets the frame W of the result, and its bounds.
+void set_frame(const CloudFile& cloud, const CloudWorldOptions& options, CloudWorld& result) {
   AlignedBox3d bounds;  // in the axes of the file
   for (const Vector3f& p : cloud.points) bounds.extend(cloud.origin + p.cast<double>());
   result.has_surface = bounds.max().z() <= 0.0;
@@ -304,6 +297,60 @@ tl::expected<CloudWorld, std::string> world_from_cloud(const CloudFile& cloud,
                              : std::max(bounds.max().z(), options.region.max().z());
   result.origin.z() = result.has_surface ? 0.0 : std::ceil(highest) + kNoSurface;
   result.bounds_W = AlignedBox3d(bounds.min() - result.origin, bounds.max() - result.origin);
+}
+
+/// Sets voxel and longest edge for the spacing of the points, and warns if that is large.
+void set_resolution(const Sampling& sampling, const CloudWorldOptions& options,
+                    CloudWorld& result) {
+  if (sampling.voxel > options.voxel_m) {
+    result.warnings.push_back(
+        fmt::format("it is wide: one point every {:.2f} m shapes the surfaces, instead of every "
+                    "{:.2f} m, and they are up to {:.2f} m too thick",
+                    sampling.voxel, options.voxel_m, kCover * sampling.voxel));
+  }
+  const double spacing = spacing_of(sampling.thin);
+  result.voxel_m = std::min(std::max(sampling.voxel, 0.5 * spacing), kMaxVoxel);
+  const MapperOptions defaults;
+  const double usual_edge = defaults.longest_edge_m / defaults.voxel_m * result.voxel_m;
+  result.longest_edge_m = std::min(std::max(usual_edge, kEdgeSpacings * spacing), kMaxEdge);
+  if (kEdgeSpacings * spacing > kMaxEdge) {
+    result.warnings.push_back(
+        fmt::format("its points are about {:.1f} m from each other: between those farther than "
+                    "{:g} m the water is taken to be free",
+                    spacing, kMaxEdge));
+  } else if (result.longest_edge_m > 2.0 * defaults.longest_edge_m) {
+    result.warnings.push_back(fmt::format(
+        "its points are about {:.1f} m from each other: gaps up to {:.1f} m are taken to be closed",
+        spacing, result.longest_edge_m));
+  }
+}
+
+/// Convex pieces that contain all `points`, in the file's frame.
+std::vector<Polytope> pieces_of(std::span<const Vector3f> points, std::vector<Vector3f>& thin,
+                                const CloudWorld& result) {
+  SteadyClock clock;
+  Mapper mapper(RobotHull{}, mapper_options(result.voxel_m, result.longest_edge_m), clock);
+  Cells cells;
+  add_in_blocks(thin, mapper, cells);
+  std::vector<Polytope> pieces;
+  for (auto& [key, some] : cells) {
+    std::move(some.begin(), some.end(), std::back_inserter(pieces));
+  }
+  Cover cover(std::move(pieces), kCover * result.voxel_m);
+  for (const Vector3f& p : points) cover.hold(p);
+  return std::move(cover).take();
+}
+
+}  // namespace
+
+tl::expected<CloudWorld, std::string> world_from_cloud(const CloudFile& cloud,
+                                                       const CloudWorldOptions& options) {
+  if (std::string problem = validate(cloud, options); !problem.empty()) {
+    return tl::unexpected(std::move(problem));
+  }
+  CloudWorld result;
+  result.warnings = cloud.warnings;
+  set_frame(cloud, options, result);
 
   tl::expected<Sampling, std::string> sampling = sample(cloud, options);
   if (!sampling) return tl::unexpected(std::move(sampling.error()));
@@ -318,40 +365,9 @@ tl::expected<CloudWorld, std::string> world_from_cloud(const CloudFile& cloud,
                                           cloud.points.size() - points.size(),
                                           cloud.points.size()));
   }
-  if (sampling->voxel > options.voxel_m) {
-    result.warnings.push_back(
-        fmt::format("it is wide: one point every {:.2f} m shapes the surfaces, instead of every "
-                    "{:.2f} m, and they are up to {:.2f} m too thick",
-                    sampling->voxel, options.voxel_m, kCover * sampling->voxel));
-  }
-  const double spacing = spacing_of(sampling->thin);
-  result.voxel_m = std::min(std::max(sampling->voxel, 0.5 * spacing), kMaxVoxel);
-  const MapperOptions defaults;
-  const double usual_edge = defaults.longest_edge_m / defaults.voxel_m * result.voxel_m;
-  result.longest_edge_m = std::min(std::max(usual_edge, kEdgeSpacings * spacing), kMaxEdge);
-  if (kEdgeSpacings * spacing > kMaxEdge) {
-    result.warnings.push_back(
-        fmt::format("its points are about {:.1f} m from each other: between those farther than "
-                    "{:g} m the water is taken to be free",
-                    spacing, kMaxEdge));
-  } else if (result.longest_edge_m > 2.0 * defaults.longest_edge_m) {
-    result.warnings.push_back(fmt::format(
-        "its points are about {:.1f} m from each other: gaps up to {:.1f} m are taken to be closed",
-        spacing, result.longest_edge_m));
-  }
-
-  SteadyClock clock;
-  Mapper mapper(RobotHull{}, mapper_options(result.voxel_m, result.longest_edge_m), clock);
-  Cells cells;
-  add_in_blocks(sampling->thin, mapper, cells);
-  std::vector<Polytope> pieces;
-  for (auto& [key, some] : cells) {
-    std::move(some.begin(), some.end(), std::back_inserter(pieces));
-  }
-  Cover cover(std::move(pieces), kCover * result.voxel_m);
-  for (const Vector3f& p : points) cover.hold(p);
+  set_resolution(*sampling, options, result);
   const Vector3d to_W = cloud.origin - result.origin;
-  for (Polytope& piece : std::move(cover).take()) {
+  for (Polytope& piece : pieces_of(points, sampling->thin, result)) {
     result.world.obstacles.push_back(obstacle_of(std::move(piece), to_W, result.origin));
   }
   return result;

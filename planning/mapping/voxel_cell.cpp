@@ -29,7 +29,7 @@ Facet::Facet(const Polytope& piece) : radius_(static_cast<float>(piece.radius)) 
   }
 }
 
-bool Facet::holds(const Eigen::Vector3f& p_W, float tolerance) const {
+bool Facet::contains(const Eigen::Vector3f& p_W, float tolerance) const {
   const float reach = radius_ + tolerance;
   const Eigen::Vector3f from = p_W - middle_;
   if (std::abs(normal_.dot(from)) > reach) return false;
@@ -69,16 +69,16 @@ void Cell::erase(std::size_t index) {
 
 bool Cell::is_on_surface(const Eigen::Vector3f& p_W, float tolerance) const {
   return std::any_of(facets.begin(), facets.end(),
-                     [&](const Facet& facet) { return facet.holds(p_W, tolerance); });
+                     [&](const Facet& facet) { return facet.contains(p_W, tolerance); });
 }
 
 const Facet* Cell::nearest(const Eigen::Vector3f& p_W, float reach, float& height) const {
   const Facet* best = nullptr;
   for (const Facet& facet : facets) {
-    const std::optional<float> off = facet.height(p_W, reach);
-    if (!off || (best != nullptr && std::abs(*off) >= std::abs(height))) continue;
+    const std::optional<float> above = facet.height(p_W, reach);
+    if (!above || (best != nullptr && std::abs(*above) >= std::abs(height))) continue;
     best = &facet;
-    height = *off;
+    height = *above;
   }
   return best;
 }
@@ -86,7 +86,7 @@ const Facet* Cell::nearest(const Eigen::Vector3f& p_W, float reach, float& heigh
 std::vector<Polytope> Cell::pieces(double ball_m) const {
   std::vector<Polytope> result = surface;
   for (const Voxel& voxel : voxels) {
-    if (voxel.solid && !voxel.meshed) result.push_back({{voxel.p_W.cast<double>()}, ball_m});
+    if (voxel.confirmed && !voxel.meshed) result.push_back({{voxel.p_W.cast<double>()}, ball_m});
   }
   if (result.size() > kMaxCellPieces) return {everything()};
   return result;

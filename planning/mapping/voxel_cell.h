@@ -20,12 +20,12 @@ inline constexpr int kMaxEvidence = 6;
 struct Voxel {
   Eigen::Vector3f p_W;  ///< Position of the points observed in the voxel.
   float noise = 0.0F;   ///< Standard deviation of that position, m.
-  Utime seen = 0;
+  Utime last_observed = 0;
   std::int16_t place = 0;  ///< Index of the voxel in the cell.
   /// Number of scans that hit the voxel, minus those that passed through it.
   std::int8_t evidence = 0;
-  bool solid = false;   ///< True if the voxel is confirmed as occupied.
-  bool meshed = false;  ///< True if the voxel is part of the cell's surface.
+  bool confirmed = false;  ///< True if the voxel is confirmed as occupied.
+  bool meshed = false;     ///< True if the voxel is part of the cell's surface.
 };
 
 /// A flat piece, to test whether a point lies on it.
@@ -33,7 +33,7 @@ class Facet {
  public:
   explicit Facet(const Polytope& piece);
   /// True if the point is within `tolerance` m of the piece (a little farther off its corners).
-  [[nodiscard]] bool holds(const Eigen::Vector3f& p_W, float tolerance) const;
+  [[nodiscard]] bool contains(const Eigen::Vector3f& p_W, float tolerance) const;
   /// Signed distance from its plane; absent if that is more than `reach`, or beside the piece.
   [[nodiscard]] std::optional<float> height(const Eigen::Vector3f& p_W, float reach) const;
   [[nodiscard]] const Eigen::Vector3f& normal() const { return normal_; }
@@ -54,7 +54,7 @@ struct Cell {
   std::vector<Voxel> voxels;
   std::vector<Polytope> surface;
   std::vector<Facet> facets;  ///< Facets of `surface`.
-  Utime seen = 0;
+  Utime last_observed = 0;
   Utime stale_since = 0;  ///< Time since which the surface no longer fits the voxels; 0 if it fits.
   bool changed = false;   ///< True if changed since the last update.
 

@@ -113,6 +113,53 @@ Eigen::Matrix3d principal_axes(const std::vector<Vector3d>& points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
 }
 
+// The planes of the facets that face up (sign 1) or down (-1): all points are below, or above.
+std::vector<Linear> envelope(const std::vector<Vector3d>& points, double sign) {
+  std::vector<Linear> planes;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      for (std::size_t k = j + 1; k < points.size(); ++k) {
+        std::optional<Linear> plane = plane_through(points[i], points[j], points[k]);
+        if (!plane) continue;
+        double most = 0.0;
+        for (const Vector3d& p : points) {
+          most = std::max(most, sign * (p.z() - at(*plane, p.head<2>())));
+        }
+        if (most > kSupporting) continue;
+        plane->z() += sign * most;
+        const bool is_known = std::ranges::any_of(
+            planes, [&](const Linear& known) { return (known - *plane).norm() < kSupporting; });
+        if (!is_known) planes.push_back(*plane);
+      }
+    }
+  }
+  return planes;
+}
+
+// The hull of the piece's projected points: the box around them, cut by the lines that have all
+// of them on one side.
+Polygon plan_of(const std::vector<Vector3d>& points, const AlignedBox3d& box) {
+  const Vector2d low = box.min().head<2>();
+  const Vector2d high = box.max().head<2>();
+  Polygon polygon{low, {high.x(), low.y()}, high, {low.x(), high.y()}};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      const Vector2d a = points[i].head<2>();
+      const Vector2d b = points[j].head<2>();
+      if ((b - a).norm() < kNarrowest) continue;
+      for (const double sign : {1.0, -1.0}) {
+        Linear line = sign * side_of(a, b, b + Vector2d(a.y() - b.y(), b.x() - a.x()));
+        double most = 0.0;
+        for (const Vector3d& p : points) most = std::max(most, at(line, p.head<2>()));
+        if (most > kSupporting) continue;
+        line.z() -= most;
+        polygon = cut(polygon, line).first;
+      }
+    }
+  }
+  return polygon;
+}
+
 class HullFit {
  public:
   HullFit(const Polytope& piece, const TriangleSoup& soup, double tolerance)
@@ -144,10 +191,10 @@ class HullFit {
     if (static_cast<double>(triangles.size()) * small * small > box_.sizes().head<2>().prod()) {
       return boxes_fit(box_);
     }
-    upper_ = envelope(1.0);
-    lower_ = envelope(-1.0);
+    upper_ = envelope(points_, 1.0);
+    lower_ = envelope(points_, -1.0);
     if (upper_.empty() || lower_.empty()) return boxes_fit(box_);
-    return region_fits(plan(), triangles);
+    return region_fits(plan_of(points_, box_), triangles);
   }
 
  private:
@@ -177,53 +224,6 @@ class HullFit {
       }
     });
     return triangles;
-  }
-
-  // The planes of the facets that face up (sign 1) or down (-1): all points are below, or above.
-  [[nodiscard]] std::vector<Linear> envelope(double sign) const {
-    std::vector<Linear> planes;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      for (std::size_t j = i + 1; j < points_.size(); ++j) {
-        for (std::size_t k = j + 1; k < points_.size(); ++k) {
-          std::optional<Linear> plane = plane_through(points_[i], points_[j], points_[k]);
-          if (!plane) continue;
-          double most = 0.0;
-          for (const Vector3d& p : points_) {
-            most = std::max(most, sign * (p.z() - at(*plane, p.head<2>())));
-          }
-          if (most > kSupporting) continue;
-          plane->z() += sign * most;
-          const bool is_known = std::ranges::any_of(
-              planes, [&](const Linear& known) { return (known - *plane).norm() < kSupporting; });
-          if (!is_known) planes.push_back(*plane);
-        }
-      }
-    }
-    return planes;
-  }
-
-  // The hull of the piece's projected points: the box around them, cut by the lines that have all
-  // of them on one side.
-  [[nodiscard]] Polygon plan() const {
-    const Vector2d low = box_.min().head<2>();
-    const Vector2d high = box_.max().head<2>();
-    Polygon polygon{low, {high.x(), low.y()}, high, {low.x(), high.y()}};
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      for (std::size_t j = i + 1; j < points_.size(); ++j) {
-        const Vector2d a = points_[i].head<2>();
-        const Vector2d b = points_[j].head<2>();
-        if ((b - a).norm() < kNarrowest) continue;
-        for (const double sign : {1.0, -1.0}) {
-          Linear line = sign * side_of(a, b, b + Vector2d(a.y() - b.y(), b.x() - a.x()));
-          double most = 0.0;
-          for (const Vector3d& p : points_) most = std::max(most, at(line, p.head<2>()));
-          if (most > kSupporting) continue;
-          line.z() -= most;
-          polygon = cut(polygon, line).first;
-        }
-      }
-    }
-    return polygon;
   }
 
   // True if the part of the piece over the region is near the triangle, which covers the whole

@@ -1,185 +1,97 @@
 #include "vehicle/link/authority.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
-
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sodium.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "common/assert.h"
 
 namespace dive::link {
 namespace {
 
-static_assert(std::tuple_size_v<Mac> == crypto_auth_BYTES);
-static_assert(std::tuple_size_v<Key> == crypto_auth_KEYBYTES);
-
-void start_sodium() { DIVE_DEMAND(sodium_init() >= 0); }
-
-// Computed over the whole packet with a zero code; its fingerprint distinguishes requests from
-// answers.
-template <typename Message>
-Mac mac_of(const Key& key, Message message) {
-  message.mac = {};
-  Packet packet;
-  DIVE_DEMAND(encode(message, packet));
-  Mac mac;
-  crypto_auth(mac.data(), packet.data(), packet.size(), key.data());
-  return mac;
+// A repetition carries the newest challenge.
+bool is_repetition(const OperatorRequest& a, const OperatorRequest& b) {
+  return a.session_id == b.session_id && a.counter == b.counter && a.command == b.command;
 }
-
-template <typename Message>
-bool has_mac_of(const Key& key, const Message& message) {
-  const Mac right = mac_of(key, message);
-  return sodium_memcmp(right.data(), message.mac.data(), right.size()) == 0;
-}
-
-std::string reason() { return std::generic_category().message(errno); }
-
-class File {
- public:
-  explicit File(int descriptor) : descriptor_(descriptor) {}
-  ~File() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  [[nodiscard]] int get() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
 
 }  // namespace
-
-Key new_key() {
-  start_sodium();
-  Key key;
-  crypto_auth_keygen(key.data());
-  return key;
-}
-
-std::uint64_t new_session_id() {
-  start_sodium();
-  std::uint64_t session_id = 0;
-  randombytes_buf(&session_id, sizeof session_id);
-  return session_id;
-}
-
-tl::expected<Key, std::string> read_key(const std::string& path) {
-  start_sodium();
-  const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) {
-    return tl::unexpected(fmt::format("cannot read the key '{}': {}", path, reason()));
-  }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    return tl::unexpected(
-        fmt::format("others may read the key '{0}': run chmod 600 {0}, or make a new one", path));
-  }
-  std::array<char, 256> text{};
-  const ssize_t size = ::read(file.get(), text.data(), text.size());
-  Key key;
-  std::size_t length = 0;
-  const bool is_hex =
-      size > 0 && sodium_hex2bin(key.data(), key.size(), text.data(),
-                                 static_cast<std::size_t>(size), " \n\r", &length, nullptr) == 0;
-  if (!is_hex || length != key.size()) {
-    return tl::unexpected(
-        fmt::format("'{}' is not a key: that is {} hexadecimal digits", path, 2 * key.size()));
-  }
-  return key;
-}
-
-tl::expected<void, std::string> write_key(const std::string& path, const Key& key) {
-  const File file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (file.get() < 0) {
-    return tl::unexpected(fmt::format("cannot create the key '{}': {}", path, reason()));
-  }
-  const std::string text = fmt::format("{:02x}\n", fmt::join(key, ""));
-  if (::write(file.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    return tl::unexpected(fmt::format("cannot write the key '{}': {}", path, reason()));
-  }
-  return {};
-}
-
-void sign(const Key& key, OperatorRequest& request) { request.mac = mac_of(key, request); }
-void sign(const Key& key, OperatorAnswer& answer) { answer.mac = mac_of(key, answer); }
-bool has_valid_mac(const Key& key, const OperatorRequest& request) {
-  return has_mac_of(key, request);
-}
-bool has_valid_mac(const Key& key, const OperatorAnswer& answer) { return has_mac_of(key, answer); }
 
 const char* describe(RequestResult result) {
   switch (result) {
     case RequestResult::kAccepted:
       return "accepted";
     case RequestResult::kAuthFailed:
-      return "refused: it does not bear the seal of the vehicle's key";
+      return "refused: it was not authenticated with the vehicle's key";
     case RequestResult::kReplayed:
-      return "refused: it, or a later one, has been said before";
+      return "refused: it was a repetition, or older than one that was accepted";
     case RequestResult::kStale:
-      return "refused: it was too long under way";
+      return "refused: it arrived too late; send it again";
     case RequestResult::kNoKey:
-      return "refused: the vehicle has no key, and listens to nothing but abort";
+      return "refused: the vehicle has no key and accepts nothing but abort";
   }
   return "";
 }
 
 RequestAuthenticator::Decision RequestAuthenticator::evaluate(const OperatorRequest& request,
-                                                              Utime now) {
+                                                              Trust trust, Utime now) {
+  const bool is_abort = request.command == OperatorCommand::kAbort;
   Decision decision;
-  decision.answer.session_id = session_id_;
-  decision.answer.counter = request.counter;
-  decision.answer.command = request.command;
-  const auto same = [&](const OperatorRequest& other) {
-    return other.session_id == request.session_id && other.counter == request.counter &&
-           other.mac == request.mac && other.command == request.command;
-  };
-  if (last_ && same(*last_)) {  // a repeated request, whose answer was lost
-    decision.answer.result = RequestResult::kAccepted;
-  } else {
-    decision.answer.result = check_mac(request, now);
-    decision.act = decide(request, now, decision.answer.result);
-    if (decision.act) last_ = request;
+  if (trust == Trust::kUnconfirmed && (!is_abort || policy_.abort_needs_key)) return decision;
+  RequestResult result = RequestResult::kAccepted;
+  // A repeated request, whose answer was lost, is only answered again.
+  if (trust != Trust::kAuthentic || !last_ || !is_repetition(*last_, request)) {
+    result = check(request, trust, now);
+    decision.act = result == RequestResult::kAccepted;
+    if (decision.act) {
+      counter_ = request.counter;
+      last_ = request;
+    } else if (is_abort) {
+      decision.act = decide_abort(trust, now, result);
+    }
+    if (result != RequestResult::kAccepted) count(result);
   }
-  if (key_) sign(*key_, decision.answer);
+  decision.answer = OperatorAnswer{session_id_, request.counter, request.command, result};
   return decision;
 }
 
-bool RequestAuthenticator::decide(const OperatorRequest& request, Utime now,
-                                  RequestResult& result) {
-  if (result == RequestResult::kAccepted) {
-    counter_ = request.counter;
-    return true;
-  }
-  // An abort without a code, or with an invalid or stale one, is still an abort. Beyond the rate
-  // limit it is only acknowledged.
-  if (request.command == OperatorCommand::kAbort) {
-    result = RequestResult::kAccepted;
-    const bool acts = may_abort(now);
-    if (!acts) ++refused_.rate_limited;
-    return acts;
-  }
-  if (result == RequestResult::kReplayed) ++refused_.replayed;
-  if (result == RequestResult::kStale) ++refused_.stale;
-  if (result == RequestResult::kAuthFailed || result == RequestResult::kNoKey)
-    ++refused_.auth_failed;
-  return false;
-}
-
-RequestResult RequestAuthenticator::check_mac(const OperatorRequest& request, Utime now) const {
-  if (!key_) return RequestResult::kNoKey;
-  if (!has_valid_mac(*key_, request)) return RequestResult::kAuthFailed;
+RequestResult RequestAuthenticator::check(const OperatorRequest& request, Trust trust, Utime now) {
+  if (!policy_.has_key) return RequestResult::kNoKey;
+  if (trust != Trust::kAuthentic) return RequestResult::kAuthFailed;
   if (request.session_id != session_id_ || request.counter <= counter_)
     return RequestResult::kReplayed;
-  const bool is_fresh =
-      request.heartbeat_utime <= now && to_seconds(now - request.heartbeat_utime) <= kMaxAge;
+  const bool is_fresh = request.challenge == challenge(now) || request.challenge == last_challenge_;
   return is_fresh ? RequestResult::kAccepted : RequestResult::kStale;
+}
+
+// An abort with the key is accepted whatever its challenge, because it is sent before the first
+// heartbeat arrives. Anyone's is accepted unless the mission says otherwise; beyond the rate limit
+// it is only acknowledged.
+bool RequestAuthenticator::decide_abort(Trust trust, Utime now, RequestResult& result) {
+  if (trust == Trust::kAuthentic) {
+    result = RequestResult::kAccepted;
+    return true;
+  }
+  if (policy_.abort_needs_key) return false;
+  result = RequestResult::kAccepted;
+  const bool acts = may_abort(now);
+  if (!acts) ++refused_.rate_limited;
+  return acts;
+}
+
+void RequestAuthenticator::count(RequestResult result) {
+  if (result == RequestResult::kReplayed) {
+    ++refused_.replayed;
+  } else if (result == RequestResult::kStale) {
+    ++refused_.stale;
+  } else {
+    ++refused_.auth_failed;
+  }
+}
+
+std::uint64_t RequestAuthenticator::challenge(Utime now) {
+  if (!challenge_ || to_seconds(now - challenge_set_at_) >= kChallengePeriod) {
+    const bool is_next = challenge_ && to_seconds(now - challenge_set_at_) < 2 * kChallengePeriod;
+    last_challenge_ = is_next ? challenge_ : std::nullopt;
+    challenge_ = nonce_();
+    challenge_set_at_ = now;
+  }
+  return *challenge_;
 }
 
 bool RequestAuthenticator::may_abort(Utime now) {

@@ -1,72 +1,70 @@
 #pragma once
-// Authentication of operator requests. Topside and executive share a key; a request carries a
-// message authentication code (HMAC-SHA-512/256, libsodium's crypto_auth), the nonce of the
-// executive's session and a counter that only increases, so that a request cannot be forged,
-// delayed or repeated. An abort needs no code: any operator within reach may surface the vehicle,
-// but at a limited rate, so that aborts cannot occupy it.
+// The executive's decisions on operator requests. Who sent a request is decided before
+// (vehicle/link/envelope.h); this decides what may be done by it. A request carries the executive's
+// session, a counter that only increases, and the challenge of a heartbeat, a random number that
+// changes every two seconds: none can be prepared, kept or repeated. An abort needs neither key nor
+// challenge, unless the mission says so: any operator within reach may surface the vehicle, but at
+// a limited rate, so that aborts cannot occupy it.
 
-#include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
-#include <string>
-
-#include <tl/expected.hpp>
+#include <utility>
 
 #include "common/clock.h"
+#include "vehicle/link/arrival_queue.h"
 #include "vehicle/link/codec.h"
+#include "vehicle/link/key.h"
 
 namespace dive::link {
 
-using Key = std::array<std::uint8_t, 32>;
-
-[[nodiscard]] Key new_key();
-/// A random number that is unique to this start of the executive.
-[[nodiscard]] std::uint64_t new_session_id();
-
-/// Reads a file of 64 hexadecimal digits that only its owner may read. The error is a sentence.
-[[nodiscard]] tl::expected<Key, std::string> read_key(const std::string& path);
-/// Creates the key file and never overwrites one. The error is a sentence.
-[[nodiscard]] tl::expected<void, std::string> write_key(const std::string& path, const Key& key);
-
-void sign(const Key& key, OperatorRequest& request);
-void sign(const Key& key, OperatorAnswer& answer);
-[[nodiscard]] bool has_valid_mac(const Key& key, const OperatorRequest& request);
-[[nodiscard]] bool has_valid_mac(const Key& key, const OperatorAnswer& answer);
-
 [[nodiscard]] const char* describe(RequestResult result);
 
-/// The executive's authentication of requests.
+struct RequestPolicy {
+  bool has_key = false;  ///< False: no request but an abort is accepted.
+  bool abort_needs_key = false;
+};
+
 class RequestAuthenticator {
  public:
-  static constexpr double kMaxAge = 10.0;       ///< Maximum age of the acknowledged heartbeat, s.
-  static constexpr double kAbortPeriod = 10.0;  ///< Time per permitted abort without a code, s.
-  static constexpr int kAbortBurst = 3;         ///< Maximum number of such aborts in a burst.
+  static constexpr double kChallengePeriod = 2.0;  ///< s; a challenge is valid for two periods.
+  static constexpr double kAbortPeriod = 10.0;     ///< Time per permitted anonymous abort, s.
+  static constexpr int kAbortBurst = 3;            ///< Maximum number of such aborts in a burst.
 
-  RequestAuthenticator(std::optional<Key> key, std::uint64_t session_id)
-      : key_(key), session_id_(session_id) {}
+  explicit RequestAuthenticator(RequestPolicy policy,
+                                std::function<std::uint64_t()> nonce = new_nonce)
+      : policy_(policy), nonce_(std::move(nonce)), session_id_(nonce_()) {}
 
   struct Decision {
-    OperatorAnswer answer;
+    std::optional<OperatorAnswer> answer;
     bool act = false;  ///< True if accepted, for the first time, and within the rate limit.
   };
-  /// `now` and `heartbeat_utime` are both on the executive's clock.
-  [[nodiscard]] Decision evaluate(const OperatorRequest& request, Utime now);
+  /// `now` is of one monotonic clock. A request of Trust::kUnconfirmed, which may be a recording or
+  /// of a sender that has just started, is not answered: its sender repeats it.
+  [[nodiscard]] Decision evaluate(const OperatorRequest& request, Trust trust, Utime now);
+
+  /// For the heartbeat.
+  [[nodiscard]] std::uint64_t challenge(Utime now);
 
   [[nodiscard]] std::uint64_t session_id() const { return session_id_; }
   [[nodiscard]] std::int64_t counter() const { return counter_; }
-  [[nodiscard]] bool has_key() const { return key_.has_value(); }
+  [[nodiscard]] bool has_key() const { return policy_.has_key; }
   [[nodiscard]] const Refusals& refused() const { return refused_; }
 
  private:
-  /// True if the executive is to act; changes the result where no code is needed.
-  [[nodiscard]] bool decide(const OperatorRequest& request, Utime now, RequestResult& result);
-  [[nodiscard]] RequestResult check_mac(const OperatorRequest& request, Utime now) const;
+  [[nodiscard]] RequestResult check(const OperatorRequest& request, Trust trust, Utime now);
+  [[nodiscard]] bool decide_abort(Trust trust, Utime now, RequestResult& result);
   [[nodiscard]] bool may_abort(Utime now);
+  void count(RequestResult result);
 
-  std::optional<Key> key_;
+  RequestPolicy policy_;
+  std::function<std::uint64_t()> nonce_;
   std::uint64_t session_id_;
   std::int64_t counter_ = 0;
   std::optional<OperatorRequest> last_;  ///< Last accepted request.
+  std::optional<std::uint64_t> challenge_;
+  std::optional<std::uint64_t> last_challenge_;
+  Utime challenge_set_at_ = 0;
   Refusals refused_;
   double aborts_ = kAbortBurst;
   std::optional<Utime> last_abort_;

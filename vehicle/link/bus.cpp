@@ -1,82 +1,80 @@
 #include "vehicle/link/bus.h"
 
-#include <algorithm>
-#include <cerrno>
-#include <ctime>
-#include <exception>
+#include <mutex>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <lcm/lcm.h>
-#include <poll.h>
+
+#include "vehicle/link/receiver.h"
+#include "vehicle/link/udpm_url.h"
 
 namespace dive::link {
 namespace {
 
-// Maximum number of queued packets per channel; LCM's own limit is 30. Few for packets with lists,
-// so that a flood does not fill the memory.
-constexpr int kQueue = 500;
-constexpr int kListQueue = 16;
-
-struct Subscription {
-  std::size_t max_bytes = 0;
-  Bus::Handler handler;
-  std::size_t bytes = 0;  ///< Bytes delivered.
-  std::int64_t malformed = 0;
-  std::exception_ptr thrown;
+struct Destroy {
+  void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
 };
 
-std::string with_buffer(const std::string& url, int receive_bytes) {
-  constexpr const char* kOption = "recv_buf_size";
-  const bool is_udp = url.starts_with("udpm:");
-  if (receive_bytes == 0 || !is_udp || url.find(kOption) != std::string::npos) return url;
-  const char joint = url.find('?') == std::string::npos ? '?' : '&';
-  return fmt::format("{}{}{}={}", url, joint, kOption, receive_bytes);
-}
+/// Sends packets by LCM, in the order of their numbers. Thread-safe. LCM reads no packet here: it
+/// does so only for a subscription of its own.
+class Publisher {
+ public:
+  Publisher(std::unique_ptr<lcm_t, Destroy> lcm, const BusOptions& options, std::uint64_t self)
+      : lcm_(std::move(lcm)), key_(options.key), trailer_{options.role, self, 0} {}
 
-// Called by LCM, which is C: no exception may pass through it.
-void receive(const lcm_recv_buf_t* buffer, const char* /*channel*/, void* user) {
-  auto* subscription = static_cast<Subscription*>(user);
-  subscription->bytes += buffer->data_size;
-  if (buffer->data_size > subscription->max_bytes) {
-    ++subscription->malformed;
-    return;
+  bool publish(const char* channel, const Packet& packet) {
+    const std::lock_guard lock(mutex_);
+    if (!key_) return send(channel, packet);
+    ++trailer_.counter;
+    sealed_ = packet;
+    seal(*key_, channel, trailer_, sealed_);
+    return send(channel, sealed_);
   }
-  try {
-    if (!subscription->handler({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size}))
-      ++subscription->malformed;
-  } catch (...) {
-    subscription->thrown = std::current_exception();
+
+ private:
+  bool send(const char* channel, const Packet& packet) {
+    return lcm_publish(lcm_.get(), channel, packet.data(), static_cast<unsigned>(packet.size())) ==
+           0;
   }
-}
+
+  std::mutex mutex_;
+  std::unique_ptr<lcm_t, Destroy> lcm_;
+  std::optional<Key> key_;
+  Trailer trailer_;
+  Packet sealed_;
+};
 
 }  // namespace
 
 struct Bus::Impl {
-  struct Destroy {
-    void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
-  };
+  Impl(std::unique_ptr<lcm_t, Destroy> lcm, const UdpmUrl& url_in, const BusOptions& options,
+       std::uint64_t self)
+      : url(url_in), publisher(std::move(lcm), options, self), intake(options.key, self) {}
 
-  /// Delivers one packet, if there is one.
-  bool hand_on() {
-    if (lcm_handle_timeout(lcm.get(), 0) <= 0) return false;
-    for (const auto& subscription : subscriptions) {
-      if (subscription->thrown) {
-        std::rethrow_exception(std::exchange(subscription->thrown, nullptr));
-      }
-    }
-    return true;
+  [[nodiscard]] tl::expected<void, std::string> receive() {
+    auto opened = Receiver::open(url, intake, [this](const Presence& presence) {
+      Packet packet;
+      if (encode(presence, packet)) publisher.publish(channel::kPresence, packet);
+    });
+    if (!opened) return tl::unexpected(opened.error());
+    receiver = std::move(*opened);
+    return {};
   }
 
-  [[nodiscard]] std::size_t bytes() const {
-    std::size_t sum = 0;
-    for (const auto& subscription : subscriptions) sum += subscription->bytes;
-    return sum;
+  void deliver(const Arrival& arrival) {
+    sender = arrival.sender;
+    if (!handlers[arrival.subscription](arrival.packet)) ++malformed;
   }
 
-  std::vector<std::unique_ptr<Subscription>> subscriptions;  // LCM stores their addresses.
-  std::unique_ptr<lcm_t, Destroy> lcm;
+  UdpmUrl url;
+  Publisher publisher;
+  Intake intake;
+  std::vector<Handler> handlers;
+  Sender sender;
+  std::int64_t malformed = 0;
+  std::unique_ptr<Receiver> receiver;  // Last: its thread uses the others.
 };
 
 Bus::Bus(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -84,50 +82,56 @@ Bus::Bus(Bus&&) noexcept = default;
 Bus& Bus::operator=(Bus&&) noexcept = default;
 Bus::~Bus() = default;
 
-tl::expected<Bus, std::string> Bus::open(const std::string& url, int receive_bytes) {
-  auto impl = std::make_unique<Impl>();
-  impl->lcm.reset(lcm_create(with_buffer(url, receive_bytes).c_str()));
-  if (impl->lcm == nullptr) {
-    return tl::unexpected(
-        fmt::format("no link over '{}': is it an LCM URL such as {}, and is multicast routed?", url,
-                    kDefaultUrl));
+tl::expected<Bus, std::string> Bus::open(const std::string& url, const BusOptions& options) {
+  tl::expected<UdpmUrl, std::string> parsed = parse_udpm_url(url);
+  if (!parsed) return tl::unexpected(parsed.error());
+  if (parsed->receive_bytes == 0) parsed->receive_bytes = options.receive_bytes;
+  std::unique_ptr<lcm_t, Destroy> lcm(lcm_create(to_lcm(*parsed).c_str()));
+  if (lcm == nullptr) {
+    return tl::unexpected(fmt::format("no link over '{}': is multicast routed?", url));
   }
+  auto impl = std::make_unique<Impl>(std::move(lcm), *parsed, options, new_nonce());
+  const tl::expected<void, std::string> receives = impl->receive();
+  if (!receives) return tl::unexpected(receives.error());
   return Bus(std::move(impl));
 }
 
-void Bus::subscribe(const char* channel, std::size_t max_bytes, Handler handler) {
-  impl_->subscriptions.push_back(std::make_unique<Subscription>());
-  Subscription* subscription = impl_->subscriptions.back().get();
-  subscription->max_bytes = max_bytes;
-  subscription->handler = std::move(handler);
-  lcm_subscription_t* with_lcm = lcm_subscribe(impl_->lcm.get(), channel, receive, subscription);
-  lcm_subscription_set_queue_capacity(with_lcm, max_bytes > kMaxFixedSize ? kListQueue : kQueue);
+void Bus::subscribe(const char* channel, std::size_t max_bytes, Handler handler, Access access) {
+  impl_->handlers.push_back(std::move(handler));
+  impl_->intake.subscribe(channel, max_bytes, access);
 }
 
 bool Bus::publish(const char* channel, const Packet& packet) {
-  return lcm_publish(impl_->lcm.get(), channel, packet.data(),
-                     static_cast<unsigned>(packet.size())) == 0;
+  return impl_->publisher.publish(channel, packet);
 }
 
 bool Bus::wait(Clock& clock, Utime deadline, const std::function<bool()>& enough) {
-  const int descriptor = lcm_get_fileno(impl_->lcm.get());
+  ArrivalQueue& queue = impl_->intake.queue();
   for (;;) {
-    const std::size_t most = impl_->bytes() + kMaxBytes;
-    for (int i = 0; i < kMaxPackets && impl_->bytes() < most && impl_->hand_on(); ++i) {
+    std::size_t bytes = 0;
+    for (int i = 0; i < kMaxPackets && bytes < kMaxBytes; ++i) {
+      const std::optional<Arrival> arrival = queue.pop();
+      if (!arrival) break;
+      bytes += arrival->packet.size();
+      impl_->deliver(*arrival);
       if (enough && enough()) return true;
     }
     const Utime left = clock.real(deadline - clock.now());
     if (left <= 0) return false;
-    pollfd readable{descriptor, POLLIN, 0};
-    const timespec timeout{left / kMicrosecondsPerSecond, (left % kMicrosecondsPerSecond) * 1000};
-    ::ppoll(&readable, 1, &timeout, nullptr);  // a signal or an error only shortens the wait
+    queue.wait(left);
   }
 }
 
-std::int64_t Bus::malformed() const {
-  std::int64_t count = 0;
-  for (const auto& subscription : impl_->subscriptions) count += subscription->malformed;
-  return count;
+const Sender& Bus::sender() const { return impl_->sender; }
+
+bool Bus::has_key() const { return impl_->intake.has_key(); }
+
+std::int64_t Bus::malformed() const { return rejections().malformed; }
+
+Rejections Bus::rejections() const {
+  Rejections rejections = impl_->intake.rejections();
+  rejections.malformed += impl_->malformed;
+  return rejections;
 }
 
 }  // namespace dive::link

@@ -13,6 +13,7 @@
 #include <dive/operator_answer_t.hpp>
 #include <dive/operator_request_t.hpp>
 #include <dive/path_t.hpp>
+#include <dive/presence_t.hpp>
 #include <dive/pseudo_rates_t.hpp>
 #include <dive/range_scan_t.hpp>
 #include <dive/sim_tick_t.hpp>
@@ -35,24 +36,14 @@ constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(3 * 8 + 3 + 12 * sizeof(double))};
 constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxContacts)};
 constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
-constexpr Run kHeartbeat[] = {bytes(4 * 8 + 4 * 4 + 2)};
-constexpr Run kRequest[] = {bytes(3 * 8 + 1 + sizeof(Mac))};
-constexpr Run kAnswer[] = {bytes(2 * 8 + 2 + sizeof(Mac))};
+constexpr Run kHeartbeat[] = {bytes(5 * 8 + 4 * 4 + 2)};
+constexpr Run kRequest[] = {bytes(3 * 8 + 1)};
+constexpr Run kAnswer[] = {bytes(2 * 8 + 2)};
 constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
 constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
 constexpr Run kRange[] = {bytes(8 + 4 * sizeof(float)), array(sizeof(float), 3 * kMaxScanPoints)};
+constexpr Run kPresence[] = {bytes(8), array(2 * 8, kMaxEchoes)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
-
-template <typename Message>
-void write_mac(const Mac& mac, Message& out) {
-  std::copy(mac.begin(), mac.end(), out.mac);
-}
-template <typename Message>
-Mac read_mac(const Message& in) {
-  Mac mac;
-  std::copy_n(in.mac, mac.size(), mac.begin());
-  return mac;
-}
 
 std::size_t size_of(const ImageFrame& frame) {
   const std::size_t bytes_a_pixel = frame.format == ImageFrame::Format::kRgb8 ? 3 : 1;
@@ -322,11 +313,13 @@ bool decode(PacketView packet, SimTick& tick) {
 }
 
 bool encode(const Heartbeat& heartbeat, Packet& packet) {
-  const auto& [utime, session_id, counter, ticks, refused, has_key, finished] = heartbeat;
+  const auto& [utime, session_id, challenge, counter, ticks, refused, has_key, finished] =
+      heartbeat;
   const auto& [auth_failed, replayed, stale, rate_limited] = refused;
   heartbeat_t m;
   m.utime = utime;
   m.session_id = static_cast<std::int64_t>(session_id);
+  m.challenge = static_cast<std::int64_t>(challenge);
   m.counter = counter;
   m.ticks = ticks;
   m.auth_failed = auth_failed;
@@ -343,6 +336,7 @@ bool decode(PacketView packet, Heartbeat& heartbeat) {
   if (!m) return false;
   heartbeat = {m->utime,
                static_cast<std::uint64_t>(m->session_id),
+               static_cast<std::uint64_t>(m->challenge),
                m->counter,
                m->ticks,
                {m->auth_failed, m->replayed, m->stale, m->rate_limited},
@@ -352,13 +346,12 @@ bool decode(PacketView packet, Heartbeat& heartbeat) {
 }
 
 bool encode(const OperatorRequest& request, Packet& packet) {
-  const auto& [session_id, counter, heartbeat_utime, command, mac] = request;
+  const auto& [session_id, counter, challenge, command] = request;
   operator_request_t m;
   m.session_id = static_cast<std::int64_t>(session_id);
   m.counter = counter;
-  m.heartbeat_utime = heartbeat_utime;
+  m.challenge = static_cast<std::int64_t>(challenge);
   m.command = static_cast<std::int8_t>(command);
-  write_mac(mac, m);
   return pack(m, kRequest, packet);
 }
 
@@ -367,19 +360,17 @@ bool decode(PacketView packet, OperatorRequest& request) {
   if (!m) return false;
   request.session_id = static_cast<std::uint64_t>(m->session_id);
   request.counter = m->counter;
-  request.heartbeat_utime = m->heartbeat_utime;
-  request.mac = read_mac(*m);
+  request.challenge = static_cast<std::uint64_t>(m->challenge);
   return read_enum(m->command, OperatorCommand::kSkip, request.command);
 }
 
 bool encode(const OperatorAnswer& answer, Packet& packet) {
-  const auto& [session_id, counter, command, result, mac] = answer;
+  const auto& [session_id, counter, command, result] = answer;
   operator_answer_t m;
   m.session_id = static_cast<std::int64_t>(session_id);
   m.counter = counter;
   m.command = static_cast<std::int8_t>(command);
   m.result = static_cast<std::int8_t>(result);
-  write_mac(mac, m);
   return pack(m, kAnswer, packet);
 }
 
@@ -388,7 +379,6 @@ bool decode(PacketView packet, OperatorAnswer& answer) {
   if (!m) return false;
   answer.session_id = static_cast<std::uint64_t>(m->session_id);
   answer.counter = m->counter;
-  answer.mac = read_mac(*m);
   return read_enum(m->command, OperatorCommand::kSkip, answer.command) &&
          read_enum(m->result, RequestResult::kNoKey, answer.result);
 }
@@ -409,6 +399,32 @@ bool decode(PacketView packet, Path& path) {
   path.utime = m->utime;
   path.clearance_m = m->clearance;
   read_poses(m->waypoints, path.waypoints);
+  return true;
+}
+
+bool encode(const Presence& presence, Packet& packet) {
+  const auto& [challenge, echoes] = presence;
+  if (echoes.size() > kMaxEchoes) return false;
+  presence_t m;
+  m.challenge = static_cast<std::int64_t>(challenge);
+  m.n = static_cast<std::int32_t>(echoes.size());
+  m.echoes.resize(echoes.size());
+  for (std::size_t i = 0; i < echoes.size(); ++i) {
+    m.echoes[i].sender = static_cast<std::int64_t>(echoes[i].sender);
+    m.echoes[i].challenge = static_cast<std::int64_t>(echoes[i].challenge);
+  }
+  return pack(m, kPresence, packet);
+}
+
+bool decode(PacketView packet, Presence& presence) {
+  const auto m = unpack<presence_t>(packet, kPresence);
+  if (!m) return false;
+  presence.challenge = static_cast<std::uint64_t>(m->challenge);
+  presence.echoes.clear();
+  for (const presence_echo_t& echo : m->echoes) {
+    presence.echoes.push_back(
+        {static_cast<std::uint64_t>(echo.sender), static_cast<std::uint64_t>(echo.challenge)});
+  }
   return true;
 }
 

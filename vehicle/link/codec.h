@@ -7,7 +7,6 @@
 // more than a few times the packet's size. Numbers keep every bit: the receiver checks whether a
 // value makes sense, except for what makes a list of points valid.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -89,6 +88,7 @@ struct Refusals {
 struct Heartbeat {
   Utime utime = 0;
   std::uint64_t session_id = 0;
+  std::uint64_t challenge = 0;
   std::int64_t counter = 0;
   std::int64_t ticks = 0;
   Refusals refused;
@@ -96,15 +96,12 @@ struct Heartbeat {
   bool finished = false;
 };
 
-using Mac = std::array<std::uint8_t, 32>;
-
 /// See operator_request_t.lcm.
 struct OperatorRequest {
   std::uint64_t session_id = 0;
   std::int64_t counter = 0;
-  Utime heartbeat_utime = 0;
+  std::uint64_t challenge = 0;
   OperatorCommand command = OperatorCommand::kHeartbeat;
-  Mac mac{};
 };
 
 enum class RequestResult { kAccepted, kAuthFailed, kReplayed, kStale, kNoKey };
@@ -115,7 +112,18 @@ struct OperatorAnswer {
   std::int64_t counter = 0;
   OperatorCommand command = OperatorCommand::kHeartbeat;
   RequestResult result = RequestResult::kAccepted;
-  Mac mac{};
+};
+
+inline constexpr std::size_t kMaxEchoes = 32;  ///< Maximum number of echoes in a presence.
+
+/// See presence_t.lcm.
+struct Presence {
+  struct Echo {
+    std::uint64_t sender = 0;
+    std::uint64_t challenge = 0;
+  };
+  std::uint64_t challenge = 0;
+  std::vector<Echo> echoes;
 };
 
 /// See path_t.lcm.
@@ -149,6 +157,7 @@ inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(f
 [[nodiscard]] bool encode(const OperatorAnswer& answer, Packet& packet);
 [[nodiscard]] bool encode(const Path& path, Packet& packet);
 [[nodiscard]] bool encode(const ExitPathMessage& message, Packet& packet);
+[[nodiscard]] bool encode(const Presence& presence, Packet& packet);
 // Messages of the log only, stamped with the tick's time.
 [[nodiscard]] bool encode(Utime now, const vehicle::Command& command, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const vehicle::PseudoRates& rates, Packet& packet);
@@ -166,6 +175,7 @@ inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(f
 [[nodiscard]] bool decode(PacketView packet, OperatorAnswer& answer);
 [[nodiscard]] bool decode(PacketView packet, Path& path);
 [[nodiscard]] bool decode(PacketView packet, ExitPathMessage& message);
+[[nodiscard]] bool decode(PacketView packet, Presence& presence);
 [[nodiscard]] bool decode(PacketView packet, vehicle::Command& command);
 [[nodiscard]] bool decode(PacketView packet, vehicle::PseudoRates& rates);
 

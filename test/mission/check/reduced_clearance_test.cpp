@@ -74,7 +74,7 @@ void expect_refused(const Diagnostics& diagnostics, const std::string& accepted)
   EXPECT_EQ(error->span.line, 5) << "the goal that is left for";
   EXPECT_GT(error->span.column, 0);
   EXPECT_THAT(error->message, HasSubstr("goal 'out' is reduced"));
-  EXPECT_THAT(error->message, HasSubstr("of the clearance of 0.6 m"));
+  EXPECT_THAT(error->message, HasSubstr("less than 0.6 m"));
   EXPECT_THAT(error->message, HasSubstr("m of the path keep 0."));
   EXPECT_THAT(error->message, HasSubstr("nearest quay"));
   EXPECT_THAT(error->message, HasSubstr("narrowest at ("));

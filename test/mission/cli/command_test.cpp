@@ -181,7 +181,7 @@ TEST(Command, PlanOutOfANarrowStartIsReduced) {
   const double clearance = json.at("clearance_m").get<double>();
   EXPECT_GT(clearance, 0.0);
   EXPECT_LT(clearance, 0.6);
-  EXPECT_THAT(json.at("reason").get<std::string>(), HasSubstr("of the clearance of 0.6 m"));
+  EXPECT_THAT(json.at("reason").get<std::string>(), HasSubstr("less than 0.6 m"));
   const auto& reduced = json.at("reduced");
   EXPECT_GT(reduced.at("length_m").get<double>(), 0.0);
   EXPECT_LT(reduced.at("length_m").get<double>(), json.at("length_m").get<double>());

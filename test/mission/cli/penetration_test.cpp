@@ -126,7 +126,7 @@ TEST(BlindTunnel, WithoutAnyWayOutItSaysSoAndTakesTheLastRung) {
   ASSERT_FALSE(dived.result.failsafes.empty());
   EXPECT_EQ(dived.result.failsafes.back().rung, "emergency_surface");
   EXPECT_EQ(dived.result.failsafes.back().cause, "retrace_failure");
-  EXPECT_THAT(dived.result.failsafes.back().why, HasSubstr("there is no way out"));
+  EXPECT_THAT(dived.result.failsafes.back().why, HasSubstr("there is no exit path"));
   EXPECT_THAT(dived.states, Contains("dive.emergency"));
   EXPECT_EQ(dived.plan_causes.size(), 4U) << "with less and less clearance, and then no more";
 }

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/mathematics.h"
 #include "mission/check/check.h"
 #include "mission/cli/loading.h"
 #include "mission/record/log.h"
@@ -40,6 +41,7 @@ DiveResult dive_and_log(const DiveSettings& settings, const fs::path& path,
                         const std::string& mission_xml = window().mission.source.content()) {
   LogHeader header;
   header.version = "test";
+  header.mathematics = mathematics();
   header.seed = settings.seed;
   header.mission_name = "window.xml";
   header.mission_xml = mission_xml;

@@ -103,6 +103,7 @@ TEST(LoadMission, FillsInDefaults) {
   EXPECT_FALSE(mission->replan.period_s || mission->replan.deviation_m);
   EXPECT_EQ(replans_per_leg(*mission, mission->replan), 50);
   EXPECT_FALSE(mission->unknown);
+  EXPECT_EQ(mission->abort_authority, AbortAuthority::kAnyone);
   for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
     const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
     EXPECT_EQ(mission->failsafes.policies[i].rung, traits.policy.rung) << traits.name;
@@ -121,6 +122,15 @@ TEST(LoadMission, FillsInDefaults) {
   EXPECT_EQ(go.position.in_world(0.0), Eigen::Vector3d(1.0, 2.0, -3.0));
   EXPECT_FALSE(mission->states[0].transitions[0].guard);
   EXPECT_FALSE(mission->states[0].transitions[0].internal);
+}
+
+TEST(LoadMission, ReadsWhoseAbortIsAccepted) {
+  const std::string place = "x=\"1\" y=\"2\" z=\"3\" z_units=\"DEPTH\"";
+  Diagnostics diagnostics;
+  const auto mission = parse(mission_text(place, "<operator abort=\"key\"/>"), diagnostics);
+  ASSERT_TRUE(mission) << rendered(diagnostics);
+  EXPECT_EQ(mission->abort_authority, AbortAuthority::kKey);
+  EXPECT_FALSE(parse(mission_text(place, "<operator abort=\"none\"/>"), diagnostics));
 }
 
 TEST(LoadMission, ReadsFailsafesAsWritten) {

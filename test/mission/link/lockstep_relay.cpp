@@ -37,7 +37,9 @@ struct Loss {
 class ToExecutive {
  public:
   ToExecutive(const std::string& from, const std::string& to, Loss loss)
-      : from_(*link::Bus::open(from, kReceiveBytes)), to_(*link::Bus::open(to)), loss_(loss) {
+      : from_(*link::Bus::open(from, {.receive_bytes = kReceiveBytes})),
+        to_(*link::Bus::open(to)),
+        loss_(loss) {
     pass<dive::ImuSample>(link::channel::kAhrs, Kind::kImu);
     pass<dive::DepthSample>(link::channel::kDepth, Kind::kDepth);
     pass<dive::HealthSample>(link::channel::kHealth, Kind::kHealth);

@@ -19,6 +19,7 @@ namespace dive::mission::testing {
 
 inline LogHeader sample_header() {
   return {.version = "0.1.0",
+          .mathematics = "sleef-3.5.1/0123456789abcdef",
           .seed = 0xfedcba9876543210ULL,
           .mission_name = "window.xml",
           .mission_xml = "<mission>\n\tä & ü\n</mission>\n",

@@ -179,15 +179,15 @@ TEST(Planner, SaysHonestlyThatThereIsNoWay) {
   const Vector3d inside(5, 0, -6);
   const PlanResult shut = plan(room_around(inside, 0.0), ask({-3, 0, -6}, inside, 0.5));
   EXPECT_EQ(shut.status, PlanStatus::kNoPath);
-  EXPECT_EQ(shut.reason, "blocked: there is no way to the goal, and west is in the straight one");
+  EXPECT_EQ(shut.reason, "blocked: no path leads to the goal; west obstructs the straight one");
 
   // With 1.2 m of door and 0.48 m of vehicle, 0.36 m is the largest clearance.
   const World with_door = room_around(inside, 1.2);
   const PlanResult tight = plan(with_door, ask({-3, 0, -6}, inside, 0.6));
   EXPECT_EQ(tight.status, PlanStatus::kNoPath);
   EXPECT_NEAR(tight.clearance_m, 0.36, 0.02);
-  EXPECT_EQ(tight.reason.substr(0, 22), "too tight for 0.60 m (");
-  EXPECT_NE(tight.reason.find("the best found keeps 0.3"), std::string::npos) << tight.reason;
+  EXPECT_EQ(tight.reason.substr(0, 22), "too narrow for a clear");
+  EXPECT_NE(tight.reason.find("the best path found keeps 0.3"), std::string::npos) << tight.reason;
   EXPECT_EQ(plan(with_door, ask({-3, 0, -6}, inside, 0.33)).status, PlanStatus::kSuccess);
 }
 
@@ -280,8 +280,8 @@ TEST(Planner, SaysWhatClearanceWouldHaveWorked) {
       EXPECT_LE(result.clearance_m, best + 1e-9);
       EXPECT_GE(result.clearance_m, 0.95 * best)
           << width << " x " << height << " from " << aside << ", of " << best;
-      EXPECT_TRUE(result.reason.starts_with("too tight for") ||
-                  result.reason.starts_with("no path found that keeps"))
+      EXPECT_TRUE(result.reason.starts_with("too narrow for") ||
+                  result.reason.starts_with("no path found with a clearance"))
           << result.reason;
       request.limits.clearance = 0.8 * result.clearance_m;
       EXPECT_EQ(plan(world, request).status, PlanStatus::kSuccess)

@@ -41,7 +41,10 @@ void Flippers::advance(double dt) {
 
 double Flippers::power() const {
   double total = 0.0;
-  for (int i = 0; i < forces_.cols(); ++i) total += std::pow(forces_.col(i).norm(), 1.5);
+  for (int i = 0; i < forces_.cols(); ++i) {
+    const double force = forces_.col(i).norm();
+    total += force * std::sqrt(force);
+  }
   return figures_.thrust_power * total;
 }
 

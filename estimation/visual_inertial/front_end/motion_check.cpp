@@ -1,0 +1,62 @@
+#include "estimation/visual_inertial/front_end/motion_check.h"
+
+#include <utility>
+
+#include "estimation/visual_inertial/front_end/epipolar.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::uint64_t kRansacStream = 31;
+
+}  // namespace
+
+MotionCheck::MotionCheck(Tolerances tolerances, std::uint64_t seed)
+    : tolerances_(tolerances), random_(seed, kRansacStream) {
+  reset();
+}
+
+void MotionCheck::reset() { turned_since_.fill(Quaterniond::Identity()); }
+
+int MotionCheck::remove_moving(std::vector<Track>& tracks, std::size_t image,
+                               const Quaterniond& q) {
+  for (Quaterniond& since : turned_since_) since = (q * since).normalized();
+  turned_since_[(image - 1) % Track::kPast] = q;
+  int removed = remove_over(tracks, image, 1, q, tolerances_.last);
+  for (const std::size_t span : {Track::kPast / 2, Track::kPast}) {
+    removed += remove_over(tracks, image, span, turned_since_[(image - span) % Track::kPast],
+                           tolerances_.drift);
+  }
+  return removed;
+}
+
+// By the motion over the last `span` images, in which the camera turned by q.
+int MotionCheck::remove_over(std::vector<Track>& tracks, std::size_t image, std::size_t span,
+                             const Quaterniond& q, double tolerance) {
+  std::vector<TurnedMatch> matches;
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (tracks[i].turned < span) continue;
+    const Vector2d& before = tracks[i].past[(image - span) % Track::kPast];
+    const Vector3d turned = q * before.homogeneous();
+    if (!(turned.z() > 0.05)) continue;
+    matches.push_back({turned / turned.z(), tracks[i].n});
+    of.push_back(i);
+  }
+  const std::vector<bool> agrees = agree_with_one_translation(matches, tolerance, random_);
+  std::vector<bool> drop(tracks.size(), false);
+  for (std::size_t k = 0; k < of.size(); ++k) drop[of[k]] = !agrees[k];
+  std::vector<Track> kept;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (!drop[i]) kept.push_back(std::move(tracks[i]));
+  }
+  const std::size_t before = tracks.size();
+  tracks = std::move(kept);
+  return static_cast<int>(before - tracks.size());
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,145 @@
+#include "mission/check/budget.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "behaviors/surface.h"
+#include "behaviors/trail.h"
+#include "mission/document/state_index.h"
+#include "planning/world/overhead.h"
+#include "vehicle/aqua2_figures.h"
+#include "vehicle/autopilot.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr double kSecondsPerHour = 3600.0;
+
+double power_w(const Mission& mission) {
+  const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
+  return vehicle::Aqua2Figures{}.cruise_power_w(fraction);
+}
+
+/// Resources that a dive of this mission may use.
+struct Usable {
+  double time_s = 0.0;
+  double energy_wh = 0.0;
+};
+
+Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
+  return {mission.limits.mission_timeout.value,
+          conditions.battery_capacity_wh *
+              (conditions.battery_fraction - mission.limits.battery_reserve.value)};
+}
+
+// Walks the route point by point, as the vehicle drops its breadcrumbs, and tests at each whether
+// turning back is still possible.
+void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                         const Mission& mission, const planning::World& world, double radius,
+                         const Usable& limit, Budget& budget) {
+  planning::OverheadIndex overheads(world);
+  behaviors::Trail trail;
+  const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
+  double distance = 0.0;
+  double entered_s = 0.0;  // when the vehicle was last in open water
+  double last_out_m = 0.0;
+  const auto visit = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+    const double t = distance / mission.speed.value;
+    const bool open = !overheads.is_above(p_W, radius);
+    trail.add(p_W, open);
+    if (open) entered_s = t;
+    const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
+    const double out_s = path.length_m / mission.speed.value -
+                         path.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
+      budget.no_return = Budget::NoReturn{distance, state};
+    }
+    const double time_left = limit.time_s - entered_s;
+    const double energy_left = limit.energy_wh - entered_s * power;
+    const bool inward = !open && path.length_m > last_out_m;
+    last_out_m = path.length_m;
+    if (!inward || time_left <= 0.0 || energy_left <= 0.0) return;
+    const double used =
+        std::max((t - entered_s) / time_left, (t - entered_s) * power / energy_left);
+    if (used <= budget.budget_used_under_overhead) return;
+    budget.budget_used_under_overhead = used;
+    budget.worst_overhead_state = state;
+  };
+  visit(route.start.p, "start");
+  for (const PlannedRouteLeg& leg : legs) {
+    const std::vector<Pose>& waypoints = leg.plan.waypoints;
+    for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+      distance += (waypoints[i + 1].p - waypoints[i].p).norm();
+      visit(waypoints[i + 1].p, leg.state);
+    }
+  }
+}
+
+}  // namespace
+
+Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                   const Mission& mission, const planning::World& world, double radius,
+                   const ExitPathProof& exit_path, const vehicle::Conditions& conditions) {
+  Budget budget;
+  for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
+  budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
+                      route.ascent_m / behaviors::SurfaceOptions{}.ascent_rate;
+  budget.distance_m += route.ascent_m;
+  const double power = power_w(mission) / kSecondsPerHour;
+  budget.energy_wh = power * budget.duration_s;
+  budget.worst_duration_s = mission.limits.mission_timeout.value + exit_path.longest_s;
+  budget.worst_energy_wh = power * budget.worst_duration_s;
+  find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
+  return budget;
+}
+
+void check_budget(const Budget& budget, const ExitPathProof& exit_path, const Mission& mission,
+                  const vehicle::Conditions& conditions, Diagnostics& diagnostics) {
+  const Located<double>& timeout = mission.limits.mission_timeout;
+  const Usable limit = usable(mission, conditions);
+  if (budget.duration_s > limit.time_s) {
+    diagnostics.error("CHK-TIME", mission.source, timeout.span,
+                      fmt::format("the route takes {:.0f} s at {:g} m/s, longer than "
+                                  "mission_timeout ({:g} s)",
+                                  budget.duration_s, mission.speed.value, timeout.value),
+                      "raise mission_timeout or shorten the route");
+  } else if (budget.duration_s + exit_path.longest_s > limit.time_s) {
+    diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
+                        fmt::format("the route takes {:.0f} s and the longest exit path {:.0f} s: "
+                                    "together longer than mission_timeout",
+                                    budget.duration_s, exit_path.longest_s));
+  }
+  if (budget.energy_wh > limit.energy_wh) {
+    diagnostics.error("CHK-ENERGY", mission.source, mission.limits.battery_reserve.span,
+                      fmt::format("the route takes {:.1f} Wh, and the battery has {:.1f} Wh above "
+                                  "its reserve",
+                                  budget.energy_wh, limit.energy_wh),
+                      "shorten the route or lower battery_reserve");
+  } else if (budget.no_return) {
+    diagnostics.error("CHK-NO-RETURN", mission.source,
+                      span_of_state(mission, budget.no_return->state),
+                      fmt::format("from {:.0f} m along the route, in '{}', time or charge no "
+                                  "longer suffice to leave and surface",
+                                  budget.no_return->distance_m, budget.no_return->state),
+                      "shorten the route, or raise mission_timeout");
+  }
+  const double charge = conditions.battery_capacity_wh * conditions.battery_fraction;
+  if (budget.worst_energy_wh > charge) {
+    diagnostics.warning(
+        "CHK-ENERGY-WORST", mission.source, timeout.span,
+        fmt::format("a dive until mission_timeout and the exit path take {:.1f} Wh, "
+                    "and the battery has {:.1f} Wh",
+                    budget.worst_energy_wh, charge),
+        "lower mission_timeout");
+  }
+  if (budget.budget_used_under_overhead > 1.0 / 3.0) {
+    diagnostics.warning(
+        "CHK-THIRDS", mission.source, span_of_state(mission, budget.worst_overhead_state),
+        fmt::format("{:.0f} % of the usable time or charge are used in '{}' "
+                    "before the return begins, more than a third",
+                    100.0 * budget.budget_used_under_overhead, budget.worst_overhead_state));
+  }
+}
+
+}  // namespace dive::mission

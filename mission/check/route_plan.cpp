@@ -1,0 +1,70 @@
+#include "mission/check/route_plan.h"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/clock.h"
+
+namespace dive::mission {
+namespace {
+
+std::string shown(const Eigen::Vector3d& p_W) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", p_W.x(), p_W.y(), p_W.z());
+}
+
+void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const Mission& mission,
+                    Diagnostics& diagnostics) {
+  const std::string accepted =
+      std::isfinite(leg.reduced_clearance)
+          ? fmt::format("the mission accepts {:g} m", leg.reduced_clearance)
+          : "the mission accepts no reduced clearance";
+  diagnostics.error("CHK-PLAN", mission.source, leg.span,
+                    fmt::format("the path to goal '{}' is reduced: {}; narrowest at {}; {}",
+                                leg.goal.id, plan.reason, shown(plan.reduced->place_W), accepted),
+                    "move the start of the leg, or state the least clearance that is accepted: "
+                    "reduced_clearance=\"...\" here or in limits");
+}
+
+}  // namespace
+
+std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
+                                        const planning::RobotHull& hull,
+                                        const planning::PlannerOptions& options,
+                                        std::uint64_t seed) {
+  SteadyClock clock;
+  planning::Planner planner(world, hull, options, clock);
+  std::vector<PlannedRouteLeg> legs;
+  behaviors::LegSettings settings = route.settings;
+  settings.seed = seed;
+  Pose at = route.start;
+  for (const RouteLeg& leg : route.legs) {
+    at.p = leg.from_W;
+    settings.limits.reduced_clearance = leg.reduced_clearance;
+    const planning::PlanRequest request = behaviors::leg_request(settings, leg.goal, at);
+    planning::PlanResult plan = planner.plan(request);
+    legs.push_back({leg.state, leg.goal.id, std::move(plan), planner.statistics()});
+    const std::vector<Pose>& waypoints = legs.back().plan.waypoints;
+    at = waypoints.empty() ? request.goal : waypoints.back();
+  }
+  return legs;
+}
+
+void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                         const Mission& mission, Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const planning::PlanResult& plan = legs[i].plan;
+    if (plan.accepted) continue;
+    if (plan.status == planning::PlanStatus::kReduced) {
+      report_reduced(route.legs[i], plan, mission, diagnostics);
+      continue;
+    }
+    diagnostics.error("CHK-PLAN", mission.source, route.legs[i].span,
+                      fmt::format("no path to goal '{}' ({}): {}", legs[i].goal,
+                                  planning::to_string(plan.status), plan.reason),
+                      "move the goal, or lower the clearance in limits");
+  }
+}
+
+}  // namespace dive::mission
