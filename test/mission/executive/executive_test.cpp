@@ -367,6 +367,8 @@ TEST_F(ExecutiveTest, AfterAStallTheVehicleIsExpectedToHaveStopped) {
   EXPECT_GT(after, before);
   EXPECT_LT(after - before, 0.8) << "commands expire after 0.2 s";
   EXPECT_THAT(actions_.back().text, HasSubstr("no tick for 5.0 s"));
+  for (int i = 0; i < 45; ++i) EXPECT_EQ(tick().command.v, 0.0) << "the supervisor still holds it";
+  EXPECT_GT(run(2.0).command.v, 0.1);
 }
 
 TEST_F(ExecutiveTest, TransitionsSayWhichGuardsDecidedAndWithWhatValues) {
