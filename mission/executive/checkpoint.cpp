@@ -10,7 +10,9 @@ namespace {
 
 using statechart::StateId;
 
-constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma: the vehicle was not controlled
+constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma, until the vehicle has stopped ...
+constexpr double kStopSeconds = 5.0;     // s
+constexpr double kDriftHeld = 0.03;      // m/s: ... and while it holds (vehicle/exit_guidance.h)
 constexpr double kGoesOn = 0.3;  // s after a commit for which a vehicle without commands swims on
 constexpr double kStops = 1.0;   // time constant, s, with which it then comes to rest
 
@@ -25,7 +27,9 @@ Drift drift_in(double gap_s, const Checkpoint& checkpoint) {
   const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
   const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
   const double surge = (checkpoint.X_WB.q.conjugate() * checkpoint.v_W).x() * (1.0 - stopping);
-  return {checkpoint.v_W.head<2>() * swam_s, kDriftWhileAway * gap_s, surge};
+  const double sigma_m = kDriftWhileAway * std::min(gap_s, kStopSeconds) +
+                         kDriftHeld * std::max(gap_s - kStopSeconds, 0.0);
+  return {checkpoint.v_W.head<2>() * swam_s, sigma_m, surge};
 }
 
 void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,

@@ -153,10 +153,12 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (situation.estimate.valid) behavior.advance_view(inputs.now, situation.estimate.X_WB.p);
 }
 
-// Commands expire: a vehicle whose executive was stalled has stopped.
+// Commands expire: a vehicle whose executive was stalled has stopped. It is held by the supervisor
+// until that has received commands for a while; what is commanded meanwhile must not be expected.
 void Executive::Impl::estimate_over_gap(double speed) {
   localization.expect(speed, situation.expected_heave);
   static_cast<void>(localization.update(last_step + kCommandLifetime));
+  if (situation.now - last_step > kHeldBySupervisor) given_back_at = situation.now + kGiveBack;
   note(fmt::format("no tick for {:.1f} s: the vehicle stopped meanwhile",
                    to_seconds(situation.now - last_step)));
 }

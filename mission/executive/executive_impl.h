@@ -26,6 +26,11 @@ namespace dive::mission {
 
 struct Executive::Impl final : private MachineRunner::Observer {
   static constexpr Utime kCommandLifetime = 200'000;  ///< us: STALE_MS of vehicle_command_t.lcm.
+  /// us without commands after which the supervisor may hold the vehicle.
+  static constexpr Utime kHeldBySupervisor = 800'000;
+  /// us of commands after which it has given the vehicle back: 0.3 s until it does, 0.3 s until the
+  /// vehicle obeys, and some more.
+  static constexpr Utime kGiveBack = 1'000'000;
 
   Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
        ExecutiveOptions options_in);
@@ -68,7 +73,9 @@ struct Executive::Impl final : private MachineRunner::Observer {
   [[nodiscard]] bool measures_its_speed() const;
   /// True if the vehicle has received no command for longer than one lasts.
   [[nodiscard]] bool has_gap() const { return situation.now - last_step > kCommandLifetime; }
-  [[nodiscard]] bool is_held() const { return paused || ladder.rung() == behaviors::Rung::kHold; }
+  [[nodiscard]] bool is_held() const {
+    return paused || ladder.rung() == behaviors::Rung::kHold || situation.now < given_back_at;
+  }
   void raise_event(std::string name, std::string cause) {
     events.push_back({std::move(name), std::move(cause)});
   }
@@ -101,6 +108,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Utime held_for = 0;  ///< Total time for which the behaviours' clock was stopped, us.
   Utime started_at = 0;
   Utime last_step = 0;
+  Utime given_back_at =
+      0;  ///< Until then the supervisor may hold the vehicle: commands are in vain.
   std::optional<vehicle::Command> held;  ///< Command that keeps station during a hold.
   vehicle::Command command;
   int goals_left_out = 0;  ///< Goals reached before a restart.

@@ -24,6 +24,7 @@ void Executive::Impl::resume(const Resume& from) {
     const Drift drift = drift_in(gap_s, checkpoint);
     localization.dead_reckon(drift.by_W, drift.sigma_m, drift.surge);
     control.begin_at(drift.surge);
+    given_back_at = situation.now + kGiveBack;
   }
   outputs.estimate = situation.estimate = localization.update(situation.now);
   started_at = situation.now - from_seconds(checkpoint.elapsed_s + gap_s);

@@ -344,7 +344,7 @@ TEST_F(ExecutiveTest, AMistakeOfOursUnderAnOverheadFollowsTheExitPathFirst) {
   executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
   tick();
   double x = run(20.0, straight_plan()).estimate.X_WB.p.x();
-  ASSERT_GT(x, 5.0);
+  ASSERT_GT(x, 3.0);
   ASSERT_FALSE(executive_->exit_path().open_above);
   ASSERT_FALSE(executive_->exit_path().waypoints.empty());
   EXPECT_LT(executive_->exit_path().waypoints.back().p.x(), 0.0) << "in open water";
@@ -367,6 +367,8 @@ TEST_F(ExecutiveTest, AfterAStallTheVehicleIsExpectedToHaveStopped) {
   EXPECT_GT(after, before);
   EXPECT_LT(after - before, 0.8) << "commands expire after 0.2 s";
   EXPECT_THAT(actions_.back().text, HasSubstr("no tick for 5.0 s"));
+  for (int i = 0; i < 45; ++i) EXPECT_EQ(tick().command.v, 0.0) << "the supervisor still holds it";
+  EXPECT_GT(run(2.0).command.v, 0.1);
 }
 
 TEST_F(ExecutiveTest, TransitionsSayWhichGuardsDecidedAndWithWhatValues) {

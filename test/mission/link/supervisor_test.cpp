@@ -289,7 +289,9 @@ TEST(Supervisor, OverTheBusItHoldsWithin2SecondsOfSilenceAndBringsTheVehicleUp) 
         return steady.now() < without_multicast;
       });
   if (report.holds == 0) GTEST_SKIP() << "no multicast on this machine";
-  vehicle->wait(steady, steady.now() + 60 * kSecond, [&] { return is_commanded; });
+  if (!is_commanded) {
+    vehicle->wait(steady, steady.now() + 60 * kSecond, [&] { return is_commanded; });
+  }
   EXPECT_GT(report.silent_s, 1.0);
   EXPECT_LT(report.silent_s, 2.0);
   EXPECT_TRUE(is_commanded);
