@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -86,16 +87,29 @@ class Flood {
   void send(int count) {
     for (int i = 0; i < count && !is_over(); ++i, ++sent_) {
       const bool is_crafted = sent_ % (noise_ / crafted_ + 1) == 0;
-      Bytes bytes = is_crafted ? real_[random_() % real_.size()] : Bytes(random_() % 200);
-      const std::uint64_t changes = is_crafted ? random_() % 4 : bytes.size();
-      for (std::uint64_t change = 0; change < changes; ++change) {
-        bytes[is_crafted ? random_() % 36 : change] = static_cast<std::uint8_t>(random_());
-      }
+      const Bytes bytes = is_crafted ? crafted() : noise();
       sender_.send(bytes);
     }
   }
 
  private:
+  [[nodiscard]] Bytes noise() {
+    Bytes bytes(random_() % 200);
+    for (std::size_t i = 0; i < bytes.size(); i += 8) {
+      const std::uint64_t word = random_();
+      std::memcpy(&bytes[i], &word, std::min<std::size_t>(8, bytes.size() - i));
+    }
+    return bytes;
+  }
+  [[nodiscard]] Bytes crafted() {
+    Bytes bytes = real_[random_() % real_.size()];
+    for (std::uint64_t changes = random_() % 4; changes > 0; --changes) {
+      constexpr std::size_t kHeader = 36;
+      bytes[random_() % kHeader] = static_cast<std::uint8_t>(random_());
+    }
+    return bytes;
+  }
+
   dive::link::testing::DatagramSender sender_;
   std::int64_t noise_;
   std::int64_t crafted_;
@@ -142,9 +156,12 @@ int flood(Dive& dive, const std::string& url, std::int64_t noise, std::int64_t c
     datagrams.send(10'000);
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  fmt::print("{} datagrams in {:.1f} s; memory grew by {} kB (executive), {} kB (supervisor)\n",
-             datagrams.sent(), took.count(), executive.largest - executive.first,
-             supervisor.largest - supervisor.first);
+  fmt::print(
+      "{} datagrams in {:.1f} s; memory of the executive from {} to at most {} kB, of the "
+      "supervisor "
+      "from {} to {} kB\n",
+      datagrams.sent(), took.count(), executive.first, executive.largest, supervisor.first,
+      supervisor.largest);
   return report(dive, "flood");
 }
 
