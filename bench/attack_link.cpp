@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <random>
 #include <string>
@@ -37,12 +38,24 @@ long resident_kb(pid_t pid) {
   return 0;
 }
 
+/// Copies the mission, so that an abort needs the key, and returns the copy.
+std::string with_key_for_abort(const fs::path& mission, const fs::path& folder) {
+  std::ifstream stream(mission, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text.insert(text.find("<failsafes>"), "<operator abort=\"key\"/>");
+  const fs::path copy = folder / mission.filename();
+  std::ofstream(copy, std::ios::binary) << text;
+  fs::copy(mission.parent_path() / "maps", folder / "maps", fs::copy_options::recursive);
+  return copy.string();
+}
+
 class Dive {
  public:
-  Dive(const std::string& mission, const std::string& url) : url_(url) {
+  Dive(const std::string& original, const std::string& url) : url_(url) {
     folder_ = (fs::temp_directory_path() / "dive-attack").string();
     fs::remove_all(folder_);
     fs::create_directories(folder_);
+    const std::string mission = with_key_for_abort(original, folder_);
     Process({DIVE_COMMAND, "key", folder_ + "/key"}, folder_, "key").wait(10.0);
     vehicle = start("sim", {"sim", mission});
     supervisor = start("supervise", {"supervise"});
@@ -187,7 +200,7 @@ int main(int argc, char** argv) {
   app.add_option("ATTACK", attack, "flood or forge")
       ->required()
       ->check(CLI::IsMember({"flood", "forge"}));
-  app.add_option("--mission", mission, "Mission");
+  app.add_option("--mission", mission, "Mission with <failsafes>");
   app.add_option("--random", noise, "Random datagrams of the flood");
   app.add_option("--crafted", crafted, "Crafted datagrams of the flood");
   app.add_option("--count", count, "Forged packets of each kind");
