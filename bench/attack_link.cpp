@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <random>
 #include <string>
@@ -36,12 +38,24 @@ long resident_kb(pid_t pid) {
   return 0;
 }
 
+/// Copies the mission, so that an abort needs the key, and returns the copy.
+std::string with_key_for_abort(const fs::path& mission, const fs::path& folder) {
+  std::ifstream stream(mission, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text.insert(text.find("<failsafes>"), "<operator abort=\"key\"/>");
+  const fs::path copy = folder / mission.filename();
+  std::ofstream(copy, std::ios::binary) << text;
+  fs::copy(mission.parent_path() / "maps", folder / "maps", fs::copy_options::recursive);
+  return copy.string();
+}
+
 class Dive {
  public:
-  Dive(const std::string& mission, const std::string& url) : url_(url) {
+  Dive(const std::string& original, const std::string& url) : url_(url) {
     folder_ = (fs::temp_directory_path() / "dive-attack").string();
     fs::remove_all(folder_);
     fs::create_directories(folder_);
+    const std::string mission = with_key_for_abort(original, folder_);
     Process({DIVE_COMMAND, "key", folder_ + "/key"}, folder_, "key").wait(10.0);
     vehicle = start("sim", {"sim", mission});
     supervisor = start("supervise", {"supervise"});
@@ -86,16 +100,29 @@ class Flood {
   void send(int count) {
     for (int i = 0; i < count && !is_over(); ++i, ++sent_) {
       const bool is_crafted = sent_ % (noise_ / crafted_ + 1) == 0;
-      Bytes bytes = is_crafted ? real_[random_() % real_.size()] : Bytes(random_() % 200);
-      const std::uint64_t changes = is_crafted ? random_() % 4 : bytes.size();
-      for (std::uint64_t change = 0; change < changes; ++change) {
-        bytes[is_crafted ? random_() % 36 : change] = static_cast<std::uint8_t>(random_());
-      }
+      const Bytes bytes = is_crafted ? crafted() : noise();
       sender_.send(bytes);
     }
   }
 
  private:
+  [[nodiscard]] Bytes noise() {
+    Bytes bytes(random_() % 200);
+    for (std::size_t i = 0; i < bytes.size(); i += 8) {
+      const std::uint64_t word = random_();
+      std::memcpy(&bytes[i], &word, std::min<std::size_t>(8, bytes.size() - i));
+    }
+    return bytes;
+  }
+  [[nodiscard]] Bytes crafted() {
+    Bytes bytes = real_[random_() % real_.size()];
+    for (std::uint64_t changes = random_() % 4; changes > 0; --changes) {
+      constexpr std::size_t kHeader = 36;
+      bytes[random_() % kHeader] = static_cast<std::uint8_t>(random_());
+    }
+    return bytes;
+  }
+
   dive::link::testing::DatagramSender sender_;
   std::int64_t noise_;
   std::int64_t crafted_;
@@ -142,9 +169,12 @@ int flood(Dive& dive, const std::string& url, std::int64_t noise, std::int64_t c
     datagrams.send(10'000);
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  fmt::print("{} datagrams in {:.1f} s; memory grew by {} kB (executive), {} kB (supervisor)\n",
-             datagrams.sent(), took.count(), executive.largest - executive.first,
-             supervisor.largest - supervisor.first);
+  fmt::print(
+      "{} datagrams in {:.1f} s; memory of the executive from {} to at most {} kB, of the "
+      "supervisor "
+      "from {} to {} kB\n",
+      datagrams.sent(), took.count(), executive.first, executive.largest, supervisor.first,
+      supervisor.largest);
   return report(dive, "flood");
 }
 
@@ -170,7 +200,7 @@ int main(int argc, char** argv) {
   app.add_option("ATTACK", attack, "flood or forge")
       ->required()
       ->check(CLI::IsMember({"flood", "forge"}));
-  app.add_option("--mission", mission, "Mission");
+  app.add_option("--mission", mission, "Mission with <failsafes>");
   app.add_option("--random", noise, "Random datagrams of the flood");
   app.add_option("--crafted", crafted, "Crafted datagrams of the flood");
   app.add_option("--count", count, "Forged packets of each kind");

@@ -75,7 +75,7 @@ class Bus {
   bool publish(const char* channel, const Packet& packet);
 
   /// Delivers the packets that have arrived and those that arrive until `deadline` of `clock`;
-  /// returns true early once `enough` does (called after every packet). Delivers at most
+  /// returns true early once `enough` does (called first, and after every packet). Delivers at most
   /// kMaxPackets and about kMaxBytes of the backlog, so that a flood does not block the caller.
   bool wait(Clock& clock, Utime deadline, const std::function<bool()>& enough = nullptr);
 

@@ -178,7 +178,7 @@ TEST_F(Receiving, NoDatagramDoesHarm) {
   for (int i = 0; i < 300'000; ++i) {
     Bytes bytes = real[random() % real.size()];
     if (random() % 8 == 0) bytes.resize(random() % 300);
-    for (unsigned changes = random() % 5; changes > 0 && !bytes.empty(); --changes) {
+    for (auto changes = random() % 5; changes > 0 && !bytes.empty(); --changes) {
       bytes[random() % std::min<std::size_t>(bytes.size(), 28)] =
           static_cast<std::uint8_t>(random() % 3 == 0 ? 0xFF : random());
     }
