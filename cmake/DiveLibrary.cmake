@@ -11,6 +11,9 @@ add_library(dive_flags INTERFACE)
 target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow
                                             $<$<CXX_COMPILER_ID:GNU>:-Werror>
                                             $<$<CXX_COMPILER_ID:GNU>:-Wno-error=maybe-uninitialized> -ffp-contract=off)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+  target_compile_options(dive_flags INTERFACE -include ${CMAKE_SOURCE_DIR}/cmake/unfused_neon.h)
+endif()
 if(DIVE_SANITIZE)
   # Checks of null and alignment double the time to compile; a null pointer stops the address
   # sanitizer anyway.

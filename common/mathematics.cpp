@@ -14,6 +14,15 @@
 namespace dive {
 namespace {
 
+// Debian's libraries for aarch64, FCL's among them, are compiled with fused multiply-add.
+#if defined(__x86_64__)
+constexpr const char* kArchitecture = "x86_64";
+#elif defined(__aarch64__)
+constexpr const char* kArchitecture = "aarch64";
+#else
+#error "Enter the architecture here: libraries compute differently on others"
+#endif
+
 class ResultHash {
  public:
   void add(double result) {
@@ -76,17 +85,17 @@ void add_functions(ResultHash& hash) {
 }
 
 // Sums of products, which a fused multiply-add or another order of addition would change, of small
-// matrices, of a product by blocks and of the solution of an equation.
-template <typename Real>
+// matrices, of a product by blocks and of the solution of an equation. Of double only: Eigen's sums
+// of float are in another order on aarch64, and the executive computes with double.
 void add_arithmetic(ResultHash& hash) {
   constexpr int kRows = 24;
-  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Matrix A = Matrix::NullaryExpr(kRows, kRows, [](Eigen::Index row, Eigen::Index column) {
-    return sample<Real>(static_cast<int>(kRows * row + column)) - Real{0.5};
-  });
-  const Eigen::Matrix<Real, 3, 3> B = A.template topLeftCorner<3, 3>();
-  const Eigen::Matrix<Real, 3, 1> b = A.template block<3, 1>(0, 3);
-  const Eigen::Quaternion<Real> q(A(0, 0), A(1, 1), A(2, 2), A(3, 3));
+  const Eigen::MatrixXd A =
+      Eigen::MatrixXd::NullaryExpr(kRows, kRows, [](Eigen::Index row, Eigen::Index column) {
+        return sample<double>(static_cast<int>(kRows * row + column)) - 0.5;
+      });
+  const Eigen::Matrix3d B = A.topLeftCorner<3, 3>();
+  const Eigen::Vector3d b = A.block<3, 1>(0, 3);
+  const Eigen::Quaterniond q(A(0, 0), A(1, 1), A(2, 2), A(3, 3));
   hash.add(A(0, 1) * A(0, 2) + A(0, 3));
   hash.add(A.row(0).dot(A.row(1)));
   hash.add(A.sum());
@@ -96,18 +105,17 @@ void add_arithmetic(ResultHash& hash) {
   hash.add((q * q).coeffs());
   hash.add((A * A.transpose()).eval());
   hash.add((A * A.col(0)).eval());
-  hash.add(Eigen::Matrix<Real, Eigen::Dynamic, 1>(
-      (A * A.transpose() + Matrix::Identity(kRows, kRows)).ldlt().solve(A.col(1))));
+  hash.add(Eigen::VectorXd(
+      (A * A.transpose() + Eigen::MatrixXd::Identity(kRows, kRows)).ldlt().solve(A.col(1))));
 }
 
 std::string identify() {
   ResultHash hash;
   add_functions<double>(hash);
   add_functions<float>(hash);
-  add_arithmetic<double>(hash);
-  add_arithmetic<float>(hash);
-  return fmt::format("sleef-{}.{}.{}/{:016x}", SLEEF_VERSION_MAJOR, SLEEF_VERSION_MINOR,
-                     SLEEF_VERSION_PATCHLEVEL, hash.value());
+  add_arithmetic(hash);
+  return fmt::format("sleef-{}.{}.{}/{:016x}/{}", SLEEF_VERSION_MAJOR, SLEEF_VERSION_MINOR,
+                     SLEEF_VERSION_PATCHLEVEL, hash.value(), kArchitecture);
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 namespace dive {
 
-/// Identifies the mathematics of this process, as "sleef-VERSION/HASH". The hash is of the bits of
-/// a fixed set of results, computed once: two processes with the same identifier compute the same
-/// from the same inputs, whatever their CPUs, compilers and libraries.
+/// Identifies the mathematics of this process, as "sleef-VERSION/HASH/ARCHITECTURE". The hash is of
+/// the bits of a fixed set of results, computed once, so that another compiler option or library is
+/// noticed. The architecture stands for the libraries, which are compiled for it.
 [[nodiscard]] const std::string& mathematics();
 
 }  // namespace dive
