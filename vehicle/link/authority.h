@@ -13,6 +13,7 @@
 #include <tl/expected.hpp>
 
 #include "common/clock.h"
+#include "common/output_file.h"
 #include "vehicle/link/codec.h"
 
 namespace dive::link {
@@ -25,8 +26,9 @@ using Key = std::array<std::uint8_t, 32>;
 
 /// Reads a file of 64 hexadecimal digits that only its owner may read. The error is a sentence.
 [[nodiscard]] tl::expected<Key, std::string> read_key(const std::string& path);
-/// Creates the key file and never overwrites one. The error is a sentence.
-[[nodiscard]] tl::expected<void, std::string> write_key(const std::string& path, const Key& key);
+/// Creates the key file, which only its owner may read.
+[[nodiscard]] tl::expected<void, OutputError> write_key(const std::string& path, const Key& key,
+                                                        Existing existing = Existing::kRefuse);
 
 void sign(const Key& key, OperatorRequest& request);
 void sign(const Key& key, OperatorAnswer& answer);
