@@ -13,7 +13,7 @@ echo "== dive check missions/window.xml"
 "$dive" check missions/window.xml
 echo
 echo "== dive run missions/window.xml"
-"$dive" run missions/window.xml --log dive-runs/window.lcmlog --svg dive-runs/window.svg
+"$dive" run missions/window.xml --log dive-runs/window.lcmlog --svg dive-runs/window.svg --force
 echo "  drawing dive-runs/window.svg"
 echo
 echo "== dive replay dive-runs/window.lcmlog"

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "common/assert.h"
+#include "common/input_file.h"
 
 namespace dive {
 
@@ -59,30 +59,23 @@ Span SourceText::span_at(std::size_t offset, std::size_t length) const {
 
 tl::expected<SourceText, std::string> read_source_text(const std::string& path,
                                                        std::size_t max_bytes) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) return tl::unexpected<std::string>("no such file");
-  if (error) return tl::unexpected(error.message());
-  if (status.type() == fs::file_type::directory) {
-    return tl::unexpected<std::string>("is a directory");
-  }
-  if (status.type() != fs::file_type::regular) {
-    return tl::unexpected<std::string>("is not a regular file");
-  }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) return tl::unexpected<std::string>(std::strerror(errno));
+  const tl::expected<Descriptor, std::string> file = open_input(path);
+  if (!file) return tl::unexpected(file.error());
   // Bounds the bytes read, not the size before reading: the file may grow meanwhile.
   constexpr std::size_t kChunk = 1U << 16U;
   std::string content;
-  content.reserve(std::min<std::size_t>(fs::file_size(path, error), max_bytes) + kChunk);
-  while (stream && content.size() <= max_bytes) {
+  struct stat status {};
+  if (::fstat(file->get(), &status) == 0 && status.st_size > 0) {
+    content.reserve(std::min(static_cast<std::size_t>(status.st_size), max_bytes) + kChunk);
+  }
+  while (content.size() <= max_bytes) {
     const std::size_t begin = content.size();
     content.resize(std::min(begin + kChunk, max_bytes + 1));
-    stream.read(content.data() + begin, static_cast<std::streamsize>(content.size() - begin));
-    content.resize(begin + static_cast<std::size_t>(stream.gcount()));
+    const ssize_t count = ::read(file->get(), content.data() + begin, content.size() - begin);
+    content.resize(begin + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    if (count < 0 && errno != EINTR) return tl::unexpected<std::string>(std::strerror(errno));
+    if (count == 0) break;
   }
-  if (stream.bad()) return tl::unexpected<std::string>("cannot be read");
   if (content.size() > max_bytes) {
     return tl::unexpected(fmt::format("is larger than {} KiB", max_bytes / 1024));
   }

@@ -3,12 +3,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
+#include <istream>
 #include <limits>
 #include <optional>
 #include <system_error>
 
 #include <fmt/format.h>
+
+#include "common/input_file.h"
 
 namespace dive::estimation {
 namespace {
@@ -61,8 +63,9 @@ std::string to_numbers(const CsvRow& row, std::size_t first, std::size_t n, doub
 
 tl::expected<void, std::string> for_each_row(
     const std::string& path, const std::function<std::string(const CsvRow&)>& take) {
-  std::ifstream file(path);
-  if (!file) return tl::make_unexpected(fmt::format("{}: cannot be opened", path));
+  const auto opened = open_input_stream(path);
+  if (!opened) return tl::make_unexpected(fmt::format("{}: {}", path, opened.error()));
+  std::istream& file = **opened;
   CsvRow row;
   std::optional<Utime> last;
   const auto fail = [&](const std::string& what) {

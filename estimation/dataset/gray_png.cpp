@@ -6,6 +6,7 @@
 #include <png.h>
 
 #include "common/assert.h"
+#include "common/input_file.h"
 
 namespace dive::estimation {
 
@@ -17,7 +18,9 @@ tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
     png_image_free(&image);
     return tl::make_unexpected(fmt::format("{}: {}", path, what));
   };
-  if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return fail(image.message);
+  const auto file = open_input_stdio(path);
+  if (!file) return fail(file.error());
+  if (png_image_begin_read_from_stdio(&image, file->get()) == 0) return fail(image.message);
   if (image.width > kMaxSide_px || image.height > kMaxSide_px) {
     return fail(fmt::format("a picture of {} x {} pixels is too large", image.width, image.height));
   }
@@ -32,7 +35,7 @@ tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
   return frame;
 }
 
-bool write_gray_png(const std::string& path, const ImageFrame& frame) {
+tl::expected<std::string, std::string> to_gray_png(const ImageFrame& frame) {
   DIVE_DEMAND(frame.format == ImageFrame::Format::kGray8 &&
               frame.pixels.size() == static_cast<std::size_t>(frame.width * frame.height));
   png_image image{};
@@ -41,7 +44,14 @@ bool write_gray_png(const std::string& path, const ImageFrame& frame) {
   image.height = static_cast<png_uint_32>(frame.height);
   image.format = PNG_FORMAT_GRAY;
   image.flags = PNG_IMAGE_FLAG_FAST;
-  return png_image_write_to_file(&image, path.c_str(), 0, frame.pixels.data(), 0, nullptr) != 0;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string png(size, '\0');
+  if (png_image_write_to_memory(&image, png.data(), &size, 0, frame.pixels.data(), 0, nullptr) ==
+      0) {
+    return tl::unexpected(std::string(image.message));
+  }
+  png.resize(size);
+  return png;
 }
 
 }  // namespace dive::estimation

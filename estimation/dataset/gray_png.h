@@ -13,7 +13,7 @@ namespace dive::estimation {
 /// side. An error names the file.
 [[nodiscard]] tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path);
 
-/// Writes a grey image of 8 bits, packed fast rather than small; false if it cannot be written.
-[[nodiscard]] bool write_gray_png(const std::string& path, const ImageFrame& frame);
+/// The content of a PNG file of a grey image of 8 bits, packed fast rather than small.
+[[nodiscard]] tl::expected<std::string, std::string> to_gray_png(const ImageFrame& frame);
 
 }  // namespace dive::estimation

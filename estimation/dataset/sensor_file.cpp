@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "common/input_file.h"
+
 namespace dive::estimation {
 namespace {
 
@@ -43,10 +45,10 @@ SensorFile::~SensorFile() = default;
 tl::expected<SensorFile, std::string> SensorFile::open(const std::string& path) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
+  const auto file = open_input_stream(path);
+  if (!file) return tl::make_unexpected(fmt::format("{}: {}", path, file.error()));
   try {
-    impl->root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    return tl::make_unexpected(fmt::format("{}: cannot be opened", path));
+    impl->root = YAML::Load(**file);
   } catch (const YAML::Exception& e) {
     return at(path, e.mark, e.msg);
   }

@@ -48,6 +48,8 @@ constexpr Rule kMapRules[] = {
      "The map contains nothing solid that cannot be represented."},
     {"MAP-MOVABLE", Severity::kWarning, "Models of a map are static."},
     {"MAP-MESH", Severity::kError, "The file of a mesh exists and contains triangles."},
+    {"MAP-OUTSIDE", Severity::kError,
+     "Meshes lie in the map's folder, or --allow-outside is given."},
     {"MAP-EXTENT", Severity::kError, "Vertices of a mesh are within 10 km of its origin."},
     {"MAP-COARSE", Severity::kWarning, "200,000 convex pieces of a mesh keep within 0.05 m of it."},
     {"MAP-MESH-UNIT", Severity::kWarning, "<scale> agrees with the unit that a mesh file states."},

@@ -76,7 +76,8 @@ int run_check(const CheckArguments& arguments) {
 
   Diagnostics diagnostics;
   CheckReport report;
-  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  const std::optional<LoadedMission> loaded =
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics);
   if (loaded) {
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);

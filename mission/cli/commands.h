@@ -1,6 +1,7 @@
 #pragma once
 // The sub-commands of `dive`. Each returns the exit status: 0 success, 1 the mission failed or was
-// aborted, 2 wrong usage or invalid input, 3 an internal error.
+// aborted, 2 wrong usage or invalid input, 3 an internal error or a result that could not be
+// written.
 
 #include <cstdint>
 #include <optional>
@@ -23,6 +24,7 @@ struct CheckArguments {
   bool list_rules = false;
   std::uint64_t seed = 1;
   std::vector<std::string> conditions;  ///< NAME=VALUE
+  bool allow_outside = false;           ///< Read meshes outside of the map's folder.
 };
 
 struct PlanArguments {
@@ -39,6 +41,8 @@ struct PlanArguments {
   bool json = false;
   std::string svg;
   std::uint64_t seed = 1;
+  bool force = false;          ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
 };
 
 /// Common arguments of the commands that use LCM.
@@ -67,6 +71,8 @@ struct RunArguments {
   LinkArguments link;                   ///< No URL: the built-in simulator.
   std::string cameras;  ///< Folder of the cameras' calibration; empty: the simulated cameras.
   bool stats = false;   ///< Print the timing of the control loop.
+  bool force = false;   ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
 };
 
 struct SimArguments {
@@ -84,12 +90,19 @@ struct SimArguments {
   /// Folder for the calibration of its cameras; then nothing else is done.
   std::string calibration;
   LinkArguments link;
+  bool force = false;          ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
 };
 
 struct SuperviseArguments {
   double command_timeout_s = 1.0;
   bool json = false;
   LinkArguments link;
+};
+
+struct KeyArguments {
+  std::string path;
+  bool force = false;  ///< Replace a key that exists.
 };
 
 struct TopsideArguments {
@@ -105,10 +118,12 @@ struct TestArguments {
   bool negate = false;           ///< Negate every expectation; each must then fail.
   bool disable_scripts = false;  ///< Disable scripts: scenarios with a script must then fail.
   bool list_rules = false;
-  int jobs = 0;           ///< Parallel dives; 0: one for each core.
-  std::string junit;      ///< Empty: none.
-  std::string keep;       ///< Folder for logs; empty: none are kept.
-  bool keep_all = false;  ///< Keep the logs of passed scenarios too.
+  int jobs = 0;                ///< Parallel dives; 0: one for each core.
+  std::string junit;           ///< Empty: none.
+  std::string keep;            ///< Folder for logs; empty: none are kept.
+  bool keep_all = false;       ///< Keep the logs of passed scenarios too.
+  bool force = false;          ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
 };
 
 struct ReplayArguments {
@@ -126,6 +141,7 @@ struct GraphArguments {
   std::string mission;
   std::string format = "dot";  ///< dot or scxml
   std::string output;          ///< Empty: stdout.
+  bool force = false;          ///< Replace results that exist.
 };
 
 struct ImportArguments {
@@ -136,6 +152,7 @@ struct ImportArguments {
   double seabed_m = 0.0;
   std::optional<double> depth_m;
   bool json = false;
+  bool force = false;  ///< Replace results that exist.
 };
 
 struct EstimateArguments {
@@ -149,6 +166,7 @@ struct EstimateArguments {
   std::uint64_t seed = 1;
   std::string output;  ///< Empty: none.
   bool json = false;
+  bool force = false;  ///< Replace results that exist.
 };
 
 [[nodiscard]] int run_check(const CheckArguments& arguments);
@@ -158,7 +176,7 @@ struct EstimateArguments {
 [[nodiscard]] int run_supervise(const SuperviseArguments& arguments);
 [[nodiscard]] int run_topside(const TopsideArguments& arguments);
 /// Generates a key and writes it to the file.
-[[nodiscard]] int run_key(const std::string& path);
+[[nodiscard]] int run_key(const KeyArguments& arguments);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);

@@ -36,6 +36,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -88,6 +89,8 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
                     "Accept a path with reduced clearance from a start that lacks it");
   command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
   command->add_option("--svg", arguments.svg, "Write a drawing of map and path")->type_name("FILE");
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -118,6 +121,8 @@ void add_test(CLI::App& app, TestArguments& arguments) {
       ->type_name("N")
       ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -136,6 +141,7 @@ void add_graph(CLI::App& app, GraphArguments& arguments) {
       ->check(CLI::IsMember({"dot", "scxml"}).description(""));
   command->add_option("--output", arguments.output, "File to write (default: stdout)")
       ->type_name("FILE");
+  command->add_flag("--force", arguments.force, kForceHelp);
 }
 
 void add_import(CLI::App& app, ImportArguments& arguments) {
@@ -170,6 +176,7 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
   command->add_option("--depth", arguments.depth_m, "qgc: depth of all waypoints, m")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 200.0).description(""));
+  command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -240,6 +247,7 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");
   command->add_option("--output", arguments.output, "Write the trajectory (TUM format)")
       ->type_name("FILE");
+  command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 

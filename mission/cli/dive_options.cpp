@@ -119,7 +119,9 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       ->type_name("FILE")
       ->required();
   command->add_option("--seed", arguments.seed, "Seed of all random numbers")->type_name("N");
-  command->add_option("--log", arguments.log, "Log file (default: dive-runs/ID-seedN.lcmlog)")
+  command
+      ->add_option("--log", arguments.log,
+                   "Log file (default: dive-runs/ID-seedN.lcmlog; counts up)")
       ->type_name("FILE");
   command
       ->add_option("--journal", arguments.journal,
@@ -129,6 +131,8 @@ void add_run(CLI::App& app, RunArguments& arguments) {
                     "Continue from the journal, as the mission's <resume> specifies");
   add_simulated_dive(command, arguments);
   add_vehicle(command, arguments);
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -190,6 +194,8 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
   command->add_flag("--lockstep", arguments.link.lockstep,
                     "Wait for the executive's command at every tick");
   add_pace(command, arguments.link);
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
@@ -231,14 +237,15 @@ void add_topside(CLI::App& app, TopsideArguments& arguments) {
   }
 }
 
-void add_new_key(CLI::App& app, std::string& path) {
+void add_new_key(CLI::App& app, KeyArguments& arguments) {
   CLI::App* command =
       app.add_subcommand("key",
                          "Examples:\n"
                          "  dive key dive.key\n\n"
                          "Creates the key with which the processes of a dive authenticate their\n"
                          "packets, and topside its requests.");
-  command->add_option("FILE", path, "File to create")->type_name("FILE")->required();
+  command->add_option("FILE", arguments.path, "File to create")->type_name("FILE")->required();
+  command->add_flag("--force", arguments.force, "Replace a key that exists");
 }
 
 }  // namespace dive::mission

@@ -15,6 +15,7 @@
 #include "estimation/dataset/trajectory_error.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 
 namespace dive::mission {
@@ -222,6 +223,8 @@ int run_estimate(const EstimateArguments& arguments) {
     complain(dataset.error());
     return kExitUsage;
   }
+  tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
+  if (!file) return file.error();
   SteadyClock clock;
   ProgressLine line;
   int tenths = 0;
@@ -236,10 +239,10 @@ int run_estimate(const EstimateArguments& arguments) {
     complain(run.error());
     return kExitUsage;
   }
-  if (!arguments.output.empty() &&
-      !write_file(arguments.output, estimation::to_tum(estimated(
-                                        options->loops ? run->corrected : run->estimates)))) {
-    return kExitUsage;
+  if (*file) {
+    const Estimates& estimates = options->loops ? run->corrected : run->estimates;
+    const int status = write_result(*file, estimation::to_tum(estimated(estimates)));
+    if (status != kExitSuccess) return status;
   }
   const auto& images = dataset->cameras[0].images;
   const double duration_s = to_seconds(images.back().utime - images.front().utime);

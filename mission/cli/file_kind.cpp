@@ -2,9 +2,10 @@
 
 #include <array>
 #include <cstddef>
-#include <fstream>
 #include <string_view>
 #include <utility>
+
+#include "common/input_file.h"
 
 namespace dive::mission {
 namespace {
@@ -25,10 +26,11 @@ constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
      {"FIELDS ", FileKind::kCloud}}};
 
 std::string head_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  const auto file = open_input_stream(path);
+  if (!file) return {};
   std::string head(kHeadBytes, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
+  (*file)->read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>((*file)->gcount()));
   return head;
 }
 

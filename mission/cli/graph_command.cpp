@@ -1,4 +1,5 @@
 #include "mission/cli/commands.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/executive/machine_graph.h"
 
@@ -11,12 +12,12 @@ int run_graph(const GraphArguments& arguments) {
     print_diagnostics(diagnostics);
     return kExitUsage;
   }
+  tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
+  if (!file) return file.error();
   const Machine machine = build_machine(*mission);
   const std::string text =
       arguments.format == "dot" ? to_dot(machine, mission->id) : to_scxml(machine, mission->id);
-  if (!arguments.output.empty()) {
-    return write_file(arguments.output, text) ? kExitSuccess : kExitUsage;
-  }
+  if (*file) return write_result(*file, text);
   print(std::string_view(text).substr(0, text.size() - 1));  // print() ends the line
   return kExitSuccess;
 }

@@ -5,6 +5,7 @@
 
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
 
@@ -17,21 +18,27 @@ struct Written {
   double speed = 0.0;  ///< m/s
 };
 
-/// Prints an error and returns nothing if a file cannot be written.
-std::optional<Written> write(const Imported& imported, const std::string& id,
-                             const std::filesystem::path& folder) {
-  std::error_code ignored;  // a problem with the folder is reported when the files are written
-  std::filesystem::create_directories(folder, ignored);
+/// Prints an error and returns the exit status if a file cannot be written. The mission is written
+/// last: it never stands there without its map.
+tl::expected<Written, int> write(const Imported& imported, const std::string& id,
+                                 const ImportArguments& arguments) {
+  const std::filesystem::path folder(arguments.output);
   Written written{(folder / (id + ".xml")).string(), (folder / imported.map_name).string(),
                   imported.speed};
-  if (!write_file(written.mission, imported.mission_xml)) return std::nullopt;
-  if (!write_file(written.map, imported.map_sdf)) return std::nullopt;
+  create_folder_of(written.mission);
+  tl::expected<Result, int> mission = open_result(written.mission, arguments.force);
+  if (!mission) return tl::unexpected(mission.error());
+  tl::expected<Result, int> map = open_result(written.map, arguments.force);
+  if (!map) return tl::unexpected(map.error());
+  int status = write_result(*map, imported.map_sdf);
+  if (status == kExitSuccess) status = write_result(*mission, imported.mission_xml);
+  if (status != kExitSuccess) return tl::unexpected(status);
   return written;
 }
 
 // Notes are part of the result: one line each on stdout. All others are diagnostics.
 void print_report(const ImportArguments& arguments, const Diagnostics& diagnostics,
-                  const std::optional<Written>& written, std::size_t legs) {
+                  const tl::expected<Written, int>& written, std::size_t legs) {
   Diagnostics problems;
   for (const Diagnostic& diagnostic : diagnostics.list()) {
     if (diagnostic.severity != Severity::kNote) problems.add(diagnostic);
@@ -54,14 +61,14 @@ int run_import(const ImportArguments& arguments) {
   std::optional<ForeignMission> foreign = arguments.format == "acfr"
                                               ? read_acfr(arguments.file, report)
                                               : read_qgc(arguments.file, arguments.depth_m, report);
-  std::optional<Written> written;
+  tl::expected<Written, int> written = tl::unexpected<int>(kExitUsage);
   const std::size_t legs = foreign ? foreign->legs.size() : 0;
   if (foreign) {
     foreign->id = as_id(std::filesystem::path(arguments.file).stem().string());
     report_defects(*foreign, report);
     const ImportOptions options{.speed = arguments.speed, .seabed_m = arguments.seabed_m};
     const std::string name = std::filesystem::path(arguments.file).filename().string();
-    written = write(write_mission(*foreign, options, name, report), foreign->id, arguments.output);
+    written = write(write_mission(*foreign, options, name, report), foreign->id, arguments);
   }
   const Diagnostics diagnostics = report.diagnostics();
   if (arguments.json) {
@@ -78,7 +85,7 @@ int run_import(const ImportArguments& arguments) {
   } else {
     print_report(arguments, diagnostics, written, legs);
   }
-  return written ? kExitSuccess : kExitUsage;
+  return written ? kExitSuccess : written.error();
 }
 
 }  // namespace dive::mission

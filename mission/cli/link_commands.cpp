@@ -14,6 +14,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/open_link.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/supervisor.h"
 #include "mission/link/topside.h"
@@ -80,9 +81,9 @@ struct Place {
 };
 
 /// The start of a mission. Prints the errors of the mission and returns nothing if there are any.
-std::optional<Place> place_of_mission(const std::string& path) {
+std::optional<Place> place_of_mission(const std::string& path, planning::Resources resources) {
   Diagnostics diagnostics;
-  std::optional<LoadedMission> loaded = load(path, diagnostics);
+  std::optional<LoadedMission> loaded = load(path, resources, diagnostics);
   if (!loaded) {
     print_diagnostics(diagnostics);
     return std::nullopt;
@@ -104,11 +105,12 @@ std::optional<Place> place_of_mission(const std::string& path) {
 }
 
 /// A pose on a map. Prints the errors of the map and returns nothing if there are any.
-std::optional<Place> place_on_map(const std::string& path, const std::string& written) {
+std::optional<Place> place_on_map(const std::string& path, const std::string& written,
+                                  planning::Resources resources) {
   const std::optional<WrittenPose> start = parse_pose("--start", written);
   if (!start) return std::nullopt;
   Diagnostics diagnostics;
-  std::optional<planning::World> world = planning::load_sdf(path, diagnostics);
+  std::optional<planning::World> world = planning::load_sdf(path, diagnostics, resources);
   if (world) return Place{std::move(*world), start->pose};
   print_diagnostics(diagnostics);
   return std::nullopt;
@@ -130,7 +132,8 @@ std::optional<Place> find_place(const SimArguments& arguments) {
                     path));
     return std::nullopt;
   }
-  return has_start ? place_on_map(path, arguments.start) : place_of_mission(path);
+  const planning::Resources where = resources(arguments.allow_outside);
+  return has_start ? place_on_map(path, arguments.start, where) : place_of_mission(path, where);
 }
 
 void print_report(const VehicleReport& report) {
@@ -216,13 +219,12 @@ int write_calibration(const SimArguments& arguments, const VehicleSettings& sett
                     arguments.mission));
     return kExitUsage;
   }
-  const tl::expected<void, std::string> written = write_asl_calibration(
-      arguments.calibration, asl_sensors(*settings.cameras, with_imu(settings.conditions),
-                                         "simulated cameras of dive " DIVE_VERSION));
-  if (!written) {
-    complain(written.error());
-    return kExitUsage;
-  }
+  const tl::expected<void, OutputError> written =
+      write_asl_calibration(arguments.calibration,
+                            asl_sensors(*settings.cameras, with_imu(settings.conditions),
+                                        "simulated cameras of dive " DIVE_VERSION),
+                            existing(arguments.force));
+  if (!written) return report(written.error());
   if (arguments.json) {
     print_json({{"calibration", arguments.calibration}});
   } else {
@@ -329,14 +331,12 @@ int run_topside(const TopsideArguments& arguments) {
   return accepted ? kExitSuccess : kExitFailed;
 }
 
-int run_key(const std::string& path) {
-  const tl::expected<void, std::string> written = link::write_key(path, link::new_key());
-  if (!written) {
-    complain(written.error());
-    return kExitUsage;
-  }
+int run_key(const KeyArguments& arguments) {
+  const tl::expected<void, OutputError> written =
+      link::write_key(arguments.path, link::new_key(), existing(arguments.force));
+  if (!written) return report(written.error());
   print(fmt::format("{}: a new key; copy it to the vehicle, and keep it unreadable for others",
-                    path));
+                    arguments.path));
   return kExitSuccess;
 }
 

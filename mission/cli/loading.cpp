@@ -49,7 +49,8 @@ vehicle::Model load_vehicle() {
   return std::move(*model);
 }
 
-std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics) {
+std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
+                                  Diagnostics& diagnostics) {
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission) return std::nullopt;
   if (!has_simulation_map(*mission)) {
@@ -61,7 +62,7 @@ std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnost
                       fmt::format("the map cannot be read: {}", map.error()));
     return std::nullopt;
   }
-  planning::MeshFiles meshes(mission->map_path,
+  planning::MeshFiles meshes(mission->map_path, resources,
                              [](const std::string& what) { note("dive: " + what); });
   std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;

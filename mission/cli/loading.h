@@ -9,6 +9,7 @@
 #include "mission/document/mission.h"
 #include "mission/record/log.h"
 #include "mission/simulation/faults.h"
+#include "planning/world/mesh_source.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 #include "vehicle/simulator/cameras/stereo_camera.h"
@@ -25,8 +26,15 @@ struct LoadedMission {
   vehicle::Model model;
 };
 
+/// The meaning of `--allow-outside`.
+[[nodiscard]] inline planning::Resources resources(bool allow_outside) {
+  return allow_outside ? planning::Resources::kAnywhere : planning::Resources::kInFolder;
+}
+
 /// The mission and its map; reports every mistake as a diagnostic.
-[[nodiscard]] std::optional<LoadedMission> load(const std::string& path, Diagnostics& diagnostics);
+[[nodiscard]] std::optional<LoadedMission> load(const std::string& path,
+                                                planning::Resources resources,
+                                                Diagnostics& diagnostics);
 
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);

@@ -74,7 +74,7 @@ struct Arguments {
   SimArguments sim;
   SuperviseArguments supervise;
   TopsideArguments topside;
-  std::string key;
+  KeyArguments key;
   TestArguments test;
 };
 
@@ -150,10 +150,12 @@ int dispatch(int argc, char** argv) {
 }  // namespace dive::mission
 
 int main(int argc, char** argv) {
+  dive::mission::occupy_standard_streams();
+  int status = dive::mission::kExitInternal;
   try {
-    return dive::mission::dispatch(argc, argv);
+    status = dive::mission::dispatch(argc, argv);
   } catch (const std::exception& error) {
     dive::mission::complain(std::string("internal error: ") + error.what());
-    return dive::mission::kExitInternal;
   }
+  return dive::mission::finish_standard_output(status);
 }

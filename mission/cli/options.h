@@ -28,8 +28,11 @@ void add_sim(CLI::App& app, SimArguments& arguments);
 void add_supervise(CLI::App& app, SuperviseArguments& arguments);
 /// The commands abort, pause, resume, skip and status.
 void add_topside(CLI::App& app, TopsideArguments& arguments);
-void add_new_key(CLI::App& app, std::string& path);
+void add_new_key(CLI::App& app, KeyArguments& arguments);
 
+inline constexpr const char* kForceHelp = "Replace results that exist";
+inline constexpr const char* kOutsideHelp =
+    "Also read meshes outside of the map's folder (for a map that you trust)";
 inline constexpr const char* kConditionsHelp =
     "Set a condition of the simulated dive, e.g. current_x=0.01; a wrong name lists them all";
 

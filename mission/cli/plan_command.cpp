@@ -15,6 +15,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/mesh_report.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "planning/mapping/cloud_world.h"
 #include "planning/world/scene.h"
@@ -62,9 +63,12 @@ int exit_status(const std::vector<PlannedRouteLeg>& legs) {
 
 int plan_mission(const PlanArguments& arguments) {
   Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  const std::optional<LoadedMission> loaded =
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics);
   print_diagnostics(diagnostics);
   if (!loaded) return kExitUsage;
+  tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
+  if (!svg) return svg.error();
   const planning::Scene scene(loaded->world);
   Route route = nominal_route(loaded->mission, scene);
   if (arguments.allow_reduced) {
@@ -84,11 +88,11 @@ int plan_mission(const PlanArguments& arguments) {
     print_meshes(loaded->world);
     for (const PlannedRouteLeg& leg : legs) print_plan(leg.goal, leg.plan, leg.statistics);
   }
-  if (!arguments.svg.empty()) {
+  if (*svg) {
     const DiveDrawing drawing =
         drawing_of_plan(loaded->mission.id + ": plan", loaded->world, loaded->model.hull,
                         loaded->mission.limits.clearance.value, legs);
-    if (!write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
+    if (const int status = write_result(*svg, render_svg(drawing))) return status;
   }
   return exit_status(legs);
 }
@@ -115,8 +119,8 @@ std::optional<planning::PlanRequest> request_of(const PlanArguments& arguments) 
 
 // Prints one path, and draws it if requested. `world` is offset by `origin` from the axes of the
 // path, which are those of the drawing.
-int show(const PlanArguments& arguments, const std::string& title, const planning::World& world,
-         const vehicle::Model& model, planning::PlanResult plan,
+int show(const PlanArguments& arguments, Result& svg, const std::string& title,
+         const planning::World& world, const vehicle::Model& model, planning::PlanResult plan,
          const planning::PlannerStatistics& statistics,
          const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) {
   std::vector<PlannedRouteLeg> legs{{"", "goal", std::move(plan), statistics}};
@@ -129,11 +133,11 @@ int show(const PlanArguments& arguments, const std::string& title, const plannin
     print_meshes(world);
     print_plan("goal", shown, statistics);
   }
-  if (!arguments.svg.empty()) {
+  if (svg) {
     for (Pose& pose : shown.waypoints) pose.p -= origin;
     const DiveDrawing drawing =
         drawing_of_plan(title, world, model.hull, arguments.clearance_m, legs);
-    if (!write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
+    if (const int status = write_result(svg, render_svg(drawing))) return status;
   }
   return exit_status(legs);
 }
@@ -142,16 +146,19 @@ int plan_on_map(const PlanArguments& arguments) {
   std::optional<planning::PlanRequest> request = request_of(arguments);
   if (!request) return kExitUsage;
   Diagnostics diagnostics;
-  const std::optional<planning::World> world = planning::load_sdf(arguments.map, diagnostics);
+  const std::optional<planning::World> world =
+      planning::load_sdf(arguments.map, diagnostics, resources(arguments.allow_outside));
   print_diagnostics(diagnostics);
   if (!world) return kExitUsage;
+  tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
+  if (!svg) return svg.error();
   request->limits.min_z = -arguments.max_depth_m.value_or(kMaxDepthOnMap);
 
   const vehicle::Model model = load_vehicle();
   SteadyClock clock;
   planning::Planner planner(*world, model.hull, planning::PlannerOptions{}, clock);
   planning::PlanResult plan = planner.plan(*request);
-  return show(arguments, arguments.map, *world, model, std::move(plan), planner.statistics());
+  return show(arguments, *svg, arguments.map, *world, model, std::move(plan), planner.statistics());
 }
 
 // --- in a cloud ---
@@ -219,7 +226,8 @@ int plan_in_cloud(const PlanArguments& arguments) {
   if (!cloud) return refuse(cloud.error());
 
   if (const std::string why = far_off(*request, *cloud); !why.empty()) return refuse(why);
-
+  tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
+  if (!svg) return svg.error();
   const vehicle::Model model = load_vehicle();
   const double reach = model.hull.radius() + arguments.clearance_m;
   SteadyClock clock;
@@ -253,7 +261,7 @@ int plan_in_cloud(const PlanArguments& arguments) {
       title += fmt::format(" (drawn about {:.0f}, {:.0f}, {:.0f})", made->origin.x(),
                            made->origin.y(), made->origin.z());
     }
-    return show(arguments, title, made->world, model, std::move(plan), planner.statistics(),
+    return show(arguments, *svg, title, made->world, model, std::move(plan), planner.statistics(),
                 made->origin);
   }
 }

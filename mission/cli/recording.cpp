@@ -1,11 +1,13 @@
 #include "mission/cli/recording.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/record/log_digest.h"
 
@@ -16,38 +18,91 @@ std::string default_log_path(const Mission& mission, std::uint64_t seed) {
   return fmt::format("dive-runs/{}-seed{}.lcmlog", mission.id, seed);
 }
 
-void create_folder_of(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;  // a problem with the folder is reported when the file is created
-  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
+/// Names of a dive's log and journal.
+struct Names {
+  std::string log;
+  std::string journal;
+  bool is_log_numbered = false;  ///< The log gets the next free number.
+};
+
+std::string journal_of(const std::string& log) { return log + ".journal"; }
+
+/// The journal of a new dive stands beside its log; a dive that is resumed continues the one named,
+/// or that of the log named, or the newest one of those that were not named.
+Names names_of(const RunArguments& arguments, const Mission& mission) {
+  Names names{arguments.log, arguments.journal, arguments.resume};
+  if (names.log.empty()) {
+    names.log = default_log_path(mission, arguments.seed);
+    names.is_log_numbered = true;
+    if (arguments.resume && names.journal.empty()) {
+      const int newest = newest_numbered(names.log, ".journal");
+      names.journal = journal_of(numbered(names.log, std::max(newest, 1)));
+    }
+  }
+  if (arguments.resume && names.journal.empty()) names.journal = journal_of(names.log);
+  return names;
 }
 
-std::optional<LogWriter> open_log(const std::string& path, const LogHeader& header) {
-  tl::expected<LogWriter, std::string> writer = LogWriter::create(path, header);
-  if (!writer) {
-    complain(fmt::format("{}: {}", path, writer.error()));
-    return std::nullopt;
+/// A dive that is resumed goes on without a log if the disk has no room for one.
+tl::expected<std::optional<OutputFile>, int> create_log(const Names& names,
+                                                        const RunArguments& arguments) {
+  create_folder_of(names.log);
+  tl::expected<OutputFile, OutputError> file =
+      names.is_log_numbered ? OutputFile::create_numbered(names.log)
+                            : OutputFile::create(names.log, existing(arguments.force));
+  if (file) return std::optional<OutputFile>(std::move(*file));
+  const int status = report(file.error());
+  if (arguments.resume && file.error().kind == OutputError::Kind::kNotKept) return std::nullopt;
+  return tl::unexpected(status);
+}
+
+/// Locks the journal against other processes. Prints an error and returns false if another one has
+/// it. A disk that has no room for the lock does not stop a dive.
+bool lock_journal(const std::string& path, std::optional<FileLock>& lock) {
+  tl::expected<FileLock, OutputError> acquired = FileLock::acquire(path);
+  if (acquired) {
+    lock.emplace(std::move(*acquired));
+    return true;
   }
+  if (acquired.error().kind == OutputError::Kind::kLocked) {
+    complain(fmt::format("{}: another dive is writing this journal", path));
+    return false;
+  }
+  note(fmt::format("dive: the journal is not locked: {}", acquired.error().message));
+  return true;
+}
+
+/// The journal of a new dive. An empty file is no journal: a process that ended before it wrote any
+/// leaves one.
+tl::expected<JournalWriter, int> create_journal(const std::string& path, bool force,
+                                                const JournalHeader& header,
+                                                std::optional<OutputFile>& name) {
+  std::error_code ignored;
+  const bool is_empty = std::filesystem::is_regular_file(path, ignored) &&
+                        std::filesystem::file_size(path, ignored) == 0;
+  tl::expected<OutputFile, OutputError> file =
+      OutputFile::create(path, existing(force || is_empty));
+  if (!file) return tl::unexpected(report(file.error()));
+  tl::expected<JournalWriter, std::string> writer = JournalWriter::create(path, header);
+  if (!writer) {
+    complain(writer.error());
+    return tl::unexpected<int>(kExitInternal);
+  }
+  name.emplace(std::move(*file));
   return std::move(*writer);
 }
 
-/// A new journal, or the old one with the state to continue from in `from` and its seed in the
-/// header; prints an error and returns nothing if that is impossible.
-std::optional<JournalWriter> open_journal(const std::string& path, bool resume, LogHeader& header,
-                                          std::optional<Resume>& from) {
+/// Continues a journal, with the state to continue from in `from` and its seed in the header;
+/// prints an error and returns the exit status if that is impossible.
+tl::expected<JournalWriter, int> continue_journal(const std::string& path, LogHeader& header,
+                                                  std::optional<Resume>& from) {
   const auto refuse = [&](const std::string& why) {
     complain(why);
-    return std::nullopt;
+    return tl::unexpected<int>(kExitUsage);
   };
-  const JournalHeader ours{log_digest(header), header.seed};
-  if (!resume) {
-    tl::expected<JournalWriter, std::string> writer = JournalWriter::create(path, ours);
-    if (!writer) return refuse(writer.error());
-    return std::move(*writer);
-  }
   tl::expected<Journal, std::string> journal = read_journal(path, &header.resume);
   if (!journal) return refuse(journal.error());
-  if (journal->header.digest != ours.digest) {
+  if (journal->header.digest != log_digest(header)) {
     return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
   }
   header.seed = journal->header.seed;
@@ -61,24 +116,44 @@ std::optional<JournalWriter> open_journal(const std::string& path, bool resume, 
 
 }  // namespace
 
-std::optional<Recording> Recording::open(const RunArguments& arguments,
-                                         const LoadedMission& loaded) {
+tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
+                                             const LoadedMission& loaded) {
   LogHeader header = header_of(loaded, arguments.seed);
   // The built-in simulator starts at the estimated pose, with its own clock.
   if (arguments.resume && arguments.link.url.empty()) header.resume_gap_s = 0.0;
+  const Names names = names_of(arguments, loaded.mission);
   Recording recording;
-  recording.log_path_ =
-      arguments.log.empty() ? default_log_path(loaded.mission, arguments.seed) : arguments.log;
-  recording.journal_path_ =
-      arguments.journal.empty() ? recording.log_path_ + ".journal" : arguments.journal;
-  create_folder_of(recording.log_path_);
-  recording.journal_ =
-      open_journal(recording.journal_path_, arguments.resume, header, recording.resume_);
-  if (!recording.journal_) return std::nullopt;
-  recording.log_ = open_log(recording.log_path_, header);
-  if (!recording.log_) return std::nullopt;
+  tl::expected<std::optional<OutputFile>, int> log = create_log(names, arguments);
+  if (!log) return tl::unexpected(log.error());
+  recording.log_path_ = *log ? (*log)->path() : names.log;
+  recording.journal_path_ = names.journal.empty() ? journal_of(recording.log_path_) : names.journal;
+  if (*log) recording.log_file_.emplace(std::move(**log));
+
+  if (!lock_journal(recording.journal_path_, recording.lock_)) {
+    return tl::unexpected<int>(kExitUsage);
+  }
+  tl::expected<JournalWriter, int> journal =
+      arguments.resume
+          ? continue_journal(recording.journal_path_, header, recording.resume_)
+          : create_journal(recording.journal_path_, arguments.force,
+                           JournalHeader{log_digest(header), header.seed}, recording.journal_file_);
+  if (!journal) return tl::unexpected(journal.error());
+  recording.journal_ = std::move(*journal);
+
   recording.seed_ = header.seed;
+  if (recording.log_file_) recording.open_log(header);
+  recording.has_log_ = recording.log_.has_value();
+  if (!recording.has_log_ && !arguments.resume) return tl::unexpected<int>(kExitInternal);
   return recording;
+}
+
+void Recording::open_log(const LogHeader& header) {
+  tl::expected<LogWriter, std::string> writer = LogWriter::create(log_path_, header);
+  if (writer) {
+    log_ = std::move(*writer);
+  } else {
+    complain(fmt::format("{}: {}", log_path_, writer.error()));
+  }
 }
 
 void Recording::keep(const Executive& executive, const StepOutputs& outputs) {
@@ -87,16 +162,17 @@ void Recording::keep(const Executive& executive, const StepOutputs& outputs) {
 
 void Recording::write(const StepInputs& inputs, const StepOutputs& outputs,
                       const std::optional<TruthRecord>& truth) {
-  has_log_ &= log_->write(inputs, outputs, truth);
+  if (log_file_) log_file_->keep();
+  if (journal_file_) journal_file_->keep();
+  has_log_ = log_ && log_->write(inputs, outputs, truth) && has_log_;
 }
 
-bool Recording::close() {
-  has_log_ &= log_->close();
+void Recording::close() {
+  has_log_ = log_ && log_->close() && has_log_;
   if (!has_journal_) {
     complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path_));
   }
   if (!has_log_) complain(fmt::format("{}: the log is not complete (disk full?)", log_path_));
-  return has_log_;
 }
 
 }  // namespace dive::mission

@@ -15,6 +15,7 @@
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/open_link.h"
+#include "mission/cli/output.h"
 #include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
@@ -53,18 +54,24 @@ void print_linked(const LinkedResult& result, const std::string& log, bool with_
   print("  log " + log);
 }
 
-/// Writes the map made in an unknown environment beside the log. Prints an error if it cannot be
-/// written.
-std::optional<std::string> keep_map(const std::string& log, const planning::ObservedMap& map,
-                                    const std::vector<Eigen::Vector3f>& points,
-                                    const LoadedMission& loaded) {
+/// Writes the map made in an unknown environment beside the log, under the next free number; no
+/// name if there is no map. Prints an error and returns the exit status if it cannot be written.
+tl::expected<std::optional<std::string>, int> keep_map(const std::string& log,
+                                                       const planning::ObservedMap& map,
+                                                       const std::vector<Eigen::Vector3f>& points,
+                                                       const LoadedMission& loaded) {
   if (map.pieces() == 0) return std::nullopt;
-  const std::string name = std::filesystem::path(log).replace_extension(".map").string();
-  const tl::expected<void, std::string> saved = planning::save_map(
-      name, map, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION);
-  if (saved) return name + ".sdf";
-  complain(fmt::format("{}: the map is not kept: {}", name, saved.error()));
-  return std::nullopt;
+  const std::string base = std::filesystem::path(log).replace_extension(".map").string();
+  for (int number = newest_numbered(base) + 1;; ++number) {
+    const std::string name = numbered(base, number);
+    const tl::expected<void, OutputError> saved = planning::save_map(
+        name, map, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION,
+        Existing::kRefuse);
+    if (saved) return name + ".sdf";
+    if (saved.error().kind == OutputError::Kind::kExists) continue;
+    complain("the map is not kept:");
+    return tl::unexpected(report(saved.error()));
+  }
 }
 
 void print_map(const std::optional<std::string>& file, const planning::ObservedMap& map) {
@@ -75,53 +82,55 @@ const std::string& water_of(const RunArguments& arguments, const Mission& missio
   return arguments.simulated_water.empty() ? mission.simulated_water : arguments.simulated_water;
 }
 
-/// Sets up the recording of the dive as a dataset. Prints an error and returns false on failure.
-bool record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
-                    DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
+/// Sets up the recording of the dive as a dataset. Prints an error and returns the exit status on
+/// failure.
+int record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
+                   DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
   settings.conditions.inertial_unit = vehicle::ImuNoise{};
-  tl::expected<DatasetRecorder, std::string> created = DatasetRecorder::create(
-      arguments.record, loaded.world, *settings.cameras, settings.conditions, settings.seed,
+  tl::expected<DatasetRecorder, OutputError> created = DatasetRecorder::create(
+      arguments.record, existing(arguments.force), loaded.world, *settings.cameras,
+      settings.conditions, settings.seed,
       fmt::format("{} dived with seed {} in simulated {} by dive " DIVE_VERSION, loaded.mission.id,
                   settings.seed, water_of(arguments, loaded.mission)));
-  if (!created) {
-    complain(created.error());
-    return false;
-  }
+  if (!created) return report(created.error());
   dataset.emplace(std::move(*created));
   settings.sensor_observer =
       [&dataset](const vehicle::SensorSamples& samples, const vehicle::GroundTruth& truth,
                  const std::optional<Pose>& X_WD) { dataset->observe(samples, truth, X_WD); };
-  return true;
+  return kExitSuccess;
 }
 
-/// Prints an error and returns false if a part of the dataset was lost.
-bool close_dataset(std::optional<DatasetRecorder>& dataset) {
-  if (!dataset) return true;
-  const tl::expected<void, std::string> closed = dataset->close();
-  if (!closed) complain(closed.error());
-  return closed.has_value();
+/// Prints an error and returns the exit status if a part of the dataset was lost.
+int close_dataset(std::optional<DatasetRecorder>& dataset) {
+  if (!dataset) return kExitSuccess;
+  const tl::expected<void, OutputError> closed = dataset->close();
+  return closed ? kExitSuccess : report(closed.error());
+}
+
+/// The plan of the mission, to which the dive is added.
+DiveDrawing planned_drawing(const LoadedMission& loaded, const DiveSettings& settings) {
+  const planning::Scene scene(loaded.world);
+  return drawing_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
+                         loaded.world, loaded.model.hull, loaded.mission.limits.clearance.value,
+                         plan_route(nominal_route(loaded.mission, scene), loaded.world,
+                                    loaded.model.hull, settings.planner, settings.seed));
 }
 
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
   settings.cameras = parse_water(water_of(arguments, loaded.mission));
   if (!settings.cameras) return kExitUsage;
-  std::optional<Recording> recording = Recording::open(arguments, loaded);
-  if (!recording) return kExitUsage;
+  tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
+  if (!svg) return svg.error();
+  tl::expected<Recording, int> recording = Recording::open(arguments, loaded);
+  if (!recording) return recording.error();
   settings.seed = recording->seed();
   settings.resume = recording->resume();
   std::optional<DatasetRecorder> dataset;
-  if (!arguments.record.empty() && !record_dataset(arguments, loaded, settings, dataset)) {
-    return kExitUsage;
+  if (!arguments.record.empty()) {
+    const int status = record_dataset(arguments, loaded, settings, dataset);
+    if (status != kExitSuccess) return status;
   }
-  DiveDrawing drawing;
-  if (!arguments.svg.empty()) {
-    const planning::Scene scene(loaded.world);
-    drawing =
-        drawing_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
-                        loaded.world, loaded.model.hull, loaded.mission.limits.clearance.value,
-                        plan_route(nominal_route(loaded.mission, scene), loaded.world,
-                                   loaded.model.hull, settings.planner, settings.seed));
-  }
+  DiveDrawing drawing = *svg ? planned_drawing(loaded, settings) : DiveDrawing{};
   DrawingRecorder recorder(drawing);
   DiveResult result;
   {
@@ -133,16 +142,17 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
           recording->write(inputs, outputs,
                            TruthRecord{truth.utime, truth.X_WB, obstacles_of(collisions)});
           if (!arguments.json) progress.observe(inputs, outputs);
-          if (!arguments.svg.empty()) recorder.observe(inputs, outputs, truth, collisions);
+          if (*svg) recorder.observe(inputs, outputs, truth, collisions);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);
         });
   }
-  const bool has_dataset = close_dataset(dataset);
-  const bool is_complete = recording->close() && has_dataset;
-  const std::optional<std::string> map =
+  const int dataset_status = close_dataset(dataset);
+  recording->close();
+  const tl::expected<std::optional<std::string>, int> kept =
       keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
+  const std::optional<std::string> map = kept.value_or(std::nullopt);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result);
     if (dataset) json["dataset"] = arguments.record;
@@ -157,8 +167,9 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
       print(fmt::format("  dataset {} ({} stereo pairs)", arguments.record, dataset->pairs()));
     }
   }
-  if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
-  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+  const int svg_status = *svg ? write_result(*svg, render_svg(drawing)) : kExitSuccess;
+  if (dataset_status != kExitSuccess || svg_status != kExitSuccess || !kept) return kExitInternal;
+  return result.outcome == "success" ? kExitSuccess : kExitFailed;
 }
 
 /// Options for the cameras and the IMU from a calibration folder; prints an error and returns
@@ -183,10 +194,8 @@ std::optional<estimation::VisionOptions> read_vision(const std::string& folder) 
 }
 
 /// Settings for a vehicle over LCM.
-LinkSettings link_settings(const RunArguments& arguments, const Recording& recording) {
+LinkSettings link_settings(const RunArguments& arguments) {
   LinkSettings settings;
-  settings.seed = recording.seed();
-  settings.resume = recording.resume();
   settings.lockstep = arguments.link.lockstep;
   return settings;
 }
@@ -216,11 +225,14 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         "dive: not permitted to run before other processes: commands may come late under load "
         "(run as root, or with an rtprio limit)");
   }
+  // The key is read before log and journal are opened, so that these cannot take its file.
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kExecutive);
   if (!bus) return kExitUsage;
-  std::optional<Recording> recording = Recording::open(arguments, loaded);
-  if (!recording) return kExitUsage;
-  LinkSettings settings = link_settings(arguments, *recording);
+  tl::expected<Recording, int> recording = Recording::open(arguments, loaded);
+  if (!recording) return recording.error();
+  LinkSettings settings = link_settings(arguments);
+  settings.seed = recording->seed();
+  settings.resume = recording->resume();
   settings.vision = vision;
   if (!bus->has_key()) {
     note("dive: no --key: packets are not authenticated, and topside may abort, and nothing else");
@@ -240,9 +252,11 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
           recording->keep(executive, outputs);
         });
   }
-  const bool is_complete = recording->close();
+  recording->close();
+  // A map that is lost does not change the status, by which systemd knows whether to dive again.
   const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
+      keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded)
+          .value_or(std::nullopt);
   if (arguments.json) {
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
@@ -253,7 +267,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
     print_linked(result, recording->log_path(), arguments.stats);
     print_map(map, result.observed_map);
   }
-  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+  return result.outcome == "success" ? kExitSuccess : kExitFailed;
 }
 
 /// Settings of a simulated dive; prints an error and returns nothing if something is wrong.
@@ -335,7 +349,8 @@ int run_dive(const RunArguments& arguments) {
   const std::optional<DiveSettings> settings = dive_settings(arguments);
   if (!settings || !fit_each_other(arguments, *settings)) return kExitUsage;
   Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded = load(arguments.mission, diagnostics);
+  const std::optional<LoadedMission> loaded =
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics);
   if (!loaded) {
     print_diagnostics(diagnostics);
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});

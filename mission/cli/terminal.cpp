@@ -1,11 +1,16 @@
 #include "mission/cli/terminal.h"
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <iostream>
+#include <system_error>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include "mission/cli/commands.h"
 
 namespace dive::mission {
 namespace {
@@ -15,44 +20,65 @@ bool color_on(std::FILE* stream) {
   return (no_color == nullptr || *no_color == '\0') && isatty(fileno(stream)) == 1;
 }
 
+int stdout_error = 0;  // the first, as errno
+
+bool print_line(std::FILE* stream, std::string line) {
+  line += '\n';  // one write: other processes may write to the same terminal
+  return std::fwrite(line.data(), 1, line.size(), stream) == line.size();
+}
+
 }  // namespace
 
-void print(std::string_view line) { fmt::print(stdout, "{}\n", line); }
+void occupy_standard_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
+    // Opened the wrong way round, so that using it is an error as before.
+    static_cast<void>(::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+  }
+}
 
-void note(std::string_view line) { fmt::print(stderr, "{}\n", line); }
+int finish_standard_output(int status) {
+  std::cout.flush();  // CLI11 prints help there
+  const bool was_whole = std::ferror(stdout) == 0;
+  // Some systems report an error only when a file is closed.
+  if (std::fclose(stdout) == 0 && was_whole) return status;
+  if (stdout_error == 0) stdout_error = errno;
+  complain(fmt::format("standard output: cannot be written: {}",
+                       std::generic_category().message(stdout_error)));
+  return kExitInternal;
+}
 
-void complain(std::string_view message) { fmt::print(stderr, "dive: error: {}\n", message); }
+void print(std::string_view line) {
+  if (!print_line(stdout, std::string(line)) && stdout_error == 0) stdout_error = errno;
+}
+
+void note(std::string_view line) { print_line(stderr, std::string(line)); }
+
+void complain(std::string_view message) {
+  print_line(stderr, fmt::format("dive: error: {}", message));
+}
 
 void print_diagnostics(const Diagnostics& diagnostics) {
   const bool color = color_on(stderr);
   for (const Diagnostic& diagnostic : diagnostics.list()) {
-    fmt::print(stderr, "{}", render(diagnostic, color));
+    std::fputs(render(diagnostic, color).c_str(), stderr);
   }
   const std::size_t total = diagnostics.error_count() + diagnostics.warning_count();
   if (total > 0) {
-    fmt::print(stderr, "{} error(s), {} warning(s)\n", diagnostics.error_count(),
-               diagnostics.warning_count());
+    note(fmt::format("{} error(s), {} warning(s)", diagnostics.error_count(),
+                     diagnostics.warning_count()));
   }
-}
-
-bool write_file(const std::string& path, std::string_view content) {
-  std::ofstream stream(path, std::ios::binary);
-  stream << content;
-  stream.close();
-  if (stream) return true;
-  complain(fmt::format("{}: cannot be written", path));
-  return false;
 }
 
 ProgressLine::ProgressLine() : on_terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgressLine::~ProgressLine() {
-  if (open_) fmt::print(stderr, "\n");
+  if (open_) std::fputc('\n', stderr);
 }
 
 void ProgressLine::show(std::string_view line) {
   if (on_terminal_) {
-    fmt::print(stderr, "\r\033[K{}", line);
+    std::fputs(fmt::format("\r\033[K{}", line).c_str(), stderr);
     std::fflush(stderr);
     open_ = true;
   } else {
@@ -61,7 +87,7 @@ void ProgressLine::show(std::string_view line) {
 }
 
 void ProgressLine::keep(std::string_view line) {
-  if (open_) fmt::print(stderr, "\r\033[K");
+  if (open_) std::fputs("\r\033[K", stderr);
   open_ = false;
   note(line);
 }

@@ -11,16 +11,22 @@
 
 namespace dive::mission {
 
-/// Writes a line to stdout.
+/// Writes a line to stdout; an error is reported by finish_standard_output().
 void print(std::string_view line);
 /// Writes a line to stderr.
 void note(std::string_view line);
+/// At the start of the process: descriptors 0 to 2 that are closed would be given to the next files
+/// opened, and what is printed would go into these.
+void occupy_standard_streams();
+
+/// At its end: `status`, or 3 after printing an error if something printed on standard output could
+/// not be written.
+[[nodiscard]] int finish_standard_output(int status);
+
 /// "dive: error: ..." on stderr.
 void complain(std::string_view message);
 /// All diagnostics on stderr, then a count.
 void print_diagnostics(const Diagnostics& diagnostics);
-/// Writes a file; prints an error and returns false on failure.
-[[nodiscard]] bool write_file(const std::string& path, std::string_view content);
 
 /// A line on stderr that is rewritten in place on a terminal, and printed periodically elsewhere.
 class ProgressLine {

@@ -4,7 +4,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/record/log.h"
 #include "mission/scenario/dive_record.h"
@@ -32,6 +32,7 @@ struct Trial {
   std::optional<Scenario> scenario;
   std::shared_ptr<const LoadedMission> loaded;
   std::string log;      ///< File of the log; empty: none.
+  Result file;          ///< Keeps its name for it.
   std::string problem;  ///< Error in writing the log.
   DiveResult result;
   std::vector<ExpectationResult> failed;       ///< Unmet expectations.
@@ -77,11 +78,13 @@ std::optional<std::vector<std::string>> files_of(const std::vector<std::string>&
 /// Caches missions: many scenarios use the same one, and each is loaded once.
 class Missions {
  public:
+  explicit Missions(planning::Resources resources) : resources_(resources) {}
+
   std::shared_ptr<const LoadedMission> get(const std::string& path, Diagnostics& diagnostics) {
     const auto [at, is_new] = shelf_.try_emplace(path);
     Shelved& shelved = at->second;
     if (is_new) {
-      if (std::optional<LoadedMission> loaded = load(path, shelved.diagnostics)) {
+      if (std::optional<LoadedMission> loaded = load(path, resources_, shelved.diagnostics)) {
         shelved.loaded = std::make_shared<const LoadedMission>(std::move(*loaded));
       }
     }
@@ -94,6 +97,7 @@ class Missions {
     std::shared_ptr<const LoadedMission> loaded;
     Diagnostics diagnostics;
   };
+  planning::Resources resources_;
   std::map<std::string, Shelved> shelf_;
 };
 
@@ -121,25 +125,27 @@ void read(Trial& trial, Missions& missions) {
   }
 }
 
-/// Every log in the folder is named after its scenario; duplicates get a number.
-void name_logs(std::vector<Trial>& trials, const std::string& folder) {
-  if (folder.empty()) return;
-  std::set<std::string> taken;
+/// Every log in the folder is named after its scenario; the names count up. Prints an error and
+/// returns the exit status if one cannot be created.
+int create_logs(std::vector<Trial>& trials, const std::string& folder) {
+  if (folder.empty()) return kExitSuccess;
+  create_folder_of(folder + "/");
   for (Trial& trial : trials) {
     if (!trial.is_valid()) continue;
-    std::string name = trial.scenario->id;
-    for (int copy = 2; !taken.insert(name).second; ++copy) {
-      name = fmt::format("{}-{}", trial.scenario->id, copy);
-    }
-    trial.log = (fs::path(folder) / (name + ".lcmlog")).string();
+    const fs::path name = fs::path(folder) / (trial.scenario->id + ".lcmlog");
+    tl::expected<OutputFile, OutputError> file = OutputFile::create_numbered(name.string());
+    if (!file) return report(file.error());
+    trial.log = file->path();
+    trial.file.emplace(std::move(*file));
   }
+  return kExitSuccess;
 }
 
 DiveRecord dive_and_log(Trial& trial, Script script) {
   const Scenario& scenario = *trial.scenario;
   const LoadedMission& loaded = *trial.loaded;
   std::optional<LogWriter> log;
-  if (!trial.log.empty()) {
+  if (trial.file) {
     auto created = LogWriter::create(trial.log, header_of(loaded, scenario.seed));
     if (created) {
       log = std::move(*created);
@@ -179,11 +185,13 @@ void try_out(Trial& trial, const TestArguments& arguments) {
     trial.cannot_fail = insensitive_expectations(*trial.scenario, record);
   }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (!trial.log.empty() && trial.passed() && !arguments.keep_all) {
-    std::error_code ignored;  // a superfluous log does no harm
-    fs::remove(trial.log, ignored);
+  if (!trial.file) return;
+  if (trial.passed() && !arguments.keep_all) {
     trial.log.clear();
+  } else {
+    trial.file->keep();
   }
+  trial.file.reset();  // removes the log unless it is kept
 }
 
 std::string at(const Trial& trial, const ExpectationResult& result) {
@@ -294,7 +302,7 @@ nlohmann::ordered_json to_json(const Trial& trial) {
   return json;
 }
 
-int conclude(const std::vector<Trial>& trials, const TestArguments& arguments) {
+int conclude(const std::vector<Trial>& trials, Result& junit, const TestArguments& arguments) {
   const auto count = [&](auto what) { return std::ranges::count_if(trials, what); };
   const auto passed = count(&Trial::passed);
   const auto valid = count(&Trial::is_valid);
@@ -311,9 +319,13 @@ int conclude(const std::vector<Trial>& trials, const TestArguments& arguments) {
     print(fmt::format("{} scenario(s): {} ok, {} failed, {} invalid", total, passed, valid - passed,
                       total - valid));
   }
-  if (!arguments.junit.empty() && !write_file(arguments.junit, to_junit(cases_of(trials)))) {
-    return kExitUsage;
+  if (junit) {
+    const int status = write_result(junit, to_junit(cases_of(trials)));
+    if (status != kExitSuccess) return status;
   }
+  const bool is_kept =
+      std::ranges::all_of(trials, [](const Trial& t) { return t.problem.empty(); });
+  if (!is_kept) return kExitInternal;
   if (valid != total) return kExitUsage;
   return passed == total ? kExitSuccess : kExitFailed;
 }
@@ -335,23 +347,17 @@ int run_tests(const TestArguments& arguments) {
   }
   const std::optional<std::vector<std::string>> files = files_of(arguments.scenarios);
   if (!files) return kExitUsage;
-  if (!arguments.keep.empty()) {
-    std::error_code error;
-    fs::create_directories(arguments.keep, error);
-    if (error) {
-      complain(fmt::format("{}: {}", arguments.keep, error.message()));
-      return kExitUsage;
-    }
-  }
   std::vector<Trial> trials(files->size());
-  Missions missions;
+  Missions missions(resources(arguments.allow_outside));
   for (std::size_t i = 0; i < trials.size(); ++i) {
     trials[i].path = (*files)[i];
     read(trials[i], missions);
   }
-  name_logs(trials, arguments.keep);
+  tl::expected<Result, int> junit = open_result(arguments.junit, arguments.force);
+  if (!junit) return junit.error();
+  if (const int status = create_logs(trials, arguments.keep); status != kExitSuccess) return status;
   try_all(trials, arguments);
-  return conclude(trials, arguments);
+  return conclude(trials, *junit, arguments);
 }
 
 }  // namespace dive::mission

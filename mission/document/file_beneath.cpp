@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/path_beneath.h"
 #include "common/suggest.h"
 
 namespace dive::mission {
@@ -15,12 +16,6 @@ namespace fs = std::filesystem;
 
 // maximum number of files of a folder compared for a suggestion
 constexpr std::size_t kMaxListed = 1000;
-
-bool is_beneath(const fs::path& path, const fs::path& folder) {
-  const auto [in_folder, in_path] =
-      std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return in_folder == folder.end() && in_path != path.end();
-}
 
 // The file of the same folder with the closest name.
 std::string hint_for_missing(const fs::path& path) {
@@ -59,7 +54,14 @@ tl::expected<fs::path, FileRefusal> file_beneath(const fs::path& folder, const f
   if (!is_beneath(path, root)) {
     return outside(fmt::format("the {} '{}' lies outside of the mission's folder", what, written));
   }
-  if (!fs::is_regular_file(path, error)) {
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    return tl::unexpected(FileRefusal{
+        false,
+        fmt::format("'{}' is no regular file, but a folder, a pipe or a device", written),
+        {}});
+  }
+  if (!fs::is_regular_file(status)) {
     return tl::unexpected(FileRefusal{
         false, fmt::format("there is no file '{}' beneath the mission's folder", written),
         hint_for_missing(path)});

@@ -1,15 +1,17 @@
 #include "mission/record/asl_writer.h"
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
+#include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
+#include <sys/stat.h>
 
 #include "common/assert.h"
+#include "common/input_file.h"
 #include "estimation/dataset/gray_png.h"
 
 namespace dive::mission {
@@ -98,46 +100,86 @@ std::string yaml(std::size_t sensor, const AslSensors& sensors) {
   }
 }
 
-// Empty, or an error message.
-std::string write_yaml(const fs::path& folder, std::size_t sensor, const AslSensors& sensors) {
+using Kind = OutputError::Kind;
+
+tl::unexpected<OutputError> not_written(const fs::path& path, const std::string& reason) {
+  return tl::make_unexpected(
+      OutputError{Kind::kNotKept, fmt::format("{}: cannot be written: {}", path.string(), reason)});
+}
+
+tl::expected<void, OutputError> create_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return fmt::format("{}: {}", folder.string(), error.message());
-  std::ofstream file(folder / "sensor.yaml");
-  file << yaml(sensor, sensors);
-  file.close();
-  return file ? "" : fmt::format("{}: cannot be written", (folder / "sensor.yaml").string());
+  if (!error) return {};
+  const bool is_full = error == std::errc::no_space_on_device || error == std::errc::io_error;
+  return tl::make_unexpected(OutputError{is_full ? Kind::kNotKept : Kind::kName,
+                                         fmt::format("{}: {}", folder.string(), error.message())});
+}
+
+tl::expected<void, OutputError> write_yaml(const fs::path& folder, std::size_t sensor,
+                                           const AslSensors& sensors, Existing existing) {
+  if (auto created = create_folder(folder); !created) return created;
+  return write_output((folder / "sensor.yaml").string(), existing, yaml(sensor, sensors));
+}
+
+/// Removes the dataset of an earlier recording.
+tl::expected<void, OutputError> remove_dataset(const fs::path& root) {
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(root, error), end; !error && it != end;
+       it.increment(error)) {
+    struct stat status {};
+    if (::stat(it->path().c_str(), &status) != 0 || !is_input(status)) continue;
+    return tl::make_unexpected(OutputError{
+        Kind::kInput,
+        fmt::format("{}: is an input of this command, and is never written", it->path().string())});
+  }
+  fs::remove_all(root, error);
+  if (!error) return {};
+  return tl::make_unexpected(
+      OutputError{Kind::kName, fmt::format("{}: {}", root.string(), error.message())});
 }
 
 }  // namespace
 
-tl::expected<void, std::string> write_asl_calibration(const std::string& folder,
-                                                      const AslSensors& sensors) {
+tl::expected<void, OutputError> write_asl_calibration(const std::string& folder,
+                                                      const AslSensors& sensors,
+                                                      Existing existing) {
   for (const std::size_t sensor : {kCamera0, kCamera1, kImu}) {
-    std::string problem = write_yaml(fs::path(folder) / kFolders[sensor], sensor, sensors);
-    if (!problem.empty()) return tl::unexpected(std::move(problem));
+    auto written = write_yaml(fs::path(folder) / kFolders[sensor], sensor, sensors, existing);
+    if (!written) return written;
   }
   return {};
 }
 
 struct AslWriter::Impl {
   fs::path root;
-  std::array<std::ofstream, kSensors> rows;
-  std::string lost;  // the first image that could not be written
+  std::vector<OutputFile> rows;     // in the order of kFolders
+  std::optional<OutputError> lost;  // the first part that could not be written
 
-  // Empty, or an error message.
-  std::string open(const AslSensors& sensors) {
+  tl::expected<void, OutputError> open(const AslSensors& sensors) {
     for (std::size_t i = 0; i < kSensors; ++i) {
       const fs::path folder = root / kFolders[i];
-      if (std::string problem = write_yaml(folder, i, sensors); !problem.empty()) return problem;
-      std::error_code error;
-      if (i <= kCamera1) fs::create_directory(folder / "data", error);
-      if (error) return fmt::format("{}: {}", (folder / "data").string(), error.message());
-      rows[i].open(folder / "data.csv");
-      rows[i] << kColumns[i] << '\n';
-      if (!rows[i]) return fmt::format("{}: cannot be written", (folder / "data.csv").string());
+      if (auto written = write_yaml(folder, i, sensors, Existing::kRefuse); !written) {
+        return written;
+      }
+      if (i <= kCamera1) {
+        if (auto created = create_folder(folder / "data"); !created) return created;
+      }
+      auto file = OutputFile::create((folder / "data.csv").string(), Existing::kRefuse);
+      if (!file) return tl::unexpected(std::move(file.error()));
+      file->keep();  // the rows written before an error are of use
+      rows.push_back(std::move(*file));
+      put(i, std::string(kColumns[i]) + "\n");
     }
-    return {};
+    return lost ? tl::expected<void, OutputError>(tl::unexpected(*lost))
+                : tl::expected<void, OutputError>();
+  }
+
+  void put(std::size_t sensor, const std::string& line) { note(rows[sensor].write(line)); }
+
+  /// Keeps the first error; whatever it is, a part of the dataset is not there.
+  void note(const tl::expected<void, OutputError>& written) {
+    if (!written && !lost) lost = OutputError{Kind::kNotKept, written.error().message};
   }
 };
 
@@ -146,18 +188,24 @@ AslWriter::AslWriter(AslWriter&&) noexcept = default;
 AslWriter& AslWriter::operator=(AslWriter&&) noexcept = default;
 AslWriter::~AslWriter() = default;
 
-tl::expected<AslWriter, std::string> AslWriter::create(const std::string& folder,
-                                                       const AslSensors& sensors) {
+tl::expected<AslWriter, OutputError> AslWriter::create(const std::string& folder,
+                                                       const AslSensors& sensors,
+                                                       Existing existing) {
   for (const CameraModel& camera : sensors.cameras) DIVE_DEMAND(camera.validate().empty());
   auto impl = std::make_unique<Impl>();
   impl->root = fs::path(folder) / "mav0";
   std::error_code ignored;  // a folder that cannot be listed cannot be written either
-  if (fs::exists(impl->root, ignored)) {
-    return tl::unexpected(
-        fmt::format("{}: holds a dataset already; give another folder, or remove mav0", folder));
+  if (fs::exists(fs::symlink_status(impl->root, ignored))) {
+    if (existing == Existing::kRefuse) {
+      return tl::make_unexpected(
+          OutputError{Kind::kExists, fmt::format("{}: holds a dataset already (mav0)", folder)});
+    }
+    if (auto removed = remove_dataset(impl->root); !removed) {
+      return tl::unexpected(std::move(removed.error()));
+    }
   }
-  if (std::string problem = impl->open(sensors); !problem.empty()) {
-    return tl::unexpected(std::move(problem));
+  if (auto opened = impl->open(sensors); !opened) {
+    return tl::unexpected(std::move(opened.error()));
   }
   return AslWriter(std::move(impl));
 }
@@ -167,35 +215,33 @@ void AslWriter::write(const ImageFrame& frame) {
   const auto sensor = static_cast<std::size_t>(frame.camera);
   const std::string name = fmt::format("{}.png", nanoseconds(frame.utime));
   const fs::path path = impl_->root / kFolders[sensor] / "data" / name;
-  const bool is_written = estimation::write_gray_png(path.string(), frame);
-  if (!is_written && impl_->lost.empty()) impl_->lost = path.string();
-  fmt::print(impl_->rows[sensor], "{},{}\n", nanoseconds(frame.utime), name);
+  const tl::expected<std::string, std::string> png = estimation::to_gray_png(frame);
+  impl_->note(png ? write_output(path.string(), Existing::kRefuse, *png)
+                  : not_written(path, png.error()));
+  impl_->put(sensor, fmt::format("{},{}\n", nanoseconds(frame.utime), name));
 }
 
 void AslWriter::write(const ImuSample& sample) {
-  fmt::print(impl_->rows[kImu], "{},{},{}\n", nanoseconds(sample.utime), xyz(sample.gyro_B),
-             xyz(sample.accel_B));
+  impl_->put(kImu, fmt::format("{},{},{}\n", nanoseconds(sample.utime), xyz(sample.gyro_B),
+                               xyz(sample.accel_B)));
 }
 
 void AslWriter::write(const DepthSample& sample) {
-  fmt::print(impl_->rows[kDepth], "{},{:.9g}\n", nanoseconds(sample.utime), sample.depth_m);
+  impl_->put(kDepth, fmt::format("{},{:.9g}\n", nanoseconds(sample.utime), sample.depth_m));
 }
 
 void AslWriter::write(const AslTruth& truth) {
   const Eigen::Quaterniond& q = truth.X_WB.q;
-  fmt::print(impl_->rows[kTruth], "{},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{},{}\n",
-             nanoseconds(truth.utime), xyz(truth.X_WB.p), q.w(), q.x(), q.y(), q.z(),
-             xyz(truth.v_W), xyz(truth.gyro_bias_B), xyz(truth.accel_bias_B));
+  impl_->put(kTruth,
+             fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{},{}\n", nanoseconds(truth.utime),
+                         xyz(truth.X_WB.p), q.w(), q.x(), q.y(), q.z(), xyz(truth.v_W),
+                         xyz(truth.gyro_bias_B), xyz(truth.accel_bias_B)));
 }
 
-tl::expected<void, std::string> AslWriter::close() {
-  std::string lost = impl_->lost;
-  for (std::size_t i = 0; i < kSensors; ++i) {
-    impl_->rows[i].close();
-    if (!impl_->rows[i] && lost.empty()) lost = (impl_->root / kFolders[i] / "data.csv").string();
-  }
-  if (lost.empty()) return {};
-  return tl::unexpected(fmt::format("{}: cannot be written (disk full?)", lost));
+tl::expected<void, OutputError> AslWriter::close() {
+  for (OutputFile& file : impl_->rows) impl_->note(file.close());
+  if (impl_->lost) return tl::unexpected(*impl_->lost);
+  return {};
 }
 
 }  // namespace dive::mission

@@ -20,6 +20,7 @@
 
 #include "common/camera_model.h"
 #include "common/measurements.h"
+#include "common/output_file.h"
 #include "common/se3.h"
 
 namespace dive::mission {
@@ -39,9 +40,10 @@ struct AslSensors {
 };
 
 /// Writes only DIR/cam0, cam1 and imu0, each with its sensor.yaml: the input of `dive run
-/// --cameras`. The error is a sentence: what cannot be written.
-[[nodiscard]] tl::expected<void, std::string> write_asl_calibration(const std::string& folder,
-                                                                    const AslSensors& sensors);
+/// --cameras`.
+[[nodiscard]] tl::expected<void, OutputError> write_asl_calibration(const std::string& folder,
+                                                                    const AslSensors& sensors,
+                                                                    Existing existing);
 
 /// One row of the ground truth.
 struct AslTruth {
@@ -54,10 +56,11 @@ struct AslTruth {
 
 class AslWriter {
  public:
-  /// Creates the folders and the sensor.yaml files. The error is a sentence: what cannot be
-  /// written, or that the folder already holds a dataset, which is not overwritten.
-  [[nodiscard]] static tl::expected<AslWriter, std::string> create(const std::string& folder,
-                                                                   const AslSensors& sensors);
+  /// Creates the folders and the sensor.yaml files. A dataset that the folder already holds is
+  /// removed if it may be replaced, and no file of it is an input.
+  [[nodiscard]] static tl::expected<AslWriter, OutputError> create(const std::string& folder,
+                                                                   const AslSensors& sensors,
+                                                                   Existing existing);
   AslWriter(AslWriter&&) noexcept;
   AslWriter& operator=(AslWriter&&) noexcept;
   ~AslWriter();
@@ -68,7 +71,7 @@ class AslWriter {
   void write(const DepthSample& sample);
   void write(const AslTruth& truth);
   /// Nothing can be written afterwards. The error names the incomplete part.
-  [[nodiscard]] tl::expected<void, std::string> close();
+  [[nodiscard]] tl::expected<void, OutputError> close();
 
  private:
   struct Impl;

@@ -23,12 +23,12 @@ AslSensors asl_sensors(const vehicle::StereoCameraOptions& cameras,
   return sensors;
 }
 
-tl::expected<DatasetRecorder, std::string> DatasetRecorder::create(
-    const std::string& folder, const planning::World& world,
+tl::expected<DatasetRecorder, OutputError> DatasetRecorder::create(
+    const std::string& folder, Existing existing, const planning::World& world,
     const vehicle::StereoCameraOptions& camera, const vehicle::Conditions& conditions,
     std::uint64_t seed, const std::string& comment) {
-  tl::expected<AslWriter, std::string> writer =
-      AslWriter::create(folder, asl_sensors(camera, conditions, comment));
+  tl::expected<AslWriter, OutputError> writer =
+      AslWriter::create(folder, asl_sensors(camera, conditions, comment), existing);
   if (!writer) return tl::unexpected(writer.error());
   vehicle::StereoCamera eyes(world, camera, seed);
   eyes.set_current(conditions.current_W);

@@ -21,9 +21,9 @@ namespace dive::mission {
 
 class DatasetRecorder {
  public:
-  /// `conditions` are those of the dive and include an IMU. The error is a sentence.
-  [[nodiscard]] static tl::expected<DatasetRecorder, std::string> create(
-      const std::string& folder, const planning::World& world,
+  /// `conditions` are those of the dive and include an IMU. `existing`: AslWriter::create().
+  [[nodiscard]] static tl::expected<DatasetRecorder, OutputError> create(
+      const std::string& folder, Existing existing, const planning::World& world,
       const vehicle::StereoCameraOptions& camera, const vehicle::Conditions& conditions,
       std::uint64_t seed, const std::string& comment);
 
@@ -31,7 +31,7 @@ class DatasetRecorder {
   void observe(const vehicle::SensorSamples& samples, const vehicle::GroundTruth& truth,
                const std::optional<Pose>& X_WD);
   [[nodiscard]] int pairs() const { return pairs_; }
-  [[nodiscard]] tl::expected<void, std::string> close() { return writer_.close(); }
+  [[nodiscard]] tl::expected<void, OutputError> close() { return writer_.close(); }
 
  private:
   DatasetRecorder(AslWriter writer, vehicle::StereoCamera camera)

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <filesystem>
 #include <limits>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -34,21 +34,13 @@ bool begins_channel(std::string_view name, std::size_t size) {
 }  // namespace
 
 tl::expected<LogEventFile, std::string> LogEventFile::open(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    return tl::unexpected(fmt::format("cannot read '{}': no such file", path));
+  tl::expected<StdioFile, std::string> file = open_input_stdio(path);
+  struct stat status {};
+  if (file && ::fstat(fileno(file->get()), &status) != 0) {
+    file = tl::unexpected(std::generic_category().message(errno));
   }
-  if (!std::filesystem::is_regular_file(status)) {
-    return tl::unexpected(fmt::format("cannot read '{}': not a regular file", path));
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::FILE* file = error ? nullptr : std::fopen(path.c_str(), "rb");
-  if (file == nullptr) {
-    const std::string reason = std::generic_category().message(error ? error.value() : errno);
-    return tl::unexpected(fmt::format("cannot read '{}': {}", path, reason));
-  }
-  return LogEventFile(file, size);
+  if (!file) return tl::unexpected(fmt::format("cannot read '{}': {}", path, file.error()));
+  return LogEventFile(std::move(*file), static_cast<std::uint64_t>(status.st_size));
 }
 
 bool LogEventFile::seek(std::uint64_t offset) {

@@ -4,13 +4,13 @@
 // allocates 1.8 GB).
 
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <string>
+#include <utility>
 
 #include <tl/expected.hpp>
 
 #include "common/clock.h"
+#include "common/input_file.h"
 #include "mission/record/log_channels.h"
 #include "mission/record/log_codec.h"
 
@@ -46,10 +46,7 @@ class LogEventFile {
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  LogEventFile(std::FILE* file, std::uint64_t size) : file_(file), size_(size) {}
+  LogEventFile(StdioFile file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
 
   [[nodiscard]] bool seek(std::uint64_t offset);
   [[nodiscard]] std::size_t read(void* to, std::size_t size);
@@ -57,7 +54,7 @@ class LogEventFile {
   [[nodiscard]] std::uint64_t find_record(std::uint64_t from, LogEvent& event);
   [[nodiscard]] bool is_cut_short(std::uint64_t offset);
 
-  std::unique_ptr<std::FILE, Close> file_;
+  StdioFile file_;
   std::uint64_t size_ = 0;         // Size at opening, bytes.
   std::uint64_t position_ = 0;     // Position in the file, bytes.
   std::uint64_t next_offset_ = 0;  // Expected offset of the next record, bytes.

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <new>
 #include <string_view>
@@ -22,7 +20,6 @@
 namespace dive::planning {
 namespace {
 
-namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
@@ -242,30 +239,19 @@ tl::expected<CloudFile, std::string> read_cloud(const std::string& path,
   }
 }
 
-bool write_ply(const std::string& path, const std::vector<Vector3f>& points,
-               const std::vector<std::string>& comments) {
+std::string to_ply(const std::vector<Vector3f>& points, const std::vector<std::string>& comments) {
   static_assert(sizeof(Vector3f) == 3 * sizeof(float));
-  // Written under another name first, so that no process reads a partial file.
-  const std::string draft = path + ".new";
-  std::error_code failed;
-  {
-    std::ofstream file(draft, std::ios::binary);
-    file << "ply\nformat binary_little_endian 1.0\n";
-    for (std::string comment : comments) {
-      std::replace_if(
-          comment.begin(), comment.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-      file << "comment " << comment << '\n';
-    }
-    file << "element vertex " << points.size()
-         << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-    file.write(reinterpret_cast<const char*>(points.data()),
-               static_cast<std::streamsize>(points.size() * sizeof(Vector3f)));
-    if (!file.flush()) failed = std::make_error_code(std::errc::io_error);
+  std::string text = "ply\nformat binary_little_endian 1.0\n";
+  for (std::string comment : comments) {
+    std::replace_if(
+        comment.begin(), comment.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    text += "comment " + comment + '\n';
   }
-  if (!failed) fs::rename(draft, path, failed);
-  std::error_code ignored;
-  if (failed) fs::remove(draft, ignored);
-  return !failed;
+  text += fmt::format(
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
+      points.size());
+  text.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof(Vector3f));
+  return text;
 }
 
 }  // namespace dive::planning

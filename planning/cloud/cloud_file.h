@@ -48,9 +48,8 @@ struct CloudOptions {
 [[nodiscard]] tl::expected<CloudFile, std::string> read_cloud(const std::string& path,
                                                               const CloudOptions& options);
 
-/// Writes points as binary little-endian PLY (float x y z); each comment becomes one line of its
-/// header. Returns false, and leaves `path` unchanged, if writing fails.
-[[nodiscard]] bool write_ply(const std::string& path, const std::vector<Eigen::Vector3f>& points,
-                             const std::vector<std::string>& comments);
+/// Points as binary little-endian PLY (float x y z); each comment becomes one line of its header.
+[[nodiscard]] std::string to_ply(const std::vector<Eigen::Vector3f>& points,
+                                 const std::vector<std::string>& comments);
 
 }  // namespace dive::planning

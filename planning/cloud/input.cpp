@@ -3,35 +3,28 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <utility>
 
 namespace dive::planning {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 constexpr std::string_view kBlanks = " \t\r\v\f";
 
 }  // namespace
 
-Input::Input(std::ifstream file, std::uint64_t size)
+Input::Input(StdioFile file, std::uint64_t size)
     : file_(std::move(file)), size_(size), buffer_(kBufferBytes) {}
 
 tl::expected<Input, std::string> Input::open(const std::string& path) {
-  // Checked first, because opening a pipe would wait for its writer.
-  std::error_code failed;
-  const fs::file_status status = fs::status(path, failed);
-  if (!fs::exists(status)) return tl::unexpected(std::string("there is no such file"));
-  if (fs::is_directory(status)) return tl::unexpected(std::string("it is a directory"));
-  if (!fs::is_regular_file(status)) return tl::unexpected(std::string("it is not a regular file"));
-  const std::uintmax_t size = fs::file_size(path, failed);
-  std::ifstream file(path, std::ios::binary);
-  if (failed || !file) return tl::unexpected(std::string("it cannot be opened for reading"));
-  if (size == 0) return tl::unexpected(std::string("it is empty"));
-  return Input(std::move(file), size);
+  tl::expected<StdioFile, std::string> file = open_input_stdio(path);
+  if (!file) return tl::unexpected("it cannot be opened: " + file.error());
+  struct stat status {};
+  if (::fstat(fileno(file->get()), &status) != 0 || status.st_size == 0) {
+    return tl::unexpected(std::string("it is empty"));
+  }
+  return Input(std::move(*file), static_cast<std::uint64_t>(status.st_size));
 }
 
 void Input::fill() {
@@ -43,8 +36,7 @@ void Input::fill() {
   // At most the length at opening: another process may be writing to the file.
   const auto wanted =
       static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - end_, left() - buffered()));
-  file_.read(buffer_.data() + end_, static_cast<std::streamsize>(wanted));
-  end_ += static_cast<std::size_t>(file_.gcount());
+  end_ += std::fread(buffer_.data() + end_, 1, wanted, file_.get());
 }
 
 void Input::take(std::size_t bytes) {
@@ -87,9 +79,9 @@ bool Input::read(char* to, std::size_t bytes) {
   take(ready);
   if (ready == bytes) return true;
   const std::size_t rest = bytes - ready;
-  file_.read(to + ready, static_cast<std::streamsize>(rest));
-  taken_ += static_cast<std::size_t>(file_.gcount());
-  return static_cast<std::size_t>(file_.gcount()) == rest;
+  const std::size_t count = std::fread(to + ready, 1, rest, file_.get());
+  taken_ += count;
+  return count == rest;
 }
 
 bool Input::skip(std::uint64_t bytes) {

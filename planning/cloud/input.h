@@ -3,13 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <tl/expected.hpp>
+
+#include "common/input_file.h"
 
 namespace dive::planning {
 
@@ -33,12 +34,12 @@ class Input {
   [[nodiscard]] const std::string& failure() const { return failure_; }
 
  private:
-  Input(std::ifstream file, std::uint64_t size);
+  Input(StdioFile file, std::uint64_t size);
   [[nodiscard]] std::size_t buffered() const { return end_ - begin_; }
   void fill();
   void take(std::size_t bytes);
 
-  std::ifstream file_;
+  StdioFile file_;
   std::uint64_t size_ = 0;
   std::uint64_t taken_ = 0;
   std::size_t line_number_ = 0;

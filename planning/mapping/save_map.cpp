@@ -6,9 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -133,30 +131,18 @@ std::string to_sdf(const std::string& name, const std::string& mesh, const std::
       as_comment(comment), escape_xml(name), geometry, geometry);
 }
 
-// Written under another name first, so that no process reads a partial file.
-bool write(const std::string& path, const std::string& content) {
-  const std::string draft = path + ".new";
-  std::error_code failed;
-  {
-    std::ofstream file(draft, std::ios::binary);
-    file << content;
-    if (!file.flush()) failed = std::make_error_code(std::errc::io_error);
-  }
-  if (!failed) fs::rename(draft, path, failed);
-  std::error_code ignored;
-  if (failed) fs::remove(draft, ignored);
-  return !failed;
+tl::unexpected<OutputError> refuse(const std::string& path, const std::string& reason) {
+  return tl::make_unexpected(
+      OutputError{OutputError::Kind::kName, fmt::format("{}: {}", path, reason)});
 }
 
 }  // namespace
 
-tl::expected<void, std::string> save_map(const std::string& path, const ObservedMap& map,
+tl::expected<void, OutputError> save_map(const std::string& path, const ObservedMap& map,
                                          std::span<const Eigen::Vector3f> points,
-                                         const std::string& comment) {
+                                         const std::string& comment, Existing existing) {
   const std::string name = fs::path(path).filename().string();
-  if (!is_name(name)) {
-    return tl::unexpected(fmt::format("'{}' cannot be the name of a map", as_comment(name)));
-  }
+  if (!is_name(name)) return refuse(as_comment(path), "cannot be the name of a map");
   MeshPieces pieces;
   std::vector<Corners> triangles;
   map.visit_cells([&](CellKey, std::span<const ObservedMap::Piece> some) {
@@ -167,29 +153,33 @@ tl::expected<void, std::string> save_map(const std::string& path, const Observed
       add_piece(piece, triangles);
     }
   });
-  if (pieces.pieces.empty()) return tl::unexpected(std::string("nothing was observed: no map"));
+  if (pieces.pieces.empty()) return refuse(path, "nothing was observed: no map");
   if (pieces.pieces.size() > kMaxPieces || triangles.size() > kMaxTriangles) {
-    return tl::unexpected(fmt::format("{} pieces ({} triangles) are too many for a mesh",
-                                      pieces.pieces.size(), triangles.size()));
+    return refuse(path, fmt::format("{} pieces ({} triangles) are too many for a mesh",
+                                    pieces.pieces.size(), triangles.size()));
   }
-  const std::string mesh_path = path + ".stl";
   const std::string mesh = to_stl(triangles);
   Fnv1a64 digest;
   digest.add(mesh);
   pieces.key = {name + ".stl", Vector3d::Ones(), digest.value()};
 
-  const auto failed = [](const std::string& file) {
-    return tl::unexpected(fmt::format("{} cannot be written", file));
-  };
-  if (!write(mesh_path, mesh)) return failed(mesh_path);
-  const std::string kept = pieces_path(mesh_path, pieces.key.scale);
-  if (!write(kept, to_text(pieces))) return failed(kept);
-  const std::string cloud_path = path + ".cloud.ply";
-  if (!write_ply(cloud_path, {points.begin(), points.end()}, {as_comment(comment)})) {
-    return failed(cloud_path);
+  const std::string mesh_path = path + ".stl";
+  const std::vector<std::pair<std::string, std::string>> files{
+      {path + ".sdf", to_sdf(name, name + ".stl", comment)},
+      {mesh_path, mesh},
+      {pieces_path(mesh_path, pieces.key.scale), to_text(pieces)},
+      {path + ".cloud.ply", to_ply({points.begin(), points.end()}, {as_comment(comment)})}};
+  std::vector<OutputFile> outputs;
+  for (const auto& [file, content] : files) {
+    auto output = OutputFile::create(file, existing);
+    if (!output) return tl::unexpected(std::move(output.error()));
+    outputs.push_back(std::move(*output));
   }
-  const std::string sdf_path = path + ".sdf";
-  if (!write(sdf_path, to_sdf(name, name + ".stl", comment))) return failed(sdf_path);
+  for (std::size_t i = files.size(); i-- > 0;) {
+    auto written = outputs[i].write(files[i].second);
+    if (written) written = outputs[i].close();
+    if (!written) return written;
+  }
   return {};
 }
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <string_view>
 #include <unordered_map>
 
@@ -14,6 +13,8 @@
 #include <fmt/format.h>
 
 #include "common/fnv.h"
+#include "common/input_file.h"
+#include "planning/world/assimp_files.h"
 
 namespace dive::planning {
 namespace {
@@ -66,9 +67,10 @@ TriangleMesh welded(const std::vector<Corner>& corners) {
 void read_collada_asset(const std::string& path, MeshFile& file) {
   constexpr std::size_t kHead = 1U << 16U;  // bytes
   std::string head(kHead, '\0');
-  std::ifstream stream(path, std::ios::binary);
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(stream.gcount()));
+  const auto stream = open_input_stream(path);
+  if (!stream) return;
+  (*stream)->read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>((*stream)->gcount()));
   if (head.find("<COLLADA") == std::string::npos) return;
   head.resize(std::min(head.find("</asset>"), head.size()));
   if (const std::size_t unit = head.find("<unit"); unit != std::string::npos) {
@@ -90,6 +92,7 @@ void read_collada_asset(const std::string& path, MeshFile& file) {
 
 tl::expected<MeshFile, std::string> read_mesh(const std::string& path) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new AssimpFiles(path));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(
       AI_CONFIG_PP_RVC_FLAGS,

@@ -23,7 +23,8 @@ struct MeshFile {
 
 /// Reads STL, OBJ, PLY, COLLADA and the other formats of Assimp; units and node transforms are
 /// applied, COLLADA's up axis is not (as in Gazebo). Triangles may face either way, overlap, be
-/// unconnected or leave gaps. Vertices at the same position are merged, unused ones left out.
+/// unconnected or leave gaps. Vertices at the same position are merged, unused ones left out. Files
+/// that the mesh names are read only in its own folder or beneath it (assimp_files.h).
 /// Errors: an unreadable file, no triangles, numbers that are not finite, more than
 /// `kMaxTriangles`.
 inline constexpr std::size_t kMaxTriangles = 4'000'000;

@@ -5,10 +5,12 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <istream>
 #include <string_view>
 
 #include <fmt/format.h>
+
+#include "common/input_file.h"
 
 namespace dive::planning {
 namespace {
@@ -49,9 +51,10 @@ bool has_number(const std::string& line, float value) {
 // The first line of a text file with `value` as a coordinate.
 std::optional<Place> place_of(const std::string& path, float value) {
   const std::string_view word = vertex_word(extension_of(path));
-  std::ifstream stream(path, std::ios::binary);
+  const auto stream = open_input_stream(path);
+  if (!stream) return std::nullopt;
   Place place;
-  for (std::string line; std::getline(stream, line);) {
+  for (std::string line; std::getline(**stream, line);) {
     ++place.line;
     if (line.find('\0') != std::string::npos) return std::nullopt;  // Not a text file.
     if (!word.empty()) {

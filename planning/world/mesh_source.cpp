@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "common/fnv.h"
+#include "common/input_file.h"
+#include "common/path_beneath.h"
 #include "common/source_text.h"
 #include "planning/world/mesh.h"
 #include "planning/world/mesh_extent.h"
@@ -30,42 +32,72 @@ bool take_prefix(std::string_view& text, std::string_view prefix) {
   return true;
 }
 
-void add_search_path(const char* variable, const std::string& rest, std::vector<fs::path>& places) {
+MeshProblem problem(std::string message) { return {.message = std::move(message)}; }
+
+/// Where the file of a mesh may be, and the canonical folder that it must not leave.
+struct Place {
+  fs::path path;
+  fs::path root;
+};
+
+void add_search_path(const char* variable, const std::string& rest, std::vector<Place>& places) {
   const char* value = std::getenv(variable);
   std::istringstream folders(value != nullptr ? value : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    if (!folder.empty()) places.push_back(fs::path(folder) / rest);
+    if (folder.empty()) continue;
+    places.push_back({fs::path(folder) / rest, canonical_folder_of(folder + "/")});
   }
 }
 
-std::vector<fs::path> places_of(std::string_view uri, const fs::path& folder) {
+std::vector<Place> places_of(std::string_view uri, const fs::path& folder, const fs::path& root) {
   if (take_prefix(uri, "model://")) {
     const std::string rest(uri);
     const std::string below = rest.substr(std::min(rest.find('/') + 1, rest.size()));
-    std::vector<fs::path> places{folder / rest, folder / ".." / rest};
+    std::vector<Place> places{{folder / rest, root}, {folder / ".." / rest, root}};
     add_search_path("GZ_SIM_RESOURCE_PATH", rest, places);
     add_search_path("GAZEBO_MODEL_PATH", rest, places);
-    places.push_back(folder / below);
-    places.push_back(folder / fs::path(below).filename());
+    places.push_back({folder / below, root});
+    places.push_back({folder / fs::path(below).filename(), root});
     return places;
   }
   take_prefix(uri, "file://");
-  return {folder / uri};
+  return {{folder / uri, root}};
 }
 
-tl::expected<fs::path, std::string> locate(const std::string& uri, const fs::path& folder) {
+MeshProblem outside(const fs::path& path) {
+  return {"MAP-OUTSIDE", fmt::format("lies outside of the map's folder: {}", path.string()),
+          "copy it beneath the map's folder, or give --allow-outside if you trust the map"};
+}
+
+MeshProblem not_found(const std::vector<Place>& places) {
+  std::vector<std::string> searched;
+  for (const Place& place : places) {
+    searched.push_back(place.path.lexically_normal().string());
+    std::error_code ignored;
+    const fs::file_status status = fs::status(place.path, ignored);
+    if (!fs::exists(status) || fs::is_directory(status)) continue;
+    return problem(fmt::format("is not a regular file: {}", searched.back()));
+  }
+  return problem(fmt::format("was not found as {}", fmt::join(searched, ", nor as ")));
+}
+
+tl::expected<fs::path, MeshProblem> locate(const std::string& uri, const std::string& map_path,
+                                           Resources resources) {
   if (uri.find("://") != std::string::npos && !uri.starts_with("model://") &&
       !uri.starts_with("file://")) {
-    return tl::unexpected(std::string("is not on this machine: put its file beside the map"));
+    return tl::unexpected(problem("is not on this machine: put its file beside the map"));
   }
-  const std::vector<fs::path> places = places_of(uri, folder);
-  std::vector<std::string> looked;
-  for (const fs::path& place : places) {
+  const std::vector<Place> places =
+      places_of(uri, fs::path(map_path).parent_path(), canonical_folder_of(map_path));
+  std::optional<fs::path> refused;
+  for (const Place& place : places) {
     std::error_code ignored;
-    if (fs::is_regular_file(place, ignored)) return place.lexically_normal();
-    looked.push_back(place.lexically_normal().string());
+    if (!fs::is_regular_file(place.path, ignored)) continue;
+    const fs::path path = place.path.lexically_normal();
+    if (resources == Resources::kAnywhere || is_beneath(path, place.root)) return path;
+    if (!refused) refused = path;
   }
-  return tl::unexpected(fmt::format("was not found as {}", fmt::join(looked, ", nor as ")));
+  return tl::unexpected(refused ? outside(*refused) : not_found(places));
 }
 
 bool same(const MeshKey& a, const MeshKey& b) {
@@ -96,12 +128,13 @@ void keep_pieces(const fs::path& path, const std::string& text) {
   if (failed) fs::remove(draft, failed);
 }
 
-MeshProblem problem(std::string message) { return {.message = std::move(message)}; }
-
 // FNV-1a of a regular file of at most kMaxMeshBytes, which is never loaded as a whole.
 tl::expected<std::uint64_t, std::string> digest_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) return tl::unexpected(fmt::format("cannot be read: {}", path.string()));
+  const auto opened = open_input_stream(path.string());
+  if (!opened) {
+    return tl::unexpected(fmt::format("cannot be read: {}: {}", path.string(), opened.error()));
+  }
+  std::istream& stream = **opened;
   Fnv1a64 digest;
   std::string chunk(1U << 16U, '\0');
   std::size_t size = 0;
@@ -139,13 +172,14 @@ std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& sca
   return fmt::format("{}.{:08x}.pieces", mesh_path, digest.value() >> 32U);
 }
 
-MeshFiles::MeshFiles(std::string map_path, std::function<void(const std::string&)> say, Keep keep)
-    : map_path_(std::move(map_path)), say_(std::move(say)), keep_(keep) {}
+MeshFiles::MeshFiles(std::string map_path, Resources resources,
+                     std::function<void(const std::string&)> say, Keep keep)
+    : map_path_(std::move(map_path)), resources_(resources), say_(std::move(say)), keep_(keep) {}
 
 tl::expected<FoundMesh, MeshProblem> MeshFiles::find(const std::string& uri,
                                                      const Eigen::Vector3d& scale) {
-  const auto path = locate(uri, fs::path(map_path_).parent_path());
-  if (!path) return tl::unexpected(problem(path.error()));
+  const auto path = locate(uri, map_path_, resources_);
+  if (!path) return tl::unexpected(path.error());
   const auto digest = digest_of(*path);
   if (!digest) return tl::unexpected(problem(digest.error()));
   auto file = read_mesh(path->string());

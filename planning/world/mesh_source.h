@@ -36,6 +36,9 @@ class MeshSource {
                                                                   const Eigen::Vector3d& scale) = 0;
 };
 
+/// Where the files that a map refers to may be.
+enum class Resources { kInFolder, kAnywhere };
+
 /// Path of the file that stores the pieces of a mesh file at one scale.
 [[nodiscard]] std::string pieces_path(const std::string& mesh_path, const Eigen::Vector3d& scale);
 
@@ -46,13 +49,17 @@ class MeshFiles final : public MeshSource {
   enum class Keep { kBesideTheMesh, kNothing };
 
   /// `say` is called before a slow step.
-  explicit MeshFiles(std::string map_path, std::function<void(const std::string&)> say = {},
+  explicit MeshFiles(std::string map_path, Resources resources = Resources::kInFolder,
+                     std::function<void(const std::string&)> say = {},
                      Keep keep = Keep::kBesideTheMesh);
 
   /// Searches, in this order: file:// and plain names relative to the map; model://NAME/REST as
   /// NAME/REST beside the map, beside its folder, and below GZ_SIM_RESOURCE_PATH and
   /// GAZEBO_MODEL_PATH; finally REST, and the bare file name, beside the map. A mesh that needs too
   /// many pieces is decomposed again with twice the tolerance, up to 0.4 m; the warning reports it.
+  /// Unless resources may be anywhere, a file outside of the map's folder, with symbolic links
+  /// resolved, is a problem with code MAP-OUTSIDE; the folders of the two variables, which are the
+  /// operator's own choice, are permitted as well.
   /// Vertices beyond kMaxMeshExtent are a problem with code MAP-EXTENT.
   [[nodiscard]] tl::expected<FoundMesh, MeshProblem> find(const std::string& uri,
                                                           const Eigen::Vector3d& scale) override;
@@ -62,6 +69,7 @@ class MeshFiles final : public MeshSource {
 
  private:
   std::string map_path_;
+  Resources resources_;
   std::function<void(const std::string&)> say_;
   Keep keep_;
   std::vector<MeshKey> found_;

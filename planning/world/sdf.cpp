@@ -218,8 +218,9 @@ std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, Mesh
   return read_tree(parse_xml(std::move(source), kLimits, diagnostics), diagnostics, meshes);
 }
 
-std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics) {
-  MeshFiles meshes(path);
+std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
+                              Resources resources) {
+  MeshFiles meshes(path, resources);
   return read_tree(read_xml(path, kLimits, diagnostics), diagnostics, meshes);
 }
 

@@ -24,6 +24,7 @@ namespace dive::planning {
                                              MeshSource& meshes);
 
 /// Reads the file and parses it, with MeshFiles.
-[[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics);
+[[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
+                                            Resources resources = Resources::kInFolder);
 
 }  // namespace dive::planning

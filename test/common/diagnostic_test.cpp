@@ -68,7 +68,7 @@ TEST(ReadSourceText, ReportsWhyAFileCannotBeRead) {
   fs::create_directories(folder);
   EXPECT_EQ(read_source_text((folder / "none.xml").string(), 10).error(), "no such file");
   EXPECT_EQ(read_source_text(folder.string(), 10).error(), "is a directory");
-  EXPECT_EQ(read_source_text("/dev/zero", 10).error(), "is not a regular file");
+  EXPECT_EQ(read_source_text("/dev/zero", 10).error(), "is a device, not a regular file");
   std::ofstream(folder / "big.xml") << std::string(3000, 'x');
   EXPECT_EQ(read_source_text((folder / "big.xml").string(), 2048).error(), "is larger than 2 KiB");
   EXPECT_EQ(read_source_text((folder / "big.xml").string(), 3000)->content().size(), 3000U);

@@ -2,14 +2,15 @@
 
 #include <cerrno>
 #include <system_error>
+#include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sodium.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "common/assert.h"
+#include "common/input_file.h"
 
 namespace dive::link {
 namespace {
@@ -19,20 +20,6 @@ static_assert(std::tuple_size_v<Key> == crypto_generichash_KEYBYTES);
 void start_sodium() { DIVE_DEMAND(sodium_init() >= 0); }
 
 std::string reason() { return std::generic_category().message(errno); }
-
-class File {
- public:
-  explicit File(int descriptor) : descriptor_(descriptor) {}
-  ~File() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  [[nodiscard]] int get() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
 
 }  // namespace
 
@@ -52,22 +39,18 @@ std::uint64_t new_nonce() {
 
 tl::expected<Key, std::string> read_key(const std::string& path) {
   start_sodium();
-  // Without O_NONBLOCK, opening a FIFO waits for a writer.
-  const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const tl::expected<Descriptor, std::string> file = open_input(path);
+  if (!file) return tl::unexpected(fmt::format("cannot read the key '{}': {}", path, file.error()));
   struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) {
+  if (::fstat(file->get(), &status) != 0) {
     return tl::unexpected(fmt::format("cannot read the key '{}': {}", path, reason()));
-  }
-  if (!S_ISREG(status.st_mode)) {
-    return tl::unexpected(
-        fmt::format("the key '{}' is not a regular file: make one with dive key", path));
   }
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
     return tl::unexpected(
         fmt::format("others may read the key '{0}': run chmod 600 {0}, or make a new one", path));
   }
   std::array<char, 256> text{};
-  const ssize_t size = ::read(file.get(), text.data(), text.size());
+  const ssize_t size = ::read(file->get(), text.data(), text.size());
   Key key;
   std::size_t length = 0;
   const bool is_hex =
@@ -80,16 +63,21 @@ tl::expected<Key, std::string> read_key(const std::string& path) {
   return key;
 }
 
-tl::expected<void, std::string> write_key(const std::string& path, const Key& key) {
-  const File file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (file.get() < 0) {
-    return tl::unexpected(fmt::format("cannot create the key '{}': {}", path, reason()));
+tl::expected<void, OutputError> write_key(const std::string& path, const Key& key,
+                                          Existing existing) {
+  tl::expected<OutputFile, OutputError> file = OutputFile::create(path, existing, 0600);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  // One that is replaced may be readable for others.
+  struct stat status {};
+  const bool is_old = existing == Existing::kReplace && ::stat(path.c_str(), &status) == 0 &&
+                      S_ISREG(status.st_mode);
+  if (is_old && ::chmod(path.c_str(), 0600) != 0) {
+    return tl::make_unexpected(
+        OutputError{OutputError::Kind::kName, fmt::format("{}: {}", path, reason())});
   }
-  const std::string text = fmt::format("{:02x}\n", fmt::join(key, ""));
-  if (::write(file.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    return tl::unexpected(fmt::format("cannot write the key '{}': {}", path, reason()));
-  }
-  return {};
+  tl::expected<void, OutputError> written =
+      file->write(fmt::format("{:02x}\n", fmt::join(key, "")));
+  return written ? file->close() : written;
 }
 
 }  // namespace dive::link

@@ -7,6 +7,8 @@
 
 #include <tl/expected.hpp>
 
+#include "common/output_file.h"
+
 namespace dive::link {
 
 using Key = std::array<std::uint8_t, 32>;
@@ -18,7 +20,8 @@ using Key = std::array<std::uint8_t, 32>;
 /// Reads a regular file of 64 hexadecimal digits that only its owner may read. The error is a
 /// sentence.
 [[nodiscard]] tl::expected<Key, std::string> read_key(const std::string& path);
-/// Creates the key file and never overwrites one. The error is a sentence.
-[[nodiscard]] tl::expected<void, std::string> write_key(const std::string& path, const Key& key);
+/// Creates the key file, which only its owner may read.
+[[nodiscard]] tl::expected<void, OutputError> write_key(const std::string& path, const Key& key,
+                                                        Existing existing = Existing::kRefuse);
 
 }  // namespace dive::link

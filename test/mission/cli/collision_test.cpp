@@ -44,7 +44,7 @@ json hinted_run(const json& diagnostic) {
   const std::string hint = diagnostic.at("hint");
   const std::string before = "reproduce it with: dive ";
   EXPECT_THAT(hint, ::testing::StartsWith(before));
-  return object_of(dive(hint.substr(before.size()) + " --json --log again.lcmlog"));
+  return object_of(dive(hint.substr(before.size()) + " --json --force --log again.lcmlog"));
 }
 
 TEST(Collision, IsLocatedByRunAndByItsLog) {

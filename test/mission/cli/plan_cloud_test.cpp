@@ -211,7 +211,7 @@ TEST(PlanCloud, WrongUsageAndUnreadableFilesAreTwo) {
   write("empty.ply", {}, {0.0, 0.0, 0.0});
   const std::string self = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool3.xml'";
   const std::vector<std::pair<std::string, std::string>> wrong{
-      {"plan --cloud nowhere.pcd" + poses, "nowhere.pcd: there is no such file"},
+      {"plan --cloud nowhere.pcd" + poses, "nowhere.pcd: it cannot be opened: no such file"},
       {"plan --cloud" + self + poses, "this is a mission, not a point cloud"},
       {"plan --cloud empty.ply" + poses, "empty.ply"},
       {"plan --cloud rooms.ply --start 1,1,1", "--start and --goal"},

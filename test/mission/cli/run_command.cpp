@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -11,6 +12,32 @@
 namespace dive::mission::testing {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of this process for ::testing::TempDir(): results of an earlier run of the tests would
+/// be in the way of the present ones.
+class Scratch {
+ public:
+  Scratch() {
+    std::string pattern = (fs::temp_directory_path() / "dive-test-XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+    ::setenv("TEST_TMPDIR", folder_.c_str(), 1);
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+ private:
+  fs::path folder_;
+};
+
+const Scratch scratch;
+
+}  // namespace
 
 std::string content_of(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);

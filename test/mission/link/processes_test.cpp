@@ -93,6 +93,8 @@ class Processes : public ::testing::Test {
     if (std::ranges::find(words, "--lcm") == words.end()) {
       words.insert(words.end(), {"--lcm", url_});
     }
+    // Some tests dive twice.
+    if (words[1] == "run") words.emplace_back("--force");
     words.emplace_back("--json");
     return std::make_unique<Process>(words, folder_, name);
   }
@@ -152,7 +154,7 @@ TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
     EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_EQ(vehicle->json().at("ended"), "finished");
     Process built_in({DIVE_COMMAND, "run", mission(name), "--seed", "4", "--set", "current_x=0.02",
-                      "--log", path("built-in.lcmlog"), "--json"},
+                      "--log", path("built-in.lcmlog"), "--force", "--json"},
                      folder_, "built-in");
     EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
     EXPECT_GT(content(path("linked.lcmlog")).size(), 1'000'000U);
@@ -196,7 +198,7 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
     EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_EQ(vehicle->json().at("ended"), "finished");
     Process built_in({DIVE_COMMAND, "run", mission, "--seed", "3", "--set", "current_y=0.02",
-                      "--fault", fault, "--log", path("built-in.lcmlog"), "--json"},
+                      "--fault", fault, "--log", path("built-in.lcmlog"), "--force", "--json"},
                      folder_, "built-in");
     EXPECT_EQ(built_in.wait(kLong), executive->wait(0.0)) << built_in.err();
     EXPECT_GT(built_in.json().at("replans").get<int>(), 0) << "nothing was seen";

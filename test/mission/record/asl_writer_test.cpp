@@ -87,8 +87,8 @@ AslSensors sensors() {
 }
 
 TEST_F(Dataset, IsReadAgainAsItWasWritten) {
-  auto writer = AslWriter::create(folder_.string(), sensors());
-  ASSERT_TRUE(writer) << writer.error();
+  auto writer = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
+  ASSERT_TRUE(writer) << writer.error().message;
   ImageFrame frame{1'050'000, 1, ImageFrame::Format::kGray8, 32, 20, {}};
   for (int i = 0; i < 32 * 20; ++i) frame.pixels.push_back(static_cast<std::uint8_t>(7 * i));
   writer->write(frame);
@@ -131,7 +131,7 @@ TEST_F(Dataset, IsReadAgainAsItWasWritten) {
 }
 
 TEST_F(Dataset, SaysWhatTheSensorsAre) {
-  auto writer = AslWriter::create(folder_.string(), sensors());
+  auto writer = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
   ASSERT_TRUE(writer);
   ASSERT_TRUE(writer->close());
   for (const std::string camera : {"cam0", "cam1"}) {
@@ -156,24 +156,27 @@ TEST_F(Dataset, SaysWhatTheSensorsAre) {
 }
 
 TEST_F(Dataset, IsNotWrittenOverAnother) {
-  ASSERT_TRUE(AslWriter::create(folder_.string(), sensors()));
-  const auto again = AslWriter::create(folder_.string(), sensors());
+  ASSERT_TRUE(AslWriter::create(folder_.string(), sensors(), Existing::kRefuse));
+  const auto again = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error(), ::testing::HasSubstr("holds a dataset already"));
-  const auto nowhere = AslWriter::create("/proc/no-such-place", sensors());
+  EXPECT_THAT(again.error().message, ::testing::HasSubstr("holds a dataset already"));
+  std::ofstream(folder_ / "mav0/cam0/data/0.png") << "of the first recording";
+  ASSERT_TRUE(AslWriter::create(folder_.string(), sensors(), Existing::kReplace));
+  EXPECT_FALSE(fs::exists(folder_ / "mav0/cam0/data/0.png")) << "two datasets are not mixed";
+  const auto nowhere = AslWriter::create("/proc/no-such-place", sensors(), Existing::kRefuse);
   ASSERT_FALSE(nowhere);
-  EXPECT_THAT(nowhere.error(), ::testing::HasSubstr("/proc/no-such-place"));
+  EXPECT_THAT(nowhere.error().message, ::testing::HasSubstr("/proc/no-such-place"));
 }
 
 TEST_F(Dataset, SaysWhenAImageIsLost) {
-  auto writer = AslWriter::create(folder_.string(), sensors());
+  auto writer = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
   ASSERT_TRUE(writer);
   fs::remove_all(folder_ / "mav0/cam0/data");
   writer->write(
       ImageFrame{0, 0, ImageFrame::Format::kGray8, 32, 20, std::vector<std::uint8_t>(32 * 20)});
   const auto closed = writer->close();
   ASSERT_FALSE(closed);
-  EXPECT_THAT(closed.error(), ::testing::HasSubstr("cam0/data/0.png"));
+  EXPECT_THAT(closed.error().message, ::testing::HasSubstr("cam0/data/0.png"));
 }
 
 // Two seconds of a dive: rates, order, and the same files from the same seed.
@@ -187,8 +190,8 @@ TEST_F(Dataset, OfASimulatedDive) {
   vehicle::Conditions conditions;
   conditions.inertial_unit = vehicle::ImuNoise{};
   const auto dive = [&](const std::string& name) {
-    auto recorder =
-        DatasetRecorder::create((folder_ / name).string(), world, *camera, conditions, 3, "a test");
+    auto recorder = DatasetRecorder::create((folder_ / name).string(), Existing::kRefuse, world,
+                                            *camera, conditions, 3, "a test");
     EXPECT_TRUE(recorder);
     vehicle::Simulator sim(testing::aqua2(), {{0, 0, -4}, Eigen::Quaterniond::Identity()},
                            conditions, 3);

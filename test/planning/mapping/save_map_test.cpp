@@ -178,8 +178,9 @@ TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasObserved) {
   const Seen seen;
   ASSERT_GT(seen.map.pieces(), 20U);
   const Scratch scratch;
-  const auto saved = save_map(scratch.path("the wreck"), seen.map, seen.mapper.points(), "dive 7");
-  ASSERT_TRUE(saved.has_value()) << saved.error();
+  const auto saved = save_map(scratch.path("the wreck"), seen.map, seen.mapper.points(), "dive 7",
+                              Existing::kRefuse);
+  ASSERT_TRUE(saved.has_value()) << saved.error().message;
   ASSERT_EQ(scratch.files().size(), 4U);
 
   const std::optional<World> world = load(scratch.path("the wreck.sdf"));
@@ -203,7 +204,7 @@ TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasObserved) {
 TEST(SaveMapTest, WithoutThePiecesTheMeshWillDo) {
   const Seen seen;
   const Scratch scratch;
-  ASSERT_TRUE(save_map(scratch.path("wreck"), seen.map, {}, "").has_value());
+  ASSERT_TRUE(save_map(scratch.path("wreck"), seen.map, {}, "", Existing::kRefuse).has_value());
   double thickest = 0.0;
   for (const Polytope& piece : polytopes_of(seen.map)) thickest = std::max(thickest, piece.radius);
   for (const fs::path& name : scratch.files()) {
@@ -223,23 +224,28 @@ TEST(SaveMapTest, NamesAreEscapedOrRefused) {
   const Seen seen;
   const Scratch scratch;
   for (const std::string name : {"a & b <c> \"d\" 'e'", "100 %20 -- ü#?", "wreck.v2"}) {
-    const auto saved = save_map(scratch.path(name), seen.map, {}, "-- > --> <!-- \n \xFF & -");
-    ASSERT_TRUE(saved.has_value()) << saved.error();
+    const auto saved =
+        save_map(scratch.path(name), seen.map, {}, "-- > --> <!-- \n \xFF & -", Existing::kRefuse);
+    ASSERT_TRUE(saved.has_value()) << saved.error().message;
     const std::optional<World> world = load(scratch.path(name + ".sdf"));
     ASSERT_TRUE(world.has_value()) << name;
     EXPECT_EQ(world->obstacles.size(), seen.map.pieces()) << name;
   }
   for (const std::string name : {" wreck", "wreck ", "two\nlines", "\xFFwreck", ""}) {
-    EXPECT_FALSE(save_map(scratch.path(name), seen.map, {}, "").has_value()) << name;
+    EXPECT_FALSE(save_map(scratch.path(name), seen.map, {}, "", Existing::kRefuse).has_value())
+        << name;
   }
 }
 
 TEST(SaveMapTest, SaysWhyThereIsNoMap) {
   const Scratch scratch;
-  EXPECT_THAT(save_map(scratch.path("wreck"), ObservedMap{}, {}, "").error(), HasSubstr("nothing"));
+  EXPECT_THAT(
+      save_map(scratch.path("wreck"), ObservedMap{}, {}, "", Existing::kRefuse).error().message,
+      HasSubstr("nothing"));
   const Seen seen;
-  EXPECT_THAT(save_map(scratch.path("nowhere/wreck"), seen.map, {}, "").error(),
-              HasSubstr("cannot be written"));
+  EXPECT_THAT(
+      save_map(scratch.path("nowhere/wreck"), seen.map, {}, "", Existing::kRefuse).error().message,
+      HasSubstr("cannot be written"));
   EXPECT_TRUE(scratch.files().empty());
 }
 

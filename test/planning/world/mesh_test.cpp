@@ -10,7 +10,9 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+#include <sys/stat.h>
 
+#include "common/input_file.h"
 #include "planning/world/mesh_source.h"
 #include "planning/world/primitives.h"
 #include "planning/world/scene.h"
@@ -400,7 +402,8 @@ TEST_F(MeshMap, ItsPiecesAreKeptWhileTheMeshStaysTheSame) {
   write_map("<mesh><uri>wall.obj</uri></mesh>");
   const auto said = [&] {
     int times = 0;
-    MeshFiles files((folder_ / "map.sdf").string(), [&](const std::string&) { ++times; });
+    MeshFiles files((folder_ / "map.sdf").string(), Resources::kInFolder,
+                    [&](const std::string&) { ++times; });
     EXPECT_TRUE(files.find("wall.obj", Vector3d::Ones()));
     return times;
   };
@@ -439,6 +442,66 @@ TEST_F(MeshMap, IsTheSameWorldFromItsLog) {
   EXPECT_EQ(to_text(from_log->pieces), to_text(from_file->pieces));
   EXPECT_TRUE(from_log->file.mesh.triangles.empty());
   EXPECT_EQ(bundle.find("wall.obj", {1, 2, 4}).error().message, "is not in the log");
+}
+
+// The folder of the map is beside other folders of the same parent.
+class MeshOutside : public MeshMap {
+ protected:
+  MeshOutside() {
+    std::filesystem::create_directories(folder_ / "maps");
+    std::filesystem::create_directories(folder_ / "wall");
+    write("wall/wall.obj", obj(wall_with_window()));
+  }
+  [[nodiscard]] std::optional<World> load_at(const std::string& uri, Resources resources) {
+    write("maps/map.sdf",
+          "<sdf version='1.6'><model name='wall'><static>1</static>\n<link name='l'>"
+          "<collision name='c'><geometry>\n  <mesh><uri>" +
+              uri + "</uri></mesh></geometry></collision></link></model></sdf>");
+    diagnostics_ = Diagnostics();
+    return load_sdf((folder_ / "maps/map.sdf").string(), diagnostics_, resources);
+  }
+
+  Diagnostics diagnostics_;
+};
+
+TEST_F(MeshOutside, IsReadOnlyWhenThatIsAllowed) {
+  std::filesystem::create_symlink("../wall/wall.obj", folder_ / "maps/link.obj");
+  std::filesystem::create_directory_symlink("../wall", folder_ / "maps/inside");
+  const std::string absolute = (folder_ / "wall/wall.obj").string();
+  for (const std::string& uri :
+       {std::string("../wall/wall.obj"), absolute, "file://" + absolute, std::string("link.obj"),
+        std::string("file://../wall/wall.obj"), std::string("inside/wall.obj"),
+        std::string("model://wall/wall.obj")}) {
+    EXPECT_FALSE(load_at(uri, Resources::kInFolder)) << uri;
+    ASSERT_EQ(diagnostics_.list().size(), 1U) << uri;
+    const Diagnostic& found = diagnostics_.list()[0];
+    EXPECT_EQ(found.code, "MAP-OUTSIDE") << uri;
+    EXPECT_EQ(found.span.line, 3) << uri;
+    EXPECT_GT(found.span.column, 1) << uri;
+    EXPECT_NE(found.hint.find("--allow-outside"), std::string::npos);
+    EXPECT_TRUE(load_at(uri, Resources::kAnywhere)) << uri;
+  }
+}
+
+TEST_F(MeshOutside, IsNeitherInTheMapsOwnModelNorInTheFoldersOfTheOperator) {
+  std::filesystem::copy_file(folder_ / "wall/wall.obj", folder_ / "maps/own.obj");
+  EXPECT_TRUE(load_at("model://maps/own.obj", Resources::kInFolder)) << "as models/NAME/model.sdf";
+  ::setenv("GZ_SIM_RESOURCE_PATH", folder_.c_str(), 1);
+  EXPECT_TRUE(load_at("model://wall/wall.obj", Resources::kInFolder));
+  std::filesystem::create_directory(folder_ / "models");
+  ::setenv("GZ_SIM_RESOURCE_PATH", (folder_ / "models").c_str(), 1);
+  EXPECT_FALSE(load_at("model://../wall/wall.obj", Resources::kInFolder));
+  ::unsetenv("GZ_SIM_RESOURCE_PATH");
+}
+
+TEST_F(MeshMap, FilesThatAMeshNamesAreOfItsFolder) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  for (const char* material : {"/etc/passwd", "../outside.mtl", "pipe"}) {
+    write("wall.obj", std::string("mtllib ") + material + "\n" + obj(wall_with_window()));
+    EXPECT_TRUE(read_mesh((folder_ / "wall.obj").string())) << material;
+    struct stat status {};
+    EXPECT_TRUE(::stat(material, &status) != 0 || !is_input(status)) << material;
+  }
 }
 
 struct BadMesh {

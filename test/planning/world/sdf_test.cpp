@@ -228,7 +228,7 @@ TEST(LoadSdf, ReadsOrRefusesRealFiles) {
     const std::string extension = entry.path().extension().string();
     if (extension != ".sdf" && extension != ".world" && extension != ".scn") continue;
     Diagnostics diagnostics;
-    MeshFiles meshes(entry.path().string(), {}, MeshFiles::Keep::kNothing);
+    MeshFiles meshes(entry.path().string(), Resources::kInFolder, {}, MeshFiles::Keep::kNothing);
     auto source = read_source_text(entry.path().string(), 1U << 20U);
     if (source && parse_sdf(*source, diagnostics, meshes)) {
       ++read;
