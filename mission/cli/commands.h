@@ -1,6 +1,7 @@
 #pragma once
 // The sub-commands of `dive`. Each returns the exit status: 0 success, 1 the mission failed or was
-// aborted, 2 wrong usage or invalid input, 3 an internal error.
+// aborted, 2 wrong usage or invalid input, 3 an internal error, 4 the vehicle's dive has not ended
+// (`dive run --lcm`), 128 + N a second signal N ended the process.
 
 #include <cstdint>
 #include <optional>
@@ -9,7 +10,13 @@
 
 namespace dive::mission {
 
-enum ExitStatus : int { kExitSuccess = 0, kExitFailed = 1, kExitUsage = 2, kExitInternal = 3 };
+enum ExitStatus : int {
+  kExitSuccess = 0,
+  kExitFailed = 1,
+  kExitUsage = 2,
+  kExitInternal = 3,
+  kExitUnfinished = 4
+};
 
 struct CheckArguments {
   std::string mission;

@@ -14,8 +14,8 @@ namespace dive::mission {
 /// Log and journal of a dive.
 class Recording {
  public:
-  /// Opens both; with `--resume` continues from the journal. Prints an error and returns nothing if
-  /// they cannot be opened.
+  /// Opens both; with `--resume` continues from the journal, and goes on with a note if log or
+  /// journal cannot be written. Prints an error and returns nothing if they cannot be opened.
   [[nodiscard]] static std::optional<Recording> open(const RunArguments& arguments,
                                                      const LoadedMission& loaded);
 
@@ -27,8 +27,11 @@ class Recording {
   void keep(const Executive& executive, const StepOutputs& outputs);
   void write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
-  /// Prints an error if anything was lost; returns false if it was part of the log.
-  [[nodiscard]] bool close();
+  [[nodiscard]] bool has_journaled_commands() const { return journal_->has_commands(); }
+  /// Without payload commands, which are not of the recording.
+  [[nodiscard]] RecordingLoss loss() const { return {log_->lost(), journal_->lost(), 0}; }
+  /// Prints an error if anything was lost.
+  void close();
 
  private:
   std::string log_path_;
@@ -37,8 +40,6 @@ class Recording {
   std::optional<Resume> resume_;
   std::optional<JournalWriter> journal_;
   std::optional<LogWriter> log_;
-  bool has_journal_ = true;
-  bool has_log_ = true;
 };
 
 }  // namespace dive::mission

@@ -15,6 +15,8 @@
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/recording.h"
+#include "mission/cli/service_notifier.h"
+#include "mission/cli/stop_signals.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
 #include "mission/onboard/stereo_mapping.h"
@@ -102,13 +104,15 @@ bool close_dataset(std::optional<DatasetRecorder>& dataset) {
   return closed.has_value();
 }
 
-int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
+int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings,
+             StopSignals& signals) {
   settings.cameras = parse_water(water_of(arguments, loaded.mission));
   if (!settings.cameras) return kExitUsage;
   std::optional<Recording> recording = Recording::open(arguments, loaded);
   if (!recording) return kExitUsage;
   settings.seed = recording->seed();
   settings.resume = recording->resume();
+  settings.local_abort = [&signals] { return signals.take(); };
   std::optional<DatasetRecorder> dataset;
   if (!arguments.record.empty() && !record_dataset(arguments, loaded, settings, dataset)) {
     return kExitUsage;
@@ -139,8 +143,9 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
           recording->keep(executive, outputs);
         });
   }
+  signals.end_dive();
   const bool has_dataset = close_dataset(dataset);
-  const bool is_complete = recording->close() && has_dataset;
+  recording->close();
   const std::optional<std::string> map =
       keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
   if (arguments.json) {
@@ -158,7 +163,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
     }
   }
   if (!arguments.svg.empty() && !write_file(arguments.svg, render_svg(drawing))) return kExitUsage;
-  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+  return result.outcome == "success" && has_dataset ? kExitSuccess : kExitFailed;
 }
 
 /// Options for the cameras and the IMU from a calibration folder; prints an error and returns
@@ -211,7 +216,7 @@ bool serve(const estimation::VisionOptions& vision, const RunArguments& argument
   return false;
 }
 
-int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, StopSignals& signals) {
   std::optional<estimation::VisionOptions> vision;
   if (!arguments.cameras.empty()) {
     vision = read_vision(arguments.cameras);
@@ -235,8 +240,12 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   std::optional<LinkSettings> settings = link_settings(arguments, *recording);
   if (!settings) return kExitUsage;
   settings->vision = vision;
+  settings->local_abort = [&signals] { return signals.take(); };
   if (!settings->key) note("dive: no --key: topside may abort, and nothing else");
+  settings->has_journaled_commands = [&recording] { return recording->has_journaled_commands(); };
+  if (!settings->lockstep) settings->recording_loss = [&recording] { return recording->loss(); };
   FastClock clock(arguments.link.time_factor);
+  ServiceNotifier service;
   LinkedResult result;
   {
     DiveProgress progress;
@@ -245,13 +254,16 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         [&](const StepInputs& inputs, const StepOutputs& outputs,
             const std::optional<link::Truth>& truth) {
           recording->write(inputs, outputs, truth);
+          service.observe(outputs);
           if (!arguments.json) progress.observe(inputs, outputs);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);
         });
   }
-  const bool is_complete = recording->close();
+  signals.end_dive();
+  service.end_dive();
+  recording->close();
   const std::optional<std::string> map =
       keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded);
   if (arguments.json) {
@@ -264,7 +276,8 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
     print_linked(result, recording->log_path(), arguments.stats);
     print_map(map, result.observed_map);
   }
-  return result.outcome == "success" && is_complete ? kExitSuccess : kExitFailed;
+  if (result.outcome == "failure") return kExitUnfinished;
+  return result.outcome == "success" ? kExitSuccess : kExitFailed;
 }
 
 /// Settings of a simulated dive; prints an error and returns nothing if something is wrong.
@@ -346,8 +359,9 @@ int run_dive(const RunArguments& arguments) {
     return kExitUsage;
   }
   if (!fit_mission(arguments, loaded->mission)) return kExitUsage;
-  return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings)
-                                    : dive_linked(arguments, *loaded);
+  StopSignals signals;
+  return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings, signals)
+                                    : dive_linked(arguments, *loaded, signals);
 }
 
 }  // namespace dive::mission

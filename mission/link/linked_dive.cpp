@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "mission/link/inbox.h"
+#include "mission/link/payload_gate.h"
 #include "mission/record/log_codec.h"
 
 namespace dive::mission {
@@ -74,6 +75,7 @@ class LinkedVehiclePort final : public VehiclePort {
   void sense(StepInputs& inputs) override {
     inbox_.take(inputs);
     receive_topside(inputs);
+    report_loss(inputs);
   }
 
   void command(const StepOutputs& outputs) override {
@@ -81,6 +83,7 @@ class LinkedVehiclePort final : public VehiclePort {
         now_,         ++sequence_, link::Source::kExecutive, link::Mode::kRates, outputs.command,
         outputs.rates};
     publish(link::channel::kCommand, *command_);
+    send_payload(outputs);
     if (abort_arrived_) {
       result_.stats.abort_ms.push_back(
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived_) / 1000.0));
@@ -110,6 +113,8 @@ class LinkedVehiclePort final : public VehiclePort {
   [[nodiscard]] bool wait_in_lockstep();
   void wait_in_real_time();
   void receive_topside(StepInputs& inputs);
+  void report_loss(StepInputs& inputs);
+  void send_payload(const StepOutputs& outputs);
   void publish_outputs(const StepInputs& inputs, const StepOutputs& outputs);
   void publish_final();
   [[nodiscard]] link::Heartbeat heartbeat() const;
@@ -125,6 +130,8 @@ class LinkedVehiclePort final : public VehiclePort {
   const LinkObserver& observer_;
   Inbox inbox_;
   link::RequestAuthenticator authenticator_;
+  PayloadGate gate_;
+  RecordingLoss loss_;                           ///< Last reported.
   std::optional<link::VehicleCommand> command_;  ///< Last command.
   std::int64_t sequence_ = 0;
   std::optional<Utime> abort_arrived_;  ///< Arrival time of the abort executed in this tick.
@@ -182,6 +189,21 @@ void LinkedVehiclePort::receive_topside(StepInputs& inputs) {
     inputs.operator_command = received.request.command;
     if (received.request.command == OperatorCommand::kAbort) abort_arrived_ = received.arrived;
   }
+}
+
+void LinkedVehiclePort::report_loss(StepInputs& inputs) {
+  if (!settings_.recording_loss) return;
+  RecordingLoss loss = settings_.recording_loss();
+  loss.commands = gate_.withheld();
+  if (loss == loss_) return;
+  inputs.loss = loss_ = loss;
+}
+
+void LinkedVehiclePort::send_payload(const StepOutputs& outputs) {
+  const bool is_on_disk = !settings_.has_journaled_commands || settings_.has_journaled_commands();
+  gate_.pass(now_, outputs.actions, is_on_disk, [this](const ActionRecord& command) {
+    if (encode(now_, command, packet_)) bus_.publish(link::channel::kPayload, packet_);
+  });
 }
 
 link::Heartbeat LinkedVehiclePort::heartbeat() const {

@@ -365,7 +365,7 @@ bool decode(PacketView packet, OperatorRequest& request) {
   request.counter = m->counter;
   request.heartbeat_utime = m->heartbeat_utime;
   request.mac = read_mac(*m);
-  return read_enum(m->command, OperatorCommand::kSkip, request.command);
+  return read_enum(m->command, kLastTopsideCommand, request.command);
 }
 
 bool encode(const OperatorAnswer& answer, Packet& packet) {
@@ -385,7 +385,7 @@ bool decode(PacketView packet, OperatorAnswer& answer) {
   answer.session_id = static_cast<std::uint64_t>(m->session_id);
   answer.counter = m->counter;
   answer.mac = read_mac(*m);
-  return read_enum(m->command, OperatorCommand::kSkip, answer.command) &&
+  return read_enum(m->command, kLastTopsideCommand, answer.command) &&
          read_enum(m->result, RequestResult::kNoKey, answer.result);
 }
 
