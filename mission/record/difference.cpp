@@ -225,6 +225,7 @@ void compare(Comparison& c, const std::vector<ActionRecord>& logged,
     const auto& [kind2, text2, once2] = replayed[i];
     c.value(kind1, kind2, kName, "[", i, "].kind");
     c.value(text1, text2, kName, "[", i, "].text");
+    c.value(once1, once2, kName, "[", i, "].once");
   }
   c.sizes(logged, replayed, kName);
 }

@@ -1,5 +1,6 @@
 #pragma once
-// The journal: the data for a restarted executive, written before they take effect (write-ahead).
+// The journal: the data for a restarted executive. Another thread writes them, usually within a
+// millisecond; only payload commands wait until they are on the disk (has_commands()).
 //
 // A file of fixed size, allocated before the dive, so that it needs no further space: two banks of
 // 1 MiB, each a text of lines with a checksum, "HEX16 JSON", and zeros. A bank begins with a

@@ -119,6 +119,7 @@ void KilledDive::kill_after_line(const std::string& path, std::int64_t line) con
   JournalWriter journal = created(path, std::move(options));
   if (line <= 1) std::raise(SIGKILL);
   run(*this, world_, model_, {}, journal, nullptr);
+  journal.close();
   _exit(0);
 }
 
