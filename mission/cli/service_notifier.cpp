@@ -30,7 +30,7 @@ ServiceNotifier::ServiceNotifier() {
 }
 
 void ServiceNotifier::observe(const StepOutputs& outputs) {
-  if (!output_) return;
+  if (!output_ || (!is_ready_ && outputs.status.state.empty())) return;
   const auto now = std::chrono::steady_clock::now();
   if (is_ready_ && now < next_) return;
   next_ = now + period_;
