@@ -39,6 +39,7 @@ constexpr std::array<FailsafeTraits, kFailsafeCount> kTraits = {{
      3.0},
     {Kind::kCommsLost, "comms_lost", policy(Rung::kNone, 0.0), "after", 60.0},
     {Kind::kOperatorAbort, "operator_abort", policy(Rung::kAbortAndSurface, 0.0), {}},
+    {Kind::kLogLost, "log_lost", policy(Rung::kWarn, 0.0), {}},
     {Kind::kRetraceFailure,
      "retrace_failure",
      policy(Rung::kEmergencySurface, 0.0),

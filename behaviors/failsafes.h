@@ -38,10 +38,11 @@ enum class FailsafeKind {
   kPlannerFailure,     ///< Several plans failed in a row, or the replan budget is used up.
   kCommsLost,          ///< No heartbeat from topside.
   kOperatorAbort,      ///< Topside requested an abort.
+  kLogLost,            ///< Log or journal are being lost, because the disk is slow or full.
   kRetraceFailure,     ///< The exit path could not be swum.
   kInternalError,      ///< One of our own assertions failed.
 };
-inline constexpr std::size_t kFailsafeCount = 20;
+inline constexpr std::size_t kFailsafeCount = 21;
 
 struct FailsafePolicy {
   Rung rung = Rung::kAbortAndSurface;  ///< kNone: not monitored.

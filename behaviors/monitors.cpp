@@ -23,6 +23,7 @@ constexpr double kMoved = 0.3;                // m: a distance that counts as mo
 constexpr double kUnderWay = 0.1;
 constexpr double kFarFromDepth = 0.5;
 constexpr double kClimbing = 0.05;  // m/s: a vertical velocity expected from the efforts
+constexpr double kLossLasts = 1.0;  // s after the last loss of log or journal
 constexpr double kLegGrace = 30.0;  // s of delay allowed to a short leg
 
 }  // namespace
@@ -106,6 +107,7 @@ const FailsafeConditions& Monitors::update(const MonitorInput& input) {
   set(FailsafeKind::kCommsLost,
       to_seconds(input.now - heartbeat_.value_or(started_)) > threshold(FailsafeKind::kCommsLost));
   set(FailsafeKind::kOperatorAbort, input.operator_abort);
+  set(FailsafeKind::kLogLost, log_lost_ && to_seconds(input.now - *log_lost_) <= kLossLasts);
   set(FailsafeKind::kRetraceFailure, input.retrace_failed);
   return conditions_;
 }

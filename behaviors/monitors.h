@@ -60,6 +60,8 @@ class Monitors {
   void heartbeat(Utime now) { heartbeat_ = now; }
   /// Records the time of a mapped scan.
   void saw(Utime scan_utime) { seen_ = scan_utime; }
+  /// Records a loss of log or journal.
+  void lose_log(Utime now) { log_lost_ = now; }
   /// Start of the silence of sensors that never sent a sample.
   void start(Utime now);
 
@@ -99,6 +101,7 @@ class Monitors {
   HealthSample health_;
   std::optional<Utime> heartbeat_;
   std::optional<Utime> seen_;
+  std::optional<Utime> log_lost_;
   Utime started_ = 0;
   std::optional<Eigen::Vector3d> anchor_W_;  ///< Position at the last progress.
   Utime anchored_ = 0;                       ///< Time of the last progress, us.

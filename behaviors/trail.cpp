@@ -46,6 +46,18 @@ void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
   ++dropped_;
 }
 
+void Trail::restore(std::span<const Breadcrumb> breadcrumbs, double spacing) {
+  DIVE_DEMAND(breadcrumbs.size() <= capacity_ && spacing > 0.0);
+  breadcrumbs_.assign(breadcrumbs.begin(), breadcrumbs.end());
+  spacing_ = spacing;
+  dropped_ = breadcrumbs_.size();
+  penetration_m_ = 0.0;
+  for (std::size_t i = 1; i < breadcrumbs_.size(); ++i) {
+    const double step = (breadcrumbs_[i].p_W - breadcrumbs_[i - 1].p_W).norm();
+    penetration_m_ = breadcrumbs_[i].open_above ? 0.0 : penetration_m_ + step;
+  }
+}
+
 void Trail::thin_out() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < breadcrumbs_.size(); i += 2) breadcrumbs_[kept++] = breadcrumbs_[i];

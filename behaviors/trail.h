@@ -3,6 +3,7 @@
 // overhead the exit path leads back along it to the last point with open water above.
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,11 +19,14 @@ inline constexpr double kTrailLinkShare = 0.8;
 /// Level poses at two or more points, each heading for the next.
 [[nodiscard]] std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points);
 
+inline constexpr double kTrailSpacing = 0.5;         ///< Between breadcrumbs at first, m.
+inline constexpr std::size_t kTrailCapacity = 4096;  ///< Breadcrumbs.
+
 class Trail {
  public:
   /// Adds a breadcrumb every `spacing` m. Bounded: at `capacity` breadcrumbs every second one is
   /// removed and the spacing doubles.
-  explicit Trail(double spacing = 0.5, std::size_t capacity = 4096);
+  explicit Trail(double spacing = kTrailSpacing, std::size_t capacity = kTrailCapacity);
 
   /// `open_above`: nothing solid between p_W and the surface.
   void add(const Eigen::Vector3d& p_W, bool open_above);
@@ -62,6 +66,11 @@ class Trail {
   [[nodiscard]] const Breadcrumb& newest() const { return breadcrumbs_.back(); }
 
   [[nodiscard]] std::size_t size() const { return breadcrumbs_.size(); }
+  [[nodiscard]] const std::vector<Breadcrumb>& breadcrumbs() const { return breadcrumbs_; }
+  /// Distance between breadcrumbs at present, m.
+  [[nodiscard]] double spacing() const { return spacing_; }
+  /// Continues another trail of the same capacity from its breadcrumbs and spacing.
+  void restore(std::span<const Breadcrumb> breadcrumbs, double spacing);
 
  private:
   /// The path to a breadcrumb and its index; crumbs_.size(): no such breadcrumb.

@@ -1,7 +1,8 @@
 #pragma once
 // The sub-commands of `dive`. Each returns the exit status: 0 success, 1 the mission failed or was
 // aborted, 2 wrong usage or invalid input, 3 an internal error or a result that could not be
-// written.
+// written, 4 the vehicle's dive has not ended (`dive run --lcm`), 128 + N a second signal N ended
+// the process.
 
 #include <cstdint>
 #include <optional>
@@ -10,7 +11,13 @@
 
 namespace dive::mission {
 
-enum ExitStatus : int { kExitSuccess = 0, kExitFailed = 1, kExitUsage = 2, kExitInternal = 3 };
+enum ExitStatus : int {
+  kExitSuccess = 0,
+  kExitFailed = 1,
+  kExitUsage = 2,
+  kExitInternal = 3,
+  kExitUnfinished = 4
+};
 
 struct CheckArguments {
   std::string mission;

@@ -113,8 +113,11 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key dive.key\n\n"
       "Dives a mission in the built-in simulator, or a vehicle over LCM. Exit status 0: it ended "
       "as\n"
-      "planned; 1: it failed or was aborted. In an unknown environment the observed map is saved\n"
-      "beside the log, as the known map of the next dive.");
+      "planned; 1: it failed or was aborted; 4: the vehicle is silent or still diving. SIGTERM "
+      "and\n"
+      "SIGINT abort the dive; a second one ends the process. In an unknown environment the "
+      "observed\n"
+      "map is saved beside the log, as the known map of the next dive.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")
       ->type_name("FILE")
       ->required();

@@ -43,6 +43,18 @@ Names names_of(const RunArguments& arguments, const Mission& mission) {
   return names;
 }
 
+/// On a vehicle nothing may delay the control loop; a simulation loses nothing.
+WhenFull when_full(const RunArguments& arguments) {
+  const bool is_real_time = !arguments.link.url.empty() && !arguments.link.lockstep;
+  return is_real_time ? WhenFull::kDrop : WhenFull::kWait;
+}
+
+JournalOptions journal_options(const RunArguments& arguments) {
+  JournalOptions options;
+  options.when_full = when_full(arguments);
+  return options;
+}
+
 /// A dive that is resumed goes on without a log if the disk has no room for one.
 tl::expected<std::optional<OutputFile>, int> create_log(const Names& names,
                                                         const RunArguments& arguments) {
@@ -74,16 +86,18 @@ bool lock_journal(const std::string& path, std::optional<FileLock>& lock) {
 
 /// The journal of a new dive. An empty file is no journal: a process that ended before it wrote any
 /// leaves one.
-tl::expected<JournalWriter, int> create_journal(const std::string& path, bool force,
+tl::expected<JournalWriter, int> create_journal(const std::string& path,
+                                                const RunArguments& arguments,
                                                 const JournalHeader& header,
                                                 std::optional<OutputFile>& name) {
   std::error_code ignored;
   const bool is_empty = std::filesystem::is_regular_file(path, ignored) &&
                         std::filesystem::file_size(path, ignored) == 0;
   tl::expected<OutputFile, OutputError> file =
-      OutputFile::create(path, existing(force || is_empty));
+      OutputFile::create(path, existing(arguments.force || is_empty));
   if (!file) return tl::unexpected(report(file.error()));
-  tl::expected<JournalWriter, std::string> writer = JournalWriter::create(path, header);
+  tl::expected<JournalWriter, std::string> writer =
+      JournalWriter::create(path, header, journal_options(arguments));
   if (!writer) {
     complain(writer.error());
     return tl::unexpected<int>(kExitInternal);
@@ -94,24 +108,25 @@ tl::expected<JournalWriter, int> create_journal(const std::string& path, bool fo
 
 /// Continues a journal, with the state to continue from in `from` and its seed in the header;
 /// prints an error and returns the exit status if that is impossible.
-tl::expected<JournalWriter, int> continue_journal(const std::string& path, LogHeader& header,
+tl::expected<JournalWriter, int> continue_journal(const std::string& path,
+                                                  const RunArguments& arguments, LogHeader& header,
                                                   std::optional<Resume>& from) {
   const auto refuse = [&](const std::string& why) {
     complain(why);
     return tl::unexpected<int>(kExitUsage);
   };
-  tl::expected<Journal, std::string> journal = read_journal(path, &header.resume);
+  const tl::expected<Journal, std::string> journal = read_journal(path);
   if (!journal) return refuse(journal.error());
   if (journal->header.digest != log_digest(header)) {
     return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
   }
   header.seed = journal->header.seed;
+  header.resume = to_text(*journal);
   if (journal->checkpoint) {
-    from = Resume{std::move(*journal->checkpoint), std::move(journal->trail), header.resume_gap_s};
+    from =
+        Resume{*journal->checkpoint, journal->trail, journal->trail_spacing_m, header.resume_gap_s};
   }
-  tl::expected<JournalWriter, std::string> writer = JournalWriter::append(path);
-  if (!writer) return refuse(writer.error());
-  return std::move(*writer);
+  return JournalWriter::append(path, *journal, journal_options(arguments));
 }
 
 }  // namespace
@@ -134,45 +149,59 @@ tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
   }
   tl::expected<JournalWriter, int> journal =
       arguments.resume
-          ? continue_journal(recording.journal_path_, header, recording.resume_)
-          : create_journal(recording.journal_path_, arguments.force,
+          ? continue_journal(recording.journal_path_, arguments, header, recording.resume_)
+          : create_journal(recording.journal_path_, arguments,
                            JournalHeader{log_digest(header), header.seed}, recording.journal_file_);
   if (!journal) return tl::unexpected(journal.error());
   recording.journal_ = std::move(*journal);
 
   recording.seed_ = header.seed;
-  if (recording.log_file_) recording.open_log(header);
-  recording.has_log_ = recording.log_.has_value();
-  if (!recording.has_log_ && !arguments.resume) return tl::unexpected<int>(kExitInternal);
+  if (recording.log_file_ && !recording.open_log(header, arguments)) {
+    return tl::unexpected<int>(kExitInternal);
+  }
   return recording;
 }
 
-void Recording::open_log(const LogHeader& header) {
-  tl::expected<LogWriter, std::string> writer = LogWriter::create(log_path_, header);
-  if (writer) {
-    log_ = std::move(*writer);
-  } else {
+bool Recording::open_log(const LogHeader& header, const RunArguments& arguments) {
+  LogOptions options;
+  options.when_full = when_full(arguments);
+  options.is_optional = arguments.resume;
+  tl::expected<LogWriter, std::string> writer = LogWriter::create(log_path_, header, options);
+  if (!writer) {
     complain(fmt::format("{}: {}", log_path_, writer.error()));
+    return false;
   }
+  if (const std::string error = writer->disk_error(); !error.empty()) {
+    note(fmt::format("dive: {}: {}: the dive goes on, and its log is lost until it can be written",
+                     log_path_, error));
+  }
+  log_ = std::move(*writer);
+  return true;
 }
 
 void Recording::keep(const Executive& executive, const StepOutputs& outputs) {
-  has_journal_ = journal_->keep(executive, outputs);
+  journal_->keep(executive, outputs);
 }
 
 void Recording::write(const StepInputs& inputs, const StepOutputs& outputs,
                       const std::optional<TruthRecord>& truth) {
   if (log_file_) log_file_->keep();
   if (journal_file_) journal_file_->keep();
-  has_log_ = log_ && log_->write(inputs, outputs, truth) && has_log_;
+  if (log_) log_->write(inputs, outputs, truth);
 }
 
 void Recording::close() {
-  has_log_ = log_ && log_->close() && has_log_;
-  if (!has_journal_) {
+  if (!journal_->close()) {
     complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path_));
   }
-  if (!has_log_) complain(fmt::format("{}: the log is not complete (disk full?)", log_path_));
+  if (!log_) {
+    complain(fmt::format("{}: there is no log of this dive", log_path_));
+    return;
+  }
+  if (log_->close()) return;
+  const std::string error = log_->disk_error();
+  complain(fmt::format("{}: the log is not complete: {} ticks are lost ({})", log_path_,
+                       log_->lost(), error.empty() ? "the disk was too slow" : error));
 }
 
 }  // namespace dive::mission

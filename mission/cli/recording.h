@@ -31,12 +31,17 @@ class Recording {
   void keep(const Executive& executive, const StepOutputs& outputs);
   void write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
+  [[nodiscard]] bool has_journaled_commands() const { return journal_->has_commands(); }
+  /// Ticks and commits that were lost; its payload commands are those of the link.
+  [[nodiscard]] RecordingLoss loss() const {
+    return {log_ ? log_->lost() : 0, journal_->lost(), 0};
+  }
   /// Prints an error if anything was lost, which does not change the result of the dive.
   void close();
 
  private:
-  /// Prints an error if the log cannot be written.
-  void open_log(const LogHeader& header);
+  /// Prints an error and returns false if the log cannot be written.
+  [[nodiscard]] bool open_log(const LogHeader& header, const RunArguments& arguments);
 
   std::string log_path_;
   std::string journal_path_;
@@ -48,8 +53,6 @@ class Recording {
   std::optional<OutputFile> journal_file_;  // of a new dive
   std::optional<JournalWriter> journal_;
   std::optional<LogWriter> log_;
-  bool has_journal_ = true;
-  bool has_log_ = true;
 };
 
 }  // namespace dive::mission

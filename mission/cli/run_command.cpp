@@ -17,6 +17,8 @@
 #include "mission/cli/open_link.h"
 #include "mission/cli/output.h"
 #include "mission/cli/recording.h"
+#include "mission/cli/service_notifier.h"
+#include "mission/cli/stop_signals.h"
 #include "mission/cli/terminal.h"
 #include "mission/link/linked_dive.h"
 #include "mission/onboard/stereo_mapping.h"
@@ -116,7 +118,8 @@ DiveDrawing planned_drawing(const LoadedMission& loaded, const DiveSettings& set
                                     loaded.model.hull, settings.planner, settings.seed));
 }
 
-int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings) {
+int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings,
+             StopSignals& signals) {
   settings.cameras = parse_water(water_of(arguments, loaded.mission));
   if (!settings.cameras) return kExitUsage;
   tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
@@ -125,6 +128,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   if (!recording) return recording.error();
   settings.seed = recording->seed();
   settings.resume = recording->resume();
+  settings.local_abort = [&signals] { return signals.take(); };
   std::optional<DatasetRecorder> dataset;
   if (!arguments.record.empty()) {
     const int status = record_dataset(arguments, loaded, settings, dataset);
@@ -148,6 +152,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
           recording->keep(executive, outputs);
         });
   }
+  signals.end_dive();
   const int dataset_status = close_dataset(dataset);
   recording->close();
   const tl::expected<std::optional<std::string>, int> kept =
@@ -212,7 +217,7 @@ bool serve(const estimation::VisionOptions& vision, const RunArguments& argument
   return false;
 }
 
-int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
+int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, StopSignals& signals) {
   std::optional<estimation::VisionOptions> vision;
   if (!arguments.cameras.empty()) {
     vision = read_vision(arguments.cameras);
@@ -237,7 +242,11 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
   if (!bus->has_key()) {
     note("dive: no --key: packets are not authenticated, and topside may abort, and nothing else");
   }
+  settings.local_abort = [&signals] { return signals.take(); };
+  settings.has_journaled_commands = [&recording] { return recording->has_journaled_commands(); };
+  if (!settings.lockstep) settings.recording_loss = [&recording] { return recording->loss(); };
   FastClock clock(arguments.link.time_factor);
+  ServiceNotifier service;
   LinkedResult result;
   {
     DiveProgress progress;
@@ -246,12 +255,15 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
         [&](const StepInputs& inputs, const StepOutputs& outputs,
             const std::optional<link::Truth>& truth) {
           recording->write(inputs, outputs, truth);
+          service.observe(outputs);
           if (!arguments.json) progress.observe(inputs, outputs);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);
         });
   }
+  signals.end_dive();
+  service.end_dive();
   recording->close();
   // A map that is lost does not change the status, by which systemd knows whether to dive again.
   const std::optional<std::string> map =
@@ -267,6 +279,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded) {
     print_linked(result, recording->log_path(), arguments.stats);
     print_map(map, result.observed_map);
   }
+  if (result.outcome == "failure") return kExitUnfinished;
   return result.outcome == "success" ? kExitSuccess : kExitFailed;
 }
 
@@ -357,8 +370,9 @@ int run_dive(const RunArguments& arguments) {
     return kExitUsage;
   }
   if (!fit_mission(arguments, loaded->mission)) return kExitUsage;
-  return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings)
-                                    : dive_linked(arguments, *loaded);
+  StopSignals signals;
+  return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings, signals)
+                                    : dive_linked(arguments, *loaded, signals);
 }
 
 }  // namespace dive::mission

@@ -45,6 +45,7 @@ struct Checkpoint {
 struct Resume {
   Checkpoint checkpoint;
   std::vector<behaviors::Trail::Breadcrumb> trail;
+  double trail_spacing_m = behaviors::kTrailSpacing;  ///< Trail::spacing().
   /// Time between the last commit and the first step; absent: taken from the vehicle's clock, and
   /// the vehicle kept moving in between. If given, the vehicle lies at rest where it was, as in a
   /// new simulator.

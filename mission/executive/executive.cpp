@@ -128,6 +128,16 @@ void Executive::Impl::sense(const StepInputs& inputs) {
   if (map.update(inputs.observed_map)) behavior.take_map_change();
   if (inputs.plan) behavior.take(*inputs.plan);
   take_scan(inputs);
+  if (inputs.loss) take_loss(inputs.now, *inputs.loss);
+}
+
+void Executive::Impl::take_loss(Utime now, const RecordingLoss& loss) {
+  monitors.lose_log(now);
+  if (loss.commands > situation.loss.commands) {
+    note(fmt::format("{} payload commands were not sent, because the journal did not get them",
+                     loss.commands));
+  }
+  situation.loss = loss;
 }
 
 void Executive::Impl::take_scan(const StepInputs& inputs) {
@@ -219,8 +229,10 @@ void Executive::Impl::obey(OperatorCommand operator_command) {
     case OperatorCommand::kHeartbeat:
       return;
     case OperatorCommand::kAbort:
-      situation.operator_abort = true;
-      return raise_event("abort", "topside says abort");
+      return abort("topside says abort");
+    case OperatorCommand::kSigterm:
+    case OperatorCommand::kSigint:
+      return abort(fmt::format("{} to the executive", to_string(operator_command)));
     case OperatorCommand::kPause:
       if (!std::exchange(paused, true)) raise_event("operator.pause", "topside says pause");
       return;
@@ -233,8 +245,18 @@ void Executive::Impl::obey(OperatorCommand operator_command) {
   }
 }
 
+void Executive::Impl::abort(std::string cause) {
+  situation.operator_abort = cause;
+  raise_event("abort", std::move(cause));
+}
+
 void Executive::Impl::evaluate_failsafes() {
+  const bool was_losing = monitors.is_true(behaviors::FailsafeKind::kLogLost);
   const behaviors::FailsafeConditions& conditions = monitors.update(monitor_input(situation));
+  // The records of its beginning are among what was lost.
+  if (was_losing && !monitors.is_true(behaviors::FailsafeKind::kLogLost)) {
+    note(describe(behaviors::FailsafeKind::kLogLost, mission, situation));
+  }
   const auto change = ladder.update(situation.now, conditions, situation.can_ascend);
   if (change) take_rung(*change);
 }

@@ -62,9 +62,11 @@ struct Executive::Impl final : private MachineRunner::Observer {
   }
   void on_exited(statechart::StateId state) override { behavior.leave(state); }
   void take_scan(const StepInputs& inputs);
+  void take_loss(Utime now, const RecordingLoss& loss);
   void resume(const Resume& from);
   void resume_by_policy(double gap_s);
   void obey(OperatorCommand command);
+  void abort(std::string cause);
   void skip();
   void take_rung(const behaviors::FailsafeLadder::Change& change);
   void follow_behavior();

@@ -28,7 +28,7 @@ void Executive::Impl::resume(const Resume& from) {
   }
   outputs.estimate = situation.estimate = localization.update(situation.now);
   started_at = situation.now - from_seconds(checkpoint.elapsed_s + gap_s);
-  overhead_monitor.restore(from.trail);
+  overhead_monitor.restore(from.trail, from.trail_spacing_m);
   exit_path.restore(from.trail);
   assess();
   if (checkpoint.open_water_elapsed_s && !situation.open_above) {

@@ -54,7 +54,10 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kCommsLost:
       return fmt::format("no heartbeat from topside for {:g} s", limit);
     case FailsafeKind::kOperatorAbort:
-      return "topside says abort";
+      return situation.operator_abort;
+    case FailsafeKind::kLogLost:
+      return fmt::format("{} ticks of the log and {} commits of the journal are lost",
+                         situation.loss.ticks, situation.loss.commits);
     case FailsafeKind::kRetraceFailure:
       return fmt::format("there is no exit path: {}", situation.retrace_failure);
     case FailsafeKind::kInternalError:

@@ -12,6 +12,7 @@
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
+#include "mission/executive/recording_loss.h"
 #include "planning/mapping/scan_result.h"
 #include "planning/plan.h"
 #include "planning/world/observed_map.h"
@@ -49,6 +50,8 @@ struct StepInputs {
   std::optional<planning::PoseCorrection> pose_correction;
   /// What the cameras' estimator says of one pair of pictures. Each one counts as well.
   std::optional<estimation::VisionEstimate> vision = {};
+  /// In a tick in which it has changed. In simulation nothing is lost.
+  std::optional<RecordingLoss> loss = {};
 };
 
 /// One transition of the state machine.
@@ -82,6 +85,7 @@ struct ActionRecord {
     kNote,     ///< What the executive ignored or decided without a transition.
   } kind = Kind::kLog;
   std::string text;
+  bool once = false;  ///< A payload command that is sent at most once per dive.
 };
 
 struct Status {

@@ -39,7 +39,7 @@ void MachineRunner::execute(statechart::ActionId id) {
     case ActionSpec::Kind::kPayload:
       if (action.once && done_once_[index]) return;
       done_once_[index] = true;
-      outputs_.actions.push_back({ActionRecord::Kind::kPayload, action.text.value});
+      outputs_.actions.push_back({ActionRecord::Kind::kPayload, action.text.value, action.once});
       return;
   }
 }

@@ -15,11 +15,9 @@ OverheadMonitor::OverheadMonitor(const Mission& mission, MapView& map)
   if (mission.unknown) declared_.emplace();
 }
 
-void OverheadMonitor::restore(std::span<const behaviors::Trail::Breadcrumb> trail) {
-  for (const behaviors::Trail::Breadcrumb& breadcrumb : trail) {
-    trail_.add(breadcrumb.p_W, breadcrumb.open_above);
-    if (declared_) declared_->add(breadcrumb.p_W, breadcrumb.open_above);
-  }
+void OverheadMonitor::restore(std::span<const behaviors::Trail::Breadcrumb> trail, double spacing) {
+  trail_.restore(trail, spacing);
+  if (declared_) declared_->restore(trail, spacing);
 }
 
 void OverheadMonitor::update(Utime now, const estimation::StateEstimate& estimate,

@@ -27,7 +27,8 @@ class OverheadMonitor {
   OverheadMonitor(const Mission& mission, MapView& map);
 
   /// Before the first update(): the trail recorded by an earlier executive.
-  void restore(std::span<const behaviors::Trail::Breadcrumb> trail);
+  void restore(std::span<const behaviors::Trail::Breadcrumb> trail,
+               double spacing = behaviors::kTrailSpacing);
   /// Under an overhead: the resources when the vehicle was last in open water.
   void restore(const Usable& usable) { usable_ = usable; }
 

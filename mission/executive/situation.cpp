@@ -40,7 +40,7 @@ behaviors::MonitorInput monitor_input(const Situation& situation) {
   input.leg_expected_s = situation.progress.expected_s;
   input.plan_failures = situation.progress.plan_failures;
   input.out_of_replans = situation.out_of_replans;
-  input.operator_abort = situation.operator_abort;
+  input.operator_abort = !situation.operator_abort.empty();
   input.retrace_failed = situation.retrace_failed;
   input.rises = situation.ascends;
   return input;

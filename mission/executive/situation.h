@@ -12,6 +12,7 @@
 #include "common/measurements.h"
 #include "estimation/state_estimate.h"
 #include "mission/document/guard.h"
+#include "mission/executive/recording_loss.h"
 #include "vehicle/command.h"
 
 namespace dive::mission {
@@ -51,8 +52,9 @@ struct Situation {
   behaviors::Progress progress;  ///< Progress of the active behaviour.
   bool ascends = false;          ///< The active behaviour ascends vertically in open water.
   bool out_of_replans = false;
-  bool operator_abort = false;
+  std::string operator_abort;  ///< Cause of an operator's abort; empty without one.
   bool retrace_failed = false;
+  RecordingLoss loss;           ///< Losses of log and journal.
   std::string retrace_failure;  ///< Reason of a failed retrace; empty without one.
   std::string internal_error;   ///< Failed assertion; empty without one.
 };

@@ -7,6 +7,7 @@
 
 #include "mission/executive/behavior_factory.h"
 #include "mission/link/inbox.h"
+#include "mission/link/payload_gate.h"
 #include "mission/onboard/exit_path_service.h"
 #include "mission/record/log_codec.h"
 
@@ -87,6 +88,7 @@ class LinkedVehiclePort final : public VehiclePort {
   void sense(StepInputs& inputs) override {
     inbox_.take(inputs);
     receive_topside(inputs);
+    report_loss(inputs);
   }
 
   void command(const StepOutputs& outputs) override {
@@ -98,6 +100,7 @@ class LinkedVehiclePort final : public VehiclePort {
                                     outputs.rates,
                                     authenticator_.session_id()};
     publish(link::channel::kCommand, *command_);
+    send_payload(outputs);
     if (abort_arrived_) {
       result_.stats.abort_ms.push_back(
           static_cast<float>(static_cast<double>(clock_.now() - *abort_arrived_) / 1000.0));
@@ -144,6 +147,8 @@ class LinkedVehiclePort final : public VehiclePort {
   void yield(const char* to) {
     if (yields_to_.empty()) yields_to_ = to;
   }
+  void report_loss(StepInputs& inputs);
+  void send_payload(const StepOutputs& outputs);
   void publish_outputs(const StepInputs& inputs, const StepOutputs& outputs);
   void publish_final();
   [[nodiscard]] link::Heartbeat heartbeat();
@@ -159,6 +164,8 @@ class LinkedVehiclePort final : public VehiclePort {
   const LinkObserver& observer_;
   Inbox inbox_;
   link::RequestAuthenticator authenticator_;
+  PayloadGate gate_;
+  RecordingLoss loss_;                           ///< Last reported.
   std::optional<link::VehicleCommand> command_;  ///< Last command.
   std::int64_t sequence_ = 0;
   std::optional<Utime> abort_arrived_;  ///< Arrival time of the abort executed in this tick.
@@ -228,6 +235,21 @@ void LinkedVehiclePort::receive_other(const link::VehicleCommand& command) {
   } else if (command.session_id != authenticator_.session_id()) {
     other_executive_ = true;
   }
+}
+
+void LinkedVehiclePort::report_loss(StepInputs& inputs) {
+  if (!settings_.recording_loss) return;
+  RecordingLoss loss = settings_.recording_loss();
+  loss.commands = gate_.withheld();
+  if (loss == loss_) return;
+  inputs.loss = loss_ = loss;
+}
+
+void LinkedVehiclePort::send_payload(const StepOutputs& outputs) {
+  const bool is_on_disk = !settings_.has_journaled_commands || settings_.has_journaled_commands();
+  gate_.pass(now_, outputs.actions, is_on_disk, [this](const ActionRecord& command) {
+    if (encode(now_, command, packet_)) bus_.publish(link::channel::kPayload, packet_);
+  });
 }
 
 link::Heartbeat LinkedVehiclePort::heartbeat() {

@@ -31,6 +31,10 @@ struct LinkSettings : OnboardSettings {
   /// Calibration of the vehicle's cameras and IMU. Required with the visual-inertial estimator; a
   /// stereo pair (stereo_mapping()) is required where the mission maps with its cameras.
   std::optional<estimation::VisionOptions> vision = {};
+  /// Losses of log and journal so far. Empty: none are reported, as in simulation.
+  std::function<RecordingLoss()> recording_loss = {};
+  /// True if the journal has all payload commands so far on the disk. Empty: always.
+  std::function<bool()> has_journaled_commands = {};
 };
 
 /// Timing of the control loop.

@@ -57,6 +57,7 @@ OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
   executive_.emplace(mission_, world_, model_, options);
   report_ = {};
   map_ = {};
+  has_position_ = false;
   Utime now = began_ = port.begin();
   const Utime longest = from_seconds(longest_dive_s(mission_));
   while (executive_->result().outcome == Outcome::kRunning && now - began_ < longest) {
@@ -77,9 +78,13 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
   port.sense(inputs);
   ask_services(inputs);
   port.amend(inputs);
+  if (has_position_ && settings_.local_abort) {
+    if (const auto abort = settings_.local_abort()) inputs.operator_command = abort;
+  }
   update_map(map_, inputs);
   planner_.set_map(map_);
   const StepOutputs& outputs = executive_->step(inputs);
+  has_position_ = outputs.estimate.valid;
   if (keeper) keeper(*executive_, outputs);
   port.command(outputs);
   port.keep_exit_path(executive_->exit_path(), map_);

@@ -70,6 +70,7 @@ class OnboardDive {
   std::optional<Executive> executive_;   ///< From run() on.
   planning::ObservedMap map_;            ///< The owner's; all others have snapshots.
   Utime began_ = 0;
+  bool has_position_ = false;  ///< The last estimate was valid.
   OnboardReport report_;
 };
 

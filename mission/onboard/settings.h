@@ -2,11 +2,13 @@
 // Settings of the loop on board, the same for a vehicle and for the simulator.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/clock.h"
+#include "common/operator_command.h"
 #include "common/tag.h"
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
@@ -32,6 +34,9 @@ struct OnboardSettings {
   // With the visual-inertial estimator:
   int vision_latency_ticks = 4;  ///< 80 ms
   int loop_latency_ticks = 20;   ///< 400 ms
+  /// An abort commanded on this computer; asked in every tick with a position, whose other command
+  /// it replaces. Empty: never.
+  std::function<std::optional<OperatorCommand>()> local_abort = {};
 
   /// Empty if usable, else a sentence naming the option and its range.
   [[nodiscard]] std::string validate() const;

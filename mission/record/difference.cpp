@@ -221,10 +221,11 @@ void compare(Comparison& c, const std::vector<ActionRecord>& logged,
              const std::vector<ActionRecord>& replayed) {
   constexpr std::string_view kName = to_string(Channel::kAction);
   for (std::size_t i = 0; i < logged.size() && i < replayed.size(); ++i) {
-    const auto& [kind1, text1] = logged[i];
-    const auto& [kind2, text2] = replayed[i];
+    const auto& [kind1, text1, once1] = logged[i];
+    const auto& [kind2, text2, once2] = replayed[i];
     c.value(kind1, kind2, kName, "[", i, "].kind");
     c.value(text1, text2, kName, "[", i, "].text");
+    c.value(once1, once2, kName, "[", i, "].once");
   }
   c.sizes(logged, replayed, kName);
 }

@@ -42,10 +42,11 @@ class Explainer {
   }
 
   void inputs(const StepInputs& inputs) {
-    if (inputs.operator_command) {
-      constexpr const char* kSays[] = {"", "abort", "pause", "resume", "skip"};
-      const char* says = kSays[static_cast<int>(*inputs.operator_command)];
-      if (*says != '\0') add(Kind::kOperator, fmt::format("topside says {}", says));
+    if (const auto& command = inputs.operator_command;
+        command && *command != OperatorCommand::kHeartbeat) {
+      add(Kind::kOperator, *command <= kLastTopsideCommand
+                               ? fmt::format("topside says {}", to_string(*command))
+                               : fmt::format("{} to the executive", to_string(*command)));
     }
     for (const planning::ObstacleUpdate& update : inputs.obstacles) obstacles(update);
     if (inputs.plan) answer(*inputs.plan);

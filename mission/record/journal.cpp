@@ -1,192 +1,74 @@
 #include "mission/record/journal.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
-#include <cmath>
 #include <system_error>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-#include <unistd.h>
 
-#include "common/assert.h"
-#include "common/fnv.h"
 #include "common/source_text.h"
+#include "mission/record/journal_bank.h"
+#include "mission/record/journal_file.h"
 
 namespace dive::mission {
 namespace {
 
-using nlohmann::json;
+constexpr double kPeriod = 0.2;                      // s between commits of the position
+constexpr std::size_t kQueueThatWaits = 64U << 10U;  // bytes
+constexpr std::size_t kQueueThatDrops = 4U << 20U;   // bytes: some minutes
 
-constexpr std::size_t kMaxBytes = 256U << 20U;
-constexpr std::size_t kChecksumSize = 16;
-constexpr double kPeriod = 0.2;  // s between commits of the position
-constexpr int kVersion = 2;
-
-std::string checksum(std::string_view text) {
-  Fnv1a64 digest;
-  digest.add(text);
-  return fmt::format("{:016x}", digest.value());
+JournalState state_of(const Journal& journal) {
+  JournalState state{.header = journal.header, .commits = journal.commits};
+  if (journal.checkpoint) state.checkpoint = to_json_text(*journal.checkpoint);
+  state.trail.restore(journal.trail, journal.trail_spacing_m);
+  return state;
 }
 
-json to_json(const Checkpoint& c) {
-  json history = json::object();
-  for (const auto& [id, states] : c.history) history[id] = states;
-  json result = {{"utime", c.utime},
-                 {"elapsed", c.elapsed_s},
-                 {"active", c.active},
-                 {"active_for", c.active_s},
-                 {"history", std::move(history)},
-                 {"once", c.done_once},
-                 {"p", {c.X_WB.p.x(), c.X_WB.p.y(), c.X_WB.p.z()}},
-                 {"q", {c.X_WB.q.x(), c.X_WB.q.y(), c.X_WB.q.z(), c.X_WB.q.w()}},
-                 {"v", {c.v_W.x(), c.v_W.y(), c.v_W.z()}},
-                 {"sigma", c.sigma_m},
-                 {"open_water_battery", c.open_water_battery},
-                 {"goals_done", c.goals_done},
-                 {"rung", behaviors::to_string(c.rung)},
-                 {"rung_cause", std::string(behaviors::to_string(c.rung_cause))},
-                 {"abort_cause", c.abort_cause},
-                 {"paused", c.paused},
-                 {"queries", c.queries}};
-  if (c.open_water_elapsed_s) result["open_water_elapsed"] = *c.open_water_elapsed_s;
-  return result;
-}
-
-/// Throws nlohmann's exceptions if a value is missing or has another type.
-Checkpoint checkpoint_from(const json& j) {
-  Checkpoint c;
-  j.at("utime").get_to(c.utime);
-  j.at("elapsed").get_to(c.elapsed_s);
-  j.at("active").get_to(c.active);
-  j.at("active_for").get_to(c.active_s);
-  j.at("history").get_to(c.history);
-  j.at("once").get_to(c.done_once);
-  const json& p = j.at("p");
-  const json& q = j.at("q");
-  const json& v = j.at("v");
-  c.X_WB.p = {p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>()};
-  c.X_WB.q = {q.at(3).get<double>(), q.at(0).get<double>(), q.at(1).get<double>(),
-              q.at(2).get<double>()};
-  c.v_W = {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
-  j.at("sigma").get_to(c.sigma_m);
-  j.at("open_water_battery").get_to(c.open_water_battery);
-  j.at("goals_done").get_to(c.goals_done);
-  const std::string rung = j.at("rung").get<std::string>();
-  c.rung = behaviors::find_rung(rung).value_or(behaviors::Rung::kNone);
-  c.rung_cause = behaviors::find_failsafe(j.at("rung_cause").get<std::string>())
-                     .value_or(behaviors::FailsafeKind::kInternalError);
-  j.at("abort_cause").get_to(c.abort_cause);
-  j.at("paused").get_to(c.paused);
-  j.at("queries").get_to(c.queries);
-  if (j.contains("open_water_elapsed"))
-    c.open_water_elapsed_s = j.at("open_water_elapsed").get<double>();
-  return c;
-}
-
-bool has_payload(const StepOutputs& outputs) {
-  return std::ranges::any_of(outputs.actions, [](const ActionRecord& action) {
-    return action.kind == ActionRecord::Kind::kPayload;
-  });
-}
-
-std::string line_of(const json& value) {
-  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  return checksum(text) + " " + text + "\n";
-}
-
-/// The JSON of a line without its line break; empty if the line is torn or damaged.
-std::optional<json> parse_line(std::string_view line) {
-  if (line.size() < kChecksumSize + 2 || line[kChecksumSize] != ' ') return std::nullopt;
-  const std::string_view text = line.substr(kChecksumSize + 1);
-  if (checksum(text) != line.substr(0, kChecksumSize)) return std::nullopt;
-  json value = json::parse(text, nullptr, false);
-  if (value.is_discarded()) return std::nullopt;
-  return value;
-}
-
-/// The readable part of a journal, and its size in bytes.
-struct Contents {
-  Journal journal;
-  std::size_t whole = 0;
-};
-
-tl::expected<Contents, std::string> parse_contents(const std::string& text) {
-  Contents contents;
-  Journal& journal = contents.journal;
-  bool has_header = false;
-  while (contents.whole < text.size()) {
-    const std::size_t end = text.find('\n', contents.whole);
-    if (end == std::string::npos) break;
-    const auto value =
-        parse_line(std::string_view(text).substr(contents.whole, end - contents.whole));
-    if (!value) break;
-    try {
-      if (!has_header) {
-        if (value->at("dive_journal").get<int>() != kVersion) break;
-        value->at("digest").get_to(journal.header.digest);
-        value->at("seed").get_to(journal.header.seed);
-        has_header = true;
-      } else if (value->contains("breadcrumb")) {
-        const json& c = value->at("breadcrumb");
-        journal.trail.push_back(
-            {{c.at(0).get<double>(), c.at(1).get<double>(), c.at(2).get<double>()},
-             c.at(3).get<bool>()});
-      } else {
-        journal.checkpoint = checkpoint_from(*value);
-        ++journal.commits;
-      }
-    } catch (const json::exception&) {
-      break;  // from another version or program
-    }
-    contents.whole = end + 1;
-  }
-  if (!has_header) return tl::unexpected(std::string("this is not a journal of dive's"));
-  journal.torn = contents.whole < text.size();
-  return contents;
-}
-
-tl::expected<Contents, std::string> read_contents(const std::string& path, std::string* text) {
-  tl::expected<SourceText, std::string> file = read_source_text(path, kMaxBytes);
-  if (!file) return tl::unexpected(fmt::format("cannot read '{}': {}", path, file.error()));
-  tl::expected<Contents, std::string> contents = parse_contents(file->content());
-  if (!contents) return tl::unexpected(fmt::format("'{}': {}", path, contents.error()));
-  if (text != nullptr) *text = file->content().substr(0, contents->whole);
-  return contents;
+JournalOptions with_open(JournalOptions options, const std::string& path, auto open) {
+  if (!options.open) options.open = [path, open] { return open(path); };
+  return options;
 }
 
 }  // namespace
 
 struct JournalWriter::Impl {
-  explicit Impl(int file) : descriptor(file) {}
-  ~Impl() { ::close(descriptor); }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  Impl(std::shared_ptr<JournalFile> file_in, WhenFull when_full_in)
+      : file(std::move(file_in)),
+        when_full(when_full_in),
+        output(when_full == WhenFull::kDrop ? kQueueThatDrops : kQueueThatWaits, when_full,
+               [file = file](std::span<const std::uint8_t> block) { file->take(block); }) {}
 
-  void put(const json& value) {
-    const std::string line = line_of(value);
-    for (std::size_t written = 0; written < line.size() && !failed;) {
-      const ssize_t n = ::write(descriptor, line.data() + written, line.size() - written);
-      if (n < 0 && errno == EINTR) continue;
-      failed = n <= 0;
-      if (!failed) written += static_cast<std::size_t>(n);
-    }
-    ++lines;
-    if (told != nullptr) told(lines);
+  void push(std::span<const std::uint8_t> bytes) {
+    is_queued = output.push(bytes);
+    if (!is_queued) ++lost;
   }
 
-  int descriptor;
-  bool failed = false;
-  std::int64_t lines = 0;
-  std::int64_t commits = 0;
+  void commit(const Executive& executive, bool has_payload) {
+    // The system preserves a line when the process dies, but not when the machine loses power. A
+    // vehicle that restarts after a power loss was away for too long to continue, and only must
+    // not repeat its actions.
+    awaits_sync = awaits_sync || has_payload;
+    entry.assign(
+        1, static_cast<char>(awaits_sync ? JournalEntry::kCommitAndSync : JournalEntry::kCommit));
+    entry += to_json_text(executive.checkpoint());
+    push({reinterpret_cast<const std::uint8_t*>(entry.data()), entry.size()});
+    if (!has_payload) return;
+    payload_entry = output.pushed() + (is_queued ? 0 : 1);
+    if (when_full == WhenFull::kWait) static_cast<void>(output.drain(std::chrono::hours(1)));
+  }
+
+  std::shared_ptr<JournalFile> file;  // Belongs to the output's thread.
+  WhenFull when_full;
+  BackgroundOutput output;
+  std::string entry;      // Reused buffer.
+  std::int64_t lost = 0;  // Entries that never reached the queue.
+  bool is_queued = true;  // The last entry.
   std::size_t breadcrumbs = 0;
   Utime last_commit = 0;
   bool started = false;
+  bool awaits_sync = false;         // A payload command's commit is not on the disk yet.
+  std::uint64_t payload_entry = 0;  // Its entry: this or a later one must reach the disk.
   std::string goal;
-  void (*told)(std::int64_t) = nullptr;
 };
 
 JournalWriter::JournalWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -195,72 +77,76 @@ JournalWriter& JournalWriter::operator=(JournalWriter&&) noexcept = default;
 JournalWriter::~JournalWriter() = default;
 
 tl::expected<JournalWriter, std::string> JournalWriter::create(const std::string& path,
-                                                               const JournalHeader& header) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) {
-    return tl::unexpected(
-        fmt::format("cannot create '{}': {}", path, std::generic_category().message(errno)));
+                                                               const JournalHeader& header,
+                                                               JournalOptions options) {
+  const WhenFull when_full = options.when_full;
+  auto file = std::make_shared<JournalFile>(with_open(std::move(options), path, create_record_file),
+                                            JournalState{.header = header}, 1);
+  if (const auto begun = file->begin(); !begun) {
+    return tl::unexpected(fmt::format("cannot create '{}' ({} MiB): {}", path, kJournalBytes >> 20U,
+                                      std::generic_category().message(begun.error())));
   }
-  auto impl = std::make_unique<Impl>(file);
-  impl->put({{"dive_journal", kVersion}, {"digest", header.digest}, {"seed", header.seed}});
-  if (impl->failed) return tl::unexpected(fmt::format("cannot write '{}'", path));
+  return JournalWriter(std::make_unique<Impl>(std::move(file), when_full));
+}
+
+JournalWriter JournalWriter::append(const std::string& path, const Journal& journal,
+                                    JournalOptions options) {
+  const WhenFull when_full = options.when_full;
+  auto impl = std::make_unique<Impl>(
+      std::make_shared<JournalFile>(with_open(std::move(options), path, open_record_file),
+                                    state_of(journal), journal.generation),
+      when_full);
+  impl->breadcrumbs = journal.trail.size();
   return JournalWriter(std::move(impl));
 }
 
-tl::expected<JournalWriter, std::string> JournalWriter::append(const std::string& path) {
-  const tl::expected<Contents, std::string> contents = read_contents(path, nullptr);
-  if (!contents) return tl::unexpected(contents.error());
-  const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (file < 0 || ::ftruncate(file, static_cast<off_t>(contents->whole)) != 0) {
-    const std::string reason = std::generic_category().message(errno);
-    if (file >= 0) ::close(file);
-    return tl::unexpected(fmt::format("cannot go on with '{}': {}", path, reason));
-  }
-  auto impl = std::make_unique<Impl>(file);
-  impl->commits = contents->journal.commits;
-  impl->breadcrumbs = contents->journal.trail.size();
-  return JournalWriter(std::move(impl));
-}
-
-bool JournalWriter::keep(const Executive& executive, const StepOutputs& outputs) {
+void JournalWriter::keep(const Executive& executive, const StepOutputs& outputs) {
   Impl& journal = *impl_;
   const behaviors::Trail& trail = executive.trail();
   if (trail.dropped() > journal.breadcrumbs) {  // at most one per step
     journal.breadcrumbs = trail.dropped();
-    const auto& [p_W, open_above] = trail.newest();
-    journal.put({{"breadcrumb", {p_W.x(), p_W.y(), p_W.z(), open_above}}});
+    journal.push(breadcrumb_bytes(trail.newest()));
   }
+  if (journal.awaits_sync && has_commands()) journal.awaits_sync = false;
   const Utime now = outputs.estimate.utime;
   const bool changed = !outputs.transitions.empty() || !outputs.failsafes.empty() ||
                        !outputs.actions.empty() || outputs.status.goal != journal.goal;
   const bool due = journal.started && to_seconds(now - journal.last_commit) >= kPeriod;
-  if (!outputs.status.finished && (changed || due)) {
-    journal.started = true;
-    journal.last_commit = now;
-    journal.goal = outputs.status.goal;
-    ++journal.commits;
-    journal.put(to_json(executive.checkpoint()));
-    // The system preserves a line when the process dies, but not when the machine loses power. A
-    // vehicle that restarts after a power loss was away for too long to continue, and only must not
-    // repeat its actions. Waiting for the disk may take tens of milliseconds.
-    if (has_payload(outputs)) ::fdatasync(journal.descriptor);
-  }
-  return !journal.failed;
+  if (outputs.status.finished || (!changed && !due)) return;
+  journal.started = true;
+  journal.last_commit = now;
+  journal.goal = outputs.status.goal;
+  journal.commit(executive, std::ranges::any_of(outputs.actions, [](const ActionRecord& action) {
+                   return action.kind == ActionRecord::Kind::kPayload;
+                 }));
 }
 
-std::int64_t JournalWriter::commits() const { return impl_->commits; }
-void JournalWriter::on_line(void (*told)(std::int64_t)) { impl_->told = told; }
+bool JournalWriter::has_commands() const { return impl_->file->synced() >= impl_->payload_entry; }
+std::int64_t JournalWriter::lost() const { return impl_->lost + impl_->file->lost(); }
 
-tl::expected<Journal, std::string> read_journal(const std::string& path, std::string* text) {
-  tl::expected<Contents, std::string> contents = read_contents(path, text);
-  if (!contents) return tl::unexpected(contents.error());
-  return std::move(contents->journal);
+bool JournalWriter::close() {
+  return impl_->output.close() && impl_->is_queued && impl_->file->is_whole();
+}
+
+tl::expected<Journal, std::string> read_journal(const std::string& path) {
+  const tl::expected<SourceText, std::string> file = read_source_text(path, kJournalBytes);
+  if (!file) return tl::unexpected(fmt::format("cannot read '{}': {}", path, file.error()));
+  const std::string_view text = file->content();
+  std::optional<Journal> journal = parse_bank(text.substr(0, kJournalBankBytes));
+  if (text.size() > kJournalBankBytes) {
+    std::optional<Journal> other = parse_bank(text.substr(kJournalBankBytes));
+    if (other && (!journal || other->generation > journal->generation)) journal = std::move(other);
+  }
+  if (!journal) return tl::unexpected(fmt::format("'{}': this is not a journal of dive's", path));
+  return std::move(*journal);
 }
 
 tl::expected<Journal, std::string> parse_journal(const std::string& text) {
-  tl::expected<Contents, std::string> contents = parse_contents(text);
-  if (!contents) return tl::unexpected(contents.error());
-  return std::move(contents->journal);
+  std::optional<Journal> journal = parse_bank(text);
+  if (!journal) return tl::unexpected(std::string("this is not a journal of dive's"));
+  return std::move(*journal);
 }
+
+std::string to_text(const Journal& journal) { return BankText(1).snapshot(state_of(journal)); }
 
 }  // namespace dive::mission

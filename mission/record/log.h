@@ -5,6 +5,8 @@
 // Timestamps are the tick's utime, event numbers count from 0: same dive, same file, byte for byte.
 // Every event carries a checksum (log_frame.h).
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,8 +15,10 @@
 
 #include <tl/expected.hpp>
 
+#include "common/background_output.h"
 #include "common/clock.h"
 #include "mission/executive/io.h"
+#include "mission/record/record_file.h"
 #include "vehicle/link/codec.h"
 
 namespace dive::mission {
@@ -53,23 +57,39 @@ struct LogGap {
   std::uint64_t bytes = 0;
 };
 
+struct LogOptions {
+  WhenFull when_full = WhenFull::kWait;
+  /// A dive that is under way goes on without its log if the file cannot be created or its header
+  /// written: the writer tries again once a second, and the ticks until then are lost.
+  bool is_optional = false;
+  /// Opens the file; empty: creates the file at `path`. Called on the writer's thread too.
+  std::function<tl::expected<std::unique_ptr<RecordFile>, int>()> open = {};
+};
+
+/// Ticks are encoded by the caller and written by another thread through a queue of 32 MiB (kDrop)
+/// or 1 MiB (kWait).
 class LogWriter {
  public:
   /// The error is a sentence: the file cannot be created or the header cannot be written.
   [[nodiscard]] static tl::expected<LogWriter, std::string> create(const std::string& path,
-                                                                   const LogHeader& header);
+                                                                   const LogHeader& header,
+                                                                   LogOptions options = {});
   LogWriter(LogWriter&&) noexcept;
   LogWriter& operator=(LogWriter&&) noexcept;
   ~LogWriter();
 
-  /// Writes one tick: inputs, outputs, truth, in a fixed order, and passes it to the operating
-  /// system at once. Returns false, then and for all later ticks, after a failed write or a value
-  /// that cannot be represented (a text over 64 KiB or with a zero byte, more than 16,384
-  /// waypoints, a map update beyond its bounds, more than 256 obstacles touched at once); the dive
-  /// continues.
+  /// Queues one tick: inputs, outputs, truth, in a fixed order. Returns false if it is lost: the
+  /// queue is full, or a value cannot be represented (a text over 64 KiB or with a zero byte, more
+  /// than 16,384 waypoints, a map update beyond its bounds, more than 256 obstacles touched at
+  /// once, more than 4096 events). Event numbers count what is lost, so that readers report a gap.
   bool write(const StepInputs& inputs, const StepOutputs& outputs,
              const std::optional<TruthRecord>& truth);
-  /// Returns false if anything was lost. Nothing can be written afterwards.
+  /// Number of ticks lost so far, those that the disk refused included.
+  [[nodiscard]] std::int64_t lost() const;
+  /// Reason of the last loss by the disk; empty without one.
+  [[nodiscard]] std::string disk_error() const;
+  /// Waits for the disk, for at most ten seconds. Returns false if anything was lost. Nothing can
+  /// be written afterwards.
   bool close();
 
  private:

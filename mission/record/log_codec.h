@@ -60,6 +60,7 @@ using link::encode;
 [[nodiscard]] bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const planning::PoseCorrection& correction, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const RecordingLoss& loss, Packet& packet);
 
 [[nodiscard]] bool decode(PacketView packet, LogHeader& header);
 [[nodiscard]] bool decode(PacketView packet, estimation::StateEstimate& estimate);
@@ -75,5 +76,6 @@ using link::encode;
 [[nodiscard]] bool decode(PacketView packet, planning::FreeAhead& free_ahead);
 [[nodiscard]] bool decode(PacketView packet, planning::PoseCorrection& correction);
 [[nodiscard]] bool decode(PacketView packet, estimation::VisionEstimate& vision);
+[[nodiscard]] bool decode(PacketView packet, RecordingLoss& loss);
 
 }  // namespace dive::mission

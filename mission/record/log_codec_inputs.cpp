@@ -7,6 +7,7 @@
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
 #include <dive/pose_correction_t.hpp>
+#include <dive/recording_loss_t.hpp>
 #include <dive/tick_t.hpp>
 
 #include "mission/record/log_codec.h"
@@ -32,6 +33,7 @@ constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdat
                               array(sizeof(double), 3 * kMaxUpdateVertices)};
 constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
+constexpr Run kLoss[] = {bytes(4 * 8)};
 constexpr Run kTick[] = {bytes(8 + 4)};
 
 }  // namespace
@@ -127,7 +129,7 @@ bool encode(Utime now, OperatorCommand command, Packet& packet) {
 
 bool decode(PacketView packet, OperatorCommand& command) {
   const auto m = unpack<operator_t>(packet, kOperator);
-  return m && read_enum(m->command, OperatorCommand::kSkip, command);
+  return m && read_enum(m->command, OperatorCommand::kSigint, command);
 }
 
 bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
@@ -221,6 +223,23 @@ bool decode(PacketView packet, planning::PoseCorrection& correction) {
   const auto m = unpack<pose_correction_t>(packet, kPoseCorrection);
   if (!m) return false;
   correction = {m->scan_utime, {m->correction[0], m->correction[1]}};
+  return true;
+}
+
+bool encode(Utime now, const RecordingLoss& loss, Packet& packet) {
+  const auto& [ticks, commits, commands] = loss;
+  recording_loss_t m;
+  m.utime = now;
+  m.ticks = ticks;
+  m.commits = commits;
+  m.commands = commands;
+  return pack(m, kLoss, packet);
+}
+
+bool decode(PacketView packet, RecordingLoss& loss) {
+  const auto m = unpack<recording_loss_t>(packet, kLoss);
+  if (!m) return false;
+  loss = {m->ticks, m->commits, m->commands};
   return true;
 }
 

@@ -24,7 +24,7 @@ constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
                                text(kMaxText), text(kMaxText), text(kMaxText)};
 constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                              text(kMaxText)};
-constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText)};
+constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText), bytes(1)};
 
 }  // namespace
 
@@ -140,11 +140,12 @@ bool decode(PacketView packet, FailsafeRecord& failsafe) {
 }
 
 bool encode(Utime now, const ActionRecord& action, Packet& packet) {
-  const auto& [kind, text] = action;
+  const auto& [kind, text, once] = action;
   action_t m;
   m.utime = now;
   m.kind = static_cast<std::int8_t>(kind);
   m.text = text;
+  m.once = once ? 1 : 0;
   return pack(m, kAction, packet);
 }
 
@@ -152,7 +153,8 @@ bool decode(PacketView packet, ActionRecord& action) {
   const auto m = unpack<action_t>(packet, kAction);
   if (!m) return false;
   action.text = m->text;
-  return read_enum(m->kind, ActionRecord::Kind::kNote, action.kind);
+  return read_flag(m->once, action.once) &&
+         read_enum(m->kind, ActionRecord::Kind::kNote, action.kind);
 }
 
 std::size_t max_packet_size(Channel channel) {

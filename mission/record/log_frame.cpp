@@ -56,4 +56,16 @@ std::array<std::uint8_t, kChecksumSize> checksum_bytes(std::uint32_t checksum) {
   return bytes;
 }
 
+void append_record(LogFrame frame, std::string_view channel, std::span<const std::uint8_t> message,
+                   std::vector<std::uint8_t>& records) {
+  frame.channel_size = static_cast<std::uint32_t>(channel.size());
+  frame.data_size = static_cast<std::uint32_t>(message.size() + kChecksumSize);
+  const FrameBytes bytes = to_bytes(frame);
+  const auto checksum = checksum_bytes(record_checksum(bytes, channel, message));
+  records.insert(records.end(), bytes.begin(), bytes.end());
+  records.insert(records.end(), channel.begin(), channel.end());
+  records.insert(records.end(), message.begin(), message.end());
+  records.insert(records.end(), checksum.begin(), checksum.end());
+}
+
 }  // namespace dive::mission

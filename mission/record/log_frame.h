@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "common/clock.h"
 
@@ -41,5 +42,9 @@ struct LogFrame {
 
 /// Big-endian, like the rest of the frame.
 [[nodiscard]] std::array<std::uint8_t, kChecksumSize> checksum_bytes(std::uint32_t checksum);
+
+/// Appends a whole record to `records`. The sizes of `frame` are not used.
+void append_record(LogFrame frame, std::string_view channel, std::span<const std::uint8_t> message,
+                   std::vector<std::uint8_t>& records);
 
 }  // namespace dive::mission

@@ -69,6 +69,8 @@ class TickBuilder {
         return decode(event.data, in.pose_correction.emplace());
       case Channel::kVision:
         return decode(event.data, in.vision.emplace());
+      case Channel::kLoss:
+        return decode(event.data, in.loss.emplace());
       case Channel::kCommand:
         return decode(event.data, out.command);
       case Channel::kRates:

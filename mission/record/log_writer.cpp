@@ -1,65 +1,54 @@
-#include <cerrno>
-#include <cstdio>
+#include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
-#include <lcm/eventlog.h>
 
 #include "common/assert.h"
 #include "mission/record/log.h"
 #include "mission/record/log_channels.h"
 #include "mission/record/log_codec.h"
+#include "mission/record/log_file.h"
 #include "mission/record/log_frame.h"
 
 namespace dive::mission {
 
-struct LogWriter::Impl {
-  struct Destroy {
-    void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
-  };
+namespace {
 
-  /// Encodes and writes one event at `timestamp`; does nothing after a failure.
+constexpr std::size_t kQueueThatWaits = 1U << 20U;   // bytes
+constexpr std::size_t kQueueThatDrops = 32U << 20U;  // bytes: holds the largest tick
+
+std::string name_of(int error) { return std::generic_category().message(error); }
+
+}  // namespace
+
+struct LogWriter::Impl {
+  Impl(std::shared_ptr<LogFile> file_in, WhenFull when_full)
+      : file(std::move(file_in)),
+        output(when_full == WhenFull::kDrop ? kQueueThatDrops : kQueueThatWaits, when_full,
+               [file = file](std::span<const std::uint8_t> block) { file->append(block); }) {}
+
+  /// Encodes one event of the tick at `timestamp`.
   template <typename... Value>
   void put(Channel channel, Utime timestamp, const Value&... value) {
-    failed = failed || !encode(value..., packet) || !append(channel, timestamp);
-  }
-
-  bool append(Channel channel, Utime timestamp) {
-    const std::string_view name = to_string(channel);
-    lcm_eventlog_event_t event{};
-    event.timestamp = timestamp;
-    event.channellen = static_cast<std::int32_t>(name.size());
-    event.channel = const_cast<char*>(name.data());  // LCM only reads it
-    seal(name, timestamp);
-    event.datalen = static_cast<std::int32_t>(packet.size());
-    event.data = packet.data();
+    is_whole = is_whole && encode(value..., packet);
+    if (is_whole) append_record({number, timestamp, 0, 0}, to_string(channel), packet, tick);
+    ++number;
     ++events;
-    return lcm_eventlog_write_event(file.get(), &event) == 0;
   }
 
-  /// Appends the checksum of the next record to the packet.
-  void seal(std::string_view name, Utime timestamp) {
-    const FrameBytes frame =
-        to_bytes({file->eventcount, timestamp, static_cast<std::uint32_t>(name.size()),
-                  static_cast<std::uint32_t>(packet.size() + kChecksumSize)});
-    const auto checksum = checksum_bytes(record_checksum(frame, name, packet));
-    packet.insert(packet.end(), checksum.begin(), checksum.end());
-  }
-
-  /// Closes a tick and passes it to the operating system at once: a crash of this process loses no
-  /// complete tick.
-  void mark(Utime now) {
-    if (events > kMaxEventsPerTick) failed = true;
-    put(Channel::kTick, now, TickMark{now, events});
-    failed = failed || std::fflush(file->f) != 0;
-    events = 0;
-  }
-
-  std::unique_ptr<lcm_eventlog_t, Destroy> file;
-  Packet packet;            // Reused buffer.
-  std::int32_t events = 0;  // Events of this tick so far.
-  bool failed = false;
+  std::shared_ptr<LogFile> file;  // Belongs to the output's thread.
+  BackgroundOutput output;
+  Packet packet;                   // Reused buffer.
+  std::vector<std::uint8_t> tick;  // Reused buffer: the records of this tick.
+  std::int64_t number = 1;         // Number of the next event, after the header's.
+  std::int32_t events = 0;         // Events of this tick so far.
+  bool is_whole = true;            // All events of this tick could be encoded.
+  bool is_closed = false;
+  std::int64_t lost = 0;  // Ticks that never reached the queue.
+  /// First event of the ticks lost at the end, if they are.
+  std::optional<std::pair<std::int64_t, Utime>> lost_since;
 };
 
 LogWriter::LogWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -68,31 +57,36 @@ LogWriter& LogWriter::operator=(LogWriter&&) noexcept = default;
 LogWriter::~LogWriter() = default;
 
 tl::expected<LogWriter, std::string> LogWriter::create(const std::string& path,
-                                                       const LogHeader& header) {
-  auto impl = std::make_unique<Impl>();
-  if (!encode(header, impl->packet)) {
+                                                       const LogHeader& header,
+                                                       LogOptions options) {
+  Packet packet;
+  if (!encode(header, packet)) {
     return tl::unexpected(fmt::format(
         "cannot create '{}': mission, map or vehicle is too large or not a text", path));
   }
-  errno = 0;
-  impl->file.reset(lcm_eventlog_create(path.c_str(), "w"));
-  const bool written =
-      impl->file != nullptr && impl->append(Channel::kHeader, 0) && std::fflush(impl->file->f) == 0;
-  if (!written) {
-    const std::string reason = std::generic_category().message(errno);
-    return tl::unexpected(fmt::format("cannot create '{}': {}", path, reason));
+  std::vector<std::uint8_t> record;
+  append_record({}, to_string(Channel::kHeader), packet, record);
+  LogFile::Open open = std::move(options.open);
+  if (!open) open = [path] { return create_record_file(path); };
+  auto file = std::make_shared<LogFile>(std::move(open), std::move(record));
+  const tl::expected<void, int> begun = file->begin();
+  if (!begun && !options.is_optional) {
+    return tl::unexpected(fmt::format("cannot create '{}': {}", path, name_of(begun.error())));
   }
-  impl->events = 0;
-  return LogWriter(std::move(impl));
+  return LogWriter(std::make_unique<Impl>(std::move(file), options.when_full));
 }
 
 bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
                       const std::optional<TruthRecord>& truth) {
   DIVE_DEMAND(impl_ != nullptr);
   Impl& log = *impl_;
-  if (log.failed) return false;
+  if (log.is_closed) return false;
+  const std::int64_t first = log.number;
+  log.tick.clear();
+  log.events = 0;
+  log.is_whole = true;
   const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map, free_ahead,
-               pose_correction, vision] = inputs;
+               pose_correction, vision, loss] = inputs;
   static_cast<void>(observed_map);  // replay makes it from the obstacles
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
@@ -105,6 +99,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (free_ahead) log.put(Channel::kFreeAhead, now, now, *free_ahead);
   if (pose_correction) log.put(Channel::kPoseCorrection, now, now, *pose_correction);
   if (vision) log.put(Channel::kVision, now, now, *vision);
+  if (loss) log.put(Channel::kLoss, now, now, *loss);
   log.put(Channel::kCommand, now, now, command);
   log.put(Channel::kRates, now, now, rates);
   log.put(Channel::kEstimate, now, estimate);
@@ -114,16 +109,32 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   for (const FailsafeRecord& f : failsafes) log.put(Channel::kFailsafe, now, now, f);
   for (const ActionRecord& a : actions) log.put(Channel::kAction, now, now, a);
   if (truth) log.put(Channel::kTruth, now, *truth);
-  log.mark(now);
-  return !log.failed;
+  log.is_whole = log.is_whole && log.events <= kMaxEventsPerTick;
+  log.put(Channel::kTick, now, TickMark{now, log.events});
+  const bool is_queued = log.is_whole && log.output.push(log.tick);
+  if (is_queued) {
+    log.lost_since.reset();
+  } else {
+    ++log.lost;
+    if (!log.lost_since) log.lost_since = {first, now};
+  }
+  return is_queued;
+}
+
+std::int64_t LogWriter::lost() const { return impl_->lost + impl_->file->lost(); }
+
+std::string LogWriter::disk_error() const {
+  const int error = impl_->file->error();
+  return error == 0 ? std::string() : name_of(error);
 }
 
 bool LogWriter::close() {
   DIVE_DEMAND(impl_ != nullptr);
-  const bool whole = !impl_->failed && std::fflush(impl_->file->f) == 0;
-  impl_->failed = true;
-  impl_->file.reset();
-  return whole;
+  Impl& log = *impl_;
+  if (log.is_closed) return false;
+  log.is_closed = true;
+  if (log.lost_since) log.output.push(loss_mark(log.lost_since->first, log.lost_since->second));
+  return log.output.close() && lost() == 0;
 }
 
 }  // namespace dive::mission

@@ -62,8 +62,8 @@ tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission
     if (!journal)
       return tl::unexpected("the journal in the log is not accepted: " + journal.error());
     if (journal->checkpoint) {
-      options.resume =
-          Resume{std::move(*journal->checkpoint), std::move(journal->trail), header.resume_gap_s};
+      options.resume = Resume{std::move(*journal->checkpoint), std::move(journal->trail),
+                              journal->trail_spacing_m, header.resume_gap_s};
     }
   }
   return Dived{std::move(*world), std::move(*model), std::move(options)};

@@ -312,6 +312,16 @@ TEST_F(MonitorsTest, PlannerOperatorAndRetrace) {
   EXPECT_EQ(what(), Only{"retrace_failure"});
 }
 
+TEST_F(MonitorsTest, ALossOfTheLogLastsForASecond) {
+  tick();
+  EXPECT_EQ(what(), Only{});
+  monitors_.lose_log(now_);
+  run(0.98);
+  EXPECT_EQ(what(), Only{"log_lost"});
+  run(0.1);
+  EXPECT_EQ(what(), Only{});
+}
+
 TEST_F(MonitorsTest, CommsAreLostAMinuteAfterTheLastHeartbeat) {
   MonitorLimits with_comms = limits();
   with_comms.threshold[static_cast<std::size_t>(FailsafeKind::kCommsLost)] = 60.0;

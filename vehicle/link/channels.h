@@ -18,6 +18,7 @@ inline constexpr const char* kStatus = "DIVE_STATUS";           ///< Executive: 
 inline constexpr const char* kEstimate = "DIVE_ESTIMATE";       ///< Executive: state_estimate_t
 inline constexpr const char* kExitPath = "DIVE_EXIT_PATH";      ///< Executive: exit_path_t
 inline constexpr const char* kPath = "DIVE_PATH";               ///< Executive: path_t
+inline constexpr const char* kPayload = "DIVE_PAYLOAD";         ///< Executive: action_t
 inline constexpr const char* kRequest = "DIVE_OPERATOR";        ///< Topside: operator_request_t
 inline constexpr const char* kAnswer = "DIVE_OPERATOR_ANSWER";  ///< Executive: operator_answer_t
 inline constexpr const char* kPresence = "DIVE_PRESENCE";       ///< All, with a key: presence_t

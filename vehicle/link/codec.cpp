@@ -361,7 +361,7 @@ bool decode(PacketView packet, OperatorRequest& request) {
   request.session_id = static_cast<std::uint64_t>(m->session_id);
   request.counter = m->counter;
   request.challenge = static_cast<std::uint64_t>(m->challenge);
-  return read_enum(m->command, OperatorCommand::kSkip, request.command);
+  return read_enum(m->command, kLastTopsideCommand, request.command);
 }
 
 bool encode(const OperatorAnswer& answer, Packet& packet) {
@@ -379,7 +379,7 @@ bool decode(PacketView packet, OperatorAnswer& answer) {
   if (!m) return false;
   answer.session_id = static_cast<std::uint64_t>(m->session_id);
   answer.counter = m->counter;
-  return read_enum(m->command, OperatorCommand::kSkip, answer.command) &&
+  return read_enum(m->command, kLastTopsideCommand, answer.command) &&
          read_enum(m->result, RequestResult::kNoKey, answer.result);
 }
 

@@ -44,6 +44,7 @@ constexpr Publisher kPublishers[] = {
     {channel::kEstimate, kFromExecutive},
     {channel::kExitPath, kFromExecutive},
     {channel::kPath, kFromExecutive},
+    {channel::kPayload, kFromExecutive},
     {channel::kAnswer, kFromExecutive},
     {channel::kRequest, bit(Role::kTopside)},
 };

@@ -299,13 +299,17 @@ TEST(Command, AnAbortedDiveIsOne) {
 
 TEST(Command, AFullDiskLosesTheLogNotTheDive) {
   // A limit on file size simulates a full disk; its signal is ignored.
-  const Ran ran = dive("run --json --log a.lcmlog " + kWindow, "trap '' XFSZ; ulimit -f 500; ");
+  // The journal, which is allocated before the dive, is smaller than the limit.
+  const Ran ran = dive("run --json --log a.lcmlog " + kWindow, "trap '' XFSZ; ulimit -f 4100; ");
   EXPECT_EQ(ran.status, 0) << "the dive was one";
   EXPECT_EQ(nlohmann::json::parse(ran.out).at("final_state"), "surfaced");
   EXPECT_THAT(ran.err, HasSubstr("not complete"));
+  EXPECT_THAT(ran.err, HasSubstr("File too large"));
   const Ran replayed = dive("replay --json a.lcmlog");
+  EXPECT_EQ(replayed.status, 1);
   const auto report = nlohmann::json::parse(replayed.out);
-  EXPECT_TRUE(report.at("identical").get<bool>()) << "what is there is whole";
+  EXPECT_FALSE(report.at("identical").get<bool>()) << "the log must not look complete";
+  EXPECT_EQ(report.at("first_divergence"), nullptr) << "what is there is whole";
 }
 
 // A box of 4 x 3 x 2 m whose top is 9 m deep: closed, with known values.

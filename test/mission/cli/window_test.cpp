@@ -100,6 +100,23 @@ TEST(Window, SameSeedSameLogByteForByte) {
   EXPECT_FALSE(bytes_of(a) == bytes_of(c));
 }
 
+TEST(Window, ASignalIsAnAbortAndReplays) {
+  const fs::path path = fs::path(::testing::TempDir()) / "window-signal.lcmlog";
+  DiveSettings settings;
+  int ticks = 0;
+  settings.local_abort = [&ticks] {
+    return ++ticks == 1000 ? std::optional(OperatorCommand::kSigint) : std::nullopt;
+  };
+  const DiveResult result = dive_and_log(settings, path);
+  EXPECT_EQ(result.outcome, "aborted");
+  EXPECT_EQ(result.cause, "failsafe operator_abort: SIGINT to the executive");
+  auto log = LogReader::open(path.string());
+  ASSERT_TRUE(log.has_value()) << log.error();
+  const auto report = replay(*log);
+  ASSERT_TRUE(report.has_value()) << report.error();
+  EXPECT_TRUE(report->identical) << report->first_divergence;
+}
+
 TEST(Window, AReplayAgainstAnotherMissionNamesTheFirstDifference) {
   const fs::path path = fs::path(::testing::TempDir()) / "window-changed.lcmlog";
   std::string slower = window().mission.source.content();

@@ -104,6 +104,7 @@ class ExecutiveTest : public ::testing::Test {
       inputs.obstacles.push_back(
           {planning::ObstacleSource::kScript, now_, std::exchange(appears_, {})});
     }
+    inputs.loss = std::exchange(loss_, std::nullopt);
     if (depth_speaks_) inputs.depth = DepthSample{now_, depth_ + noise_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
@@ -166,6 +167,7 @@ class ExecutiveTest : public ::testing::Test {
   bool imu_speaks_ = true;
   bool depth_speaks_ = true;
   std::optional<OperatorCommand> says_;
+  std::optional<RecordingLoss> loss_;
   std::vector<planning::MapCell> appears_;
   planning::ObservedMap map_;
 };
@@ -446,6 +448,55 @@ TEST_F(ExecutiveTest, TopsideAborts) {
   EXPECT_EQ(failsafes_.at(0).cause, "operator_abort");
   run(30.0);
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+}
+
+TEST_F(ExecutiveTest, ASignalAbortsAndTheCauseNamesIt) {
+  for (const auto& [command, name] : {std::pair{OperatorCommand::kSigterm, "SIGTERM"},
+                                      std::pair{OperatorCommand::kSigint, "SIGINT"}}) {
+    use(kMission);
+    failsafes_.clear();
+    now_ = 0;
+    depth_ = 3.0;
+    tick();
+    says_ = command;
+    tick();
+    EXPECT_EQ(failsafes_.at(0).cause, "operator_abort");
+    EXPECT_THAT(failsafes_.at(0).why, HasSubstr(name));
+    run(30.0);
+    EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+    EXPECT_THAT(executive_->result().cause, HasSubstr(name));
+  }
+}
+
+TEST_F(ExecutiveTest, ALossOfTheLogWarnsAndIsNotedWhenItIsOver) {
+  tick();
+  loss_ = RecordingLoss{3, 1, 1};
+  const StepOutputs lost = tick();
+  ASSERT_EQ(failsafes_.size(), 1U);
+  EXPECT_EQ(failsafes_.at(0).rung, "warn");
+  EXPECT_EQ(failsafes_.at(0).cause, "log_lost");
+  EXPECT_EQ(failsafes_.at(0).why, "3 ticks of the log and 1 commits of the journal are lost");
+  ASSERT_EQ(lost.actions.size(), 1U);
+  EXPECT_THAT(lost.actions[0].text, HasSubstr("1 payload commands were not sent"));
+  std::vector<std::string> notes;
+  for (int i = 0; i < 60; ++i) {
+    for (const ActionRecord& action : tick().actions) notes.push_back(action.text);
+  }
+  EXPECT_EQ(notes, std::vector<std::string>{failsafes_.at(0).why});
+  run(6.0, straight_plan());
+  EXPECT_EQ(failsafes_.back().rung, "none");
+}
+
+TEST_F(ExecutiveTest, AMissionMayEndADiveWithoutALog) {
+  use("<log_lost rung=\"abort_and_surface\"/>",
+      "<hold id=\"first\" duration=\"50\"><transition event=\"done.state.first\" "
+      "target=\"ascend\"/>"
+      "</hold>");
+  tick();
+  loss_ = RecordingLoss{1, 0, 0};
+  run(30.0);
+  EXPECT_EQ(executive_->result().final_state, "dive.aborted");
+  EXPECT_THAT(executive_->result().cause, HasSubstr("log_lost"));
 }
 
 TEST_F(ExecutiveTest, ASilentTopsideCountsOnlyWhereItIsWatched) {

@@ -19,6 +19,7 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void kill(int signal) const;
+  [[nodiscard]] pid_t pid() const { return pid_; }
   /// Exit status, 128 + signal, or -1 if it still runs after `seconds`.
   int wait(double seconds);
   [[nodiscard]] pid_t pid() const { return pid_; }

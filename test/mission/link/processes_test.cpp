@@ -5,15 +5,21 @@
 // in lock-step. Only tests about real time run in real time: killed processes, operator requests,
 // and clock changes. They wait for events, in open water, and need far less time than their limits.
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <thread>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include "test/common/sanitizers.h"
 #include "test/mission/link/attacker.h"
@@ -546,6 +552,17 @@ class Death : public Processes {
     FAIL() << "the supervisor did not say: " << words << "\n" << supervisor_->err();
   }
 
+  /// The mission pool3, which a restarted executive continues.
+  [[nodiscard]] std::string resumable() const {
+    std::string text = content(mission("pool3"));
+    const std::size_t at = text.find("<failsafes>");
+    EXPECT_NE(at, std::string::npos);
+    text.insert(at, "<resume policy=\"continue\"/>");
+    std::ofstream(path("pool.xml")) << text;
+    fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"), fs::copy_options::overwrite_existing);
+    return path("pool.xml");
+  }
+
   std::unique_ptr<Process> vehicle_;
   std::unique_ptr<Process> supervisor_;
   std::unique_ptr<Process> executive_;
@@ -634,21 +651,154 @@ TEST_F(Death, OfTheSupervisorDisturbsNobody) {
 }
 
 TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
-  std::string text = content(mission("pool3"));
-  const std::size_t at = text.find("<failsafes>");
-  ASSERT_NE(at, std::string::npos);
-  text.insert(at, "<resume policy=\"continue\"/>");
-  std::ofstream(path("pool.xml")) << text;
-  fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
-  vehicle_ = dive("sim", {"sim", path("pool.xml"), "--lockstep"});
-  executive_ = dive("run", {"run", path("pool.xml"), "--lockstep", "--log", path("log")});
+  const std::string pool = resumable();
+  vehicle_ = dive("sim", {"sim", pool, "--lockstep"});
+  executive_ = dive("run", {"run", pool, "--lockstep", "--log", path("log")});
   wait_for_vehicle_time(8.0);
   executive_->kill(SIGKILL);
-  executive_ = dive("resumed", {"run", path("pool.xml"), "--lockstep", "--resume", "--journal",
+  executive_ = dive("resumed", {"run", pool, "--lockstep", "--resume", "--journal",
                                 path("log.journal"), "--log", path("log2")});
   EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
   EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
+}
+
+// An operator's abort in every respect: executed, logged, replayed, and the end of the dive.
+TEST_F(Death, BySignalIsAnAbort) {
+  for (const auto& [signal, name] : {std::pair{SIGTERM, "SIGTERM"}, std::pair{SIGINT, "SIGINT"}}) {
+    fs::remove(path("log"));
+    fs::remove(path("log.journal"));
+    begin({"--lockstep"});
+    executive_->kill(signal);
+    EXPECT_EQ(executive_->wait(kLong), 1) << executive_->err();
+    EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+    EXPECT_EQ(supervisor_->wait(kLong), 0) << supervisor_->err() << "the dive has ended";
+    EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.4);
+    EXPECT_EQ(executive_->json().at("final_state"), "dive.aborted");
+    EXPECT_THAT(executive_->json().at("cause").get<std::string>(), HasSubstr(name));
+    Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+    EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
+    Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
+    EXPECT_EQ(explain.wait(kLong), 0);
+    EXPECT_THAT(explain.out(), HasSubstr(std::string(name) + " to the executive"));
+  }
+}
+
+// The status differs from those of a dive that has ended, so that systemd restarts the executive.
+TEST_F(Death, ByASecondSignalLeavesTheVehicleToTheSupervisor) {
+  begin();
+  executive_->kill(SIGTERM);
+  executive_->kill(SIGINT);
+  const int status = executive_->wait(kLong);
+  EXPECT_TRUE(status == 128 + SIGTERM || status == 128 + SIGINT) << status;
+  EXPECT_EQ(supervisor_->wait(kLong), 1) << supervisor_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_EQ(vehicle_->json().at("ended"), "surfaced");
+}
+
+TEST_F(Death, BySignalBeforeTheDiveIsNoAbort) {
+  executive_ = dive("run", {"run", mission("pool3"), "--log", path("log")});
+  while (!fs::exists(path("log"))) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  executive_->kill(SIGTERM);
+  EXPECT_EQ(executive_->wait(kLong), 128 + SIGTERM) << executive_->err();
+}
+
+/// Limits the size of files that a process writes, as a full disk does.
+void limit_files(const Process& process, rlim_t bytes) {
+  const rlimit limit{bytes, RLIM_INFINITY};
+  ASSERT_EQ(prlimit(process.pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+}
+
+TEST_F(Death, OfTheDiskDoesNotEndTheDive) {
+  begin();
+  limit_files(*executive_, 1000);
+  wait_for_vehicle_time(4.0);
+  limit_files(*executive_, RLIM_INFINITY);
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_THAT(executive_->err(), HasSubstr("the log is not complete"));
+  EXPECT_THAT(executive_->err(), HasSubstr("File too large"));
+  Process replay({DIVE_COMMAND, "replay", path("log"), "--json"}, folder_, "replay");
+  EXPECT_EQ(replay.wait(kLong), 1);
+  EXPECT_FALSE(replay.json().at("identical").get<bool>());
+  EXPECT_FALSE(replay.json().at("gaps").empty());
+  Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
+  EXPECT_EQ(explain.wait(kLong), 0);
+  EXPECT_THAT(explain.out(), HasSubstr("ticks of the log and"));
+}
+
+TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {
+  vehicle_ = dive("sim", {"sim", resumable(), "--lockstep"});
+  executive_ = dive("run", {"run", resumable(), "--lockstep", "--log", path("log")});
+  wait_for_vehicle_time(8.0);
+  executive_->kill(SIGKILL);
+  executive_->wait(kLong);
+  EXPECT_EQ(fs::file_size(path("log.journal")), 2U << 20U);
+  const auto again = [&](const std::string& name, const std::string& log) {
+    return dive(name, {"run", resumable(), "--lockstep", "--resume", "--journal",
+                       path("log.journal"), "--log", log});
+  };
+  executive_ = again("resumed", "/dev/full");
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
+  EXPECT_THAT(executive_->err(), HasSubstr("the dive goes on"));
+  const auto fresh =
+      dive("new", {"run", resumable(), "--log", "/dev/full", "--journal", path("other.journal")});
+  EXPECT_EQ(fresh->wait(kLong), 2) << "a new dive needs a log";
+}
+
+/// The socket of a service manager.
+class NotifySocket {
+ public:
+  explicit NotifySocket(const std::string& path)
+      : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    setenv("NOTIFY_SOCKET", path.c_str(), 1);
+    setenv("WATCHDOG_USEC", "200000", 1);
+  }
+  ~NotifySocket() {
+    close(socket_);
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+  }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+
+  /// Appends what has arrived to messages().
+  void receive() {
+    char buffer[4096];
+    for (ssize_t size = 0; (size = recv(socket_, buffer, sizeof(buffer), 0)) > 0;) {
+      messages_.emplace_back(buffer, static_cast<std::size_t>(size));
+    }
+  }
+  [[nodiscard]] const std::vector<std::string>& messages() const { return messages_; }
+
+ private:
+  int socket_;
+  std::vector<std::string> messages_;
+};
+
+TEST_F(Processes, TheServiceManagerIsNotifiedFromTheControlLoop) {
+  const auto vehicle = dive("sim", {"sim", mission("window"), "--lockstep"});
+  NotifySocket socket("/tmp/dive-notify-" + std::to_string(::getpid()));
+  const auto executive =
+      dive("run", {"run", mission("window"), "--lockstep", "--log", path("log")});
+  int status = -1;
+  while (status < 0) {
+    status = executive->wait(0.01);
+    socket.receive();
+  }
+  EXPECT_EQ(status, 0) << executive->err();
+  const std::vector<std::string>& messages = socket.messages();
+  ASSERT_GE(messages.size(), 3U);
+  EXPECT_THAT(messages.front(), ::testing::StartsWith("READY=1\nWATCHDOG=1\nSTATUS="));
+  EXPECT_THAT(messages[1], ::testing::StartsWith("WATCHDOG=1\nSTATUS="));
+  EXPECT_EQ(messages.back(), "STOPPING=1");
+  EXPECT_EQ(vehicle->wait(kLong), 0);
 }
 
 TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {

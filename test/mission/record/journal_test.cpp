@@ -4,14 +4,21 @@
 #include "mission/record/journal.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "mission/record/journal_bank.h"
+#include "mission/record/journal_file.h"
 #include "test/common/sanitizers.h"
+#include "test/mission/record/fake_disk.h"
 #include "test/mission/record/killed_dive.h"
 
 namespace dive::mission {
@@ -19,6 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::content_of;
+using testing::FakeDisk;
 using testing::KilledDive;
 
 class JournalTest : public ::testing::Test {
@@ -69,7 +77,6 @@ TEST_F(JournalTest, CutAnywhereItEndsAtTheLastWholeLine) {
     const std::string kept = whole_lines(cut);
     ASSERT_EQ(journal->commits, commits_in(kept)) << size;
     ASSERT_EQ(journal->checkpoint.has_value(), journal->commits > 0);
-    ASSERT_EQ(journal->torn, kept.size() < size);
     ++cuts;
   }
   EXPECT_GT(cuts, 1000U);
@@ -84,7 +91,6 @@ TEST_F(JournalTest, DamagedAnywhereItEndsBefore) {
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << (random.bits() % 7)));
     const auto journal = parse_journal(damaged);
     ASSERT_TRUE(journal);
-    EXPECT_TRUE(journal->torn);
     EXPECT_EQ(journal->commits, commits_in(whole_lines(whole_.substr(0, at)))) << at;
   }
 }
@@ -93,16 +99,36 @@ TEST_F(JournalTest, WhatIsNoneIsRefused) {
   for (const char* content : {"", "\n", "hello\n", "0123456789abcdef {}\n"}) {
     write(content);
     EXPECT_FALSE(read_journal(path_)) << content;
-    EXPECT_FALSE(JournalWriter::append(path_)) << content;
   }
   EXPECT_FALSE(read_journal((folder_ / "none").string()));
   EXPECT_FALSE(JournalWriter::create((folder_ / "no" / "folder").string(), {}));
 }
 
-TEST_F(JournalTest, GoesOnAfterATornEnd) {
-  write(whole_.substr(0, whole_.size() / 2));
-  ASSERT_TRUE(JournalWriter::append(path_));
-  EXPECT_EQ(content_of(path_), whole_lines(whole_.substr(0, whole_.size() / 2)));
+TEST_F(JournalTest, GoesOnAfterATornEndInTheOtherBank) {
+  const std::string torn = whole_.substr(0, whole_.size() / 2);
+  write(torn);
+  const auto before = read_journal(path_);
+  ASSERT_TRUE(before);
+  std::vector<std::string> payload;
+  dive_.resume(path_, payload);
+  EXPECT_EQ(content_of(path_), torn) << "untouched until the other bank is full";
+  const auto after = read_journal(path_);
+  ASSERT_TRUE(after);
+  EXPECT_EQ(after->generation, before->generation + 1);
+  EXPECT_GT(after->commits, before->commits);
+}
+
+TEST_F(JournalTest, ForTheLogItIsOneSnapshotOfTheSameState) {
+  const auto journal = parse_journal(whole_);
+  ASSERT_TRUE(journal);
+  const std::string text = to_text(*journal);
+  EXPECT_LT(text.size(), whole_.size() / 4);
+  const auto again = parse_journal(text);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(to_text(*again), text);
+  EXPECT_EQ(again->commits, journal->commits);
+  EXPECT_EQ(again->trail.size(), journal->trail.size());
+  EXPECT_EQ(again->checkpoint->X_WB.p, journal->checkpoint->X_WB.p) << "every bit";
 }
 
 TEST_F(JournalTest, KilledAfterEveryLineTheLastCommitIsThere) {
@@ -115,7 +141,6 @@ TEST_F(JournalTest, KilledAfterEveryLineTheLastCommitIsThere) {
     ASSERT_TRUE(whole_.starts_with(kept)) << "the dive is the same, as far as it came";
     const auto journal = read_journal(path_);
     ASSERT_TRUE(journal);
-    ASSERT_FALSE(journal->torn);
     ASSERT_EQ(journal->commits, commits_in(kept));
   }
 }
@@ -158,6 +183,165 @@ TEST_F(JournalTest, TheDiveGoesOnFromAnyCommitAndRepeatsNothing) {
     }
     EXPECT_EQ(result.transitions.front().record.cause, "the executive was restarted");
   }
+}
+
+// The writer's thread, without the thread.
+class Day {
+ public:
+  explicit Day(const std::string& journal)
+      : checkpoint_(to_json_text(*parse_journal(journal)->checkpoint)) {}
+
+  JournalFile begin() {
+    JournalOptions options;
+    options.open = FakeDisk::open(disk_);
+    return {std::move(options), JournalState{.header = {"digest", 1}}, 1};
+  }
+  /// A commit, or every third time a breadcrumb half a metre further.
+  void pass(JournalFile& file) {
+    if (++passes_ % 3 == 0) {
+      angle_ += 0.01;
+      const behaviors::Trail::Breadcrumb breadcrumb{
+          {50.0 * std::cos(angle_), 50.0 * std::sin(angle_), -3.0}, true};
+      trail_.add(breadcrumb.p_W, breadcrumb.open_above);
+      return file.take(breadcrumb_bytes(breadcrumb));
+    }
+    ++commits_;
+    std::string entry(1, static_cast<char>(JournalEntry::kCommit));
+    entry += checkpoint_;
+    file.take({reinterpret_cast<const std::uint8_t*>(entry.data()), entry.size()});
+  }
+
+  std::shared_ptr<FakeDisk> disk_ = std::make_shared<FakeDisk>();
+  behaviors::Trail trail_;
+  std::int64_t commits_ = 0;
+
+ private:
+  std::string checkpoint_;
+  std::int64_t passes_ = 0;
+  double angle_ = 0.0;
+};
+
+TEST_F(JournalTest, AfterADayItHasItsSizeAndItsTrailAndTheDiveGoesOn) {
+  // 24 h at 0.4 m/s are 70,000 breadcrumbs. Commits are fewer here: each is as large as the next.
+  Day day(whole_.substr(0, whole_.size() / 2));
+  JournalFile file = day.begin();
+  ASSERT_TRUE(file.begin());
+  for (int i = 0; i < 210'000; ++i) day.pass(file);
+  EXPECT_EQ(file.lost(), 0);
+  EXPECT_EQ(day.disk_->content().size(), kJournalBytes);
+  EXPECT_GT(day.disk_->syncs(), 100) << "banks are on the disk before the other is overwritten";
+  write(day.disk_->content());
+  const auto journal = read_journal(path_);
+  ASSERT_TRUE(journal) << journal.error();
+  EXPECT_EQ(journal->commits, day.commits_);
+  EXPECT_EQ(journal->trail_spacing_m, day.trail_.spacing());
+  ASSERT_EQ(journal->trail.size(), day.trail_.size());
+  EXPECT_EQ(journal->trail.back().p_W, day.trail_.newest().p_W);
+  EXPECT_LT(to_text(*journal).size(), kJournalBankBytes) << "the log's header has room for it";
+  std::vector<std::string> payload;
+  EXPECT_EQ(dive_.resume(path_, payload).outcome, "success");
+}
+
+// Whatever part of the last write has reached the file, where banks are changed too.
+TEST_F(JournalTest, CutInAnyWriteTheLastCommitIsThere) {
+  Day day(whole_);
+  JournalFile file = day.begin();
+  ASSERT_TRUE(file.begin());
+  const int first_sync = day.disk_->syncs();
+  int changes = 0;
+  for (int pass = 1; changes < 3; ++pass) {
+    const std::string before = day.disk_->content();
+    const std::int64_t commits = day.commits_;
+    day.pass(file);
+    const std::string& after = day.disk_->content();
+    const bool has_changed = day.disk_->syncs() - first_sync > changes;
+    if (!has_changed && pass % 500 != 0) continue;
+    changes = day.disk_->syncs() - first_sync;
+    std::size_t first = 0;
+    while (first < after.size() && before[first] == after[first]) ++first;
+    std::size_t last = after.size();
+    while (last > first && before[last - 1] == after[last - 1]) --last;
+    for (std::size_t cut = first; cut < last; cut += 1 + (last - first) / 4) {
+      std::string torn = before;
+      std::copy(after.begin() + static_cast<std::ptrdiff_t>(first),
+                after.begin() + static_cast<std::ptrdiff_t>(cut),
+                torn.begin() + static_cast<std::ptrdiff_t>(first));
+      write(torn);
+      const auto journal = read_journal(path_);
+      ASSERT_TRUE(journal) << journal.error();
+      EXPECT_EQ(journal->commits, commits);
+    }
+    write(after);
+    EXPECT_EQ(read_journal(path_)->commits, day.commits_);
+  }
+}
+
+TEST_F(JournalTest, OnAFullDiskItGoesOnInItsOwnSpace) {
+  Day day(whole_);
+  JournalFile file = day.begin();
+  ASSERT_TRUE(file.begin());
+  day.disk_->set_room(kJournalBytes);  // not a byte more
+  for (int i = 0; i < 5000; ++i) day.pass(file);
+  EXPECT_EQ(file.lost(), 0);
+  write(day.disk_->content());
+  EXPECT_EQ(read_journal(path_)->commits, day.commits_);
+  // There a new one is refused, with the reason.
+  const auto full = JournalWriter::create("/dev/full", {});
+  ASSERT_FALSE(full);
+  EXPECT_THAT(full.error(), ::testing::HasSubstr("2 MiB"));
+  EXPECT_THAT(full.error(), ::testing::HasSubstr("No space left"));
+}
+
+TEST_F(JournalTest, AWriteThatFailsIsCountedAndTheOtherBankTakesOver) {
+  Day day(whole_);
+  JournalFile file = day.begin();
+  ASSERT_TRUE(file.begin());
+  for (int i = 0; i < 10; ++i) day.pass(file);
+  day.disk_->set_room(0);
+  const std::int64_t commits = day.commits_;
+  for (int i = 0; i < 30; ++i) day.pass(file);
+  EXPECT_EQ(file.lost(), 30);
+  EXPECT_FALSE(file.is_whole());
+  write(day.disk_->content());
+  EXPECT_EQ(read_journal(path_)->commits, commits) << "the last one before";
+  day.disk_->set_room(1U << 30U);
+  while (!file.is_whole()) {  // it tries once a second
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    day.pass(file);
+  }
+  write(day.disk_->content());
+  const auto journal = read_journal(path_);
+  EXPECT_EQ(journal->commits, day.commits_);
+  EXPECT_EQ(journal->generation, 2);
+}
+
+// On a vehicle nothing waits, and a payload command is not safe until the disk has it.
+TEST_F(JournalTest, OfAStalledDiskPayloadCommandsAreNotSafe) {
+  const auto disk = std::make_shared<FakeDisk>();
+  JournalOptions options;
+  options.when_full = WhenFull::kDrop;
+  options.open = FakeDisk::open(disk);
+  auto journal = JournalWriter::create("", {"digest", 1}, std::move(options));
+  ASSERT_TRUE(journal);
+  bool was_unsafe = false;
+  bool is_stalled = false;
+  const DiveResult result = dive_.dive(*journal, [&](const StepOutputs& outputs) {
+    const bool has_payload = std::ranges::any_of(outputs.actions, [](const ActionRecord& action) {
+      return action.kind == ActionRecord::Kind::kPayload;
+    });
+    if (!is_stalled && !has_payload && outputs.status.state == "ready") {
+      disk->stall();  // after "lights", before "marker"
+      is_stalled = true;
+    }
+    if (has_payload && is_stalled) was_unsafe = !journal->has_commands();
+  });
+  EXPECT_EQ(result.outcome, "success") << "the dive goes on";
+  EXPECT_TRUE(was_unsafe);
+  EXPECT_FALSE(journal->has_commands());
+  disk->go_on();
+  EXPECT_TRUE(journal->close());
+  EXPECT_TRUE(journal->has_commands());
+  EXPECT_EQ(journal->lost(), 0) << "the queue had room";
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 #include "test/mission/record/killed_dive.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,12 +45,6 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="kill
   </states>
 </mission>)";
 
-std::int64_t deadly_line = 0;
-
-void die_there(std::int64_t lines) {
-  if (lines == deadly_line) std::raise(SIGKILL);
-}
-
 DiveResult run(const KilledDive& dive, const planning::World& world, const vehicle::Model& model,
                const DiveSettings& settings, JournalWriter& journal,
                std::vector<std::string>* payload) {
@@ -61,12 +57,12 @@ DiveResult run(const KilledDive& dive, const planning::World& world, const vehic
         }
       },
       [&](const Executive& executive, const StepOutputs& outputs) {
-        static_cast<void>(journal.keep(executive, outputs));
+        journal.keep(executive, outputs);
       });
 }
 
-JournalWriter created(const std::string& path) {
-  auto journal = JournalWriter::create(path, {"digest", 1});
+JournalWriter created(const std::string& path, JournalOptions options = {}) {
+  auto journal = JournalWriter::create(path, {"digest", 1}, std::move(options));
   if (!journal) throw std::runtime_error(journal.error());
   return std::move(*journal);
 }
@@ -92,24 +88,38 @@ DiveResult KilledDive::dive(const std::string& path) const {
   return run(*this, world_, model_, {}, journal, nullptr);
 }
 
+DiveResult KilledDive::dive(JournalWriter& journal,
+                            const std::function<void(const StepOutputs&)>& told) const {
+  return simulate_dive(
+      mission_, world_, model_, {},
+      [](const StepInputs&, const StepOutputs&, const auto&, const auto&) {},
+      [&](const Executive& executive, const StepOutputs& outputs) {
+        journal.keep(executive, outputs);
+        told(outputs);
+      });
+}
+
 DiveResult KilledDive::resume(const std::string& path, std::vector<std::string>& payload) const {
   auto kept = read_journal(path);
   if (!kept) throw std::runtime_error(kept.error());
   DiveSettings settings;
-  if (kept->checkpoint) settings.resume = Resume{*kept->checkpoint, kept->trail, 0.0};
-  auto journal = JournalWriter::append(path);
-  if (!journal) throw std::runtime_error(journal.error());
-  return run(*this, world_, model_, settings, *journal, &payload);
+  if (kept->checkpoint)
+    settings.resume = Resume{*kept->checkpoint, kept->trail, kept->trail_spacing_m, 0.0};
+  JournalWriter journal = JournalWriter::append(path, *kept);
+  return run(*this, world_, model_, settings, journal, &payload);
 }
 
 void KilledDive::kill_after_line(const std::string& path, std::int64_t line) const {
   const pid_t child = fork();
   if (child != 0) return wait_for(child);
-  deadly_line = line;
-  JournalWriter journal = created(path);
+  JournalOptions options;
+  options.told = [line](std::int64_t lines) {
+    if (lines == line) std::raise(SIGKILL);
+  };
+  JournalWriter journal = created(path, std::move(options));
   if (line <= 1) std::raise(SIGKILL);
-  journal.on_line(die_there);
   run(*this, world_, model_, {}, journal, nullptr);
+  journal.close();
   _exit(0);
 }
 
@@ -128,7 +138,9 @@ bool KilledDive::kill_after(const std::string& path, std::int64_t microseconds) 
 
 std::string content_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::string content(std::istreambuf_iterator<char>(file), {});
+  content.resize(std::min(content.find('\0'), content.size()));
+  return content;
 }
 
 }  // namespace dive::mission::testing

@@ -2,6 +2,7 @@
 // Dives in a separate process that is killed without warning.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ class KilledDive {
 
   /// Runs the dive to the end in this process, with a journal at `path`.
   DiveResult dive(const std::string& path) const;
+  /// The same with a given journal; `told` gets the outputs of every step after the journal.
+  DiveResult dive(JournalWriter& journal,
+                  const std::function<void(const StepOutputs&)>& told) const;
   /// Continues from the journal at `path`; appends its payload commands to `payload`.
   DiveResult resume(const std::string& path, std::vector<std::string>& payload) const;
   /// In a child process, which dies by SIGKILL right after the journal's line number `line`.
@@ -36,7 +40,7 @@ class KilledDive {
   vehicle::Model model_;
 };
 
-/// A file's content; empty if it does not exist.
+/// The text in the first bank of a journal; empty if the file does not exist.
 [[nodiscard]] std::string content_of(const std::string& path);
 
 }  // namespace dive::mission::testing

@@ -1,10 +1,13 @@
 #include "mission/record/log.h"
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <functional>
+#include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <dive/header_t.hpp>
@@ -16,6 +19,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "test/mission/record/fake_disk.h"
 #include "test/mission/record/log_file.h"
 #include "test/mission/record/sample.h"
 
@@ -130,7 +134,7 @@ TEST(Log, IsAnLcmEventLog) {
     }
   }
   EXPECT_EQ(tick, ticks.size());
-  EXPECT_EQ(channels.size(), 19U);
+  EXPECT_EQ(channels.size(), 20U);
   EXPECT_EQ(read_log(file.path()).events, number);
 }
 
@@ -549,29 +553,118 @@ class SmallDisk {
   void (*handler_)(int) = nullptr;
 };
 
-TEST(WriteLog, KeepsWhatFitsOnAFullDiskAndSaysSo) {
+// Whole ticks only, and never a log that looks complete.
+TEST(WriteLog, KeepsWhatFitsOnAFullDiskAndMarksTheRest) {
   const std::vector<LoggedTick> ticks = sample_ticks(13, 6);
   const std::vector<std::size_t> ends = tick_ends(ticks);
   for (std::size_t room = ends.front(); room <= ends.back(); room += 7) {
     const TemporaryFile file;
-    const auto fitting = std::ranges::upper_bound(ends, room) - ends.begin() - 1;
     {
       const SmallDisk disk(room);
       auto log = LogWriter::create(file.path(), sample_header());
       ASSERT_TRUE(log) << log.error();
-      for (std::size_t i = 0; i < ticks.size(); ++i) {
-        const LoggedTick& tick = ticks[i];
-        EXPECT_EQ(log->write(tick.inputs, tick.outputs, tick.truth),
-                  static_cast<std::ptrdiff_t>(i) < fitting)
-            << "room " << room << " tick " << i;
+      for (const LoggedTick& tick : ticks) {
+        EXPECT_TRUE(log->write(tick.inputs, tick.outputs, tick.truth))
+            << "the disk is not waited for";
       }
       EXPECT_EQ(log->close(), room == ends.back());
+      EXPECT_EQ(log->disk_error().empty(), room == ends.back());
+      const ReadLog read = read_log(file.path());
+      EXPECT_EQ(std::ssize(read.ticks) + log->lost(), std::ssize(ticks)) << room;
     }
-    EXPECT_EQ(static_cast<std::ptrdiff_t>(read_log(file.path()).ticks.size()), fitting);
+    const ReadLog read = read_log(file.path());
+    auto next = ticks.begin();
+    for (const LoggedTick& tick : read.ticks) {
+      next = std::find_if(next, ticks.end(),
+                          [&](const LoggedTick& each) { return bits(each) == bits(tick); });
+      ASSERT_NE(next++, ticks.end()) << room;
+    }
+    EXPECT_FALSE(read.torn) << room;
+    constexpr std::size_t kMark = 28 + 9 + 20 + 4;
+    if (read.ticks.size() < ticks.size() && room >= ends.front() + kMark) {
+      EXPECT_FALSE(read.gaps.empty()) << room;
+    }
   }
 }
 
-TEST(WriteLog, AfterAFailureNothingMoreIsWritten) {
+LogOptions on(const std::shared_ptr<FakeDisk>& disk, WhenFull when_full) {
+  LogOptions options;
+  options.when_full = when_full;
+  options.open = FakeDisk::open(disk);
+  return options;
+}
+
+TEST(WriteLog, ADiskThatIsFullForAWhileLeavesAGap) {
+  const std::vector<LoggedTick> ticks = sample_ticks(13, 9);
+  const auto disk = std::make_shared<FakeDisk>(tick_ends(ticks)[3] + 100);
+  auto log = LogWriter::create("", sample_header(), on(disk, WhenFull::kWait));
+  ASSERT_TRUE(log) << log.error();
+  for (std::size_t i = 0; i < 6; ++i) log->write(ticks[i].inputs, ticks[i].outputs, ticks[i].truth);
+  while (log->lost() < 3) std::this_thread::yield();
+  EXPECT_THAT(log->disk_error(), HasSubstr("No space left"));
+  disk->set_room(1U << 30U);
+  for (std::size_t i = 6; i < 9; ++i) log->write(ticks[i].inputs, ticks[i].outputs, ticks[i].truth);
+  EXPECT_FALSE(log->close());
+  EXPECT_EQ(log->lost(), 3);
+  const TemporaryFile file;
+  file.set_content(disk->content());
+  const ReadLog read = read_log(file.path());
+  EXPECT_EQ(read.ticks.size(), 6U);
+  ASSERT_EQ(read.gaps.size(), 1U);
+  EXPECT_EQ(read.gaps[0].from, ticks[2].inputs.now);
+  EXPECT_EQ(read.gaps[0].to, ticks[6].inputs.now);
+}
+
+TEST(WriteLog, OfAStalledDiskTheQueueIsBoundedAndTheLossIsAGap) {
+  const LoggedTick tick = sample_ticks(13, 1).front();
+  const auto disk = std::make_shared<FakeDisk>(1U << 30U);
+  auto log = LogWriter::create("", sample_header(), on(disk, WhenFull::kDrop));
+  ASSERT_TRUE(log) << log.error();
+  disk->stall();
+  std::int64_t queued = 0;
+  while (log->write(tick.inputs, tick.outputs, tick.truth)) ++queued;
+  log->write(tick.inputs, tick.outputs, tick.truth);
+  EXPECT_EQ(log->lost(), 2);
+  disk->go_on();
+  EXPECT_FALSE(log->close()) << "the log must not end as if nothing were missing";
+  const TemporaryFile file;
+  file.set_content(disk->content());
+  EXPECT_GT(disk->content().size(), 24U << 20U);
+  EXPECT_LT(disk->content().size(), 40U << 20U);
+  const ReadLog read = read_log(file.path());
+  EXPECT_EQ(std::ssize(read.ticks), queued);
+  ASSERT_EQ(read.gaps.size(), 1U);
+  EXPECT_FALSE(read.gaps[0].to);
+}
+
+TEST(WriteLog, OfADiveUnderWayBeginsWhenTheDiskHasRoom) {
+  const std::vector<LoggedTick> ticks = sample_ticks(13, 1);
+  const auto disk = std::make_shared<FakeDisk>(1U << 30U);
+  disk->set_missing(true);
+  LogOptions options = on(disk, WhenFull::kWait);
+  EXPECT_FALSE(LogWriter::create("", sample_header(), options)) << "a new dive needs its log";
+  options.is_optional = true;
+  auto log = LogWriter::create("", sample_header(), options);
+  ASSERT_TRUE(log) << log.error();
+  EXPECT_THAT(log->disk_error(), HasSubstr("No space left"));
+  log->write(ticks[0].inputs, ticks[0].outputs, ticks[0].truth);
+  while (log->lost() < 1) std::this_thread::yield();
+  disk->set_missing(false);
+  for (std::int64_t lost = -1; log->lost() != lost;) {  // until one is not lost
+    lost = log->lost();
+    log->write(ticks[0].inputs, ticks[0].outputs, ticks[0].truth);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_FALSE(log->close());
+  const TemporaryFile file;
+  file.set_content(disk->content());
+  const ReadLog read = read_log(file.path());
+  EXPECT_TRUE(read.has_header);
+  EXPECT_GE(read.ticks.size(), 1U);
+  EXPECT_EQ(read.gaps.size(), 1U);
+}
+
+TEST(WriteLog, ATickThatCannotBeWrittenIsAGap) {
   const TemporaryFile file;
   const std::vector<LoggedTick> ticks = sample_ticks(13, 2);
   auto log = LogWriter::create(file.path(), sample_header());
@@ -580,10 +673,11 @@ TEST(WriteLog, AfterAFailureNothingMoreIsWritten) {
   odd.status.state = std::string("a\0b", 3);
   EXPECT_TRUE(log->write(ticks[0].inputs, ticks[0].outputs, ticks[0].truth));
   EXPECT_FALSE(log->write({}, odd, std::nullopt));
-  EXPECT_FALSE(log->write(ticks[1].inputs, ticks[1].outputs, ticks[1].truth));
+  EXPECT_TRUE(log->write(ticks[1].inputs, ticks[1].outputs, ticks[1].truth));
   EXPECT_FALSE(log->close());
   const ReadLog read = read_log(file.path());
-  EXPECT_EQ(read.ticks.size(), 1U);
+  EXPECT_EQ(read.ticks.size(), 2U);
+  EXPECT_EQ(read.gaps.size(), 1U);
 }
 
 TEST(WriteLog, MoreEventsThanATickMayHaveAreRefused) {
@@ -597,6 +691,7 @@ TEST(WriteLog, MoreEventsThanATickMayHaveAreRefused) {
   EXPECT_FALSE(log->write({}, outputs, std::nullopt));
   EXPECT_FALSE(log->close());
   EXPECT_EQ(read_log(file.path()).ticks.size(), 1U);
+  EXPECT_EQ(read_log(file.path()).gaps.size(), 1U);
 }
 
 TEST(WriteLog, ClosedItTakesNothing) {

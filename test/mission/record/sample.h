@@ -134,6 +134,11 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_POSE_CORRECTION.y", in.pose_correction->correction_W.y());
   }
   if (in.vision) each_vision(*in.vision, f);
+  if (in.loss) {
+    f("DIVE_IN_LOSS.ticks", in.loss->ticks);
+    f("DIVE_IN_LOSS.commits", in.loss->commits);
+    f("DIVE_IN_LOSS.commands", in.loss->commands);
+  }
 }
 
 template <typename F>
@@ -210,6 +215,7 @@ void each_output(StepOutputs& out, F f) {
     const std::string name = fmt::format("DIVE_OUT_ACTION[{}]", i);
     f(name + ".kind", out.actions[i].kind);
     f(name + ".text", out.actions[i].text);
+    f(name + ".once", out.actions[i].once);
   }
 }
 
@@ -271,6 +277,7 @@ class SampleMaker {
       }
     }
     if (chance()) tick.inputs.free_ahead.emplace();
+    if (chance()) tick.inputs.loss.emplace();
     if (chance()) tick.inputs.pose_correction.emplace();
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
