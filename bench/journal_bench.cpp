@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <benchmark/benchmark.h>
 
@@ -17,11 +19,12 @@ std::string journal_path() {
   return (std::filesystem::temp_directory_path() / "dive_journal_bench.journal").string();
 }
 
-JournalFile begin() {
+std::unique_ptr<JournalFile> begin() {
   JournalOptions options;
   options.open = [] { return create_record_file(journal_path()); };
-  JournalFile file(std::move(options), JournalState{.header = {"digest", 1}}, 1);
-  if (!file.begin()) throw std::runtime_error("the journal cannot be written");
+  auto file =
+      std::make_unique<JournalFile>(std::move(options), JournalState{.header = {"digest", 1}}, 1);
+  if (!file->begin()) throw std::runtime_error("the journal cannot be written");
   return file;
 }
 
@@ -38,9 +41,9 @@ void take(JournalFile& file, const std::string& entry) {
 }
 
 void BM_Commit(benchmark::State& state) {
-  JournalFile file = begin();
+  const std::unique_ptr<JournalFile> file = begin();
   const std::string commit = usual_commit();
-  for (auto _ : state) take(file, commit);
+  for (auto _ : state) take(*file, commit);
   std::filesystem::remove(journal_path());
 }
 BENCHMARK(BM_Commit);
@@ -48,12 +51,12 @@ BENCHMARK(BM_Commit);
 // 24 h at 0.4 m/s: 69,120 breadcrumbs and, here, as many commits. The size no longer grows.
 void BM_ResumeAfterADay(benchmark::State& state) {
   {
-    JournalFile file = begin();
+    const std::unique_ptr<JournalFile> file = begin();
     const std::string commit = usual_commit();
     for (int i = 0; i < 69'120; ++i) {
       file.take(
           breadcrumb_bytes({{50.0 * std::cos(0.01 * i), 50.0 * std::sin(0.01 * i), -3.0}, true}));
-      take(file, commit);
+      take(*file, commit);
     }
   }
   for (auto _ : state) {
