@@ -559,7 +559,7 @@ class Death : public Processes {
     EXPECT_NE(at, std::string::npos);
     text.insert(at, "<resume policy=\"continue\"/>");
     std::ofstream(path("pool.xml")) << text;
-    fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"), fs::copy_options::overwrite_existing);
+    fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
     return path("pool.xml");
   }
 
@@ -728,15 +728,16 @@ TEST_F(Death, OfTheDiskDoesNotEndTheDive) {
 }
 
 TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {
-  vehicle_ = dive("sim", {"sim", resumable(), "--lockstep"});
-  executive_ = dive("run", {"run", resumable(), "--lockstep", "--log", path("log")});
+  const std::string pool = resumable();
+  vehicle_ = dive("sim", {"sim", pool, "--lockstep"});
+  executive_ = dive("run", {"run", pool, "--lockstep", "--log", path("log")});
   wait_for_vehicle_time(8.0);
   executive_->kill(SIGKILL);
   executive_->wait(kLong);
   EXPECT_EQ(fs::file_size(path("log.journal")), 2U << 20U);
   const auto again = [&](const std::string& name, const std::string& log) {
-    return dive(name, {"run", resumable(), "--lockstep", "--resume", "--journal",
-                       path("log.journal"), "--log", log});
+    return dive(name, {"run", pool, "--lockstep", "--resume", "--journal", path("log.journal"),
+                       "--log", log});
   };
   executive_ = again("resumed", "/dev/full");
   EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
@@ -744,7 +745,7 @@ TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
   EXPECT_THAT(executive_->err(), HasSubstr("the dive goes on"));
   const auto fresh =
-      dive("new", {"run", resumable(), "--log", "/dev/full", "--journal", path("other.journal")});
+      dive("new", {"run", pool, "--log", "/dev/full", "--journal", path("other.journal")});
   EXPECT_EQ(fresh->wait(kLong), 2) << "a new dive needs a log";
 }
 
