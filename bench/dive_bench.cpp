@@ -16,7 +16,8 @@ namespace {
 const LoadedMission& window() {
   static const LoadedMission loaded = [] {
     Diagnostics diagnostics;
-    auto result = load(std::string(DIVE_SOURCE_DIR) + "/missions/window.xml", diagnostics);
+    auto result = load(std::string(DIVE_SOURCE_DIR) + "/missions/window.xml",
+                       planning::Resources::kInFolder, diagnostics);
     DIVE_DEMAND(result.has_value());
     return std::move(*result);
   }();

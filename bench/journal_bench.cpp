@@ -54,7 +54,7 @@ void BM_ResumeAfterADay(benchmark::State& state) {
     const std::unique_ptr<JournalFile> file = begin();
     const std::string commit = usual_commit();
     for (int i = 0; i < 69'120; ++i) {
-      file.take(
+      file->take(
           breadcrumb_bytes({{50.0 * std::cos(0.01 * i), 50.0 * std::sin(0.01 * i), -3.0}, true}));
       take(*file, commit);
     }

@@ -47,7 +47,8 @@ class Penetration : public ::testing::Test {
  protected:
   void SetUp() override {
     Diagnostics diagnostics;
-    auto loaded = load(DIVE_SOURCE_DIR "/missions/penetration.xml", diagnostics);
+    auto loaded = load(DIVE_SOURCE_DIR "/missions/penetration.xml", planning::Resources::kInFolder,
+                       diagnostics);
     ASSERT_TRUE(loaded);
     loaded_.emplace(std::move(*loaded));
     const Dived nominal = in_the_wreck({});

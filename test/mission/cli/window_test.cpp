@@ -23,7 +23,8 @@ using ::testing::HasSubstr;
 const LoadedMission& window() {
   static const LoadedMission loaded = [] {
     Diagnostics diagnostics;
-    auto result = load(std::string(DIVE_SOURCE_DIR) + "/missions/window.xml", diagnostics);
+    auto result = load(std::string(DIVE_SOURCE_DIR) + "/missions/window.xml",
+                       planning::Resources::kInFolder, diagnostics);
     for (const Diagnostic& diagnostic : diagnostics.list()) {
       ADD_FAILURE() << render(diagnostic, false);
     }

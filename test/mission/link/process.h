@@ -22,7 +22,6 @@ class Process {
   [[nodiscard]] pid_t pid() const { return pid_; }
   /// Exit status, 128 + signal, or -1 if it still runs after `seconds`.
   int wait(double seconds);
-  [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] std::string out() const;
   [[nodiscard]] std::string err() const;
   [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(out()); }
