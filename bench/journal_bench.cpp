@@ -22,8 +22,9 @@ std::string journal_path() {
 std::unique_ptr<JournalFile> begin() {
   JournalOptions options;
   options.open = [] { return create_record_file(journal_path()); };
-  auto file =
-      std::make_unique<JournalFile>(std::move(options), JournalState{.header = {"digest", 1}}, 1);
+  JournalState state;
+  state.header = {"digest", 1};
+  auto file = std::make_unique<JournalFile>(std::move(options), state, 1);
   if (!file->begin()) throw std::runtime_error("the journal cannot be written");
   return file;
 }
@@ -33,7 +34,9 @@ std::string usual_commit() {
   checkpoint.active = {"mission", "through_the_wreck", "the_second_room"};
   checkpoint.active_s = {1000.0 / 3.0, 200.0 / 3.0, 10.0 / 3.0};
   checkpoint.X_WB.p = {1.0 / 3.0, 2.0 / 3.0, -10.0 / 3.0};
-  return std::string(1, static_cast<char>(JournalEntry::kCommit)) + to_json_text(checkpoint);
+  std::string commit(1, static_cast<char>(JournalEntry::kCommit));
+  commit.append(to_json_text(checkpoint));
+  return commit;
 }
 
 void take(JournalFile& file, const std::string& entry) {
