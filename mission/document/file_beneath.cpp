@@ -58,7 +58,7 @@ tl::expected<fs::path, FileRefusal> file_beneath(const fs::path& folder, const f
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     return tl::unexpected(FileRefusal{
         false,
-        fmt::format("'{}' is no regular file, but a folder, a pipe or a device", written),
+        fmt::format("'{}' is a folder, a pipe or a device: a regular file is expected", written),
         {}});
   }
   if (!fs::is_regular_file(status)) {

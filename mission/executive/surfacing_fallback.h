@@ -14,7 +14,9 @@ namespace dive::mission {
 
 class SurfacingFallback {
  public:
-  explicit SurfacingFallback(const vehicle::AutopilotOptions& options) : autopilot_(options) {}
+  explicit SurfacingFallback(const vehicle::AutopilotOptions& options) : autopilot_(options) {
+    path_.waypoints.reserve(vehicle::kMaxExitWaypoints);  // keep() allocates nothing
+  }
 
   /// After every good tick. Copies the waypoints only when they have changed.
   void keep(const vehicle::ExitPath& path);

@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 
 constexpr int kMinPoints = 40;                                       // points on the map
 constexpr std::array<float, 4> kReach = {0.4F, 0.25F, 0.2F, 0.15F};  // m, one per iteration
-constexpr float kDriftPerSweep = 0.04F;  // m, one sigma, of the vehicle relative to the map
+constexpr float kDriftPerSweep = 0.02F;  // m, one sigma, of the vehicle relative to the map
 constexpr float kIndependent = 0.05F;    // share of the points: errors of neighbours are correlated
 constexpr float kParallel = 0.82F;       // cosine between the point's normal and the map's
 constexpr float kMaxShift = 0.2F;        // m, largest correction by one scan

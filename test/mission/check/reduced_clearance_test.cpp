@@ -76,7 +76,7 @@ void expect_refused(const Diagnostics& diagnostics, const std::string& accepted)
   EXPECT_THAT(error->message, HasSubstr("goal 'out' is reduced"));
   EXPECT_THAT(error->message, HasSubstr("less than 0.6 m"));
   EXPECT_THAT(error->message, HasSubstr("m of the path keep 0."));
-  EXPECT_THAT(error->message, HasSubstr("nearest quay"));
+  EXPECT_THAT(error->message, HasSubstr("nearest to quay"));
   EXPECT_THAT(error->message, HasSubstr("narrowest at ("));
   EXPECT_THAT(error->message, HasSubstr(accepted));
   EXPECT_THAT(error->hint, HasSubstr("reduced_clearance"));

@@ -154,7 +154,7 @@ TEST(Command, CheckSaysOkWithTheKeysScriptsRelyOn) {
 TEST(Command, PlanIsTheSameForTheSameSeed) {
   const std::string arguments =
       "plan --json --attitude horizontal --clearance 1 --start -1,-2,-4 "
-      "--goal 9.8,-2,-4.6 --svg plan.svg --map " +
+      "--goal 9.8,-2,-4.6 --svg plan.svg --force --map " +
       kMap;
   const Ran ran = dive(arguments);
   EXPECT_EQ(ran.status, 0) << ran.err;

@@ -308,7 +308,7 @@ TEST(Input, SpecialFilesAreRefusedAtOnce) {
     ASSERT_EQ(::mkfifo((folder() / name).c_str(), 0600), 0);
   };
   as_pipe("pipe");
-  const std::string link = " --lcm memq://";
+  const std::string link = " --lcm udpm://239.255.76.67:7667?ttl=0";
   const std::vector<std::string> commands{"check pipe",
                                           "plan pipe",
                                           "run pipe",
