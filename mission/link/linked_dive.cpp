@@ -18,6 +18,7 @@ constexpr Utime kHeartbeatPeriod = 100'000;
 constexpr Utime kStalled = 500'000;  // us: another session is obeyed then
 constexpr const char* kOtherExecutive = "another executive commands this vehicle";
 constexpr const char* kSupervisor = "the supervisor brings the vehicle home";
+constexpr Utime kOtherExecutiveWait = 200'000;  // us
 constexpr int kFinalRepeats = 20;
 constexpr Utime kFinalPeriod = 10'000;  // us
 
@@ -62,12 +63,15 @@ class LinkedVehiclePort final : public VehiclePort {
     return inbox_.first_time().has_value();
   }
 
-  // Processes first what arrived during the construction of the executive.
+  // Processes first what arrived during the construction of the executive, and waits for commands
+  // of another one, which come fifty times a second.
   [[nodiscard]] Utime begin() override {
-    local_ = clock_.now();
-    bus_.wait(clock_, local_);
+    const Utime built = clock_.now();
+    const Utime until = settings_.lockstep ? built : built + kOtherExecutiveWait;
+    bus_.wait(clock_, until, [this] { return other_executive_; });
     if (other_executive_) yield(kOtherExecutive);
-    now_ = began_ = *inbox_.first_time();
+    local_ = clock_.now();
+    now_ = began_ = *inbox_.first_time() + (settings_.lockstep ? 0 : local_ - built);
     inbox_.set_time(now_, local_);
     last_ = now_ - 1;
     return began_;
@@ -296,7 +300,10 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.outcome = is_running ? "failure" : to_string(executive.outcome);
   result_.final_state = executive.final_state;
   result_.cause = executive.cause;
-  if (is_running && !yields_to_.empty()) result_.cause = yields_to_;
+  if (is_running && !yields_to_.empty()) {
+    result_.outcome = "aborted";  // over for this executive: it must not be started again
+    result_.cause = yields_to_;
+  }
   if (is_running && result_.cause.empty()) {
     result_.cause = settings_.lockstep && !inbox_.is_whole(last_)
                         ? "the vehicle fell silent"

@@ -735,18 +735,21 @@ TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {
   executive_->kill(SIGKILL);
   executive_->wait(kLong);
   EXPECT_EQ(fs::file_size(path("log.journal")), 2U << 20U);
-  const auto again = [&](const std::string& name, const std::string& log) {
-    return dive(name, {"run", pool, "--lockstep", "--resume", "--journal", path("log.journal"),
-                       "--log", log});
+  // A limit on file size that is smaller than the log's header simulates a full disk.
+  const auto on_full_disk = [&](const std::string& name, const std::string& options) {
+    const std::string command = "trap '' XFSZ; ulimit -f 12; exec " DIVE_COMMAND " run " + pool +
+                                " --json --lcm '" + url_ + "' " + options;
+    return std::make_unique<Process>(std::vector<std::string>{"/bin/sh", "-c", command}, folder_,
+                                     name);
   };
-  executive_ = again("resumed", "/dev/full");
+  executive_ = on_full_disk(
+      "resumed", "--lockstep --resume --log " + path("log") + " --journal " + path("log.journal"));
   EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
   EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
   EXPECT_THAT(executive_->err(), HasSubstr("the dive goes on"));
-  const auto fresh =
-      dive("new", {"run", pool, "--log", "/dev/full", "--journal", path("other.journal")});
-  EXPECT_EQ(fresh->wait(kLong), 2) << "a new dive needs a log";
+  const auto fresh = on_full_disk("new", "--log " + path("other"));
+  EXPECT_EQ(fresh->wait(kLong), 3) << "a new dive needs a log";
 }
 
 /// The socket of a service manager.
