@@ -516,7 +516,8 @@ TEST(Planner, PlansOutOfAStartThatIsTooNearAndReportsIt) {
   ASSERT_TRUE(result.reduced);
   EXPECT_EQ(result.reduced->obstacle, "wall");
   EXPECT_LT((result.reduced->place_W - request.start.p).norm(), 0.3) << "nearest where it starts";
-  EXPECT_NE(result.reason.find("the start has a clearance of 0.26"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("the start has a clearance of 0.26"), std::string::npos)
+      << result.reason;
   // The path is nearer than 0.6 m up to `length_m`, and not beyond.
   const double narrow = result.reduced->length_m;
   EXPECT_LT(clearance_of(piece(result.waypoints, narrow - 0.1, narrow - 0.03), world, 0.01), 0.6);
