@@ -24,12 +24,6 @@ vehicle::FollowerOptions follower_options(const LegSettings& settings, const Leg
   return options;
 }
 
-double length_of(std::span<const Pose> path) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i].p - path[i - 1].p).norm();
-  return length;
-}
-
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
 vehicle::Command hold_here(const Pose& X_WB) {
@@ -148,7 +142,7 @@ void Leg::take_path(const BehaviorInput& input, double clearance_m) {
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
   if (progress_.expected_s == 0.0) {
     progress_.expected_s =
-        progress_.elapsed_s + length_of(plan.waypoints) / settings_.speed + goal_.dwell_s;
+        progress_.elapsed_s + path_length(plan.waypoints) / settings_.speed + goal_.dwell_s;
   }
   triggers_.path_started(input.now);
 }

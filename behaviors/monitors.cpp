@@ -129,9 +129,9 @@ void Monitors::watch_sensors(const MonitorInput& input) {
                                     ought_to_change || same_for(depth_) > kFrozenSeconds);
   set(FailsafeKind::kHealthLost,
       is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
-  set(FailsafeKind::kRangeLost,
-      limits_.watches_range && !input.rises &&
-          to_seconds(input.now - seen_.value_or(started_)) > threshold(FailsafeKind::kRangeLost));
+  set(FailsafeKind::kRangeLost, limits_.watches_range && !input.rises &&
+                                    to_seconds(input.now - scanned_.value_or(started_)) >
+                                        threshold(FailsafeKind::kRangeLost));
 }
 
 void Monitors::watch_estimate(const MonitorInput& input) {

@@ -59,7 +59,7 @@ class Monitors {
   [[nodiscard]] bool accept(Utime now, const HealthSample& sample);
   void heartbeat(Utime now) { heartbeat_ = now; }
   /// Records the time of a mapped scan.
-  void saw(Utime scan_utime) { seen_ = scan_utime; }
+  void receive_scan(Utime scan_utime) { scanned_ = scan_utime; }
   /// Records a loss of log or journal.
   void lose_log(Utime now) { log_lost_ = now; }
   /// Start of the silence of sensors that never sent a sample.
@@ -100,7 +100,7 @@ class Monitors {
   Utime last_update_ = 0;
   HealthSample health_;
   std::optional<Utime> heartbeat_;
-  std::optional<Utime> seen_;
+  std::optional<Utime> scanned_;
   std::optional<Utime> log_lost_;
   Utime started_ = 0;
   std::optional<Eigen::Vector3d> anchor_W_;  ///< Position at the last progress.

@@ -48,6 +48,12 @@ Pose interpolate(const Pose& a, const Pose& b, double t) {
   return Pose{a.p + t * (b.p - a.p), a.q * so3_exp(t * so3_log(a.q.conjugate() * b.q))};
 }
 
+double path_length(std::span<const Pose> poses) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i) length += (poses[i].p - poses[i - 1].p).norm();
+  return length;
+}
+
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   return so3_log(a.conjugate() * b).norm();
 }

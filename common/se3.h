@@ -3,6 +3,8 @@
 // z up. Hamilton quaternions. Formulas: J. Solà, J. Deray, D. Atchuthan, "A micro Lie theory for
 // state estimation in robotics", arXiv:1812.01537 (equation numbers below are theirs).
 
+#include <span>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -36,6 +38,9 @@ struct Pose {
 /// Interpolates position linearly and attitude along the shorter great arc: the motion that the
 /// follower swims and the certificate covers. Exact at the ends: t = 0 is a, t = 1 is b.
 [[nodiscard]] Pose interpolate(const Pose& a, const Pose& b, double t);
+
+/// Length of the polyline through the positions of `poses`, m.
+[[nodiscard]] double path_length(std::span<const Pose> poses);
 
 /// Angle of the rotation that takes a to b, in [0, pi] rad.
 [[nodiscard]] double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);

@@ -16,12 +16,4 @@ const char* to_string(PlanStatus status) {
   return "invalid";
 }
 
-double path_length(std::span<const Pose> waypoints) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < waypoints.size(); ++i) {
-    length += (waypoints[i].p - waypoints[i - 1].p).norm();
-  }
-  return length;
-}
-
 }  // namespace dive::planning

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -44,9 +43,6 @@ enum class PlanStatus {
 [[nodiscard]] constexpr bool has_path(PlanStatus status) {
   return status == PlanStatus::kSuccess || status == PlanStatus::kReduced;
 }
-
-/// Length of the polyline through the waypoints' positions, m.
-[[nodiscard]] double path_length(std::span<const Pose> waypoints);
 
 /// The part of a kReduced path that is nearer to something than D_min. It begins at the start.
 struct NarrowPart {

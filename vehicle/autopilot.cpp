@@ -62,8 +62,9 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   const Eigen::Vector3d up_B = q_WB.conjugate() * Eigen::Vector3d::UnitZ();
   const double surge = speed_effort(command.v + surge_for_depth_, dt);
   const double climb = speed_reference_ * up_B.x();  // m/s, from swimming along x alone
-  observe_depth(command.d, depth_m, dt);
-  track_depth(command.d, climb, dt);
+  const double pole = std::exp(-dt / options_.depth_filter_s);
+  observe_depth(command.d, depth_m, pole, dt);
+  track_depth(command.d, climb, 1.0 - pole, dt);
   const double heave = -depth_reference_rate_ - climb;  // m/s, the rest, for the flippers
   const double lift = lift_effort(heave, dt);
 
@@ -113,13 +114,12 @@ double Autopilot::heave_within_reach() const {
 
 // Estimates depth and its rate by a second-order observer, both poles at 1 / depth_filter_s: the
 // difference of two noisy samples is too noisy for control.
-void Autopilot::observe_depth(double commanded_depth, double depth_m, double dt) {
+void Autopilot::observe_depth(double commanded_depth, double depth_m, double pole, double dt) {
   if (!has_depth_) {
     has_depth_ = true;
     depth_ = depth_reference_ = depth_m;
     last_command_ = commanded_depth;
   }
-  const double pole = std::exp(-dt / options_.depth_filter_s);
   const double surprise = depth_m - (depth_ + depth_rate_ * dt);
   depth_ += depth_rate_ * dt + (1.0 - pole * pole) * surprise;
   depth_rate_ += (1.0 - pole) * (1.0 - pole) / dt * surprise;
@@ -127,8 +127,7 @@ void Autopilot::observe_depth(double commanded_depth, double depth_m, double dt)
 
 // The reference approaches the command as fast as it can still brake, and moves along with a moving
 // command: it follows a ramp without lag, and a jump without overshoot.
-void Autopilot::track_depth(double commanded_depth, double climb, double dt) {
-  const double gain = 1.0 - std::exp(-dt / options_.depth_filter_s);
+void Autopilot::track_depth(double commanded_depth, double climb, double gain, double dt) {
   const double command_rate = (commanded_depth - last_command_) / dt;
   last_command_ = commanded_depth;
   if (std::abs(command_rate) < kJump) commanded_rate_ += gain * (command_rate - commanded_rate_);

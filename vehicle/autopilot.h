@@ -70,8 +70,8 @@ class Autopilot {
   [[nodiscard]] double speed_effort(double speed, double dt);
   [[nodiscard]] double speed_of_push() const;
   [[nodiscard]] double heave_within_reach() const;
-  void observe_depth(double commanded_depth, double depth_m, double dt);
-  void track_depth(double commanded_depth, double climb, double dt);
+  void observe_depth(double commanded_depth, double depth_m, double pole, double dt);
+  void track_depth(double commanded_depth, double climb, double gain, double dt);
   [[nodiscard]] double lift_effort(double heave, double dt);
   [[nodiscard]] Eigen::Vector3d turn_effort(const Eigen::Vector3d& error,
                                             const Eigen::Vector3d& omega_B) const;

@@ -13,27 +13,21 @@ constexpr double kSlow = 3.0;           // allowed time over expected time, and
 constexpr double kGraceSeconds = 30.0;  // s added to it
 constexpr double kMinSpeed = 0.1;       // m/s
 constexpr double kMaxSpeed = 0.8;       // m/s
-constexpr double kPatienceHeld = 2.0;   // s for attitude and depth to arrive
-constexpr double kFarthest = 1e6;       // m, of a plausible coordinate
+constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
+constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
 constexpr double kMaxSurge = 5.0;       // m/s
 constexpr double kMaxTurn = 7.0;        // rad
 constexpr double kMaxHold = 600.0;      // s
 constexpr double kDepthFresh = 1.0;     // s
 constexpr double kAscentRate = 0.15;    // m/s, of the autopilot's depth loop
-constexpr double kPatience = 2.0;       // an ascent without depth lasts this many times as long
-constexpr double kPatienceSeconds = 10.0;
+constexpr double kAscentSlack = 2.0;    // an ascent without depth lasts this many times as long
+constexpr double kAscentGraceSeconds = 10.0;
 
 FollowerOptions follower_options(double speed) {
   FollowerOptions options;
   options.speed = std::clamp(speed, kMinSpeed, kMaxSpeed);
   options.capture_radius = kCaptureRadius;
   return options;
-}
-
-double length_of(const std::vector<Pose>& path) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i].p - path[i - 1].p).norm();
-  return length;
 }
 
 }  // namespace
@@ -57,7 +51,7 @@ ExitGuidance::ExitGuidance()
 
 bool ExitGuidance::is_plausible(const ExitPath& path) {
   const auto is_place = [](const Pose& pose) {
-    return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kFarthest;
+    return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
   };
   return is_place(path.X_WB) && std::abs(path.surge) <= kMaxSurge &&
          std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.hold_s) <= kMaxHold &&
@@ -126,7 +120,7 @@ Command ExitGuidance::hold() const {
 Command ExitGuidance::step(Utime now) {
   now_ = std::max(now_, now);
   const bool is_late = to_seconds(now_ - since_) >= allowed_s_;
-  const bool is_located = estimate_.valid || to_seconds(now_ - since_) > allowed_s_ + kPatienceHeld;
+  const bool is_located = estimate_.valid || to_seconds(now_ - since_) > allowed_s_ + kSensorWait;
   if (phase_ == ExitPhase::kHolding && is_late && is_located) leave(now_);
   if (phase_ == ExitPhase::kFollowing) {
     command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B);
@@ -166,7 +160,7 @@ void ExitGuidance::follow(std::vector<Pose> path, Utime now) {
   phase_ = ExitPhase::kFollowing;
   since_ = now;
   allowed_s_ =
-      kGraceSeconds + kSlow * length_of(path) / std::clamp(path_->speed, kMinSpeed, kMaxSpeed);
+      kGraceSeconds + kSlow * path_length(path) / std::clamp(path_->speed, kMinSpeed, kMaxSpeed);
 }
 
 void ExitGuidance::ascend(Utime now, bool blindly) {
@@ -186,7 +180,7 @@ bool ExitGuidance::has_surfaced(Utime now) const {
 }
 
 bool ExitGuidance::is_presumed_surfaced(Utime now) const {
-  const double needed = kPatience * station_depth_ / kAscentRate + kPatienceSeconds;
+  const double needed = kAscentSlack * station_depth_ / kAscentRate + kAscentGraceSeconds;
   return phase_ == ExitPhase::kAscending && !depth_is_fresh(now) &&
          to_seconds(now - since_) > needed;
 }

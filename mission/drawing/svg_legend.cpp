@@ -16,14 +16,6 @@ constexpr TextStyle kHeading{.size = 15.0, .fill = "#111111", .bold = true};
 constexpr TextStyle kRow{.size = 13.0};
 constexpr double kSymbolWidth = 32.0;
 
-double leg_length(const PlannedLeg& leg) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < leg.waypoints.size(); ++i) {
-    length += (leg.waypoints[i].p - leg.waypoints[i - 1].p).norm();
-  }
-  return length;
-}
-
 class Legend {
  public:
   Legend(SvgCanvas& canvas, const DiveDrawing& drawing, const Eigen::Vector2d& top_left,
@@ -69,7 +61,7 @@ class Legend {
     draw_badge(canvas_, {left_ + kBadgeRadius, y_ - 4.5}, leg);
     canvas_.text({left_ + 28.0, y_}, shortened(row.name, 13), kRow);
     TextStyle number{.size = 13.0, .anchor = "end"};
-    canvas_.text({right_ - 72.0, y_}, metres(leg_length(row)), number);
+    canvas_.text({right_ - 72.0, y_}, metres(path_length(row.waypoints)), number);
     if (!(row.clearance_m >= drawing_.clearance_required_m)) {
       number.fill = kLimitColor;
       number.bold = true;

@@ -143,7 +143,7 @@ void Executive::Impl::take_loss(Utime now, const RecordingLoss& loss) {
 void Executive::Impl::take_scan(const StepInputs& inputs) {
   if (const auto& free_ahead = inputs.free_ahead;
       free_ahead && sensing.accept(inputs.now, *free_ahead)) {
-    monitors.saw(free_ahead->scan_utime);
+    monitors.receive_scan(free_ahead->scan_utime);
     behavior.take_free_ahead(free_ahead->scan_utime, free_ahead->free_ahead_m);
   }
   if (const auto& correction = inputs.pose_correction;
@@ -155,7 +155,7 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
 void Executive::Impl::estimate(const StepInputs& inputs) {
   const bool imu_is_fresh = situation.sensors.imu_is_fresh;
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
-  const double speed = imu_is_fresh ? command.v : 0.0;  // as the helm defines it
+  const double speed = imu_is_fresh ? command.v : 0.0;  // as the control stage defines it
   situation.expected_heave = control.expected_heave(speed);
   if (started && has_gap()) estimate_over_gap(speed);
   localization.expect(has_gap() ? 0.0 : speed, situation.expected_heave);

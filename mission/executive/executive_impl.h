@@ -110,8 +110,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Utime held_for = 0;  ///< Total time for which the behaviours' clock was stopped, us.
   Utime started_at = 0;
   Utime last_step = 0;
-  Utime given_back_at =
-      0;  ///< Until then the supervisor may hold the vehicle: commands are in vain.
+  Utime given_back_at = 0;  ///< Commands may have no effect before: the supervisor holds.
   std::optional<vehicle::Command> held;  ///< Command that keeps station during a hold.
   vehicle::Command command;
   int goals_left_out = 0;  ///< Goals reached before a restart.

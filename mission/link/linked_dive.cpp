@@ -10,12 +10,12 @@
 #include "mission/link/payload_gate.h"
 #include "mission/onboard/exit_path_service.h"
 #include "mission/record/log_codec.h"
+#include "vehicle/link/arbiter.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr Utime kHeartbeatPeriod = 100'000;
-constexpr Utime kStalled = 500'000;  // us: another session is obeyed then
 constexpr const char* kOtherExecutive = "another executive commands this vehicle";
 constexpr const char* kSupervisor = "the supervisor brings the vehicle home";
 constexpr Utime kOtherExecutiveWait = 200'000;  // us
@@ -210,7 +210,7 @@ void LinkedVehiclePort::wait_in_real_time() {
   const Utime late = clock_.now() - due;
   result_.stats.lateness_ms.push_back(static_cast<float>(static_cast<double>(late) / 1000.0));
   // Another one was started while this one was stopped.
-  if (late > kStalled && other_executive_) yield(kOtherExecutive);
+  if (to_seconds(late) > link::Arbiter::kSessionTimeout && other_executive_) yield(kOtherExecutive);
   if (late > kControlPeriod) {
     result_.stats.skipped += late / kControlPeriod;
     now_ += late / kControlPeriod * kControlPeriod;

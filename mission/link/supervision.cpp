@@ -4,22 +4,25 @@
 
 #include <fmt/format.h>
 
+#include "vehicle/link/arbiter.h"
+
 namespace dive::mission {
 namespace {
 
 using vehicle::ExitPhase;
 using Decision = link::CommandGate::Decision;
 
-constexpr double kSessionTimeout = 0.5;  // s, as the vehicle's
-constexpr double kStale = 0.2;           // s: lifetime of a command
-constexpr double kRecovered = 0.3;       // s of commands without a gap
-constexpr double kFinished = 0.5;        // s without a new command after the report of the end
+constexpr double kRecovered = 0.3;  // s of commands without a gap
+constexpr double kFinished = 0.5;   // s without a new command after the report of the end
 
 }  // namespace
 
 Supervision::Supervision(const SupervisorSettings& settings, std::uint64_t session_id,
                          const SupervisorLog& log)
-    : settings_(settings), session_id_(session_id), log_(log), executive_(kSessionTimeout) {}
+    : settings_(settings),
+      session_id_(session_id),
+      log_(log),
+      executive_(link::Arbiter::kSessionTimeout) {}
 
 void Supervision::receive(const link::VehicleCommand& command, Utime now) {
   if (command.source != link::Source::kExecutive) return;
@@ -31,11 +34,11 @@ void Supervision::receive(const link::VehicleCommand& command, Utime now) {
                      command.session_id, executive_.newest()->session_id));
   }
   if (decision != Decision::kAccepted) return;
-  if (!continuous_since_ || silent_s > kStale) continuous_since_ = now;
+  if (!continuous_since_ || silent_s > link::Arbiter::kStale) continuous_since_ = now;
   commanded_at_ = now;
 }
 
-// Who has finished sends no new command.
+// An executive that has finished sends no new command.
 void Supervision::receive(const link::Heartbeat& heartbeat, Utime now) {
   if (!executive_.is_from(heartbeat.session_id)) return;
   if (!heartbeat.finished) finished_at_.reset();
@@ -58,7 +61,7 @@ void Supervision::receive(const DepthSample& sample, Utime now) {
 
 void Supervision::observe(const std::optional<ImuSample>& imu,
                           const std::optional<DepthSample>& depth, Utime now) {
-  const bool is_commanded = executive_.age_s(now) <= kStale;
+  const bool is_commanded = executive_.age_s(now) <= link::Arbiter::kStale;
   guidance_.observe(imu, depth, is_commanded ? executive_.newest()->command.v : 0.0, now);
 }
 
@@ -84,7 +87,7 @@ void Supervision::watch(Utime now) {
 }
 
 bool Supervision::has_recovered(Utime now) const {
-  return finished_at_ || (continuous_since_ && executive_.age_s(now) <= kStale &&
+  return finished_at_ || (continuous_since_ && executive_.age_s(now) <= link::Arbiter::kStale &&
                           to_seconds(now - *continuous_since_) >= kRecovered);
 }
 

@@ -55,8 +55,8 @@ struct JournalOptions {
   WhenFull when_full = WhenFull::kWait;
   /// For tests: opens the file instead of the system; and is called on the writer's thread with the
   /// number of lines after every line.
-  std::function<tl::expected<std::unique_ptr<RecordFile>, int>()> open = {};
-  std::function<void(std::int64_t lines)> told = {};
+  OpenRecordFile open = {};
+  std::function<void(std::int64_t lines)> on_lines = {};
 };
 
 /// Commits are encoded by the caller and written by another thread.

@@ -83,7 +83,7 @@ bool JournalFile::append(const std::string& line) {
   }
   used_ += line.size();
   ++lines_;
-  if (options_.told) options_.told(lines_);
+  if (options_.on_lines) options_.on_lines(lines_);
   return true;
 }
 
@@ -105,7 +105,7 @@ bool JournalFile::write_snapshot() {
   used_ = text.size();
   lines_ += bank_.lines();
   needs_snapshot_ = false;
-  if (options_.told) options_.told(lines_);
+  if (options_.on_lines) options_.on_lines(lines_);
   return true;
 }
 

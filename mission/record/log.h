@@ -63,7 +63,7 @@ struct LogOptions {
   /// written: the writer tries again once a second, and the ticks until then are lost.
   bool is_optional = false;
   /// Opens the file; empty: creates the file at `path`. Called on the writer's thread too.
-  std::function<tl::expected<std::unique_ptr<RecordFile>, int>()> open = {};
+  OpenRecordFile open = {};
 };
 
 /// Ticks are encoded by the caller and written by another thread through a queue of 32 MiB (kDrop)

@@ -22,7 +22,7 @@ std::vector<std::uint8_t> loss_mark(std::int64_t number, std::int64_t timestamp)
   return record;
 }
 
-LogFile::LogFile(Open open, std::vector<std::uint8_t> header)
+LogFile::LogFile(OpenRecordFile open, std::vector<std::uint8_t> header)
     : open_(std::move(open)), header_(std::move(header)) {}
 
 tl::expected<void, int> LogFile::begin() {

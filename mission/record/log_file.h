@@ -23,10 +23,8 @@ namespace dive::mission {
 
 class LogFile {
  public:
-  using Open = std::function<tl::expected<std::unique_ptr<RecordFile>, int>()>;
-
   /// `header` is the first record. Opens nothing yet.
-  LogFile(Open open, std::vector<std::uint8_t> header);
+  LogFile(OpenRecordFile open, std::vector<std::uint8_t> header);
 
   /// Opens the file and writes the header. The error is that of errno; append() tries again, once a
   /// second.
@@ -43,7 +41,7 @@ class LogFile {
   [[nodiscard]] tl::expected<void, int> put(std::span<const std::uint8_t> block);
   void mark_loss(std::span<const std::uint8_t> tick);
 
-  const Open open_;
+  const OpenRecordFile open_;
   const std::vector<std::uint8_t> header_;
   std::unique_ptr<RecordFile> file_;
   std::uint64_t end_ = 0;                   // Bytes.

@@ -66,7 +66,7 @@ tl::expected<LogWriter, std::string> LogWriter::create(const std::string& path,
   }
   std::vector<std::uint8_t> record;
   append_record({}, to_string(Channel::kHeader), packet, record);
-  LogFile::Open open = std::move(options.open);
+  OpenRecordFile open = std::move(options.open);
   if (!open) open = [path] { return create_record_file(path); };
   auto file = std::make_shared<LogFile>(std::move(open), std::move(record));
   const tl::expected<void, int> begun = file->begin();

@@ -3,6 +3,7 @@
 // stalls or is full.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,9 @@ class RecordFile {
   /// Waits until everything written so far is on the disk.
   [[nodiscard]] virtual tl::expected<void, int> sync() = 0;
 };
+
+/// Opens a file; the error is that of errno.
+using OpenRecordFile = std::function<tl::expected<std::unique_ptr<RecordFile>, int>()>;
 
 /// An empty file, in the place of any older one.
 [[nodiscard]] tl::expected<std::unique_ptr<RecordFile>, int> create_record_file(

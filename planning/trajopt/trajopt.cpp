@@ -28,12 +28,6 @@ constexpr double kOutline = 0.007;    // m of the hull left out, covered by the 
 constexpr double kQpTolerance = 1e-4;
 constexpr double kPull = 0.1;  // in cost: a waypoint that could gain less is at rest
 
-double length_of(std::span<const Pose> path) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i].p - path[i - 1].p).norm();
-  return length;
-}
-
 // The attitude without the components that its mode forbids.
 Eigen::Quaterniond levelled(const Eigen::Quaterniond& q, AttitudeMode attitude) {
   if (attitude == AttitudeMode::kFree) return q;
@@ -234,7 +228,7 @@ void SequentialProgramme::step_to(std::vector<Pose>& path) const {
 // One convexification, with as many shorter steps as needed. False if the path has converged or no
 // step improves it.
 bool SequentialProgramme::improve() {
-  costs_.reference_length = std::max(length_of(now_.path), 1e-3);
+  costs_.reference_length = std::max(path_length(now_.path), 1e-3);
   merit_ = costs_.value(now_.path) + now_.hinge_cost;
   for (; trust_m_ >= least_trust_m_; trust_m_ *= kShrink) {
     build_programme();
@@ -282,7 +276,7 @@ TrajoptResult SequentialProgramme::result() const {
   result.status = status_;
   result.waypoints = now_.path;
   result.merit = merit_;
-  result.length_m = length_of(now_.path);
+  result.length_m = path_length(now_.path);
   result.violation_m = violation();
   result.is_clear = is_clear();
   for (const SweepContact& contact : now_.contacts) {
@@ -344,7 +338,7 @@ bool SequentialProgramme::is_pulled(int i) {
 TrajoptAssessment SequentialProgramme::assess() {
   trust_m_ = 0.0;
   evaluate(now_);
-  costs_.reference_length = std::max(length_of(now_.path), 1e-3);
+  costs_.reference_length = std::max(path_length(now_.path), 1e-3);
   merit_ = costs_.value(now_.path) + now_.hinge_cost;
   const auto blocks = static_cast<int>(now_.path.size());
   qp_.reset(blocks);

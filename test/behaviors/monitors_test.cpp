@@ -208,7 +208,7 @@ TEST_F(MonitorsTest, InAnUnknownEnvironmentRangeIsLostByTheAgeOfTheNewestScan) {
   EXPECT_EQ(what(), Only{});
   run(0.2);
   EXPECT_EQ(what(), Only{"range_lost"}) << "no scan yet";
-  monitors_.saw(now_ - from_seconds(1.5));
+  monitors_.receive_scan(now_ - from_seconds(1.5));
   tick();
   EXPECT_EQ(what(), Only{});
   run(0.6);

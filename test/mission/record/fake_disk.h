@@ -18,8 +18,7 @@ class FakeDisk {
  public:
   explicit FakeDisk(std::size_t room = 1U << 30U) : room_(room) {}
 
-  static std::function<tl::expected<std::unique_ptr<RecordFile>, int>()> open(
-      const std::shared_ptr<FakeDisk>& disk) {
+  static OpenRecordFile open(const std::shared_ptr<FakeDisk>& disk) {
     return [disk]() -> tl::expected<std::unique_ptr<RecordFile>, int> {
       if (disk->is_missing_) return tl::unexpected(ENOSPC);
       return std::make_unique<File>(disk);

@@ -113,7 +113,7 @@ void KilledDive::kill_after_line(const std::string& path, std::int64_t line) con
   const pid_t child = fork();
   if (child != 0) return wait_for(child);
   JournalOptions options;
-  options.told = [line](std::int64_t lines) {
+  options.on_lines = [line](std::int64_t lines) {
     if (lines == line) std::raise(SIGKILL);
   };
   JournalWriter journal = created(path, std::move(options));
