@@ -22,9 +22,10 @@ constexpr double kMoved = 0.3;                // m: a distance that counts as mo
 // commanded depth (m).
 constexpr double kUnderWay = 0.1;
 constexpr double kFarFromDepth = 0.5;
-constexpr double kClimbing = 0.05;  // m/s: a vertical velocity expected from the efforts
-constexpr double kLossLasts = 1.0;  // s after the last loss of log or journal
-constexpr double kLegGrace = 30.0;  // s of delay allowed to a short leg
+constexpr double kClimbing = 0.05;       // m/s: a vertical velocity expected from the efforts
+constexpr double kLossLasts = 1.0;       // s after the last loss of log or journal
+constexpr double kLegGrace = 30.0;       // s of delay allowed to a short leg
+constexpr Utime kLongestTick = 200'000;  // us: more between two ticks is a stall of the executive
 
 }  // namespace
 
@@ -49,7 +50,21 @@ Monitors::Monitors(MonitorLimits limits) : limits_(std::move(limits)) {
   DIVE_DEMAND(limits_.fence.empty() || limits_.fence.size() >= 3);
 }
 
-void Monitors::start(Utime now) { started_ = now; }
+void Monitors::start(Utime now) { started_ = last_update_ = now; }
+
+// While the executive was stalled it could not receive: that time is no silence of the sensors.
+void Monitors::leave_out_stall(Utime now) {
+  const Utime stall = now - last_update_ - kLongestTick;
+  if (stall <= 0) return;
+  const auto shift = [&](Utime& time) { time = std::min(time + stall, now); };
+  shift(started_);
+  if (scanned_) shift(*scanned_);
+  for (Source* source : {&imu_, &depth_, &power_}) {
+    shift(source->changed);
+    if (source->arrived) shift(*source->arrived);
+  }
+  last_update_ += stall;
+}
 
 bool Monitors::note(Source& source, Utime now, Utime sampled, bool plausible, bool same) {
   if (!plausible || (source.arrived && sampled < source.sampled)) return false;
@@ -85,6 +100,7 @@ bool Monitors::is_silent(const Source& source, Utime now, double after_s) const 
 }
 
 const FailsafeConditions& Monitors::update(const MonitorInput& input) {
+  leave_out_stall(input.now);
   const bool wants_to_move = input.command.v > kUnderWay ||
                              std::abs(input.command.d + input.estimate->X_WB.p.z()) > kFarFromDepth;
   const Utime tick = input.now - last_update_;

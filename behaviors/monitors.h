@@ -62,7 +62,7 @@ class Monitors {
   void receive_scan(Utime scan_utime) { scanned_ = scan_utime; }
   /// Records a loss of log or journal.
   void lose_log(Utime now) { log_lost_ = now; }
-  /// Start of the silence of sensors that never sent a sample.
+  /// Start of the silence of sensors that never sent a sample. Must be called before update().
   void start(Utime now);
 
   /// Allocates nothing.
@@ -86,6 +86,7 @@ class Monitors {
   }
   void set(FailsafeKind kind, bool value) { conditions_[static_cast<std::size_t>(kind)] = value; }
   [[nodiscard]] bool is_silent(const Source& source, Utime now, double after_s) const;
+  void leave_out_stall(Utime now);
   void watch_sensors(const MonitorInput& input);
   void watch_estimate(const MonitorInput& input);
   void watch_progress(const MonitorInput& input);

@@ -13,7 +13,7 @@ bool is_plain(char c) {
 }
 
 // Quoted for a POSIX shell.
-std::string quoted(const std::string& word) {
+std::string in_quotes(const std::string& word) {
   if (!word.empty() && std::ranges::all_of(word, is_plain)) return word;
   std::string result = "'";
   for (const char c : word) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -24,7 +24,8 @@ std::string quoted(const std::string& word) {
 
 std::string run_command_for(const std::string& mission_path, const DiveSettings& settings) {
   // fmt's "{}" of a double is the shortest text that parses to the same double.
-  std::string command = fmt::format("dive run {} --seed {}", quoted(mission_path), settings.seed);
+  std::string command =
+      fmt::format("dive run {} --seed {}", in_quotes(mission_path), settings.seed);
   const auto defaults = vehicle::Conditions{}.list();
   const auto conditions = settings.conditions.list();
   for (std::size_t i = 0; i < conditions.size(); ++i) {

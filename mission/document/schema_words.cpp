@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMaxQuoted = 40;
 
 // A value for quoting in a sentence: shortened, and never cut inside a character.
-std::string quoted(std::string_view value) {
+std::string in_quotes(std::string_view value) {
   if (value.size() <= kMaxQuoted) return fmt::format("'{}'", value);
   std::size_t end = kMaxQuoted;
   while (end > 0 && (static_cast<unsigned char>(value[end]) & 0xC0U) == 0x80U) --end;
@@ -63,7 +63,7 @@ void SchemaWords::wrong_root(const XmlElement& root) {
                        written == std::string::npos
                            ? root.span
                            : source_.span_at(written, root.namespace_uri.size()),
-                       fmt::format("the namespace is {}, not '{}'", quoted(root.namespace_uri),
+                       fmt::format("the namespace is {}, not '{}'", in_quotes(root.namespace_uri),
                                    schema.namespace_uri),
                        hint);
   }
@@ -175,7 +175,7 @@ void SchemaWords::bad_value(const XmlElement& element, const std::string& type,
   if (hint.empty()) hint = hint_for_number(written->value, rule->expected);
   diagnostics_.error(
       "XSD-VALUE", source_, written->value_span,
-      fmt::format("{} is {}, but must be {}", attribute, quoted(written->value), rule->expected),
+      fmt::format("{} is {}, but must be {}", attribute, in_quotes(written->value), rule->expected),
       std::move(hint));
 }
 

@@ -232,6 +232,7 @@ void Executive::Impl::obey(OperatorCommand operator_command) {
       return abort("topside says abort");
     case OperatorCommand::kSigterm:
     case OperatorCommand::kSigint:
+      situation.is_terminated = true;
       return abort(fmt::format("{} to the executive", to_string(operator_command)));
     case OperatorCommand::kPause:
       if (!std::exchange(paused, true)) raise_event("operator.pause", "topside says pause");

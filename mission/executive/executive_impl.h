@@ -82,7 +82,9 @@ struct Executive::Impl final : private MachineRunner::Observer {
     events.push_back({std::move(name), std::move(cause)});
   }
   void note(std::string text) {
-    outputs.actions.push_back({ActionRecord::Kind::kNote, std::move(text)});
+    ActionRecord& record = outputs.actions.emplace_back();
+    record.kind = ActionRecord::Kind::kNote;
+    record.text = std::move(text);
   }
 
   const Mission& mission;

@@ -31,7 +31,7 @@ bool is_straight(std::span<const Vector3d> points) {
 }
 
 double hold_s(const Situation& situation, Rung rung) {
-  if (rung >= Rung::kEmergencySurface) return 0.0;
+  if (situation.is_terminated || rung >= Rung::kEmergencySurface) return 0.0;
   if (rung >= Rung::kRetrace) return ExitPathKeeper::kMinHold;
   if (situation.open_above) return ExitPathKeeper::kHoldInOpenWater;
   const double left = std::clamp(1.0 - situation.budget_used, 0.0, 1.0);

@@ -33,7 +33,7 @@ std::string escaped(std::string_view text) {
 }
 
 /// In double quotes, for DOT.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -72,7 +72,7 @@ class DotWriter : Writer {
         "digraph {} {{\n  compound=true; rankdir=TB; fontname=\"Helvetica\";\n"
         "  node [shape=box, style=rounded, fontname=\"Helvetica\"];\n"
         "  edge [fontname=\"Helvetica\", fontsize=10];\n",
-        quoted(title));
+        in_quotes(title));
     for (const StateId child : state(0).children) write_state(child, 1);
     text_ += "  \"(start)\" [shape=point];\n";
     edge_from_start(transition(state(0).initial).targets.front());
@@ -93,11 +93,11 @@ class DotWriter : Writer {
                           : s.kind == StateKind::kShallowHistory ? "circle, label=\"H\""
                           : s.kind == StateKind::kDeepHistory    ? "circle, label=\"H*\""
                                                                  : "box";
-      text_ += fmt::format("{} [shape={}{}{}];\n", quoted(s.id), shape, kind_label(id), grey);
+      text_ += fmt::format("{} [shape={}{}{}];\n", in_quotes(s.id), shape, kind_label(id), grey);
       return;
     }
-    text_ += fmt::format("subgraph {} {{ label={}; style={}{};\n", quoted("cluster_" + s.id),
-                         quoted(s.id), s.kind == StateKind::kParallel ? "dashed" : "rounded",
+    text_ += fmt::format("subgraph {} {{ label={}; style={}{};\n", in_quotes("cluster_" + s.id),
+                         in_quotes(s.id), s.kind == StateKind::kParallel ? "dashed" : "rounded",
                          is_executives_own(id) ? "; color=grey; fontcolor=grey" : "");
     for (const StateId child : s.children) write_state(child, depth + 1);
     indent(depth);
@@ -109,7 +109,7 @@ class DotWriter : Writer {
     if (spec == nullptr || state(id).kind != StateKind::kAtomic) return {};
     std::string label = fmt::format("{}\n{}", spec->id.value, spec->element);
     if (spec->overhead) label += "\nunder an overhead";
-    return fmt::format(", label={}", quoted(label));
+    return fmt::format(", label={}", in_quotes(label));
   }
 
   /// An edge needs a node: the first one in the cluster.
@@ -119,13 +119,13 @@ class DotWriter : Writer {
   }
 
   void edge_from_start(StateId target) {
-    text_ += fmt::format("  \"(start)\" -> {}", quoted(state(node_of(target)).id));
+    text_ += fmt::format("  \"(start)\" -> {}", in_quotes(state(node_of(target)).id));
     text_ += cluster("lhead", target) + ";\n";
   }
 
   [[nodiscard]] std::string cluster(const char* attribute, StateId id) const {
     if (state(id).children.empty()) return {};
-    return fmt::format(" [{}={}]", attribute, quoted("cluster_" + state(id).id));
+    return fmt::format(" [{}={}]", attribute, in_quotes("cluster_" + state(id).id));
   }
 
   void write_transition(const Transition& t) {
@@ -135,13 +135,13 @@ class DotWriter : Writer {
     std::string label = fmt::format("{}", fmt::join(t.events, "\n"));
     if (const Guard* g = guard(t)) label += fmt::format("\n[{}]", g->text());
     for (const StateId target : t.targets) {
-      text_ += fmt::format("  {} -> {} [label={}", quoted(state(node_of(t.source)).id),
-                           quoted(state(node_of(target)).id), quoted(label));
+      text_ += fmt::format("  {} -> {} [label={}", in_quotes(state(node_of(t.source)).id),
+                           in_quotes(state(node_of(target)).id), in_quotes(label));
       if (!state(t.source).children.empty()) {
-        text_ += fmt::format(", ltail={}", quoted("cluster_" + state(t.source).id));
+        text_ += fmt::format(", ltail={}", in_quotes("cluster_" + state(t.source).id));
       }
       if (!state(target).children.empty()) {
-        text_ += fmt::format(", lhead={}", quoted("cluster_" + state(target).id));
+        text_ += fmt::format(", lhead={}", in_quotes("cluster_" + state(target).id));
       }
       if (is_executives_own(t.source)) text_ += ", color=grey, fontcolor=grey";
       text_ += "];\n";

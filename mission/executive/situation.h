@@ -53,6 +53,7 @@ struct Situation {
   bool ascends = false;          ///< The active behaviour ascends vertically in open water.
   bool out_of_replans = false;
   std::string operator_abort;  ///< Cause of an operator's abort; empty without one.
+  bool is_terminated = false;  ///< SIGTERM or SIGINT: no executive will take over from this one.
   bool retrace_failed = false;
   RecordingLoss loss;           ///< Losses of log and journal.
   std::string retrace_failure;  ///< Reason of a failed retrace; empty without one.

@@ -22,9 +22,9 @@ std::optional<Inbox::Request> take_from(std::deque<Inbox::Request>& requests) {
 
 }  // namespace
 
-Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
+Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool has_range_camera,
              std::optional<std::size_t> image_bytes)
-    : clock_(clock), lockstep_(lockstep), sees_(sees) {
+    : clock_(clock), lockstep_(lockstep), has_range_camera_(has_range_camera) {
   listen_to_sensors(bus);
   if (image_bytes) listen_to_cameras(bus, *image_bytes);
   bus.listen<link::Truth>(
@@ -50,7 +50,7 @@ void Inbox::listen_to_sensors(link::Bus& bus) {
   bus.listen<HealthSample>(link::channel::kHealth, [this](const HealthSample& sample) {
     keep(health_, health_clock_, sample);
   });
-  if (!sees_) return;
+  if (!has_range_camera_) return;
   bus.listen<RangeScan>(
       link::channel::kRange,
       [this](const RangeScan& scan) {
@@ -84,7 +84,7 @@ bool Inbox::is_whole(Utime last) const {
     return !utime || (sample && sample->utime == *utime);
   };
   return tick_ && tick_->utime > last && has(imu_, tick_->ahrs) && has(depth_, tick_->depth) &&
-         has(health_, tick_->health) && (!sees_ || has(scan_, tick_->range)) &&
+         has(health_, tick_->health) && (!has_range_camera_ || has(scan_, tick_->range)) &&
          (!cameras_ || cameras_->has(*tick_)) && truth_ && truth_->utime == tick_->utime;
 }
 

@@ -22,9 +22,9 @@ namespace dive::mission {
 
 class Inbox {
  public:
-  /// Range scans are ignored unless `sees`, images and raw IMU samples without `image_bytes`: the
-  /// size of the largest image.
-  Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool sees,
+  /// Range scans are ignored unless `has_range_camera`, images and raw IMU samples without
+  /// `image_bytes`: the size of the largest image.
+  Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool has_range_camera,
         std::optional<std::size_t> image_bytes);
   Inbox(const Inbox&) = delete;
   Inbox& operator=(const Inbox&) = delete;
@@ -75,7 +75,7 @@ class Inbox {
 
   Clock& clock_;
   bool lockstep_;
-  bool sees_;
+  bool has_range_camera_;
   std::optional<Utime> ahead_;  ///< Offset of the vehicle's time from our clock, us.
   std::optional<ImuSample> imu_;
   std::optional<DepthSample> depth_;

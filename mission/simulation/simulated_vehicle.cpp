@@ -10,10 +10,11 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kSayAgain = 5'000;  // us of real time before the first repetition, in lock-step
+constexpr Utime kFirstRepetition =
+    5'000;  // us of real time before the first repetition, in lock-step
 // us: limit of the interval, which doubles each time; an executive that waits for its own worker
 // has received the samples
-constexpr Utime kSeldomAgain = 80'000;
+constexpr Utime kMaxRepetition = 80'000;
 // us without an answer: the executive has died; on a slow machine planning for one tick may take
 // long
 constexpr Utime kGiveUp = 120'000'000;
@@ -62,16 +63,16 @@ class SimulatedVehicle {
       if (settings_.lockstep && !is_alone_) {
         wait_for_command(wanted);
       } else if (!has_begun_ && !arbiter_.executive() && inputs_.imu && inputs_.depth) {
-        wait_for_the_first(wanted);
+        wait_for_first_command(wanted);
         next = clock_.now();
       } else {
-        if (!is_away()) say();
+        if (!is_away()) publish_samples();
         bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
         is_alone_ = is_alone_ && !is_answered();
       }
       // Time lost by a slow machine is not made up, because a vehicle's time passes.
       next = std::max(next, clock_.now() - from_seconds(vehicle::Simulator::kTick));
-      judge();
+      update_report();
     }
     return report();
   }
@@ -121,7 +122,7 @@ class SimulatedVehicle {
     injector_.apply(simulator_.truth(), inputs_, ignored);
     inertial_ = samples.inertial;
     injector_.apply(inertial_);
-    look();
+    sense_surroundings();
     set_clock();
     restart_driver();
     touched_ = contacts_.observe(now(), simulator_.truth().X_WB);
@@ -131,7 +132,7 @@ class SimulatedVehicle {
     own_ = {own.imu, own.depth};
   }
 
-  void look() {
+  void sense_surroundings() {
     if (cameras_) images_ = cameras_->render(simulator_.truth(), std::nullopt, injector_);
     scan_.reset();
     if (!camera_ || !camera_->due(now())) return;
@@ -162,7 +163,7 @@ class SimulatedVehicle {
     if (link::encode(value, packet_)) bus_.publish(channel, packet_);
   }
 
-  void say() {
+  void publish_samples() {
     link::SimTick tick;
     tick.utime = now();
     const auto add = [&](const char* channel, const auto& sample, std::optional<Utime>& time) {
@@ -191,9 +192,9 @@ class SimulatedVehicle {
 
   // The dive begins with the first command; no dive time passes between the first samples and that
   // command.
-  void wait_for_the_first(const VehicleWanted& wanted) {
+  void wait_for_first_command(const VehicleWanted& wanted) {
     while (!arbiter_.executive() && is_wanted(wanted)) {
-      say();
+      publish_samples();
       bus_.wait(clock_, clock_.now() + from_seconds(vehicle::Simulator::kTick),
                 [this] { return arbiter_.executive().has_value(); });
     }
@@ -201,11 +202,11 @@ class SimulatedVehicle {
 
   void wait_for_command(const VehicleWanted& wanted) {
     const Utime asked = clock_.now();
-    Utime pause = kSayAgain;
+    Utime pause = kFirstRepetition;
     while (!is_answered() && !finished_ && is_wanted(wanted)) {
-      say();
+      publish_samples();
       bus_.wait(clock_, clock_.now() + pause, [this] { return is_answered() || finished_; });
-      pause = std::min(2 * pause, kSeldomAgain);
+      pause = std::min(2 * pause, kMaxRepetition);
       const bool has_begun = arbiter_.executive().has_value();
       if (has_begun && clock_.now() - asked > kGiveUp) {
         is_alone_ = true;
@@ -214,7 +215,7 @@ class SimulatedVehicle {
     }
   }
 
-  void judge() {
+  void update_report() {
     const vehicle::GroundTruth& truth = simulator_.truth();
     const auto who = arbiter_.source(now());
     if (has_begun_) {

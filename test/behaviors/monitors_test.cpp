@@ -66,6 +66,7 @@ class MonitorsTest : public ::testing::Test {
     estimate_.X_WB.p = {0, 0, -5};
     input_.command.v = 0.4;
     input_.command.d = 5.0;
+    monitors_.start(now_);
     run(1.0);
     ASSERT_EQ(what(), std::vector<std::string>{}) << "nothing is wrong at first";
   }
@@ -216,6 +217,26 @@ TEST_F(MonitorsTest, InAnUnknownEnvironmentRangeIsLostByTheAgeOfTheNewestScan) {
   input_.rises = true;
   tick();
   EXPECT_EQ(what(), Only{}) << "a vertical ascent in open water needs no range data";
+}
+
+TEST_F(MonitorsTest, AStallOfTheExecutiveIsNoSilenceOfTheSensors) {
+  depth_speaks_ = health_speaks_ = false;  // their first samples after the stall are yet to come
+  now_ += from_seconds(40.0);
+  tick();
+  EXPECT_EQ(what(), Only{});
+  run(1.7);
+  EXPECT_EQ(what(), Only{});
+  run(0.4);
+  EXPECT_EQ(what(), Only{"depth_lost"});
+}
+
+TEST_F(MonitorsTest, ASilentSensorIsNoticedByAnExecutiveThatStallsAgainAndAgain) {
+  depth_speaks_ = false;
+  for (int i = 0; i < 15; ++i) {
+    now_ += from_seconds(0.5);
+    tick();
+  }
+  EXPECT_TRUE(is(FailsafeKind::kDepthLost));
 }
 
 TEST_F(MonitorsTest, ASensorThatNeverSpokeIsMissedAsWell) {

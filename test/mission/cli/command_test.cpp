@@ -69,7 +69,7 @@ TEST(Command, WaterIsOneThatThereIsAndOfTheSimulator) {
   EXPECT_THAT(muddy.err, HasSubstr("did you mean 'green_lake'?"));
 }
 
-TEST(Command, CamerasAreThoseOfAVehicleThatGoesBySight) {
+TEST(Command, CamerasAreForMissionsWithVision) {
   const std::string by_sight =
       std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
   const std::string linked = "run --lcm memq:// --cameras nowhere ";
@@ -136,7 +136,7 @@ TEST(Command, ErrorsAreOfTheKindThatTheFileIs) {
   }
 }
 
-TEST(Command, CheckSaysOkWithTheKeysScriptsRelyOn) {
+TEST(Command, CheckPrintsOkWithTheKeysScriptsRelyOn) {
   const Ran ran = dive("check --static --json " + kWindow);
   EXPECT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);

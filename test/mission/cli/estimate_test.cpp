@@ -94,7 +94,7 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   fs::remove_all(data);  // 50 MB
 }
 
-TEST(Estimate, SaysHowFarOffItIsInJson) {
+TEST(Estimate, PrintsTheErrorAsJson) {
   write_swim();
   const Ran ran = dive("estimate swim --estimator primitive --speed 0.4 --json --output out.tum");
   ASSERT_EQ(ran.status, 0) << ran.err;
@@ -118,7 +118,7 @@ TEST(Estimate, SaysHowFarOffItIsInJson) {
   EXPECT_GT(lines, 390);
 }
 
-TEST(Estimate, SaysItToPeople) {
+TEST(Estimate, PrintsTheErrorAsText) {
   write_swim();
   const Ran ran = dive("estimate swim --estimator primitive");
   EXPECT_EQ(ran.status, 0) << ran.err;

@@ -90,7 +90,7 @@ TEST_F(Penetration, ABlockedTrailIsLeftOnAPlannedExitPath) {
 }
 
 // A blind tunnel, too narrow to pass the object that falls into it.
-TEST(BlindTunnel, WithoutAnyWayOutItSaysSoAndTakesTheLastRung) {
+TEST(BlindTunnel, WithoutAnyWayOutItReportsThatAndTakesTheLastRung) {
   constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="tunnel">
     <vehicle model="aqua2" speed="0.3" attitude="horizontal"/>
     <map file="none.sdf"/>

@@ -163,7 +163,7 @@ TEST(Window, ALeakInTheFarRoomSurfacesOutside) {
   EXPECT_LT(end_W.x(), 0.0) << "outside of the roof, which starts at x = 0";
 }
 
-TEST(Window, CheckFindsItReadyAndSaysWhatItTakes) {
+TEST(Window, CheckFindsItReadyAndPrintsItsBudget) {
   CheckOptions options;
   options.simulate = false;
   Diagnostics diagnostics;

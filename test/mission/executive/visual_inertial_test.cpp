@@ -32,7 +32,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
   </states>
 </mission>)";
 
-class SightTest : public ::testing::Test {
+class VisualInertialExecutiveTest : public ::testing::Test {
  protected:
   void SetUp() override { use(kMission); }
 
@@ -111,7 +111,7 @@ class SightTest : public ::testing::Test {
   std::vector<std::string> events_, notes_, causes_, rungs_;
 };
 
-TEST_F(SightTest, AChangeOfEstimatorIsAnEventAVariableAndAReasonToReplan) {
+TEST_F(VisualInertialExecutiveTest, AChangeOfEstimatorIsAnEventAVariableAndAReasonToReplan) {
   EXPECT_EQ(run(1.0).estimate.source, estimation::EstimatorKind::kVisualInertial);
   EXPECT_THAT(notes_,
               Contains("estimator visual_inertial: the visual-inertial estimates are good"));
@@ -128,7 +128,7 @@ TEST_F(SightTest, AChangeOfEstimatorIsAnEventAVariableAndAReasonToReplan) {
 
 // The stored drift is over ground and may be an error of vision: the flippers act through the
 // water.
-TEST_F(SightTest, ADriftThatVisionLeavesBehindIsNotBrakedAgainst) {
+TEST_F(VisualInertialExecutiveTest, ADriftThatVisionLeavesBehindIsNotBrakedAgainst) {
   v_B_ = {0.6, 0.0, 0.0};
   run(6.0);
   fault_ = estimation::VisionFault::kBlurred;
@@ -140,7 +140,7 @@ TEST_F(SightTest, ADriftThatVisionLeavesBehindIsNotBrakedAgainst) {
 
 // Vision has estimated that the compass is 10 degrees off. Commands are headings of the estimate:
 // if it points as commanded, the flippers have nothing to turn.
-TEST_F(SightTest, ACompassErrorThatVisionHasCorrectedIsNotFlown) {
+TEST_F(VisualInertialExecutiveTest, ACompassErrorThatVisionHasCorrectedIsNotFlown) {
   yaw_offset_ = deg_to_rad(10.0);
   run(6.0);
   fault_ = estimation::VisionFault::kBlurred;
@@ -151,7 +151,7 @@ TEST_F(SightTest, ACompassErrorThatVisionHasCorrectedIsNotFlown) {
   EXPECT_NEAR(outputs.rates.yaw, 0.0, 0.01);
 }
 
-TEST_F(SightTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
+TEST_F(VisualInertialExecutiveTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
   run(1.0);
   loops_ = {1, 10'000'000, 95'000'000, 0.25, 0.02};
   run(1.0);
@@ -169,13 +169,13 @@ TEST_F(SightTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
       << "but when it moves the vehicle, it is";
 }
 
-TEST_F(SightTest, TheFailsafeOfAnUncertainPositionUsesThePublishedEstimate) {
+TEST_F(VisualInertialExecutiveTest, TheFailsafeOfAnUncertainPositionUsesThePublishedEstimate) {
   sigma_ = 0.5;
   run(2.0);
   EXPECT_THAT(rungs_, Contains("hold localisation_lost"));
 }
 
-TEST_F(SightTest, AMissionWithoutVisionIgnoresIt) {
+TEST_F(VisualInertialExecutiveTest, AMissionWithoutVisionIgnoresIt) {
   std::string text = kMission;
   const std::string asks = "<estimation estimator=\"visual_inertial\"/>";
   text.replace(text.find(asks), asks.size(), "<estimation estimator=\"primitive\"/>");

@@ -161,7 +161,7 @@ TEST(CameraInboxClock, AImageNeverSetsIt) {
   }
 }
 
-TEST(SightInLockStep, IsWholeOnceAllOfATickHasCome) {
+TEST(CameraInboxInLockStep, IsWholeOnceAllOfATickHasCome) {
   CameraInbox inbox;
   link::SimTick tick;
   tick.utime = 40 * kMs;

@@ -244,7 +244,7 @@ class Rubbish {
 };
 
 // With images and IMU samples too: in pairs, from one camera, and no longer at all.
-TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
+TEST_F(Processes, WithImagesTheLogIsThatOfTheBuiltInSimulatorInSpiteOfOtherPackets) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   const std::vector<std::string> conditions = {"--seed",  "3",
@@ -276,7 +276,7 @@ TEST_F(Processes, BySightTheLogIsThatOfTheBuiltInSimulatorWhateverElseIsSaid) {
 }
 
 // The images are then the source of the map, without a range camera.
-TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
+TEST_F(Processes, WithStereoMappingTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
   const fs::path missions =
       fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
@@ -287,9 +287,9 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
       text.find(known), known.size(),
       R"(map unknown="optimistic" mapping_sensor="stereo" simulation_map="maps/basin.sdf")");
   fs::create_directories(path("maps"));
-  std::ofstream(path("eyes.xml")) << text;
+  std::ofstream(path("stereo.xml")) << text;
   fs::copy_file(missions / "maps/basin.sdf", path("maps/basin.sdf"));
-  const std::string mission = path("eyes.xml");
+  const std::string mission = path("stereo.xml");
   const auto vehicle = dive("sim", {"sim", mission, "--lockstep", "--seed", "3"});
   const auto executive = dive("run", {"run", mission, "--lockstep", "--cameras", cameras(mission),
                                       "--seed", "3", "--log", path("linked.lcmlog")});
@@ -303,7 +303,7 @@ TEST_F(Processes, WhereTheCamerasAreTheEyesTheLogIsThatOfTheBuiltInSimulator) {
   EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
 }
 
-TEST_F(Processes, WithAFifthOfAllImagesLostItStillDivesBySight) {
+TEST_F(Processes, WithAFifthOfAllImagesLostItStillUsesVision) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn");
   const std::string basin = mission("scenarios/missions/basin_visual_inertial");
   Process relay({LOCKSTEP_RELAY, url_, far_url_, "0.2", "5"}, folder_, "relay");
@@ -340,7 +340,7 @@ TEST_F(Processes, InRealTimeImagesAreSortedIntoPairs) {
   EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
 }
 
-TEST_F(Processes, OfAVehicleWithoutCamerasThePrimitiveEstimatorSaysWhereItIs) {
+TEST_F(Processes, AVehicleWithoutCamerasUsesThePrimitiveEstimator) {
   const std::string map = DIVE_SOURCE_DIR "/missions/scenarios/missions/maps/basin.sdf";
   const auto vehicle = dive("sim", {"sim", map, "--start", "0,0,-1.5,0,0,0", "--lockstep"});
   const std::string basin = mission("scenarios/missions/basin_visual_inertial");
@@ -826,17 +826,17 @@ TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
   EXPECT_EQ(dive("nothing", {"sim", "no.sdf", "--start", "0,0,-1"})->wait(kLong), 2);
 }
 
-TEST_F(Processes, AVehicleOnAMapHasEyesWhenAsked) {
+TEST_F(Processes, AVehicleOnAMapSendsScansWhenAsked) {
   const std::string mission = murk();
-  for (const bool eyes : {true, false}) {
+  for (const bool has_range_camera : {true, false}) {
     std::vector<std::string> words = {"sim", path("maps/bay.sdf"), "--start", "0,0,-2",
                                       "--lockstep"};
-    if (eyes) words.emplace_back("--range-camera");
+    if (has_range_camera) words.emplace_back("--range-camera");
     const auto vehicle = dive("sim", words);
     const auto executive = dive("run", {"run", mission, "--lockstep", "--log", path("log")});
     EXPECT_GE(executive->wait(kLong), 0) << executive->err();
     EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
-    EXPECT_EQ(executive->json().at("replans").get<int>() > 0, eyes) << executive->out();
+    EXPECT_EQ(executive->json().at("replans").get<int>() > 0, has_range_camera) << executive->out();
   }
 }
 
@@ -851,7 +851,7 @@ TEST_F(Processes, ThereIsNoVehicleInWaterThatNothingIsSaidOf) {
   EXPECT_THAT(vehicle->err(), HasSubstr("simulation_map="));
 }
 
-TEST_F(Processes, WithoutAVehicleTheExecutiveSaysSo) {
+TEST_F(Processes, WithoutAVehicleTheExecutiveReportsIt) {
   const auto bad = dive("bad", {"run", mission("pool3"), "--lcm", "carrier-pigeon://"});
   EXPECT_EQ(bad->wait(kLong), 2);
   EXPECT_THAT(bad->err(), HasSubstr("carrier-pigeon"));

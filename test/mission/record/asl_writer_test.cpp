@@ -130,7 +130,7 @@ TEST_F(Dataset, IsReadAgainAsItWasWritten) {
               0.01, 0.02, 0.03});
 }
 
-TEST_F(Dataset, SaysWhatTheSensorsAre) {
+TEST_F(Dataset, DescribesTheSensors) {
   auto writer = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
   ASSERT_TRUE(writer);
   ASSERT_TRUE(writer->close());
@@ -168,7 +168,7 @@ TEST_F(Dataset, IsNotWrittenOverAnother) {
   EXPECT_THAT(nowhere.error().message, ::testing::HasSubstr("/proc/no-such-place"));
 }
 
-TEST_F(Dataset, SaysWhenAImageIsLost) {
+TEST_F(Dataset, ReportsALostImage) {
   auto writer = AslWriter::create(folder_.string(), sensors(), Existing::kRefuse);
   ASSERT_TRUE(writer);
   fs::remove_all(folder_ / "mav0/cam0/data");

@@ -245,7 +245,7 @@ TEST(Digest, IsFnv1a64) {
   EXPECT_EQ(digest("foobar"), 0x85944171f73967e8ULL);
 }
 
-TEST(Digest, OfAHeaderKnowsWhichFileSaysWhat) {
+TEST(Digest, OfAHeaderDistinguishesFiles) {
   LogHeader header = sample_header();
   header.mission_xml = std::string(2, 'a');
   header.map_xml = std::string(1, 'a');

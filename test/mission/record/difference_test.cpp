@@ -59,7 +59,7 @@ TEST(FirstDifference, IsFoundAndNamedInEveryField) {
   }
 }
 
-TEST(FirstDifference, SaysBothValues) {
+TEST(FirstDifference, NamesBothValues) {
   StepOutputs logged;
   StepOutputs replayed;
   replayed.command.v = 0.1;

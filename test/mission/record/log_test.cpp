@@ -489,7 +489,7 @@ INSTANTIATE_TEST_SUITE_P(Each, DamagedTick, ::testing::ValuesIn(kBadTicks),
 
 // ---------------------------------------------------------------------------- not a log
 
-TEST(OpenLog, SaysWhatIsWrong) {
+TEST(OpenLog, ReportsWhatIsWrong) {
   const TemporaryFile file;
   EXPECT_THAT(read_log(file.path()).error, HasSubstr("no such file"));
   EXPECT_THAT(read_log(::testing::TempDir()).error, HasSubstr("is a directory"));
@@ -507,7 +507,7 @@ TEST(OpenLog, SaysWhatIsWrong) {
   EXPECT_THAT(read_log(file.path()).error, HasSubstr("ends within its header"));
 }
 
-TEST(OpenLog, SaysWhenItIsNotPermitted) {
+TEST(OpenLog, ReportsMissingPermission) {
   if (geteuid() == 0) GTEST_SKIP() << "root may read everything";
   const TemporaryFile file;
   write_log(file.path(), {});
@@ -517,7 +517,7 @@ TEST(OpenLog, SaysWhenItIsNotPermitted) {
 
 // ---------------------------------------------------------------------------- failing disk
 
-TEST(WriteLog, SaysWhyItCannotBeCreated) {
+TEST(WriteLog, ReportsWhyItCannotBeCreated) {
   const auto nowhere = LogWriter::create("/nowhere/at/all.lcm", sample_header());
   ASSERT_FALSE(nowhere);
   EXPECT_THAT(nowhere.error(), HasSubstr("No such file or directory"));

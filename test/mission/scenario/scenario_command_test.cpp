@@ -26,7 +26,7 @@ using testing::Ran;
 const fs::path kShipped = fs::path(DIVE_SOURCE_DIR) / "missions/scenarios";
 const fs::path kMalformed = fs::path(DIVE_SOURCE_DIR) / "test/mission/scenario/malformed";
 
-std::string quoted(const fs::path& path) { return fmt::format("'{}'", path.string()); }
+std::string in_quotes(const fs::path& path) { return fmt::format("'{}'", path.string()); }
 
 fs::path own_folder() {
   const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
@@ -74,7 +74,7 @@ TEST(ScenarioCommand, RefusesEveryMalformedScenarioWithItsCodeAndLine) {
     EXPECT_TRUE(expected.contains(entry.path().filename().string())) << entry.path();
   }
   for (const auto& [file, errors] : expected) {
-    const Ran ran = dive("test --json " + quoted(kMalformed / file));
+    const Ran ran = dive("test --json " + in_quotes(kMalformed / file));
     EXPECT_EQ(ran.status, 2) << file;
     const auto found = nlohmann::json::parse(ran.out).at("scenarios").at(0).at("diagnostics");
     ASSERT_EQ(found.size(), errors.size()) << file << found.dump(1);
@@ -102,14 +102,14 @@ TEST(ScenarioCommand, EveryCodeThatIsReportedIsListed) {
 // Under the sanitizers without the scenarios that render minutes of images: shorter ones run the
 // same code.
 std::string shipped_scenarios() {
-  if (!dive::testing::kUnderSanitizers) return quoted(kShipped);
+  if (!dive::testing::kUnderSanitizers) return in_quotes(kShipped);
   std::string all;
   for (const auto& entry : fs::directory_iterator(kShipped)) {
     const std::string name = entry.path().stem().string();
     const bool is_long = name == "a_place_is_recognised" ||
                          name == "dark_in_a_wreck_visual_inertial" ||
                          name == "shipped_wreck_visual_inertial";
-    if (entry.path().extension() == ".xml" && !is_long) all += quoted(entry.path()) + ' ';
+    if (entry.path().extension() == ".xml" && !is_long) all += in_quotes(entry.path()) + ' ';
   }
   return all;
 }
@@ -130,7 +130,7 @@ TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
 // Some scenarios expect that the script has no effect; all others fail when it is disabled.
 TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
   DIVE_SKIP_UNDER_SANITIZERS("the code is that of the scenarios that hold");
-  const Ran ran = dive("test --disable-scripts --json " + quoted(kShipped));
+  const Ran ran = dive("test --disable-scripts --json " + in_quotes(kShipped));
   EXPECT_EQ(ran.status, 1);
   std::vector<std::string> insensitive;
   const auto report = nlohmann::json::parse(ran.out);
@@ -188,7 +188,7 @@ TEST(ScenarioCommand, TheShippedScenariosCoverTheLanguage) {
 TEST(ScenarioCommand, AFailureReportsTheActualResultAndTheExpectationsPlace) {
   const fs::path path = scenario(
       "wrong", kLeak + "<expect>\n<outcome is=\"success\"/>\n<enters state=\"north\"/>\n</expect>");
-  const Ran ran = dive("test " + quoted(path));
+  const Ran ran = dive("test " + in_quotes(path));
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out, HasSubstr("FAILED   wrong"));
   EXPECT_THAT(ran.out,
@@ -206,13 +206,15 @@ TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
   const fs::path right = scenario("right", "<expect><outcome is=\"success\"/></expect>");
   const fs::path keep = own_folder() / "kept";
   fs::remove_all(keep);
-  const Ran ran = dive("test " + quoted(wrong) + " " + quoted(right) + " --keep " + quoted(keep));
+  const Ran ran =
+      dive("test " + in_quotes(wrong) + " " + in_quotes(right) + " --keep " + in_quotes(keep));
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out, HasSubstr("dive explain " + (keep / "wrong.lcmlog").string()));
   EXPECT_FALSE(fs::exists(keep / "right.lcmlog"));
-  EXPECT_EQ(dive("replay " + quoted(keep / "wrong.lcmlog")).status, 0);
-  EXPECT_THAT(dive("explain " + quoted(keep / "wrong.lcmlog")).out, HasSubstr("water in the hull"));
-  EXPECT_EQ(dive("test " + quoted(right) + " --keep-all --keep " + quoted(keep)).status, 0);
+  EXPECT_EQ(dive("replay " + in_quotes(keep / "wrong.lcmlog")).status, 0);
+  EXPECT_THAT(dive("explain " + in_quotes(keep / "wrong.lcmlog")).out,
+              HasSubstr("water in the hull"));
+  EXPECT_EQ(dive("test " + in_quotes(right) + " --keep-all --keep " + in_quotes(keep)).status, 0);
   EXPECT_TRUE(fs::exists(keep / "right.lcmlog"));
 }
 
@@ -220,19 +222,19 @@ TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
 TEST(ScenarioCommand, AVisualInertialDiveReplays) {
   const fs::path keep = own_folder() / "by_sight";
   fs::remove_all(keep);
-  const Ran ran = dive("test --keep-all --keep " + quoted(keep) + " " +
-                       quoted(kShipped / "cameras_fail_in_turn.xml"));
+  const Ran ran = dive("test --keep-all --keep " + in_quotes(keep) + " " +
+                       in_quotes(kShipped / "cameras_fail_in_turn.xml"));
   EXPECT_EQ(ran.status, 0) << ran.out;
   const fs::path log = keep / "cameras_fail_in_turn.lcmlog";
-  EXPECT_EQ(dive("replay " + quoted(log)).status, 0);
-  EXPECT_THAT(dive("explain " + quoted(log)).out, HasSubstr("estimator primitive: the same"));
+  EXPECT_EQ(dive("replay " + in_quotes(log)).status, 0);
+  EXPECT_THAT(dive("explain " + in_quotes(log)).out, HasSubstr("estimator primitive: the same"));
 }
 
 TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {
   const fs::path path = scenario("late",
                                  "<at state=\"dive.abort_retrace\"><fault name=\"leak\"/></at>\n"
                                  "<expect><outcome is=\"success\"/></expect>");
-  const Ran ran = dive("test " + quoted(path));
+  const Ran ran = dive("test " + in_quotes(path));
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out,
               HasSubstr(":2:2: expected this step happens; actual: its trigger never came"));
@@ -240,7 +242,8 @@ TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {
 
 TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
   const fs::path right = scenario("right", "<expect><outcome is=\"success\"/></expect>");
-  const Ran ran = dive("test " + quoted(kMalformed / "fault_unknown.xml") + " " + quoted(right));
+  const Ran ran =
+      dive("test " + in_quotes(kMalformed / "fault_unknown.xml") + " " + in_quotes(right));
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("did you mean 'leak'?"));
   EXPECT_THAT(ran.err, HasSubstr("^"));
@@ -249,12 +252,13 @@ TEST(ScenarioCommand, OneThatIsInvalidDoesNotKeepTheOthersFromBeingDived) {
 }
 
 TEST(ScenarioCommand, WrongUsageIsTwo) {
-  EXPECT_EQ(dive("test --disable-scripts --negate " + quoted(kShipped / "dart_nominal.xml")).status,
-            2);
+  EXPECT_EQ(
+      dive("test --disable-scripts --negate " + in_quotes(kShipped / "dart_nominal.xml")).status,
+      2);
   EXPECT_EQ(dive("test").status, 2);
   EXPECT_EQ(dive("test nowhere.xml").status, 2);
-  EXPECT_EQ(dive("test --keep-all " + quoted(kShipped / "dart_nominal.xml")).status, 2);
-  const Ran empty = dive("test " + quoted(own_folder()));
+  EXPECT_EQ(dive("test --keep-all " + in_quotes(kShipped / "dart_nominal.xml")).status, 2);
+  const Ran empty = dive("test " + in_quotes(own_folder()));
   EXPECT_EQ(empty.status, 2);
   EXPECT_THAT(empty.err, HasSubstr("holds no scenario"));
 }
@@ -276,8 +280,8 @@ TEST(ScenarioCommand, WritesJUnitThatCanBeParsed) {
                                                "<expect><outcome is=\"success\"/></expect>");
   const fs::path file = own_folder() / "results.xml";
   const Ran ran =
-      dive("test --junit " + quoted(file) + " " + quoted(wrong) + " " +
-           quoted(kShipped / "dart_nominal.xml") + " " + quoted(kMalformed / "doctype.xml"));
+      dive("test --junit " + in_quotes(file) + " " + in_quotes(wrong) + " " +
+           in_quotes(kShipped / "dart_nominal.xml") + " " + in_quotes(kMalformed / "doctype.xml"));
   EXPECT_EQ(ran.status, 2);
   Diagnostics diagnostics;
   const auto report = read_xml(file.string(), XmlLimits{}, diagnostics);

@@ -237,7 +237,7 @@ TEST(SaveMapTest, NamesAreEscapedOrRefused) {
   }
 }
 
-TEST(SaveMapTest, SaysWhyThereIsNoMap) {
+TEST(SaveMapTest, ReportsWhyThereIsNoMap) {
   const Scratch scratch;
   EXPECT_THAT(
       save_map(scratch.path("wreck"), ObservedMap{}, {}, "", Existing::kRefuse).error().message,
