@@ -3,18 +3,21 @@
 # release preset.
 #   ./check.sh           what one runs before a commit
 #   ./check.sh --ci      and those of what runs on board or reads what others wrote, under the
-#                        address and undefined-behaviour sanitizers
+#                        address and undefined-behaviour sanitizers; and clang-tidy on what flies
+#   ./check.sh --tidy    clang-tidy on what flies, alone
 #   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
 set -euo pipefail
 cd "$(dirname "$0")"
 
 sanitize=
+only_tidy=
 for argument in "$@"; do
   case "$argument" in
     --ci) sanitize=sanitized ;;
+    --tidy) only_tidy=yes ;;
     --asan) sanitize=all ;;
     *)
-      sed -n '2,7p' "$0" | sed 's/^# \{0,1\}//' >&2
+      sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//' >&2
       exit 2
       ;;
   esac
@@ -31,6 +34,19 @@ if grep -rnwiIE "$(paste -sd'|' doc/unused-words.txt)" --exclude={name-changes.m
   echo "These words are listed in doc/unused-words.txt: say it in plain words." >&2
   exit 1
 fi
+# What flies: behaviours, executive, the loop on board and its link, estimation and vehicle.
+tidy() {
+  echo "== clang-tidy"
+  cmake --preset tidy --log-level=WARNING > /dev/null
+  cmake --build --preset tidy --target dive_messages_generated > /dev/null
+  run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' -extra-arg=-Wno-unknown-warning-option \
+    "$PWD/(behaviors|mission/executive|mission/onboard|mission/link|estimation|vehicle|vehicle/link)/[^/]*\\.cpp\$" \
+    2> /dev/null
+}
+if [ -n "$only_tidy" ]; then
+  tidy
+  exit
+fi
 # check PRESET TARGET CTEST_ARGUMENTS...
 check() {
   echo "== $1"
@@ -40,6 +56,9 @@ check() {
 }
 check release all
 case "$sanitize" in
-  sanitized) check asan sanitized_tests -L sanitized ;;
+  sanitized)
+    tidy
+    check asan sanitized_tests -L sanitized
+    ;;
   all) check asan all ;;
 esac

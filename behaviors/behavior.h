@@ -37,6 +37,7 @@ struct BehaviorInput {
   const Trail* trail = nullptr;                ///< Trail of the vehicle; null: not recorded.
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
   bool map_changed = false;           ///< True if the map has changed since the last tick.
+  bool position_corrected = false;    ///< True in the tick in which the position jumps to a fix.
   bool replan = false;                ///< True if a failsafe requests a replan.
   bool depth_known = true;            ///< True while depth samples are fresh.
   bool attitude_known =

@@ -320,6 +320,7 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
   signals.deviation_m = progress_.cross_track_m;
   signals.distance_to_go_m = progress_.distance_to_go_m;
   signals.demanded = input.replan;
+  signals.position_corrected = input.position_corrected;
   signals.estimator_switched = estimator_ && *estimator_ != input.estimate->source;
   estimator_ = input.estimate->source;
   if (input.map_changed && input.observed != nullptr) {

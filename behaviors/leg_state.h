@@ -60,6 +60,7 @@ using Event =
 struct Transitions {
   using S = State;
   // clang-format off
+  // NOLINTBEGIN(performance-unnecessary-value-param): a table of small values
   //           in             on                  goes to
   S operator()(Planning,    PathToGoal e)    { return Following{e.certified_m}; }
   S operator()(Planning,    PathToObserve e) { return Approaching{e.certified_m}; }
@@ -72,6 +73,7 @@ struct Transitions {
   S operator()(Approaching, PathEnded e)     { return Planning{e.station}; }
   S operator()(Approaching, BackOffBegun)    { return BackingOff{}; }
   S operator()(BackingOff,  BackOffEnded e)  { return Planning{e.station}; }
+  // NOLINTEND(performance-unnecessary-value-param)
   // clang-format on
   template <class OtherState, class OtherEvent>
   S operator()(OtherState, OtherEvent) {

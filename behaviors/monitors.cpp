@@ -52,12 +52,14 @@ Monitors::Monitors(MonitorLimits limits) : limits_(std::move(limits)) {
 
 void Monitors::start(Utime now) { started_ = last_update_ = now; }
 
-// While the executive was stalled it could not receive: that time is no silence of the sensors.
+// While the executive was stalled it could neither receive nor command: that time is no silence of
+// the sensors, and no time without progress.
 void Monitors::leave_out_stall(Utime now) {
   const Utime stall = now - last_update_ - kLongestTick;
   if (stall <= 0) return;
   const auto shift = [&](Utime& time) { time = std::min(time + stall, now); };
   shift(started_);
+  shift(anchored_);
   if (scanned_) shift(*scanned_);
   for (Source* source : {&imu_, &depth_, &power_}) {
     shift(source->changed);

@@ -23,6 +23,8 @@ const char* to_string(ReplanCause cause) {
       return "map changed";
     case ReplanCause::kEstimatorSwitched:
       return "estimator switched";
+    case ReplanCause::kPositionCorrected:
+      return "position corrected";
     case ReplanCause::kDemanded:
       return "failsafe";
   }
@@ -69,6 +71,7 @@ ReplanCause ReplanTriggers::pending(Utime now, const ReplanSignals& signals) {
       *signals.new_clearance_m < *policy_.clearance_m) {
     kept_ = ReplanCause::kClearance;
   }
+  if (signals.position_corrected) kept_ = ReplanCause::kPositionCorrected;
   if (policy_.map_change && signals.path_blocked) kept_ = ReplanCause::kMapChanged;
 
   ReplanCause cause = ReplanCause::kNone;

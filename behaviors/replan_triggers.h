@@ -27,6 +27,7 @@ enum class ReplanCause {
   kNoProgress,
   kMapChanged,
   kEstimatorSwitched,
+  kPositionCorrected,
   kDemanded,  ///< Requested by a failsafe.
 };
 
@@ -40,6 +41,7 @@ struct ReplanSignals {
   std::optional<double> new_clearance_m;
   bool path_blocked = false;  ///< True if that clearance is less than the leg allows.
   bool estimator_switched = false;
+  bool position_corrected = false;  ///< The estimated position has jumped to a fix.
   bool demanded = false;
 };
 

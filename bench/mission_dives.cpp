@@ -1,5 +1,6 @@
 // Runs a mission with a series of seeds; collisions and clearances are those of ground truth:
 //     mission_dives missions/window.xml --dives 100 --jobs 2
+//     mission_dives missions/wreck.xml --set map_shift_sigma_m=0.3     with other errors
 //     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
 //     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
 //     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
@@ -30,12 +32,18 @@
 #include "mission/simulation/simulated_dive.h"
 #include "planning/planner.h"
 #include "vehicle/simulator/diver.h"
+#include "vehicle/simulator/drawn_world.h"
 #include "vehicle/simulator/ground_truth/ground_truth.h"
 
 namespace dive::bench {
 namespace {
 
 constexpr double kSamePlace = 0.01;  // m between waypoints; a shorter distance has no direction
+
+struct Draw {
+  vehicle::Conditions conditions;
+  bool with_diver = false;
+};
 
 struct RoutedSetup : StudySetup {
   std::vector<Pose> route;  ///< Route of a vehicle that knows the whole world.
@@ -84,8 +92,9 @@ vehicle::DiverTrack diver_for(const RoutedSetup& setup, std::uint64_t seed) {
 /// Distances from the vehicle to the obstacles of the world, and to the diver.
 class Apart {
  public:
-  explicit Apart(const RoutedSetup& setup)
-      : to_world_(setup.world, setup.model.hull), to_diver_(diver_alone(), setup.model.hull) {}
+  Apart(const RoutedSetup& setup, const vehicle::Conditions& conditions, std::uint64_t seed)
+      : to_world_(vehicle::drawn_world(setup.world, conditions, seed), setup.model.hull),
+        to_diver_(diver_alone(), setup.model.hull) {}
 
   void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
     to_world_.observe(truth.X_WB);
@@ -117,15 +126,42 @@ class Apart {
   Now now_;
 };
 
-mission::DiveSettings settings_for(const RoutedSetup& setup, std::uint64_t seed, bool with_diver,
+// Errors of the published position, horizontally and relative to the map.
+class PositionErrors {
+ public:
+  PositionErrors(const vehicle::Conditions& conditions, std::uint64_t seed)
+      : map_from_world_(vehicle::drawn_map_motion(conditions, seed).inverse()) {}
+
+  void observe(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
+    if (!estimate.valid) return;
+    const Eigen::Vector2d error = (estimate.X_WB.p - map_from_world_ * truth.X_WB.p).head<2>();
+    const Eigen::Matrix2d P = estimate.covariance.topLeftCorner<2, 2>();
+    nees_ = error.dot(P.ldlt().solve(error));
+    errors_m_.push_back(error.norm());
+  }
+  /// Of the last estimate; its mean over dives is 2 if the covariance is right.
+  [[nodiscard]] double nees() const { return nees_; }
+  [[nodiscard]] double p95_m() {
+    std::ranges::sort(errors_m_);
+    return errors_m_.empty() ? 0.0 : errors_m_[errors_m_.size() * 95 / 100];
+  }
+
+ private:
+  Pose map_from_world_;
+  double nees_ = 0.0;
+  std::vector<double> errors_m_;
+};
+
+mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed,
                                    Apart& apart) {
   mission::DiveSettings settings;
+  settings.conditions = draw.conditions;
   settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
                                       const std::optional<Pose>& X_WD) {
     apart.observe(truth, X_WD);
   };
   settings.seed = seed;
-  if (with_diver) settings.diver = diver_for(setup, seed);
+  if (draw.with_diver) settings.diver = diver_for(setup, seed);
   return settings;
 }
 
@@ -138,11 +174,13 @@ bool reached_all(const mission::DiveResult& result) {
          });
 }
 
-nlohmann::json dive(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
-  Apart apart(setup);
-  const mission::DiveResult result =
-      mission::simulate_dive(setup.mission, setup.world, setup.model,
-                             settings_for(setup, seed, with_diver, apart), nullptr);
+nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
+  Apart apart(setup, draw.conditions, seed);
+  PositionErrors errors(draw.conditions, seed);
+  const mission::DiveResult result = mission::simulate_dive(
+      setup.mission, setup.world, setup.model, settings_for(setup, draw, seed, apart),
+      [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
+          const auto&) { errors.observe(out.estimate, truth); });
   return {{"seed", seed},
           {"outcome", result.outcome},
           {"reached", reached_all(result)},
@@ -154,13 +192,15 @@ nlohmann::json dive(const RoutedSetup& setup, std::uint64_t seed, bool with_dive
           {"duration", result.duration_s},
           {"depth", result.final_depth_m},
           {"error", result.final_error_m},
+          {"error_p95", errors.p95_m()},
+          {"nees", errors.nees()},
           {"replans", result.replans},
           {"pieces", result.observed_map.pieces()}};
 }
 
-void trace(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
-  Apart apart(setup);
-  if (with_diver) {
+void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
+  Apart apart(setup, draw.conditions, seed);
+  if (draw.with_diver) {
     const vehicle::DiverTrack track = diver_for(setup, seed);
     std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
     for (const auto& [p_W, pause_s] : track.waypoints) {
@@ -172,7 +212,7 @@ void trace(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
   Utime next = 0;
   std::size_t told = 0;
   const mission::DiveResult result = mission::simulate_dive(
-      setup.mission, setup.world, setup.model, settings_for(setup, seed, with_diver, apart),
+      setup.mission, setup.world, setup.model, settings_for(setup, draw, seed, apart),
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth, const auto&) {
         for (const planning::ObstacleUpdate& update : in.obstacles) told += update.cells.size();
@@ -210,8 +250,8 @@ void trace(const RoutedSetup& setup, std::uint64_t seed, bool with_diver) {
 }
 
 // Each job is a process of its own and takes every n-th seed.
-std::vector<nlohmann::json> dive_all(const RoutedSetup& setup, int first, int dives, int jobs,
-                                     bool with_diver) {
+std::vector<nlohmann::json> dive_all(const RoutedSetup& setup, const Draw& draw, int first,
+                                     int dives, int jobs) {
   const std::string folder = fmt::format("/tmp/mission_dives.{}", ::getpid());
   std::vector<pid_t> children;
   for (int job = 0; job < jobs; ++job) {
@@ -219,7 +259,7 @@ std::vector<nlohmann::json> dive_all(const RoutedSetup& setup, int first, int di
     if (child == 0) {
       std::ofstream out(fmt::format("{}.{}", folder, job));
       for (int i = job; i < dives; i += jobs) {
-        out << dive(setup, static_cast<std::uint64_t>(first + i), with_diver) << std::endl;
+        out << dive(setup, draw, static_cast<std::uint64_t>(first + i)) << std::endl;
       }
       ::_exit(0);
     }
@@ -260,6 +300,25 @@ void report_clearance(const std::string& what, const char* key,
   std::cout << '\n';
 }
 
+// The errors of position over all dives, and how well the covariance describes them.
+void report_errors(const std::vector<nlohmann::json>& results) {
+  constexpr double kBound = 9.21;  // 99 % of the chi-square distribution of two degrees of freedom
+  double nees = 0.0;
+  int beyond = 0;
+  std::vector<double> p95;
+  for (const nlohmann::json& r : results) {
+    nees += r["nees"].get<double>() / static_cast<double>(results.size());
+    beyond += r["nees"].get<double>() > kBound ? 1 : 0;
+    p95.push_back(r["error_p95"]);
+  }
+  std::ranges::sort(p95);
+  if (p95.empty()) return;
+  std::cout << fmt::format(
+      "  position relative to the map: p95 of a dive's errors median {:.3f}, max {:.3f} m; NEES at "
+      "the end mean {:.2f}, {} of {} beyond {}\n",
+      p95[p95.size() / 2], p95.back(), nees, beyond, p95.size(), kBound);
+}
+
 void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::ranges::sort(results, {}, [](const nlohmann::json& r) { return r["seed"].get<int>(); });
   std::map<std::string, int> outcomes;
@@ -281,6 +340,7 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::cout << fmt::format("; {} reached all goals; {} with a collision\n", reached, collided);
   report_clearance("clearance to what stands still", "clearance", results);
   report_clearance("clearance to the diver", "from_diver", results);
+  report_errors(results);
 }
 
 }  // namespace
@@ -293,7 +353,8 @@ int main(int argc, char** argv) {
   int first = 1;
   int jobs = 2;
   int traced = 0;
-  bool with_diver = false;
+  dive::bench::Draw draw;
+  std::vector<std::string> conditions;
   std::string data;
   app.add_option("missions", missions);
   app.add_option("--real", data, "Folder of the shared data: dives the waters made of it");
@@ -301,7 +362,8 @@ int main(int argc, char** argv) {
   app.add_option("--first", first, "Seed of the first dive");
   app.add_option("--jobs", jobs);
   app.add_option("--trace", traced, "This seed alone, every half second");
-  app.add_flag("--diver", with_diver, "A diver swims into the path");
+  app.add_flag("--diver", draw.with_diver, "A diver swims into the path");
+  app.add_option("--set", conditions, "NAME=VALUE of the simulator, as of dive run");
   CLI11_PARSE(app, argc, argv);
   return dive::bench::run_study([&] {
     if (!data.empty()) {
@@ -309,13 +371,21 @@ int main(int argc, char** argv) {
         missions.push_back(std::move(path));
       }
     }
+    for (const std::string& condition : conditions) {
+      const std::size_t equals = condition.find('=');
+      if (equals == std::string::npos ||
+          !draw.conditions.set(condition.substr(0, equals),
+                               std::stod(condition.substr(equals + 1)))) {
+        throw std::runtime_error("--set " + condition + ": no such condition");
+      }
+    }
     if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
     for (const std::string& path : missions) {
       const dive::bench::RoutedSetup setup = dive::bench::load(path);
       if (traced > 0) {
-        dive::bench::trace(setup, static_cast<std::uint64_t>(traced), with_diver);
+        dive::bench::trace(setup, draw, static_cast<std::uint64_t>(traced));
       } else {
-        dive::bench::report(path, dive::bench::dive_all(setup, first, dives, jobs, with_diver));
+        dive::bench::report(path, dive::bench::dive_all(setup, draw, first, dives, jobs));
       }
     }
   });

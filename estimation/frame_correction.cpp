@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/assert.h"
 #include "common/range_check.h"
@@ -42,13 +43,15 @@ std::string FrameCorrectionOptions::validate() const {
   check("drift_share", drift_share, 0.0, 1.0);
   check("slip_time_s", slip_time_s, 0.1, 1000.0);
   check("max_slip", max_slip, 0.0, 5.0);
-  return check.problem();
+  check("max_smooth_m", max_smooth_m, 0.0, 10.0);
+  return check.problem().empty() && fixes ? fixes->validate() : check.problem();
 }
 
 FrameCorrection::FrameCorrection(const FrameCorrectionOptions& options,
                                  const PrimitiveOptions& odometry)
     : options_(options), odometry_(odometry), gate_(options.gate) {
   DIVE_DEMAND(options_.validate().empty() && odometry_.validate().empty());
+  if (options_.fixes) filter_.emplace(*options_.fixes);
 }
 
 std::optional<OdometryState> FrameCorrection::odometry_at(Utime utime) const {
@@ -119,23 +122,50 @@ void FrameCorrection::propose_alignment(const Vector2d& by_W) {
   slip_W_ = at_most(slip_W_ + by_W / options_.slip_time_s, options_.max_slip);
 }
 
-const StateEstimate& FrameCorrection::update(const StateEstimate& odometry) {
+bool FrameCorrection::propose(const MapFix& fix) {
+  DIVE_DEMAND(filter_.has_value());
+  const std::optional<OdometryState> then = odometry_at(fix.scan_utime);
+  if (fix.problem != MapFixProblem::kNone || !then) return false;
+  const Vector2d moved_W = filter_->apply(fix, past_.newest().odometry.p_O - then->p_O);
+  yaw_target_ = filter_->heading_correction();
+  if (moved_W.norm() > options_.max_smooth_m) {
+    offset_W_.setZero();
+    jumps_ = true;
+  } else {
+    offset_W_ -= moved_W;
+  }
+  return true;
+}
+
+const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, double blind_variance) {
   DIVE_DEMAND(past_.empty() || odometry.utime >= past_.newest_utime());
   if (!odometry.valid) return estimate_ = odometry;
+  has_jumped_ = std::exchange(jumps_, false);
   if (gate_.times_out(odometry.utime)) release();
   const double dt = past_.empty() ? 0.0 : to_seconds(odometry.utime - past_.newest_utime());
   const Vector3d v_O = odometry.X_WB.q * odometry.v_WB_B;
+  if (filter_ && past_.empty()) {
+    filter_->begin(odometry.X_WB.p.head<2>(), odometry.covariance(0, 0));
+    blind_variance_ = blind_variance;
+  }
+  const OdometryState before =
+      past_.empty() ? OdometryState{odometry.X_WB.p.head<2>(), {}, {}} : past_.newest().odometry;
   past_.push(odometry.utime,
              {{odometry.X_WB.p.head<2>(), v_O.head<2>(), odometry.X_WB.q}, aligned_W_});
-  advance(dt);
+  advance(before, blind_variance, dt);
   publish(odometry);
   return estimate_;
 }
 
-void FrameCorrection::advance(double dt) {
+void FrameCorrection::advance(const OdometryState& before, double blind_variance, double dt) {
+  if (filter_) {
+    filter_->advance(past_.newest().odometry.p_O - before.p_O, dt,
+                     std::max(blind_variance - blind_variance_, 0.0));
+    blind_variance_ = blind_variance;
+  }
   base_W_ += drift_W_ * dt;
   slip_W_ *= std::exp(-dt / options_.slip_time_s);
-  if (!gate_.uses_vision()) {
+  if (!filter_ && !gate_.uses_vision()) {
     drift_W_ *= std::exp(-dt / options_.drift_memory_s);
     return;
   }
@@ -150,13 +180,15 @@ Vector2d FrameCorrection::displacement() const {
 }
 
 /// The published position without o.
-Vector2d FrameCorrection::target() const { return base_W_ + displacement(); }
+Vector2d FrameCorrection::target() const {
+  return filter_ ? filter_->position_W() : Vector2d(base_W_ + displacement());
+}
 
 void FrameCorrection::publish(const StateEstimate& odometry) {
   const EstimatorKind source = estimate_.source;
   estimate_ = odometry;
   estimate_.source = source;
-  if (follows_vision_) {
+  if (follows_vision_ || filter_) {
     publish_corrected(odometry);
   } else {
     publish_aligned();
@@ -175,11 +207,14 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
   estimate_.map_from_odom.yaw = yaw_;
   estimate_.map_from_odom.translation =
       estimate_.X_WB.p.head<2>() - turned(yaw_) * odometry.X_WB.p.head<2>();
-  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(drift_W_);
+  const Vector2d drift_W = filter_ ? filter_->drift_W() : drift_W_;
+  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(drift_W);
 
   const Matrix3d P = uncertainty();
   const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
-  const double attitude_variance = std::pow(deg_to_rad(odometry_.attitude_sigma_deg), 2);
+  // That of the odometry grows while the attitude is predicted; its least axis has no heading bias.
+  const double attitude_variance = filter_ ? odometry.covariance.diagonal().tail<3>().minCoeff()
+                                           : std::pow(deg_to_rad(odometry_.attitude_sigma_deg), 2);
   Matrix6d& covariance = estimate_.covariance;
   covariance.setZero();
   covariance.topLeftCorner<2, 2>() = P.topLeftCorner<2, 2>();
@@ -192,6 +227,12 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
 
 /// Covariance of x, y and heading of the published pose.
 Matrix3d FrameCorrection::uncertainty() const {
+  if (filter_) {
+    Matrix3d P = filter_->covariance();
+    P.topLeftCorner<2, 2>() += offset_W_ * offset_W_.transpose();
+    P(2, 2) += std::pow(wrap_angle(yaw_ - yaw_target_), 2);
+    return P;
+  }
   if (!follows_vision_) {
     return horizontal_covariance(estimate_.covariance,
                                  estimate_.X_WB.q.conjugate() * Vector3d::UnitZ());

@@ -8,6 +8,7 @@
 //
 //   vision         a pose in the map at the time of an image, with a covariance
 //   map alignment  a horizontal shift by which a range scan fits the observed map
+//   map fix        the information of a range scan on position and heading in the known map
 //
 // The correction has four degrees of freedom, a heading c, two coordinates and their rate; height,
 // roll and pitch are the odometry's, whose depth and attitude are measured:
@@ -26,6 +27,10 @@
 // D' that vector turned by +90 degrees, and e the error in heading, the position error grows by s D
 // + e D' and by the effect of the current (see primitive.h).
 //
+// In a known map the third source are fixes, see map_fix_filter.h, which then estimates b, c and d
+// and their covariance in the place of vision. A fix that moves b by less than `max_smooth_m` is
+// taken up by o as well; a larger one is applied at once, and has_jumped() says so.
+//
 // The map alignment keeps the vehicle consistent with a map that it made itself and gives no
 // information on where that map is: the covariance stays. Repeated shifts in one direction mean an
 // unmodelled velocity: low-passed over T, T s' = -s + sum of shifts delta(t), they are added to the
@@ -38,8 +43,10 @@
 
 #include <Eigen/Core>
 
+#include "common/map_fix.h"
 #include "common/planar_transform.h"
 #include "common/timed_buffer.h"
+#include "estimation/map_fix_filter.h"
 #include "estimation/primitive.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
@@ -58,6 +65,9 @@ struct FrameCorrectionOptions {
   double drift_share = 0.1;      ///< Sigma of d without vision as a fraction of d.
   double slip_time_s = 1.0;      ///< T of the low-pass over map alignments.
   double max_slip = 0.3;         ///< Bound of the velocity that alignments add, m/s.
+  double max_smooth_m = 0.3;     ///< A fix that moves the position by more is applied at once.
+  /// Present: fixes from a known map are used, and neither vision nor map alignments.
+  std::optional<MapFixOptions> fixes = {};
 
   /// Empty if usable, else a sentence naming the option and its range.
   [[nodiscard]] std::string validate() const;
@@ -75,9 +85,16 @@ class FrameCorrection {
   /// The vehicle is `by_W` (m) from its published position according to the observed map. Applied
   /// at once. Vision's frame moves with it, so that vision does not pull back.
   void propose_alignment(const Eigen::Vector2d& by_W);
-  /// Called every tick with the pose in odom; returns the pose in the map. Demands non-decreasing
+  /// Proposes a fix. Demands options with fixes. False if it was not used: it has a problem, or its
+  /// scan is older than the stored poses or newer than the last.
+  [[nodiscard]] bool propose(const MapFix& fix);
+  /// Called every tick with the pose in odom; returns the pose in the map. `blind_variance` (m^2):
+  /// variance of its position, per axis, from times without samples so far. Demands non-decreasing
   /// times.
-  [[nodiscard]] const StateEstimate& update(const StateEstimate& odometry);
+  [[nodiscard]] const StateEstimate& update(const StateEstimate& odometry,
+                                            double blind_variance = 0.0);
+  /// True if a fix since the last but one update() was applied at once.
+  [[nodiscard]] bool has_jumped() const { return has_jumped_; }
 
   [[nodiscard]] const StateEstimate& estimate() const { return estimate_; }
   /// Why vision is not used, as of its last update; kNone while it is.
@@ -95,7 +112,7 @@ class FrameCorrection {
   [[nodiscard]] std::optional<OdometryState> odometry_at(Utime utime) const;
   void follow(const StateEstimate& vision, const OdometryState& then);
   void release();
-  void advance(double dt);
+  void advance(const OdometryState& before, double blind_variance, double dt);
   void publish(const StateEstimate& odometry);
   void publish_corrected(const StateEstimate& odometry);
   void publish_aligned();
@@ -106,8 +123,12 @@ class FrameCorrection {
   FrameCorrectionOptions options_;
   PrimitiveOptions odometry_;
   VisionGate gate_;
+  std::optional<MapFixFilter> filter_;  ///< With fixes.
   TimedBuffer<Past, kPast> past_;
   StateEstimate estimate_;
+  bool has_jumped_ = false;
+  bool jumps_ = false;           ///< A fix since the last update() was applied at once.
+  double blind_variance_ = 0.0;  ///< As of the last update(), m^2.
   bool follows_vision_ = false;  ///< True once vision was accepted: the equation above holds.
 
   Utime anchor_utime_ = 0;                                  ///< t_f, us

@@ -62,6 +62,8 @@ class PrimitiveEstimator {
   [[nodiscard]] const StateEstimate& update(Utime now);
   /// Expected speed through the water along x of B, from the commanded speed, m/s.
   [[nodiscard]] double surge() const { return motion_.surge(); }
+  /// Variance of the position per axis from the start and from times without samples, m^2.
+  [[nodiscard]] double blind_variance() const { return start_variance_; }
 
  private:
   void propagate(double dt);

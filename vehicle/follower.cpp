@@ -23,6 +23,7 @@ constexpr double kLargeError = 1.2;    // rad: heading error with the full turn_
 constexpr double kMaxCrab = 0.5;       // rad: a larger crab angle feeds back on itself
 constexpr double kDepthError = 0.15;   // m of depth error tolerated at full speed
 constexpr double kCreep = 0.05;        // m/s: minimum speed for steering
+constexpr double kSideways = 0.15;     // m/s: the same on its side, where only way holds the depth
 
 double bearing_of(const Vector3d& direction) { return std::atan2(direction.y(), direction.x()); }
 
@@ -137,7 +138,8 @@ double Follower::course(const Vector3d& p_W) const {
   return motion.norm() > kOverhead ? std::atan2(motion.y(), motion.x()) : s.bearing;
 }
 
-double Follower::speed_towards(double heading_error, double depth_error, double left) const {
+double Follower::speed_towards(double heading_error, double depth_error, double left,
+                               double heave_share) const {
   const Segment& s = segment();
   const double to_end = std::max(s.length - status_.along_track_m, 0.0);
   const double sharpness = std::min(s.corner / (0.5 * M_PI), 1.0);
@@ -147,8 +149,9 @@ double Follower::speed_towards(double heading_error, double depth_error, double 
                 options_.arrival_speed + status_.distance_to_go_m / (2.0 * options_.braking_s)});
   const double off = (std::abs(heading_error) - kSmallError) / (kLargeError - kSmallError);
   speed *= 1.0 - options_.turn_slowdown * std::clamp(off, 0.0, 1.0);
-  speed *= std::clamp(2.0 - std::abs(depth_error) / kDepthError, 0.0, 1.0);
-  speed = std::max(speed, kCreep);
+  const double keeps_up = std::clamp(2.0 - std::abs(depth_error) / kDepthError, 0.0, 1.0);
+  speed *= 1.0 - heave_share * (1.0 - keeps_up);
+  speed = std::max(speed, kCreep + (1.0 - heave_share) * (kSideways - kCreep));
 
   return left < 0.5 * M_PI ? std::min(speed, options_.heave_speed / std::tan(std::max(left, 1e-3)))
                            : 0.0;
@@ -189,7 +192,8 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   const double heading = course(X_WB.p) - std::clamp(sideslip, -kMaxCrab, kMaxCrab);
 
   Command command;
-  command.v = speed_towards(wrap_angle(heading - yaw), z - X_WB.p.z(), left);
+  const double heave_share = std::abs((X_WB.q.conjugate() * Vector3d::UnitZ()).z());
+  command.v = speed_towards(wrap_angle(heading - yaw), z - X_WB.p.z(), left, heave_share);
   command.d = -z;
   command.o = from_rpy(planned_rpy.x(), planned_rpy.y(), heading);
   return command;

@@ -9,7 +9,7 @@
 //          little ahead on nearly vertical segments; the paper's printed law has the start as a
 //          fixed point and is singular at z_{i-1} = 0: doc/decisions/follower-depth-law.md
 //   speed  reduced before corners, during a heading error, where depth cannot keep up, and at
-//          the end
+//          the end; a vehicle on its side needs way to hold its depth, and is not slowed for it
 
 #include <optional>
 #include <span>
@@ -83,7 +83,9 @@ class Follower {
   [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double depth_progress(const Eigen::Vector3d& p_W) const;
   /// `left` (rad, >= 0) is the angle between the segment and the direction of swimming along x.
-  [[nodiscard]] double speed_towards(double heading_error, double depth_error, double left) const;
+  /// `heave_share` in [0, 1]: how vertical z of B is.
+  [[nodiscard]] double speed_towards(double heading_error, double depth_error, double left,
+                                     double heave_share) const;
 
   FollowerOptions options_;
   std::vector<Pose> waypoints_;

@@ -52,9 +52,10 @@ std::vector<FaultKind> faults_of(const Mission& mission) {
   std::vector<FaultKind> kinds;
   for (std::size_t i = 0; i < kSurvivableCount; ++i) {
     const auto kind = static_cast<FaultKind>(i);
-    const bool is_used = is_of_cameras(kind)               ? uses_visual_inertial(mission)
-                         : kind == FaultKind::kRangeSilent ? mission.unknown.has_value()
-                         : kind == FaultKind::kRangeFrozen ? has_range_camera(mission)
+    const bool is_used = is_of_cameras(kind) ? uses_visual_inertial(mission)
+                         : kind == FaultKind::kRangeSilent
+                             ? mission.unknown.has_value() || uses_range_camera(mission)
+                         : kind == FaultKind::kRangeFrozen ? uses_range_camera(mission)
                                                            : true;
     if (is_used) kinds.push_back(kind);
   }

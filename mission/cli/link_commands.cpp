@@ -75,9 +75,10 @@ bool parse_disturbances(const SimArguments& arguments, VehicleSettings& settings
 struct Place {
   planning::World world;
   Pose start_X_WB;
-  bool has_range_camera = false;  ///< Required by the mission.
-  std::string water = {};         ///< Water type of the cameras; empty without cameras.
-  std::vector<Tag> tags = {};     ///< Tags visible to the cameras.
+  /// Used by the mission.
+  std::optional<vehicle::RangeCameraOptions> range_camera = {};
+  std::string water = {};      ///< Water type of the cameras; empty without cameras.
+  std::vector<Tag> tags = {};  ///< Tags visible to the cameras.
 };
 
 /// The start of a mission. Prints the errors of the mission and returns nothing if there are any.
@@ -99,7 +100,7 @@ std::optional<Place> place_of_mission(const std::string& path, planning::Resourc
   }
   const Pose start = start_pose(loaded->mission, loaded->world);
   std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
-  return Place{std::move(loaded->world), start, has_range_camera(loaded->mission),
+  return Place{std::move(loaded->world), start, range_camera_of(loaded->mission),
                uses_visual_inertial(loaded->mission) ? loaded->mission.simulated_water : "",
                std::move(tags)};
 }
@@ -249,7 +250,8 @@ int run_sim(const SimArguments& arguments) {
   if (!parse_disturbances(arguments, settings)) return kExitUsage;
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
-  if (arguments.range_camera || place->has_range_camera) settings.range_camera.emplace();
+  settings.range_camera = place->range_camera;
+  if (arguments.range_camera) settings.range_camera.emplace();
   if (const std::string& water =
           arguments.simulated_water.empty() ? place->water : arguments.simulated_water;
       !water.empty()) {

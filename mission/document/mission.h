@@ -175,7 +175,8 @@ struct Mission {
   std::optional<UnknownPolicy> unknown;
   /// Mapping sensor in an unknown environment.
   Located<MappingSensor> mapping_sensor = {MappingSensor::kRangeCamera, {}};
-  double memory_s = 600.0;  ///< Time for which observations of an unknown environment are kept.
+  bool allows_fixes = true;  ///< In a known map: position fixes from scans of the range camera.
+  double memory_s = 600.0;   ///< Time for which observations of an unknown environment are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
@@ -213,9 +214,19 @@ enum class MapFile { kMustExist, kNotNeeded };
   return mission.estimator.value == EstimatorName::kVisualInertial;
 }
 
+/// True if scans of the range camera correct the position in a known map.
+[[nodiscard]] inline bool uses_map_fixes(const Mission& mission) {
+  return !mission.unknown && mission.allows_fixes && !uses_visual_inertial(mission);
+}
+
 /// True if a range camera, and not the stereo cameras, maps the unknown environment.
-[[nodiscard]] inline bool has_range_camera(const Mission& mission) {
+[[nodiscard]] inline bool maps_with_range_camera(const Mission& mission) {
   return mission.unknown && mission.mapping_sensor.value == MappingSensor::kRangeCamera;
+}
+
+/// True if the mission uses the scans of a range camera.
+[[nodiscard]] inline bool uses_range_camera(const Mission& mission) {
+  return maps_with_range_camera(mission) || uses_map_fixes(mission);
 }
 
 /// True if the stereo cameras map the unknown environment.

@@ -67,6 +67,13 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
+    if (const XmlAttribute* fixes = element.attribute("fixes")) {
+      mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
+      if (unknown != nullptr) {
+        diagnostics_.error("MIS-MAP", attributes_.source(), fixes->name_span,
+                           "'fixes' is for known maps, but the environment is unknown");
+      }
+    }
     for (const char* name : {"simulation_map", "memory_s", "mapping_sensor"}) {
       const XmlAttribute* of_unknown = element.attribute(name);
       if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;

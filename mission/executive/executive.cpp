@@ -76,7 +76,7 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
       runner(machine, *this, outputs),
       overhead_monitor(mission_in, map),
       behavior(mission_in, machine, map, overhead_monitor.trail(), options.seed),
-      localization(mission_in.estimator.value, options.estimator, first_position(), first_sigma()),
+      localization(mission_in, options.estimator, first_position(), first_sigma()),
       control(options.autopilot),
       exit_path(behaviors::kTrailLinkShare * mission_in.limits.clearance.value,
                 mission_in.speed.value),
@@ -150,6 +150,10 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
       correction && sensing.accept(inputs.now, *correction)) {
     localization.propose_alignment(correction->correction_W);
   }
+  if (const auto& fix = inputs.map_fix; fix && sensing.accept(inputs.now, *fix)) {
+    if (auto text = localization.propose(*fix, situation.sensors.depth_is_fresh))
+      note(std::move(*text));
+  }
 }
 
 void Executive::Impl::estimate(const StepInputs& inputs) {
@@ -160,6 +164,7 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && has_gap()) estimate_over_gap(speed);
   localization.expect(has_gap() ? 0.0 : speed, situation.expected_heave);
   outputs.estimate = situation.estimate = localization.update(inputs.now);
+  situation.position_corrected = localization.has_jumped();
   if (situation.estimate.valid) behavior.advance_view(inputs.now, situation.estimate.X_WB.p);
 }
 

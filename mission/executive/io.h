@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "common/map_fix.h"
 #include "common/measurements.h"
 #include "common/operator_command.h"
 #include "estimation/state_estimate.h"
@@ -48,6 +49,7 @@ struct StepInputs {
   planning::ObservedMap observed_map;
   std::optional<planning::FreeAhead> free_ahead;
   std::optional<planning::PoseCorrection> pose_correction;
+  std::optional<MapFix> map_fix = {};
   /// What the cameras' estimator says of one pair of pictures. Each one counts as well.
   std::optional<estimation::VisionEstimate> vision = {};
   /// In a tick in which it has changed. In simulation nothing is lost.

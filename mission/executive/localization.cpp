@@ -9,15 +9,48 @@ namespace dive::mission {
 namespace {
 
 constexpr double kLoopReport_s = 10.0;  // s after which a loop closure is reported again
-constexpr double kLoopReport_m = 0.05;  // m: a correction of this size is reported at once
+// In a known map the fixes of the range camera correct the odometry.
+estimation::FrameCorrectionOptions correction_options(const Mission& mission) {
+  estimation::FrameCorrectionOptions options;
+  if (uses_map_fixes(mission)) options.fixes.emplace();
+  return options;
+}
+
+constexpr double kMaxHeightSigma = 0.1;  // m: a less certain height is not used
+constexpr double kLoopReport_m = 0.05;   // m: a correction of this size is reported at once
 
 }  // namespace
 
-Localization::Localization(EstimatorName estimator, const estimation::PrimitiveOptions& options,
+Localization::Localization(const Mission& mission, const estimation::PrimitiveOptions& options,
                            const Eigen::Vector3d& position_W, double position_sigma_m)
-    : uses_vision_(estimator == EstimatorName::kVisualInertial),
+    : uses_vision_(uses_visual_inertial(mission)),
+      uses_fixes_(uses_map_fixes(mission)),
       odometry_(options, position_W, position_sigma_m),
-      correction_({}, options) {}
+      correction_(correction_options(mission), options) {}
+
+std::optional<std::string> Localization::propose(const MapFix& fix, bool depth_is_fresh) {
+  if (!uses_fixes_) return std::nullopt;
+  if (!depth_is_fresh && fix.height_sigma_m > 0.0 && fix.height_sigma_m <= kMaxHeightSigma) {
+    odometry_.add(DepthSample{fix.scan_utime, -fix.height_W});
+  }
+  const MapFixProblem before = std::exchange(fix_problem_, fix.problem);
+  const bool is_used = correction_.propose(fix);
+  if (fix.problem == before) return std::nullopt;
+  if (is_used) return "position fixes from the map again";
+  switch (fix.problem) {
+    case MapFixProblem::kNone:
+      return std::nullopt;
+    case MapFixProblem::kFewPoints:
+      return fmt::format("no position fix: {} points of the scan lie on the map, {} do not",
+                         fix.used, fix.gated);
+    case MapFixProblem::kAmbiguous:
+      return fmt::format("no position fix: another place fits the scan {:.0f} % as well",
+                         100.0 * fix.ambiguity);
+    case MapFixProblem::kNoScan:
+      return "no position fix: the range camera repeats its scan, or sends no ranges";
+  }
+  return std::nullopt;
+}
 
 void Localization::add(Utime now, const estimation::VisionEstimate& vision) {
   if (uses_vision_) correction_.propose(now, vision);
@@ -43,7 +76,8 @@ void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, doub
 }
 
 const estimation::StateEstimate& Localization::update(Utime now) {
-  const estimation::StateEstimate& published = correction_.update(odometry_.update(now));
+  const estimation::StateEstimate& published =
+      correction_.update(odometry_.update(now), odometry_.blind_variance());
   has_switched_ = published.source != source_;
   source_ = published.source;
   return published;

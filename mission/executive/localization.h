@@ -9,14 +9,14 @@
 #include "common/tag.h"
 #include "estimation/frame_correction.h"
 #include "estimation/primitive.h"
-#include "mission/document/guard.h"
+#include "mission/document/mission.h"
 #include "vehicle/predicted_attitude.h"
 
 namespace dive::mission {
 
 class Localization {
  public:
-  Localization(EstimatorName estimator, const estimation::PrimitiveOptions& options,
+  Localization(const Mission& mission, const estimation::PrimitiveOptions& options,
                const Eigen::Vector3d& position_W, double position_sigma_m);
 
   void add(const ImuSample& sample) { odometry_.add(sample); }
@@ -30,6 +30,11 @@ class Localization {
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
+  /// Proposes a fix; ignored if the mission uses none. Its height is used while depth samples are
+  /// not fresh. Returns a message if fixes begin or cease to be used.
+  [[nodiscard]] std::optional<std::string> propose(const MapFix& fix, bool depth_is_fresh);
+  /// True if the last update() contains a fix that was applied at once.
+  [[nodiscard]] bool has_jumped() const { return correction_.has_jumped(); }
 
   /// Called once per tick. Allocates nothing.
   [[nodiscard]] const estimation::StateEstimate& update(Utime now);
@@ -53,10 +58,12 @@ class Localization {
 
  private:
   bool uses_vision_;
+  bool uses_fixes_;
   estimation::PrimitiveEstimator odometry_;
   estimation::FrameCorrection correction_;
   estimation::EstimatorKind source_ = estimation::EstimatorKind::kPrimitive;
   bool has_switched_ = false;
+  MapFixProblem fix_problem_ = MapFixProblem::kNone;  ///< Reported last.
   int loops_closed_ = 0;
   std::optional<Utime> loop_reported_;  ///< us
   std::array<estimation::TagResult, Tag::kCodes> reported_tags_{};

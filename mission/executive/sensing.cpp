@@ -30,6 +30,8 @@ bool Sensing::accept(Utime now, const planning::PoseCorrection& correction) {
   return accept_scan(now, correction, last_correction_);
 }
 
+bool Sensing::accept(Utime now, const MapFix& fix) { return accept_scan(now, fix, last_fix_); }
+
 void Sensing::update(const StepInputs& inputs, behaviors::Monitors& monitors,
                      Localization& localization) {
   const bool imu_is_lost = monitors.is_true(FailsafeKind::kImuLost);

@@ -23,6 +23,7 @@ class Sensing {
   /// of the future.
   [[nodiscard]] bool accept(Utime now, const planning::FreeAhead& free_ahead);
   [[nodiscard]] bool accept(Utime now, const planning::PoseCorrection& correction);
+  [[nodiscard]] bool accept(Utime now, const MapFix& fix);
 
   [[nodiscard]] const SensorStatus& status() const { return status_; }
   /// Last accepted sample; null before the first.
@@ -36,6 +37,7 @@ class Sensing {
   Utime depth_received_ = 0;
   std::optional<Utime> last_free_ahead_;  ///< Times of the last accepted scans.
   std::optional<Utime> last_correction_;
+  std::optional<Utime> last_fix_;
   SensorStatus status_;
 };
 

@@ -53,6 +53,7 @@ behaviors::BehaviorInput behavior_input(const Situation& situation) {
   input.depth_known = situation.sensors.depth_is_fresh;
   input.attitude_known = situation.sensors.imu_is_fresh;
   input.can_go_up = situation.can_ascend;
+  input.position_corrected = situation.position_corrected;
   return input;
 }
 

@@ -35,8 +35,9 @@ struct Situation {
   SensorStatus sensors;
   HealthSample health;
   estimation::StateEstimate estimate;
-  vehicle::Command last_command;  ///< Command of the previous tick.
-  double expected_heave = 0.0;    ///< Heave expected from the efforts of the previous tick, m/s.
+  bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
+  vehicle::Command last_command;    ///< Command of the previous tick.
+  double expected_heave = 0.0;      ///< Heave expected from the efforts of the previous tick, m/s.
 
   // Environment.
   bool overhead = false;    ///< True if something solid is above the vehicle.

@@ -43,7 +43,7 @@ class LinkedVehiclePort final : public VehiclePort {
         bus_(bus),
         clock_(clock),
         observer_(observer),
-        inbox_(bus, clock, settings.lockstep, has_range_camera(mission),
+        inbox_(bus, clock, settings.lockstep, uses_range_camera(mission),
                image_bytes(mission, settings)),
         authenticator_({bus.has_key(), mission.abort_authority == AbortAuthority::kKey}),
         exit_path_service_(known_world(mission, world), model.hull) {

@@ -31,6 +31,9 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
   if (mission.unknown) {
     mapper_.emplace(model.hull, mapping, settings.mapper_latency_ticks * kControlPeriod, late);
   }
+  if (uses_map_fixes(mission)) {
+    matcher_.emplace(world_, settings.fix_latency_ticks * kControlPeriod, late);
+  }
 }
 
 void OnboardDive::make_vision(const planning::World& world, const estimation::VisionOptions& vision,
@@ -96,6 +99,7 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
 void OnboardDive::ask_services(StepInputs& inputs) {
   inputs.plan = planner_.poll(inputs.now);
   if (mapper_) take_scan_result(inputs);
+  if (matcher_) inputs.map_fix = matcher_->poll(inputs.now);
   if (vision_) inputs.vision = vision_->poll(inputs.now);
 }
 
@@ -115,6 +119,10 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
     mapper_->observe(outputs.estimate);
     map(port.take_scan(), inputs.now);
     if (vision_) map(vision_->take_scan(), inputs.now);
+  }
+  if (matcher_) {
+    matcher_->observe(outputs.estimate);
+    if (auto scan = port.take_scan()) matcher_->submit(std::move(*scan), inputs.now);
   }
   if (vision_) {
     vision_->add(port.take_imu_samples());

@@ -11,6 +11,7 @@
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/io.h"
+#include "mission/onboard/map_match_service.h"
 #include "mission/onboard/mapper_service.h"
 #include "mission/onboard/planner_service.h"
 #include "mission/onboard/settings.h"
@@ -65,10 +66,11 @@ class OnboardDive {
   const vehicle::Model& model_;
   const OnboardSettings settings_;
   PlannerService planner_;
-  std::optional<VisionService> vision_;  ///< Present with the visual-inertial estimator.
-  std::optional<MapperService> mapper_;  ///< Present in an unknown environment.
-  std::optional<Executive> executive_;   ///< From run() on.
-  planning::ObservedMap map_;            ///< The owner's; all others have snapshots.
+  std::optional<VisionService> vision_;     ///< Present with the visual-inertial estimator.
+  std::optional<MapperService> mapper_;     ///< Present in an unknown environment.
+  std::optional<MapMatchService> matcher_;  ///< Present with position fixes in a known map.
+  std::optional<Executive> executive_;      ///< From run() on.
+  planning::ObservedMap map_;               ///< The owner's; all others have snapshots.
   Utime began_ = 0;
   bool has_position_ = false;  ///< The last estimate was valid.
   OnboardReport report_;

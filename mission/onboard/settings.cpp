@@ -14,6 +14,7 @@ constexpr double kGraceSeconds = 120.0;  // for an abort that starts when the ti
 std::string OnboardSettings::validate() const {
   if (planner_latency_ticks < 1) return "planner_latency_ticks must be at least 1";
   if (mapper_latency_ticks < 1) return "mapper_latency_ticks must be at least 1";
+  if (fix_latency_ticks < 1) return "fix_latency_ticks must be at least 1";
   if (vision_latency_ticks < 1) return "vision_latency_ticks must be at least 1";
   if (loop_latency_ticks < 1) return "loop_latency_ticks must be at least 1";
   if (std::string problem = mapper.validate(); !problem.empty()) return problem;

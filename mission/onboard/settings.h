@@ -31,6 +31,8 @@ struct OnboardSettings {
   // In an unknown environment:
   planning::MapperOptions mapper;
   int mapper_latency_ticks = 2;  ///< 40 ms
+  // In a known map:
+  int fix_latency_ticks = 5;  ///< 100 ms
   // With the visual-inertial estimator:
   int vision_latency_ticks = 4;  ///< 80 ms
   int loop_latency_ticks = 20;   ///< 400 ms

@@ -59,6 +59,7 @@ using link::encode;
 [[nodiscard]] bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const planning::PoseCorrection& correction, Packet& packet);
+[[nodiscard]] bool encode(Utime now, const MapFix& fix, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet);
 [[nodiscard]] bool encode(Utime now, const RecordingLoss& loss, Packet& packet);
 
@@ -75,6 +76,7 @@ using link::encode;
 [[nodiscard]] bool decode(PacketView packet, planning::ObstacleUpdate& update);
 [[nodiscard]] bool decode(PacketView packet, planning::FreeAhead& free_ahead);
 [[nodiscard]] bool decode(PacketView packet, planning::PoseCorrection& correction);
+[[nodiscard]] bool decode(PacketView packet, MapFix& fix);
 [[nodiscard]] bool decode(PacketView packet, estimation::VisionEstimate& vision);
 [[nodiscard]] bool decode(PacketView packet, RecordingLoss& loss);
 

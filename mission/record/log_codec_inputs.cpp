@@ -3,6 +3,7 @@
 
 #include <dive/free_ahead_t.hpp>
 #include <dive/header_t.hpp>
+#include <dive/map_fix_t.hpp>
 #include <dive/obstacle_update_t.hpp>
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
@@ -33,6 +34,8 @@ constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdat
                               array(sizeof(double), 3 * kMaxUpdateVertices)};
 constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
+constexpr Run kMapFix[] = {
+    bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double))};
 constexpr Run kLoss[] = {bytes(4 * 8)};
 constexpr Run kTick[] = {bytes(8 + 4)};
 
@@ -223,6 +226,50 @@ bool decode(PacketView packet, planning::PoseCorrection& correction) {
   const auto m = unpack<pose_correction_t>(packet, kPoseCorrection);
   if (!m) return false;
   correction = {m->scan_utime, {m->correction[0], m->correction[1]}};
+  return true;
+}
+
+bool encode(Utime now, const MapFix& fix, Packet& packet) {
+  const auto& [scan_utime, problem, position_W, heading_correction, information, gradient, height_W,
+               height_sigma_m, used, gated, ambiguity] = fix;
+  map_fix_t m;
+  m.utime = now;
+  m.scan_utime = scan_utime;
+  m.problem = static_cast<std::int8_t>(problem);
+  m.position[0] = position_W.x();
+  m.position[1] = position_W.y();
+  m.heading_correction = heading_correction;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      m.information[row][column] = information(row, column);
+    m.gradient[row] = gradient[row];
+  }
+  m.height = height_W;
+  m.height_sigma = height_sigma_m;
+  m.used = used;
+  m.gated = gated;
+  m.ambiguity = ambiguity;
+  return pack(m, kMapFix, packet);
+}
+
+bool decode(PacketView packet, MapFix& fix) {
+  const auto m = unpack<map_fix_t>(packet, kMapFix);
+  if (!m || m->problem < 0 || m->problem > static_cast<int>(MapFixProblem::kNoScan)) return false;
+  fix = {};
+  fix.scan_utime = m->scan_utime;
+  fix.problem = static_cast<MapFixProblem>(m->problem);
+  fix.position_W = {m->position[0], m->position[1]};
+  fix.heading_correction = m->heading_correction;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      fix.information(row, column) = m->information[row][column];
+    fix.gradient[row] = m->gradient[row];
+  }
+  fix.height_W = m->height;
+  fix.height_sigma_m = m->height_sigma;
+  fix.used = m->used;
+  fix.gated = m->gated;
+  fix.ambiguity = m->ambiguity;
   return true;
 }
 

@@ -67,6 +67,8 @@ class TickBuilder {
         return decode(event.data, in.free_ahead.emplace());
       case Channel::kPoseCorrection:
         return decode(event.data, in.pose_correction.emplace());
+      case Channel::kMapFix:
+        return decode(event.data, in.map_fix.emplace());
       case Channel::kVision:
         return decode(event.data, in.vision.emplace());
       case Channel::kLoss:

@@ -95,6 +95,7 @@ void FaultInjector::drop_scans(StepInputs& inputs) {
   });
   inputs.free_ahead.reset();
   inputs.pose_correction.reset();
+  inputs.map_fix.reset();
 }
 
 void FaultInjector::spoil_depth(StepInputs& inputs) {

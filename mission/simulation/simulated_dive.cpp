@@ -12,6 +12,7 @@
 #include "mission/simulation/simulated_cameras.h"
 #include "mission/states/atomic_state.h"
 #include "planning/world/scene.h"
+#include "vehicle/simulator/drawn_world.h"
 #include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
@@ -20,6 +21,7 @@ namespace {
 static_assert(kControlPeriod == from_seconds(vehicle::Simulator::kTick));
 
 constexpr double kSamePlace = 0.5;  // m
+constexpr double kFixRate = 2.0;    // Hz, of scans for fixes
 // s in one place at the end of the longest dive for the result "held"
 constexpr double kMinRest = 30.0;
 
@@ -98,20 +100,21 @@ class SimulatedVehiclePort final : public VehiclePort {
                        const DiveObserver& observer)
       : settings_(settings),
         observer_(observer),
+        world_(vehicle::drawn_world(world, settings.conditions, settings.seed)),
         simulator_(
             model, settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
             uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions,
             settings.seed),
-        contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world),
+        contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world_),
                   model.hull, settings.diver),
         injector_(settings.faults) {
-    if (has_range_camera(mission)) {
-      range_camera_.emplace(world, settings.range_camera, settings.seed);
+    if (const auto range_camera = range_camera_of(mission, settings.range_camera)) {
+      range_camera_.emplace(world_, *range_camera, settings.seed);
     }
     if (!uses_visual_inertial(mission)) return;
     vehicle::StereoCameraOptions cameras = cameras_of(mission, settings);
     cameras.tags = settings.tags.value_or(known_tags(mission, world));
-    cameras_.emplace(world, cameras, settings.conditions, settings.seed);
+    cameras_.emplace(world_, cameras, settings.conditions, settings.seed);
   }
 
   [[nodiscard]] Utime begin() override { return 0; }
@@ -179,6 +182,7 @@ class SimulatedVehiclePort final : public VehiclePort {
 
   const DiveSettings& settings_;
   const DiveObserver& observer_;
+  const planning::World world_;  ///< The true one.
   vehicle::Simulator simulator_;
   Contacts contacts_;
   FaultInjector injector_;
@@ -239,6 +243,13 @@ void SimulatedVehiclePort::name_outcome(const ExecutiveResult& executive) {
 }
 
 }  // namespace
+
+std::optional<vehicle::RangeCameraOptions> range_camera_of(const Mission& mission,
+                                                           vehicle::RangeCameraOptions options) {
+  if (!uses_range_camera(mission)) return std::nullopt;
+  if (uses_map_fixes(mission)) options.rate_hz = std::min(options.rate_hz, kFixRate);
+  return options;
+}
 
 Pose start_pose(const Mission& mission, const planning::World& world) {
   const planning::Scene scene(world);

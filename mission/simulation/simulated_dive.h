@@ -91,6 +91,11 @@ struct DiveResult {
   std::vector<Eigen::Vector3f> observed_points = {};  ///< Points of that map, in W.
 };
 
+/// The range camera of a simulated dive; none if the mission does not use it. For fixes in a known
+/// map a few scans a second are enough.
+[[nodiscard]] std::optional<vehicle::RangeCameraOptions> range_camera_of(
+    const Mission& mission, vehicle::RangeCameraOptions options = {});
+
 /// The start pose of the mission.
 [[nodiscard]] Pose start_pose(const Mission& mission, const planning::World& world);
 

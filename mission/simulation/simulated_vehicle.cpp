@@ -6,6 +6,7 @@
 #include "mission/simulation/contacts.h"
 #include "mission/simulation/simulated_cameras.h"
 #include "vehicle/link/arbiter.h"
+#include "vehicle/simulator/drawn_world.h"
 
 namespace dive::mission {
 namespace {
@@ -23,8 +24,36 @@ constexpr double kRestAtSurface = 5.0;  // s
 
 class SimulatedVehicle {
  public:
-  SimulatedVehicle(const planning::World& world, const vehicle::Model& model, const Pose& start,
+  SimulatedVehicle(const planning::World& map, const vehicle::Model& model, const Pose& start,
                    const VehicleSettings& settings, link::Bus& bus, Clock& clock)
+      : SimulatedVehicle(model, start, settings, bus, clock,
+                         vehicle::drawn_world(map, settings.conditions, settings.seed)) {}
+
+  VehicleReport run(const VehicleWanted& wanted) {
+    Utime next = clock_.now();
+    while (report_.ended.empty() && is_wanted(wanted)) {
+      tick();
+      next += from_seconds(vehicle::Simulator::kTick);
+      if (settings_.lockstep && !is_alone_) {
+        wait_for_command(wanted);
+      } else if (!has_begun_ && !arbiter_.executive() && inputs_.imu && inputs_.depth) {
+        wait_for_first_command(wanted);
+        next = clock_.now();
+      } else {
+        if (!is_away()) publish_samples();
+        bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
+        is_alone_ = is_alone_ && !is_answered();
+      }
+      // Time lost by a slow machine is not made up, because a vehicle's time passes.
+      next = std::max(next, clock_.now() - from_seconds(vehicle::Simulator::kTick));
+      update_report();
+    }
+    return report();
+  }
+
+ private:
+  SimulatedVehicle(const vehicle::Model& model, const Pose& start, const VehicleSettings& settings,
+                   link::Bus& bus, Clock& clock, const planning::World& world)
       : settings_(settings),
         bus_(bus),
         clock_(clock),
@@ -55,29 +84,6 @@ class SimulatedVehicle {
                                  });
   }
 
-  VehicleReport run(const VehicleWanted& wanted) {
-    Utime next = clock_.now();
-    while (report_.ended.empty() && is_wanted(wanted)) {
-      tick();
-      next += from_seconds(vehicle::Simulator::kTick);
-      if (settings_.lockstep && !is_alone_) {
-        wait_for_command(wanted);
-      } else if (!has_begun_ && !arbiter_.executive() && inputs_.imu && inputs_.depth) {
-        wait_for_first_command(wanted);
-        next = clock_.now();
-      } else {
-        if (!is_away()) publish_samples();
-        bus_.wait(clock_, next, [this] { return settings_.lockstep && is_answered(); });
-        is_alone_ = is_alone_ && !is_answered();
-      }
-      // Time lost by a slow machine is not made up, because a vehicle's time passes.
-      next = std::max(next, clock_.now() - from_seconds(vehicle::Simulator::kTick));
-      update_report();
-    }
-    return report();
-  }
-
- private:
   [[nodiscard]] Utime now() const { return simulator_.truth().utime; }
 
   [[nodiscard]] bool is_wanted(const VehicleWanted& wanted) {

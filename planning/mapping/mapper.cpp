@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "common/assert.h"
-#include "common/fnv.h"
 #include "planning/mapping/alignment.h"
 #include "planning/mapping/observed_space.h"
 #include "planning/mapping/surface_builder.h"
@@ -19,38 +18,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::size_t kAligned = 1500;  // points of a scan that are compared with the map
-
-std::uint64_t digest(const std::vector<Vector3f>& points) {
-  Fnv1a64 digest;
-  digest.add(std::span(reinterpret_cast<const std::uint8_t*>(points.data()),
-                       points.size() * sizeof(Vector3f)));
-  return digest.value();
-}
-
-// Detects scans that a working sensor does not send.
-class ScanCheck {
- public:
-  [[nodiscard]] ScanProblem check(const RangeScan& scan) {
-    bool any = false;
-    bool any_near = false;  // scans of open water are all equal
-    for (const Vector3f& p_B : scan.points_B) {
-      if (!p_B.allFinite()) continue;
-      any = true;
-      any_near |= (p_B - scan.origin_B).norm() <= scan.reach;
-    }
-    if (!any || scan.points_B.size() > kMaxScanPoints) return ScanProblem::kEmpty;
-    if (last_utime_ && scan.utime <= *last_utime_) return ScanProblem::kBackwards;
-    const std::uint64_t hash = digest(scan.points_B);
-    if (any_near && last_utime_ && hash == last_digest_) return ScanProblem::kRepeated;
-    last_utime_ = scan.utime;
-    last_digest_ = hash;
-    return ScanProblem::kNone;
-  }
-
- private:
-  std::optional<Utime> last_utime_;
-  std::uint64_t last_digest_ = 0;
-};
 
 }  // namespace
 

@@ -21,18 +21,11 @@
 #include "common/range_scan.h"
 #include "common/se3.h"
 #include "planning/mapping/mapper_options.h"
+#include "planning/mapping/scan_check.h"
 #include "planning/mapping/scan_result.h"
 #include "planning/world/world.h"
 
 namespace dive::planning {
-
-/// Reason why a scan was rejected.
-enum class ScanProblem {
-  kNone,
-  kEmpty,      ///< No ray has a range, or there are more than kMaxScanPoints.
-  kRepeated,   ///< Equal to the last scan, bit for bit: the sensor is frozen.
-  kBackwards,  ///< Not newer than the last scan.
-};
 
 /// Times of the last update; they depend on the machine.
 struct MapperTimes {

@@ -308,6 +308,95 @@ TEST_F(FrameCorrectionTest, LearnsASlideFromAlignmentsWithoutIntegratingIt) {
   EXPECT_LE(published.v_WB_B.norm(), 0.3 + 1e-9) << "a jump is no velocity";
 }
 
+// A fix of the position at the time of a scan, exact in all directions.
+MapFix exact_fix(Utime taken, const Vector2d& position_W) {
+  MapFix fix;
+  fix.scan_utime = taken;
+  fix.position_W = position_W;
+  fix.information.diagonal() << 1e5, 1e5, 1e5;
+  return fix;
+}
+
+// The vehicle swims north at 0.4 m/s; the odometry knows of it, and is `off` from the beginning.
+struct FixedDive {
+  explicit FixedDive(const Vector2d& off) : off_W(off) {}
+
+  [[nodiscard]] Vector2d true_position(Utime t) const { return {0.0, 0.4 * to_seconds(t)}; }
+
+  void tick() {
+    now += kTick;
+    StateEstimate odometry;
+    odometry.utime = now;
+    odometry.valid = true;
+    odometry.X_WB.p << true_position(now) + off_W, -3.0;
+    odometry.v_WB_B = Vector3d(0.0, 0.4, 0.0);
+    odometry.covariance = 0.01 * Matrix6d::Identity();
+    const Vector3d before = correction.estimate().X_WB.p;
+    const StateEstimate& estimate = correction.update(odometry);
+    if (now > kTick) {
+      largest_step_m = std::max(largest_step_m, (estimate.X_WB.p - before).norm() - 0.4 * kDt);
+    }
+    jumps += correction.has_jumped() ? 1 : 0;
+  }
+  void run(double seconds) {
+    for (const Utime end = now + from_seconds(seconds); now < end;) tick();
+  }
+  [[nodiscard]] bool fix(Utime taken) {
+    return correction.propose(exact_fix(taken, true_position(taken)));
+  }
+  [[nodiscard]] double error_m() const {
+    return (correction.estimate().X_WB.p.head<2>() - true_position(now)).norm();
+  }
+
+  static FrameCorrectionOptions options() {
+    FrameCorrectionOptions options;
+    options.fixes.emplace();
+    return options;
+  }
+  Vector2d off_W;
+  FrameCorrection correction{options(), {}};
+  Utime now = 0;
+  double largest_step_m = 0.0;
+  int jumps = 0;
+};
+
+TEST(FrameCorrectionWithFixes, ASmallCorrectionIsAppliedSmoothlyAndIsUncertainMeanwhile) {
+  FixedDive dive({0.2, -0.1});
+  dive.run(2.0);
+  ASSERT_TRUE(dive.fix(dive.now - 100'000));
+  dive.tick();
+  EXPECT_GT(dive.error_m(), 0.2) << "not at once";
+  EXPECT_GT(horizontal_sigma(dive.correction.estimate()), 0.2);
+  dive.run(2.0);
+  EXPECT_LT(dive.error_m(), 0.06);
+  EXPECT_LT(horizontal_sigma(dive.correction.estimate()), 0.1);
+  EXPECT_LE(dive.largest_step_m, 0.0035) << "0.15 m/s";
+  EXPECT_EQ(dive.jumps, 0);
+}
+
+TEST(FrameCorrectionWithFixes, ALargeCorrectionIsAppliedAtOnceAndReported) {
+  FixedDive dive({0.4, 0.3});
+  dive.run(2.0);
+  ASSERT_TRUE(dive.fix(dive.now - 100'000));
+  dive.tick();
+  EXPECT_LT(dive.error_m(), 0.03);
+  EXPECT_EQ(dive.jumps, 1);
+  dive.run(1.0);
+  EXPECT_EQ(dive.jumps, 1);
+}
+
+TEST(FrameCorrectionWithFixes, AFixWithAProblemOrOfAnotherTimeIsNotUsed) {
+  FixedDive dive({0.2, 0.0});
+  dive.run(10.0);
+  MapFix ambiguous = exact_fix(dive.now, dive.true_position(dive.now));
+  ambiguous.problem = MapFixProblem::kAmbiguous;
+  EXPECT_FALSE(dive.correction.propose(ambiguous));
+  EXPECT_FALSE(dive.fix(dive.now - 8'000'000)) << "older than the stored poses";
+  EXPECT_FALSE(dive.fix(dive.now + 1'000'000)) << "of the future";
+  dive.run(2.0);
+  EXPECT_GT(dive.error_m(), 0.19);
+}
+
 TEST_F(FrameCorrectionTest, AllocatesNothing) {
   run(1.0);
   testing::reset_allocations();

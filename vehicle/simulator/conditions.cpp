@@ -16,13 +16,28 @@ struct Entry {
 };
 
 // One row per condition: name, member, range.
-constexpr std::array<Entry, 13> kEntries{{
+constexpr std::array<Entry, 24> kEntries{{
     {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
     {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},
     {"current_z", [](Conditions& c) -> double& { return c.current_W.z(); }, -3.0, 3.0},
+    {"current_sigma", [](Conditions& c) -> double& { return c.current_sigma; }, 0.0, 1.0},
     {"speed_scale_sigma", [](Conditions& c) -> double& { return c.speed_scale_sigma; }, 0.0, 0.2},
     {"heading_bias_sigma_deg", [](Conditions& c) -> double& { return c.heading_bias_sigma_deg; },
      0.0, 45.0},
+    {"heading_variation_deg", [](Conditions& c) -> double& { return c.heading_variation_deg; }, 0.0,
+     45.0},
+    {"tilt_bias_sigma_deg", [](Conditions& c) -> double& { return c.tilt_bias_sigma_deg; }, 0.0,
+     10.0},
+    {"gyro_bias_sigma", [](Conditions& c) -> double& { return c.gyro_bias_sigma; }, 0.0, 0.2},
+    {"depth_bias_sigma_m", [](Conditions& c) -> double& { return c.depth_bias_sigma_m; }, 0.0, 2.0},
+    {"hull_scatter", [](Conditions& c) -> double& { return c.hull_scatter; }, 0.0, 0.5},
+    {"buoyancy_sigma_n", [](Conditions& c) -> double& { return c.buoyancy_sigma_n; }, 0.0, 5.0},
+    {"start_sigma_m", [](Conditions& c) -> double& { return c.start_sigma_m; }, 0.0, 5.0},
+    {"map_shift_sigma_m", [](Conditions& c) -> double& { return c.map_shift_sigma_m; }, 0.0, 10.0},
+    {"map_turn_sigma_deg", [](Conditions& c) -> double& { return c.map_turn_sigma_deg; }, 0.0,
+     45.0},
+    {"object_shift_sigma_m", [](Conditions& c) -> double& { return c.object_shift_sigma_m; }, 0.0,
+     5.0},
     {"attitude_noise_deg", [](Conditions& c) -> double& { return c.attitude_noise_deg; }, 0.0,
      10.0},
     {"gyro_noise", [](Conditions& c) -> double& { return c.gyro_noise; }, 0.0, 1.0},

@@ -19,19 +19,43 @@ constexpr int kSubsteps = 2;  // per tick: the surface is stiff (5 rad/s), the r
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kGravity = 9.81;
 constexpr std::uint64_t kSpeedStream = 0x59eed;
+constexpr std::uint64_t kHullStream = 0x4011;
+constexpr std::uint64_t kPlaceStream = 0x97ace;
+
+// The figures of this vehicle: no two are alike, and none is the one that was measured.
+Aqua2Figures drawn_figures(const Conditions& conditions, std::uint64_t seed) {
+  Random random(seed, kHullStream);
+  Aqua2Figures figures;
+  const auto scatter = [&](double& figure) {
+    figure *= std::clamp(1.0 + conditions.hull_scatter * random.normal(), 0.5, 1.5);
+  };
+  for (double& mass : figures.added_mass) scatter(mass);
+  for (double& drag : figures.body_drag) scatter(drag);
+  scatter(figures.flipper_drag);
+  scatter(figures.thrust_coefficient);
+  scatter(figures.tail_lift);
+  scatter(figures.metacentric_height);
+  figures.spare_buoyancy_kg += conditions.buoyancy_sigma_n * random.normal() / kGravity;
+  return figures;
+}
 
 }  // namespace
 
 struct Simulator::Impl {
   Impl(const Model& model, const Pose& start_X_WB, Conditions conditions_in, std::uint64_t seed)
-      : conditions(std::move(conditions_in)),
+      : figures(drawn_figures(conditions_in, seed)),
+        conditions(std::move(conditions_in)),
         dynamics(model, figures),
         flippers(model.hips_B, figures),
         sensors(conditions, seed, kTick),
         current_W(conditions.current_W) {
     Random random(seed, kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
-    state.X_WB = Pose{start_X_WB.p, start_X_WB.q.normalized()};
+    Random place(seed, kPlaceStream);
+    const Vector3d off_W(place.normal(), place.normal(), 0.0);
+    const Vector3d drift_W(place.normal(), place.normal(), 0.0);
+    current_W += conditions.current_sigma * drift_W;
+    state.X_WB = Pose{start_X_WB.p + conditions.start_sigma_m * off_W, start_X_WB.q.normalized()};
     state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
   }

@@ -24,8 +24,20 @@ namespace dive::vehicle {
 /// once per seed; "noise" values at every sample.
 struct Conditions {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
-  double speed_scale_sigma = 0.01;                      ///< Relative error of the gait's speed.
+  double current_sigma = 0.0;       ///< Of an unknown horizontal current, per axis, m/s.
+  double speed_scale_sigma = 0.01;  ///< Relative error of the gait's speed.
   double heading_bias_sigma_deg = 0.5;
+  double heading_variation_deg = 0.0;  ///< Of the compass between places, near steel.
+  double tilt_bias_sigma_deg = 0.0;    ///< Roll and pitch of the attitude sensor.
+  double gyro_bias_sigma = 0.0;        ///< Of the attitude sensor, per axis, rad/s.
+  double depth_bias_sigma_m = 0.0;     ///< Tide, air pressure and density.
+  double hull_scatter = 0.0;           ///< Relative, of each drag, added mass and thrust.
+  double buoyancy_sigma_n = 0.0;       ///< Of the trim with weights, N.
+  double start_sigma_m = 0.0;          ///< Horizontally, per axis.
+  // The world against its map, see drawn_world().
+  double map_shift_sigma_m = 0.0;     ///< Of the whole map, per axis.
+  double map_turn_sigma_deg = 0.0;    ///< The same, about the vertical.
+  double object_shift_sigma_m = 0.0;  ///< Of each object by itself, per axis.
   double attitude_noise_deg = 0.1;
   double gyro_noise = 0.01;   ///< rad/s.
   double accel_noise = 0.01;  ///< m/s^2.

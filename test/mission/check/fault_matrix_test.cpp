@@ -73,7 +73,7 @@ std::map<FaultAndState, std::vector<double>> instants_of(const std::vector<Fault
 
 TEST(FaultDraw, HasInstantsSoonAfterEntryShortlyBeforeExitAndBetween) {
   const auto instants = instants_of(draw_fault_cases(mission(), nominal(), {7, 5, 0}));
-  EXPECT_EQ(instants.size(), 26U);  // 13 faults in 2 states
+  EXPECT_EQ(instants.size(), 30U);  // 15 faults in 2 states
   for (const auto& [faults, times] : instants) {
     const double begin = faults.second == "out" ? 0.0 : 20.0;
     const double end = faults.second == "out" ? 20.0 : 50.0;
@@ -123,7 +123,7 @@ TEST(FaultDraw, DivesEachFaultInEachStateBeforeAnyTwiceAndUnderTheOverheadFirst)
   for (int round = 0; round < 3; ++round) {
     std::set<FaultAndState> seen;
     bool is_open = false;
-    for (int i = 0; i < 26; ++i, ++at) {
+    for (int i = 0; i < 30; ++i, ++at) {
       EXPECT_EQ(cases.at(at).faults.size(), 1U);
       EXPECT_TRUE(seen.insert(what(cases.at(at))).second);
       EXPECT_FALSE(is_open && cases.at(at).under_overhead);
@@ -131,7 +131,7 @@ TEST(FaultDraw, DivesEachFaultInEachStateBeforeAnyTwiceAndUnderTheOverheadFirst)
     }
   }
   EXPECT_TRUE(cases.front().under_overhead);
-  EXPECT_EQ(cases.size() - at, 2U * 13U * 12U / 2U);
+  EXPECT_EQ(cases.size() - at, 2U * 15U * 14U / 2U);
   for (; at < cases.size(); ++at) EXPECT_EQ(cases[at].faults.size(), 2U);
 }
 

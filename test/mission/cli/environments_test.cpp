@@ -51,11 +51,8 @@ TEST_P(Environments, EveryLegIsPlannedAtItsClearance) {
   }
 }
 
-// Where dead reckoning is not accurate enough (missions/README.md has the measured rates) no result
-// of a dive is required until navigation is improved.
 TEST_P(Environments, SurviveEveryFaultInEveryState) {
   const std::string& name = GetParam().name;
-  if (name == "cluttered" || name == "transect") GTEST_SKIP() << "open: dead reckoning drifts";
   const std::set<std::string> small = {"pool3"};
   if (!small.contains(name)) DIVE_SKIP_UNDER_SANITIZERS("the code is that of the small ones");
   const Ran ran = testing::run_dive("check --faults --instants 1 " + path_of(name), name);

@@ -204,6 +204,21 @@ TEST(LoadMission, ReadsWhetherLoopsAreClosed) {
   EXPECT_FALSE(closes_loops("<estimation estimator=\"visual_inertial\" loop_closure=\"false\"/>"));
 }
 
+TEST(LoadMission, UsesFixesInAKnownMapUnlessToldOtherwise) {
+  const auto load = [](const std::string& fixes, const std::string& estimation) {
+    std::string text = mission_text("x=\"1\" y=\"0\" z=\"1\" z_units=\"DEPTH\"", estimation);
+    text.insert(text.find("<map ") + 5, fixes);
+    Diagnostics diagnostics;
+    auto mission = parse(text, diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return *std::move(mission);
+  };
+  EXPECT_TRUE(uses_map_fixes(load("", "")));
+  EXPECT_TRUE(uses_map_fixes(load("fixes=\"on\" ", "")));
+  EXPECT_FALSE(uses_map_fixes(load("fixes=\"off\" ", "")));
+  EXPECT_FALSE(uses_map_fixes(load("", "<estimation estimator=\"visual_inertial\"/>")));
+}
+
 TEST(LoadMission, ReadsGuards) {
   Diagnostics diagnostics;
   const auto mission =

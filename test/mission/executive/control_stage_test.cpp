@@ -49,7 +49,7 @@ class HelmTest : public ::testing::TestWithParam<int> {
                        Pose{{0, 0, -5}, Eigen::Quaterniond::Identity()},
                        {},
                        static_cast<std::uint64_t>(GetParam())};
-  Localization localization_{EstimatorName::kPrimitive, {}, {0, 0, -5}, 0.05};
+  Localization localization_{Mission{}, {}, {0, 0, -5}, 0.05};
   ControlStage control_{vehicle::AutopilotOptions{}};
   estimation::StateEstimate estimate_;
   ImuSample imu_;

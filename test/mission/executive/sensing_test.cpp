@@ -57,7 +57,7 @@ class SensingTest : public ::testing::Test {
   }
 
   behaviors::Monitors monitors_{limits()};
-  Localization localization_{EstimatorName::kPrimitive, {}, {0, 0, -3}, 0.05};
+  Localization localization_{Mission{}, {}, {0, 0, -3}, 0.05};
   Sensing sensing_;
   estimation::StateEstimate estimate_;
   Utime now_ = 0;

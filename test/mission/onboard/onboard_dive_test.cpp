@@ -108,7 +108,7 @@ TEST_F(OnboardDiveTest, AsksForSamplesBeforeTheStepAndCommandsAfterIt) {
   vehicle_.last_tick = 1;
   const OnboardReport report = dive();
   EXPECT_THAT(vehicle_.calls, ElementsAre("begin", "wait_for_tick", "sense", "amend", "command",
-                                          "end_tick", "wait_for_tick"));
+                                          "take_scan", "end_tick", "wait_for_tick"));
   EXPECT_EQ(report.executive.outcome, Outcome::kRunning);
 }
 

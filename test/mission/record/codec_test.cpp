@@ -65,6 +65,7 @@ std::vector<Kind> kinds() {
           kind("obstacles", update, now),
           kind("free ahead", planning::FreeAhead{3, 2.5}, now),
           kind("pose correction", planning::PoseCorrection{3, {0.1, -0.2}}, now),
+          kind("map fix", MapFix{}, now),
           kind("vision", estimation::VisionEstimate{}, now)};
 }
 

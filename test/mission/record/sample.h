@@ -133,6 +133,18 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_POSE_CORRECTION.x", in.pose_correction->correction_W.x());
     f("DIVE_IN_POSE_CORRECTION.y", in.pose_correction->correction_W.y());
   }
+  if (in.map_fix) {
+    MapFix& fix = *in.map_fix;
+    f("DIVE_IN_MAP_FIX.scan_utime", fix.scan_utime);
+    f("DIVE_IN_MAP_FIX.x", fix.position_W.x());
+    f("DIVE_IN_MAP_FIX.y", fix.position_W.y());
+    f("DIVE_IN_MAP_FIX.heading_correction", fix.heading_correction);
+    for (double& value : fix.information.reshaped()) f("DIVE_IN_MAP_FIX.information", value);
+    for (double& value : fix.gradient) f("DIVE_IN_MAP_FIX.gradient", value);
+    f("DIVE_IN_MAP_FIX.height_W", fix.height_W);
+    f("DIVE_IN_MAP_FIX.height_sigma_m", fix.height_sigma_m);
+    f("DIVE_IN_MAP_FIX.ambiguity", fix.ambiguity);
+  }
   if (in.vision) each_vision(*in.vision, f);
   if (in.loss) {
     f("DIVE_IN_LOSS.ticks", in.loss->ticks);
@@ -279,6 +291,7 @@ class SampleMaker {
     if (chance()) tick.inputs.free_ahead.emplace();
     if (chance()) tick.inputs.loss.emplace();
     if (chance()) tick.inputs.pose_correction.emplace();
+    if (chance()) tick.inputs.map_fix.emplace();
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));
     if (chance()) tick.truth.emplace().contacts.resize(below(3));

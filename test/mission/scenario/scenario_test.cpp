@@ -90,7 +90,8 @@ TEST(ScenarioFile, FindsItsMissionFromItsOwnFolder) {
 TEST(JUnit, IsWellFormedWhateverStandsInIt) {
   TestCase test;
   test.name = "a<b>&\"c\"";
-  test.folder = std::string("zero\0byte", 9) + "\xff\xc0\xaf \xed\xa0\x80 \xef\xbf\xbe \x01";
+  test.folder = std::string("zero\0byte", 9);
+  test.folder.append("\xff\xc0\xaf \xed\xa0\x80 \xef\xbf\xbe \x01");
   test.failures = {"line 1\nline 2 ]]> &amp;", "\xe2\x82"};
   test.error = "caf\xc3\xa9 \xf0\x9f\x90\x9f";
   Diagnostics diagnostics;

@@ -39,7 +39,14 @@ class Sensors {
 
   Conditions conditions_;
   Random random_;
-  double heading_bias_ = 0.0;  ///< rad
+  /// Rotation from the true heading to the compass at a place, rad.
+  [[nodiscard]] double heading_error(const Eigen::Vector3d& p_W) const;
+
+  double heading_bias_ = 0.0;                                ///< rad
+  Eigen::Vector2d heading_phase_ = Eigen::Vector2d::Zero();  ///< Of its variation with place, rad.
+  Eigen::Vector3d tilt_bias_ = Eigen::Vector3d::Zero();      ///< rad
+  Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();      ///< rad/s
+  double depth_bias_m_ = 0.0;
   std::optional<InertialUnit> unit_;
   InertialSamples imu_of_tick_;  ///< IMU samples of this tick.
   std::size_t latency_ticks_ = 0;

@@ -1,0 +1,90 @@
+#pragma once
+// Dead reckoning with fixes from a known map: a Kalman filter over the errors that the odometry
+// cannot observe, ten states:
+//
+//   p   horizontal position in the map (2, m)
+//   c   heading correction from the compass to the map (rad)
+//   s   relative error of the expected speed
+//   d   current (2, m/s), a slow random walk
+//   b   slip: what the motion model gets wrong, for some seconds (2, m/s, Gauss-Markov in time)
+//   m   error of the map around the vehicle (2, m, Gauss-Markov over the distance swum)
+//
+//   p' = Rz(c) (1 + s) v_O + d + b
+//
+// A fix measures p - m and c, and p - m is the position that counts: where the vehicle is among the
+// obstacles around it, as they are drawn. Its covariance is published as that of the position in
+// the world, P_p + m m'. Without m a wall that is not where it was drawn would count as measured
+// again with every scan, and the covariance would shrink to nothing (a wrong map is not white
+// noise).
+
+#include <string>
+
+#include <Eigen/Core>
+
+#include "common/map_fix.h"
+
+namespace dive::estimation {
+
+struct MapFixOptions {
+  /// Least sigma of p at the start, per axis, m: a vehicle is put into the water by hand.
+  double start_sigma_m = 0.15;
+  double speed_scale_sigma = 0.03;    ///< Of s at the start.
+  double heading_sigma_deg = 2.0;     ///< Of c at the start.
+  double heading_walk_deg = 0.1;      ///< Growth of c's sigma, deg per square root of a second.
+  double current_sigma = 0.03;        ///< Of d at the start, per axis, m/s.
+  double current_walk = 0.001;        ///< Growth of d's sigma, m/s per square root of a second.
+  double slip_sigma = 0.03;           ///< Of b, per axis, m/s.
+  double slip_time_s = 10.0;          ///< Correlation time of b.
+  double map_sigma_m = 0.05;          ///< Of m, per axis.
+  double map_length_m = 3.0;          ///< Distance over which m changes.
+  double drift_m_per_sqrt_s = 0.005;  ///< Random walk of p, per axis.
+
+  /// Empty if usable, else a sentence naming the option and its range.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// Deterministic. Does not allocate.
+class MapFixFilter {
+ public:
+  /// Demands options that validate.
+  explicit MapFixFilter(const MapFixOptions& options);
+
+  /// Begins at `position_W` (m) with covariance `variance` (m^2) per axis.
+  void begin(const Eigen::Vector2d& position_W, double variance);
+  /// The odometry has moved by `moved_O` (m) in `dt` (s). `blind_variance` (m^2): growth of the
+  /// variance per axis by what the sensors lack meanwhile.
+  void advance(const Eigen::Vector2d& moved_O, double dt, double blind_variance);
+  /// Applies a fix without a problem. `since_O`: motion of the odometry since the scan, m. Returns
+  /// the change of position_W(), m.
+  Eigen::Vector2d apply(const MapFix& fix, const Eigen::Vector2d& since_O);
+
+  /// p - m
+  [[nodiscard]] Eigen::Vector2d position_W() const { return x_.head<2>() - x_.segment<2>(kMap); }
+  [[nodiscard]] double heading_correction() const { return x_[kHeading]; }
+  /// Velocity that the odometry does not contain, in W, m/s. None while sensors are silent: over
+  /// minutes without attitude an error of a centimetre per second would take the estimate out from
+  /// under a roof that the vehicle is still under. The covariance grows by it nevertheless.
+  [[nodiscard]] Eigen::Vector2d drift_W() const {
+    if (is_blind_) return Eigen::Vector2d::Zero();
+    return x_.segment<2>(kCurrent) + x_.segment<2>(kSlip);
+  }
+  /// Covariance of the errors of position_W() (m) and heading_correction() (rad).
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
+
+ private:
+  static constexpr int kStates = 10;
+  static constexpr int kHeading = 2;
+  static constexpr int kScale = 3;
+  static constexpr int kCurrent = 4;
+  static constexpr int kSlip = 6;
+  static constexpr int kMap = 8;
+  using State = Eigen::Matrix<double, kStates, 1>;
+  using Covariance = Eigen::Matrix<double, kStates, kStates>;
+
+  MapFixOptions options_;
+  State x_ = State::Zero();
+  Covariance P_ = Covariance::Zero();
+  bool is_blind_ = false;  ///< Sensors were silent in the last advance().
+};
+
+}  // namespace dive::estimation

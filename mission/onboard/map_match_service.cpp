@@ -1,0 +1,57 @@
+#include "mission/onboard/map_match_service.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "estimation/planar.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr double kMaxAttitudeSigma = 0.3;     // rad: a scan taken so lies nowhere in particular
+constexpr Utime kMaxExtrapolation = 100'000;  // us from a scan to the newest pose
+
+}  // namespace
+
+MapMatchService::MapMatchService(const planning::World& known, Utime latency, OnLate late)
+    : matcher_(known), latency_(latency), worker_(late) {}
+
+void MapMatchService::observe(const estimation::StateEstimate& estimate) {
+  if (!estimate.valid || attitude_sigma(estimate) > kMaxAttitudeSigma) return;
+  const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
+  past_.push(estimate.utime, {estimate.X_WB, estimate.map_from_odom.yaw,
+                              std::sqrt(std::max(estimate.covariance(2, 2), 0.0)),
+                              estimation::horizontal_covariance(estimate.covariance, up_B)});
+}
+
+// Between two ticks the vehicle moves by millimetres, but turns.
+std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const {
+  if (past_.empty() || utime > past_.newest_utime() + kMaxExtrapolation) return std::nullopt;
+  const auto around = past_.at(std::min(utime, past_.newest_utime()));
+  if (!around) return std::nullopt;
+  planning::PosePrior prior = *around->before;
+  const Pose& after = around->after->X_WB;
+  prior.X_WB.p += around->share * (after.p - prior.X_WB.p);
+  prior.X_WB.q = prior.X_WB.q.slerp(around->share, after.q);
+  return prior;
+}
+
+void MapMatchService::submit(RangeScan scan, Utime now) {
+  if (last_ && scan.utime < *last_ + kPeriod) return;
+  if (!worker_.may_start()) return;
+  const std::optional<planning::PosePrior> prior = prior_at(scan.utime);
+  if (!prior) return;
+  last_ = scan.utime;
+  if (check_.check(scan) != planning::ScanProblem::kNone) {
+    MapFix none;
+    none.scan_utime = scan.utime;
+    none.problem = MapFixProblem::kNoScan;
+    return worker_.start(now + latency_, [none] { return none; });
+  }
+  worker_.start(now + latency_, [this, scan = std::move(scan), prior = *prior] {
+    return matcher_.match(scan, prior);
+  });
+}
+
+}  // namespace dive::mission

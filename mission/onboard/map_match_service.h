@@ -1,0 +1,48 @@
+#pragma once
+// Position fixes from scans of the range camera in a known map, on a worker thread. The fix of a
+// scan is delivered a stated time after its submission, not when the machine is ready, so that a
+// simulated dive is the same on every machine. What it finds enters the log, so that a replay needs
+// no scans.
+
+#include <optional>
+
+#include "common/clock.h"
+#include "common/map_fix.h"
+#include "common/range_scan.h"
+#include "common/timed_buffer.h"
+#include "estimation/state_estimate.h"
+#include "mission/onboard/delayed_worker.h"
+#include "planning/map_matching/map_matcher.h"
+#include "planning/mapping/scan_check.h"
+
+namespace dive::mission {
+
+class MapMatchService {
+ public:
+  /// Least time between two scans that are matched, us: neighbours in time say the same.
+  static constexpr Utime kPeriod = 450'000;
+
+  /// `latency`: least time from submit() to the fix, in dive time, us.
+  MapMatchService(const planning::World& known, Utime latency, OnLate late = OnLate::kBlock);
+
+  /// Records the published pose of this tick, by which a scan is placed.
+  void observe(const estimation::StateEstimate& estimate);
+  /// A scan that comes too early, while the worker is busy on a vehicle, or without an estimate at
+  /// its time is dropped.
+  void submit(RangeScan scan, Utime now);
+  [[nodiscard]] std::optional<MapFix> poll(Utime now) { return worker_.poll(now); }
+
+ private:
+  static constexpr std::size_t kPast = 256;  ///< Ticks stored, 5 s; older scans are dropped.
+
+  [[nodiscard]] std::optional<planning::PosePrior> prior_at(Utime utime) const;
+
+  planning::MapMatcher matcher_;
+  Utime latency_;
+  planning::ScanCheck check_;
+  std::optional<Utime> last_;  ///< Time of the last scan that was matched, us.
+  TimedBuffer<planning::PosePrior, kPast> past_;
+  DelayedWorker<MapFix> worker_;
+};
+
+}  // namespace dive::mission

@@ -1,0 +1,323 @@
+#include "planning/map_matching/map_matcher.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "common/assert.h"
+#include "planning/map_matching/map_surface.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr std::size_t kRays = 440;      // of a scan
+constexpr int kMinUsed = 40;            // points on mapped surfaces
+constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
+constexpr double kRangeSigma = 0.01;    // m, of a range: constant part
+constexpr double kRangeShare = 0.005;   // and the part that grows with it
+constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
+constexpr double kAngleSigma = 0.004;   // rad: attitude, and the mounting of the camera
+constexpr double kHeightSigma = 0.1;    // m, of the map relative to the depth sensor
+constexpr double kNoHeight = 10.0;      // m, one sigma: nothing is known of the height
+constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
+constexpr double kHuber = 1.5;          // sigmas
+constexpr double kMinGate = 0.15;       // m
+constexpr double kMaxGate = 0.6;        // m
+constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
+constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
+constexpr double kNearSurface = -0.05;  // m: a point above is a wave or a reflection
+constexpr double kMinPrior = 0.02;      // m and rad: the search begins with at least this
+constexpr int kIterations = 4;
+constexpr double kConverged = 1e-3;       // m and rad
+constexpr double kWorthSearch = 0.08;     // m, one sigma: below, no other minimum is within reach
+constexpr double kSearch = 3.0;           // sigmas around the prior
+constexpr double kMinSearch = 0.7;        // m around the prior
+constexpr double kMaxSearch = 3.0;        // m around the prior
+constexpr double kGridStep = 0.25;        // m between places that are tried
+constexpr std::size_t kMaxPlaces = 200;   // that are tried: the step grows beyond
+constexpr std::size_t kCandidates = 6;    // places from which a minimum is sought
+constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
+constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
+constexpr double kSamePlace = 0.12;       // m between two minima that are one
+constexpr double kAmbiguous = 0.02;       // of the best likelihood
+constexpr double kDoubt = 0.25;           // share of the prior: it may be half as good as it says
+
+struct Ray {
+  Vector3d arm_W;        // from B's origin to the point, turned to W
+  Vector3d direction_W;  // unit, from the lens
+  double range;          // m
+};
+
+// A linearisation around a shift of the prior, and its robust cost.
+struct Normal {
+  Matrix4d information = Matrix4d::Zero();
+  Vector4d gradient = Vector4d::Zero();
+  double cost = 0.0;
+  int used = 0;
+  int gated = 0;
+};
+
+struct Minimum {
+  Vector4d shift = Vector4d::Zero();  // x, y, z, heading from the prior
+  Normal at;
+  double from_prior = 0.0;  // squared Mahalanobis distance from the prior
+
+  [[nodiscard]] double cost(double prior_share = 1.0) const {
+    return at.cost + prior_share * from_prior;
+  }
+};
+
+}  // namespace
+
+struct MapMatcher::Impl {
+  explicit Impl(const World& world) : surface(world) {}
+
+  [[nodiscard]] static std::vector<Ray> rays_of(const RangeScan& scan, const Pose& X_WB) {
+    std::vector<Ray> rays;
+    const Matrix3d R_WB = X_WB.q.toRotationMatrix();
+    const Vector3d origin_B = scan.origin_B.cast<double>();
+    const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kRays);
+    for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
+      const Vector3d b = scan.points_B[i].cast<double>();
+      const Vector3d along_B = b - origin_B;
+      const double range = along_B.norm();
+      if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
+      const Vector3d arm_W = R_WB * b;
+      if (X_WB.p.z() + arm_W.z() > kNearSurface) continue;
+      rays.push_back({arm_W, R_WB * along_B / range, range});
+    }
+    return rays;
+  }
+
+  // The surface that a ray can have met near x.
+  [[nodiscard]] std::optional<MapSurface::Nearest> met(const Ray& ray, const Vector3d& x,
+                                                       const Vector3d& direction,
+                                                       double reach) const {
+    const Vector3d from = x - ray.range * direction;
+    std::optional<MapSurface::Nearest> nearest = surface.nearest(x, from, reach);
+    if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
+    // Behind a thin plate the nearest surface is its far side.
+    nearest = surface.nearest(x - kThinPlate * direction, from, reach);
+    if (!nearest) return std::nullopt;
+    const double along = nearest->normal_W.dot(direction);
+    if (along > kFacing) return std::nullopt;
+    nearest->height += kThinPlate * along;
+    return nearest;
+  }
+
+  [[nodiscard]] Normal linearise(const std::vector<Ray>& rays, const Vector3d& p_W,
+                                 const Vector4d& shift, const Matrix4d& covariance) const {
+    Normal normal;
+    const Eigen::AngleAxisd turn(shift[3], Vector3d::UnitZ());
+    for (const Ray& ray : rays) {
+      const Vector3d arm = turn * ray.arm_W;
+      const Vector3d direction = turn * ray.direction_W;
+      const Vector3d x = p_W + shift.head<3>() + arm;
+      const auto nearest = met(ray, x, direction, kMaxGate);
+      if (!nearest) {
+        ++normal.gated;
+        normal.cost += kIndependent * 9.0;
+        continue;
+      }
+      const Vector3d& n = nearest->normal_W;
+      const Vector4d h(n.x(), n.y(), n.z(), n.y() * arm.x() - n.x() * arm.y());
+      const double range_sigma = (kRangeSigma + kRangeShare * ray.range) * n.dot(direction);
+      const double variance = range_sigma * range_sigma + kSurfaceSigma * kSurfaceSigma +
+                              std::pow(kAngleSigma * ray.range, 2);
+      const double r = nearest->height;
+      const double gate =
+          std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
+      const double sigmas = std::abs(r) / std::sqrt(variance);
+      normal.cost += kIndependent * std::min(sigmas * sigmas, 9.0);
+      if (std::abs(r) > gate) {
+        ++normal.gated;
+        continue;
+      }
+      const double weight = kIndependent * std::min(1.0, kHuber / sigmas) / variance;
+      normal.information += weight * h * h.transpose();
+      normal.gradient -= weight * r * h;
+      ++normal.used;
+    }
+    return normal;
+  }
+
+  // Gauss-Newton steps from `shift`, with the prior around zero.
+  [[nodiscard]] Minimum descend(const std::vector<Ray>& rays, const Vector3d& p_W, Vector4d shift,
+                                const Matrix4d& covariance) const {
+    const Matrix4d prior = covariance.inverse();
+    Normal normal = linearise(rays, p_W, shift, covariance);
+    for (int i = 0; i < kIterations && normal.used >= kMinUsed; ++i) {
+      const Vector4d step =
+          (normal.information + prior).ldlt().solve(normal.gradient - prior * shift);
+      shift += step;
+      normal = linearise(rays, p_W, shift, covariance);
+      if (step.cwiseAbs().maxCoeff() < kConverged) break;
+    }
+    return {shift, normal, shift.dot(prior * shift)};
+  }
+
+  // How badly the scan fits at a place: the squared distances from the mapped surfaces, m^2.
+  [[nodiscard]] double misfit(const std::vector<Ray>& rays, const Vector3d& at_W) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < rays.size(); i += kCoarseStride) {
+      const Vector3d x = at_W + rays[i].arm_W;
+      const auto nearest = met(rays[i], x, rays[i].direction_W, kCoarseReach);
+      const double height =
+          nearest ? std::min(std::abs(nearest->height), kCoarseReach) : kCoarseReach;
+      sum += height * height;
+    }
+    return sum;
+  }
+
+  // The places around the prior where the scan fits best, no two within a step of the grid.
+  [[nodiscard]] std::vector<Eigen::Vector2d> candidates(const std::vector<Ray>& rays,
+                                                        const Vector3d& p_W,
+                                                        const Matrix4d& covariance) const {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
+    const Eigen::Vector2d reach = (kSearch * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt())
+                                      .cwiseMax(kMinSearch)
+                                      .cwiseMin(kMaxSearch);
+    const double area = std::numbers::pi * reach.x() * reach.y();
+    const double step = std::max(kGridStep, std::sqrt(area / static_cast<double>(kMaxPlaces)));
+    struct Place {
+      Eigen::Vector2d shift;
+      double misfit;
+    };
+    std::vector<Place> places;
+    const int columns = static_cast<int>(reach.x() / step);
+    const int rows = static_cast<int>(reach.y() / step);
+    for (int i = -columns; i <= columns; ++i) {
+      for (int k = -rows; k <= rows; ++k) {
+        const Eigen::Vector2d along(i * step, k * step);
+        if (along.cwiseQuotient(reach).norm() > 1.0) continue;
+        const Eigen::Vector2d shift = axes.eigenvectors() * along;
+        places.push_back({shift, misfit(rays, p_W + Vector3d(shift.x(), shift.y(), 0.0))});
+      }
+    }
+    std::ranges::sort(places, {}, &Place::misfit);
+    std::vector<Eigen::Vector2d> best;
+    for (const Place& place : places) {
+      if (best.size() == kCandidates) break;
+      const bool is_new = std::ranges::all_of(best, [&](const Eigen::Vector2d& other) {
+        return (place.shift - other).norm() > 1.01 * step;
+      });
+      if (is_new) best.push_back(place.shift);
+    }
+    return best;
+  }
+
+  // The best minimum from the prior and from places around it, and how likely another one is.
+  [[nodiscard]] Minimum search(const std::vector<Ray>& rays, const Vector3d& p_W,
+                               const Matrix4d& covariance, double& ambiguity) const {
+    Minimum best = descend(rays, p_W, Vector4d::Zero(), covariance);
+    const double variance =
+        std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
+    if (variance < kWorthSearch * kWorthSearch) return best;
+    std::vector<Minimum> minima = {best};
+    for (const Eigen::Vector2d& place : candidates(rays, p_W, covariance)) {
+      Vector4d from = Vector4d::Zero();
+      from.head<2>() = place;
+      minima.push_back(descend(rays, p_W, from, covariance));
+    }
+    const auto usable = [](const Minimum& minimum) { return minimum.at.used >= kMinUsed; };
+    for (const Minimum& one : minima) {
+      if (usable(one) && (!usable(best) || one.cost() < best.cost())) best = one;
+    }
+    for (const Minimum& one : minima) {
+      const double apart = (one.shift - best.shift).head<2>().norm();
+      if (!usable(one) || apart < kSamePlace) continue;
+      ambiguity = std::max(ambiguity,
+                           std::min(1.0, std::exp(0.5 * (best.cost(kDoubt) - one.cost(kDoubt)))));
+    }
+    return best;
+  }
+
+  [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
+    const Vector3d& p_W = prior.X_WB.p;
+    MapFix fix;
+    fix.scan_utime = scan.utime;
+    fix.position_W = p_W.head<2>();
+    fix.heading_correction = prior.heading_correction;
+    const std::vector<Ray> rays = rays_of(scan, prior.X_WB);
+    Matrix4d covariance = Matrix4d::Zero();
+    covariance.topLeftCorner<2, 2>() = prior.covariance.topLeftCorner<2, 2>();
+    covariance.block<2, 1>(0, 3) = prior.covariance.block<2, 1>(0, 2);
+    covariance.block<1, 2>(3, 0) = prior.covariance.block<1, 2>(2, 0);
+    const double height_sigma = std::max(kHeightSigma, prior.height_sigma_m);
+    covariance(2, 2) = height_sigma * height_sigma;
+    covariance(3, 3) = prior.covariance(2, 2);
+    covariance.diagonal() += Vector4d(1.0, 1.0, 0.0, 0.25) * kMinPrior * kMinPrior;
+
+    const Minimum best = search(rays, p_W, covariance, fix.ambiguity);
+    fix.used = best.at.used;
+    fix.gated = best.at.gated;
+    if (best.at.used < kMinUsed) {
+      fix.problem = MapFixProblem::kFewPoints;
+      return fix;
+    }
+    if (fix.ambiguity > kAmbiguous) {
+      fix.problem = MapFixProblem::kAmbiguous;
+      return fix;
+    }
+    fix.position_W += best.shift.head<2>();
+    fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[3]);
+    marginalise_height(best, height_sigma, fix);
+    fix.height_W = p_W.z() + best.shift[2];
+    fix.height_sigma_m = height_sigma_of(best, covariance);
+    return fix;
+  }
+
+  // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
+  static double height_sigma_of(const Minimum& best, const Matrix4d& covariance) {
+    Matrix4d others = covariance;
+    others(2, 2) = kNoHeight * kNoHeight;
+    const Matrix4d posterior = (best.at.information + others.inverse()).inverse();
+    const double sigma = std::sqrt(std::max(posterior(2, 2), 0.0));
+    return sigma < 0.5 * kNoHeight ? sigma : 0.0;
+  }
+
+  static void marginalise_height(const Minimum& best, double height_sigma, MapFix& fix) {
+    constexpr std::array kKept = {0, 1, 3};
+    const double height_prior = 1.0 / (height_sigma * height_sigma);
+    const double height_information = best.at.information(2, 2) + height_prior;
+    const double height_gradient = best.at.gradient[2] - height_prior * best.shift[2];
+    for (int row = 0; row < 3; ++row) {
+      const int i = kKept[static_cast<std::size_t>(row)];
+      const double share = best.at.information(i, 2) / height_information;
+      fix.gradient[row] = best.at.gradient[i] - share * height_gradient;
+      for (int column = 0; column < 3; ++column) {
+        const int j = kKept[static_cast<std::size_t>(column)];
+        fix.information(row, column) =
+            best.at.information(i, j) - share * best.at.information(2, j);
+      }
+    }
+    fix.information = 0.5 * (fix.information + fix.information.transpose()).eval();
+  }
+
+  MapSurface surface;
+};
+
+MapMatcher::MapMatcher(const World& world) : impl_(std::make_unique<Impl>(world)) {}
+MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
+MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
+MapMatcher::~MapMatcher() = default;
+
+MapFix MapMatcher::match(const RangeScan& scan, const PosePrior& prior) const {
+  DIVE_DEMAND(prior.X_WB.is_finite() && prior.covariance.allFinite() &&
+              prior.covariance.diagonal().minCoeff() >= 0.0);
+  return impl_->match(scan, prior);
+}
+
+}  // namespace dive::planning

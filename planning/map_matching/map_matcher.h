@@ -1,0 +1,53 @@
+#pragma once
+// Matches range scans with the known map: where is the vehicle, and in which directions does this
+// scan say so?
+//
+// A point b of the scan (in B) lies at x = p + Rz(dpsi) R b for a pose with attitude R; the mapped
+// surface nearest to it has the height phi(x) and the normal n there. Iterated point-to-plane
+// (Chen, Medioni 1992) over the position and the heading, with roll and pitch known:
+//
+//   r = phi(x),   h = [n; n . (z x R b)]
+//   w = kappa Huber(r / s) / s^2,   s^2 = s_range^2 (n . d)^2 + s_surface^2 + (s_angle range)^2
+//
+// with d the direction of the ray and kappa the share of the points that counts as independent. A
+// point with |r| beyond its gate belongs to something that the map lacks. The height is measured by
+// the depth sensor, so that it is estimated with a narrow prior of its own and marginalised.
+
+#include <memory>
+
+#include <Eigen/Core>
+
+#include "common/map_fix.h"
+#include "common/range_scan.h"
+#include "common/se3.h"
+#include "planning/world/world.h"
+
+namespace dive::planning {
+
+/// What is known of the pose before the scan.
+struct PosePrior {
+  Pose X_WB;
+  double heading_correction = 0.0;  ///< Contained in X_WB, rad.
+  double height_sigma_m = 0.0;      ///< Of z, m.
+  /// Covariance of x, y (m) and heading (rad).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// Immutable, so that it may be used by several threads.
+class MapMatcher {
+ public:
+  explicit MapMatcher(const World& world);
+  MapMatcher(MapMatcher&&) noexcept;
+  MapMatcher& operator=(MapMatcher&&) noexcept;
+  ~MapMatcher();
+
+  /// Demands a finite pose and a covariance without negative variances. Never throws for a scan:
+  /// one that gives no information has a problem.
+  [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dive::planning

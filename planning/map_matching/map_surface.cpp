@@ -1,0 +1,115 @@
+#include "planning/map_matching/map_surface.h"
+
+#include <array>
+#include <cmath>
+#include <variant>
+
+#include "planning/world/primitives.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStep = 1e-4;        // m, of the central differences
+constexpr double kMinGradient = 0.5;  // shorter: the point is on an edge inside the solid
+constexpr double kBesideEdge = 0.3;   // share of a point's distance that lies along the plane
+
+bool is_primitive(const Obstacle& obstacle, const World& world) {
+  if (std::holds_alternative<HalfSpace>(obstacle.shape)) return false;
+  return obstacle.surface < 0 || world.surfaces.empty();
+}
+
+std::vector<Obstacle> primitives_of(const World& world) {
+  std::vector<Obstacle> primitives;
+  for (const Obstacle& obstacle : world.obstacles) {
+    if (is_primitive(obstacle, world)) primitives.push_back(obstacle);
+  }
+  return primitives;
+}
+
+std::vector<Eigen::AlignedBox3d> boxes_of(const std::vector<Obstacle>& obstacles) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Obstacle& obstacle : obstacles) boxes.push_back(bounding_box(obstacle));
+  return boxes;
+}
+
+// Beyond the edge of a triangle the distance grows away from the nearest point.
+MapSurface::Nearest at_triangle(const std::array<Vector3d, 3>& corners_W, const Vector3d& p_W,
+                                const Vector3d& from_W) {
+  Vector3d normal_W = (corners_W[1] - corners_W[0]).cross(corners_W[2] - corners_W[0]).normalized();
+  if (normal_W.dot(from_W - corners_W[0]) < 0.0) normal_W = -normal_W;
+  const double height = normal_W.dot(p_W - corners_W[0]);
+  const Vector3d off_W = p_W - nearest_in_triangle(corners_W, p_W);
+  const double distance = off_W.norm();
+  if ((off_W - height * normal_W).norm() <= kBesideEdge * distance) return {height, normal_W};
+  return {distance, off_W / distance};
+}
+
+// Gradient of the signed distance, by central differences; absent where it is not defined.
+std::optional<Vector3d> normal_at(const Shape& shape, const Vector3d& p_O) {
+  Vector3d gradient;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d step = kStep * Vector3d::Unit(k);
+    gradient[k] =
+        (signed_distance(shape, p_O + step) - signed_distance(shape, p_O - step)) / (2.0 * kStep);
+  }
+  const double norm = gradient.norm();
+  if (norm < kMinGradient) return std::nullopt;
+  return Vector3d(gradient / norm);
+}
+
+}  // namespace
+
+MapSurface::MapSurface(const World& world)
+    : primitives_(primitives_of(world)), tree_(boxes_of(primitives_)) {
+  for (const Obstacle& obstacle : world.obstacles) {
+    const auto* half = std::get_if<HalfSpace>(&obstacle.shape);
+    if (half == nullptr) continue;
+    const Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
+    planes_.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});
+  }
+  meshes_.reserve(world.surfaces.size());
+  for (const Surface& surface : world.surfaces) {
+    soups_.emplace_back(meshes_.emplace_back(surface.mesh));
+  }
+}
+
+std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, const Vector3d& from_W,
+                                                       double reach) const {
+  double least = reach;
+  std::optional<Nearest> plane;
+  for (const auto& [normal_W, offset] : planes_) {
+    const double height = normal_W.dot(p_W) - offset;
+    if (std::abs(height) >= least) continue;
+    least = std::abs(height);
+    plane = Nearest{height, normal_W};
+  }
+  const Obstacle* obstacle = nullptr;
+  double height = 0.0;
+  tree_.visit(p_W, least, [&](std::uint32_t index) {
+    const Obstacle& one = primitives_[index];
+    const double here = signed_distance(one.shape, one.X_WO.inverse() * p_W);
+    if (std::abs(here) >= least) return least;
+    obstacle = &one;
+    height = here;
+    return least = std::abs(here);
+  });
+  const TriangleSoup* soup = nullptr;
+  std::size_t triangle = 0;
+  for (const TriangleSoup& one : soups_) {
+    const std::optional<std::size_t> index = one.nearest(p_W, least);
+    if (!index) continue;
+    soup = &one;
+    triangle = *index;
+    least = one.distance(triangle, p_W);
+  }
+  if (soup != nullptr) return at_triangle(soup->corners(triangle), p_W, from_W);
+  if (obstacle == nullptr) return plane;
+  const std::optional<Vector3d> normal_O =
+      normal_at(obstacle->shape, obstacle->X_WO.inverse() * p_W);
+  if (!normal_O) return std::nullopt;
+  return Nearest{height, obstacle->X_WO.q * *normal_O};
+}
+
+}  // namespace dive::planning

@@ -1,0 +1,182 @@
+#include "estimation/map_fix_filter.h"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "common/se3.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kTick = 0.02;
+
+// A dive as the header's model describes it, in steps of its own: draws of heading, speed, current,
+// slip and map error.
+class Truth {
+ public:
+  Truth(const MapFixOptions& options, double start_sigma, std::uint64_t seed)
+      : o_(options), random_(seed) {
+    position_ = start_sigma * Vector2d(random_.normal(), random_.normal());
+    heading_ = deg_to_rad(o_.heading_sigma_deg) * random_.normal();
+    scale_ = o_.speed_scale_sigma * random_.normal();
+    current_ = o_.current_sigma * Vector2d(random_.normal(), random_.normal());
+    slip_ = o_.slip_sigma * Vector2d(random_.normal(), random_.normal());
+    map_ = o_.map_sigma_m * Vector2d(random_.normal(), random_.normal());
+  }
+
+  void advance(const Vector2d& moved_O) {
+    const Vector2d moved = (1.0 + scale_) * (Eigen::Rotation2Dd(heading_) * moved_O);
+    position_ += moved + (current_ + slip_) * kTick + walk(o_.drift_m_per_sqrt_s);
+    heading_ += deg_to_rad(o_.heading_walk_deg) * std::sqrt(kTick) * random_.normal();
+    current_ += walk(o_.current_walk);
+    fade(slip_, std::exp(-kTick / o_.slip_time_s), o_.slip_sigma);
+    fade(map_, std::exp(-moved.norm() / o_.map_length_m), o_.map_sigma_m);
+  }
+
+  // A fix with noise of the covariance that it states, of one direction or of all three.
+  MapFix fix() {
+    MapFix fix;
+    const Vector3d measured(position_.x() - map_.x(), position_.y() - map_.y(), heading_);
+    Matrix3d information = Matrix3d::Zero();
+    Vector3d noise = Vector3d::Zero();
+    const bool is_wall = random_.uniform(0.0, 1.0) < 0.5;
+    if (is_wall) {
+      const double angle = random_.uniform(0.0, 3.1);
+      const Vector3d across(std::cos(angle), std::sin(angle), 0.0);
+      information = across * across.transpose() / (0.02 * 0.02);
+      noise = 0.02 * random_.normal() * across;
+    } else {
+      const Vector3d sigma(0.02, 0.05, 0.01);
+      information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+      noise = sigma.cwiseProduct(Vector3d(random_.normal(), random_.normal(), random_.normal()));
+    }
+    // Linearised somewhere else than at its maximum.
+    const Vector3d off(0.03, -0.02, 0.01);
+    fix.position_W = (measured + off).head<2>();
+    fix.heading_correction = measured.z() + off.z();
+    fix.information = information;
+    fix.gradient = information * (noise - off);
+    return fix;
+  }
+
+  [[nodiscard]] Vector3d pose() const { return {position_.x(), position_.y(), heading_}; }
+
+ private:
+  Vector2d walk(double sigma) {
+    return sigma * std::sqrt(kTick) * Vector2d(random_.normal(), random_.normal());
+  }
+  void fade(Vector2d& value, double kept, double sigma) {
+    value = kept * value +
+            sigma * std::sqrt(1.0 - kept * kept) * Vector2d(random_.normal(), random_.normal());
+  }
+
+  MapFixOptions o_;
+  Random random_;
+  Vector2d position_, current_, slip_, map_;
+  double heading_ = 0.0, scale_ = 0.0;
+};
+
+// Out, around and back at 0.4 m/s.
+Vector2d moved_at(double t) {
+  const double course = 0.05 * t;
+  return 0.4 * kTick * Vector2d(std::cos(course), std::sin(course));
+}
+
+struct Outcome {
+  double nees = 0.0;
+  double error_m = 0.0;
+};
+
+Outcome dive(std::uint64_t seed, double seconds, double fix_period_s) {
+  const MapFixOptions options;
+  constexpr double kStart = 0.15;
+  Truth truth(options, kStart, seed);
+  MapFixFilter filter(options);
+  filter.begin(Vector2d::Zero(), kStart * kStart);
+  double next_fix = fix_period_s;
+  for (double t = 0.0; t < seconds; t += kTick) {
+    truth.advance(moved_at(t));
+    filter.advance(moved_at(t), kTick, 0.0);
+    if (t < next_fix) continue;
+    next_fix += fix_period_s;
+    filter.apply(truth.fix(), Vector2d::Zero());
+  }
+  const Vector3d error = truth.pose() - Vector3d(filter.position_W().x(), filter.position_W().y(),
+                                                 filter.heading_correction());
+  return {error.dot(filter.covariance().ldlt().solve(error)) / 3.0, error.head<2>().norm()};
+}
+
+// Mean of e' P^-1 e over its three degrees of freedom: 1, with a sigma of 0.06 over 200 dives.
+TEST(MapFixFilter, ItsCovarianceIsThatOfItsError) {
+  for (const auto& [seconds, period] :
+       {std::pair{30.0, 1e9}, std::pair{120.0, 0.5}, std::pair{120.0, 10.0}}) {
+    double sum = 0.0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) sum += dive(seed, seconds, period).nees;
+    EXPECT_NEAR(sum / 200.0, 1.0, 0.25) << seconds << " s, a fix every " << period << " s";
+  }
+}
+
+TEST(MapFixFilter, FixesBoundTheError) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    EXPECT_LT(dive(seed, 300.0, 0.5).error_m, 0.2) << seed;
+  }
+}
+
+TEST(MapFixFilter, LearnsTheCurrent) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin({1.0, 2.0}, 1e-4);
+  const Vector2d current(0.05, -0.03);
+  for (int tick = 1; tick <= 3000; ++tick) {
+    filter.advance(Vector2d::Zero(), kTick, 0.0);
+    if (tick % 25 != 0) continue;
+    MapFix fix;
+    fix.position_W = Vector2d(1.0, 2.0) + current * tick * kTick;
+    fix.information.diagonal() << 1e4, 1e4, 1e4;
+    filter.apply(fix, Vector2d::Zero());
+  }
+  EXPECT_LT((filter.drift_W() - current).norm(), 0.01);
+  const Vector2d before = filter.position_W();
+  for (int tick = 0; tick < 250; ++tick) filter.advance(Vector2d::Zero(), kTick, 0.0);
+  EXPECT_LT((filter.position_W() - before - 5.0 * current).norm(), 0.06) << "without fixes";
+}
+
+TEST(MapFixFilter, AFixOfAnEarlierPlaceIsAppliedWhereItWasTaken) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin({0.0, 0.0}, 0.01);
+  for (int tick = 0; tick < 50; ++tick) filter.advance({0.008, 0.0}, kTick, 0.0);
+  const Vector2d expected = filter.position_W() - Vector2d(0.2, 0.0);
+  MapFix fix;
+  fix.position_W = expected;
+  fix.information.diagonal() << 1e6, 1e6, 1e6;
+  const Vector2d moved = filter.apply(fix, {0.2, 0.0});
+  EXPECT_LT(moved.norm(), 1e-6);
+}
+
+TEST(MapFixFilter, NothingChangesWithoutInformation) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin({1.0, 2.0}, 0.04);
+  const Matrix3d before = filter.covariance();
+  MapFix fix;
+  fix.position_W = {50.0, -20.0};
+  EXPECT_EQ(filter.apply(fix, Vector2d::Zero()), Vector2d::Zero());
+  EXPECT_TRUE(filter.covariance().isApprox(before, 1e-12));
+}
+
+TEST(MapFixFilter, TimesWithoutSensorsMakeItUncertain) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin({0.0, 0.0}, 0.04);
+  const double before = filter.covariance()(0, 0);
+  filter.advance(Vector2d::Zero(), kTick, 0.25);
+  EXPECT_GT(filter.covariance()(0, 0), before + 0.25);
+}
+
+}  // namespace
+}  // namespace dive::estimation

@@ -1,0 +1,142 @@
+// Dives among obstacles with errors that dead reckoning cannot see: the scans of the range camera
+// and the map have to mend them.
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/simulation/simulated_dive.h"
+#include "planning/world/sdf.h"
+#include "test/common/sanitizers.h"
+#include "test/vehicle/aqua2.h"
+#include "vehicle/simulator/drawn_world.h"
+
+namespace dive::mission {
+namespace {
+
+struct Loaded {
+  Mission mission;
+  planning::World world;
+};
+
+Loaded load(const std::string& name, bool fixes = true) {
+  Diagnostics diagnostics;
+  auto mission = load_mission(DIVE_SOURCE_DIR "/missions/" + name + ".xml", diagnostics);
+  auto world = planning::load_sdf(DIVE_SOURCE_DIR "/missions/maps/" + name + ".sdf", diagnostics);
+  mission->allows_fixes = fixes;
+  return {*std::move(mission), *std::move(world)};
+}
+
+struct Outcome {
+  DiveResult result;
+  double last_error_m = 0.0;  ///< Relative to the map, at the last fix.
+  double last_sigma_m = 0.0;
+  int fixes = 0;
+};
+
+Outcome dive(const Loaded& loaded, const DiveSettings& settings) {
+  static const vehicle::Model kModel = dive::testing::aqua2();
+  const Pose map_from_world =
+      vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse();
+  Outcome outcome;
+  outcome.result = simulate_dive(
+      loaded.mission, loaded.world, kModel, settings,
+      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
+          const auto&) {
+        if (!inputs.map_fix || inputs.map_fix->problem != MapFixProblem::kNone) return;
+        ++outcome.fixes;
+        const Eigen::Vector3d off = outputs.estimate.X_WB.p - map_from_world * truth.X_WB.p;
+        outcome.last_error_m = off.head<2>().norm();
+        outcome.last_sigma_m = estimation::horizontal_sigma(outputs.estimate);
+      });
+  return outcome;
+}
+
+DiveSettings with_current(std::uint64_t seed) {
+  DiveSettings settings;
+  settings.seed = seed;
+  settings.conditions.current_W = {0.03, 0.04, 0.0};
+  settings.conditions.speed_scale_sigma = 0.03;
+  settings.conditions.heading_bias_sigma_deg = 2.0;
+  return settings;
+}
+
+TEST(MapFixDive, InACurrentItStaysClearOfWhatItsDeadReckoningHits) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  const Loaded fixed = load("cluttered");
+  const Loaded blind = load("cluttered", false);
+  int blind_collisions = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Outcome outcome = dive(fixed, with_current(seed));
+    EXPECT_EQ(outcome.result.outcome, "success") << seed << ": " << outcome.result.cause;
+    EXPECT_TRUE(outcome.result.collisions.empty()) << seed;
+    EXPECT_GT(outcome.fixes, 100);
+    blind_collisions += dive(blind, with_current(seed)).result.collisions.empty() ? 0 : 1;
+  }
+  EXPECT_GE(blind_collisions, 3) << "the test is no test if dead reckoning passes it";
+}
+
+TEST(MapFixDive, AMapThatIsShiftedAndTurnedIsFollowed) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  const Loaded loaded = load("pool3");
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    DiveSettings settings;
+    settings.seed = seed;
+    settings.conditions.map_shift_sigma_m = 0.2;
+    settings.conditions.map_turn_sigma_deg = 1.0;
+    settings.conditions.start_sigma_m = 0.1;
+    const Outcome outcome = dive(loaded, settings);
+    EXPECT_TRUE(outcome.result.collisions.empty()) << seed;
+    EXPECT_LT(outcome.last_error_m, std::max(0.1, 3.0 * outcome.last_sigma_m)) << seed;
+  }
+}
+
+TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  const Loaded loaded = load("pool3");
+  const Outcome a = dive(loaded, with_current(9));
+  const Outcome b = dive(loaded, with_current(9));
+  EXPECT_EQ(a.fixes, b.fixes);
+  EXPECT_EQ(a.last_error_m, b.last_error_m);
+  EXPECT_EQ(a.result.duration_s, b.result.duration_s);
+}
+
+TEST(MapFixDive, WithoutScansItGoesOnByDeadReckoning) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  const Loaded loaded = load("pool3");
+  DiveSettings settings;
+  settings.faults = {{FaultKind::kRangeSilent, 0.0}};
+  const Outcome outcome = dive(loaded, settings);
+  EXPECT_EQ(outcome.fixes, 0);
+  EXPECT_EQ(outcome.result.outcome, "success") << outcome.result.cause;
+}
+
+TEST(DrawnWorld, MovesTheMapAsAWholeAndItsObjectsByThemselves) {
+  const planning::World map = load("pool3").world;
+  vehicle::Conditions conditions;
+  const auto moved = [&](const planning::World& world, std::size_t i) {
+    return Eigen::Vector3d(world.obstacles[i].X_WO.p - map.obstacles[i].X_WO.p);
+  };
+  EXPECT_EQ(moved(vehicle::drawn_world(map, conditions, 3), 1), Eigen::Vector3d::Zero());
+  conditions.map_shift_sigma_m = 0.3;
+  const planning::World shifted = vehicle::drawn_world(map, conditions, 3);
+  const Eigen::Vector3d shift = vehicle::drawn_map_motion(conditions, 3).p;
+  EXPECT_GT(shift.norm(), 0.0);
+  EXPECT_EQ(shift.z(), 0.0);
+  for (std::size_t i = 0; i < map.obstacles.size(); ++i) {
+    EXPECT_LT((moved(shifted, i) - shift).norm(), 1e-12);
+  }
+  EXPECT_GT((moved(vehicle::drawn_world(map, conditions, 4), 0) - shift).norm(), 0.01);
+  conditions.map_shift_sigma_m = 0.0;
+  conditions.object_shift_sigma_m = 0.1;
+  const planning::World apart = vehicle::drawn_world(map, conditions, 3);
+  double spread = 0.0;
+  for (std::size_t i = 1; i < map.obstacles.size(); ++i) {
+    spread = std::max(spread, (moved(apart, i) - moved(apart, 0)).norm());
+  }
+  EXPECT_GT(spread, 0.02);
+}
+
+}  // namespace
+}  // namespace dive::mission

@@ -1,0 +1,264 @@
+#include "planning/map_matching/map_matcher.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include "common/random.h"
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr float kReach = 10.0F;
+
+// Distance along a ray to an upright box turned by `yaw`, by the slabs that bound it.
+struct UprightBox {
+  Vector3d centre;
+  Vector3d size;
+  double yaw = 0.0;
+
+  [[nodiscard]] double range(const Vector3d& origin, const Vector3d& direction) const {
+    const Eigen::AngleAxisd back(-yaw, Vector3d::UnitZ());
+    const Vector3d o = back * (origin - centre);
+    const Vector3d d = back * direction;
+    double enter = 0.0;
+    double leave = kInfinity;
+    for (int k = 0; k < 3; ++k) {
+      const double a = (-0.5 * size[k] - o[k]) / d[k];
+      const double b = (0.5 * size[k] - o[k]) / d[k];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter > 0.0 && enter <= leave ? enter : kInfinity;
+  }
+};
+
+// A floor and boxes, as the vehicle's map knows them and as a scan meets them.
+struct Place {
+  double floor_z = -4.0;
+  std::vector<UprightBox> boxes;
+
+  [[nodiscard]] World map() const {
+    World world;
+    world.obstacles.push_back(
+        {"floor", HalfSpace{Vector3d::UnitZ()}, Pose{{0.0, 0.0, floor_z}, {1, 0, 0, 0}}});
+    for (const UprightBox& box : boxes) {
+      world.obstacles.push_back({"box", Box{box.size}, Pose{box.centre, from_rpy(0, 0, box.yaw)}});
+    }
+    return world;
+  }
+
+  [[nodiscard]] RangeScan scan(const Pose& X_WB, Random& random, double noise = 0.01) const {
+    RangeScan scan;
+    scan.utime = 1'000'000;
+    scan.reach = kReach;
+    for (int row = 0; row < 30; ++row) {
+      for (int column = 0; column < 40; ++column) {
+        const Vector3d along_B =
+            from_rpy(0.0, 0.6, 0.0) *
+            Vector3d(1.0, 1.7 * (0.5 - (column + 0.5) / 40), 1.0 * (0.5 - (row + 0.5) / 30));
+        const Vector3d direction = X_WB.q * along_B.normalized();
+        double range = direction.z() < 0.0 ? (floor_z - X_WB.p.z()) / direction.z() : kInfinity;
+        for (const UprightBox& box : boxes) range = std::min(range, box.range(X_WB.p, direction));
+        range = range < kReach ? range + noise * random.normal() : 2.0 * kReach;
+        scan.points_B.push_back((range * along_B.normalized()).cast<float>());
+      }
+    }
+    return scan;
+  }
+};
+
+Place room() {
+  return {-4.0,
+          {{{6.0, 1.0, -2.0}, {1.0, 5.0, 4.0}, 0.2},
+           {{3.0, 4.0, -3.0}, {2.0, 0.5, 2.0}, -0.4},
+           {{3.5, -2.5, -3.5}, {0.6, 0.6, 1.0}, 0.7}}};
+}
+
+const Pose kTruth{{0.3, 0.4, -2.0}, from_rpy(0.05, -0.1, 0.15)};
+
+PosePrior prior_off_by(double x, double y, double yaw, double sigma_m, double sigma_yaw) {
+  PosePrior prior;
+  prior.X_WB = Pose{kTruth.p + Vector3d(x, y, 0.0), from_rpy(0.0, 0.0, yaw) * kTruth.q};
+  prior.heading_correction = yaw;
+  prior.covariance.diagonal() << sigma_m * sigma_m, sigma_m * sigma_m, sigma_yaw * sigma_yaw;
+  return prior;
+}
+
+// The most likely error of position and heading that a fix leaves.
+Vector3d error_of(const MapFix& fix) {
+  const Vector3d step = fix.information.ldlt().solve(fix.gradient);
+  return Vector3d(fix.position_W.x() - kTruth.p.x(), fix.position_W.y() - kTruth.p.y(),
+                  fix.heading_correction) +
+         step;
+}
+
+TEST(MapMatcher, FindsThePositionAndTheHeadingInARoom) {
+  const Place place = room();
+  const MapMatcher matcher(place.map());
+  Random random(1);
+  for (const Vector3d& off :
+       {Vector3d(0.1, -0.08, 0.03), Vector3d(-0.25, 0.2, -0.05), Vector3d(0.0, 0.0, 0.0)}) {
+    const MapFix fix = matcher.match(place.scan(kTruth, random),
+                                     prior_off_by(off.x(), off.y(), off.z(), 0.2, 0.04));
+    ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+    EXPECT_TRUE(is_well_formed(fix));
+    const Vector3d error = error_of(fix);
+    EXPECT_LT(error.head<2>().norm(), 0.02);
+    EXPECT_LT(std::abs(error.z()), 0.005);
+    EXPECT_LT(fix.gated, fix.used / 10);
+  }
+}
+
+TEST(MapMatcher, AFloorGivesTheHeightThatNoSensorMeasures) {
+  const Place place;
+  const MapMatcher matcher(place.map());
+  Random random(9);
+  PosePrior prior = prior_off_by(0.0, 0.0, 0.0, 0.05, 0.02);
+  prior.X_WB.p.z() += 0.3;
+  prior.height_sigma_m = 0.5;
+  const MapFix fix = matcher.match(place.scan(kTruth, random), prior);
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  EXPECT_NEAR(fix.height_W, kTruth.p.z(), 0.03);
+  EXPECT_GT(fix.height_sigma_m, 0.0);
+  EXPECT_LT(fix.height_sigma_m, 0.05);
+}
+
+TEST(MapMatcher, AWallGivesNoInformationAlongItself) {
+  const Place place{-4.0, {{{5.0, 0.0, -2.0}, {1.0, 60.0, 4.0}, 0.3}}};
+  const MapMatcher matcher(place.map());
+  Random random(2);
+  const MapFix fix =
+      matcher.match(place.scan(kTruth, random), prior_off_by(0.05, 0.05, 0.0, 0.1, 0.02));
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  const Eigen::Vector2d along(-std::sin(0.3), std::cos(0.3));
+  const Eigen::Vector2d across(std::cos(0.3), std::sin(0.3));
+  const Eigen::Matrix2d information = fix.information.topLeftCorner<2, 2>();
+  EXPECT_LT(along.dot(information * along), 1.0) << "less than a sigma of 1 m";
+  EXPECT_GT(across.dot(information * across), 1000.0) << "a sigma of 3 cm";
+}
+
+TEST(MapMatcher, ABareFloorGivesNoInformation) {
+  const Place place;
+  const MapMatcher matcher(place.map());
+  Random random(3);
+  const MapFix fix =
+      matcher.match(place.scan(kTruth, random), prior_off_by(0.3, 0.1, 0.1, 0.3, 0.1));
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  EXPECT_LT(fix.information.norm(), 1e-6);
+  EXPECT_LT(fix.gradient.norm(), 1e-6);
+}
+
+TEST(MapMatcher, WhatTheMapLacksDoesNotMoveThePosition) {
+  Place seen = room();
+  const MapMatcher matcher(seen.map());
+  seen.boxes.push_back({{2.5, 0.3, -3.0}, {0.5, 1.0, 2.0}, 0.1});
+  Random random(4);
+  const MapFix fix =
+      matcher.match(seen.scan(kTruth, random), prior_off_by(0.08, -0.06, 0.01, 0.1, 0.02));
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  EXPECT_LT(error_of(fix).head<2>().norm(), 0.03);
+  EXPECT_GT(fix.gated, fix.used / 20);
+}
+
+TEST(MapMatcher, AmongPipesAtEqualDistancesItReportsTheOtherPlaces) {
+  Place place;
+  for (int i = -10; i <= 10; ++i) {
+    place.boxes.push_back({{3.0, 0.4 * i, -2.5}, {0.15, 0.15, 3.0}});
+  }
+  const MapMatcher matcher(place.map());
+  Random random(5);
+  const MapFix uncertain =
+      matcher.match(place.scan(kTruth, random), prior_off_by(0.0, 0.25, 0.0, 0.25, 0.02));
+  EXPECT_EQ(uncertain.problem, MapFixProblem::kAmbiguous);
+  EXPECT_GT(uncertain.ambiguity, 0.05);
+  const MapFix certain =
+      matcher.match(place.scan(kTruth, random), prior_off_by(0.0, 0.05, 0.0, 0.03, 0.02));
+  ASSERT_EQ(certain.problem, MapFixProblem::kNone);
+  EXPECT_LT(std::abs(error_of(certain).y()), 0.03);
+}
+
+TEST(MapMatcher, APlateIsMatchedWithTheSideThatIsMet) {
+  const Place place{
+      -4.0,
+      {{{3.0, 0.0, -2.0}, {0.02, 8.0, 4.0}, 0.0}, {{2.0, -1.2, -2.0}, {4.0, 0.02, 4.0}, 0.0}}};
+  const MapMatcher matcher(place.map());
+  Random random(6);
+  const MapFix fix =
+      matcher.match(place.scan(kTruth, random), prior_off_by(0.08, -0.08, 0.0, 0.1, 0.01));
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  EXPECT_LT(error_of(fix).head<2>().norm(), 0.02);
+}
+
+// A box as a mesh, whose triangles may face either way.
+Surface mesh_of(const UprightBox& box) {
+  Surface surface{"mesh", {}};
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d corner(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+    surface.mesh.vertices.push_back(box.centre + Eigen::AngleAxisd(box.yaw, Vector3d::UnitZ()) *
+                                                     corner.cwiseProduct(box.size));
+  }
+  surface.mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 7, 5}, {4, 6, 7}, {0, 5, 1}, {0, 4, 5},
+                            {2, 3, 7}, {2, 6, 7}, {0, 6, 2}, {0, 4, 6}, {1, 7, 3}, {1, 5, 7}};
+  return surface;
+}
+
+TEST(MapMatcher, AMeshGivesWhatItsPrimitiveGives) {
+  const Place place = room();
+  World meshes = place.map();
+  meshes.obstacles.resize(1);
+  for (const UprightBox& box : place.boxes) meshes.surfaces.push_back(mesh_of(box));
+  Random random(7);
+  const RangeScan scan = place.scan(kTruth, random);
+  const PosePrior prior = prior_off_by(0.1, -0.05, 0.02, 0.1, 0.02);
+  const MapFix of_primitives = MapMatcher(place.map()).match(scan, prior);
+  const MapFix of_meshes = MapMatcher(meshes).match(scan, prior);
+  ASSERT_EQ(of_meshes.problem, MapFixProblem::kNone);
+  EXPECT_LT((error_of(of_meshes) - error_of(of_primitives)).norm(), 0.01);
+  EXPECT_NEAR(of_meshes.used, of_primitives.used, 20);
+}
+
+TEST(MapMatcher, TheInformationIsThatOfTheError) {
+  const Place place = room();
+  const MapMatcher matcher(place.map());
+  Random random(8);
+  double sum = 0.0;
+  constexpr int kScans = 60;
+  for (int i = 0; i < kScans; ++i) {
+    const MapFix fix = matcher.match(
+        place.scan(kTruth, random),
+        prior_off_by(0.05 * random.normal(), 0.05 * random.normal(), 0.0, 0.05, 0.02));
+    const Vector3d error = error_of(fix);
+    sum += error.dot(fix.information * error) / 3.0;
+  }
+  EXPECT_LT(sum / kScans, 1.5) << "never more certain than it is";
+}
+
+RC_GTEST_PROP(MapMatcher, AnyScanGivesAWellFormedFix, ()) {
+  static const MapMatcher kMatcher(room().map());
+  RangeScan scan;
+  const auto count = *rc::gen::inRange(0, 200);
+  for (int i = 0; i < count; ++i) {
+    const auto value = [] {
+      return *rc::gen::oneOf(rc::gen::map(rc::gen::inRange(-2000, 2000),
+                                          [](int x) { return static_cast<float>(x) / 100.0F; }),
+                             rc::gen::element(std::numeric_limits<float>::quiet_NaN(),
+                                              std::numeric_limits<float>::infinity(), 1e30F));
+    };
+    scan.points_B.emplace_back(value(), value(), value());
+  }
+  const MapFix fix = kMatcher.match(scan, prior_off_by(0.1, 0.1, 0.1, 0.3, 0.3));
+  RC_ASSERT(is_well_formed(fix));
+}
+
+}  // namespace
+}  // namespace dive::planning
