@@ -3,8 +3,8 @@
 # release preset.
 #   ./check.sh           what one runs before a commit
 #   ./check.sh --ci      and those of what runs on board or reads what others wrote, under the
-#                        address and undefined-behaviour sanitizers; and clang-tidy on what flies
-#   ./check.sh --tidy    clang-tidy on what flies, alone
+#                        address and undefined-behaviour sanitizers
+#   ./check.sh --tidy    clang-tidy 19 (package clang-tidy-19) on what flies
 #   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -37,6 +37,7 @@ fi
 # What flies: behaviours, executive, the loop on board and its link, estimation and vehicle.
 tidy() {
   echo "== clang-tidy"
+  command -v run-clang-tidy-19 > /dev/null || { echo "install clang-tidy-19" >&2; exit 2; }
   cmake --preset tidy --log-level=WARNING > /dev/null
   cmake --build --preset tidy --target dive_messages_generated > /dev/null
   run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' -extra-arg=-Wno-unknown-warning-option \
@@ -56,9 +57,6 @@ check() {
 }
 check release all
 case "$sanitize" in
-  sanitized)
-    tidy
-    check asan sanitized_tests -L sanitized
-    ;;
+  sanitized) check asan sanitized_tests -L sanitized ;;
   all) check asan all ;;
 esac

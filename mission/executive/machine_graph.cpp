@@ -81,7 +81,7 @@ class DotWriter : Writer {
   }
 
  private:
-  void indent(int depth) { text_.append(static_cast<std::size_t>(2 * depth), ' '); }
+  void indent(int depth) { text_.append(2 * static_cast<std::size_t>(depth), ' '); }
 
   void write_state(StateId id, int depth) {
     const State& s = state(id);
@@ -171,7 +171,7 @@ class ScxmlWriter : Writer {
 
  private:
   void line(int depth, const std::string& content) {
-    text_.append(static_cast<std::size_t>(2 * depth), ' ');
+    text_.append(2 * static_cast<std::size_t>(depth), ' ');
     text_ += content + "\n";
   }
 

@@ -42,7 +42,7 @@ constexpr Run kAnswer[] = {bytes(2 * 8 + 2)};
 constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
 constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
 constexpr Run kRange[] = {bytes(8 + 4 * sizeof(float)), array(sizeof(float), 3 * kMaxScanPoints)};
-constexpr Run kPresence[] = {bytes(8), array(2 * 8, kMaxEchoes)};
+constexpr Run kPresence[] = {bytes(8), array(std::size_t{2} * 8, kMaxEchoes)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
 
 std::size_t size_of(const ImageFrame& frame) {

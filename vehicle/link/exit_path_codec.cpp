@@ -9,8 +9,9 @@ using namespace detail;
 
 namespace {
 
-constexpr Run kExitPath[] = {bytes(3 * 8 + kPoseSize + 2 * sizeof(double) + 1 + 3 * sizeof(double)),
-                             array(kPoseSize, vehicle::kMaxExitWaypoints)};
+constexpr Run kExitPath[] = {
+    bytes(std::size_t{3} * 8 + kPoseSize + 2 * sizeof(double) + 1 + 3 * sizeof(double)),
+    array(kPoseSize, vehicle::kMaxExitWaypoints)};
 
 }  // namespace
 
