@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "common/random.h"
+#include "vehicle/simulator/horizontal_draw.h"
 
 namespace dive::vehicle {
 namespace {
@@ -11,18 +11,12 @@ namespace {
 constexpr std::uint64_t kMapStream = 0x3a9;
 constexpr std::uint64_t kObjectStream = 0x0b1ec7;
 
-Eigen::Vector3d shift(Random& random, double sigma) {
-  const double x = random.normal();
-  const double y = random.normal();
-  return {sigma * x, sigma * y, 0.0};
-}
-
 }  // namespace
 
 Pose drawn_map_motion(const Conditions& conditions, std::uint64_t seed) {
   Random random(seed, kMapStream);
   const double turn = deg_to_rad(conditions.map_turn_sigma_deg) * random.normal();
-  return {shift(random, conditions.map_shift_sigma_m), from_rpy(0.0, 0.0, turn)};
+  return {horizontal_draw(random, conditions.map_shift_sigma_m), from_rpy(0.0, 0.0, turn)};
 }
 
 planning::World drawn_world(planning::World map, const Conditions& conditions, std::uint64_t seed) {
@@ -35,7 +29,7 @@ planning::World drawn_world(planning::World map, const Conditions& conditions, s
   std::map<std::string, Pose> moves;
   const auto move_of = [&](const std::string& name) -> const Pose& {
     const auto [entry, is_new] = moves.try_emplace(name, whole);
-    if (is_new) entry->second.p += shift(random, conditions.object_shift_sigma_m);
+    if (is_new) entry->second.p += horizontal_draw(random, conditions.object_shift_sigma_m);
     return entry->second;
   };
   for (planning::Obstacle& obstacle : map.obstacles) {

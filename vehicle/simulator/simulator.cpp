@@ -8,6 +8,7 @@
 #include "vehicle/aqua2_figures.h"
 #include "vehicle/simulator/dynamics/dynamics.h"
 #include "vehicle/simulator/dynamics/flippers.h"
+#include "vehicle/simulator/horizontal_draw.h"
 #include "vehicle/simulator/sensors/sensors.h"
 
 namespace dive::vehicle {
@@ -52,10 +53,9 @@ struct Simulator::Impl {
     Random random(seed, kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     Random place(seed, kPlaceStream);
-    const Vector3d off_W(place.normal(), place.normal(), 0.0);
-    const Vector3d drift_W(place.normal(), place.normal(), 0.0);
-    current_W += conditions.current_sigma * drift_W;
-    state.X_WB = Pose{start_X_WB.p + conditions.start_sigma_m * off_W, start_X_WB.q.normalized()};
+    const Vector3d off_W = horizontal_draw(place, conditions.start_sigma_m);
+    current_W += horizontal_draw(place, conditions.current_sigma);
+    state.X_WB = Pose{start_X_WB.p + off_W, start_X_WB.q.normalized()};
     state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
   }

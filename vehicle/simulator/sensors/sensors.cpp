@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/assert.h"
+#include "vehicle/simulator/horizontal_draw.h"
 
 namespace dive::vehicle {
 namespace {
@@ -23,8 +24,7 @@ Sensors::Sensors(const Conditions& conditions, std::uint64_t seed, double tick)
   Random bias(seed, kBiasStream);
   heading_bias_ = deg_to_rad(conditions.heading_bias_sigma_deg) * bias.normal();
   heading_phase_ = {bias.uniform(0.0, kTurn), bias.uniform(0.0, kTurn)};
-  tilt_bias_ = deg_to_rad(conditions.tilt_bias_sigma_deg) *
-               Eigen::Vector3d(bias.normal(), bias.normal(), 0.0);
+  tilt_bias_ = horizontal_draw(bias, deg_to_rad(conditions.tilt_bias_sigma_deg));
   for (double& axis : gyro_bias_) axis = conditions.gyro_bias_sigma * bias.normal();
   depth_bias_m_ = conditions.depth_bias_sigma_m * bias.normal();
   if (conditions.inertial_unit) {

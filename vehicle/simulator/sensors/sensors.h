@@ -36,12 +36,11 @@ class Sensors {
   static constexpr std::size_t kSlots = 64;
 
   [[nodiscard]] Eigen::Vector3d noise(double sigma);
-
-  Conditions conditions_;
-  Random random_;
   /// Rotation from the true heading to the compass at a place, rad.
   [[nodiscard]] double heading_error(const Eigen::Vector3d& p_W) const;
 
+  Conditions conditions_;
+  Random random_;
   double heading_bias_ = 0.0;                                ///< rad
   Eigen::Vector2d heading_phase_ = Eigen::Vector2d::Zero();  ///< Of its variation with place, rad.
   Eigen::Vector3d tilt_bias_ = Eigen::Vector3d::Zero();      ///< rad
