@@ -29,6 +29,7 @@
 #include "bench/study_setup.h"
 #include "common/random.h"
 #include "mission/check/route.h"
+#include "mission/cli/loading.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/planner.h"
 #include "vehicle/simulator/diver.h"
@@ -371,14 +372,9 @@ int main(int argc, char** argv) {
         missions.push_back(std::move(path));
       }
     }
-    for (const std::string& condition : conditions) {
-      const std::size_t equals = condition.find('=');
-      if (equals == std::string::npos ||
-          !draw.conditions.set(condition.substr(0, equals),
-                               std::stod(condition.substr(equals + 1)))) {
-        throw std::runtime_error("--set " + condition + ": no such condition");
-      }
-    }
+    const auto parsed = dive::mission::parse_conditions(conditions);
+    if (!parsed) throw std::runtime_error("a condition cannot be set");
+    draw.conditions = *parsed;
     if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
     for (const std::string& path : missions) {
       const dive::bench::RoutedSetup setup = dive::bench::load(path);

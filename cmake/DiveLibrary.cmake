@@ -41,7 +41,7 @@ function(dive_precompile name)
   target_link_libraries(${name} PRIVATE Eigen3::Eigen fmt::fmt dive_flags)
   target_precompile_headers(${name} PRIVATE ${ARGN})
   # The compiler cache needs the names of the headers in the preprocessed source.
-  target_compile_options(${name} PUBLIC $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
+  target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endfunction()
 set(DIVE_PRECOMPILED_HEADERS <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <algorithm>
     <chrono> <filesystem> <fmt/format.h> <functional> <map> <memory> <optional> <set> <span> <string>

@@ -11,12 +11,9 @@
 namespace dive::estimation {
 namespace {
 
-using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-Matrix2d turned(double yaw) { return Eigen::Rotation2Dd(yaw).toRotationMatrix(); }
 
 Vector2d at_most(const Vector2d& v, double most) {
   const double norm = v.norm();
@@ -148,19 +145,18 @@ const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, doub
     filter_->begin(odometry.X_WB.p.head<2>(), odometry.covariance(0, 0));
     blind_variance_ = blind_variance;
   }
-  const OdometryState before =
-      past_.empty() ? OdometryState{odometry.X_WB.p.head<2>(), {}, {}} : past_.newest().odometry;
-  past_.push(odometry.utime,
-             {{odometry.X_WB.p.head<2>(), v_O.head<2>(), odometry.X_WB.q}, aligned_W_});
-  advance(before, blind_variance, dt);
+  const Vector2d p_O = odometry.X_WB.p.head<2>();
+  const Vector2d moved_O =
+      past_.empty() ? Vector2d::Zero() : Vector2d(p_O - past_.newest().odometry.p_O);
+  past_.push(odometry.utime, {{p_O, v_O.head<2>(), odometry.X_WB.q}, aligned_W_});
+  advance(moved_O, blind_variance, dt);
   publish(odometry);
   return estimate_;
 }
 
-void FrameCorrection::advance(const OdometryState& before, double blind_variance, double dt) {
+void FrameCorrection::advance(const Vector2d& moved_O, double blind_variance, double dt) {
   if (filter_) {
-    filter_->advance(past_.newest().odometry.p_O - before.p_O, dt,
-                     std::max(blind_variance - blind_variance_, 0.0));
+    filter_->advance(moved_O, dt, std::max(blind_variance - blind_variance_, 0.0));
     blind_variance_ = blind_variance;
   }
   base_W_ += drift_W_ * dt;

@@ -112,7 +112,7 @@ class FrameCorrection {
   [[nodiscard]] std::optional<OdometryState> odometry_at(Utime utime) const;
   void follow(const StateEstimate& vision, const OdometryState& then);
   void release();
-  void advance(const OdometryState& before, double blind_variance, double dt);
+  void advance(const Eigen::Vector2d& moved_O, double blind_variance, double dt);
   void publish(const StateEstimate& odometry);
   void publish_corrected(const StateEstimate& odometry);
   void publish_aligned();

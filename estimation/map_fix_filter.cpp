@@ -8,18 +8,14 @@
 #include "common/assert.h"
 #include "common/range_check.h"
 #include "common/se3.h"
+#include "estimation/planar.h"
 
 namespace dive::estimation {
-namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-Matrix2d turned(double yaw) { return Eigen::Rotation2Dd(yaw).toRotationMatrix(); }
-
-}  // namespace
 
 std::string MapFixOptions::validate() const {
   RangeCheck check;

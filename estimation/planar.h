@@ -13,6 +13,11 @@ namespace dive::estimation {
   return to_rpy(a * b.conjugate()).z();
 }
 
+/// Turns horizontal vectors by `yaw` (rad).
+[[nodiscard]] inline Eigen::Matrix2d turned(double yaw) {
+  return Eigen::Rotation2Dd(yaw).toRotationMatrix();
+}
+
 /// Covariance of x, y and heading from that of position in W and attitude in B. The heading is the
 /// part of the rotation vector about the vertical `up_B`.
 [[nodiscard]] inline Eigen::Matrix3d horizontal_covariance(const Matrix6d& P,

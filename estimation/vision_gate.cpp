@@ -30,8 +30,7 @@ bool is_plausible(const StateEstimate& estimate, const OdometryState& odometry,
   const Vector3d up_B = q_WB.conjugate() * Vector3d::UnitZ();
   const Vector3d measured_up_B = odometry.q_OB.conjugate() * Vector3d::UnitZ();
   const double tilt = std::atan2(up_B.cross(measured_up_B).norm(), up_B.dot(measured_up_B));
-  const Vector2d expected_W =
-      Eigen::Rotation2Dd(turn_between(q_WB, odometry.q_OB)).toRotationMatrix() * odometry.v_O;
+  const Vector2d expected_W = turned(turn_between(q_WB, odometry.q_OB)) * odometry.v_O;
   const Vector2d excess_W = (q_WB * estimate.v_WB_B).head<2>() - expected_W;
   const Matrix3d P = horizontal_covariance(estimate.covariance, up_B);
   return estimate.v_WB_B.norm() <= options.max_speed &&

@@ -5,20 +5,15 @@
 #include <utility>
 
 #include "estimation/planar.h"
+#include "mission/onboard/scan_placement.h"
 
 namespace dive::mission {
-namespace {
-
-constexpr double kMaxAttitudeSigma = 0.3;     // rad: a scan taken so lies nowhere in particular
-constexpr Utime kMaxExtrapolation = 100'000;  // us from a scan to the newest pose
-
-}  // namespace
 
 MapMatchService::MapMatchService(const planning::World& known, Utime latency, OnLate late)
     : matcher_(known), latency_(latency), worker_(late) {}
 
 void MapMatchService::observe(const estimation::StateEstimate& estimate) {
-  if (!estimate.valid || attitude_sigma(estimate) > kMaxAttitudeSigma) return;
+  if (!can_place_scans(estimate)) return;
   const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
   past_.push(estimate.utime, {estimate.X_WB, estimate.map_from_odom.yaw,
                               std::sqrt(std::max(estimate.covariance(2, 2), 0.0)),
@@ -27,13 +22,11 @@ void MapMatchService::observe(const estimation::StateEstimate& estimate) {
 
 // Between two ticks the vehicle moves by millimetres, but turns.
 std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const {
-  if (past_.empty() || utime > past_.newest_utime() + kMaxExtrapolation) return std::nullopt;
+  if (past_.empty() || utime > past_.newest_utime() + kMaxTimeOffset) return std::nullopt;
   const auto around = past_.at(std::min(utime, past_.newest_utime()));
   if (!around) return std::nullopt;
   planning::PosePrior prior = *around->before;
-  const Pose& after = around->after->X_WB;
-  prior.X_WB.p += around->share * (after.p - prior.X_WB.p);
-  prior.X_WB.q = prior.X_WB.q.slerp(around->share, after.q);
+  prior.X_WB = interpolate(around->before->X_WB, around->after->X_WB, around->share);
   return prior;
 }
 

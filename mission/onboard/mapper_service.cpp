@@ -4,20 +4,16 @@
 #include <cstdlib>
 #include <utility>
 
+#include "mission/onboard/scan_placement.h"
+
 namespace dive::mission {
-namespace {
-
-constexpr double kMaxAttitudeSigma = 0.3;  // rad: a scan taken so would draw walls where none are
-constexpr Utime kMaxTimeOffset = 100'000;  // us from a scan to the nearest pose: else it is dropped
-
-}  // namespace
 
 MapperService::MapperService(const planning::RobotHull& hull,
                              const planning::MapperOptions& options, Utime latency, OnLate late)
     : mapper_(hull, options, clock_), latency_(latency), worker_(late) {}
 
 void MapperService::observe(const estimation::StateEstimate& estimate) {
-  if (!estimate.valid || attitude_sigma(estimate) > kMaxAttitudeSigma) return;
+  if (!can_place_scans(estimate)) return;
   map_from_odom_ = estimate.map_from_odom;
   past_.push(estimate.utime,
              {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B});

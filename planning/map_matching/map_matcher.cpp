@@ -33,6 +33,7 @@ constexpr double kHeightSigma = 0.1;    // m, of the map relative to the depth s
 constexpr double kNoHeight = 10.0;      // m, one sigma: nothing is known of the height
 constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
 constexpr double kHuber = 1.5;          // sigmas
+constexpr double kOutlier = 9.0;        // squared sigmas: the most that one point can cost
 constexpr double kMinGate = 0.15;       // m
 constexpr double kMaxGate = 0.6;        // m
 constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
@@ -128,7 +129,7 @@ struct MapMatcher::Impl {
       const auto nearest = met(ray, x, direction, kMaxGate);
       if (!nearest) {
         ++normal.gated;
-        normal.cost += kIndependent * 9.0;
+        normal.cost += kIndependent * kOutlier;
         continue;
       }
       const Vector3d& n = nearest->normal_W;
@@ -140,7 +141,7 @@ struct MapMatcher::Impl {
       const double gate =
           std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
       const double sigmas = std::abs(r) / std::sqrt(variance);
-      normal.cost += kIndependent * std::min(sigmas * sigmas, 9.0);
+      normal.cost += kIndependent * std::min(sigmas * sigmas, kOutlier);
       if (std::abs(r) > gate) {
         ++normal.gated;
         continue;

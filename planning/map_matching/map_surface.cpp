@@ -15,25 +15,6 @@ constexpr double kStep = 1e-4;        // m, of the central differences
 constexpr double kMinGradient = 0.5;  // shorter: the point is on an edge inside the solid
 constexpr double kBesideEdge = 0.3;   // share of a point's distance that lies along the plane
 
-bool is_primitive(const Obstacle& obstacle, const World& world) {
-  if (std::holds_alternative<HalfSpace>(obstacle.shape)) return false;
-  return obstacle.surface < 0 || world.surfaces.empty();
-}
-
-std::vector<Obstacle> primitives_of(const World& world) {
-  std::vector<Obstacle> primitives;
-  for (const Obstacle& obstacle : world.obstacles) {
-    if (is_primitive(obstacle, world)) primitives.push_back(obstacle);
-  }
-  return primitives;
-}
-
-std::vector<Eigen::AlignedBox3d> boxes_of(const std::vector<Obstacle>& obstacles) {
-  std::vector<Eigen::AlignedBox3d> boxes;
-  for (const Obstacle& obstacle : obstacles) boxes.push_back(bounding_box(obstacle));
-  return boxes;
-}
-
 // Beyond the edge of a triangle the distance grows away from the nearest point.
 MapSurface::Nearest at_triangle(const std::array<Vector3d, 3>& corners_W, const Vector3d& p_W,
                                 const Vector3d& from_W) {
@@ -61,14 +42,18 @@ std::optional<Vector3d> normal_at(const Shape& shape, const Vector3d& p_O) {
 
 }  // namespace
 
-MapSurface::MapSurface(const World& world)
-    : primitives_(primitives_of(world)), tree_(boxes_of(primitives_)) {
+MapSurface::MapSurface(const World& world) {
+  std::vector<Eigen::AlignedBox3d> boxes;
   for (const Obstacle& obstacle : world.obstacles) {
-    const auto* half = std::get_if<HalfSpace>(&obstacle.shape);
-    if (half == nullptr) continue;
-    const Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
-    planes_.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});
+    if (const auto* half = std::get_if<HalfSpace>(&obstacle.shape)) {
+      const Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
+      planes_.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});
+    } else if (obstacle.surface < 0 || world.surfaces.empty()) {
+      primitives_.push_back({obstacle.shape, obstacle.X_WO.inverse()});
+      boxes.push_back(bounding_box(obstacle));
+    }
   }
+  tree_.emplace(boxes);
   meshes_.reserve(world.surfaces.size());
   for (const Surface& surface : world.surfaces) {
     soups_.emplace_back(meshes_.emplace_back(surface.mesh));
@@ -85,13 +70,13 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
     least = std::abs(height);
     plane = Nearest{height, normal_W};
   }
-  const Obstacle* obstacle = nullptr;
+  const Primitive* primitive = nullptr;
   double height = 0.0;
-  tree_.visit(p_W, least, [&](std::uint32_t index) {
-    const Obstacle& one = primitives_[index];
-    const double here = signed_distance(one.shape, one.X_WO.inverse() * p_W);
+  tree_->visit(p_W, least, [&](std::uint32_t index) {
+    const Primitive& one = primitives_[index];
+    const double here = signed_distance(one.shape, one.X_OW * p_W);
     if (std::abs(here) >= least) return least;
-    obstacle = &one;
+    primitive = &one;
     height = here;
     return least = std::abs(here);
   });
@@ -105,11 +90,10 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
     least = one.distance(triangle, p_W);
   }
   if (soup != nullptr) return at_triangle(soup->corners(triangle), p_W, from_W);
-  if (obstacle == nullptr) return plane;
-  const std::optional<Vector3d> normal_O =
-      normal_at(obstacle->shape, obstacle->X_WO.inverse() * p_W);
+  if (primitive == nullptr) return plane;
+  const std::optional<Vector3d> normal_O = normal_at(primitive->shape, primitive->X_OW * p_W);
   if (!normal_O) return std::nullopt;
-  return Nearest{height, obstacle->X_WO.q * *normal_O};
+  return Nearest{height, primitive->X_OW.q.conjugate() * *normal_O};
 }
 
 }  // namespace dive::planning

@@ -31,16 +31,20 @@ class MapSurface {
                                                const Eigen::Vector3d& from_W, double reach) const;
 
  private:
+  struct Primitive {
+    Shape shape;
+    Pose X_OW;
+  };
   struct Plane {
     Eigen::Vector3d normal_W;
     double offset = 0.0;
   };
 
-  std::vector<Obstacle> primitives_;
+  std::vector<Primitive> primitives_;
   std::vector<Plane> planes_;
   std::vector<TriangleMesh> meshes_;
   std::vector<TriangleSoup> soups_;  ///< Refer to meshes_.
-  BoxTree tree_;                     ///< Of the primitives.
+  std::optional<BoxTree> tree_;      ///< Of the primitives.
 };
 
 }  // namespace dive::planning
