@@ -54,10 +54,26 @@ void write(const fs::path& name, const std::string& text) {
 
 std::string content(const std::string& name) { return content_of(folder() / name); }
 
-/// A short mission, m.xml, with its map; a map alone, a scenario, a dataset and a foreign
-/// mission.
+/// Surfaces from 1 m: drawing each picture of a recorded dive takes longer than the dive.
+const std::string kShortMission =
+    R"(<mission xmlns="urn:dive:mission:1" id="short">
+  <vehicle model="aqua2" speed="0.4"/>
+  <map file="maps/bay.sdf"/>
+  <start x="0" y="0" z="1" z_units="DEPTH" heading_deg="90"/>
+  <limits max_depth="6" min_altitude="1" clearance="0.6" mission_timeout="60" battery_reserve="0.3"/>
+  <estimation estimator="primitive"/>
+  <states initial="up">
+    <surface id="up"><transition event="done.state.up" target="surfaced"/></surface>
+    <final id="surfaced"/>
+  </states>
+</mission>
+)";
+
+/// A mission, m.xml, with its map; a shorter one, short.xml; a map alone, a scenario, a dataset and
+/// a foreign mission.
 void write_inputs() {
   write("m.xml", content_of(kMissions / "scenarios/missions/dart.xml"));
+  write("short.xml", kShortMission);
   fs::create_directories(folder() / "maps");
   for (const auto& entry : fs::directory_iterator(kMissions / "scenarios/missions/maps")) {
     fs::copy_file(entry.path(), folder() / "maps" / entry.path().filename(),
@@ -107,7 +123,7 @@ const ResultOption kOptions[] = {
     {"run_svg_map", "run m.xml --log run.lcmlog --svg {}", "result", "maps/bay.sdf"},
     {"run_log", "run m.xml --journal run.journal --log {}", "result", "m.xml"},
     {"run_journal", "run m.xml --log run.lcmlog --journal {}", "result", "m.xml"},
-    {"run_record", "run m.xml --log run.lcmlog --record {}", "result/mav0/imu0/data.csv", ""},
+    {"run_record", "run short.xml --log run.lcmlog --record {}", "result/mav0/imu0/data.csv", ""},
     {"sim_calibration", "sim m.xml --simulated-water clear_pool --write-calibration {}",
      "result/imu0/sensor.yaml", ""},
     {"test_junit", "test s.xml --junit {}", "result", "s.xml"},
