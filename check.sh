@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Installs, checks the format of the sources and their words, builds and runs all tests in the
+# Installs, checks the format of the sources and their words, builds and runs the tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and those of what runs on board or reads what others wrote, under the
-#                        address and undefined-behaviour sanitizers
+#   ./check.sh --ci      and the tests that take minutes each, a build of the benchmarks, and under
+#                        the address and undefined-behaviour sanitizers the tests of what runs on
+#                        board or reads what others wrote
 #   ./check.sh --tidy    clang-tidy 19 (package clang-tidy-19) on what flies
 #   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
 set -euo pipefail
@@ -17,7 +18,7 @@ for argument in "$@"; do
     --tidy) only_tidy=yes ;;
     --asan) sanitize=all ;;
     *)
-      sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//' >&2
+      sed -n '2,10p' "$0" | sed 's/^# \{0,1\}//' >&2
       exit 2
       ;;
   esac
@@ -55,7 +56,8 @@ check() {
   cmake --build --preset "$1" -j2 --target "$2"
   ctest --preset "$1" -j2 "${@:3}"
 }
-check release all
+[ -z "$sanitize" ] || export DIVE_LONG_TESTS=1
+check release "$([ -z "$sanitize" ] && echo tests || echo all)"
 case "$sanitize" in
   sanitized) check asan sanitized_tests -L sanitized ;;
   all) check asan all ;;

@@ -30,8 +30,10 @@
 #include "common/random.h"
 #include "mission/check/route.h"
 #include "mission/cli/loading.h"
+#include "mission/simulation/simulated_conditions.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/planner.h"
+#include "planning/world/primitives.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/drawn_world.h"
 #include "vehicle/simulator/ground_truth/ground_truth.h"
@@ -42,21 +44,24 @@ namespace {
 constexpr double kSamePlace = 0.01;  // m between waypoints; a shorter distance has no direction
 
 struct Draw {
-  vehicle::Conditions conditions;
+  std::vector<std::string> conditions;  ///< NAME=VALUE, applied to those of the mission.
   bool with_diver = false;
+  int unmapped = 0;  ///< Number of objects on the route that the map lacks.
 };
 
 struct RoutedSetup : StudySetup {
-  std::vector<Pose> route;  ///< Route of a vehicle that knows the whole world.
+  std::vector<Pose> route;             ///< Route of a vehicle that knows the whole world.
+  std::vector<Eigen::Vector3d> stops;  ///< Start and goals of its legs.
 };
 
 RoutedSetup load(const std::string& path) {
-  RoutedSetup setup{load_setup(path), {}};
+  RoutedSetup setup{load_setup(path), {}, {}};
   const planning::Scene scene(setup.world);
   const mission::Route route = mission::nominal_route(setup.mission, scene);
   SteadyClock clock;
   planning::Planner planner(setup.world, setup.model.hull, {}, clock);
   Pose at = route.start;
+  setup.stops.push_back(at.p);
   for (const mission::RouteLeg& leg : route.legs) {
     const planning::PlanRequest request = behaviors::leg_request(route.settings, leg.goal, at);
     const planning::PlanResult plan = planner.plan(request);
@@ -66,6 +71,7 @@ RoutedSetup load(const std::string& path) {
       if (is_new) setup.route.push_back(waypoint);
     }
     at = request.goal;
+    setup.stops.push_back(at.p);
   }
   return setup;
 }
@@ -90,11 +96,59 @@ vehicle::DiverTrack diver_for(const RoutedSetup& setup, std::uint64_t seed) {
   return track;
 }
 
+/// Boxes, balls and upright bars on the route or beside it, not at its stops.
+std::vector<planning::Obstacle> unmapped_for(const RoutedSetup& setup, int count,
+                                             std::uint64_t seed) {
+  constexpr double kFromStops = 1.5;  // m
+  Random random(seed, 0x0bce7);
+  std::vector<planning::Obstacle> objects;
+  for (int tries = 0; static_cast<int>(objects.size()) < count && tries < 1000; ++tries) {
+    const auto last = static_cast<double>(setup.route.size()) - 2.0;
+    const auto i = static_cast<std::size_t>(random.uniform(0.0, last));
+    const Eigen::Vector3d way = setup.route[i + 1].p - setup.route[i].p;
+    const Eigen::Vector3d side = Eigen::Vector3d(-way.y(), way.x(), 0.0).normalized();
+    const double along = random.uniform();
+    const double aside = random.uniform(-0.4, 0.4);
+    const double kind = random.uniform();
+    const double size = random.uniform(0.15, 0.5);
+    const Eigen::Vector3d at = setup.route[i].p + along * way + aside * side;
+    if (std::ranges::any_of(setup.stops, [&](const Eigen::Vector3d& stop) {
+          return (stop - at).norm() < kFromStops;
+        })) {
+      continue;
+    }
+    const planning::Shape shape =
+        kind < 0.4   ? planning::Shape(planning::Box{Eigen::Vector3d::Constant(size)})
+        : kind < 0.7 ? planning::Shape(planning::Sphere{0.5 * size})
+                     : planning::Shape(planning::Cylinder{0.15 * size + 0.03, 2.0});
+    objects.push_back(
+        {fmt::format("unmapped_{}", objects.size()), shape, {at, Eigen::Quaterniond::Identity()}});
+  }
+  return objects;
+}
+
+vehicle::Conditions conditions_for(const RoutedSetup& setup, const Draw& draw) {
+  const auto conditions =
+      mission::parse_conditions(draw.conditions, mission::simulated_conditions(setup.mission));
+  if (!conditions) throw std::runtime_error("a condition cannot be set");
+  return *conditions;
+}
+
+mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
+  mission::DiveSettings settings;
+  settings.conditions = conditions_for(setup, draw);
+  settings.unmapped = unmapped_for(setup, draw.unmapped, seed);
+  settings.seed = seed;
+  if (draw.with_diver) settings.diver = diver_for(setup, seed);
+  return settings;
+}
+
 /// Distances from the vehicle to the obstacles of the world, and to the diver.
 class Apart {
  public:
-  Apart(const RoutedSetup& setup, const vehicle::Conditions& conditions, std::uint64_t seed)
-      : to_world_(vehicle::drawn_world(setup.world, conditions, seed), setup.model.hull),
+  Apart(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed)
+      : to_world_(mission::simulated_world(setup.world, settings_for(setup, draw, seed)),
+                  setup.model.hull),
         to_diver_(diver_alone(), setup.model.hull) {}
 
   void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
@@ -155,14 +209,11 @@ class PositionErrors {
 
 mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed,
                                    Apart& apart) {
-  mission::DiveSettings settings;
-  settings.conditions = draw.conditions;
+  mission::DiveSettings settings = settings_for(setup, draw, seed);
   settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
                                       const std::optional<Pose>& X_WD) {
     apart.observe(truth, X_WD);
   };
-  settings.seed = seed;
-  if (draw.with_diver) settings.diver = diver_for(setup, seed);
   return settings;
 }
 
@@ -176,8 +227,8 @@ bool reached_all(const mission::DiveResult& result) {
 }
 
 nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
-  Apart apart(setup, draw.conditions, seed);
-  PositionErrors errors(draw.conditions, seed);
+  Apart apart(setup, draw, seed);
+  PositionErrors errors(conditions_for(setup, draw), seed);
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings_for(setup, draw, seed, apart),
       [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
@@ -200,7 +251,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
 }
 
 void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
-  Apart apart(setup, draw.conditions, seed);
+  Apart apart(setup, draw, seed);
   if (draw.with_diver) {
     const vehicle::DiverTrack track = diver_for(setup, seed);
     std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
@@ -209,6 +260,12 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
                                pause_s);
     }
     std::cout << '\n';
+  }
+  for (const planning::Obstacle& object : unmapped_for(setup, draw.unmapped, seed)) {
+    const Eigen::AlignedBox3d box = planning::bounding_box(object);
+    std::cout << fmt::format("{}: {:.2f} x {:.2f} x {:.2f} m at ({:.2f} {:.2f} {:.2f})\n",
+                             object.name, box.sizes().x(), box.sizes().y(), box.sizes().z(),
+                             box.center().x(), box.center().y(), box.center().z());
   }
   Utime next = 0;
   std::size_t told = 0;
@@ -355,7 +412,6 @@ int main(int argc, char** argv) {
   int jobs = 2;
   int traced = 0;
   dive::bench::Draw draw;
-  std::vector<std::string> conditions;
   std::string data;
   app.add_option("missions", missions);
   app.add_option("--real", data, "Folder of the shared data: dives the waters made of it");
@@ -363,8 +419,9 @@ int main(int argc, char** argv) {
   app.add_option("--first", first, "Seed of the first dive");
   app.add_option("--jobs", jobs);
   app.add_option("--trace", traced, "This seed alone, every half second");
+  app.add_option("--unmapped", draw.unmapped, "Objects on the route that the map lacks");
   app.add_flag("--diver", draw.with_diver, "A diver swims into the path");
-  app.add_option("--set", conditions, "NAME=VALUE of the simulator, as of dive run");
+  app.add_option("--set", draw.conditions, "NAME=VALUE of the simulator, as of dive run");
   CLI11_PARSE(app, argc, argv);
   return dive::bench::run_study([&] {
     if (!data.empty()) {
@@ -372,9 +429,6 @@ int main(int argc, char** argv) {
         missions.push_back(std::move(path));
       }
     }
-    const auto parsed = dive::mission::parse_conditions(conditions);
-    if (!parsed) throw std::runtime_error("a condition cannot be set");
-    draw.conditions = *parsed;
     if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
     for (const std::string& path : missions) {
       const dive::bench::RoutedSetup setup = dive::bench::load(path);

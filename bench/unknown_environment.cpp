@@ -209,7 +209,7 @@ void scan_of(const std::string& name, int every, bool clean) {
     // the first fills the voxels, the second splits all surfaces
     for (int pass = 0; pass < 2; ++pass) {
       const RangeScan scan = camera.take(now += 200'000, poses[i]);
-      if (const auto update = mapper.add(scan, poses[i], Eigen::Vector3d::Zero())) {
+      if (const auto update = mapper.add(scan, {poses[i]})) {
         static_cast<void>(map.apply(update->obstacles));
       }
       if (pass == 0) mapper.rebuild_all();
@@ -289,7 +289,7 @@ void stream_of(const std::string& name, bool rebuild) {
     if (rebuild) mapper.rebuild_all();
     const Eigen::Vector3d v_W = poses[i].q * Eigen::Vector3d(kSpeed, 0.0, 0.0);
     figures.all.push_back(timed([&] {
-      if (auto update = mapper.add(scan, poses[i], v_W))
+      if (auto update = mapper.add(scan, {poses[i], v_W}))
         static_cast<void>(map.apply(update->obstacles));
       std::optional<planning::Planner> planner;
       planning::World world;
@@ -355,7 +355,7 @@ void swim_for_hours(const std::string& name) {
     const double t = count * kPeriod;
     const RangeScan scan = camera.take(from_seconds(t), X_WB);
     X_WB.p.y() += kDriftPerHour * t / 3600.0;
-    if (const auto update = mapper.add(scan, X_WB, Eigen::Vector3d::Zero())) {
+    if (const auto update = mapper.add(scan, {X_WB})) {
       static_cast<void>(map.apply(update->obstacles));
     }
     if (count % static_cast<int>(600.0 / kPeriod) != 0) continue;
@@ -388,7 +388,7 @@ void grow() {
     for (std::size_t i = 0; i < 100; ++i) {
       const RangeScan scan =
           camera.take(from_seconds(static_cast<double>(i + 1) / kRate), poses[i]);
-      static_cast<void>(mapper.add(scan, poses[i], Eigen::Vector3d::Zero()));
+      static_cast<void>(mapper.add(scan, {poses[i]}));
       if (i >= 20) took.push_back(mapper.times().total_ms);
     }
     std::cout << fmt::format("beside {} points ({} cells): median / p95 of an update {} ms\n",

@@ -78,6 +78,7 @@ endfunction()
 # room; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
 # where CI runs it under the sanitizers too, because what it tests runs on board or reads what others
 # wrote (CI has not the time for all).
+add_custom_target(tests)
 add_custom_target(sanitized_tests)
 function(dive_test name)
   cmake_parse_arguments(TEST "ALONE;SANITIZED" "" "SOURCES;USES;LIBRARIES" ${ARGN})
@@ -90,6 +91,7 @@ function(dive_test name)
   target_link_libraries(${name} PRIVATE ${TEST_USES} ${TEST_LIBRARIES} dive_flags fmt::fmt
                                         GTest::gmock GTest::gtest_main rapidcheck)
   dive_use_precompiled(${name} dive_precompiled_tests)
+  add_dependencies(tests ${name})
   set(labels)
   if(TEST_SANITIZED)
     add_dependencies(sanitized_tests ${name})

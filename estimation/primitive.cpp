@@ -30,6 +30,7 @@ std::string PrimitiveOptions::validate() const {
   check("heading_bias_sigma_deg", heading_bias_sigma_deg, 0.0, 90.0);
   check("attitude_sigma_deg", attitude_sigma_deg, 0.001, 90.0);
   check("depth_sigma_m", depth_sigma_m, 1e-4, 10.0);
+  check("depth_bias_sigma_m", depth_bias_sigma_m, 0.0, 10.0);
   check("vertical_acceleration", vertical_acceleration, 1e-4, 10.0);
   check("drift_m_per_sqrt_s", drift_m_per_sqrt_s, 0.0, 1.0);
   return check.problem().empty() ? motion.validate() : check.problem();
@@ -149,8 +150,9 @@ void PrimitiveEstimator::fill_covariance() {
   Matrix6d& P = estimate_.covariance;
   P.setZero();
   P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_);
-  P(2, 2) = silence_s_ > 0.0 ? std::pow(kHeaveSigma * silence_s_, 2)
-                             : depth_.at(estimate_.utime).variance;
+  P(2, 2) = silence_s_ > 0.0
+                ? std::pow(kHeaveSigma * silence_s_, 2)
+                : depth_.at(estimate_.utime).variance + std::pow(options_.depth_bias_sigma_m, 2);
   P.diagonal().tail<3>().setConstant(attitude_variance);
 
   // One column per constant error: the effect of one sigma of it on [position; attitude].

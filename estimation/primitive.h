@@ -23,12 +23,13 @@
 namespace dive::estimation {
 
 struct PrimitiveOptions {
-  double speed_scale_sigma = 0.01;      ///< One-sigma relative error of the expected speed.
-  double heading_bias_sigma_deg = 0.5;  ///< One-sigma constant heading error.
+  double speed_scale_sigma = 0.08;      ///< One-sigma relative error of the expected speed.
+  double heading_bias_sigma_deg = 1.8;  ///< One-sigma constant heading error.
   double attitude_sigma_deg = 0.3;      ///< One-sigma noise of one attitude sample, per axis.
   double depth_sigma_m = 0.01;          ///< One-sigma noise of one depth sample.
+  double depth_bias_sigma_m = 0.03;     ///< One-sigma constant error: tide, air pressure, density.
   double vertical_acceleration = 0.05;  ///< One-sigma acceleration of the depth filter, m/s^2.
-  double drift_m_per_sqrt_s = 0.005;    ///< Random walk of horizontal position, per axis.
+  double drift_m_per_sqrt_s = 0.03;     ///< Random walk of horizontal position, per axis.
   MotionModel motion;
 
   /// Empty if usable, else a sentence naming the option and its range.

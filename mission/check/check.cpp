@@ -65,7 +65,7 @@ void report_unknown(const Mission& mission, Diagnostics& diagnostics) {
 }
 
 std::string hint_for(const Mission& mission, const DiveSettings& settings) {
-  return "reproduce it with: " + run_command_for(mission.source.path(), settings);
+  return "reproduce it with: " + run_command_for(mission, settings);
 }
 
 void report_dive(const DiveResult& dive, const Mission& mission, const DiveSettings& settings,
@@ -136,7 +136,7 @@ std::vector<FaultResult> dive_faults(const NominalDive& nominal, const Mission& 
     work.add(result);
     if (!result.is_safe()) {
       const DiveSettings settings = settings_of(result, options.dive);
-      observer.on_finding(result, run_command_for(mission.source.path(), settings));
+      observer.on_finding(result, run_command_for(mission, settings));
     }
     observer.on_progress(static_cast<double>(done), total, "dives", work.share());
   };

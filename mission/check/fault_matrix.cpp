@@ -197,7 +197,7 @@ std::vector<FaultResult> dive_with_faults(const std::vector<FaultCase>& cases,
                                           int threads, const FaultObserver& observer) {
   std::vector<FaultResult> results(cases.size());
   DiveSettings shared = settings;
-  if (!shared.triangles) shared.triangles.emplace(world);
+  if (!shared.triangles) shared.triangles.emplace(simulated_world(world, shared));
   std::mutex observing;
   std::size_t done = 0;
   run_in_parallel(cases.size(), threads, [&](std::size_t i) {

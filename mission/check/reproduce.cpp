@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "mission/simulation/simulated_conditions.h"
+
 namespace dive::mission {
 namespace {
 
@@ -22,11 +24,11 @@ std::string in_quotes(const std::string& word) {
 
 }  // namespace
 
-std::string run_command_for(const std::string& mission_path, const DiveSettings& settings) {
+std::string run_command_for(const Mission& mission, const DiveSettings& settings) {
   // fmt's "{}" of a double is the shortest text that parses to the same double.
   std::string command =
-      fmt::format("dive run {} --seed {}", in_quotes(mission_path), settings.seed);
-  const auto defaults = vehicle::Conditions{}.list();
+      fmt::format("dive run {} --seed {}", in_quotes(mission.source.path()), settings.seed);
+  const auto defaults = simulated_conditions(mission).list();
   const auto conditions = settings.conditions.list();
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     const auto& [name, value] = conditions[i];

@@ -13,6 +13,7 @@
 #include "mission/cli/mesh_report.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
+#include "mission/simulation/simulated_conditions.h"
 #include "mission/states/state_elements.h"
 
 namespace dive::mission {
@@ -70,15 +71,16 @@ int run_check(const CheckArguments& arguments) {
   if (arguments.pairs) options.pair_instants = arguments.instants.value_or(1);
   options.threads = thread_count(arguments.jobs);
   options.dive.seed = arguments.seed;
-  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
-  if (!conditions) return kExitUsage;
-  options.dive.conditions = *conditions;
 
   Diagnostics diagnostics;
   CheckReport report;
   const std::optional<LoadedMission> loaded =
       load(arguments.mission, resources(arguments.allow_outside), diagnostics);
   if (loaded) {
+    const std::optional<vehicle::Conditions> conditions =
+        parse_conditions(arguments.conditions, simulated_conditions(loaded->mission));
+    if (!conditions) return kExitUsage;
+    options.dive.conditions = *conditions;
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,

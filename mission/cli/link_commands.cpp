@@ -20,6 +20,7 @@
 #include "mission/link/topside.h"
 #include "mission/record/dataset_recorder.h"
 #include "mission/simulation/simulated_cameras.h"
+#include "mission/simulation/simulated_conditions.h"
 #include "mission/simulation/simulated_dive.h"
 #include "mission/simulation/simulated_vehicle.h"
 #include "planning/world/sdf.h"
@@ -75,6 +76,7 @@ bool parse_disturbances(const SimArguments& arguments, VehicleSettings& settings
 struct Place {
   planning::World world;
   Pose start_X_WB;
+  vehicle::Conditions conditions = {};
   /// Used by the mission.
   std::optional<vehicle::RangeCameraOptions> range_camera = {};
   std::string water = {};      ///< Water type of the cameras; empty without cameras.
@@ -100,7 +102,10 @@ std::optional<Place> place_of_mission(const std::string& path, planning::Resourc
   }
   const Pose start = start_pose(loaded->mission, loaded->world);
   std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
-  return Place{std::move(loaded->world), start, range_camera_of(loaded->mission),
+  return Place{std::move(loaded->world),
+               start,
+               simulated_conditions(loaded->mission),
+               range_camera_of(loaded->mission),
                uses_visual_inertial(loaded->mission) ? loaded->mission.simulated_water : "",
                std::move(tags)};
 }
@@ -244,12 +249,13 @@ int run_sim(const SimArguments& arguments) {
   const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
   if (!faults) return kExitUsage;
   settings.faults = *faults;
-  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
-  if (!conditions) return kExitUsage;
-  settings.conditions = *conditions;
   if (!parse_disturbances(arguments, settings)) return kExitUsage;
   const std::optional<Place> place = find_place(arguments);
   if (!place) return kExitUsage;
+  const std::optional<vehicle::Conditions> conditions =
+      parse_conditions(arguments.conditions, place->conditions);
+  if (!conditions) return kExitUsage;
+  settings.conditions = *conditions;
   settings.range_camera = place->range_camera;
   if (arguments.range_camera) settings.range_camera.emplace();
   if (const std::string& water =

@@ -84,8 +84,8 @@ LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   return header;
 }
 
-std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::string>& settings) {
-  vehicle::Conditions conditions;
+std::optional<vehicle::Conditions> parse_conditions(const std::vector<std::string>& settings,
+                                                    vehicle::Conditions conditions) {
   std::vector<std::string> names;
   for (const auto& [name, value] : conditions.list()) names.push_back(name);
   for (const std::string& setting : settings) {

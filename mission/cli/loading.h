@@ -42,10 +42,10 @@ struct LoadedMission {
 /// The compiled-in vehicle. Requires that it can be read.
 [[nodiscard]] vehicle::Model load_vehicle();
 
-/// Pool conditions with NAME=VALUE settings applied; prints an error and returns nothing if one is
+/// `conditions` with NAME=VALUE settings applied; prints an error and returns nothing if one is
 /// invalid.
 [[nodiscard]] std::optional<vehicle::Conditions> parse_conditions(
-    const std::vector<std::string>& settings);
+    const std::vector<std::string>& settings, vehicle::Conditions conditions);
 
 /// "x,y,z[,roll,pitch,yaw_deg]" in W, metres and degrees.
 struct WrittenPose {

@@ -23,6 +23,7 @@
 #include "mission/link/linked_dive.h"
 #include "mission/onboard/stereo_mapping.h"
 #include "mission/record/dataset_recorder.h"
+#include "mission/simulation/simulated_conditions.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/mapping/save_map.h"
 #include "planning/world/scene.h"
@@ -284,7 +285,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
 }
 
 /// Settings of a simulated dive; prints an error and returns nothing if something is wrong.
-std::optional<DiveSettings> dive_settings(const RunArguments& arguments) {
+std::optional<DiveSettings> dive_settings(const RunArguments& arguments, const Mission& mission) {
   DiveSettings settings;
   settings.seed = arguments.seed;
   const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
@@ -292,7 +293,8 @@ std::optional<DiveSettings> dive_settings(const RunArguments& arguments) {
   settings.faults = *faults;
   if (arguments.leak_at_s >= 0.0)
     settings.faults.push_back({FaultKind::kLeak, arguments.leak_at_s});
-  const std::optional<vehicle::Conditions> conditions = parse_conditions(arguments.conditions);
+  const std::optional<vehicle::Conditions> conditions =
+      parse_conditions(arguments.conditions, simulated_conditions(mission));
   if (!conditions) return std::nullopt;
   settings.conditions = *conditions;
   if (!arguments.diver.empty()) {
@@ -303,11 +305,12 @@ std::optional<DiveSettings> dive_settings(const RunArguments& arguments) {
 }
 
 /// True if the options fit each other; else prints an error.
-bool fit_each_other(const RunArguments& arguments, const DiveSettings& settings) {
+bool fit_each_other(const RunArguments& arguments) {
   const bool is_linked = !arguments.link.url.empty();
   if (is_linked &&
-      (!settings.faults.empty() || !arguments.conditions.empty() || !arguments.svg.empty() ||
-       !arguments.record.empty() || !arguments.simulated_water.empty() || settings.diver)) {
+      (!arguments.faults.empty() || arguments.leak_at_s >= 0.0 || !arguments.conditions.empty() ||
+       !arguments.svg.empty() || !arguments.record.empty() || !arguments.simulated_water.empty() ||
+       !arguments.diver.empty())) {
     complain(
         "--diver, --svg, --record and --simulated-water are for the built-in simulator, and so are "
         "--fault, "
@@ -359,8 +362,7 @@ bool fit_mission(const RunArguments& arguments, const Mission& mission) {
 }  // namespace
 
 int run_dive(const RunArguments& arguments) {
-  const std::optional<DiveSettings> settings = dive_settings(arguments);
-  if (!settings || !fit_each_other(arguments, *settings)) return kExitUsage;
+  if (!fit_each_other(arguments)) return kExitUsage;
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded =
       load(arguments.mission, resources(arguments.allow_outside), diagnostics);
@@ -370,6 +372,8 @@ int run_dive(const RunArguments& arguments) {
     return kExitUsage;
   }
   if (!fit_mission(arguments, loaded->mission)) return kExitUsage;
+  const std::optional<DiveSettings> settings = dive_settings(arguments, loaded->mission);
+  if (!settings) return kExitUsage;
   StopSignals signals;
   return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings, signals)
                                     : dive_linked(arguments, *loaded, signals);

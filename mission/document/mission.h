@@ -135,7 +135,7 @@ struct Limits {
 };
 
 /// How a mission treats space that was never observed.
-enum class MappingSensor { kRangeCamera, kStereo };
+enum class MappingSensor { kNone, kRangeCamera, kStereo };
 
 enum class UnknownPolicy {
   kCautious,    ///< Speed is limited so that the vehicle stops within observed free space.
@@ -164,6 +164,15 @@ struct Failsafes {
   }
 };
 
+/// What is known before the dive, as standard deviations: the estimator expects errors of this
+/// size, and the simulator draws them.
+struct Priors {
+  double start_m = 0.1;  ///< Of the position at the release, per horizontal axis, m.
+  double map_m = 0.05;   ///< Of the position of a known map, per horizontal axis, m.
+  double map_deg = 0.5;  ///< Of its orientation about the vertical.
+  double current = 0.0;  ///< Of the current, per horizontal axis, m/s.
+};
+
 struct Mission {
   SourceText source;
   std::string id;
@@ -173,10 +182,9 @@ struct Mission {
   /// Set: the environment is unknown when the dive begins, and `map_file` is the simulated world.
   /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
-  /// Mapping sensor in an unknown environment.
-  Located<MappingSensor> mapping_sensor = {MappingSensor::kRangeCamera, {}};
+  std::optional<Located<MappingSensor>> mapping_sensor;  ///< As written; see mapping_sensor().
   bool allows_fixes = true;  ///< In a known map: position fixes from scans of the range camera.
-  double memory_s = 600.0;   ///< Time for which observations of an unknown environment are kept.
+  double memory_s = 600.0;   ///< Time for which obstacles observed during the dive are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
@@ -186,6 +194,7 @@ struct Mission {
   std::vector<TagSpec> tags;
   Position start;
   double start_heading_deg = 90.0;  ///< Compass heading.
+  Priors priors;
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;
@@ -219,19 +228,21 @@ enum class MapFile { kMustExist, kNotNeeded };
   return !mission.unknown && mission.allows_fixes && !uses_visual_inertial(mission);
 }
 
-/// True if a range camera, and not the stereo cameras, maps the unknown environment.
-[[nodiscard]] inline bool maps_with_range_camera(const Mission& mission) {
-  return mission.unknown && mission.mapping_sensor.value == MappingSensor::kRangeCamera;
+/// Sensor that maps an unknown environment, or what a known map lacks.
+[[nodiscard]] inline MappingSensor mapping_sensor(const Mission& mission) {
+  if (mission.mapping_sensor) return mission.mapping_sensor->value;
+  const bool has_range_camera = mission.unknown || uses_map_fixes(mission);
+  return has_range_camera ? MappingSensor::kRangeCamera : MappingSensor::kNone;
 }
 
 /// True if the mission uses the scans of a range camera.
 [[nodiscard]] inline bool uses_range_camera(const Mission& mission) {
-  return maps_with_range_camera(mission) || uses_map_fixes(mission);
+  return mapping_sensor(mission) == MappingSensor::kRangeCamera || uses_map_fixes(mission);
 }
 
-/// True if the stereo cameras map the unknown environment.
+/// True if the stereo cameras map.
 [[nodiscard]] inline bool maps_with_stereo(const Mission& mission) {
-  return mission.unknown && mission.mapping_sensor.value == MappingSensor::kStereo;
+  return mapping_sensor(mission) == MappingSensor::kStereo;
 }
 
 /// True if the mission can be simulated: an unknown environment needs a simulated world.

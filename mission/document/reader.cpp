@@ -33,6 +33,10 @@ class Reader {
     const XmlElement& start = *root.child("start");
     mission.start = attributes_.position(start);
     mission.start_heading_deg = attributes_.number(start, "heading_deg").value;
+    mission.priors.start_m = attributes_.number(start, "sigma").value;
+    const XmlElement* current = root.child("current");
+    mission.priors.current =
+        attributes_.number(current != nullptr ? *current : absent(root, "Current"), "sigma").value;
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);
@@ -67,31 +71,47 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    if (const XmlAttribute* fixes = element.attribute("fixes")) {
-      mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
-      if (unknown != nullptr) {
-        diagnostics_.error("MIS-MAP", attributes_.source(), fixes->name_span,
-                           "'fixes' is for known maps, but the environment is unknown");
-      }
-    }
-    for (const char* name : {"simulation_map", "memory_s", "mapping_sensor"}) {
-      const XmlAttribute* of_unknown = element.attribute(name);
-      if (of_unknown == nullptr || unknown != nullptr || file == nullptr) continue;
+    for (const char* name : {"fixes", "sigma_m", "sigma_deg"}) {
+      const XmlAttribute* of_known = element.attribute(name);
+      if (of_known == nullptr || unknown == nullptr) continue;
       diagnostics_.error(
-          "MIS-MAP", attributes_.source(), of_unknown->name_span,
-          fmt::format("'{}' is for unknown environments, but the map is known", name));
+          "MIS-MAP", attributes_.source(), of_known->name_span,
+          fmt::format("'{}' is for known maps, but the environment is unknown", name));
     }
-    if (unknown == nullptr || file != nullptr) return;
-    if (element.attribute("simulation_map") != nullptr) {
+    if (element.attribute("fixes") != nullptr) {
+      mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
+    }
+    Priors& priors = mission.priors;
+    priors.map_m = value_or(element, "sigma_m", priors.map_m);
+    priors.map_deg = value_or(element, "sigma_deg", priors.map_deg);
+    mission.memory_s = value_or(element, "memory_s", mission.memory_s);
+    read_mapping_sensor(element, mission);
+    const XmlAttribute* simulation_map = element.attribute("simulation_map");
+    if (simulation_map == nullptr) return;
+    if (unknown == nullptr) {
+      diagnostics_.error("MIS-MAP", attributes_.source(), simulation_map->name_span,
+                         "'simulation_map' is for unknown environments, but the map is known");
+    } else if (file == nullptr) {
       mission.map_file = attributes_.path(element, "simulation_map");
     }
-    if (element.attribute("mapping_sensor") != nullptr) {
-      const Located<std::string> sensor = attributes_.name(element, "mapping_sensor");
-      if (sensor.value == "stereo") mission.mapping_sensor = {MappingSensor::kStereo, sensor.span};
-    }
-    if (const auto memory = attributes_.optional_number(element, "memory_s")) {
-      mission.memory_s = memory->value;
-    }
+  }
+
+  void read_mapping_sensor(const XmlElement& element, Mission& mission) const {
+    if (element.attribute("mapping_sensor") == nullptr) return;
+    const Located<std::string> word = attributes_.name(element, "mapping_sensor");
+    const MappingSensor sensor = word.value == "stereo" ? MappingSensor::kStereo
+                                 : word.value == "none" ? MappingSensor::kNone
+                                                        : MappingSensor::kRangeCamera;
+    mission.mapping_sensor = {sensor, word.span};
+    if (sensor != MappingSensor::kNone || !mission.unknown) return;
+    diagnostics_.error("MIS-MAP", attributes_.source(), word.span,
+                       "an unknown environment cannot be dived without a mapping sensor",
+                       "write range_camera or stereo, or leave 'mapping_sensor' out");
+  }
+
+  [[nodiscard]] double value_or(const XmlElement& element, const char* name, double other) const {
+    const auto written = attributes_.optional_number(element, name);
+    return written ? written->value : other;
   }
 
   void read_estimator(const XmlElement& root, Mission& mission) const {

@@ -97,7 +97,7 @@ void altitudes_have_known_ground(const Subject& subject) {
 void mapping_cameras_are_used(const Subject& subject) {
   const Mission& mission = subject.mission;
   if (!maps_with_stereo(mission) || uses_visual_inertial(mission)) return;
-  subject.error("MIS-MAPPING-SENSOR", mission.mapping_sensor.span,
+  subject.error("MIS-MAPPING-SENSOR", mission.mapping_sensor->span,
                 "the cameras map the environment, but the estimator does not use them",
                 "write <estimation estimator=\"visual_inertial\"/>, or remove 'mapping_sensor'");
 }

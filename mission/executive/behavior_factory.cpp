@@ -20,7 +20,9 @@ constexpr double kUnknownWayOut = 90.0;   // s for which a blocked exit path is 
 constexpr int kUnknownUnreachable = 45;   // failed plans: the obstacle may go away
 constexpr double kOptimisticStale = 3.0;  // s
 constexpr double kJudged = 1.5;           // m: minimum range in which clearances are evaluated
-constexpr double kBeyond = 1.1;           // m beyond the largest required clearance
+// m: beyond, a point is too uncertain to tell from the known map
+constexpr double kBesideMap = 5.0;
+constexpr double kBeyond = 1.1;  // m beyond the largest required clearance
 
 behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy& written) {
   behaviors::ReplanPolicy policy;
@@ -116,6 +118,10 @@ planning::PlannerOptions planner_options(const Mission& mission, planning::Plann
 
 planning::MapperOptions mapper_options(const Mission& mission, planning::MapperOptions options) {
   options.memory_s = mission.memory_s;
+  if (mission.unknown) return options;
+  options.max_range_m = kBesideMap;
+  // Farther away too: a false obstacle costs more where a map says that the water is free.
+  options.snow_range_m = kBesideMap;
   return options;
 }
 

@@ -27,7 +27,6 @@ struct ExecutiveOptions {
   std::uint64_t seed = 1;  ///< Seed of the requested plans.
   std::optional<Resume> resume = {};
   estimation::PrimitiveOptions estimator = {};
-  double start_sigma_m = 0.05;  ///< Standard deviation of the deployment position, m.
   vehicle::AutopilotOptions autopilot = {};
 };
 

@@ -14,7 +14,7 @@ Eigen::Vector3d Executive::Impl::first_position() const {
 }
 
 double Executive::Impl::first_sigma() const {
-  return options.resume ? options.resume->checkpoint.sigma_m : options.start_sigma_m;
+  return options.resume ? options.resume->checkpoint.sigma_m : mission.priors.start_m;
 }
 
 void Executive::Impl::resume(const Resume& from) {

@@ -9,8 +9,9 @@
 
 namespace dive::mission {
 
-MapMatchService::MapMatchService(const planning::World& known, Utime latency, OnLate late)
-    : matcher_(known), latency_(latency), worker_(late) {}
+MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> known, Utime latency,
+                                 OnLate late)
+    : matcher_(std::move(known)), latency_(latency), worker_(late) {}
 
 void MapMatchService::observe(const estimation::StateEstimate& estimate) {
   if (!can_place_scans(estimate)) return;

@@ -4,6 +4,7 @@
 // simulated dive is the same on every machine. What it finds enters the log, so that a replay needs
 // no scans.
 
+#include <memory>
 #include <optional>
 
 #include "common/clock.h"
@@ -23,7 +24,8 @@ class MapMatchService {
   static constexpr Utime kPeriod = 450'000;
 
   /// `latency`: least time from submit() to the fix, in dive time, us.
-  MapMatchService(const planning::World& known, Utime latency, OnLate late = OnLate::kBlock);
+  MapMatchService(std::shared_ptr<const planning::MapSurface> known, Utime latency,
+                  OnLate late = OnLate::kBlock);
 
   /// Records the published pose of this tick, by which a scan is placed.
   void observe(const estimation::StateEstimate& estimate);

@@ -8,15 +8,31 @@
 
 namespace dive::mission {
 
+namespace {
+
+planning::IsKnown is_known(std::shared_ptr<const planning::MapSurface> known) {
+  if (!known) return nullptr;
+  return [known = std::move(known)](const Eigen::Vector3f& p_W, double tolerance) {
+    return known->is_near(p_W.cast<double>(), tolerance);
+  };
+}
+
+}  // namespace
+
 MapperService::MapperService(const planning::RobotHull& hull,
-                             const planning::MapperOptions& options, Utime latency, OnLate late)
-    : mapper_(hull, options, clock_), latency_(latency), worker_(late) {}
+                             const planning::MapperOptions& options,
+                             std::shared_ptr<const planning::MapSurface> known, Utime latency,
+                             OnLate late)
+    : mapper_(hull, options, clock_, is_known(std::move(known))),
+      latency_(latency),
+      worker_(late) {}
 
 void MapperService::observe(const estimation::StateEstimate& estimate) {
   if (!can_place_scans(estimate)) return;
   map_from_odom_ = estimate.map_from_odom;
   past_.push(estimate.utime,
-             {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B});
+             {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B,
+              estimation::horizontal_sigma(estimate), attitude_sigma(estimate)});
   if (!next_ || !worker_.has_finished()) return;
   auto [scan, asked] = *std::exchange(next_, std::nullopt);
   launch(std::move(scan), asked);
@@ -54,10 +70,10 @@ void MapperService::launch(RangeScan scan, Utime now) {
   worker_.collect();
   const std::optional<Motion> motion = motion_at(scan.utime);
   if (!motion) return;
-  const Pose X_WB = map_from_odom() * motion->X_OB;
-  worker_.start(now + latency_, [this, scan = std::move(scan), X_WB, v_W = motion->v_W] {
-    return mapper_.add(scan, X_WB, v_W);
-  });
+  const planning::ScanPose pose{map_from_odom() * motion->X_OB, motion->v_W,
+                                motion->position_sigma_m, motion->attitude_sigma};
+  worker_.start(now + latency_,
+                [this, scan = std::move(scan), pose] { return mapper_.add(scan, pose); });
 }
 
 std::optional<planning::ScanResult> MapperService::poll(Utime now) {

@@ -1,8 +1,9 @@
 #pragma once
-// The mapper for unknown environments on a worker thread. The result of a scan is delivered a
-// stated time after its submission, not when the machine is ready, so that a simulated dive is the
-// same on every machine.
+// The mapper on a worker thread, for unknown environments and for what a known map lacks. The
+// result of a scan is delivered a stated time after its submission, not when the machine is ready,
+// so that a simulated dive is the same on every machine.
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "common/timed_buffer.h"
 #include "estimation/state_estimate.h"
 #include "mission/onboard/delayed_worker.h"
+#include "planning/map_matching/map_surface.h"
 #include "planning/mapping/mapper.h"
 
 namespace dive::mission {
@@ -18,8 +20,10 @@ namespace dive::mission {
 class MapperService {
  public:
   /// `latency`: least time from submit() to the result, in dive time, us.
+  /// `known`: surface of the known map; null in an unknown environment.
   MapperService(const planning::RobotHull& hull, const planning::MapperOptions& options,
-                Utime latency, OnLate late = OnLate::kBlock);
+                std::shared_ptr<const planning::MapSurface> known, Utime latency,
+                OnLate late = OnLate::kBlock);
 
   /// Records the published pose of this tick. A scan is placed by the odometry at its time and the
   /// newest map <- odom correction.
@@ -41,6 +45,9 @@ class MapperService {
     Utime utime = 0;
     Pose X_OB;                                      ///< Pose in the odometry frame.
     Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s
+    // One sigma:
+    double position_sigma_m = 0.0;
+    double attitude_sigma = 0.0;  ///< rad
   };
   static constexpr std::size_t kPast = 256;  ///< Ticks stored, 5 s; older scans are dropped.
 

@@ -1,5 +1,6 @@
 #include "mission/onboard/onboard_dive.h"
 
+#include <memory>
 #include <utility>
 
 #include "common/assert.h"
@@ -28,11 +29,14 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
     DIVE_DEMAND(vision.has_value());
     make_vision(world, *vision, mapping, late);
   }
-  if (mission.unknown) {
-    mapper_.emplace(model.hull, mapping, settings.mapper_latency_ticks * kControlPeriod, late);
+  std::shared_ptr<const planning::MapSurface> known;
+  if (!mission.unknown) known = std::make_shared<const planning::MapSurface>(world_);
+  if (mapping_sensor(mission) != MappingSensor::kNone) {
+    mapper_.emplace(model.hull, mapping, known, settings.mapper_latency_ticks * kControlPeriod,
+                    late);
   }
   if (uses_map_fixes(mission)) {
-    matcher_.emplace(world_, settings.fix_latency_ticks * kControlPeriod, late);
+    matcher_.emplace(known, settings.fix_latency_ticks * kControlPeriod, late);
   }
 }
 
@@ -107,22 +111,25 @@ void OnboardDive::take_scan_result(StepInputs& inputs) {
   std::optional<planning::ScanResult> result = mapper_->poll(inputs.now);
   if (!result) return;
   if (!result->obstacles.cells.empty()) inputs.obstacles.push_back(std::move(result->obstacles));
-  inputs.free_ahead = result->free_ahead;
   inputs.pose_correction = result->correction;
+  // Where the map is known, what no scan has observed is not unknown.
+  if (mission_.unknown) inputs.free_ahead = result->free_ahead;
 }
 
 // A scan and a pair of images are placed by the estimate of the time when they were taken, so that
 // the services get this tick's estimate first.
 void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
                                 const StepOutputs& outputs) {
-  if (mapper_) {
-    mapper_->observe(outputs.estimate);
-    map(port.take_scan(), inputs.now);
-    if (vision_) map(vision_->take_scan(), inputs.now);
+  if (mapper_) mapper_->observe(outputs.estimate);
+  if (matcher_) matcher_->observe(outputs.estimate);
+  std::optional<RangeScan> scan;
+  if (uses_range_camera(mission_)) scan = port.take_scan();
+  if (scan && matcher_) matcher_->submit(*scan, inputs.now);
+  if (scan && mapping_sensor(mission_) == MappingSensor::kRangeCamera) {
+    mapper_->submit(std::move(*scan), inputs.now);
   }
-  if (matcher_) {
-    matcher_->observe(outputs.estimate);
-    if (auto scan = port.take_scan()) matcher_->submit(std::move(*scan), inputs.now);
+  if (mapper_ && vision_) {
+    if (auto stereo = vision_->take_scan()) mapper_->submit(std::move(*stereo), inputs.now);
   }
   if (vision_) {
     vision_->add(port.take_imu_samples());
@@ -132,10 +139,6 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
     vision_->submit(std::move(left), std::move(right), inputs.now);
   }
   if (outputs.plan_query) planner_.submit(*outputs.plan_query, inputs.now);
-}
-
-void OnboardDive::map(std::optional<RangeScan> scan, Utime now) {
-  if (scan) mapper_->submit(std::move(*scan), now);
 }
 
 void OnboardDive::report(const StepOutputs& outputs, Utime now) {

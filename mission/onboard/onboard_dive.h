@@ -33,9 +33,8 @@ struct OnboardReport {
   int replans = 0;  ///< Number of plans requested while a path was being followed.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
-  planning::ObservedMap observed_map;  ///< The map at the end.
-  std::vector<Eigen::Vector3f>
-      observed_points;  ///< Points of that map, in W; only in an unknown environment.
+  planning::ObservedMap observed_map;            ///< The map at the end.
+  std::vector<Eigen::Vector3f> observed_points;  ///< Points of that map, in W.
 };
 
 class OnboardDive {
@@ -58,7 +57,6 @@ class OnboardDive {
   void ask_services(StepInputs& inputs);
   void take_scan_result(StepInputs& inputs);
   void feed_services(VehiclePort& port, const StepInputs& inputs, const StepOutputs& outputs);
-  void map(std::optional<RangeScan> scan, Utime now);
   void report(const StepOutputs& outputs, Utime now);
 
   const Mission& mission_;
@@ -67,7 +65,7 @@ class OnboardDive {
   const OnboardSettings settings_;
   PlannerService planner_;
   std::optional<VisionService> vision_;     ///< Present with the visual-inertial estimator.
-  std::optional<MapperService> mapper_;     ///< Present in an unknown environment.
+  std::optional<MapperService> mapper_;     ///< Present with a mapping sensor.
   std::optional<MapMatchService> matcher_;  ///< Present with position fixes in a known map.
   std::optional<Executive> executive_;      ///< From run() on.
   planning::ObservedMap map_;               ///< The owner's; all others have snapshots.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mission/scenario/script.h"
+#include "mission/simulation/simulated_conditions.h"
 #include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
@@ -105,7 +106,10 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
   ScriptPlayer player(scenario, record, script);
   DiveSettings settings;
   settings.seed = scenario.seed;
-  settings.conditions = scenario.conditions;
+  settings.conditions = simulated_conditions(mission);
+  for (const auto& [name, value] : scenario.conditions) {
+    DIVE_DEMAND(settings.conditions.set(name, value));
+  }
   settings.rest_s = scenario.rest_s;
   settings.cameras =
       vehicle::stereo_camera_in(mission.simulated_water)->scaled(scenario.camera_scale);

@@ -79,7 +79,7 @@ class Reader {
     find_mission(scenario);
     for (const XmlElement& part : root.children) {
       if (part.name == "description") scenario.description = in_one_line(part.text);
-      if (part.name == "set") set(part, scenario.conditions);
+      if (part.name == "set") set(part, scenario);
       if (part.name == "cameras") {
         scenario.camera_scale = read_.number(part, "scale").value;
         scenario.camera_hz = read_.number(part, "rate").value;
@@ -90,7 +90,6 @@ class Reader {
         scenario.expectations.push_back(expectation(child));
       }
     }
-    check_conditions(root, scenario.conditions);
     if (scenario.expectations.empty()) {
       error("SCN-EXPECT", root.span, "the scenario has no expectations",
             "add one, such as <expect><outcome is=\"success\"/></expect>");
@@ -114,16 +113,14 @@ class Reader {
     scenario.mission_path = (folder / written).lexically_normal().string();
   }
 
-  void set(const XmlElement& element, vehicle::Conditions& conditions) {
-    const bool is_known = conditions.set(read_.name(element, "condition").value,
-                                         read_.number(element, "value").value);
-    DIVE_DEMAND(is_known);  // the schema lists all values
-    last_set_ = read_.number(element, "value").span;
-  }
-
-  void check_conditions(const XmlElement& root, const vehicle::Conditions& conditions) {
+  void set(const XmlElement& element, Scenario& scenario) {
+    const Located<double> value = read_.number(element, "value");
+    scenario.conditions.emplace_back(read_.name(element, "condition").value, value.value);
+    vehicle::Conditions conditions;
+    const auto& [name, number] = scenario.conditions.back();
+    DIVE_DEMAND(conditions.set(name, number));  // the schema lists all names
     const std::string problem = conditions.validate();
-    if (!problem.empty()) error("SCN-CONDITION", last_set_.value_or(root.span), problem);
+    if (!problem.empty()) error("SCN-CONDITION", value.span, problem);
   }
 
   ScriptStep step(const XmlElement& element) {
@@ -269,7 +266,6 @@ class Reader {
   const SourceText& source_;
   AttributeReader read_;
   Diagnostics& diagnostics_;
-  std::optional<Span> last_set_;
 };
 
 std::optional<Scenario> from_document(std::optional<XmlDocument> document,

@@ -102,7 +102,8 @@ struct Scenario {
   std::string mission_path;           ///< Resolved from the folder of the scenario.
   std::uint64_t seed = 1;
   double rest_s = 0.0;  ///< 0: never safely held.
-  vehicle::Conditions conditions;
+  /// Conditions that differ from those of the mission, with their values.
+  std::vector<std::pair<std::string, double>> conditions;
   double camera_scale = 1.0;  ///< Scale of the pixels along each side.
   double camera_hz = 20.0;    ///< Image pairs per second, if the mission uses the cameras.
   std::vector<ScriptStep> steps;

@@ -21,7 +21,7 @@ namespace {
 static_assert(kControlPeriod == from_seconds(vehicle::Simulator::kTick));
 
 constexpr double kSamePlace = 0.5;  // m
-constexpr double kFixRate = 2.0;    // Hz, of scans for fixes
+constexpr double kKnownRate = 2.0;  // Hz, of scans beside a known map
 // s in one place at the end of the longest dive for the result "held"
 constexpr double kMinRest = 30.0;
 
@@ -100,7 +100,7 @@ class SimulatedVehiclePort final : public VehiclePort {
                        const DiveObserver& observer)
       : settings_(settings),
         observer_(observer),
-        world_(vehicle::drawn_world(world, settings.conditions, settings.seed)),
+        world_(simulated_world(world, settings)),
         simulator_(
             model, settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
             uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions,
@@ -247,8 +247,14 @@ void SimulatedVehiclePort::name_outcome(const ExecutiveResult& executive) {
 std::optional<vehicle::RangeCameraOptions> range_camera_of(const Mission& mission,
                                                            vehicle::RangeCameraOptions options) {
   if (!uses_range_camera(mission)) return std::nullopt;
-  if (uses_map_fixes(mission)) options.rate_hz = std::min(options.rate_hz, kFixRate);
+  if (!mission.unknown) options.rate_hz = std::min(options.rate_hz, kKnownRate);
   return options;
+}
+
+planning::World simulated_world(const planning::World& map, const DiveSettings& settings) {
+  planning::World world = vehicle::drawn_world(map, settings.conditions, settings.seed);
+  world.obstacles.insert(world.obstacles.end(), settings.unmapped.begin(), settings.unmapped.end());
+  return world;
 }
 
 Pose start_pose(const Mission& mission, const planning::World& world) {

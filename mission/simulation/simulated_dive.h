@@ -49,7 +49,8 @@ struct DiveSettings : OnboardSettings {
   std::vector<Fault> faults;
   DiveScript script;    ///< May be empty.
   double rest_s = 0.0;  ///< Time safely held after which the dive ends as "held"; 0: it continues.
-  /// The dive's world as triangles, shared among dives; absent: made for this dive.
+  std::vector<planning::Obstacle> unmapped;  ///< Objects in the world that the map lacks.
+  /// simulated_world() as triangles, shared among dives; absent: made for this dive.
   std::optional<vehicle::TriangulatedWorld> triangles = {};
   // Used in an unknown environment.
   vehicle::RangeCameraOptions range_camera;
@@ -91,10 +92,14 @@ struct DiveResult {
   std::vector<Eigen::Vector3f> observed_points = {};  ///< Points of that map, in W.
 };
 
-/// The range camera of a simulated dive; none if the mission does not use it. For fixes in a known
-/// map a few scans a second are enough.
+/// The range camera of a simulated dive; none if the mission does not use it. Beside a known
+/// map two scans a second are enough.
 [[nodiscard]] std::optional<vehicle::RangeCameraOptions> range_camera_of(
     const Mission& mission, vehicle::RangeCameraOptions options = {});
+
+/// The true world of a simulated dive: the map with its drawn errors, and the unmapped objects.
+[[nodiscard]] planning::World simulated_world(const planning::World& map,
+                                              const DiveSettings& settings);
 
 /// The start pose of the mission.
 [[nodiscard]] Pose start_pose(const Mission& mission, const planning::World& world);

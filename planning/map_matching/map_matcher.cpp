@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -12,7 +13,6 @@
 #include <Eigen/LU>
 
 #include "common/assert.h"
-#include "planning/map_matching/map_surface.h"
 
 namespace dive::planning {
 namespace {
@@ -83,7 +83,9 @@ struct Minimum {
 }  // namespace
 
 struct MapMatcher::Impl {
-  explicit Impl(const World& world) : surface(world) {}
+  explicit Impl(std::shared_ptr<const MapSurface> surface_in) : surface(std::move(surface_in)) {
+    DIVE_DEMAND(surface);
+  }
 
   [[nodiscard]] static std::vector<Ray> rays_of(const RangeScan& scan, const Pose& X_WB) {
     std::vector<Ray> rays;
@@ -107,10 +109,10 @@ struct MapMatcher::Impl {
                                                        const Vector3d& direction,
                                                        double reach) const {
     const Vector3d from = x - ray.range * direction;
-    std::optional<MapSurface::Nearest> nearest = surface.nearest(x, from, reach);
+    std::optional<MapSurface::Nearest> nearest = surface->nearest(x, from, reach);
     if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
     // Behind a thin plate the nearest surface is its far side.
-    nearest = surface.nearest(x - kThinPlate * direction, from, reach);
+    nearest = surface->nearest(x - kThinPlate * direction, from, reach);
     if (!nearest) return std::nullopt;
     const double along = nearest->normal_W.dot(direction);
     if (along > kFacing) return std::nullopt;
@@ -307,10 +309,13 @@ struct MapMatcher::Impl {
     fix.information = 0.5 * (fix.information + fix.information.transpose()).eval();
   }
 
-  MapSurface surface;
+  std::shared_ptr<const MapSurface> surface;
 };
 
-MapMatcher::MapMatcher(const World& world) : impl_(std::make_unique<Impl>(world)) {}
+MapMatcher::MapMatcher(const World& world)
+    : MapMatcher(std::make_shared<const MapSurface>(world)) {}
+MapMatcher::MapMatcher(std::shared_ptr<const MapSurface> surface)
+    : impl_(std::make_unique<Impl>(std::move(surface))) {}
 MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
 MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
 MapMatcher::~MapMatcher() = default;

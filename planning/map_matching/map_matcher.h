@@ -20,7 +20,7 @@
 #include "common/map_fix.h"
 #include "common/range_scan.h"
 #include "common/se3.h"
-#include "planning/world/world.h"
+#include "planning/map_matching/map_surface.h"
 
 namespace dive::planning {
 
@@ -37,6 +37,8 @@ struct PosePrior {
 class MapMatcher {
  public:
   explicit MapMatcher(const World& world);
+  /// Demands a surface, which may be shared.
+  explicit MapMatcher(std::shared_ptr<const MapSurface> surface);
   MapMatcher(MapMatcher&&) noexcept;
   MapMatcher& operator=(MapMatcher&&) noexcept;
   ~MapMatcher();

@@ -1,5 +1,6 @@
 #include "planning/map_matching/map_surface.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <variant>
@@ -94,6 +95,21 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
   const std::optional<Vector3d> normal_O = normal_at(primitive->shape, primitive->X_OW * p_W);
   if (!normal_O) return std::nullopt;
   return Nearest{height, primitive->X_OW.q.conjugate() * *normal_O};
+}
+
+bool MapSurface::is_near(const Vector3d& p_W, double reach) const {
+  for (const auto& [normal_W, offset] : planes_) {
+    if (std::abs(normal_W.dot(p_W) - offset) < reach) return true;
+  }
+  bool is_found = false;
+  tree_->visit(p_W, reach, [&](std::uint32_t index) {
+    const Primitive& one = primitives_[index];
+    is_found = std::abs(signed_distance(one.shape, one.X_OW * p_W)) < reach;
+    return is_found ? -1.0 : reach;
+  });
+  return is_found || std::ranges::any_of(soups_, [&](const TriangleSoup& soup) {
+           return soup.nearest(p_W, reach).has_value();
+         });
 }
 
 }  // namespace dive::planning

@@ -29,6 +29,8 @@ class MapSurface {
   /// measured: a mesh faces it.
   [[nodiscard]] std::optional<Nearest> nearest(const Eigen::Vector3d& p_W,
                                                const Eigen::Vector3d& from_W, double reach) const;
+  /// True if a surface is nearer to p_W than `reach` (m). Cheaper than nearest().
+  [[nodiscard]] bool is_near(const Eigen::Vector3d& p_W, double reach) const;
 
  private:
   struct Primitive {

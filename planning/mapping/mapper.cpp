@@ -1,6 +1,7 @@
 #include "planning/mapping/mapper.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,20 +19,24 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::size_t kAligned = 1500;  // points of a scan that are compared with the map
+constexpr int kUnknownNeighbours = 2;   // of a point that the known map lacks
+constexpr double kSigmas = 3.0;         // of a point's position, within which it is a known one
 
 }  // namespace
 
 struct Mapper::Impl {
-  Impl(const RobotHull& hull, const MapperOptions& options_in, Clock& clock_in)
+  Impl(const RobotHull& hull, const MapperOptions& options_in, Clock& clock_in, IsKnown is_known_in)
       : clock(clock_in),
         options(options_in),
+        is_known(std::move(is_known_in)),
         map(options),
         surfaces(options, clock),
         observed(hull) {}
 
   // False for the vehicle itself, a ray without a hit, and NaN.
   [[nodiscard]] bool is_usable(float range, const RangeScan& scan) const {
-    return range >= static_cast<float>(options.min_range_m) && range <= scan.reach;
+    return range >= static_cast<float>(options.min_range_m) &&
+           range <= std::min(scan.reach, static_cast<float>(options.max_range_m));
   }
 
   // A selection of the scan's points, in W, to compare with the map.
@@ -53,23 +58,48 @@ struct Mapper::Impl {
     return points;
   }
 
-  // Adds the scan's points to the voxels, except lone points and marine snow; returns their number.
-  int add_points(const RangeScan& scan, const RangeImage& image, const Pose& X_WB) {
-    const Eigen::Matrix3f R_WB = X_WB.q.toRotationMatrix().cast<float>();
-    const Vector3f p_WB = X_WB.p.cast<float>();
-    int added = 0;
+  // The points that are neither lone, nor marine snow, nor part of the known map.
+  std::vector<bool> points_to_map(const RangeScan& scan, const RangeImage& image,
+                                  const ScanPose& pose) const {
+    const Eigen::Matrix3f R_WB = pose.X_WB.q.toRotationMatrix().cast<float>();
+    const Vector3f p_WB = pose.X_WB.p.cast<float>();
+    std::vector<bool> marked(scan.points_B.size(), false);
     for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
       const float range = image.range(i);
       if (!is_usable(range, scan)) continue;
       const bool may_be_snow = range < static_cast<float>(options.snow_range_m);
-      if (image.neighbours(i) <
-          (may_be_snow ? options.min_snow_neighbours : options.min_neighbours)) {
-        continue;
-      }
-      map.observe(R_WB * scan.points_B[i] + p_WB, options.noise(range));
+      const int least = may_be_snow ? options.min_snow_neighbours : options.min_neighbours;
+      if (image.neighbours(i) < least) continue;
+      marked[i] = !is_known || !is_known(R_WB * scan.points_B[i] + p_WB, tolerance(pose, range));
+    }
+    if (!is_known) return marked;
+    // Of thousands of known points some lie beyond their three sigmas, each by itself.
+    std::vector<bool> kept = marked;
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+      if (marked[i]) kept[i] = image.marked_neighbours(scan, i, marked) >= kUnknownNeighbours;
+    }
+    return kept;
+  }
+
+  int add_points(const RangeScan& scan, const RangeImage& image, const ScanPose& pose) {
+    const Eigen::Matrix3f R_WB = pose.X_WB.q.toRotationMatrix().cast<float>();
+    const Vector3f p_WB = pose.X_WB.p.cast<float>();
+    const std::vector<bool> marked = points_to_map(scan, image, pose);
+    int added = 0;
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+      if (!marked[i]) continue;
+      map.observe(R_WB * scan.points_B[i] + p_WB, options.noise(image.range(i)));
       ++added;
     }
     return added;
+  }
+
+  // m from a known surface within which a point belongs to it.
+  [[nodiscard]] double tolerance(const ScanPose& pose, float range) const {
+    const double along = static_cast<double>(options.noise(range));
+    const double across = pose.attitude_sigma * static_cast<double>(range);
+    const double sigma = std::hypot(pose.position_sigma_m, along, across);
+    return std::max(options.known_tolerance_m, kSigmas * sigma);
   }
 
   // For a point of a triangle: true if recent rays passed it, so that the triangle is no surface.
@@ -86,7 +116,8 @@ struct Mapper::Impl {
     times.divide_ms = report.divide_ms;
   }
 
-  ScanResult add(const RangeScan& scan, Pose X_WB, const Eigen::Vector3d& v_W) {
+  ScanResult add(const RangeScan& scan, ScanPose pose) {
+    Pose& X_WB = pose.X_WB;
     Eigen::Vector2f correction_W = Eigen::Vector2f::Zero();
     times = {};
     const Stopwatch stopwatch(clock, times.total_ms);
@@ -94,21 +125,23 @@ struct Mapper::Impl {
     {
       const Stopwatch points(clock, times.points_ms);
       RangeImage image(scan, X_WB);
-      correction_W = align_to_map(points_to_align(scan, image, X_WB),
-                                  [this](const Vector3f& p_W, float reach_m, float& height) {
-                                    return map.nearest(p_W, reach_m, height);
-                                  });
+      if (!is_known) {
+        correction_W = align_to_map(points_to_align(scan, image, X_WB),
+                                    [this](const Vector3f& p_W, float reach_m, float& height) {
+                                      return map.nearest(p_W, reach_m, height);
+                                    });
+      }
       X_WB.p.head<2>() += correction_W.cast<double>();
       image.move(X_WB);
       sensor_origin_W = image.origin_W();
-      stats.taken = add_points(scan, image, X_WB);
+      stats.taken = add_points(scan, image, pose);
       map.remove_passed(image);
       observed.add(std::move(image));
       map.forget_old();
     }
     note(surfaces.update(map, sensor_origin_W, [this](const Vector3f& p) { return is_free(p); }));
     ScanResult result{
-        map.take_changes(), {scan.utime, observed.free_ahead(X_WB, v_W)}, std::nullopt};
+        map.take_changes(), {scan.utime, observed.free_ahead(X_WB, pose.v_W)}, std::nullopt};
     if (!correction_W.isZero(0.0F))
       result.correction = PoseCorrection{scan.utime, correction_W.cast<double>()};
     return result;
@@ -125,6 +158,7 @@ struct Mapper::Impl {
 
   Clock& clock;
   MapperOptions options;
+  IsKnown is_known;
   VoxelMap map;
   SurfaceBuilder surfaces;
   ObservedSpace observed;
@@ -135,19 +169,18 @@ struct Mapper::Impl {
   MapperTimes times;
 };
 
-Mapper::Mapper(const RobotHull& hull, MapperOptions options, Clock& clock) {
+Mapper::Mapper(const RobotHull& hull, MapperOptions options, Clock& clock, IsKnown is_known) {
   DIVE_DEMAND(options.validate().empty());
-  impl_ = std::make_unique<Impl>(hull, options, clock);
+  impl_ = std::make_unique<Impl>(hull, options, clock, std::move(is_known));
 }
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-std::optional<ScanResult> Mapper::add(const RangeScan& scan, const Pose& X_WB,
-                                      const Eigen::Vector3d& v_W) {
+std::optional<ScanResult> Mapper::add(const RangeScan& scan, const ScanPose& pose) {
   impl_->problem = impl_->check.check(scan);
   if (impl_->problem != ScanProblem::kNone) return std::nullopt;
-  return impl_->add(scan, X_WB, v_W);
+  return impl_->add(scan, pose);
 }
 
 ScanProblem Mapper::problem() const { return impl_->problem; }

@@ -45,19 +45,31 @@ struct MapperStats {
   int waiting_cells = 0;  ///< Cells left for a later update.
 };
 
+/// The vehicle at the time of a scan.
+struct ScanPose {
+  Pose X_WB;
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< m/s
+  // One sigma, for mapping beside a known map:
+  double position_sigma_m = 0.0;
+  double attitude_sigma = 0.0;  ///< rad, about the worst axis
+};
+
+/// True if a known surface lies within `tolerance` (m) of p_W.
+using IsKnown = std::function<bool(const Eigen::Vector3f& p_W, double tolerance)>;
+
 class Mapper {
  public:
   /// Demands valid options. `clock` is for MapperTimes only: the same scans give the same map on
-  /// any machine.
-  Mapper(const RobotHull& hull, MapperOptions options, Clock& clock);
+  /// any machine. With `is_known` it maps what a known map lacks: points within
+  /// max(known_tolerance_m, three sigmas) of a known surface are left out, and a scan is not
+  /// aligned with the observed map, because the known one corrects the position.
+  Mapper(const RobotHull& hull, MapperOptions options, Clock& clock, IsKnown is_known = nullptr);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
-  /// Adds one scan, taken at X_WB by a vehicle that moves at v_W (m/s). Absent if the scan was
-  /// rejected, see problem().
-  [[nodiscard]] std::optional<ScanResult> add(const RangeScan& scan, const Pose& X_WB,
-                                              const Eigen::Vector3d& v_W);
+  /// Adds one scan. Absent if the scan was rejected, see problem().
+  [[nodiscard]] std::optional<ScanResult> add(const RangeScan& scan, const ScanPose& pose);
   [[nodiscard]] ScanProblem problem() const;
 
   /// Adds the points of a file: they need no confirmation, none is filtered out and no voxel is

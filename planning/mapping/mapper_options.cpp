@@ -8,6 +8,7 @@ std::string MapperOptions::validate() const {
   RangeCheck check;
   check("voxel_m", voxel_m, 0.02, 2.0);
   check("min_range_m", min_range_m, 0.0, 5.0);
+  check("max_range_m", max_range_m, 0.1, 1000.0);
   check("min_neighbours", min_neighbours, 0, 100);
   check("snow_range_m", snow_range_m, 0.0, 20.0);
   check("min_snow_neighbours", min_snow_neighbours, 0, 100);
@@ -21,6 +22,7 @@ std::string MapperOptions::validate() const {
   check("ball_m", ball_m, 0.0, 1.0);
   check("longest_edge_m", longest_edge_m, 0.05, 5.0);
   check("points_per_update", points_per_update, 1, 1e8);
+  check("known_tolerance_m", known_tolerance_m, 0.0, 5.0);
   check("memory_s", memory_s, 1.0, 1e6);
   check("max_voxels", max_voxels, 1000, 2e7);
   return check.problem();

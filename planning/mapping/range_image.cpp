@@ -151,6 +151,20 @@ void RangeImage::count_neighbours(std::span<const int> bins) {
   }
 }
 
+int RangeImage::marked_neighbours(const RangeScan& scan, std::size_t i,
+                                  const std::vector<bool>& marked) const {
+  const int here = bin(scan.points_B[i] - origin_B_);
+  const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
+  int count = 0;
+  around(static_cast<std::size_t>(here), [&](std::size_t b) {
+    const int other = point_of_[b];
+    if (other < 0 || static_cast<std::size_t>(other) == i) return;
+    const auto point = static_cast<std::size_t>(other);
+    if (marked[point] && std::abs(ranges_[point] - ranges_[i]) <= alike) ++count;
+  });
+  return count;
+}
+
 // Removes connected groups of bins that are small.
 void RangeImage::leave_out_particles(const RangeScan& scan, std::span<const int> bins) {
   const auto may_be_particle = [&](std::size_t b) {

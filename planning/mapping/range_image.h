@@ -27,6 +27,10 @@ class RangeImage {
   /// Number of points in the bins around point i of the scan at about the same range; 0 for a
   /// particle: a point nearby with nothing beside it, too small to be an obstacle.
   [[nodiscard]] int neighbours(std::size_t i) const { return neighbours_[i]; }
+  /// The same, among the points that are `marked` (one entry for each point of `scan`), one for
+  /// each bin.
+  [[nodiscard]] int marked_neighbours(const RangeScan& scan, std::size_t i,
+                                      const std::vector<bool>& marked) const;
   /// Distance of point i from the sensor, m; NaN if the ray gave no range.
   [[nodiscard]] float range(std::size_t i) const { return ranges_[i]; }
 

@@ -81,6 +81,8 @@ TEST_P(AtSpeed, ChangesDepthByAMetreWithoutOvershoot) {
 TEST_P(AtSpeed, HoldsDepthAndSpeed) {
   Conditions conditions;
   conditions.speed_scale_sigma = 0.0;
+  conditions.hull_scatter = 0.0;
+  conditions.depth_bias_sigma_m = 0.0;
   Flight flight(conditions);
   flight.command.v = GetParam();
   flight.fly(20.0);

@@ -20,24 +20,24 @@
 
 namespace dive::vehicle {
 
-/// Water and imperfections of one dive; the defaults are pool conditions. "sigma" values are drawn
-/// once per seed; "noise" values at every sample.
+/// Water and imperfections of one dive; the defaults are those of a real vehicle in calm water.
+/// "sigma" values are drawn once per seed; "noise" values at every sample.
 struct Conditions {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
-  double current_sigma = 0.0;       ///< Of an unknown horizontal current, per axis, m/s.
-  double speed_scale_sigma = 0.01;  ///< Relative error of the gait's speed.
-  double heading_bias_sigma_deg = 0.5;
-  double heading_variation_deg = 0.0;  ///< Of the compass between places, near steel.
-  double tilt_bias_sigma_deg = 0.0;    ///< Roll and pitch of the attitude sensor.
-  double gyro_bias_sigma = 0.0;        ///< Of the attitude sensor, per axis, rad/s.
-  double depth_bias_sigma_m = 0.0;     ///< Tide, air pressure and density.
-  double hull_scatter = 0.0;           ///< Relative, of each drag, added mass and thrust.
-  double buoyancy_sigma_n = 0.0;       ///< Of the trim with weights, N.
-  double start_sigma_m = 0.0;          ///< Horizontally, per axis.
-  // The world against its map, see drawn_world().
-  double map_shift_sigma_m = 0.0;     ///< Of the whole map, per axis.
-  double map_turn_sigma_deg = 0.0;    ///< The same, about the vertical.
-  double object_shift_sigma_m = 0.0;  ///< Of each object by itself, per axis.
+  double speed_scale_sigma = 0.03;                      ///< Relative error of the gait's speed.
+  double heading_bias_sigma_deg = 1.5;
+  double heading_variation_deg = 1.0;  ///< Of the compass between places, near steel.
+  double tilt_bias_sigma_deg = 0.3;    ///< Roll and pitch of the attitude sensor.
+  double gyro_bias_sigma = 0.005;      ///< Of the attitude sensor, per axis, rad/s.
+  double depth_bias_sigma_m = 0.03;    ///< Tide, air pressure and density.
+  double hull_scatter = 0.1;           ///< Relative, of each drag, added mass and thrust.
+  double buoyancy_sigma_n = 0.1;       ///< Of the trim with weights, N.
+  double object_shift_sigma_m = 0.02;  ///< Of each object against the map, per axis.
+  // What a mission declares: mission::simulated_conditions(). Horizontally, per axis.
+  double current_sigma = 0.0;       ///< m/s.
+  double start_sigma_m = 0.0;       ///< Of the release.
+  double map_shift_sigma_m = 0.0;   ///< Of the whole world against the map.
+  double map_turn_sigma_deg = 0.0;  ///< The same, about the vertical.
   double attitude_noise_deg = 0.1;
   double gyro_noise = 0.01;   ///< rad/s.
   double accel_noise = 0.01;  ///< m/s^2.

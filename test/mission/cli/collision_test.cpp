@@ -111,7 +111,7 @@ TEST(Collision, IsReproducedByTheHintOfCheck) {
 }
 
 TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
-  const Ran ran = dive("check " + kQuay + " --json --set current_y=0.035");
+  const Ran ran = dive("check " + kQuay + " --json --set current_y=0.045");
   EXPECT_EQ(ran.status, 0) << ran.err;
   const json check = object_of(ran);
   const std::vector<json> found = diagnostics_of(check, "CHK-DIVE-CLEARANCE");

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
@@ -120,6 +121,7 @@ bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
 // (doc/decisions/blind-and-safely-held.md). Every other pair is survived.
 TEST(PairsOfFaults, AreAllDivedInPool3AndDecideTheExitStatus) {
   DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
+  DIVE_SKIP_LONG_TEST();
   const Ran ran = dive("check --pairs --instants 1 --json " + mission("pool3"));
   EXPECT_EQ(ran.err, "") << "no progress beside JSON";
   const auto faults = nlohmann::json::parse(ran.out).at("faults");

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
@@ -55,6 +56,8 @@ TEST_P(Environments, SurviveEveryFaultInEveryState) {
   const std::string& name = GetParam().name;
   const std::set<std::string> small = {"pool3"};
   if (!small.contains(name)) DIVE_SKIP_UNDER_SANITIZERS("the code is that of the small ones");
+  const std::set<std::string> long_dives = {"blocks", "survey", "transect"};
+  if (long_dives.contains(name)) DIVE_SKIP_LONG_TEST();
   const Ran ran = testing::run_dive("check --faults --instants 1 " + path_of(name), name);
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
@@ -80,6 +83,7 @@ TEST(EnvironmentTable, HoldsEveryMission) {
 // replays, and its observed map can be used for planning.
 TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
   DIVE_SKIP_UNDER_SANITIZERS("the scenarios dive in unknown water too");
+  DIVE_SKIP_LONG_TEST();
   struct Water {
     std::string name, start, goal;
     /// m, to any solid: at most half of the required clearance, as in CHK-DIVE-CLEARANCE.

@@ -219,6 +219,48 @@ TEST(LoadMission, UsesFixesInAKnownMapUnlessToldOtherwise) {
   EXPECT_FALSE(uses_map_fixes(load("", "<estimation estimator=\"visual_inertial\"/>")));
 }
 
+TEST(LoadMission, MapsWhatAKnownMapLacksWhereARangeCameraCorrectsThePosition) {
+  const auto sensor = [](const std::string& map, const std::string& estimation = {}) {
+    std::string text = mission_text("x=\"1\" y=\"0\" z=\"1\" z_units=\"DEPTH\"", estimation);
+    text.insert(text.find("<map ") + 5, map);
+    Diagnostics diagnostics;
+    const auto mission = parse(text, diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return mapping_sensor(*mission);
+  };
+  const std::string by_sight = "<estimation estimator=\"visual_inertial\"/>";
+  EXPECT_EQ(sensor(""), MappingSensor::kRangeCamera);
+  EXPECT_EQ(sensor("mapping_sensor=\"none\" "), MappingSensor::kNone);
+  EXPECT_EQ(sensor("fixes=\"off\" "), MappingSensor::kNone);
+  EXPECT_EQ(sensor("fixes=\"off\" mapping_sensor=\"range_camera\" "), MappingSensor::kRangeCamera);
+  EXPECT_EQ(sensor("", by_sight), MappingSensor::kNone);
+  EXPECT_EQ(sensor("mapping_sensor=\"stereo\" ", by_sight), MappingSensor::kStereo);
+}
+
+TEST(LoadMission, ReadsWhatIsKnownBeforeTheDive) {
+  const auto priors = [](const std::string& map, const std::string& start,
+                         const std::string& parts) {
+    std::string text = mission_text("x=\"1\" y=\"0\" z=\"1\" z_units=\"DEPTH\"", parts);
+    text.insert(text.find("<map ") + 5, map);
+    text.insert(text.find("<start ") + 7, start);
+    Diagnostics diagnostics;
+    const auto mission = parse(text, diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return mission->priors;
+  };
+  const Priors usual = priors("", "", "");
+  EXPECT_EQ(usual.start_m, 0.1);
+  EXPECT_EQ(usual.map_m, 0.05);
+  EXPECT_EQ(usual.map_deg, 0.5);
+  EXPECT_EQ(usual.current, 0.0);
+  const Priors written =
+      priors("sigma_m=\"0.3\" sigma_deg=\"1\" ", "sigma=\"2\" ", "<current sigma=\"0.05\"/>");
+  EXPECT_EQ(written.start_m, 2.0);
+  EXPECT_EQ(written.map_m, 0.3);
+  EXPECT_EQ(written.map_deg, 1.0);
+  EXPECT_EQ(written.current, 0.05);
+}
+
 TEST(LoadMission, ReadsGuards) {
   Diagnostics diagnostics;
   const auto mission =

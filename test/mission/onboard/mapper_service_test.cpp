@@ -37,7 +37,7 @@ RangeScan wall_ahead() {
 
 bool is_mapped(const estimation::StateEstimate& estimate) {
   const vehicle::Model& model = dive::testing::aqua2();
-  MapperService service(model.hull, {}, kTick);
+  MapperService service(model.hull, {}, nullptr, kTick);
   service.observe(estimate);
   service.submit(wall_ahead(), kTick);
   return service.poll(3 * kTick).has_value();
@@ -53,7 +53,7 @@ TEST(MapperService, MapsNothingWhileTheAttitudeIsPredicted) {
 // The correction changes between the time of the scan and its mapping.
 TEST(MapperService, PlacesAScanByTheNewestCorrection) {
   const vehicle::Model& model = dive::testing::aqua2();
-  MapperService service(model.hull, {}, kTick);
+  MapperService service(model.hull, {}, nullptr, kTick);
   constexpr int kScans = 6;  // a voxel is not confirmed by one
   constexpr Utime kScan = 200'000;
   estimation::StateEstimate estimate = estimate_with(0.01);

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/xml.h"
+#include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 
@@ -130,6 +131,7 @@ TEST(ScenarioCommand, AllShippedScenariosHoldAndNoneExpectsNothing) {
 // Some scenarios expect that the script has no effect; all others fail when it is disabled.
 TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
   DIVE_SKIP_UNDER_SANITIZERS("the code is that of the scenarios that hold");
+  DIVE_SKIP_LONG_TEST();
   const Ran ran = dive("test --disable-scripts --json " + in_quotes(kShipped));
   EXPECT_EQ(ran.status, 1);
   std::vector<std::string> insensitive;

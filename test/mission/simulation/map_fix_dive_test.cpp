@@ -92,6 +92,24 @@ TEST(MapFixDive, AMapThatIsShiftedAndTurnedIsFollowed) {
   }
 }
 
+// A block in the middle of the only leg, of which the map knows nothing.
+TEST(MapFixDive, AnObjectThatTheMapLacksIsObservedAndAvoided) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  Loaded loaded = load("pool3");
+  DiveSettings settings;
+  settings.unmapped.push_back({"block",
+                               planning::Box{{0.3, 0.6, 0.6}},
+                               {{6.0, 0.0, -1.5}, Eigen::Quaterniond::Identity()}});
+  for (settings.seed = 1; settings.seed <= 4; ++settings.seed) {
+    const DiveResult result = dive(loaded, settings).result;
+    EXPECT_EQ(result.outcome, "success") << settings.seed << ": " << result.cause;
+    EXPECT_GT(result.observed_map.pieces(), 0u);
+  }
+  loaded.mission.mapping_sensor = {MappingSensor::kNone, {}};
+  settings.seed = 1;
+  EXPECT_FALSE(dive(loaded, settings).result.collisions.empty()) << "the block is on the way";
+}
+
 TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
   const Loaded loaded = load("pool3");
@@ -115,6 +133,7 @@ TEST(MapFixDive, WithoutScansItGoesOnByDeadReckoning) {
 TEST(DrawnWorld, MovesTheMapAsAWholeAndItsObjectsByThemselves) {
   const planning::World map = load("pool3").world;
   vehicle::Conditions conditions;
+  conditions.object_shift_sigma_m = 0.0;
   const auto moved = [&](const planning::World& world, std::size_t i) {
     return Eigen::Vector3d(world.obstacles[i].X_WO.p - map.obstacles[i].X_WO.p);
   };

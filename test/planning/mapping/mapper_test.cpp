@@ -127,7 +127,7 @@ struct Dive {
       : eye(std::move(surface), noise), mapper(vehicle(), options, clock) {}
 
   std::optional<ScanResult> look(const Pose& X_WB, const Vector3d& v_W = Vector3d::Zero()) {
-    std::optional<ScanResult> result = mapper.add(eye.look(X_WB), X_WB, v_W);
+    std::optional<ScanResult> result = mapper.add(eye.look(X_WB), {X_WB, v_W});
     if (result) {
       EXPECT_TRUE(map.apply(result->obstacles));
     }
@@ -258,7 +258,7 @@ TEST(MapperTest, ASmoothWallBlocksNothingBeforeIt) {
     const auto swim = [&](const Vector3d& step, double yaw_deg) {
       p += step;
       const Eigen::Quaterniond q = from_rpy(0, 0, deg_to_rad(yaw_deg));
-      const auto result = mapper.add(eye.look({p, q}), {p + off, q}, step / 0.05);
+      const auto result = mapper.add(eye.look({p, q}), {{p + off, q}, step / 0.05});
       ASSERT_TRUE(result);
       if (result->correction) off.head<2>() += result->correction->correction_W;
     };
@@ -308,7 +308,7 @@ TEST(MapperTest, LonePointsAreNoObstacles) {
       scan.points_B[static_cast<std::size_t>(random.uniform(0.0, 7499.0))].fill(
           std::numeric_limits<float>::quiet_NaN());
     }
-    if (auto result = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+    if (auto result = dive.mapper.add(scan, {kHere})) {
       EXPECT_TRUE(dive.map.apply(result->obstacles));
     }
   }
@@ -334,7 +334,7 @@ TEST(MapperTest, AMoteBeforeTheLensIsNoObstacleAndARodIs) {
     for (int i = 0; i < 20; ++i) {
       RangeScan scan = dive.eye.look(kHere);
       put_before(scan, 37, 50, tall, 1, 0.35F);
-      if (auto result = dive.mapper.add(scan, kHere, Vector3d::Zero())) {
+      if (auto result = dive.mapper.add(scan, {kHere})) {
         EXPECT_TRUE(dive.map.apply(result->obstacles));
       }
     }
@@ -385,30 +385,57 @@ TEST(MapperTest, IsTheSameEveryTime) {
   }
 }
 
+// A known wall 4 m ahead and a box, which the map lacks, 1 m before it; the position is 0.2 m off.
+TEST(MapperTest, BesideAKnownMapItMapsOnlyWhatThatLacks) {
+  const Surface wall = box({4.0, -10.0, -10.0}, {4.5, 10.0, 10.0});
+  const Surface unknown = box({2.8, -0.3, -0.3}, {3.0, 0.3, 0.3});
+  Eye eye(all_of({wall, unknown}), 1e-5);
+  const auto is_wall = [](const Vector3f& p_W, double tolerance) {
+    return std::abs(static_cast<double>(p_W.x()) - 4.0) <= tolerance;
+  };
+  for (const double sigma : {0.0, 0.1}) {
+    SteadyClock clock;
+    Mapper mapper(vehicle(), {}, clock, is_wall);
+    ObservedMap map;
+    for (int scan = 0; scan < 4; ++scan) {
+      const Pose off{Vector3d(0.2, 0.0, 0.0), Eigen::Quaterniond::Identity()};
+      const auto result =
+          mapper.add(eye.look(Pose{}), {off, Vector3d::Zero(), sigma, deg_to_rad(0.5)});
+      ASSERT_TRUE(result);
+      EXPECT_FALSE(result->correction) << "the known map corrects the position";
+      EXPECT_TRUE(map.apply(result->obstacles));
+      EXPECT_EQ(map.pieces() > 0, scan >= 1) << "with the second scan that shows it";
+    }
+    EXPECT_LT(to_map({3.0, 0.0, 0.0}, map), 0.05) << "the box, where the scan places it";
+    const bool wall_is_mapped = to_map({4.2, 2.0, 0.0}, map) < 0.05;
+    EXPECT_EQ(wall_is_mapped, sigma == 0.0) << "within three sigmas of the known wall it is known";
+  }
+}
+
 TEST(MapperTest, RejectsWhatNoWorkingSensorSends) {
   Dive dive(kPlate);
   const RangeScan scan = dive.eye.look(kHere);
-  ASSERT_TRUE(dive.mapper.add(scan, kHere, Vector3d::Zero()));
+  ASSERT_TRUE(dive.mapper.add(scan, {kHere}));
   RangeScan again = scan;
   again.utime += 50'000;
-  EXPECT_FALSE(dive.mapper.add(again, kHere, Vector3d::Zero()));
+  EXPECT_FALSE(dive.mapper.add(again, {kHere}));
   EXPECT_EQ(dive.mapper.problem(), ScanProblem::kRepeated);
   RangeScan before = scan;
   before.utime -= 1;
   before.points_B[5].x() += 0.1F;
-  EXPECT_FALSE(dive.mapper.add(before, kHere, Vector3d::Zero()));
+  EXPECT_FALSE(dive.mapper.add(before, {kHere}));
   EXPECT_EQ(dive.mapper.problem(), ScanProblem::kBackwards);
   RangeScan empty = scan;
   empty.utime += 100'000;
   for (Vector3f& p : empty.points_B) p.fill(std::numeric_limits<float>::quiet_NaN());
-  EXPECT_FALSE(dive.mapper.add(empty, kHere, Vector3d::Zero()));
+  EXPECT_FALSE(dive.mapper.add(empty, {kHere}));
   EXPECT_EQ(dive.mapper.problem(), ScanProblem::kEmpty);
   empty.points_B.clear();
-  EXPECT_FALSE(dive.mapper.add(empty, kHere, Vector3d::Zero()));
+  EXPECT_FALSE(dive.mapper.add(empty, {kHere}));
   RangeScan huge = scan;
   huge.utime += 150'000;
   huge.points_B.resize(kMaxScanPoints + 1, Vector3f(3.0F, 0.0F, 0.0F));
-  EXPECT_FALSE(dive.mapper.add(huge, kHere, Vector3d::Zero()));
+  EXPECT_FALSE(dive.mapper.add(huge, {kHere}));
   EXPECT_EQ(dive.mapper.problem(), ScanProblem::kEmpty);
   EXPECT_TRUE(dive.look(Pose{Vector3d(0.1, 0.0, -5.0), kHere.q}));
 }

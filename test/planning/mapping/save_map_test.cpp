@@ -138,8 +138,8 @@ struct Seen {
           scan.points_B.push_back((range * way).cast<float>());
         }
       }
-      const auto result = mapper.add(
-          scan, {Vector3d(3.0, -2.0, -6.0), Eigen::Quaterniond::Identity()}, Vector3d::Zero());
+      const auto result =
+          mapper.add(scan, {{Vector3d(3.0, -2.0, -6.0), Eigen::Quaterniond::Identity()}});
       EXPECT_TRUE(result && map.apply(result->obstacles));
     }
   }

@@ -1,0 +1,12 @@
+#pragma once
+// Conditions of a mission's simulated dives.
+
+#include "mission/document/mission.h"
+#include "vehicle/simulator/simulator.h"
+
+namespace dive::mission {
+
+/// The defaults, with errors of start, map and current of the size that the mission declares.
+[[nodiscard]] vehicle::Conditions simulated_conditions(const Mission& mission);
+
+}  // namespace dive::mission
