@@ -1,8 +1,11 @@
 #include "behaviors/retrace.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace dive::behaviors {
 namespace {
@@ -10,8 +13,10 @@ namespace {
 constexpr double kCaptureRadius = 0.5;
 constexpr double kGraceSeconds = 60.0;  // s added to kSlow times the path's time at full speed
 constexpr double kSlow = 4.0;
-constexpr int kMaxArrivals = 5;        // at places that turn out to have an overhead
-constexpr double kBeyond = 1.0;        // m to swim into open water, if the trail is that long
+constexpr int kMaxArrivals = 5;  // at places that turn out to have an overhead
+// m to swim into open water, if the trail is that long: less where an obstacle waits at its end
+constexpr std::array<double, 3> kBeyond = {1.0, 0.6, 0.3};
+constexpr double kClearEnd = 0.4;      // share of D_min to obstacles that appeared, at the end
 constexpr double kAtRest = 0.08;       // m/s
 constexpr double kStopSeconds = 4.0;   // s after which it has stopped, whatever the estimate
 constexpr double kLevel = 0.15;        // rad of tilt
@@ -158,7 +163,17 @@ void Retrace::begin_trail(const BehaviorInput& input) {
 }
 
 Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
-  return trail_.exit_path(p_W, kTrailLinkShare * settings_.limits.clearance, kBeyond);
+  const double link = kTrailLinkShare * settings_.limits.clearance;
+  const Trail::Path farthest = trail_.exit_path(p_W, link, kBeyond.front());
+  if (changes_ == nullptr || recovery_.is_patient()) return farthest;
+  for (const double beyond : kBeyond) {
+    Trail::Path path = trail_.exit_path(p_W, link, beyond);
+    if (!path.arrives || path.points.size() < 2) continue;
+    const std::vector<Pose> poses = level_poses(path.points);
+    const double clearance = changes_->clearance(std::span(poses).last(2));
+    if (clearance >= kClearEnd * settings_.limits.clearance) return path;
+  }
+  return farthest;
 }
 
 double Retrace::time_allowed_s(double length_m) const {

@@ -94,7 +94,7 @@ TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
   for (const Water& water : {
            Water{"wreck_unknown", "2,9,-12", "0,1,-13", 0.2},
            Water{"cluttered_unknown", "0,0.2,-3", "10,0.2,-3", 0.15},
-           Water{"maze_unknown", "-2,1.6,-2.5", "14,14.5,-2.5", 0.2},
+           Water{"maze_unknown", "-2,1.6,-2.5", "13,14.5,-2.5", 0.2},
        }) {
     const std::string log = folder + "/" + water.name + ".lcmlog";
     const Ran ran =
