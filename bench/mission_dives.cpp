@@ -50,12 +50,17 @@ struct Draw {
 };
 
 struct RoutedSetup : StudySetup {
+  vehicle::Conditions conditions;
   std::vector<Pose> route;             ///< Route of a vehicle that knows the whole world.
   std::vector<Eigen::Vector3d> stops;  ///< Start and goals of its legs.
 };
 
-RoutedSetup load(const std::string& path) {
-  RoutedSetup setup{load_setup(path), {}, {}};
+RoutedSetup load(const std::string& path, const Draw& draw) {
+  RoutedSetup setup{load_setup(path), {}, {}, {}};
+  const auto conditions =
+      mission::parse_conditions(draw.conditions, mission::simulated_conditions(setup.mission));
+  if (!conditions) throw std::runtime_error("a condition cannot be set");
+  setup.conditions = *conditions;
   const planning::Scene scene(setup.world);
   const mission::Route route = mission::nominal_route(setup.mission, scene);
   SteadyClock clock;
@@ -73,6 +78,7 @@ RoutedSetup load(const std::string& path) {
     at = request.goal;
     setup.stops.push_back(at.p);
   }
+  if (setup.route.size() < 2) throw std::runtime_error(path + ": no leg can be planned");
   return setup;
 }
 
@@ -101,9 +107,9 @@ std::vector<planning::Obstacle> unmapped_for(const RoutedSetup& setup, int count
                                              std::uint64_t seed) {
   constexpr double kFromStops = 1.5;  // m
   Random random(seed, 0x0bce7);
+  const auto last = static_cast<double>(setup.route.size()) - 1.0;
   std::vector<planning::Obstacle> objects;
   for (int tries = 0; static_cast<int>(objects.size()) < count && tries < 1000; ++tries) {
-    const auto last = static_cast<double>(setup.route.size()) - 2.0;
     const auto i = static_cast<std::size_t>(random.uniform(0.0, last));
     const Eigen::Vector3d way = setup.route[i + 1].p - setup.route[i].p;
     const Eigen::Vector3d side = Eigen::Vector3d(-way.y(), way.x(), 0.0).normalized();
@@ -127,16 +133,9 @@ std::vector<planning::Obstacle> unmapped_for(const RoutedSetup& setup, int count
   return objects;
 }
 
-vehicle::Conditions conditions_for(const RoutedSetup& setup, const Draw& draw) {
-  const auto conditions =
-      mission::parse_conditions(draw.conditions, mission::simulated_conditions(setup.mission));
-  if (!conditions) throw std::runtime_error("a condition cannot be set");
-  return *conditions;
-}
-
 mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   mission::DiveSettings settings;
-  settings.conditions = conditions_for(setup, draw);
+  settings.conditions = setup.conditions;
   settings.unmapped = unmapped_for(setup, draw.unmapped, seed);
   settings.seed = seed;
   if (draw.with_diver) settings.diver = diver_for(setup, seed);
@@ -146,9 +145,8 @@ mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, s
 /// Distances from the vehicle to the obstacles of the world, and to the diver.
 class Apart {
  public:
-  Apart(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed)
-      : to_world_(mission::simulated_world(setup.world, settings_for(setup, draw, seed)),
-                  setup.model.hull),
+  Apart(const RoutedSetup& setup, const mission::DiveSettings& settings)
+      : to_world_(mission::simulated_world(setup.world, settings), setup.model.hull),
         to_diver_(diver_alone(), setup.model.hull) {}
 
   void observe(const vehicle::GroundTruth& truth, const std::optional<Pose>& X_WD) {
@@ -184,8 +182,8 @@ class Apart {
 // Errors of the published position, horizontally and relative to the map.
 class PositionErrors {
  public:
-  PositionErrors(const vehicle::Conditions& conditions, std::uint64_t seed)
-      : map_from_world_(vehicle::drawn_map_motion(conditions, seed).inverse()) {}
+  explicit PositionErrors(const mission::DiveSettings& settings)
+      : map_from_world_(vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse()) {}
 
   void observe(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
     if (!estimate.valid) return;
@@ -207,14 +205,11 @@ class PositionErrors {
   std::vector<double> errors_m_;
 };
 
-mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed,
-                                   Apart& apart) {
-  mission::DiveSettings settings = settings_for(setup, draw, seed);
+void observe_with(Apart& apart, mission::DiveSettings& settings) {
   settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
                                       const std::optional<Pose>& X_WD) {
     apart.observe(truth, X_WD);
   };
-  return settings;
 }
 
 // The mission may skip an unreachable goal and still end well.
@@ -227,10 +222,12 @@ bool reached_all(const mission::DiveResult& result) {
 }
 
 nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
-  Apart apart(setup, draw, seed);
-  PositionErrors errors(conditions_for(setup, draw), seed);
+  mission::DiveSettings settings = settings_for(setup, draw, seed);
+  Apart apart(setup, settings);
+  PositionErrors errors(settings);
+  observe_with(apart, settings);
   const mission::DiveResult result = mission::simulate_dive(
-      setup.mission, setup.world, setup.model, settings_for(setup, draw, seed, apart),
+      setup.mission, setup.world, setup.model, settings,
       [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
           const auto&) { errors.observe(out.estimate, truth); });
   return {{"seed", seed},
@@ -251,9 +248,11 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
 }
 
 void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
-  Apart apart(setup, draw, seed);
-  if (draw.with_diver) {
-    const vehicle::DiverTrack track = diver_for(setup, seed);
+  mission::DiveSettings settings = settings_for(setup, draw, seed);
+  Apart apart(setup, settings);
+  observe_with(apart, settings);
+  if (settings.diver) {
+    const vehicle::DiverTrack& track = *settings.diver;
     std::cout << fmt::format("a diver, from {:.1f} s at {:.2f} m/s:", track.start_s, track.speed);
     for (const auto& [p_W, pause_s] : track.waypoints) {
       std::cout << fmt::format(" ({:.2f} {:.2f} {:.2f}), {:.0f} s", p_W.x(), p_W.y(), p_W.z(),
@@ -261,7 +260,7 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
     }
     std::cout << '\n';
   }
-  for (const planning::Obstacle& object : unmapped_for(setup, draw.unmapped, seed)) {
+  for (const planning::Obstacle& object : settings.unmapped) {
     const Eigen::AlignedBox3d box = planning::bounding_box(object);
     std::cout << fmt::format("{}: {:.2f} x {:.2f} x {:.2f} m at ({:.2f} {:.2f} {:.2f})\n",
                              object.name, box.sizes().x(), box.sizes().y(), box.sizes().z(),
@@ -270,7 +269,7 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   Utime next = 0;
   std::size_t told = 0;
   const mission::DiveResult result = mission::simulate_dive(
-      setup.mission, setup.world, setup.model, settings_for(setup, draw, seed, apart),
+      setup.mission, setup.world, setup.model, settings,
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth, const auto&) {
         for (const planning::ObstacleUpdate& update : in.obstacles) told += update.cells.size();
@@ -431,7 +430,7 @@ int main(int argc, char** argv) {
     }
     if (missions.empty()) throw std::runtime_error("give missions, or --real DATA");
     for (const std::string& path : missions) {
-      const dive::bench::RoutedSetup setup = dive::bench::load(path);
+      const dive::bench::RoutedSetup setup = dive::bench::load(path, draw);
       if (traced > 0) {
         dive::bench::trace(setup, draw, static_cast<std::uint64_t>(traced));
       } else {

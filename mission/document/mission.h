@@ -134,9 +134,10 @@ struct Limits {
   std::optional<Located<double>> reduced_clearance;
 };
 
-/// How a mission treats space that was never observed.
+/// The sensor whose scans the mapper turns into obstacles.
 enum class MappingSensor { kNone, kRangeCamera, kStereo };
 
+/// How a mission treats space that was never observed.
 enum class UnknownPolicy {
   kCautious,    ///< Speed is limited so that the vehicle stops within observed free space.
   kOptimistic,  ///< Unobserved space counts as free.

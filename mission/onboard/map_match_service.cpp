@@ -31,7 +31,7 @@ std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const 
   return prior;
 }
 
-void MapMatchService::submit(RangeScan scan, Utime now) {
+void MapMatchService::submit(const RangeScan& scan, Utime now) {
   if (last_ && scan.utime < *last_ + kPeriod) return;
   if (!worker_.may_start()) return;
   const std::optional<planning::PosePrior> prior = prior_at(scan.utime);
@@ -43,9 +43,8 @@ void MapMatchService::submit(RangeScan scan, Utime now) {
     none.problem = MapFixProblem::kNoScan;
     return worker_.start(now + latency_, [none] { return none; });
   }
-  worker_.start(now + latency_, [this, scan = std::move(scan), prior = *prior] {
-    return matcher_.match(scan, prior);
-  });
+  worker_.start(now + latency_,
+                [this, scan, prior = *prior] { return matcher_.match(scan, prior); });
 }
 
 }  // namespace dive::mission

@@ -31,7 +31,7 @@ class MapMatchService {
   void observe(const estimation::StateEstimate& estimate);
   /// A scan that comes too early, while the worker is busy on a vehicle, or without an estimate at
   /// its time is dropped.
-  void submit(RangeScan scan, Utime now);
+  void submit(const RangeScan& scan, Utime now);
   [[nodiscard]] std::optional<MapFix> poll(Utime now) { return worker_.poll(now); }
 
  private:

@@ -122,6 +122,10 @@ void RangeImage::around(std::size_t bin, Visit visit) const {
   }
 }
 
+float RangeImage::alike_m(std::size_t i) const {
+  return std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
+}
+
 // A surface has neighbours in the range image at about its own distance, even at a grazing angle:
 // along one of the directions the distance changes little. A drifting particle has none.
 void RangeImage::count_neighbours(std::span<const int> bins) {
@@ -140,7 +144,7 @@ void RangeImage::count_neighbours(std::span<const int> bins) {
   neighbours_.assign(bins.size(), 0);
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] < 0 || ranges_[i] > reach_) continue;
-    const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
+    const float alike = alike_m(i);
     int count = -1;  // minus the point itself
     around(static_cast<std::size_t>(bins[i]), [&](std::size_t b) {
       for (int k = first[b]; k < first[b + 1]; ++k) {
@@ -154,7 +158,7 @@ void RangeImage::count_neighbours(std::span<const int> bins) {
 int RangeImage::marked_neighbours(const RangeScan& scan, std::size_t i,
                                   const std::vector<bool>& marked) const {
   const int here = bin(scan.points_B[i] - origin_B_);
-  const float alike = std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
+  const float alike = alike_m(i);
   int count = 0;
   around(static_cast<std::size_t>(here), [&](std::size_t b) {
     const int other = point_of_[b];

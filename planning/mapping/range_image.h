@@ -52,6 +52,8 @@ class RangeImage {
   /// Calls visit(b) for `bin` and its up to eight neighbours.
   template <typename Visit>
   void around(std::size_t bin, Visit visit) const;
+  /// m between the range of point i and that of a point of the same surface.
+  [[nodiscard]] float alike_m(std::size_t i) const;
   void count_neighbours(std::span<const int> bins);
   void leave_out_particles(const RangeScan& scan, std::span<const int> bins);
   void spread();
