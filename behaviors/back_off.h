@@ -1,9 +1,9 @@
 #pragma once
-// Return to a place with clearance, in an unknown environment. A plan may start with reduced
-// clearance. A vehicle that replans often can use this each time: it works its way into a
-// narrowing, a little nearer to obstacles with every plan, until it cannot turn. A vehicle that has
-// come too near, or has been near for too long, therefore returns along its trail, which is free,
-// and plans from there with the map as it is then.
+// Return to a place with clearance, in an unknown environment. A plan may start
+// with reduced clearance. A vehicle that replans often can use this each time: it works its way
+// into a narrowing, a little nearer to obstacles with every plan, until it cannot turn. A vehicle
+// that has come too near, or has been near for too long, therefore returns along its trail, which
+// is free, and plans from there with the map as it is then.
 //
 // There is no clearance to turn around: the vehicle swims stern first if its bow points away from
 // the path. The course follows the line-of-sight law to the point of the path

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/clock.h"
 #include "common/se3.h"
@@ -38,6 +39,7 @@ struct BehaviorInput {
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
   bool map_changed = false;           ///< True if the map has changed since the last tick.
   bool position_corrected = false;    ///< True in the tick in which the position jumps to a fix.
+  bool obstacle_ahead = false;        ///< True in the tick in which the vehicle is stopped for one.
   bool replan = false;                ///< True if a failsafe requests a replan.
   bool depth_known = true;            ///< True while depth samples are fresh.
   bool attitude_known =
@@ -74,6 +76,7 @@ struct BehaviorOutput {
   const char* plan_cause = "";      ///< Reason of the request.
   bool done = false;                ///< True in the tick in which done.state.ID is due.
   Failure failed = Failure::kNone;  ///< Failure for which plan.failed.ID is due.
+  bool brakes = false;  ///< True if it stops by reverse thrust; by drag alone that takes 3 s.
 };
 
 /// The behaviour of an atomic state, from entry to exit.
@@ -87,6 +90,12 @@ class Behavior {
   /// True if it swims where the vehicle has not been: in an unknown environment its speed is
   /// limited by the observed free space ahead.
   [[nodiscard]] virtual bool needs_free_ahead() const { return false; }
+  /// The poses that it means to take from X_WB on, within `seconds` at full speed; empty if it does
+  /// not follow a path.
+  [[nodiscard]] virtual std::vector<Pose> way_ahead(const Pose& /*X_WB*/,
+                                                    double /*seconds*/) const {
+    return {};
+  }
   /// True for a vertical ascent in open water.
   [[nodiscard]] virtual bool rises() const { return false; }
   /// Called when the path ahead stayed unobserved too long: on the next tick the behaviour requests

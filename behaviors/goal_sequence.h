@@ -17,6 +17,9 @@ class GoalSequence final : public Behavior {
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   [[nodiscard]] bool needs_free_ahead() const override { return !leg_->is_backing_off(); }
+  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const override {
+    return leg_->way_ahead(X_WB, seconds);
+  }
   [[nodiscard]] bool request_alternative() override { return leg_->request_alternative(); }
   /// Continues with the next goal; false at the last one.
   [[nodiscard]] bool skip() override;

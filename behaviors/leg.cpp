@@ -13,6 +13,7 @@ namespace {
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
+constexpr double kNotSteep = 1.0;     // rad of pitch: beyond, roll and yaw are hardly defined
 constexpr double kStopSeconds = 3.0;  // at full speed: to receive an obstacle, and to stop
 
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
@@ -26,8 +27,13 @@ vehicle::FollowerOptions follower_options(const LegSettings& settings, const Leg
 
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
+// Keeps its roll: to come level it needs room on both sides, and it may have swum on its side
+// because there is none.
 vehicle::Command hold_here(const Pose& X_WB) {
-  return station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
+  vehicle::Command command = station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
+  const Eigen::Vector3d rpy = to_rpy(X_WB.q);
+  if (std::abs(rpy.y()) < kNotSteep) command.o = from_rpy(rpy.x(), 0.0, rpy.z());
+  return command;
 }
 
 }  // namespace
@@ -191,6 +197,7 @@ BehaviorOutput Leg::back_off(const BehaviorInput& input) {
 BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = planning.station;
+  output.brakes = true;
   progress_.distance_to_go_m = (goal_.position_W - input.estimate->X_WB.p).norm();
   progress_.cross_track_m = 0.0;
   progress_.clearance_m = 0.0;
@@ -231,6 +238,7 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
         leg::GoalReached{station_keeping(-goal_.position_W.z(), yaw_of(estimate.X_WB)), input.now});
     return run(input);
   }
+  if (input.obstacle_ahead) return stop_for_obstacle(input);
   const ReplanSignals now = signals(input, certified_m);
   if (status.finished ||
       (now.new_clearance_m && is_cut_off(input, *now.new_clearance_m, certified_m))) {
@@ -244,6 +252,21 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
   if (planner_.is_pending() || recovery_.is_pausing(input.now)) return output;
   const ReplanCause cause = triggers_.update(input.now, now);
   if (cause != ReplanCause::kNone) ask(input, to_string(cause), output);
+  return output;
+}
+
+// The next plan waits until the map has what the scan shows.
+BehaviorOutput Leg::stop_for_obstacle(const BehaviorInput& input) {
+  progress_.path_is_blocked = true;
+  planner_.cancel();
+  const Pose& X_WB = input.estimate->X_WB;
+  const bool may_plan = recovery_.stopped_for_obstacle(X_WB.p, input.now);
+  raise(leg::PathEnded{hold_here(X_WB)});
+  BehaviorOutput output = run(input);
+  if (!may_plan) {
+    progress_.plan_failure = "scans show an obstacle in the way that no plan leads around";
+    output.failed = Failure::kUnreachable;
+  }
   return output;
 }
 
@@ -290,20 +313,9 @@ std::span<const Pose> Leg::rest_of_path() const {
   return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
 }
 
-// The path from the vehicle onwards, over its stopping distance.
-std::vector<Pose> Leg::next_of_path(const Pose& X_WB) const {
-  std::vector<Pose> next = {X_WB};
-  double left = kStopSeconds * settings_.speed;
-  for (const Pose& waypoint : rest_of_path().subspan(1)) {
-    const double length = (waypoint.p - next.back().p).norm();
-    if (length >= left) {
-      next.push_back(interpolate(next.back(), waypoint, left / length));
-      break;
-    }
-    next.push_back(waypoint);
-    left -= length;
-  }
-  return next;
+std::vector<Pose> Leg::way_ahead(const Pose& X_WB, double seconds) const {
+  if (!is_following()) return {};
+  return follower_.way_ahead(X_WB, seconds * settings_.speed);
 }
 
 // Obstacles farther along the path are ignored: they may move, or another path may be found, before
@@ -312,7 +324,8 @@ bool Leg::is_cut_off(const BehaviorInput& input, double rest_m, double certified
   if (rest_m <= 0.0) return true;
   const double least =
       settings_.recovery.back_off.min_clearance * std::min(certified_m, settings_.limits.clearance);
-  return rest_m < least && input.observed->clearance(next_of_path(input.estimate->X_WB)) < least;
+  return rest_m < least &&
+         input.observed->clearance(way_ahead(input.estimate->X_WB, kStopSeconds)) < least;
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {

@@ -1,8 +1,9 @@
 #pragma once
 // One leg: from the vehicle's position to one goal. Plans, follows the path, replans on its
 // triggers while it keeps following, and stays at the goal for the dwell time. Where the path has
-// lost its clearance within the stopping distance, it holds and plans from there. In an unknown
-// environment it backs off along its trail, and observes a goal that it cannot reach.
+// lost its clearance within the stopping distance, or a scan shows an obstacle in the vehicle's
+// way, it holds and plans from there. In an unknown environment it backs off along its trail, and
+// observes a goal that it cannot reach.
 //
 // Its states and transitions: leg_state.h. What is tried next, and how often: recovery.h.
 
@@ -56,6 +57,8 @@ class Leg {
   /// and plans from there. Returns false if it may not back off, or has done so from here too
   /// often.
   [[nodiscard]] bool request_alternative();
+  /// See Behavior::way_ahead().
+  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const;
   /// True while it backs off along the trail, where the vehicle has been.
   [[nodiscard]] bool is_backing_off() const;
 
@@ -69,6 +72,7 @@ class Leg {
   [[nodiscard]] BehaviorOutput plan(leg::Planning& planning, const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(double certified_m, const BehaviorInput& input,
                                       bool is_outdated);
+  [[nodiscard]] BehaviorOutput stop_for_obstacle(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput back_off(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const leg::Dwelling& dwelling, const BehaviorInput& input);
 
@@ -79,7 +83,6 @@ class Leg {
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input, double certified_m);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
-  [[nodiscard]] std::vector<Pose> next_of_path(const Pose& X_WB) const;
   [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double rest_m,
                                 double certified_m) const;
 

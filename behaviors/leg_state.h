@@ -39,7 +39,8 @@ struct PathToGoal {
 struct PathToObserve {
   double certified_m;
 };
-/// The path is cut off, or has ended beside the goal or at the place to observe it from.
+/// The path is cut off, an obstacle is in the way, or it has ended beside the goal or at the place
+/// to observe it from.
 struct PathEnded {
   vehicle::Command station;
 };

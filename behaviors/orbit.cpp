@@ -125,6 +125,11 @@ bool Orbit::needs_free_ahead() const {
   return phase_ == Phase::kSwimming && !leg_->is_backing_off();
 }
 
+std::vector<Pose> Orbit::way_ahead(const Pose& X_WB, double seconds) const {
+  if (phase_ != Phase::kSwimming) return {};
+  return leg_->way_ahead(X_WB, seconds);
+}
+
 bool Orbit::request_alternative() {
   return phase_ == Phase::kSwimming && leg_->request_alternative();
 }

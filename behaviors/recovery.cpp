@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kNearlyThere = 0.3;    // m: within it a place has no meaningful bearing
 constexpr double kApproachStep = 0.25;  // m between the places tried
+constexpr double kSameStop = 1.0;       // m between two stops for one obstacle
+constexpr int kMaxStops = 4;            // for one obstacle
+constexpr double kMapSeconds = 1.2;     // s until the map has what two scans show
 
 // A turn on the spot until the bow points along `direction`.
 std::array<Pose, 2> turn_along(const Eigen::Vector3d& direction, const Pose& X_WB) {
@@ -62,6 +65,15 @@ void LegRecovery::plan_failed(Utime now) {
   ++failures_;
   ++failures_to_approach_;
   pause_until_ = now + from_seconds(options_.retry_s);
+}
+
+bool LegRecovery::stopped_for_obstacle(const Eigen::Vector3d& p_W, Utime now) {
+  pause_until_ = now + from_seconds(kMapSeconds);
+  if ((p_W - stopped_at_W_).norm() > kSameStop) {
+    stops_ = 0;
+    stopped_at_W_ = p_W;
+  }
+  return ++stops_ <= kMaxStops;
 }
 
 void LegRecovery::path_found(bool leads_to_goal) {

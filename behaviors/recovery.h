@@ -22,6 +22,9 @@ class LegRecovery {
 
   // Recovery by another plan after a pause.
   void plan_failed(Utime now);
+  /// Called when a scan has shown an obstacle in the way, which the map may not have yet. False if
+  /// it has stopped for one at about `p_W` too often: no plan leads around it.
+  [[nodiscard]] bool stopped_for_obstacle(const Eigen::Vector3d& p_W, Utime now);
   void path_found(bool leads_to_goal);
   /// Number of failed plans since the last path to the goal.
   [[nodiscard]] int failures() const { return failures_; }
@@ -68,7 +71,9 @@ class LegRecovery {
   int failures_ = 0;
   int failures_to_approach_ = 0;  ///< Failed plans since the goal was last approached.
   bool is_reported_ = false;  ///< True if the goal was reported unreachable since the last path.
-  std::optional<Utime> pause_until_;  ///< Time of the next plan after a failure.
+  std::optional<Utime> pause_until_;  ///< Time of the next plan.
+  int stops_ = 0;                     ///< Stops in a row for an obstacle at about one place.
+  Eigen::Vector3d stopped_at_W_ = Eigen::Vector3d::Zero();
 };
 
 /// Recovery of a retrace whose exit path is blocked: observe it, then plan detours with decreasing

@@ -14,8 +14,10 @@ constexpr double kCaptureRadius = 0.5;
 constexpr double kGraceSeconds = 60.0;  // s added to kSlow times the path's time at full speed
 constexpr double kSlow = 4.0;
 constexpr int kMaxArrivals = 5;  // at places that turn out to have an overhead
-// m to swim into open water, if the trail is that long: less where an obstacle waits at its end
-constexpr std::array<double, 3> kBeyond = {1.0, 0.6, 0.3};
+// m to swim into open water, if the trail is that long; the shorter ones are for an obstacle that
+// waits at its end
+constexpr double kFarthestBeyond = 1.0;
+constexpr std::array<double, 2> kShorterBeyond = {0.6, 0.3};
 constexpr double kClearEnd = 0.4;      // share of D_min to obstacles that appeared, at the end
 constexpr double kAtRest = 0.08;       // m/s
 constexpr double kStopSeconds = 4.0;   // s after which it has stopped, whatever the estimate
@@ -164,16 +166,21 @@ void Retrace::begin_trail(const BehaviorInput& input) {
 
 Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
   const double link = kTrailLinkShare * settings_.limits.clearance;
-  const Trail::Path farthest = trail_.exit_path(p_W, link, kBeyond.front());
-  if (changes_ == nullptr || recovery_.is_patient()) return farthest;
-  for (const double beyond : kBeyond) {
+  Trail::Path farthest = trail_.exit_path(p_W, link, kFarthestBeyond);
+  if (changes_ == nullptr || recovery_.is_patient() || has_clear_end(farthest)) return farthest;
+  for (const double beyond : kShorterBeyond) {
     Trail::Path path = trail_.exit_path(p_W, link, beyond);
-    if (!path.arrives || path.points.size() < 2) continue;
-    const std::vector<Pose> poses = level_poses(path.points);
-    const double clearance = changes_->clearance(std::span(poses).last(2));
-    if (clearance >= kClearEnd * settings_.limits.clearance) return path;
+    if (has_clear_end(path)) return path;
   }
   return farthest;
+}
+
+// A path that does not arrive, or has no length, has no end to be better than another.
+bool Retrace::has_clear_end(const Trail::Path& path) const {
+  if (!path.arrives || path.points.size() < 2) return true;
+  const std::vector<Pose> poses = level_poses(path.points);
+  const double clearance = changes_->clearance(std::span(poses).last(2));
+  return clearance >= kClearEnd * settings_.limits.clearance;
 }
 
 double Retrace::time_allowed_s(double length_m) const {
@@ -189,6 +196,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   if (input.map_changed && input.observed != nullptr && is_blocked(*input.observed)) {
     loss = retrace::Loss::kBlocked;
   }
+  if (input.obstacle_ahead) loss = retrace::Loss::kBlocked;
   if (loss) {
     lose_path(*loss, input);
     return run(input, output);
@@ -200,6 +208,13 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   progress_.cross_track_m = status.cross_track_m;
   progress_.segment = status.segment;
   if (status.finished) arrive(input, output);
+}
+
+std::vector<Pose> Retrace::way_ahead(const Pose& X_WB, double seconds) const {
+  const bool follows = std::holds_alternative<retrace::FollowingTrail>(state_) ||
+                       std::holds_alternative<retrace::FollowingDetour>(state_);
+  if (!follows) return {};
+  return follower_.way_ahead(X_WB, seconds * settings_.speed);
 }
 
 // Arrives if the vehicle comes to rest with open water above; else continues to open water.

@@ -199,4 +199,21 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   return command;
 }
 
+std::vector<Pose> Follower::way_ahead(const Pose& X_WB, double max_m) const {
+  DIVE_DEMAND(has_path());
+  std::vector<Pose> way = {X_WB};
+  double left = max_m;
+  const auto next = static_cast<std::size_t>(std::max(status_.segment, 1));
+  for (const Pose& waypoint : path().subspan(next)) {
+    const double length = (waypoint.p - way.back().p).norm();
+    if (length >= left) {
+      way.push_back(interpolate(way.back(), waypoint, left / length));
+      break;
+    }
+    way.push_back(waypoint);
+    left -= length;
+  }
+  return way;
+}
+
 }  // namespace dive::vehicle

@@ -62,6 +62,9 @@ class Follower {
   [[nodiscard]] Command step(const Pose& X_WB, const Eigen::Vector3d& v_WB_B);
   [[nodiscard]] const FollowerStatus& status() const { return status_; }
   [[nodiscard]] std::span<const Pose> path() const { return waypoints_; }
+  /// The path from X_WB onwards, up to a length of `max_m`: X_WB and the next waypoints, the last
+  /// one interpolated. Demands a path.
+  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double max_m) const;
 
  private:
   /// The line from one waypoint to the next.

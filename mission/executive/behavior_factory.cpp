@@ -20,9 +20,8 @@ constexpr double kUnknownWayOut = 90.0;   // s for which a blocked exit path is 
 constexpr int kUnknownUnreachable = 45;   // failed plans: the obstacle may go away
 constexpr double kOptimisticStale = 3.0;  // s
 constexpr double kJudged = 1.5;           // m: minimum range in which clearances are evaluated
-// m: beyond, a point is too uncertain to tell from the known map
-constexpr double kBesideMap = 5.0;
-constexpr double kBeyond = 1.1;  // m beyond the largest required clearance
+constexpr double kBeyond = 1.1;           // m beyond the largest required clearance
+constexpr double kBesideMap = 5.0;        // m: beyond, a point may belong to the known map
 
 behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy& written) {
   behaviors::ReplanPolicy policy;

@@ -112,6 +112,7 @@ void Executive::Impl::begin_tick(Utime now) {
   situation.now = now;
   situation.mission_now = now - held_for;
   situation.last_command = command;
+  situation.obstacle_ahead = false;
   runner.set_time(situation.mission_now);
 }
 
@@ -146,6 +147,10 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
     monitors.receive_scan(free_ahead->scan_utime);
     behavior.take_free_ahead(free_ahead->scan_utime, free_ahead->free_ahead_m);
   }
+  if (const auto& obstacle = inputs.obstacle_ahead;
+      obstacle && sensing.accept(inputs.now, *obstacle)) {
+    take_obstacle(*obstacle);
+  }
   if (const auto& correction = inputs.pose_correction;
       correction && sensing.accept(inputs.now, *correction)) {
     localization.propose_alignment(correction->correction_W);
@@ -154,6 +159,15 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
     if (auto text = localization.propose(*fix, situation.sensors.depth_is_fresh))
       note(std::move(*text));
   }
+}
+
+void Executive::Impl::take_obstacle(const planning::ObstacleAhead& obstacle) {
+  situation.obstacle_ahead = true;
+  if (situation.now >= stop_until) {
+    note(fmt::format("stops: by the last scan the hull reaches an obstacle in {:.1f} s",
+                     obstacle.time_s));
+  }
+  stop_until = situation.now + kProximityStop;
 }
 
 void Executive::Impl::estimate(const StepInputs& inputs) {
@@ -311,6 +325,7 @@ void Executive::Impl::skip() {
 }
 
 void Executive::Impl::steer() {
+  brakes = mission.unknown.has_value();
   if (!is_held()) {
     held.reset();
     follow_behavior();
@@ -318,10 +333,23 @@ void Executive::Impl::steer() {
     if (!held) held = keep_station();  // plans that arrive meanwhile are kept
     command = *held;
   }
-  if (mission.unknown && situation.sensors.imu_is_fresh && measures_its_speed()) {
+  stop_for_obstacle();
+  if (brakes && situation.sensors.imu_is_fresh && measures_its_speed()) {
     const estimation::StateEstimate& now = situation.estimate;
     behaviors::compensate_drift(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
   }
+}
+
+// Prevents all motion ahead, but neither an ascent nor a way back. The behaviour has been told of
+// the obstacle as well.
+void Executive::Impl::stop_for_obstacle() {
+  if (situation.now >= stop_until || command.v <= 0.0) {
+    stopped.reset();
+    return;
+  }
+  if (!stopped) stopped = keep_station();
+  command = *stopped;
+  brakes = true;
 }
 
 vehicle::Command Executive::Impl::keep_station() const {
@@ -348,6 +376,7 @@ void Executive::Impl::follow_behavior() {
   const bool replan = ladder.rung() == Rung::kReplan;
   const behaviors::BehaviorOutput result = behavior.step(situation, replan, outputs.plan_query);
   command = result.command;
+  brakes |= result.brakes;
   if (result.done) {
     const std::string& id = machine.chart.states[static_cast<std::size_t>(*state)].id;
     runner.dispatch({"done.state." + id, id + " is done"});
@@ -449,6 +478,10 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
 
 Checkpoint Executive::checkpoint() const { return impl_->checkpoint(); }
 const vehicle::ExitPath& Executive::exit_path() const { return impl_->exit_path.path(); }
+std::vector<Pose> Executive::way_ahead(double seconds) const {
+  if (!impl_->situation.estimate.valid || !impl_->behavior.state()) return {};
+  return impl_->behavior.behavior().way_ahead(impl_->situation.estimate.X_WB, seconds);
+}
 const behaviors::Trail& Executive::trail() const { return impl_->overhead_monitor.trail(); }
 ExecutiveResult Executive::result() const { return impl_->result(); }
 

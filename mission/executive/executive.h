@@ -66,6 +66,9 @@ class Executive {
   [[nodiscard]] const behaviors::Trail& trail() const;
   /// How to leave the present place without the executive, after every step.
   [[nodiscard]] const vehicle::ExitPath& exit_path() const;
+  /// The poses that the active behaviour means to take within `seconds`, from the last estimate on;
+  /// empty if it does not follow a path.
+  [[nodiscard]] std::vector<Pose> way_ahead(double seconds) const;
 
  private:
   struct Impl;

@@ -31,6 +31,9 @@ struct Executive::Impl final : private MachineRunner::Observer {
   /// us of commands after which it has given the vehicle back: 0.3 s until it does, 0.3 s until the
   /// vehicle obeys, and some more.
   static constexpr Utime kGiveBack = 1'000'000;
+  /// us of a stop for an obstacle ahead: until the next scan of a slow sensor, and the next but
+  /// one.
+  static constexpr Utime kProximityStop = 1'200'000;
 
   Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
        ExecutiveOptions options_in);
@@ -70,6 +73,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void skip();
   void take_rung(const behaviors::FailsafeLadder::Change& change);
   void follow_behavior();
+  void take_obstacle(const planning::ObstacleAhead& obstacle);
+  void stop_for_obstacle();
   void fail(statechart::StateId state, behaviors::Failure failure);
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
@@ -113,8 +118,11 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Utime started_at = 0;
   Utime last_step = 0;
   Utime given_back_at = 0;  ///< Commands may have no effect before: the supervisor holds.
-  std::optional<vehicle::Command> held;  ///< Command that keeps station during a hold.
+  std::optional<vehicle::Command> held;     ///< Command that keeps station during a hold.
+  Utime stop_until = 0;                     ///< End of the stop for an obstacle ahead.
+  std::optional<vehicle::Command> stopped;  ///< Command that keeps station during that stop.
   vehicle::Command command;
+  bool brakes = false;     ///< True if the command's speed is kept by thrust in either direction.
   int goals_left_out = 0;  ///< Goals reached before a restart.
 };
 

@@ -48,6 +48,7 @@ struct StepInputs {
   /// far.
   planning::ObservedMap observed_map;
   std::optional<planning::FreeAhead> free_ahead;
+  std::optional<planning::ObstacleAhead> obstacle_ahead = {};
   std::optional<planning::PoseCorrection> pose_correction;
   std::optional<MapFix> map_fix = {};
   /// What the cameras' estimator says of one pair of pictures. Each one counts as well.

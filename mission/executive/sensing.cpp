@@ -26,6 +26,10 @@ bool Sensing::accept(Utime now, const planning::FreeAhead& free_ahead) {
   return accept_scan(now, free_ahead, last_free_ahead_);
 }
 
+bool Sensing::accept(Utime now, const planning::ObstacleAhead& obstacle) {
+  return accept_scan(now, obstacle, last_obstacle_);
+}
+
 bool Sensing::accept(Utime now, const planning::PoseCorrection& correction) {
   return accept_scan(now, correction, last_correction_);
 }

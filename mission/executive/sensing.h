@@ -22,6 +22,7 @@ class Sensing {
   /// False for a result of a scan that is not well-formed, not newer than the last accepted one, or
   /// of the future.
   [[nodiscard]] bool accept(Utime now, const planning::FreeAhead& free_ahead);
+  [[nodiscard]] bool accept(Utime now, const planning::ObstacleAhead& obstacle);
   [[nodiscard]] bool accept(Utime now, const planning::PoseCorrection& correction);
   [[nodiscard]] bool accept(Utime now, const MapFix& fix);
 
@@ -36,6 +37,7 @@ class Sensing {
   Utime imu_received_ = 0;
   Utime depth_received_ = 0;
   std::optional<Utime> last_free_ahead_;  ///< Times of the last accepted scans.
+  std::optional<Utime> last_obstacle_;
   std::optional<Utime> last_correction_;
   std::optional<Utime> last_fix_;
   SensorStatus status_;

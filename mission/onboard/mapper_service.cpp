@@ -7,7 +7,6 @@
 #include "mission/onboard/scan_placement.h"
 
 namespace dive::mission {
-
 namespace {
 
 planning::IsKnown is_known(std::shared_ptr<const planning::MapSurface> known) {
@@ -34,8 +33,7 @@ void MapperService::observe(const estimation::StateEstimate& estimate) {
              {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B,
               estimation::horizontal_sigma(estimate), attitude_sigma(estimate)});
   if (!next_ || !worker_.has_finished()) return;
-  auto [scan, asked] = *std::exchange(next_, std::nullopt);
-  launch(std::move(scan), asked);
+  launch(*std::exchange(next_, std::nullopt));
 }
 
 // The nearer of two neighbours in time: there may be a gap between them.
@@ -58,22 +56,24 @@ PlanarTransform MapperService::map_from_odom() const {
   return correction;
 }
 
-void MapperService::submit(RangeScan scan, Utime now) {
+void MapperService::submit(RangeScan scan, Utime now,
+                           const std::optional<planning::ObstacleAhead>& ahead) {
+  Submitted submitted{std::move(scan), now, ahead};
   if (worker_.may_start()) {
-    launch(std::move(scan), now);
+    launch(std::move(submitted));
   } else {
-    next_.emplace(std::move(scan), now);
+    next_ = std::move(submitted);
   }
 }
 
-void MapperService::launch(RangeScan scan, Utime now) {
+void MapperService::launch(Submitted submitted) {
   worker_.collect();
-  const std::optional<Motion> motion = motion_at(scan.utime);
+  const std::optional<Motion> motion = motion_at(submitted.scan.utime);
   if (!motion) return;
   const planning::ScanPose pose{map_from_odom() * motion->X_OB, motion->v_W,
-                                motion->position_sigma_m, motion->attitude_sigma};
-  worker_.start(now + latency_,
-                [this, scan = std::move(scan), pose] { return mapper_.add(scan, pose); });
+                                motion->position_sigma_m, motion->attitude_sigma, submitted.ahead};
+  worker_.start(submitted.at + latency_,
+                [this, scan = std::move(submitted.scan), pose] { return mapper_.add(scan, pose); });
 }
 
 std::optional<planning::ScanResult> MapperService::poll(Utime now) {

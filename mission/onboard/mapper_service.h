@@ -30,8 +30,10 @@ class MapperService {
   void observe(const estimation::StateEstimate& estimate);
 
   /// Submits a scan. With OnLate::kPoll it waits for the worker; of the waiting scans only the
-  /// newest is kept. A scan without an estimate at its time is dropped.
-  void submit(RangeScan scan, Utime now);
+  /// newest is kept. A scan without an estimate at its time is dropped. `ahead`: obstacle that the
+  /// scan shows in the vehicle's way.
+  void submit(RangeScan scan, Utime now,
+              const std::optional<planning::ObstacleAhead>& ahead = std::nullopt);
 
   /// The next result once it is due. No result is skipped: the obstacles of each are changes since
   /// the last one.
@@ -53,14 +55,19 @@ class MapperService {
 
   [[nodiscard]] std::optional<Motion> motion_at(Utime utime) const;
   [[nodiscard]] PlanarTransform map_from_odom() const;
-  void launch(RangeScan scan, Utime now);
+  struct Submitted {
+    RangeScan scan;
+    Utime at = 0;
+    std::optional<planning::ObstacleAhead> ahead;
+  };
+  void launch(Submitted submitted);
 
   SteadyClock clock_;
   planning::Mapper mapper_;
   Utime latency_;
   TimedBuffer<Motion, kPast> past_;
   PlanarTransform map_from_odom_;  ///< Correction in the newest published pose.
-  std::optional<std::pair<RangeScan, Utime>> next_;
+  std::optional<Submitted> next_;
   DelayedWorker<std::optional<planning::ScanResult>> worker_;
 };
 

@@ -1,5 +1,6 @@
 #include "mission/onboard/onboard_dive.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -22,6 +23,7 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
       world_(known_world(mission, world)),
       model_(model),
       settings_(settings),
+      swept_hull_(model.hull),
       planner_(world_, model.hull, planner_options(mission, settings.planner),
                settings.planner_latency_ticks * kControlPeriod, late) {
   planning::MapperOptions mapping = mapper_options(mission, settings.mapper);
@@ -29,9 +31,12 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
     DIVE_DEMAND(vision.has_value());
     make_vision(world, *vision, mapping, late);
   }
+  const bool maps = mapping_sensor(mission) != MappingSensor::kNone;
   std::shared_ptr<const planning::MapSurface> known;
-  if (!mission.unknown) known = std::make_shared<const planning::MapSurface>(world_);
-  if (mapping_sensor(mission) != MappingSensor::kNone) {
+  if (!mission.unknown && (maps || uses_map_fixes(mission))) {
+    known = std::make_shared<const planning::MapSurface>(world_);
+  }
+  if (maps) {
     mapper_.emplace(model.hull, mapping, known, settings.mapper_latency_ticks * kControlPeriod,
                     late);
   }
@@ -105,6 +110,7 @@ void OnboardDive::ask_services(StepInputs& inputs) {
   if (mapper_) take_scan_result(inputs);
   if (matcher_) inputs.map_fix = matcher_->poll(inputs.now);
   if (vision_) inputs.vision = vision_->poll(inputs.now);
+  inputs.obstacle_ahead = std::exchange(obstacle_ahead_, std::nullopt);
 }
 
 void OnboardDive::take_scan_result(StepInputs& inputs) {
@@ -124,9 +130,10 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
   if (matcher_) matcher_->observe(outputs.estimate);
   std::optional<RangeScan> scan;
   if (uses_range_camera(mission_)) scan = port.take_scan();
+  if (scan) watch_the_way(*scan, outputs.estimate);
   if (scan && matcher_) matcher_->submit(*scan, inputs.now);
   if (scan && mapping_sensor(mission_) == MappingSensor::kRangeCamera) {
-    mapper_->submit(std::move(*scan), inputs.now);
+    mapper_->submit(std::move(*scan), inputs.now, obstacle_ahead_);
   }
   if (mapper_ && vision_) {
     if (auto stereo = vision_->take_scan()) mapper_->submit(std::move(*stereo), inputs.now);
@@ -139,6 +146,15 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
     vision_->submit(std::move(left), std::move(right), inputs.now);
   }
   if (outputs.plan_query) planner_.submit(*outputs.plan_query, inputs.now);
+}
+
+// A frozen sensor repeats what was ahead once.
+void OnboardDive::watch_the_way(const RangeScan& scan, const estimation::StateEstimate& estimate) {
+  if (!estimate.valid || scan_check_.check(scan) != planning::ScanProblem::kNone) return;
+  const std::vector<Pose> way_W = executive_->way_ahead(planning::SweptHull::kHorizon);
+  // At its full speed, so that it does not set off towards what it has stopped for.
+  const double speed = std::max(mission_.speed.value, estimate.v_WB_B.norm());
+  obstacle_ahead_ = swept_hull_.first_obstacle(scan, way_W, speed);
 }
 
 void OnboardDive::report(const StepOutputs& outputs, Utime now) {

@@ -17,6 +17,8 @@
 #include "mission/onboard/settings.h"
 #include "mission/onboard/vehicle_port.h"
 #include "mission/onboard/vision_service.h"
+#include "planning/mapping/scan_check.h"
+#include "planning/mapping/swept_hull.h"
 #include "planning/world/observed_map.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
@@ -57,12 +59,16 @@ class OnboardDive {
   void ask_services(StepInputs& inputs);
   void take_scan_result(StepInputs& inputs);
   void feed_services(VehiclePort& port, const StepInputs& inputs, const StepOutputs& outputs);
+  void watch_the_way(const RangeScan& scan, const estimation::StateEstimate& estimate);
   void report(const StepOutputs& outputs, Utime now);
 
   const Mission& mission_;
   const planning::World world_;  ///< The known map; empty in an unknown environment.
   const vehicle::Model& model_;
   const OnboardSettings settings_;
+  planning::SweptHull swept_hull_;
+  planning::ScanCheck scan_check_;
+  std::optional<planning::ObstacleAhead> obstacle_ahead_;  ///< In the last scan.
   PlannerService planner_;
   std::optional<VisionService> vision_;     ///< Present with the visual-inertial estimator.
   std::optional<MapperService> mapper_;     ///< Present with a mapping sensor.

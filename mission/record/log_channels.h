@@ -17,6 +17,7 @@ enum class Channel {
   kOperator,
   kObstacles,  ///< Once for each source.
   kFreeAhead,
+  kObstacleAhead,
   kPoseCorrection,
   kMapFix,
   kVision,
@@ -33,15 +34,29 @@ enum class Channel {
   kTick,   ///< End of the tick.
 };
 
-inline constexpr std::array<std::string_view, 22> kChannelNames = {
-    "DIVE_HEADER",       "DIVE_IN_AHRS",        "DIVE_IN_DEPTH",
-    "DIVE_IN_HEALTH",    "DIVE_IN_PLAN",        "DIVE_IN_OPERATOR",
-    "DIVE_IN_OBSTACLES", "DIVE_IN_FREE_AHEAD",  "DIVE_IN_POSE_CORRECTION",
-    "DIVE_IN_MAP_FIX",   "DIVE_IN_VISION",      "DIVE_IN_LOSS",
-    "DIVE_OUT_COMMAND",  "DIVE_OUT_RATES",      "DIVE_OUT_ESTIMATE",
-    "DIVE_OUT_STATUS",   "DIVE_OUT_PLAN_QUERY", "DIVE_OUT_TRANSITION",
-    "DIVE_OUT_FAILSAFE", "DIVE_OUT_ACTION",     "DIVE_TRUTH",
-    "DIVE_TICK"};
+inline constexpr std::array<std::string_view, 23> kChannelNames = {"DIVE_HEADER",
+                                                                   "DIVE_IN_AHRS",
+                                                                   "DIVE_IN_DEPTH",
+                                                                   "DIVE_IN_HEALTH",
+                                                                   "DIVE_IN_PLAN",
+                                                                   "DIVE_IN_OPERATOR",
+                                                                   "DIVE_IN_OBSTACLES",
+                                                                   "DIVE_IN_FREE_AHEAD",
+                                                                   "DIVE_IN_OBSTACLE_AHEAD",
+                                                                   "DIVE_IN_POSE_CORRECTION",
+                                                                   "DIVE_IN_MAP_FIX",
+                                                                   "DIVE_IN_VISION",
+                                                                   "DIVE_IN_LOSS",
+                                                                   "DIVE_OUT_COMMAND",
+                                                                   "DIVE_OUT_RATES",
+                                                                   "DIVE_OUT_ESTIMATE",
+                                                                   "DIVE_OUT_STATUS",
+                                                                   "DIVE_OUT_PLAN_QUERY",
+                                                                   "DIVE_OUT_TRANSITION",
+                                                                   "DIVE_OUT_FAILSAFE",
+                                                                   "DIVE_OUT_ACTION",
+                                                                   "DIVE_TRUTH",
+                                                                   "DIVE_TICK"};
 
 [[nodiscard]] constexpr std::string_view to_string(Channel channel) {
   return kChannelNames[static_cast<std::size_t>(channel)];

@@ -4,6 +4,7 @@
 #include <dive/free_ahead_t.hpp>
 #include <dive/header_t.hpp>
 #include <dive/map_fix_t.hpp>
+#include <dive/obstacle_ahead_t.hpp>
 #include <dive/obstacle_update_t.hpp>
 #include <dive/operator_t.hpp>
 #include <dive/plan_reply_t.hpp>
@@ -33,6 +34,7 @@ constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdat
                               array(sizeof(double) + 4, planning::kMaxUpdatePieces),
                               array(sizeof(double), 3 * kMaxUpdateVertices)};
 constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
+constexpr Run kObstacleAhead[] = {bytes(8 + 8 + 4 * sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
 constexpr Run kMapFix[] = {
     bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double))};
@@ -209,6 +211,23 @@ bool decode(PacketView packet, planning::FreeAhead& free_ahead) {
   const auto m = unpack<free_ahead_t>(packet, kFreeAhead);
   if (!m) return false;
   free_ahead = {m->scan_utime, m->free_ahead};
+  return true;
+}
+
+bool encode(Utime now, const planning::ObstacleAhead& obstacle, Packet& packet) {
+  const auto& [scan_utime, time_s, p_B] = obstacle;
+  obstacle_ahead_t m;
+  m.utime = now;
+  m.scan_utime = scan_utime;
+  m.time = time_s;
+  for (int i = 0; i < 3; ++i) m.position[i] = p_B[i];
+  return pack(m, kObstacleAhead, packet);
+}
+
+bool decode(PacketView packet, planning::ObstacleAhead& obstacle) {
+  const auto m = unpack<obstacle_ahead_t>(packet, kObstacleAhead);
+  if (!m) return false;
+  obstacle = {m->scan_utime, m->time, {m->position[0], m->position[1], m->position[2]}};
   return true;
 }
 

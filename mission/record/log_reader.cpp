@@ -65,6 +65,8 @@ class TickBuilder {
         return decode(event.data, in.obstacles.emplace_back());
       case Channel::kFreeAhead:
         return decode(event.data, in.free_ahead.emplace());
+      case Channel::kObstacleAhead:
+        return decode(event.data, in.obstacle_ahead.emplace());
       case Channel::kPoseCorrection:
         return decode(event.data, in.pose_correction.emplace());
       case Channel::kMapFix:

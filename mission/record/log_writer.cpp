@@ -86,7 +86,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   log.events = 0;
   log.is_whole = true;
   const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map, free_ahead,
-               pose_correction, map_fix, vision, loss] = inputs;
+               obstacle_ahead, pose_correction, map_fix, vision, loss] = inputs;
   static_cast<void>(observed_map);  // replay makes it from the obstacles
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
@@ -97,6 +97,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (operator_command) log.put(Channel::kOperator, now, now, *operator_command);
   for (const auto& update : obstacles) log.put(Channel::kObstacles, now, now, update);
   if (free_ahead) log.put(Channel::kFreeAhead, now, now, *free_ahead);
+  if (obstacle_ahead) log.put(Channel::kObstacleAhead, now, now, *obstacle_ahead);
   if (pose_correction) log.put(Channel::kPoseCorrection, now, now, *pose_correction);
   if (map_fix) log.put(Channel::kMapFix, now, now, *map_fix);
   if (vision) log.put(Channel::kVision, now, now, *vision);

@@ -94,6 +94,7 @@ void FaultInjector::drop_scans(StepInputs& inputs) {
     return update.source == planning::ObstacleSource::kMapper;
   });
   inputs.free_ahead.reset();
+  inputs.obstacle_ahead.reset();
   inputs.pose_correction.reset();
   inputs.map_fix.reset();
 }

@@ -18,9 +18,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kAligned = 1500;  // points of a scan that are compared with the map
-constexpr int kUnknownNeighbours = 2;   // of a point that the known map lacks
-constexpr double kSigmas = 3.0;         // of a point's position, within which it is a known one
+constexpr std::size_t kAligned = 1500;   // points of a scan that are compared with the map
+constexpr int kUnknownNeighbours = 2;    // of a point that the known map lacks
+constexpr float kAroundObstacle = 0.5F;  // m from the first point in the vehicle's way
+constexpr std::size_t kMaxDisputed = 64;
+constexpr double kSigmas = 3.0;  // of a point's position, within which it is a known one
 
 }  // namespace
 
@@ -58,40 +60,58 @@ struct Mapper::Impl {
     return points;
   }
 
+  struct PlacedPoint {
+    std::size_t index = 0;  ///< In the scan.
+    Vector3f p_W;
+  };
+
   // The points that are neither lone, nor marine snow, nor part of the known map.
-  std::vector<bool> points_to_map(const RangeScan& scan, const RangeImage& image,
-                                  const ScanPose& pose) const {
+  [[nodiscard]] std::vector<PlacedPoint> points_to_map(const RangeScan& scan,
+                                                       const RangeImage& image,
+                                                       const ScanPose& pose) const {
     const Eigen::Matrix3f R_WB = pose.X_WB.q.toRotationMatrix().cast<float>();
     const Vector3f p_WB = pose.X_WB.p.cast<float>();
-    std::vector<bool> marked(scan.points_B.size(), false);
+    std::vector<PlacedPoint> points;
     for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
       const float range = image.range(i);
       if (!is_usable(range, scan)) continue;
       const bool may_be_snow = range < static_cast<float>(options.snow_range_m);
       const int least = may_be_snow ? options.min_snow_neighbours : options.min_neighbours;
       if (image.neighbours(i) < least) continue;
-      marked[i] = !is_known || !is_known(R_WB * scan.points_B[i] + p_WB, tolerance(pose, range));
+      const Vector3f p_W = R_WB * scan.points_B[i] + p_WB;
+      if (!is_known || is_disputed(p_W) || !is_known(p_W, tolerance(pose, range)))
+        points.push_back({i, p_W});
     }
-    if (!is_known) return marked;
-    // Of thousands of known points some lie beyond their three sigmas, each by itself.
-    std::vector<bool> kept = marked;
-    for (std::size_t i = 0; i < marked.size(); ++i) {
-      if (marked[i]) kept[i] = image.marked_neighbours(scan, i, marked) >= kUnknownNeighbours;
-    }
-    return kept;
+    if (is_known) leave_out_lone(scan, image, points);
+    return points;
+  }
+
+  // True where the known map was wrong.
+  [[nodiscard]] bool is_disputed(const Vector3f& p_W) const {
+    return std::ranges::any_of(disputed_W, [&](const Vector3f& place_W) {
+      return (p_W - place_W).squaredNorm() < kAroundObstacle * kAroundObstacle;
+    });
+  }
+
+  void dispute(const Vector3f& place_W) {
+    if (disputed_W.size() == kMaxDisputed) disputed_W.erase(disputed_W.begin());
+    disputed_W.push_back(place_W);
+  }
+
+  // Of thousands of known points some lie beyond their three sigmas, each by itself.
+  static void leave_out_lone(const RangeScan& scan, const RangeImage& image,
+                             std::vector<PlacedPoint>& points) {
+    std::vector<bool> marked(scan.points_B.size(), false);
+    for (const PlacedPoint& point : points) marked[point.index] = true;
+    std::erase_if(points, [&](const PlacedPoint& point) {
+      return image.marked_neighbours(scan, point.index, marked) < kUnknownNeighbours;
+    });
   }
 
   int add_points(const RangeScan& scan, const RangeImage& image, const ScanPose& pose) {
-    const Eigen::Matrix3f R_WB = pose.X_WB.q.toRotationMatrix().cast<float>();
-    const Vector3f p_WB = pose.X_WB.p.cast<float>();
-    const std::vector<bool> marked = points_to_map(scan, image, pose);
-    int added = 0;
-    for (std::size_t i = 0; i < marked.size(); ++i) {
-      if (!marked[i]) continue;
-      map.observe(R_WB * scan.points_B[i] + p_WB, options.noise(image.range(i)));
-      ++added;
-    }
-    return added;
+    const std::vector<PlacedPoint> points = points_to_map(scan, image, pose);
+    for (const auto& [index, p_W] : points) map.observe(p_W, options.noise(image.range(index)));
+    return static_cast<int>(points.size());
   }
 
   // m from a known surface within which a point belongs to it.
@@ -134,6 +154,7 @@ struct Mapper::Impl {
       X_WB.p.head<2>() += correction_W.cast<double>();
       image.move(X_WB);
       sensor_origin_W = image.origin_W();
+      if (is_known && pose.ahead) dispute((X_WB * pose.ahead->p_B).cast<float>());
       stats.taken = add_points(scan, image, pose);
       map.remove_passed(image);
       observed.add(std::move(image));
@@ -163,6 +184,7 @@ struct Mapper::Impl {
   SurfaceBuilder surfaces;
   ObservedSpace observed;
   ScanCheck check;
+  std::vector<Vector3f> disputed_W;  ///< Places of obstacles in the vehicle's way, m.
   Vector3f sensor_origin_W = Vector3f::Zero();
   ScanProblem problem = ScanProblem::kNone;
   MapperStats stats;

@@ -52,6 +52,9 @@ struct ScanPose {
   // One sigma, for mapping beside a known map:
   double position_sigma_m = 0.0;
   double attitude_sigma = 0.0;  ///< rad, about the worst axis
+  /// An obstacle in the vehicle's way. From then on what is there is mapped even where the known
+  /// map has a surface: the vehicle is not where it should be, or the surface is not.
+  std::optional<ObstacleAhead> ahead = {};
 };
 
 /// True if a known surface lies within `tolerance` (m) of p_W.

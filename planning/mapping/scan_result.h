@@ -1,5 +1,5 @@
 #pragma once
-// What the mapper computes from one scan: three results for three users.
+// What is computed from one scan beside a fix: each result for one user.
 
 #include <optional>
 
@@ -18,6 +18,13 @@ struct FreeAhead {
   double free_ahead_m = 0.0;
 };
 
+/// For the proximity stop: the first obstacle in the vehicle's way if it moves on as it does now.
+struct ObstacleAhead {
+  Utime scan_utime = 0;
+  double time_s = 0.0;                            ///< Time until the hull reaches it, s.
+  Eigen::Vector3d p_B = Eigen::Vector3d::Zero();  ///< Its first point, at the time of the scan, m.
+};
+
 /// For localisation. No fix in W: it keeps the vehicle and its own map together.
 struct PoseCorrection {
   Utime scan_utime = 0;
@@ -29,6 +36,7 @@ inline constexpr double kMaxCorrection = 1.0;  ///< m, by one scan.
 
 /// True if its numbers are finite and the correction is at most kMaxCorrection.
 [[nodiscard]] bool is_well_formed(const FreeAhead& free_ahead);
+[[nodiscard]] bool is_well_formed(const ObstacleAhead& obstacle);
 [[nodiscard]] bool is_well_formed(const PoseCorrection& correction);
 
 struct ScanResult {

@@ -300,6 +300,67 @@ TEST(Leg, StopsBeforeWhereItsPathHasLostItsClearance) {
   EXPECT_TRUE(output.done);
 }
 
+// The map has the obstacle a scan or two later.
+TEST(Leg, StopsForAnObstacleInItsWayAndPlansAgainOnceTheMapMayHaveIt) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+  BehaviorInput scanned = vehicle.input(nullptr);
+  scanned.obstacle_ahead = true;
+  BehaviorOutput output = leg.step(scanned);
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_FALSE(output.plan_request);
+  EXPECT_TRUE(leg.progress().path_is_blocked);
+  const double stopped_at = vehicle.seconds();
+  while (!output.plan_request && vehicle.seconds() < 20.0) {
+    output = vehicle.tick(leg);
+    EXPECT_EQ(output.command.v, 0.0);
+  }
+  EXPECT_NEAR(vehicle.seconds() - stopped_at, 1.2, 0.05);
+  EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+  EXPECT_FALSE(leg.progress().path_is_blocked);
+}
+
+TEST(Leg, GivesUpIfNoPlanLeadsAroundAnObstacleInItsWay) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  int stops = 0;
+  Failure failed = Failure::kNone;
+  while (failed == Failure::kNone && stops < 20) {
+    while (!vehicle.tick(leg).plan_request) {
+    }
+    EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+    BehaviorInput scanned = vehicle.input(nullptr);
+    scanned.obstacle_ahead = true;
+    failed = leg.step(scanned).failed;
+    ++stops;
+  }
+  EXPECT_EQ(failed, Failure::kUnreachable);
+  EXPECT_EQ(stops, 5);
+  EXPECT_EQ(leg.progress().plan_failure,
+            "scans show an obstacle in the way that no plan leads around");
+}
+
+// Come level it would hit what it passes on its side.
+TEST(Leg, StopsOnItsSideIfItSwamSo) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  for (Pose& pose : path) pose.q = from_rpy(1.2, 0.0, 0.0);
+  const planning::PlanResult answer = success(path);
+  vehicle.tick(leg, &answer);
+  for (int i = 0; i < 100; ++i) vehicle.tick(leg);
+  BehaviorInput scanned = vehicle.input(nullptr);
+  scanned.obstacle_ahead = true;
+  EXPECT_NEAR(to_rpy(leg.step(scanned).command.o).x(), 1.2, 0.1);
+}
+
 TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});

@@ -270,6 +270,31 @@ TEST_F(RetraceTest, FollowsTheTrailOutAndAMetreOn) {
   EXPECT_EQ(retrace.progress().segment, 23);
 }
 
+// An obstacle that appeared in open water waits at the end of its way.
+TEST_F(RetraceTest, EndsItsWayShortOfAnObstacleInOpenWaterIfThatIsEnough) {
+  const auto length_m = [&](double obstacle_x) {
+    evaluator_.at = [=](const Eigen::Vector3d& p_W) { return p_W.x() < obstacle_x ? 0.2 : 2.0; };
+    Retrace retrace = with_map();
+    EXPECT_FALSE(tick(retrace).plan_request);
+    return retrace.progress().distance_to_go_m;
+  };
+  EXPECT_NEAR(length_m(-1.6), 11.5, 1e-9);
+  EXPECT_NEAR(length_m(-1.3), 11.0, 1e-9) << "at the breadcrumb before";
+  EXPECT_NEAR(length_m(-0.6), 11.5, 1e-9) << "where none is clear, the farthest";
+}
+
+TEST_F(RetraceTest, PlansAroundWhatAScanShowsInItsWay) {
+  Retrace retrace = with_map();
+  EXPECT_GT(tick(retrace).command.v, 0.0);
+  now_ += from_seconds(kTick);
+  BehaviorInput scanned = input();
+  scanned.obstacle_ahead = true;
+  const BehaviorOutput output = retrace.step(scanned);
+  EXPECT_EQ(output.command.v, 0.0);
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_STREQ(output.plan_cause, "the trail is blocked");
+}
+
 // There and back, side by side: what is nearer than 80 % of D_min may be linked.
 TEST_F(RetraceTest, LeavesOutWhatLiesBetweenNearPartsOfTheTrail) {
   for (const double beside : {0.47, 0.49}) {

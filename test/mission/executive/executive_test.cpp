@@ -105,6 +105,7 @@ class ExecutiveTest : public ::testing::Test {
           {planning::ObstacleSource::kScript, now_, std::exchange(appears_, {})});
     }
     inputs.loss = std::exchange(loss_, std::nullopt);
+    inputs.obstacle_ahead = std::exchange(ahead_, std::nullopt);
     if (depth_speaks_) inputs.depth = DepthSample{now_, depth_ + noise_};
     inputs.health = HealthSample{now_, battery_, 20.0, leak_};
     inputs.plan = plan;
@@ -168,6 +169,7 @@ class ExecutiveTest : public ::testing::Test {
   bool depth_speaks_ = true;
   std::optional<OperatorCommand> says_;
   std::optional<RecordingLoss> loss_;
+  std::optional<planning::ObstacleAhead> ahead_;
   std::vector<planning::MapCell> appears_;
   planning::ObservedMap map_;
 };
@@ -593,9 +595,9 @@ TEST_F(ExecutiveTest, SomethingInThePathIsSeenAndPlannedAround) {
   const StepOutputs outputs = tick();
   ASSERT_TRUE(query_);
   EXPECT_EQ(query_->cause, "there is no path");
-  EXPECT_EQ(outputs.command.v, 0.0) << "what leads into it is not followed";
+  EXPECT_LE(outputs.command.v, 0.0) << "what leads into it is not followed";
   const PlanReply through = straight_plan();  // planned before it was observed
-  EXPECT_EQ(run(1.5, through).command.v, 0.0) << "and not taken";
+  EXPECT_LE(run(1.5, through).command.v, 0.0) << "and not taken";
 }
 
 // Raised once for each path: not for an obstacle beside it, nor again for the same path.
@@ -618,6 +620,39 @@ TEST_F(ExecutiveTest, AnObstacleInThePathIsAnEventAndOneBesideItIsNot) {
   appears_ = {{-3, {cube_at({4, -0.9, -3})}}};
   run(1.0);
   EXPECT_EQ(events(), 1) << "the same path is still followed";
+}
+
+TEST_F(ExecutiveTest, StopsForAnObstacleThatAScanShowsInItsWay) {
+  tick();
+  EXPECT_GT(run(3.0, straight_plan()).command.v, 0.3);
+  query_.reset();
+  actions_.clear();
+  ahead_ = planning::ObstacleAhead{now_, 0.9, {0.7, 0.0, 0.0}};
+  const StepOutputs outputs = tick();
+  EXPECT_LE(outputs.command.v, 0.0) << "it brakes";
+  EXPECT_FALSE(outputs.plan_query) << "the map does not have it yet";
+  ASSERT_EQ(actions_.size(), 1u);
+  EXPECT_THAT(actions_.front().text, HasSubstr("reaches an obstacle in 0.9 s"));
+  for (int i = 0; i < 55; ++i) EXPECT_LE(tick().command.v, 0.0);
+  run(0.5);
+  ASSERT_TRUE(query_);
+  EXPECT_GT(run(3.0, straight_plan()).command.v, 0.3) << "nothing is in the way any more";
+}
+
+TEST_F(ExecutiveTest, AnObstacleOfAnOldScanOrOfNoPlaceIsIgnored) {
+  tick();
+  run(1.0, straight_plan());
+  ahead_ = planning::ObstacleAhead{now_ + from_seconds(100), 0.9, {0.7, 0.0, 0.0}};
+  EXPECT_GT(tick().command.v, 0.3) << "of the future";
+  ahead_ = planning::ObstacleAhead{now_, 0.9, {std::nan(""), 0.0, 0.0}};
+  EXPECT_GT(tick().command.v, 0.3);
+  const Utime seen = now_;
+  ahead_ = planning::ObstacleAhead{seen, 0.9, {0.7, 0.0, 0.0}};
+  EXPECT_LE(tick().command.v, 0.0);
+  run(2.0);
+  EXPECT_GT(run(3.0, straight_plan()).command.v, 0.3);
+  ahead_ = planning::ObstacleAhead{seen, 0.9, {0.7, 0.0, 0.0}};
+  EXPECT_GT(tick().command.v, 0.3) << "once is enough";
 }
 
 TEST_F(ExecutiveTest, AnUpdateOfTheFutureOrTwiceTheSameChangesNothing) {

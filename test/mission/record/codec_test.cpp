@@ -64,6 +64,7 @@ std::vector<Kind> kinds() {
           kind("operator", OperatorCommand::kPause, now),
           kind("obstacles", update, now),
           kind("free ahead", planning::FreeAhead{3, 2.5}, now),
+          kind("obstacle ahead", planning::ObstacleAhead{3, 1.2, {0.6, 0.1, -0.05}}, now),
           kind("pose correction", planning::PoseCorrection{3, {0.1, -0.2}}, now),
           kind("map fix", MapFix{}, now),
           kind("vision", estimation::VisionEstimate{}, now)};

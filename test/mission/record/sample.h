@@ -128,6 +128,11 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_FREE_AHEAD.scan_utime", in.free_ahead->scan_utime);
     f("DIVE_IN_FREE_AHEAD.free_ahead_m", in.free_ahead->free_ahead_m);
   }
+  if (in.obstacle_ahead) {
+    f("DIVE_IN_OBSTACLE_AHEAD.scan_utime", in.obstacle_ahead->scan_utime);
+    f("DIVE_IN_OBSTACLE_AHEAD.time_s", in.obstacle_ahead->time_s);
+    each("DIVE_IN_OBSTACLE_AHEAD.p_B", in.obstacle_ahead->p_B, f);
+  }
   if (in.pose_correction) {
     f("DIVE_IN_POSE_CORRECTION.scan_utime", in.pose_correction->scan_utime);
     f("DIVE_IN_POSE_CORRECTION.x", in.pose_correction->correction_W.x());
@@ -289,6 +294,7 @@ class SampleMaker {
       }
     }
     if (chance()) tick.inputs.free_ahead.emplace();
+    if (chance()) tick.inputs.obstacle_ahead.emplace();
     if (chance()) tick.inputs.loss.emplace();
     if (chance()) tick.inputs.pose_correction.emplace();
     if (chance()) tick.inputs.map_fix.emplace();

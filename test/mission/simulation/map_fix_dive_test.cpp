@@ -1,6 +1,7 @@
 // Dives among obstacles with errors that dead reckoning cannot see: the scans of the range camera
 // and the map have to mend them.
 
+#include <algorithm>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -107,7 +108,25 @@ TEST(MapFixDive, AnObjectThatTheMapLacksIsObservedAndAvoided) {
   }
   loaded.mission.mapping_sensor = {MappingSensor::kNone, {}};
   settings.seed = 1;
-  EXPECT_FALSE(dive(loaded, settings).result.collisions.empty()) << "the block is on the way";
+  const DiveResult blind = dive(loaded, settings).result;
+  EXPECT_TRUE(std::ranges::any_of(blind.transitions, [](const TimedTransition& transition) {
+    return transition.record.event == "plan.failed.swim";
+  })) << "the block is on the way";
+}
+
+// Nothing maps it, so that all plans lead through it.
+TEST(MapFixDive, StopsBeforeWhatNeitherMapNorMapperHas) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  Loaded loaded = load("pool3");
+  loaded.mission.mapping_sensor = {MappingSensor::kNone, {}};
+  DiveSettings settings;
+  settings.unmapped.push_back({"block",
+                               planning::Box{{0.3, 0.6, 0.6}},
+                               {{6.0, 0.0, -1.5}, Eigen::Quaterniond::Identity()}});
+  for (settings.seed = 1; settings.seed <= 4; ++settings.seed) {
+    const DiveResult result = dive(loaded, settings).result;
+    EXPECT_TRUE(result.collisions.empty()) << settings.seed << ": " << result.cause;
+  }
 }
 
 TEST(MapFixDive, EqualSettingsGiveEqualFixes) {

@@ -412,6 +412,30 @@ TEST(MapperTest, BesideAKnownMapItMapsOnlyWhatThatLacks) {
   }
 }
 
+TEST(MapperTest, MapsAKnownSurfaceThatIsInTheVehiclesWay) {
+  const Surface wall = box({1.0, -10.0, -10.0}, {1.5, 10.0, 10.0});
+  Eye eye(wall, 1e-5);
+  const auto is_wall = [](const Vector3f& p_W, double tolerance) {
+    return std::abs(static_cast<double>(p_W.x()) - 1.0) <= tolerance;
+  };
+  SteadyClock clock;
+  Mapper mapper(vehicle(), {}, clock, is_wall);
+  ObservedMap map;
+  const auto look = [&](const std::optional<ObstacleAhead>& ahead) {
+    ScanPose pose{Pose{}, Vector3d::Zero(), 0.0, deg_to_rad(0.5)};
+    pose.ahead = ahead;
+    const auto result = mapper.add(eye.look(Pose{}), pose);
+    ASSERT_TRUE(result);
+    EXPECT_TRUE(map.apply(result->obstacles));
+  };
+  for (int scan = 0; scan < 3; ++scan) look(std::nullopt);
+  EXPECT_EQ(map.pieces(), 0u);
+  look(ObstacleAhead{0, 1.0, {1.0, 0.0, 0.0}});
+  for (int scan = 0; scan < 3; ++scan) look(std::nullopt);  // the vehicle has stopped
+  EXPECT_LT(to_map({1.0, 0.0, 0.0}, map), 0.05);
+  EXPECT_GT(to_map({1.0, 1.5, 0.0}, map), 0.5) << "elsewhere it is still the known wall";
+}
+
 TEST(MapperTest, RejectsWhatNoWorkingSensorSends) {
   Dive dive(kPlate);
   const RangeScan scan = dive.eye.look(kHere);
