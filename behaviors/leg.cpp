@@ -27,10 +27,14 @@ vehicle::FollowerOptions follower_options(const LegSettings& settings, const Leg
 
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
+vehicle::Command hold_here(const Pose& X_WB) {
+  return station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
+}
+
 // Keeps its roll: to come level it needs room on both sides, and it may have swum on its side
 // because there is none.
-vehicle::Command hold_here(const Pose& X_WB) {
-  vehicle::Command command = station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
+vehicle::Command stop_here(const Pose& X_WB) {
+  vehicle::Command command = hold_here(X_WB);
   const Eigen::Vector3d rpy = to_rpy(X_WB.q);
   if (std::abs(rpy.y()) < kNotSteep) command.o = from_rpy(rpy.x(), 0.0, rpy.z());
   return command;
@@ -197,7 +201,7 @@ BehaviorOutput Leg::back_off(const BehaviorInput& input) {
 BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = planning.station;
-  output.brakes = true;
+  output.brakes = planning.brakes;
   progress_.distance_to_go_m = (goal_.position_W - input.estimate->X_WB.p).norm();
   progress_.cross_track_m = 0.0;
   progress_.clearance_m = 0.0;
@@ -242,7 +246,7 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
   const ReplanSignals now = signals(input, certified_m);
   if (status.finished ||
       (now.new_clearance_m && is_cut_off(input, *now.new_clearance_m, certified_m))) {
-    raise(leg::PathEnded{hold_here(estimate.X_WB)});
+    raise(leg::PathEnded{stop_here(estimate.X_WB)});
     return run(input);
   }
   if (is_outdated) {
@@ -261,7 +265,7 @@ BehaviorOutput Leg::stop_for_obstacle(const BehaviorInput& input) {
   planner_.cancel();
   const Pose& X_WB = input.estimate->X_WB;
   const bool may_plan = recovery_.stopped_for_obstacle(X_WB.p, input.now);
-  raise(leg::PathEnded{hold_here(X_WB)});
+  raise(leg::PathEnded{stop_here(X_WB)});
   BehaviorOutput output = run(input);
   if (!may_plan) {
     progress_.plan_failure = "scans show an obstacle in the way that no plan leads around";

@@ -14,6 +14,7 @@ namespace dive::behaviors::leg {
 struct Planning {
   vehicle::Command station;
   bool is_to_observe = false;  ///< True if the requested plan leads to a place to observe the goal.
+  bool brakes = false;         ///< True if the vehicle was under way.
 };
 /// Follows a path to the goal while the next one is planned.
 struct Following {
@@ -67,11 +68,11 @@ struct Transitions {
   S operator()(Planning,    PathToObserve e) { return Approaching{e.certified_m}; }
   S operator()(Planning,    BackOffBegun)    { return BackingOff{}; }
   S operator()(Following,   PathToGoal e)    { return Following{e.certified_m}; }
-  S operator()(Following,   PathEnded e)     { return Planning{e.station}; }
+  S operator()(Following,   PathEnded e)     { return Planning{e.station, false, true}; }
   S operator()(Following,   BackOffBegun)    { return BackingOff{}; }
   S operator()(Following,   GoalReached e)   { return Dwelling{e.station, e.now}; }
   S operator()(Approaching, PathToGoal e)    { return Following{e.certified_m}; }
-  S operator()(Approaching, PathEnded e)     { return Planning{e.station}; }
+  S operator()(Approaching, PathEnded e)     { return Planning{e.station, false, true}; }
   S operator()(Approaching, BackOffBegun)    { return BackingOff{}; }
   S operator()(BackingOff,  BackOffEnded e)  { return Planning{e.station}; }
   // NOLINTEND(performance-unnecessary-value-param)

@@ -20,7 +20,7 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kAligned = 1500;   // points of a scan that are compared with the map
 constexpr int kUnknownNeighbours = 2;    // of a point that the known map lacks
-constexpr float kAroundObstacle = 0.5F;  // m from the first point in the vehicle's way
+constexpr float kAroundObstacle = 1.5F;  // m from the first point in the vehicle's way
 constexpr std::size_t kMaxDisputed = 64;
 constexpr double kSigmas = 3.0;  // of a point's position, within which it is a known one
 
