@@ -413,10 +413,10 @@ TEST(MapperTest, BesideAKnownMapItMapsOnlyWhatThatLacks) {
 }
 
 TEST(MapperTest, MapsAKnownSurfaceThatIsInTheVehiclesWay) {
-  const Surface wall = box({1.0, -10.0, -10.0}, {1.5, 10.0, 10.0});
+  const Surface wall = box({3.0, -10.0, -10.0}, {3.5, 10.0, 10.0});
   Eye eye(wall, 1e-5);
   const auto is_wall = [](const Vector3f& p_W, double tolerance) {
-    return std::abs(static_cast<double>(p_W.x()) - 1.0) <= tolerance;
+    return std::abs(static_cast<double>(p_W.x()) - 3.0) <= tolerance;
   };
   SteadyClock clock;
   Mapper mapper(vehicle(), {}, clock, is_wall);
@@ -430,10 +430,10 @@ TEST(MapperTest, MapsAKnownSurfaceThatIsInTheVehiclesWay) {
   };
   for (int scan = 0; scan < 3; ++scan) look(std::nullopt);
   EXPECT_EQ(map.pieces(), 0u);
-  look(ObstacleAhead{0, 1.0, {1.0, 0.0, 0.0}});
+  look(ObstacleAhead{0, 1.0, {3.0, 0.0, 0.0}});
   for (int scan = 0; scan < 3; ++scan) look(std::nullopt);  // the vehicle has stopped
-  EXPECT_LT(to_map({1.0, 0.0, 0.0}, map), 0.05);
-  EXPECT_GT(to_map({1.0, 1.5, 0.0}, map), 0.5) << "elsewhere it is still the known wall";
+  EXPECT_LT(to_map({3.0, 0.0, 0.0}, map), 0.1);
+  EXPECT_GT(to_map({3.0, 3.0, 0.0}, map), 0.5) << "elsewhere it is still the known wall";
 }
 
 TEST(MapperTest, RejectsWhatNoWorkingSensorSends) {
