@@ -63,7 +63,13 @@ class SimulatedVehicle {
         contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt),
         injector_(settings.faults),
         arbiter_(make_arbiter()) {
-    if (settings.range_camera) camera_.emplace(world, *settings.range_camera, settings.seed);
+    if (settings.range_camera) {
+      camera_.emplace(world,
+                      vehicle::drawn_range_camera(*settings.range_camera,
+                                                  settings.conditions.range_misalignment_sigma_deg,
+                                                  settings.seed),
+                      settings.seed);
+    }
     if (settings.cameras) {
       cameras_.emplace(world, *settings.cameras, settings.conditions, settings.seed);
     }

@@ -113,6 +113,32 @@ TEST(RangeCamera, MeasuresAFlatFloor) {
   }
 }
 
+// The ray of a camera that is turned in its mount meets the floor elsewhere than it reports.
+TEST(RangeCamera, MisalignedItMeasuresAlongOtherRaysThanItReports) {
+  RangeCameraOptions options = exact();
+  options.misalignment_deg = {0.0, 2.0, 0.0};
+  RangeCamera camera(floor_at(-12.0), options, 1);
+  const RangeScan scan = camera.take(0, at(0, 0, -8));
+  for (const int row : {10, 37, 70}) {
+    const double below = std::asin(-direction(row, 50).z()) + deg_to_rad(2.0);
+    const double across = std::abs(direction(row, 50).y());
+    EXPECT_LT(across, 0.02) << "in the middle the ray is turned in its own plane";
+    const double range = ((at(0, 0, -8) * kLens).z() + 12.0) / std::sin(below);
+    EXPECT_NEAR(ray(scan, row, 50).norm(), range < 10.0 ? range : kNone, 0.02);
+    EXPECT_LT((ray(scan, row, 50).cast<double>().normalized() - direction(row, 50)).norm(), 1e-5);
+  }
+}
+
+TEST(RangeCamera, TheMisalignmentOfAVehicleIsDrawnAboutEachAxis) {
+  double sum = 0.0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const RangeCameraOptions drawn = drawn_range_camera({}, 0.3, seed);
+    sum += drawn.misalignment_deg.squaredNorm() / 3.0;
+  }
+  EXPECT_NEAR(std::sqrt(sum / 400.0), 0.3, 0.02);
+  EXPECT_EQ(drawn_range_camera({}, 0.0, 7).misalignment_deg, Eigen::Vector3d::Zero());
+}
+
 // Range of a box by slabs (Kay and Kajiya 1986), infinity for a miss.
 double slabs(const Eigen::Vector3d& size, const Pose& X_WO, const Eigen::Vector3d& o_W,
              const Eigen::Vector3d& d_W) {

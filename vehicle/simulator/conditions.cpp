@@ -16,7 +16,7 @@ struct Entry {
 };
 
 // One row per condition: name, member, range.
-constexpr std::array<Entry, 24> kEntries{{
+constexpr std::array<Entry, 25> kEntries{{
     {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
     {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},
     {"current_z", [](Conditions& c) -> double& { return c.current_W.z(); }, -3.0, 3.0},
@@ -38,6 +38,8 @@ constexpr std::array<Entry, 24> kEntries{{
      45.0},
     {"object_shift_sigma_m", [](Conditions& c) -> double& { return c.object_shift_sigma_m; }, 0.0,
      5.0},
+    {"range_misalignment_sigma_deg",
+     [](Conditions& c) -> double& { return c.range_misalignment_sigma_deg; }, 0.0, 20.0},
     {"attitude_noise_deg", [](Conditions& c) -> double& { return c.attitude_noise_deg; }, 0.0,
      10.0},
     {"gyro_noise", [](Conditions& c) -> double& { return c.gyro_noise; }, 0.0, 1.0},

@@ -20,6 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kNoiseStream = 21;
 constexpr std::uint64_t kParticleStream = 22;
+constexpr std::uint64_t kMountStream = 23;
 constexpr double kSnowSide = 6.0;  // m, side of the box of particles around the lens
 
 std::vector<Drifter> snow(const RangeCameraOptions& options, std::uint64_t seed) {
@@ -45,6 +46,7 @@ std::string RangeCameraOptions::validate() const {
   check("origin_B.x", origin_B.x(), -10, 10);
   check("origin_B.y", origin_B.y(), -10, 10);
   check("origin_B.z", origin_B.z(), -10, 10);
+  for (const double angle : misalignment_deg) check("misalignment_deg", angle, -90, 90);
   check("reach_m", reach_m, 0.1, 1000);
   check("rate_hz", rate_hz, 0.01, 1000);
   check("noise_m", noise_m, 0, 10);
@@ -56,13 +58,23 @@ std::string RangeCameraOptions::validate() const {
   return check.problem();
 }
 
+RangeCameraOptions drawn_range_camera(RangeCameraOptions options, double sigma_deg,
+                                      std::uint64_t seed) {
+  Random random(seed, kMountStream);
+  for (double& angle : options.misalignment_deg) angle += sigma_deg * random.normal();
+  return options;
+}
+
 struct RangeCamera::Impl {
   Impl(const planning::World& world, RangeCameraOptions options_, std::uint64_t seed)
       : options(std::move(options_)),
         noise(seed, kNoiseStream),
         half_width(std::tan(0.5 * deg_to_rad(options.horizontal_deg))),
         half_height(std::tan(0.5 * deg_to_rad(options.vertical_deg))),
-        q_BC(from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0)),
+        q_BC(from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0) *
+             from_rpy(deg_to_rad(options.misalignment_deg.x()),
+                      deg_to_rad(options.misalignment_deg.y()),
+                      deg_to_rad(options.misalignment_deg.z()))),
         particles(snow(options, seed)),
         walls(world),
         diver_inside(placed_solid(Diver::shape()), Eigen::Vector3d::Zero()) {
@@ -72,9 +84,12 @@ struct RangeCamera::Impl {
   }
 
   void aim() {
+    const Eigen::Quaterniond q_reported = from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0);
     for (int row = 0; row < options.height; ++row) {
       for (int column = 0; column < options.width; ++column) {
-        rays_B.push_back(q_BC * image_point(column, row).normalized());
+        const Eigen::Vector3d ray_C = image_point(column, row).normalized();
+        rays_B.push_back(q_BC * ray_C);
+        reported_B.push_back(q_reported * ray_C);
       }
     }
     ranges.resize(rays_B.size());
@@ -121,7 +136,7 @@ struct RangeCamera::Impl {
     scan.points_B.reserve(ranges.size());
     for (std::size_t i = 0; i < ranges.size(); ++i) {
       scan.points_B.emplace_back(
-          (options.origin_B + measured(ranges[i]) * rays_B[i]).cast<float>());
+          (options.origin_B + measured(ranges[i]) * reported_B[i]).cast<float>());
     }
     return scan;
   }
@@ -193,6 +208,7 @@ struct RangeCamera::Impl {
   Eigen::Quaterniond q_BC;
   std::vector<Drifter> particles;
   std::vector<Eigen::Vector3d> rays_B;
+  std::vector<Eigen::Vector3d> reported_B;  ///< The same without misalignment.
   TracedWorld walls;
   TriangleScene diver;
   ConvexInside diver_inside;

@@ -9,7 +9,7 @@
 // height)]
 //
 // Mounted midway between the links camera_front_left and camera_front_right of vehicle/aqua2.urdf,
-// tilted down: p_BC = origin_B, R_BC = Ry(tilt_deg).
+// tilted down: p_BC = origin_B, R_BC = Ry(tilt_deg), and turned by misalignment_deg in the mount.
 
 #include <cstdint>
 #include <memory>
@@ -31,6 +31,9 @@ struct RangeCameraOptions {
   double tilt_deg = 40.0;  ///< Tilt of the optical axis below x of B.
   Eigen::Vector3d origin_B = {0.31, 0.0, 0.0};
   double reach_m = 10.0;
+  /// Roll, pitch and yaw by which the camera is turned in its mount, deg; its points are reported
+  /// as if it were not.
+  Eigen::Vector3d misalignment_deg = Eigen::Vector3d::Zero();
   double rate_hz = 10.0;
   /// Standard deviation of a range: noise_m + noise_share * range.
   double noise_m = 0.01;
@@ -43,6 +46,10 @@ struct RangeCameraOptions {
   /// A description of the first error; empty if the options are usable.
   [[nodiscard]] std::string validate() const;
 };
+
+/// The options with the misalignment of one vehicle, each angle drawn with `sigma_deg` (deg).
+[[nodiscard]] RangeCameraOptions drawn_range_camera(RangeCameraOptions options, double sigma_deg,
+                                                    std::uint64_t seed);
 
 /// Equal world, options, seed and calls of take() give bit-identical scans.
 class RangeCamera {
