@@ -35,6 +35,7 @@ constexpr std::array<FailsafeTraits, kFailsafeCount> kTraits = {{
     {Kind::kEstimatorDiverged, "estimator_diverged", policy(Rung::kAbortAndSurface, 2.0),
      "difference", 1.0},
     {Kind::kLocalisationLost, "localisation_lost", policy(Rung::kWarn, 2.0), "sigma", 5.0},
+    {Kind::kWrongMap, "wrong_map", policy(Rung::kAbortAndSurface, 0.0), {}},
     {Kind::kPlannerFailure, "planner_failure", policy(Rung::kAbortAndSurface, 0.0), "failures",
      3.0},
     {Kind::kCommsLost, "comms_lost", policy(Rung::kNone, 0.0), "after", 60.0},

@@ -35,6 +35,7 @@ enum class FailsafeKind {
   kRangeLost,          ///< No new range data for a while, in an unknown environment.
   kEstimatorDiverged,  ///< The estimate is not finite, or contradicts the depth sensor.
   kLocalisationLost,   ///< The position is too uncertain.
+  kWrongMap,           ///< The scans show another place than the map.
   kPlannerFailure,     ///< Several plans failed in a row, or the replan budget is used up.
   kCommsLost,          ///< No heartbeat from topside.
   kOperatorAbort,      ///< Topside requested an abort.
@@ -42,7 +43,7 @@ enum class FailsafeKind {
   kRetraceFailure,     ///< The exit path could not be swum.
   kInternalError,      ///< One of our own assertions failed.
 };
-inline constexpr std::size_t kFailsafeCount = 21;
+inline constexpr std::size_t kFailsafeCount = 22;
 
 struct FailsafePolicy {
   Rung rung = Rung::kAbortAndSurface;  ///< kNone: not monitored.

@@ -166,6 +166,7 @@ void Monitors::watch_estimate(const MonitorInput& input) {
       !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
   set(FailsafeKind::kLocalisationLost,
       estimation::horizontal_sigma(estimate) > threshold(FailsafeKind::kLocalisationLost));
+  set(FailsafeKind::kWrongMap, map_evidence_.contradicts_map(input.now));
 }
 
 // The ray from p_W to the east crosses the edges of a fence an odd number of times from inside.

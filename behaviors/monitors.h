@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "behaviors/failsafes.h"
+#include "behaviors/map_evidence.h"
 #include "common/measurements.h"
 #include "estimation/state_estimate.h"
 #include "vehicle/command.h"
@@ -60,6 +61,8 @@ class Monitors {
   void heartbeat(Utime now) { heartbeat_ = now; }
   /// Records the time of a mapped scan.
   void receive_scan(Utime scan_utime) { scanned_ = scan_utime; }
+  /// Records what a scan says of the known map.
+  void receive(const MapFix& fix) { map_evidence_.add(fix.scan_utime, fix.agreement); }
   /// Records a loss of log or journal.
   void lose_log(Utime now) { log_lost_ = now; }
   /// Start of the silence of sensors that never sent a sample. Must be called before update().
@@ -68,6 +71,7 @@ class Monitors {
   /// Allocates nothing.
   [[nodiscard]] const FailsafeConditions& update(const MonitorInput& input);
   [[nodiscard]] const HealthSample& health() const { return health_; }
+  [[nodiscard]] const MapEvidence& map_evidence() const { return map_evidence_; }
   [[nodiscard]] bool is_true(FailsafeKind kind) const {
     return conditions_[static_cast<std::size_t>(kind)];
   }
@@ -100,6 +104,7 @@ class Monitors {
   double expected_rise_m_ = 0.0;  ///< Expected rise since the measured depth last changed, m.
   Utime last_update_ = 0;
   HealthSample health_;
+  MapEvidence map_evidence_;
   std::optional<Utime> heartbeat_;
   std::optional<Utime> scanned_;
   std::optional<Utime> log_lost_;

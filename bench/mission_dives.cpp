@@ -1,6 +1,7 @@
 // Runs a mission with a series of seeds; collisions and clearances are those of ground truth:
 //     mission_dives missions/window.xml --dives 100 --jobs 2
 //     mission_dives missions/wreck.xml --set map_shift_sigma_m=0.3     with other errors
+//     mission_dives missions/wreck.xml --world missions/maps/hold.sdf   with a map of another place
 //     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
 //     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
 //     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
@@ -34,6 +35,7 @@
 #include "mission/simulation/simulated_dive.h"
 #include "planning/planner.h"
 #include "planning/world/primitives.h"
+#include "planning/world/sdf.h"
 #include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/drawn_world.h"
 #include "vehicle/simulator/ground_truth/ground_truth.h"
@@ -45,18 +47,25 @@ constexpr double kSamePlace = 0.01;  // m between waypoints; a shorter distance 
 
 struct Draw {
   std::vector<std::string> conditions;  ///< NAME=VALUE, applied to those of the mission.
+  std::string world;  ///< File of a world that the vehicle has no map of; empty: that of the map.
   bool with_diver = false;
   int unmapped = 0;  ///< Number of objects on the route that the map lacks.
 };
 
 struct RoutedSetup : StudySetup {
   vehicle::Conditions conditions;
-  std::vector<Pose> route;             ///< Route of a vehicle that knows the whole world.
-  std::vector<Eigen::Vector3d> stops;  ///< Start and goals of its legs.
+  std::optional<planning::World> other_world;  ///< If it is not that of the map.
+  std::vector<Pose> route;                     ///< Route of a vehicle that knows the whole world.
+  std::vector<Eigen::Vector3d> stops;          ///< Start and goals of its legs.
 };
 
 RoutedSetup load(const std::string& path, const Draw& draw) {
-  RoutedSetup setup{load_setup(path), {}, {}, {}};
+  RoutedSetup setup{load_setup(path), {}, {}, {}, {}};
+  if (!draw.world.empty()) {
+    Diagnostics diagnostics;
+    setup.other_world = planning::load_sdf(draw.world, diagnostics);
+    if (!setup.other_world) throw std::runtime_error(draw.world + " cannot be read");
+  }
   const auto conditions =
       mission::parse_conditions(draw.conditions, mission::simulated_conditions(setup.mission));
   if (!conditions) throw std::runtime_error("a condition cannot be set");
@@ -136,6 +145,7 @@ std::vector<planning::Obstacle> unmapped_for(const RoutedSetup& setup, int count
 mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   mission::DiveSettings settings;
   settings.conditions = setup.conditions;
+  settings.world = setup.other_world;
   settings.unmapped = unmapped_for(setup, draw.unmapped, seed);
   settings.seed = seed;
   if (draw.with_diver) settings.diver = diver_for(setup, seed);
@@ -205,6 +215,56 @@ class PositionErrors {
   std::vector<double> errors_m_;
 };
 
+/// Whether the range camera could observe the unmapped objects: for how long each was in its field
+/// of view within 3 m, whatever stood between.
+class InView {
+ public:
+  explicit InView(const mission::DiveSettings& settings)
+      : camera_(settings.range_camera),
+        q_CB_(from_rpy(0.0, -deg_to_rad(camera_.tilt_deg), 0.0)),
+        seconds_(settings.unmapped.size(), 0.0) {
+    for (const planning::Obstacle& object : settings.unmapped) {
+      boxes_W_.push_back(planning::bounding_box(object));
+      names_.push_back(object.name);
+    }
+  }
+
+  void observe(const Pose& X_WB) {
+    for (std::size_t i = 0; i < boxes_W_.size(); ++i) {
+      if (is_seen(boxes_W_[i], X_WB.inverse())) seconds_[i] += vehicle::Simulator::kTick;
+    }
+  }
+  /// True for an object that was in view for less than a second.
+  [[nodiscard]] bool was_hidden(const std::string& name) const {
+    const auto found = std::ranges::find(names_, name);
+    return found != names_.end() &&
+           seconds_[static_cast<std::size_t>(found - names_.begin())] < 1.0;
+  }
+
+ private:
+  [[nodiscard]] bool is_seen(const Eigen::AlignedBox3d& box_W, const Pose& X_BW) const {
+    constexpr double kNear = 3.0;  // m
+    const double wide = std::tan(0.5 * deg_to_rad(camera_.horizontal_deg));
+    const double high = std::tan(0.5 * deg_to_rad(camera_.vertical_deg));
+    const auto is_in_view = [&](const Eigen::Vector3d& p_W) {
+      const Eigen::Vector3d p_C = q_CB_ * (X_BW * p_W - camera_.origin_B);
+      return p_C.norm() < kNear && std::abs(p_C.y()) < wide * p_C.x() &&
+             std::abs(p_C.z()) < high * p_C.x();
+    };
+    for (int corner = 0; corner < 8; ++corner) {
+      if (is_in_view(box_W.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))))
+        return true;
+    }
+    return is_in_view(box_W.center());
+  }
+
+  vehicle::RangeCameraOptions camera_;
+  Eigen::Quaterniond q_CB_;
+  std::vector<Eigen::AlignedBox3d> boxes_W_;
+  std::vector<std::string> names_;
+  std::vector<double> seconds_;
+};
+
 void observe_with(Apart& apart, mission::DiveSettings& settings) {
   settings.sensor_observer = [&apart](const auto&, const vehicle::GroundTruth& truth,
                                       const std::optional<Pose>& X_WD) {
@@ -226,10 +286,24 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   Apart apart(setup, settings);
   PositionErrors errors(settings);
   observe_with(apart, settings);
+  std::optional<double> wrong_map_s;
+  double off_path_m = 0.0;
+  InView in_view(settings);
+  std::size_t with_hidden = 0;
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
-          const auto&) { errors.observe(out.estimate, truth); });
+          const std::span<const mission::Collision> collisions) {
+        for (const mission::Collision& collision : collisions) {
+          with_hidden += in_view.was_hidden(collision.obstacle) ? 1 : 0;
+        }
+        in_view.observe(truth.X_WB);
+        errors.observe(out.estimate, truth);
+        off_path_m = std::max(off_path_m, out.status.cross_track_m);
+        for (const mission::FailsafeRecord& failsafe : out.failsafes) {
+          if (failsafe.cause == "wrong_map" && !wrong_map_s) wrong_map_s = to_seconds(truth.utime);
+        }
+      });
   return {{"seed", seed},
           {"outcome", result.outcome},
           {"reached", reached_all(result)},
@@ -238,13 +312,27 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
           {"clearance", apart.from_world_m()},
           {"from_diver", apart.from_diver_m()},
           {"collisions", result.collisions.size()},
+          {"hidden", with_hidden},
           {"duration", result.duration_s},
           {"depth", result.final_depth_m},
           {"error", result.final_error_m},
           {"error_p95", errors.p95_m()},
           {"nees", errors.nees()},
+          {"off_path", off_path_m},
+          {"wrong_map", wrong_map_s.value_or(-1.0)},
           {"replans", result.replans},
           {"pieces", result.observed_map.pieces()}};
+}
+
+void trace_plan(const planning::PlanResult& plan) {
+  std::cout << fmt::format("  plan: {} {}, clearance {:.2f} m\n", planning::to_string(plan.status),
+                           plan.reason, plan.clearance_m);
+  for (const Pose& pose : plan.waypoints) {
+    const Eigen::Vector3d rpy = to_rpy(pose.q);
+    std::cout << fmt::format("    {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f}\n",
+                             pose.p.x(), pose.p.y(), pose.p.z(), rad_to_deg(rpy.x()),
+                             rad_to_deg(rpy.y()), rad_to_deg(rpy.z()));
+  }
 }
 
 void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
@@ -268,15 +356,16 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   }
   Utime next = 0;
   std::size_t told = 0;
+  MapFix fix;
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
           const vehicle::GroundTruth& truth, const auto&) {
+        if (in.map_fix) fix = *in.map_fix;
         for (const planning::ObstacleUpdate& update : in.obstacles) told += update.cells.size();
         for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
         for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
-        if (in.plan && in.plan->plan.waypoints.empty())
-          std::cout << "  plan: " << in.plan->plan.reason << '\n';
+        if (in.plan) trace_plan(in.plan->plan);
         if (in.now < next) return;
         next = in.now + 500'000;
         planning::World near;
@@ -287,17 +376,20 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} off {:5.2f} "
-            "{:5.2f} {:5.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear {:5.2f} diver "
-            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{})\n",
+            "{:5.2f} {:5.2f} sigma {:.2f} v {:.2f} {:.2f} est {:.2f} {:.2f} of {:.2f}  clear "
+            "{:5.2f} diver "
+            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{}) fix {}/{} {} places "
+            "{}/{}/{}\n",
             to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
             truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
             rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()), off.x(),
-            off.y(), off.z(), truth.v_WB_B.x(), truth.v_WB_B.y(), out.estimate.v_WB_B.x(),
-            out.estimate.v_WB_B.y(), out.command.v, apart.from_world_now_m(),
-            apart.from_diver_now_m(),
+            off.y(), off.z(), estimation::horizontal_sigma(out.estimate), truth.v_WB_B.x(),
+            truth.v_WB_B.y(), out.estimate.v_WB_B.x(), out.estimate.v_WB_B.y(), out.command.v,
+            apart.from_world_now_m(), apart.from_diver_now_m(),
             near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
             out.status.clearance_m, out.status.cross_track_m, out.status.rung,
-            in.observed_map.pieces(), told);
+            in.observed_map.pieces(), told, fix.used, fix.gated, static_cast<int>(fix.problem),
+            fix.agreement.confirmed, fix.agreement.missing, fix.agreement.unmapped);
         told = 0;
       });
   std::cout << fmt::format(
@@ -376,14 +468,38 @@ void report_errors(const std::vector<nlohmann::json>& results) {
       p95[p95.size() / 2], p95.back(), nees, beyond, p95.size(), kBound);
 }
 
+// The largest distance of each dive from the path being followed, as estimated.
+void report_off_path(const std::vector<nlohmann::json>& results) {
+  std::vector<double> distances;
+  for (const nlohmann::json& r : results) distances.push_back(r["off_path"]);
+  if (distances.empty()) return;
+  std::ranges::sort(distances);
+  std::cout << fmt::format("  largest distance from the path median {:.2f}, max {:.2f} m\n",
+                           distances[distances.size() / 2], distances.back());
+}
+
+// The dives in which the failsafe for a wrong map was raised, and when.
+void report_wrong_map(const std::vector<nlohmann::json>& results) {
+  std::vector<double> times;
+  for (const nlohmann::json& r : results) {
+    if (r["wrong_map"].get<double>() >= 0.0) times.push_back(r["wrong_map"]);
+  }
+  if (times.empty()) return;
+  std::ranges::sort(times);
+  std::cout << fmt::format("  wrong_map in {} dives, after {:.1f} to {:.1f} s, median {:.1f} s\n",
+                           times.size(), times.front(), times.back(), times[times.size() / 2]);
+}
+
 void report(const std::string& name, std::vector<nlohmann::json> results) {
   std::ranges::sort(results, {}, [](const nlohmann::json& r) { return r["seed"].get<int>(); });
   std::map<std::string, int> outcomes;
   int collided = 0;
   int reached = 0;
+  int hidden = 0;
   for (const nlohmann::json& r : results) {
     ++outcomes[r["outcome"].get<std::string>()];
     if (r["collisions"].get<int>() > 0) ++collided;
+    if (r["hidden"].get<int>() > 0) ++hidden;
     if (r["reached"].get<bool>()) ++reached;
     if (!r["reached"].get<bool>()) {
       std::cout << fmt::format("  seed {}: {} in {} after {:.0f} s, {:.1f} m deep: {}\n",
@@ -394,10 +510,17 @@ void report(const std::string& name, std::vector<nlohmann::json> results) {
   }
   std::cout << name << ": " << results.size() << " dives";
   for (const auto& [outcome, count] : outcomes) std::cout << ", " << count << ' ' << outcome;
-  std::cout << fmt::format("; {} reached all goals; {} with a collision\n", reached, collided);
+  std::cout << fmt::format("; {} reached all goals; {} with a collision", reached, collided);
+  if (hidden > 0) {
+    std::cout << fmt::format(
+        ", {} of them with an object in the range camera's view for less than a second", hidden);
+  }
+  std::cout << '\n';
   report_clearance("clearance to what stands still", "clearance", results);
   report_clearance("clearance to the diver", "from_diver", results);
   report_errors(results);
+  report_off_path(results);
+  report_wrong_map(results);
 }
 
 }  // namespace
@@ -419,6 +542,7 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", jobs);
   app.add_option("--trace", traced, "This seed alone, every half second");
   app.add_option("--unmapped", draw.unmapped, "Objects on the route that the map lacks");
+  app.add_option("--world", draw.world, "World (SDF) to dive in, other than the mission's map");
   app.add_flag("--diver", draw.with_diver, "A diver swims into the path");
   app.add_option("--set", draw.conditions, "NAME=VALUE of the simulator, as of dive run");
   CLI11_PARSE(app, argc, argv);

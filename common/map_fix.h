@@ -15,6 +15,20 @@ enum class MapFixProblem {
   kNoScan,     ///< The sensor repeats a scan, or sends one without ranges.
 };
 
+/// How one scan agrees with the map: numbers of places, cubes with edges of a metre, in its view.
+struct MapAgreement {
+  int confirmed = 0;  ///< A mapped surface, not flat ground, is where the map has it.
+  int missing = 0;    ///< The scan sees through a mapped surface.
+  int unmapped = 0;   ///< The scan shows a surface that the map lacks.
+  /// Index of a mapped object through which the scan sees (planning::object_name()); -1: none.
+  int missing_object = -1;
+
+  /// True if more of the view differs from the map than agrees with it.
+  [[nodiscard]] bool contradicts() const {
+    return missing + unmapped >= 3 && missing + unmapped > 2 * confirmed;
+  }
+};
+
 /// A log-likelihood over the position x (m, in the map) at the time of the scan and the heading
 /// correction c (rad, from the compass to the map). Up to a constant it is
 ///
@@ -37,6 +51,7 @@ struct MapFix {
   int gated = 0;  ///< Number of points that no mapped surface explains.
   /// Likelihood of the second-best position relative to the best; 0: none was found.
   double ambiguity = 0.0;
+  MapAgreement agreement;  ///< All 0 where the position is too uncertain to tell.
 };
 
 /// True if all numbers are finite, the counts are not negative, the problem is one of the list and

@@ -81,6 +81,7 @@ int run_check(const CheckArguments& arguments) {
         parse_conditions(arguments.conditions, simulated_conditions(loaded->mission));
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
+    options.dive.world = loaded->simulated_world;
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,

@@ -102,7 +102,7 @@ std::optional<Place> place_of_mission(const std::string& path, planning::Resourc
   }
   const Pose start = start_pose(loaded->mission, loaded->world);
   std::vector<Tag> tags = known_tags(loaded->mission, loaded->world);
-  return Place{std::move(loaded->world),
+  return Place{std::move(loaded->simulated_world).value_or(std::move(loaded->world)),
                start,
                simulated_conditions(loaded->mission),
                range_camera_of(loaded->mission),

@@ -54,7 +54,7 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission) return std::nullopt;
   if (!has_simulation_map(*mission)) {
-    return LoadedMission{std::move(*mission), {}, {}, {}, load_vehicle()};
+    return LoadedMission{std::move(*mission), {}, {}, {}, {}, load_vehicle()};
   }
   tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
   if (!map) {
@@ -66,8 +66,13 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
                              [](const std::string& what) { note("dive: " + what); });
   std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;
-  return LoadedMission{std::move(*mission), std::move(*map), meshes.bundle(), std::move(*world),
+  LoadedMission loaded{std::move(*mission), std::move(*map), meshes.bundle(), std::move(*world), {},
                        load_vehicle()};
+  if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
+    loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
+    if (!loaded.simulated_world) return std::nullopt;
+  }
+  return loaded;
 }
 
 LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {

@@ -22,7 +22,8 @@ struct LoadedMission {
   Mission mission;
   SourceText map;          ///< Unknown environment: the simulated world, empty without one.
   std::string map_meshes;  ///< Meshes for the log.
-  planning::World world;   ///< The true world; known_world() is the part available to the vehicle.
+  planning::World world;   ///< The map; known_world() is the part available to the vehicle.
+  std::optional<planning::World> simulated_world;  ///< If it is not the map.
   vehicle::Model model;
 };
 

@@ -91,8 +91,8 @@ int record_dataset(const RunArguments& arguments, const LoadedMission& loaded,
                    DiveSettings& settings, std::optional<DatasetRecorder>& dataset) {
   settings.conditions.inertial_unit = vehicle::ImuNoise{};
   tl::expected<DatasetRecorder, OutputError> created = DatasetRecorder::create(
-      arguments.record, existing(arguments.force), loaded.world, *settings.cameras,
-      settings.conditions, settings.seed,
+      arguments.record, existing(arguments.force), simulated_world(loaded.world, settings),
+      *settings.cameras, settings.conditions, settings.seed,
       fmt::format("{} dived with seed {} in simulated {} by dive " DIVE_VERSION, loaded.mission.id,
                   settings.seed, water_of(arguments, loaded.mission)));
   if (!created) return report(created.error());
@@ -285,16 +285,18 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
 }
 
 /// Settings of a simulated dive; prints an error and returns nothing if something is wrong.
-std::optional<DiveSettings> dive_settings(const RunArguments& arguments, const Mission& mission) {
+std::optional<DiveSettings> dive_settings(const RunArguments& arguments,
+                                          const LoadedMission& loaded) {
   DiveSettings settings;
   settings.seed = arguments.seed;
+  settings.world = loaded.simulated_world;
   const std::optional<std::vector<Fault>> faults = parse_faults(arguments.faults);
   if (!faults) return std::nullopt;
   settings.faults = *faults;
   if (arguments.leak_at_s >= 0.0)
     settings.faults.push_back({FaultKind::kLeak, arguments.leak_at_s});
   const std::optional<vehicle::Conditions> conditions =
-      parse_conditions(arguments.conditions, simulated_conditions(mission));
+      parse_conditions(arguments.conditions, simulated_conditions(loaded.mission));
   if (!conditions) return std::nullopt;
   settings.conditions = *conditions;
   if (!arguments.diver.empty()) {
@@ -372,7 +374,7 @@ int run_dive(const RunArguments& arguments) {
     return kExitUsage;
   }
   if (!fit_mission(arguments, loaded->mission)) return kExitUsage;
-  const std::optional<DiveSettings> settings = dive_settings(arguments, loaded->mission);
+  const std::optional<DiveSettings> settings = dive_settings(arguments, *loaded);
   if (!settings) return kExitUsage;
   StopSignals signals;
   return arguments.link.url.empty() ? simulate(arguments, *loaded, *settings, signals)

@@ -154,7 +154,7 @@ DiveRecord dive_and_log(Trial& trial, Script script) {
     }
   }
   DiveRecord record = dive_scenario(
-      scenario, loaded.mission, loaded.world, loaded.model, script,
+      scenario, loaded.mission, loaded.world, loaded.simulated_world, loaded.model, script,
       [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
           std::span<const Collision> collisions) {
         if (!log) return;

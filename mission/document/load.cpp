@@ -41,7 +41,7 @@ std::optional<Mission> from_document(XmlDocument written, MapFile map_file,
     return std::nullopt;
   }
   Mission mission = read_mission(std::move(*document), language, diagnostics);
-  if (has_folder) resolve_map(mission, diagnostics);
+  if (has_folder) resolve_maps(mission, diagnostics);
   check_rules(mission, diagnostics);
   diagnostics.sort();
   if (diagnostics.error_count() != errors_before) return std::nullopt;

@@ -189,6 +189,9 @@ struct Mission {
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
+  /// In a known map: the world of simulated dives if it is not the map, as written and resolved.
+  std::optional<Located<std::string>> simulation_map;
+  std::string simulation_map_path;
   std::string simulated_water = "coastal_sea";  ///< Optical water type in simulation.
   Located<EstimatorName> estimator;
   bool closes_loops = true;  ///< Loop closure of the visual-inertial estimator.

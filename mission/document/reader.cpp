@@ -88,11 +88,10 @@ class Reader {
     read_mapping_sensor(element, mission);
     const XmlAttribute* simulation_map = element.attribute("simulation_map");
     if (simulation_map == nullptr) return;
-    if (unknown == nullptr) {
-      diagnostics_.error("MIS-MAP", attributes_.source(), simulation_map->name_span,
-                         "'simulation_map' is for unknown environments, but the map is known");
-    } else if (file == nullptr) {
+    if (file == nullptr) {
       mission.map_file = attributes_.path(element, "simulation_map");
+    } else {
+      mission.simulation_map = attributes_.path(element, "simulation_map");
     }
   }
 

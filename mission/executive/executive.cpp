@@ -72,6 +72,7 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
     : mission(mission_in),
       options(std::move(options_in)),
       map(world, model.hull, evaluated_clearance(mission_in)),
+      missing_objects(world),
       machine(build_machine(mission_in)),
       runner(machine, *this, outputs),
       overhead_monitor(mission_in, map),
@@ -122,6 +123,7 @@ void Executive::Impl::sense(const StepInputs& inputs) {
   sensing.update(inputs, monitors, localization);
   situation.sensors = sensing.status();
   situation.health = monitors.health();
+  situation.map_evidence = monitors.map_evidence().sum(inputs.now);
   if (inputs.vision) {
     localization.add(inputs.now, *inputs.vision);
     if (auto about = localization.describe_tag(inputs.vision->tag)) note(std::move(*about));
@@ -156,6 +158,8 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
     localization.propose_alignment(correction->correction_W);
   }
   if (const auto& fix = inputs.map_fix; fix && sensing.accept(inputs.now, *fix)) {
+    monitors.receive(*fix);
+    if (auto text = missing_objects.observe(fix->agreement.missing_object)) note(std::move(*text));
     if (auto text = localization.propose(*fix, situation.sensors.depth_is_fresh))
       note(std::move(*text));
   }

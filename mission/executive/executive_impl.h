@@ -17,6 +17,7 @@
 #include "mission/executive/machine.h"
 #include "mission/executive/machine_runner.h"
 #include "mission/executive/map_view.h"
+#include "mission/executive/missing_objects.h"
 #include "mission/executive/overhead_monitor.h"
 #include "mission/executive/sensing.h"
 #include "mission/executive/situation.h"
@@ -96,6 +97,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   ExecutiveOptions options;
   StepOutputs outputs;  // Outputs of the last step, or of the current one so far.
   MapView map;
+  MissingObjects missing_objects;
   Machine machine;
   MachineRunner runner;
   OverheadMonitor overhead_monitor;

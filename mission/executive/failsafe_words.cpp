@@ -47,6 +47,12 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kLocalisationLost:
       return fmt::format("position uncertain by {:.2f} m, more than {:g} m",
                          estimation::horizontal_sigma(situation.estimate), limit);
+    case FailsafeKind::kWrongMap:
+      return fmt::format(
+          "the scans of {:g} s show another place than the map: of the places in view, {} lack the "
+          "surface that is mapped there, {} have one that is not mapped, and {} are as mapped",
+          behaviors::MapEvidence::kSeconds, situation.map_evidence.missing,
+          situation.map_evidence.unmapped, situation.map_evidence.confirmed);
     case FailsafeKind::kPlannerFailure:
       return situation.out_of_replans ? "no replans are left for this leg"
                                       : fmt::format("{} plans failed in a row, the last one: {}",

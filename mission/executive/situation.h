@@ -9,6 +9,7 @@
 #include "behaviors/behavior.h"
 #include "behaviors/monitors.h"
 #include "common/clock.h"
+#include "common/map_fix.h"
 #include "common/measurements.h"
 #include "estimation/state_estimate.h"
 #include "mission/document/guard.h"
@@ -34,6 +35,7 @@ struct Situation {
   // Vehicle.
   SensorStatus sensors;
   HealthSample health;
+  MapAgreement map_evidence;  ///< Of the scans of the last seconds with the known map.
   estimation::StateEstimate estimate;
   bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
   vehicle::Command last_command;    ///< Command of the previous tick.

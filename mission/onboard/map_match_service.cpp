@@ -8,6 +8,13 @@
 #include "mission/onboard/scan_placement.h"
 
 namespace dive::mission {
+namespace {
+
+constexpr int kContradictions = 3;
+// Sigmas by which a position that scans contradict may be wrong: m, m and rad.
+const Eigen::Vector3d kLost(1.0, 1.0, 0.05);
+
+}  // namespace
 
 MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> known, Utime latency,
                                  OnLate late)
@@ -31,12 +38,21 @@ std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const 
   return prior;
 }
 
+std::optional<MapFix> MapMatchService::poll(Utime now) {
+  std::optional<MapFix> fix = worker_.poll(now);
+  if (fix) contradictions_ = fix->agreement.contradicts() ? contradictions_ + 1 : 0;
+  return fix;
+}
+
 void MapMatchService::submit(const RangeScan& scan, Utime now) {
   if (last_ && scan.utime < *last_ + kPeriod) return;
   if (!worker_.may_start()) return;
-  const std::optional<planning::PosePrior> prior = prior_at(scan.utime);
+  std::optional<planning::PosePrior> prior = prior_at(scan.utime);
   if (!prior) return;
   last_ = scan.utime;
+  if (contradictions_ >= kContradictions) {
+    prior->covariance.diagonal() += kLost.cwiseAbs2();
+  }
   if (check_.check(scan) != planning::ScanProblem::kNone) {
     MapFix none;
     none.scan_utime = scan.utime;

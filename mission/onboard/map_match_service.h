@@ -29,10 +29,11 @@ class MapMatchService {
 
   /// Records the published pose of this tick, by which a scan is placed.
   void observe(const estimation::StateEstimate& estimate);
-  /// A scan that comes too early, while the worker is busy on a vehicle, or without an estimate at
-  /// its time is dropped.
+  /// After some scans that contradict the map the position may be another than believed: the next
+  /// are matched within metres of it. A scan that comes too early, while the worker is busy on a
+  /// vehicle, or without an estimate at its time is dropped.
   void submit(const RangeScan& scan, Utime now);
-  [[nodiscard]] std::optional<MapFix> poll(Utime now) { return worker_.poll(now); }
+  [[nodiscard]] std::optional<MapFix> poll(Utime now);
 
  private:
   static constexpr std::size_t kPast = 256;  ///< Ticks stored, 5 s; older scans are dropped.
@@ -43,6 +44,7 @@ class MapMatchService {
   Utime latency_;
   planning::ScanCheck check_;
   std::optional<Utime> last_;  ///< Time of the last scan that was matched, us.
+  int contradictions_ = 0;     ///< Scans in a row that contradict the map.
   TimedBuffer<planning::PosePrior, kPast> past_;
   DelayedWorker<MapFix> worker_;
 };

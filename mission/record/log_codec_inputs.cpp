@@ -37,7 +37,7 @@ constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
 constexpr Run kObstacleAhead[] = {bytes(8 + 8 + 4 * sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
 constexpr Run kMapFix[] = {
-    bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double))};
+    bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double) + 4 * 4)};
 constexpr Run kLoss[] = {bytes(4 * 8)};
 constexpr Run kTick[] = {bytes(8 + 4)};
 
@@ -250,7 +250,7 @@ bool decode(PacketView packet, planning::PoseCorrection& correction) {
 
 bool encode(Utime now, const MapFix& fix, Packet& packet) {
   const auto& [scan_utime, problem, position_W, heading_correction, information, gradient, height_W,
-               height_sigma_m, used, gated, ambiguity] = fix;
+               height_sigma_m, used, gated, ambiguity, agreement] = fix;
   map_fix_t m;
   m.utime = now;
   m.scan_utime = scan_utime;
@@ -268,6 +268,10 @@ bool encode(Utime now, const MapFix& fix, Packet& packet) {
   m.used = used;
   m.gated = gated;
   m.ambiguity = ambiguity;
+  m.confirmed = agreement.confirmed;
+  m.missing = agreement.missing;
+  m.unmapped = agreement.unmapped;
+  m.missing_object = agreement.missing_object;
   return pack(m, kMapFix, packet);
 }
 
@@ -289,6 +293,7 @@ bool decode(PacketView packet, MapFix& fix) {
   fix.used = m->used;
   fix.gated = m->gated;
   fix.ambiguity = m->ambiguity;
+  fix.agreement = {m->confirmed, m->missing, m->unmapped, m->missing_object};
   return true;
 }
 

@@ -99,8 +99,9 @@ void DiveWatch::note_places(const vehicle::GroundTruth& truth) {
 }
 
 DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
-                         const planning::World& world, const vehicle::Model& model, Script script,
-                         const DiveObserver& observer) {
+                         const planning::World& world,
+                         const std::optional<planning::World>& simulated,
+                         const vehicle::Model& model, Script script, const DiveObserver& observer) {
   DiveRecord record;
   DiveWatch watch(scenario, record);
   ScriptPlayer player(scenario, record, script);
@@ -111,6 +112,7 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
     DIVE_DEMAND(settings.conditions.set(name, value));
   }
   settings.rest_s = scenario.rest_s;
+  settings.world = simulated;
   settings.cameras =
       vehicle::stereo_camera_in(mission.simulated_water)->scaled(scenario.camera_scale);
   settings.cameras->rate_hz = scenario.camera_hz;

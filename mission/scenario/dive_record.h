@@ -67,9 +67,12 @@ class DiveWatch {
 /// not test the script.
 enum class Script { kPlayed, kDisabled };
 
-/// Simulates the scenario, which matches the mission. `observer` may be empty.
+/// Simulates the scenario, which matches the mission, in the world `simulated` or else in that of
+/// the map, `world`. `observer` may be empty.
 [[nodiscard]] DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
-                                       const planning::World& world, const vehicle::Model& model,
-                                       Script script, const DiveObserver& observer);
+                                       const planning::World& world,
+                                       const std::optional<planning::World>& simulated,
+                                       const vehicle::Model& model, Script script,
+                                       const DiveObserver& observer);
 
 }  // namespace dive::mission

@@ -109,7 +109,11 @@ class SimulatedVehiclePort final : public VehiclePort {
                   model.hull, settings.diver),
         injector_(settings.faults) {
     if (const auto range_camera = range_camera_of(mission, settings.range_camera)) {
-      range_camera_.emplace(world_, *range_camera, settings.seed);
+      range_camera_.emplace(
+          world_,
+          vehicle::drawn_range_camera(
+              *range_camera, settings.conditions.range_misalignment_sigma_deg, settings.seed),
+          settings.seed);
     }
     if (!uses_visual_inertial(mission)) return;
     vehicle::StereoCameraOptions cameras = cameras_of(mission, settings);
@@ -252,7 +256,8 @@ std::optional<vehicle::RangeCameraOptions> range_camera_of(const Mission& missio
 }
 
 planning::World simulated_world(const planning::World& map, const DiveSettings& settings) {
-  planning::World world = vehicle::drawn_world(map, settings.conditions, settings.seed);
+  planning::World world =
+      vehicle::drawn_world(settings.world.value_or(map), settings.conditions, settings.seed);
   world.obstacles.insert(world.obstacles.end(), settings.unmapped.begin(), settings.unmapped.end());
   return world;
 }

@@ -49,7 +49,8 @@ struct DiveSettings : OnboardSettings {
   std::vector<Fault> faults;
   DiveScript script;    ///< May be empty.
   double rest_s = 0.0;  ///< Time safely held after which the dive ends as "held"; 0: it continues.
-  std::vector<planning::Obstacle> unmapped;  ///< Objects in the world that the map lacks.
+  std::optional<planning::World> world = {};  ///< The world; absent: it is what the map says.
+  std::vector<planning::Obstacle> unmapped;   ///< Objects in the world that the map lacks.
   /// simulated_world() as triangles, shared among dives; absent: made for this dive.
   std::optional<vehicle::TriangulatedWorld> triangles = {};
   // Used in an unknown environment.
@@ -97,7 +98,8 @@ struct DiveResult {
 [[nodiscard]] std::optional<vehicle::RangeCameraOptions> range_camera_of(
     const Mission& mission, vehicle::RangeCameraOptions options = {});
 
-/// The true world of a simulated dive: the map with its drawn errors, and the unmapped objects.
+/// The true world of a simulated dive: `settings.world`, or else the map, with drawn errors, and
+/// the unmapped objects.
 [[nodiscard]] planning::World simulated_world(const planning::World& map,
                                               const DiveSettings& settings);
 

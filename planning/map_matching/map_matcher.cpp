@@ -13,14 +13,15 @@
 #include <Eigen/LU>
 
 #include "common/assert.h"
+#include "planning/map_matching/map_agreement.h"
 
 namespace dive::planning {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Matrix4d;
 using Eigen::Vector3d;
-using Eigen::Vector4d;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kRays = 440;      // of a scan
 constexpr int kMinUsed = 40;            // points on mapped surfaces
@@ -28,7 +29,8 @@ constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or m
 constexpr double kRangeSigma = 0.01;    // m, of a range: constant part
 constexpr double kRangeShare = 0.005;   // and the part that grows with it
 constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
-constexpr double kAngleSigma = 0.004;   // rad: attitude, and the mounting of the camera
+constexpr double kAngleSigma = 0.004;   // rad, of a ray
+constexpr double kTiltSigma = 0.008;    // rad, about each level axis: attitude, and the mounting
 constexpr double kHeightSigma = 0.1;    // m, of the map relative to the depth sensor
 constexpr double kNoHeight = 10.0;      // m, one sigma: nothing is known of the height
 constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
@@ -53,7 +55,22 @@ constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
 constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
 constexpr double kSamePlace = 0.12;       // m between two minima that are one
 constexpr double kAmbiguous = 0.02;       // of the best likelihood
+constexpr double kTooUncertain = 0.4;     // m, one sigma: what contradicts the map cannot be told
+constexpr double kAgrees = 0.25;          // m from a mapped surface, for a position without error
+constexpr double kSigmas = 2.0;           // of the position, added to it
 constexpr double kDoubt = 0.25;           // share of the prior: it may be half as good as it says
+
+// Order of a shift: position (m), heading, and tilt about x and y of W (rad).
+constexpr int kZ = 2;
+constexpr int kYaw = 3;
+constexpr int kTilt = 4;
+// What a fix is about, and what is marginalised.
+constexpr std::array kKept = {0, 1, kYaw};
+constexpr std::array kNuisance = {kZ, kTilt, kTilt + 1};
+
+Eigen::Quaterniond turn_of(const Vector6d& shift) {
+  return so3_exp(Vector3d(shift[kTilt], shift[kTilt + 1], shift[kYaw]));
+}
 
 struct Ray {
   Vector3d arm_W;        // from B's origin to the point, turned to W
@@ -63,15 +80,15 @@ struct Ray {
 
 // A linearisation around a shift of the prior, and its robust cost.
 struct Normal {
-  Matrix4d information = Matrix4d::Zero();
-  Vector4d gradient = Vector4d::Zero();
+  Matrix6d information = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
   double cost = 0.0;
   int used = 0;
   int gated = 0;
 };
 
 struct Minimum {
-  Vector4d shift = Vector4d::Zero();  // x, y, z, heading from the prior
+  Vector6d shift = Vector6d::Zero();  // from the prior, in the order of kX
   Normal at;
   double from_prior = 0.0;  // squared Mahalanobis distance from the prior
 
@@ -121,9 +138,9 @@ struct MapMatcher::Impl {
   }
 
   [[nodiscard]] Normal linearise(const std::vector<Ray>& rays, const Vector3d& p_W,
-                                 const Vector4d& shift, const Matrix4d& covariance) const {
+                                 const Vector6d& shift, const Matrix6d& covariance) const {
     Normal normal;
-    const Eigen::AngleAxisd turn(shift[3], Vector3d::UnitZ());
+    const Matrix3d turn = turn_of(shift).toRotationMatrix();
     for (const Ray& ray : rays) {
       const Vector3d arm = turn * ray.arm_W;
       const Vector3d direction = turn * ray.direction_W;
@@ -135,7 +152,9 @@ struct MapMatcher::Impl {
         continue;
       }
       const Vector3d& n = nearest->normal_W;
-      const Vector4d h(n.x(), n.y(), n.z(), n.y() * arm.x() - n.x() * arm.y());
+      const Vector3d by_turn = arm.cross(n);
+      Vector6d h;
+      h << n, by_turn.z(), by_turn.x(), by_turn.y();
       const double range_sigma = (kRangeSigma + kRangeShare * ray.range) * n.dot(direction);
       const double variance = range_sigma * range_sigma + kSurfaceSigma * kSurfaceSigma +
                               std::pow(kAngleSigma * ray.range, 2);
@@ -157,12 +176,12 @@ struct MapMatcher::Impl {
   }
 
   // Gauss-Newton steps from `shift`, with the prior around zero.
-  [[nodiscard]] Minimum descend(const std::vector<Ray>& rays, const Vector3d& p_W, Vector4d shift,
-                                const Matrix4d& covariance) const {
-    const Matrix4d prior = covariance.inverse();
+  [[nodiscard]] Minimum descend(const std::vector<Ray>& rays, const Vector3d& p_W, Vector6d shift,
+                                const Matrix6d& covariance) const {
+    const Matrix6d prior = covariance.inverse();
     Normal normal = linearise(rays, p_W, shift, covariance);
     for (int i = 0; i < kIterations && normal.used >= kMinUsed; ++i) {
-      const Vector4d step =
+      const Vector6d step =
           (normal.information + prior).ldlt().solve(normal.gradient - prior * shift);
       shift += step;
       normal = linearise(rays, p_W, shift, covariance);
@@ -187,7 +206,7 @@ struct MapMatcher::Impl {
   // The places around the prior where the scan fits best, no two within a step of the grid.
   [[nodiscard]] std::vector<Eigen::Vector2d> candidates(const std::vector<Ray>& rays,
                                                         const Vector3d& p_W,
-                                                        const Matrix4d& covariance) const {
+                                                        const Matrix6d& covariance) const {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
     const Eigen::Vector2d reach = (kSearch * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt())
                                       .cwiseMax(kMinSearch)
@@ -223,14 +242,14 @@ struct MapMatcher::Impl {
 
   // The best minimum from the prior and from places around it, and how likely another one is.
   [[nodiscard]] Minimum search(const std::vector<Ray>& rays, const Vector3d& p_W,
-                               const Matrix4d& covariance, double& ambiguity) const {
-    Minimum best = descend(rays, p_W, Vector4d::Zero(), covariance);
+                               const Matrix6d& covariance, double& ambiguity) const {
+    Minimum best = descend(rays, p_W, Vector6d::Zero(), covariance);
     const double variance =
         std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
     if (variance < kWorthSearch * kWorthSearch) return best;
     std::vector<Minimum> minima = {best};
     for (const Eigen::Vector2d& place : candidates(rays, p_W, covariance)) {
-      Vector4d from = Vector4d::Zero();
+      Vector6d from = Vector6d::Zero();
       from.head<2>() = place;
       minima.push_back(descend(rays, p_W, from, covariance));
     }
@@ -254,18 +273,20 @@ struct MapMatcher::Impl {
     fix.position_W = p_W.head<2>();
     fix.heading_correction = prior.heading_correction;
     const std::vector<Ray> rays = rays_of(scan, prior.X_WB);
-    Matrix4d covariance = Matrix4d::Zero();
+    Matrix6d covariance = Matrix6d::Zero();
     covariance.topLeftCorner<2, 2>() = prior.covariance.topLeftCorner<2, 2>();
-    covariance.block<2, 1>(0, 3) = prior.covariance.block<2, 1>(0, 2);
-    covariance.block<1, 2>(3, 0) = prior.covariance.block<1, 2>(2, 0);
+    covariance.block<2, 1>(0, kYaw) = prior.covariance.block<2, 1>(0, 2);
+    covariance.block<1, 2>(kYaw, 0) = prior.covariance.block<1, 2>(2, 0);
     const double height_sigma = std::max(kHeightSigma, prior.height_sigma_m);
-    covariance(2, 2) = height_sigma * height_sigma;
-    covariance(3, 3) = prior.covariance(2, 2);
-    covariance.diagonal() += Vector4d(1.0, 1.0, 0.0, 0.25) * kMinPrior * kMinPrior;
+    covariance(kZ, kZ) = height_sigma * height_sigma;
+    covariance(kYaw, kYaw) = prior.covariance(2, 2) + 0.25 * kMinPrior * kMinPrior;
+    covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
+    covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
 
     const Minimum best = search(rays, p_W, covariance, fix.ambiguity);
     fix.used = best.at.used;
     fix.gated = best.at.gated;
+    fix.agreement = agreement_at(scan, prior.X_WB, best, covariance);
     if (best.at.used < kMinUsed) {
       fix.problem = MapFixProblem::kFewPoints;
       return fix;
@@ -275,37 +296,64 @@ struct MapMatcher::Impl {
       return fix;
     }
     fix.position_W += best.shift.head<2>();
-    fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[3]);
-    marginalise_height(best, height_sigma, fix);
-    fix.height_W = p_W.z() + best.shift[2];
+    fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[kYaw]);
+    marginalise(best, covariance, fix);
+    fix.height_W = p_W.z() + best.shift[kZ];
     fix.height_sigma_m = height_sigma_of(best, covariance);
     return fix;
   }
 
+  // The scan is compared where it fits best, so that an error of the position is no contradiction.
+  [[nodiscard]] MapAgreement agreement_at(const RangeScan& scan, Pose X_WB, const Minimum& best,
+                                          const Matrix6d& prior) const {
+    Matrix6d covariance = prior;
+    if (best.at.used >= kMinUsed) {
+      covariance = (best.at.information + prior.inverse()).inverse();
+      X_WB.p += best.shift.head<3>();
+      X_WB.q = turn_of(best.shift) * X_WB.q;
+    }
+    const double sigma =
+        std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
+    if (sigma > kTooUncertain) return {};
+    return agreement(*surface, scan, X_WB, kAgrees + kSigmas * sigma);
+  }
+
   // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
-  static double height_sigma_of(const Minimum& best, const Matrix4d& covariance) {
-    Matrix4d others = covariance;
-    others(2, 2) = kNoHeight * kNoHeight;
-    const Matrix4d posterior = (best.at.information + others.inverse()).inverse();
-    const double sigma = std::sqrt(std::max(posterior(2, 2), 0.0));
+  static double height_sigma_of(const Minimum& best, const Matrix6d& covariance) {
+    Matrix6d others = covariance;
+    others(kZ, kZ) = kNoHeight * kNoHeight;
+    const Matrix6d posterior = (best.at.information + others.inverse()).inverse();
+    const double sigma = std::sqrt(std::max(posterior(kZ, kZ), 0.0));
     return sigma < 0.5 * kNoHeight ? sigma : 0.0;
   }
 
-  static void marginalise_height(const Minimum& best, double height_sigma, MapFix& fix) {
-    constexpr std::array kKept = {0, 1, 3};
-    const double height_prior = 1.0 / (height_sigma * height_sigma);
-    const double height_information = best.at.information(2, 2) + height_prior;
-    const double height_gradient = best.at.gradient[2] - height_prior * best.shift[2];
+  // Leaves position and heading: an error of height or tilt that is the same for all rays must not
+  // pass for information about them where the ground slopes.
+  static void marginalise(const Minimum& best, const Matrix6d& covariance, MapFix& fix) {
+    Matrix3d cross;
+    Matrix3d nuisance;
+    Vector3d gradient;
+    for (int row = 0; row < 3; ++row) {
+      const int i = kNuisance[static_cast<std::size_t>(row)];
+      const double prior = 1.0 / covariance(i, i);
+      gradient[row] = best.at.gradient[i] - prior * best.shift[i];
+      for (int column = 0; column < 3; ++column) {
+        nuisance(row, column) = best.at.information(i, kNuisance[static_cast<std::size_t>(column)]);
+        cross(column, row) = best.at.information(kKept[static_cast<std::size_t>(column)], i);
+      }
+      nuisance(row, row) += prior;
+    }
+    const Matrix3d share = cross * nuisance.inverse();
     for (int row = 0; row < 3; ++row) {
       const int i = kKept[static_cast<std::size_t>(row)];
-      const double share = best.at.information(i, 2) / height_information;
-      fix.gradient[row] = best.at.gradient[i] - share * height_gradient;
+      fix.gradient[row] = best.at.gradient[i];
       for (int column = 0; column < 3; ++column) {
-        const int j = kKept[static_cast<std::size_t>(column)];
         fix.information(row, column) =
-            best.at.information(i, j) - share * best.at.information(2, j);
+            best.at.information(i, kKept[static_cast<std::size_t>(column)]);
       }
     }
+    fix.gradient -= share * gradient;
+    fix.information -= share * cross.transpose();
     fix.information = 0.5 * (fix.information + fix.information.transpose()).eval();
   }
 

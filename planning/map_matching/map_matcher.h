@@ -4,14 +4,15 @@
 //
 // A point b of the scan (in B) lies at x = p + Rz(dpsi) R b for a pose with attitude R; the mapped
 // surface nearest to it has the height phi(x) and the normal n there. Iterated point-to-plane
-// (Chen, Medioni 1992) over the position and the heading, with roll and pitch known:
+// (Chen, Medioni 1992) over the position p and a turn about the axes of W:
 //
-//   r = phi(x),   h = [n; n . (z x R b)]
+//   r = phi(x),   h = [n; R b x n]
 //   w = kappa Huber(r / s) / s^2,   s^2 = s_range^2 (n . d)^2 + s_surface^2 + (s_angle range)^2
 //
 // with d the direction of the ray and kappa the share of the points that counts as independent. A
-// point with |r| beyond its gate belongs to something that the map lacks. The height is measured by
-// the depth sensor, so that it is estimated with a narrow prior of its own and marginalised.
+// point with |r| beyond its gate belongs to something that the map lacks. Height and tilt are
+// measured by depth and attitude sensor, so that they are estimated with narrow priors and
+// marginalised.
 
 #include <memory>
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <variant>
 
+#include "common/assert.h"
 #include "planning/world/primitives.h"
 
 namespace dive::planning {
@@ -43,14 +44,24 @@ std::optional<Vector3d> normal_at(const Shape& shape, const Vector3d& p_O) {
 
 }  // namespace
 
-MapSurface::MapSurface(const World& world) {
+const std::string& object_name(const World& world, int object) {
+  DIVE_DEMAND(object >= 0);
+  const auto index = static_cast<std::size_t>(object);
+  if (index < world.obstacles.size()) return world.obstacles[index].name;
+  DIVE_DEMAND(index - world.obstacles.size() < world.surfaces.size());
+  return world.surfaces[index - world.obstacles.size()].name;
+}
+
+MapSurface::MapSurface(const World& world) : first_mesh_(static_cast<int>(world.obstacles.size())) {
   std::vector<Eigen::AlignedBox3d> boxes;
-  for (const Obstacle& obstacle : world.obstacles) {
+  for (std::size_t i = 0; i < world.obstacles.size(); ++i) {
+    const Obstacle& obstacle = world.obstacles[i];
+    const int object = static_cast<int>(i);
     if (const auto* half = std::get_if<HalfSpace>(&obstacle.shape)) {
       const Vector3d normal_W = obstacle.X_WO.q * half->normal.normalized();
-      planes_.push_back({normal_W, normal_W.dot(obstacle.X_WO.p)});
+      planes_.push_back({normal_W, normal_W.dot(obstacle.X_WO.p), object});
     } else if (obstacle.surface < 0 || world.surfaces.empty()) {
-      primitives_.push_back({obstacle.shape, obstacle.X_WO.inverse()});
+      primitives_.push_back({obstacle.shape, obstacle.X_WO.inverse(), object});
       boxes.push_back(bounding_box(obstacle));
     }
   }
@@ -65,11 +76,11 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
                                                        double reach) const {
   double least = reach;
   std::optional<Nearest> plane;
-  for (const auto& [normal_W, offset] : planes_) {
+  for (const auto& [normal_W, offset, object] : planes_) {
     const double height = normal_W.dot(p_W) - offset;
     if (std::abs(height) >= least) continue;
     least = std::abs(height);
-    plane = Nearest{height, normal_W};
+    plane = Nearest{height, normal_W, object};
   }
   const Primitive* primitive = nullptr;
   double height = 0.0;
@@ -81,24 +92,28 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
     height = here;
     return least = std::abs(here);
   });
-  const TriangleSoup* soup = nullptr;
+  std::optional<std::size_t> mesh;
   std::size_t triangle = 0;
-  for (const TriangleSoup& one : soups_) {
-    const std::optional<std::size_t> index = one.nearest(p_W, least);
+  for (std::size_t i = 0; i < soups_.size(); ++i) {
+    const std::optional<std::size_t> index = soups_[i].nearest(p_W, least);
     if (!index) continue;
-    soup = &one;
+    mesh = i;
     triangle = *index;
-    least = one.distance(triangle, p_W);
+    least = soups_[i].distance(triangle, p_W);
   }
-  if (soup != nullptr) return at_triangle(soup->corners(triangle), p_W, from_W);
+  if (mesh) {
+    Nearest nearest = at_triangle(soups_[*mesh].corners(triangle), p_W, from_W);
+    nearest.object = first_mesh_ + static_cast<int>(*mesh);
+    return nearest;
+  }
   if (primitive == nullptr) return plane;
   const std::optional<Vector3d> normal_O = normal_at(primitive->shape, primitive->X_OW * p_W);
   if (!normal_O) return std::nullopt;
-  return Nearest{height, primitive->X_OW.q.conjugate() * *normal_O};
+  return Nearest{height, primitive->X_OW.q.conjugate() * *normal_O, primitive->object};
 }
 
 bool MapSurface::is_near(const Vector3d& p_W, double reach) const {
-  for (const auto& [normal_W, offset] : planes_) {
+  for (const auto& [normal_W, offset, object] : planes_) {
     if (std::abs(normal_W.dot(p_W) - offset) < reach) return true;
   }
   bool is_found = false;

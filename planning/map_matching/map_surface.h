@@ -2,6 +2,7 @@
 // The surfaces of a known map, and the nearest one to a measured point.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,6 +13,10 @@
 
 namespace dive::planning {
 
+/// Name of an object of the world: its obstacles come first, then its meshes. Demands that there is
+/// one.
+[[nodiscard]] const std::string& object_name(const World& world, int object);
+
 /// Distances to the primitives of a world in closed form, and to its meshes by their triangles: the
 /// convex pieces that the planner uses may contain a mesh's surface by centimetres. Thread-safe.
 class MapSurface {
@@ -19,6 +24,7 @@ class MapSurface {
   struct Nearest {
     double height = 0.0;       ///< Distance of the point from the surface along the normal, m.
     Eigen::Vector3d normal_W;  ///< Unit normal out of the solid; of a mesh, on the side asked for.
+    int object = 0;            ///< Index of what it belongs to; see object_name().
   };
 
   explicit MapSurface(const World& world);
@@ -36,16 +42,19 @@ class MapSurface {
   struct Primitive {
     Shape shape;
     Pose X_OW;
+    int object = 0;
   };
   struct Plane {
     Eigen::Vector3d normal_W;
     double offset = 0.0;
+    int object = 0;
   };
 
   std::vector<Primitive> primitives_;
   std::vector<Plane> planes_;
   std::vector<TriangleMesh> meshes_;
   std::vector<TriangleSoup> soups_;  ///< Refer to meshes_.
+  int first_mesh_ = 0;               ///< Its object.
   std::optional<BoxTree> tree_;      ///< Of the primitives.
 };
 

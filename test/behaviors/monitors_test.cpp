@@ -315,6 +315,29 @@ TEST_F(MonitorsTest, LocalisationIsLostAlongTheWorstAxis) {
   EXPECT_EQ(what(), Only{"localisation_lost"});
 }
 
+TEST_F(MonitorsTest, TheMapIsWrongOnceScansOfSecondsContradictIt) {
+  const auto scan = [&](const MapAgreement& agreement, int times) {
+    for (int i = 0; i < times; ++i) {
+      run(0.5);
+      MapFix fix;
+      fix.scan_utime = now_;
+      fix.agreement = agreement;
+      monitors_.receive(fix);
+    }
+    tick();
+  };
+  scan({.confirmed = 4, .missing = 2, .unmapped = 5}, 40);
+  EXPECT_EQ(what(), Only{}) << "some objects are gone, others are new";
+  scan({.confirmed = 0, .missing = 0, .unmapped = 3}, 40);
+  EXPECT_EQ(what(), Only{}) << "a diver over a bare seabed";
+  scan({.confirmed = 1, .missing = 4, .unmapped = 2}, 4);
+  EXPECT_EQ(what(), Only{}) << "two seconds";
+  scan({.confirmed = 1, .missing = 4, .unmapped = 2}, 4);
+  EXPECT_EQ(what(), Only{"wrong_map"});
+  scan({.confirmed = 8, .missing = 0, .unmapped = 0}, 12);
+  EXPECT_EQ(what(), Only{});
+}
+
 TEST_F(MonitorsTest, PlannerOperatorAndRetrace) {
   input_.plan_failures = 3;
   tick();

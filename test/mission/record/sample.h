@@ -149,6 +149,10 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_MAP_FIX.height_W", fix.height_W);
     f("DIVE_IN_MAP_FIX.height_sigma_m", fix.height_sigma_m);
     f("DIVE_IN_MAP_FIX.ambiguity", fix.ambiguity);
+    f("DIVE_IN_MAP_FIX.confirmed", fix.agreement.confirmed);
+    f("DIVE_IN_MAP_FIX.missing", fix.agreement.missing);
+    f("DIVE_IN_MAP_FIX.unmapped", fix.agreement.unmapped);
+    f("DIVE_IN_MAP_FIX.missing_object", fix.agreement.missing_object);
   }
   if (in.vision) each_vision(*in.vision, f);
   if (in.loss) {

@@ -124,7 +124,8 @@ TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
   const DiveResults with = dive(kTag, 3);
   for (const DiveResults& results : {without, with}) {
     EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
-    EXPECT_EQ(results.refused + results.others, 0);
+    EXPECT_LE(results.refused, results.used) << "an estimate may be wrong by more than it says";
+    EXPECT_EQ(results.others, 0);
     EXPECT_GT(results.result.distance_m, 25.0);
     EXPECT_LT(results.result.largest_step_m, 0.03) << "without a jump";
   }

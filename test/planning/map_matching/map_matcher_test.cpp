@@ -158,6 +158,38 @@ TEST(MapMatcher, ABareFloorGivesNoInformation) {
   EXPECT_LT(fix.gradient.norm(), 1e-6);
 }
 
+// Ground that slopes by 15 degrees: a camera that is turned by half a degree in its mount measures
+// it centimetres off, which is no information about the position.
+TEST(MapMatcher, AnErrorOfTiltIsNoPositionOnSlopingGround) {
+  const Vector3d normal = Vector3d(-std::sin(0.26), 0.0, std::cos(0.26));
+  World world;
+  world.obstacles.push_back({"slope", HalfSpace{normal}, Pose{{0.0, 0.0, -4.0}, {1, 0, 0, 0}}});
+  const MapMatcher matcher(world);
+  const Pose X_WB{{0.3, 0.4, -2.0}, from_rpy(0.0, 0.0, 0.15)};
+  RangeScan scan;
+  scan.utime = 1'000'000;
+  scan.reach = kReach;
+  for (int i = 0; i < 1200; ++i) {
+    const Vector3d along_B =
+        (from_rpy(0.0, 0.7, 0.0) *
+         Vector3d(1.0, 1.7 * (0.5 - (i % 40 + 0.5) / 40.0), 1.0 * (0.5 - (i / 40 + 0.5) / 30.0)))
+            .normalized();
+    const Vector3d direction = X_WB.q * so3_exp(Vector3d(0.0, 0.009, 0.0)) * along_B;
+    const double range = normal.dot(Vector3d(0.0, 0.0, -4.0) - X_WB.p) / normal.dot(direction);
+    scan.points_B.push_back(
+        ((range > 0.0 && range < kReach ? range : 2.0 * kReach) * along_B).cast<float>());
+  }
+  PosePrior prior;
+  prior.X_WB = X_WB;
+  prior.covariance.diagonal() << 0.04, 0.04, 1e-4;
+  const MapFix fix = matcher.match(scan, prior);
+  ASSERT_EQ(fix.problem, MapFixProblem::kNone);
+  const Eigen::Matrix3d P = (fix.information + prior.covariance.inverse()).inverse();
+  const Vector3d shift = P * fix.gradient + Vector3d(fix.position_W.x() - X_WB.p.x(),
+                                                     fix.position_W.y() - X_WB.p.y(), 0.0);
+  EXPECT_LT(shift.head<2>().norm(), 2.0 * std::sqrt(P(0, 0)));
+}
+
 TEST(MapMatcher, WhatTheMapLacksDoesNotMoveThePosition) {
   Place seen = room();
   const MapMatcher matcher(seen.map());
@@ -241,6 +273,68 @@ TEST(MapMatcher, TheInformationIsThatOfTheError) {
     sum += error.dot(fix.information * error) / 3.0;
   }
   EXPECT_LT(sum / kScans, 1.5) << "never more certain than it is";
+}
+
+TEST(MapMatcher, AScanOfTheMappedRoomConfirmsIt) {
+  const MapMatcher matcher(room().map());
+  Random random(10);
+  const MapAgreement places =
+      matcher.match(room().scan(kTruth, random), prior_off_by(0.1, -0.1, 0.02, 0.1, 0.02))
+          .agreement;
+  EXPECT_GE(places.confirmed, 8) << "of a wall of 5 m and two lower boxes";
+  EXPECT_EQ(places.missing, 0);
+  EXPECT_EQ(places.unmapped, 0);
+}
+
+TEST(MapMatcher, WhatIsGoneAndWhatIsNewIsCountedByPlace) {
+  Place seen = room();
+  const MapMatcher matcher(seen.map());
+  Random random(11);
+  const auto places = [&] {
+    return matcher.match(seen.scan(kTruth, random), prior_off_by(0.0, 0.0, 0.0, 0.05, 0.02))
+        .agreement;
+  };
+  seen.boxes.push_back({{2.5, 0.3, -3.0}, {0.5, 1.0, 2.0}, 0.1});
+  const MapAgreement with_another = places();
+  EXPECT_GE(with_another.unmapped, 2);
+  EXPECT_LE(with_another.unmapped, 8);
+  EXPECT_EQ(with_another.missing, 0);
+  EXPECT_GT(with_another.confirmed, 0);
+  seen.boxes.pop_back();
+  seen.boxes.erase(seen.boxes.begin());
+  const MapAgreement without_wall = places();
+  EXPECT_GE(without_wall.missing, 5);
+  EXPECT_EQ(without_wall.unmapped, 0);
+  EXPECT_EQ(with_another.missing_object, -1);
+  EXPECT_EQ(without_wall.missing_object, 1) << "the floor is 0, the wall the first box";
+}
+
+TEST(MapMatcher, AFlatGroundNeitherConfirmsNorContradicts) {
+  const MapMatcher matcher(Place{}.map());
+  Random random(12);
+  const MapAgreement places =
+      matcher.match(Place{}.scan(kTruth, random), prior_off_by(0.0, 0.0, 0.0, 0.1, 0.02)).agreement;
+  EXPECT_EQ(places.confirmed + places.missing + places.unmapped, 0);
+}
+
+TEST(MapMatcher, AGroundThatIsDeeperThanMappedIsMissing) {
+  const Place mapped{-3.2, {}};
+  const MapMatcher matcher(mapped.map());
+  Random random(13);
+  const MapAgreement places =
+      matcher.match(Place{-5.0, {}}.scan(kTruth, random), prior_off_by(0.0, 0.0, 0.0, 0.1, 0.02))
+          .agreement;
+  EXPECT_GT(places.missing, 5);
+  EXPECT_EQ(places.confirmed, 0);
+}
+
+TEST(MapMatcher, AnUncertainPositionWithoutAFixContradictsNothing) {
+  const MapMatcher matcher(room().map());
+  Random random(14);
+  const MapAgreement places =
+      matcher.match(Place{-9.0, {}}.scan(kTruth, random), prior_off_by(0.0, 0.0, 0.0, 2.0, 0.02))
+          .agreement;
+  EXPECT_EQ(places.confirmed + places.missing + places.unmapped, 0);
 }
 
 RC_GTEST_PROP(MapMatcher, AnyScanGivesAWellFormedFix, ()) {
