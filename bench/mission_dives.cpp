@@ -1,7 +1,7 @@
 // Runs a mission with a series of seeds; collisions and clearances are those of ground truth:
 //     mission_dives missions/window.xml --dives 100 --jobs 2
 //     mission_dives missions/wreck.xml --set map_shift_sigma_m=0.3     with other errors
-//     mission_dives missions/wreck.xml --world missions/maps/hold.sdf   with a map of another place
+//     mission_dives missions/wreck.xml --world missions/maps/maze.sdf   with a map of another place
 //     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
 //     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
 //     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
