@@ -9,9 +9,6 @@ constexpr int kLeastScans = 10;  // that say anything: the position has been sea
 // Sums over scans: three places in each scan of four seconds, say.
 constexpr int kMissing = 20;
 constexpr int kUnmapped = 60;
-// Places that contradict the map for each one that confirms it. Surfaces of another wreck lie on
-// mapped ones here and there, and a scan is matched where it fits best.
-constexpr int kForEachConfirmed = 2;
 
 }  // namespace
 
@@ -37,13 +34,12 @@ MapAgreement MapEvidence::sum(Utime now) const {
 
 bool MapEvidence::contradicts_map(Utime now) const {
   const auto scans = std::ranges::count_if(scans_, [&](const Scan& scan) {
-    return is_recent(scan, now) &&
-           scan.agreement.confirmed + scan.agreement.missing + scan.agreement.unmapped > 0;
+    return is_recent(scan, now) && scan.agreement.places() > 0;
   });
   if (scans < kLeastScans) return false;
   const MapAgreement places = sum(now);
   const bool are_enough = places.missing >= kMissing || places.unmapped >= kUnmapped;
-  return are_enough && places.missing + places.unmapped > kForEachConfirmed * places.confirmed;
+  return are_enough && places.contradicts();
 }
 
 }  // namespace dive::behaviors

@@ -23,10 +23,11 @@ struct MapAgreement {
   /// Index of a mapped object through which the scan sees (planning::object_name()); -1: none.
   int missing_object = -1;
 
-  /// True if more of the view differs from the map than agrees with it.
-  [[nodiscard]] bool contradicts() const {
-    return missing + unmapped >= 3 && missing + unmapped > 2 * confirmed;
-  }
+  /// Number of places that say anything.
+  [[nodiscard]] int places() const { return confirmed + missing + unmapped; }
+  /// True if the view differs from the map more than it agrees with it, by far: surfaces of another
+  /// wreck lie on mapped ones here and there, and a scan is matched where it fits best.
+  [[nodiscard]] bool contradicts() const { return missing + unmapped > 2 * confirmed; }
 };
 
 /// A log-likelihood over the position x (m, in the map) at the time of the scan and the heading

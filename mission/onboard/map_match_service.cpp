@@ -11,6 +11,7 @@ namespace dive::mission {
 namespace {
 
 constexpr int kContradictions = 3;
+constexpr int kPlaces = 3;  // of a scan that contradict the map
 // Sigmas by which a position that scans contradict may be wrong: m, m and rad.
 const Eigen::Vector3d kLost(1.0, 1.0, 0.05);
 
@@ -40,7 +41,11 @@ std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const 
 
 std::optional<MapFix> MapMatchService::poll(Utime now) {
   std::optional<MapFix> fix = worker_.poll(now);
-  if (fix) contradictions_ = fix->agreement.contradicts() ? contradictions_ + 1 : 0;
+  if (fix) {
+    const MapAgreement& seen = fix->agreement;
+    const bool contradicts = seen.missing + seen.unmapped >= kPlaces && seen.contradicts();
+    contradictions_ = contradicts ? contradictions_ + 1 : 0;
+  }
   return fix;
 }
 
