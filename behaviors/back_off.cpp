@@ -27,7 +27,7 @@ bool BackOff::is_needed(const BehaviorInput& input) {
   if (last_W_) tight_m_ += (p_W - *last_W_).norm();
   last_W_ = p_W;
   if (!input.map_changed || input.observed == nullptr || input.trail == nullptr) return false;
-  clearance_m_ = input.observed->clearance({&input.estimate->X_WB, 1});
+  clearance_m_ = input.observed->clearance_to_all({&input.estimate->X_WB, 1});
   if (clearance_m_ >= planning::kMinStartClearance * d_min_m_) tight_m_ = 0.0;
   if (tried_at_ && to_seconds(input.now - *tried_at_) < options_.retry_s) return false;
   return clearance_m_ < options_.min_clearance * d_min_m_ || tight_m_ > planning::kMaxReducedLength;
@@ -44,7 +44,7 @@ Trail::Path BackOff::find_path(const BehaviorInput& input, const Criteria& crite
         (criteria.needs_open_water && !breadcrumb.open_above))
       return false;
     const Pose there{p_W, X_WB.q};
-    const double there_m = input.observed->clearance({&there, 1});
+    const double there_m = input.observed->clearance_to_all({&there, 1});
     if (there_m > most_m) {
       most_m = there_m;
       clearest_W = p_W;
@@ -91,7 +91,7 @@ double BackOff::clearance_of_rest(const Route& route, const BehaviorInput& input
     from = route.points_W[i];
   }
   poses.push_back({from, poses.back().q});
-  return input.observed->clearance(poses);
+  return input.observed->clearance_to_all(poses);
 }
 
 std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {

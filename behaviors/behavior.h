@@ -26,6 +26,8 @@ class PathEvaluator {
   /// Lower bound (m) of the clearance between the motion through `waypoints` and the obstacles
   /// added to the map. It may be less than the true clearance when the obstacles are far away.
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
+  /// The same to all obstacles, those of the known map included: for motions that no plan contains.
+  [[nodiscard]] virtual double clearance_to_all(std::span<const Pose> waypoints) = 0;
 };
 
 /// Time after which a request without an answer has failed.

@@ -127,10 +127,20 @@ bool Leg::take_answer(const BehaviorInput& input) {
   if (observed_m <= 0.0 ||
       observed_m < kept(std::min(plan.clearance_m, settings_.limits.clearance)))
     return true;
-  if (recovery_.can_turn_onto(plan.waypoints, input) ||
-      !begin_back_off(input, LegRecovery::BackOffReason::kOtherPath)) {
-    take_path(input, std::min(observed_m, plan.clearance_m));
+  using TurnOnto = LegRecovery::TurnOnto;
+  const TurnOnto turn = recovery_.turn_onto(plan.waypoints, input);
+  const bool keeps_path = is_following() && !settings_.recovery.by_motion;
+  if (turn == TurnOnto::kAfterStop || (turn == TurnOnto::kNoRoom && keeps_path)) {
+    recovery_.path_refused(input.now);
+    if (is_following() && progress_.path_is_blocked) {
+      raise(leg::PathEnded{stop_here(input.estimate->X_WB)});
+    }
+    return false;
   }
+  if (turn == TurnOnto::kNoRoom && recovery_.may_back_off(input.estimate->X_WB.p) &&
+      begin_back_off(input, LegRecovery::BackOffReason::kOtherPath))
+    return false;
+  take_path(input, std::min(observed_m, plan.clearance_m));
   return false;
 }
 
@@ -158,7 +168,7 @@ void Leg::take_path(const BehaviorInput& input, double clearance_m) {
 }
 
 bool Leg::request_alternative() {
-  alternative_requested_ = recovery_.may_back_off(p_W_);
+  alternative_requested_ = settings_.recovery.by_motion && recovery_.may_back_off(p_W_);
   return alternative_requested_;
 }
 

@@ -14,6 +14,10 @@ constexpr double kNearlyThere = 0.3;    // m: within it a place has no meaningfu
 constexpr double kApproachStep = 0.25;  // m between the places tried
 constexpr double kSameStop = 1.0;       // m between two stops for one obstacle
 constexpr int kMaxStops = 4;            // for one obstacle
+constexpr double kSharpTurn = 0.6;      // rad: less is turned under way
+constexpr double kTurnAtRest = 1.0;     // rad: more is turned after a stop
+constexpr double kAtRest = 0.15;        // m/s
+constexpr double kCoastSeconds = 0.7;   // s of motion at the present velocity until it has stopped
 constexpr double kMapSeconds = 1.2;     // s until the map has what two scans show
 
 // A turn on the spot until the bow points along `direction`.
@@ -128,20 +132,32 @@ bool LegRecovery::is_too_near(const BehaviorInput& input) {
 }
 
 bool LegRecovery::may_back_off(const Eigen::Vector3d& p_W) const {
-  return options_.by_motion && back_off_.count_at(p_W) < options_.back_off.max_attempts;
+  return back_off_.count_at(p_W) < options_.back_off.max_attempts;
 }
 
-bool LegRecovery::can_turn_onto(std::span<const Pose> path, const BehaviorInput& input) const {
+LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
+                                             const BehaviorInput& input) const {
+  if (input.observed == nullptr) return TurnOnto::kPossible;
   const Pose& X_WB = input.estimate->X_WB;
-  if (!may_back_off(X_WB.p) || input.observed == nullptr) return true;
+  const Eigen::Vector3d& v_B = input.estimate->v_WB_B;
   for (const Pose& waypoint : path) {
     const Eigen::Vector3d direction = waypoint.p - X_WB.p;
     if (direction.head<2>().norm() < kNearlyThere) continue;
+    const double bearing = std::atan2(direction.y(), direction.x());
+    const double turn = wrap_angle(bearing - to_rpy(X_WB.q).z());
+    if (std::abs(turn) < kSharpTurn) break;
+    if (std::abs(turn) > kTurnAtRest && v_B.norm() > kAtRest) return TurnOnto::kAfterStop;
+    const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * v_B);
+    const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
+                                        Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};
     const double least = options_.back_off.min_turn_clearance * d_min_m_;
-    return input.observed->clearance(turn_along(direction, X_WB)) >= least;
+    if (input.observed->clearance_to_all(motion) < least) return TurnOnto::kNoRoom;
+    break;
   }
-  return true;
+  return TurnOnto::kPossible;
 }
+
+void LegRecovery::path_refused(Utime now) { pause_until_ = now + from_seconds(options_.retry_s); }
 
 // The distance grows with each attempt from one place: an obstacle may need time to leave, and with
 // little clearance the vehicle cannot keep station.

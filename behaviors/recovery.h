@@ -53,8 +53,15 @@ class LegRecovery {
   [[nodiscard]] bool is_too_near(const BehaviorInput& input);
   /// False after too many attempts from about `p_W`.
   [[nodiscard]] bool may_back_off(const Eigen::Vector3d& p_W) const;
-  /// False where the turn onto `path` leaves too little clearance, and the vehicle may back off.
-  [[nodiscard]] bool can_turn_onto(std::span<const Pose> path, const BehaviorInput& input) const;
+  /// The turn with which a path begins.
+  enum class TurnOnto {
+    kPossible,
+    kAfterStop,  ///< Too sharp for a vehicle under way.
+    kNoRoom,     ///< Made almost on the spot, it leaves too little clearance.
+  };
+  [[nodiscard]] TurnOnto turn_onto(std::span<const Pose> path, const BehaviorInput& input) const;
+  /// A path was refused for that turn: the next is planned after a pause.
+  void path_refused(Utime now);
   /// False when there is no path back to a place with more clearance.
   [[nodiscard]] bool begin_back_off(const BehaviorInput& input, BackOffReason reason);
   /// True once, when the vehicle has backed off too often from about `p_W`.

@@ -1,14 +1,15 @@
 // Linked dives of missions under an overhead, each disturbed at a random instant: executive killed,
 // stopped for 0.2 to 10 s, ended by SIGTERM, killed and restarted, killed together with the
-// supervisor, the vehicle's driver restarted, the sensors' clock set. Counts collisions by ground
-// truth, also those that the same seed has undisturbed, and dives that end at the surface.
+// supervisor, its disk stalled for 5 s, the vehicle's driver restarted, the sensors' clock set.
+// Counts collisions by ground truth, also those that the same seed has undisturbed, and dives that
+// end at the surface.
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <map>
+#include <fstream>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -17,6 +18,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "common/parallel.h"
 #include "common/random.h"
 #include "test/mission/link/process.h"
 #include "vehicle/link/bus.h"
@@ -26,9 +28,12 @@ namespace {
 using dive::mission::testing::Process;
 using Words = std::vector<std::string>;
 
-enum class What { kKill, kStop, kTerm, kRestart, kKillBoth, kDriver, kClock };
-constexpr std::array kNames = {"SIGKILL",         "SIGSTOP", "SIGTERM",  "restarted",
-                               "with supervisor", "driver",  "clock set"};
+enum class What { kKill, kStop, kTerm, kRestart, kKillBoth, kDisk, kDriver, kClock };
+constexpr std::array kNames = {"SIGKILL",         "SIGSTOP",      "SIGTERM", "restarted",
+                               "with supervisor", "disk stalled", "driver",  "clock set"};
+constexpr double kDiskStalls_s = 5.0;  // wall time, whatever the pace of the dive
+
+const char* name_of(What what) { return kNames[static_cast<std::size_t>(what)]; }
 
 struct Case {
   std::string mission;
@@ -89,8 +94,10 @@ Words simulator_words(const Case& one) {
 Outcome run(const Case& one, int index, const std::string& folder) {
   const std::string url = fmt::format("udpm://239.255.76.67:{}?ttl=0", 30'000 + index);
   const std::string pace = fmt::format("{}", factor);
+  const std::string stalled_disk = folder + "/disk-is-stalled";
   const auto start = [&](const std::string& name, Words words) {
-    words.insert(words.begin(), DIVE_COMMAND);
+    words.insert(words.begin(), {"/usr/bin/env", "LD_PRELOAD=" STALLED_DISK,
+                                 "DIVE_STALLED_DISK=" + stalled_disk, DIVE_COMMAND});
     words.insert(words.end(), {"--time-factor", pace, "--lcm", url, "--json"});
     return std::make_unique<Process>(words, folder, name);
   };
@@ -131,6 +138,11 @@ Outcome run(const Case& one, int index, const std::string& folder) {
       executive = start("resumed", words);
       break;
     }
+    case What::kDisk:
+      std::ofstream(stalled_disk).put('\n');
+      sleep_s(kDiskStalls_s);
+      std::filesystem::remove(stalled_disk);
+      break;
     case What::kDriver:
     case What::kClock:
       break;
@@ -198,42 +210,34 @@ int main(int argc, char** argv) {
   int dives = 28;
   int jobs = 2;
   std::uint64_t seed = 1;
+  std::string only;
+  app.add_option("--only", only, "One disturbance of them")
+      ->check(CLI::IsMember(std::vector<std::string>(kNames.begin(), kNames.end())));
   app.add_option("--dives", dives, "Half of each mission");
   app.add_option("--jobs", jobs, "Dives at a time");
   app.add_option("--time-factor", factor, "Times real time");
   app.add_option("--seed", seed, "Of the instants, and of the first dive");
   CLI11_PARSE(app, argc, argv);
 
-  const std::vector<Case> cases = make_cases(dives, seed);
+  std::vector<Case> cases = make_cases(dives, seed);
+  if (!only.empty()) {
+    std::erase_if(cases, [&](const Case& one) { return only != name_of(one.what); });
+  }
   std::vector<Outcome> outcomes(cases.size());
   std::string pattern = (std::filesystem::temp_directory_path() / "dive-disturbed-XXXXXX").string();
   const std::filesystem::path folder = mkdtemp(pattern.data());
-  std::mutex mutex;
-  std::size_t next = 0;
-  std::vector<std::jthread> threads;
-  for (int job = 0; job < jobs; ++job) {
-    threads.emplace_back([&] {
-      for (;;) {
-        std::size_t i = 0;
-        {
-          const std::lock_guard lock(mutex);
-          if (next == cases.size()) return;
-          i = next++;
-        }
-        const std::string own = (folder / fmt::format("{}", i)).string();
-        std::filesystem::create_directories(own);
-        outcomes[i] = run(cases[i], static_cast<int>(i), own);
-        std::filesystem::remove_all(own);
-        const Case& one = cases[i];
-        const std::lock_guard lock(mutex);
-        fmt::print("{} seed {}, {} at {:.1f} s ({:.1f}): {}\n", one.mission, one.seed,
-                   kNames[static_cast<std::size_t>(one.what)], one.at_s, one.value,
-                   outcomes[i].about);
-        std::fflush(stdout);
-      }
-    });
-  }
-  threads.clear();
+  std::mutex printing;
+  dive::run_in_parallel(cases.size(), jobs, [&](std::size_t i) {
+    const std::string own = (folder / fmt::format("{}", i)).string();
+    std::filesystem::create_directories(own);
+    outcomes[i] = run(cases[i], static_cast<int>(i), own);
+    std::filesystem::remove_all(own);
+    const Case& one = cases[i];
+    const std::lock_guard lock(printing);
+    fmt::print("{} seed {}, {} at {:.1f} s ({:.1f}): {}\n", one.mission, one.seed,
+               name_of(one.what), one.at_s, one.value, outcomes[i].about);
+    std::fflush(stdout);
+  });
   std::filesystem::remove_all(folder);
   print_table(cases, outcomes);
   return std::ranges::all_of(outcomes,

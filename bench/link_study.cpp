@@ -8,7 +8,6 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "bench/quantile.h"
+#include "common/parallel.h"
 #include "common/priority.h"
 #include "common/random.h"
 #include "test/mission/link/process.h"
@@ -114,21 +114,7 @@ std::vector<double> bare_lateness_ms(const std::atomic<bool>& wanted) {
   return late_ms;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Kills, or aborts, dives over the link at random moments.");
-  int kills = 200;
-  int aborts = 100;
-  int jobs = 4;
-  std::uint64_t seed = 1;
-  app.add_option("--kills", kills, "Of the executive, and as many of the supervisor");
-  app.add_option("--aborts", aborts, "By an operator without a key");
-  app.add_option("--jobs", jobs, "Dives at a time");
-  app.add_option("--speed", speed, "Times real time");
-  app.add_option("--seed", seed, "Of the moments");
-  CLI11_PARSE(app, argc, argv);
-
+std::vector<Case> make_cases(int kills, int aborts, std::uint64_t seed) {
   dive::Random random(seed);
   std::vector<Case> cases;
   for (int i = 0; i < kills; ++i) {
@@ -138,31 +124,12 @@ int main(int argc, char** argv) {
   for (int i = 0; i < aborts; ++i) {
     cases.push_back({What::kAbort, random.uniform(0.0, 25.0) / speed});
   }
-  const std::string folder = (std::filesystem::temp_directory_path() / "dive-link-study").string();
-  std::vector<Outcome> outcomes(cases.size());
-  std::mutex mutex;
-  std::size_t next = 0;
-  std::atomic<bool> wanted = true;
-  std::vector<double> bare_ms;
-  std::jthread bare([&] { bare_ms = bare_lateness_ms(wanted); });
-  std::vector<std::jthread> threads;
-  for (int job = 0; job < jobs; ++job) {
-    threads.emplace_back([&] {
-      for (;;) {
-        std::size_t index = 0;
-        {
-          const std::lock_guard lock(mutex);
-          if (next == cases.size()) return;
-          index = next++;
-        }
-        outcomes[index] = run(cases[index], static_cast<int>(index), folder);
-      }
-    });
-  }
-  threads.clear();
-  wanted = false;
-  bare.join();
+  return cases;
+}
 
+/// Prints what the dives did; false if one did not surface as it should.
+bool report(const std::vector<Case>& cases, const std::vector<Outcome>& outcomes,
+            std::vector<double>& bare_ms) {
   int unwell = 0;
   std::vector<double> lateness_ms;
   std::vector<double> silent_s;
@@ -181,5 +148,34 @@ int main(int argc, char** argv) {
   fmt::print("a bare loop beside it: 99.9th percentile {:.2f} ms, largest {:.2f} ms\n",
              quantile(bare_ms, 0.999), quantile(bare_ms, 1.0));
   fmt::print("the supervisor took over after at most {:.2f} s\n", quantile(silent_s, 1.0));
-  return unwell == 0 ? 0 : 1;
+  return unwell == 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Kills, or aborts, dives over the link at random moments.");
+  int kills = 200;
+  int aborts = 100;
+  int jobs = 4;
+  std::uint64_t seed = 1;
+  app.add_option("--kills", kills, "Of the executive, and as many of the supervisor");
+  app.add_option("--aborts", aborts, "By an operator without a key");
+  app.add_option("--jobs", jobs, "Dives at a time");
+  app.add_option("--speed", speed, "Times real time");
+  app.add_option("--seed", seed, "Of the moments");
+  CLI11_PARSE(app, argc, argv);
+
+  const std::vector<Case> cases = make_cases(kills, aborts, seed);
+  const std::string folder = (std::filesystem::temp_directory_path() / "dive-link-study").string();
+  std::vector<Outcome> outcomes(cases.size());
+  std::atomic<bool> wanted = true;
+  std::vector<double> bare_ms;
+  std::jthread bare([&] { bare_ms = bare_lateness_ms(wanted); });
+  dive::run_in_parallel(cases.size(), jobs, [&](std::size_t index) {
+    outcomes[index] = run(cases[index], static_cast<int>(index), folder);
+  });
+  wanted = false;
+  bare.join();
+  return report(cases, outcomes, bare_ms) ? 0 : 1;
 }

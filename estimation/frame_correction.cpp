@@ -221,6 +221,11 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
   covariance.block<3, 2>(3, 0) = covariance.block<2, 3>(0, 3).transpose();
 }
 
+UnmodelledMotion FrameCorrection::unmodelled() const {
+  if (filter_) return {filter_->speed_scale(), filter_->current_W(), filter_->slip_W()};
+  return {0.0, drift_W_, Vector2d::Zero()};
+}
+
 /// Covariance of x, y and heading of the published pose.
 Matrix3d FrameCorrection::uncertainty() const {
   if (filter_) {

@@ -73,6 +73,14 @@ struct FrameCorrectionOptions {
   [[nodiscard]] std::string validate() const;
 };
 
+/// What the odometry's motion lacks, as far as fixes or cameras have measured it.
+struct UnmodelledMotion {
+  double speed_scale = 0.0;                             ///< Relative error of the expected speed.
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< m/s
+  /// Error of the velocity through the water, which lasts some seconds, m/s.
+  Eigen::Vector2d slip_W = Eigen::Vector2d::Zero();
+};
+
 /// Deterministic: the same calls give the same estimates. Does not allocate.
 class FrameCorrection {
  public:
@@ -97,6 +105,8 @@ class FrameCorrection {
   [[nodiscard]] bool has_jumped() const { return has_jumped_; }
 
   [[nodiscard]] const StateEstimate& estimate() const { return estimate_; }
+  /// What dead reckoning from estimate() must add to stay true; zero if nothing measures it.
+  [[nodiscard]] UnmodelledMotion unmodelled() const;
   /// Why vision is not used, as of its last update; kNone while it is.
   [[nodiscard]] VisionFault fault() const { return gate_.fault(); }
   /// Distance left to the position that vision reports, m.

@@ -61,6 +61,12 @@ class MapFixFilter {
   /// p - m
   [[nodiscard]] Eigen::Vector2d position_W() const { return x_.head<2>() - x_.segment<2>(kMap); }
   [[nodiscard]] double heading_correction() const { return x_[kHeading]; }
+  /// s
+  [[nodiscard]] double speed_scale() const { return x_[kScale]; }
+  /// d, m/s
+  [[nodiscard]] Eigen::Vector2d current_W() const { return x_.segment<2>(kCurrent); }
+  /// b, m/s
+  [[nodiscard]] Eigen::Vector2d slip_W() const { return x_.segment<2>(kSlip); }
   /// Velocity that the odometry does not contain, in W, m/s. None while sensors are silent: over
   /// minutes without attitude an error of a centimetre per second would take the estimate out from
   /// under a roof that the vehicle is still under. The covariance grows by it nevertheless.

@@ -19,7 +19,8 @@ constexpr double kHeaveSigma = 0.05;       // m/s, one sigma
 constexpr double kBlindDrift = 0.02;       // m/s, one sigma, per axis
 constexpr double kBlindTurn = 0.1;         // rad/s, one sigma
 constexpr double kAnyDirection = 1.8;      // rad, one sigma: any direction is equally likely
-constexpr double kUpright = 0.3;           // of B's z axis; flatter, depth gives no heave
+constexpr double kGyroBias_s = 10.0;       // s over which the bias of the turn rate is averaged
+constexpr double kAttitudeJump = 3.0;      // rad/s: the attitude was corrected, and did not turn
 constexpr double kMinSigma = 1e-3;         // m: lower bound of the initial position sigma
 
 }  // namespace
@@ -49,7 +50,12 @@ PrimitiveEstimator::PrimitiveEstimator(PrimitiveOptions options, const Vector3d&
 
 void PrimitiveEstimator::set_commanded_speed(double speed) {
   DIVE_DEMAND(std::isfinite(speed));
-  commanded_speed_ = speed;
+  propulsion_ = {.speed = speed};
+}
+
+void PrimitiveEstimator::set_efforts(double surge, double heave) {
+  DIVE_DEMAND(std::isfinite(surge) && std::isfinite(heave));
+  propulsion_ = {.efforts = Vector2d(surge, heave).cwiseMax(-1.0).cwiseMin(1.0)};
 }
 
 void PrimitiveEstimator::set_expected_heave(double heave) {
@@ -69,10 +75,22 @@ void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;
   if (imu_ && sample.utime <= measured_) return;
+  const std::optional<ImuSample> before = is_blind_ ? std::nullopt : imu_;
   imu_ = sample;
   measured_ = sample.utime;
   imu_->q_WB.normalize();
+  if (before) observe_gyro_bias(*before);
   is_blind_ = false;
+}
+
+// Attitudes are noisy, but not biased like turn rates: over many samples they show the bias.
+void PrimitiveEstimator::observe_gyro_bias(const ImuSample& before) {
+  const double dt = to_seconds(imu_->utime - before.utime);
+  if (dt > kMaxExtrapolation) return;
+  const Vector3d turned = so3_log(before.q_WB.conjugate() * imu_->q_WB) / dt;
+  const Vector3d off = 0.5 * (before.gyro_B + imu_->gyro_B) - turned;
+  if (off.cwiseAbs().maxCoeff() > kAttitudeJump) return;
+  gyro_bias_B_ += -std::expm1(-dt / kGyroBias_s) * (off - gyro_bias_B_);
 }
 
 void PrimitiveEstimator::predict_attitude(Utime utime, const Eigen::Quaterniond& q_WB,
@@ -123,7 +141,9 @@ Eigen::Quaterniond PrimitiveEstimator::attitude(Utime now) const {
 }
 
 void PrimitiveEstimator::propagate(double dt) {
-  motion_.advance(commanded_speed_, imu_->gyro_B.z(), dt);
+  const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
+  motion_.advance(propulsion_, imu_->gyro_B - gyro_bias_B_, up_B, dt);
+  if (silence_s_ == 0.0) motion_.correct(depth_.at(estimate_.utime).rate, up_B, dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
   estimate_.X_WB.p.head<2>() += step.head<2>();
@@ -131,15 +151,10 @@ void PrimitiveEstimator::propagate(double dt) {
   elapsed_s_ += dt;
 }
 
-// Surge and sway are expected; heave is the rest of the measured depth rate, and expected as well
-// without depth samples.
+// Without depth samples the steady heave that the efforts should give.
 Vector3d PrimitiveEstimator::velocity_B() const {
-  const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
-  Vector3d v_B(motion_.surge(), motion_.sway(), 0.0);
-  if (silence_s_ > 0.0) return v_B + expected_heave_ * Vector3d::UnitZ();
-  if (std::abs(up_B.z()) > kUpright) {
-    v_B.z() = (depth_.at(estimate_.utime).rate - up_B.dot(v_B)) / up_B.z();
-  }
+  Vector3d v_B = motion_.v_B();
+  if (silence_s_ > 0.0) v_B.z() = expected_heave_;
   return v_B;
 }
 

@@ -44,8 +44,10 @@ class PrimitiveEstimator {
   PrimitiveEstimator(PrimitiveOptions options, const Eigen::Vector3d& position_W,
                      double position_sigma_m);
 
-  /// Sets the forward speed commanded from now on, m/s.
+  /// Sets the forward speed commanded from now on, m/s: for those who do not know the efforts.
   void set_commanded_speed(double speed);
+  /// Sets the efforts of the flippers in surge and heave from now on, each in [-1, 1].
+  void set_efforts(double surge, double heave);
   /// Sets the climb rate expected from the other commands, m/s: used for dead reckoning while there
   /// are no depth samples.
   void set_expected_heave(double heave);
@@ -61,12 +63,13 @@ class PrimitiveEstimator {
                         const Eigen::Vector3d& omega_B);
   /// Advances to `now` and returns the estimate. Demands non-decreasing times.
   [[nodiscard]] const StateEstimate& update(Utime now);
-  /// Expected speed through the water along x of B, from the commanded speed, m/s.
-  [[nodiscard]] double surge() const { return motion_.surge(); }
+  /// Expected speed through the water along x of B, m/s.
+  [[nodiscard]] double surge() const { return motion_.v_B().x(); }
   /// Variance of the position per axis from the start and from times without samples, m^2.
   [[nodiscard]] double blind_variance() const { return start_variance_; }
 
  private:
+  void observe_gyro_bias(const ImuSample& before);
   void propagate(double dt);
   void grow_blind(double dt);
   [[nodiscard]] Eigen::Quaterniond attitude(Utime now) const;
@@ -76,7 +79,8 @@ class PrimitiveEstimator {
   PrimitiveOptions options_;
   ExpectedMotion motion_;
   DepthFilter depth_;
-  double commanded_speed_ = 0.0;
+  Propulsion propulsion_;
+  Eigen::Vector3d gyro_bias_B_ = Eigen::Vector3d::Zero();  ///< rad/s, by the measured attitudes.
   double expected_heave_ = 0.0;
   double silence_s_ = 0.0;  ///< Time for which the height has been dead-reckoned.
   double blind_s_ = 0.0;    ///< Time for which the attitude has been predicted, s.

@@ -38,7 +38,7 @@ struct Aqua2Figures {
   double max_amplitude = 0.785;       ///< rad; 45 degrees to either side.
   double surge_amplitude = 0.466;     ///< rad, all flippers: full surge gives 0.8 m/s.
   double heave_amplitude = 0.466;     ///< rad, all flippers.
-  double roll_amplitude = 0.3;        ///< rad, all flippers.
+  double roll_amplitude = 0.45;       ///< rad, all flippers: 1.5 times the righting moment.
   double pitch_amplitude = 0.55;      ///< rad, front and rear flippers.
   double yaw_amplitude = 0.5;         ///< rad, all flippers.
   double motor_lag_s = 0.12;          ///< First-order lag: half a beat of the gait is 0.25 s.

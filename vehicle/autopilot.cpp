@@ -24,6 +24,8 @@ std::string AutopilotOptions::validate() const {
     check("attitude_p", attitude_p[i], 0.0, 100.0);
     check("attitude_d", attitude_d[i], 0.0, 100.0);
   }
+  check("righting", righting.minCoeff(), 0.0, 1.0);
+  check("righting", righting.maxCoeff(), 0.0, 1.0);
   check("max_turn_rate", max_turn_rate, 0.01, 10.0);
   check("depth_p", depth_p, 0.0, 100.0);
   check("depth_d", depth_d, 0.0, 100.0);
@@ -78,8 +80,9 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   // On its side nothing else can hold the depth, and the resulting motion is small.
   const double on_side = std::clamp(2.0 * std::abs(up_B.y()) - 1.0, 0.0, 1.0);
   surge_for_depth_ = on_side * push * speed_of_push();
-  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()), effort(turn.x()),
-          effort(turn.y() + trim), effort(turn.z())};
+  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()),
+          effort(turn.x() + options_.righting.x() * up_B.y()),
+          effort(turn.y() - options_.righting.y() * up_B.x() + trim), effort(turn.z())};
 }
 
 Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,

@@ -6,7 +6,8 @@
 //             first-order lag, and the effort is what the vehicle's drag and inertia need for it,
 //             surge = (u_r |u_r| + coast_length * u_r') / full_speed^2
 //   attitude  PD on the rotation vector of q_WB^-1 o, in B: no Euler angles, so no gimbal lock; the
-//             error is limited to the turn rate that the flippers can stop again
+//             error is limited to the turn rate that the flippers can stop again; the righting
+//             moment of weight and buoyancy is compensated (Fossen 2011, ch. 12.2)
 //   depth     PD on a reference that follows the command as fast as the vehicle can, with a
 //             feedforward for the effort of that rate and an integral bounded to the size of a trim
 //             error. The vertical effort goes to heave by the vertical component of z of B and,
@@ -25,25 +26,27 @@
 namespace dive::vehicle {
 
 struct AutopilotOptions {
-  Eigen::Vector3d attitude_p{6.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
-  Eigen::Vector3d attitude_d{3.0, 3.5, 3.3};  ///< Effort per rad/s.
-  double max_turn_rate = 1.0;                 ///< Turn-rate limit of the attitude loop, rad/s.
-  double depth_p = 5.0;                       ///< Effort per m.
-  double depth_d = 11.0;                      ///< Effort per m/s.
-  double depth_i = 0.5;                       ///< Effort per m s.
-  double depth_i_limit = 0.3;                 ///< Limit of the integral's effort.
-  double depth_i_zone_m = 0.2;                ///< Depth error above which the integral is held.
-  double depth_filter_s = 0.2;                ///< Time constant of the depth observer.
-  double heave_share = 0.7;                   ///< Fraction of full heave effort for the reference.
-  double full_heave = 0.253;                  ///< m/s at full heave effort (steady, level, v = 0).
-  double heave_brake = 0.06;                  ///< Deceleration of the reference to rest, m/s^2.
-  double heave_lift = 0.447;                  ///< Lift at speed u: u w heave_lift beside w |w|.
-  double heave_trim = 6.0;                    ///< Pitch effort per u w that holds the nose.
-  double nose_lift = 0.3;                     ///< Pitch, rad per vertical effort along y.
-  double hover_speed = 0.2;                   ///< m/s below which surge may help with depth.
-  double full_speed = 0.8;                    ///< m/s at full surge effort (steady, level).
-  double coast_length_m = 2.06;               ///< Mass with entrained water over drag, m / (m/s)^2.
-  double speed_time_constant_s = 1.0;         ///< Time constant of the speed reference.
+  Eigen::Vector3d attitude_p{4.0, 5.0, 7.0};  ///< Roll, pitch, yaw: effort per rad.
+  Eigen::Vector3d attitude_d{2.0, 3.5, 3.3};  ///< Effort per rad/s.
+  /// Effort that balances the righting moment, roll at 90 degrees and pitch at 90 degrees.
+  Eigen::Vector2d righting{0.66, 0.55};
+  double max_turn_rate = 1.0;          ///< Turn-rate limit of the attitude loop, rad/s.
+  double depth_p = 5.0;                ///< Effort per m.
+  double depth_d = 11.0;               ///< Effort per m/s.
+  double depth_i = 0.5;                ///< Effort per m s.
+  double depth_i_limit = 0.3;          ///< Limit of the integral's effort.
+  double depth_i_zone_m = 0.2;         ///< Depth error above which the integral is held.
+  double depth_filter_s = 0.2;         ///< Time constant of the depth observer.
+  double heave_share = 0.7;            ///< Fraction of full heave effort for the reference.
+  double full_heave = 0.253;           ///< m/s at full heave effort (steady, level, v = 0).
+  double heave_brake = 0.06;           ///< Deceleration of the reference to rest, m/s^2.
+  double heave_lift = 0.447;           ///< Lift at speed u: u w heave_lift beside w |w|.
+  double heave_trim = 6.0;             ///< Pitch effort per u w that holds the nose.
+  double nose_lift = 0.3;              ///< Pitch, rad per vertical effort along y.
+  double hover_speed = 0.2;            ///< m/s below which surge may help with depth.
+  double full_speed = 0.8;             ///< m/s at full surge effort (steady, level).
+  double coast_length_m = 2.06;        ///< Mass with entrained water over drag, m / (m/s)^2.
+  double speed_time_constant_s = 1.0;  ///< Time constant of the speed reference.
 
   [[nodiscard]] std::string validate() const;
 };

@@ -16,6 +16,7 @@ constexpr double kMaxSpeed = 0.8;       // m/s
 constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
 constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
 constexpr double kMaxSurge = 5.0;       // m/s
+constexpr double kMaxScale = 0.5;       // of a plausible relative error of the speed
 constexpr double kMaxTurn = 7.0;        // rad
 constexpr double kMaxHold = 600.0;      // s
 constexpr double kDepthFresh = 1.0;     // s
@@ -54,7 +55,8 @@ bool ExitGuidance::is_plausible(const ExitPath& path) {
     return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
   };
   return is_place(path.X_WB) && std::abs(path.surge) <= kMaxSurge &&
-         std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.hold_s) <= kMaxHold &&
+         std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.speed_scale) <= kMaxScale &&
+         path.current_W.norm() <= kMaxSurge && std::abs(path.hold_s) <= kMaxHold &&
          std::isfinite(path.speed) && path.waypoints.size() <= kMaxExitWaypoints &&
          std::ranges::all_of(path.waypoints, is_place);
 }
@@ -64,9 +66,8 @@ bool ExitGuidance::set_exit_path(const ExitPath& path) {
   if (!is_plausible(path)) return false;
   path_ = path;
   heading_correction_ = path.heading_correction;
-  const Eigen::Vector2d by_W = (path.X_WB.p - estimate_.X_WB.p).head<2>();
-  odometry_.dead_reckon(by_W, 0.0, path.surge);
-  estimate_.X_WB.p.head<2>() += by_W;
+  odometry_.dead_reckon(Eigen::Vector2d::Zero(), 0.0, path.surge);
+  estimate_.X_WB.p.head<2>() = path.X_WB.p.head<2>();
   return true;
 }
 
@@ -88,7 +89,22 @@ void ExitGuidance::observe(const std::optional<ImuSample>& imu,
     if (is_up && !at_surface_since_) at_surface_since_ = now_;
   }
   odometry_.set_commanded_speed(phase_ == ExitPhase::kIdle ? speed : command_.v);
-  estimate_ = odometry_.update(now_);
+  dead_reckon(odometry_.update(now_));
+}
+
+void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
+  const Eigen::Vector2d current_W = path_ ? path_->current_W : Eigen::Vector2d::Zero();
+  const double scale = path_ ? 1.0 + path_->speed_scale : 1.0;
+  Eigen::Vector2d p_W = estimate_.X_WB.p.head<2>();
+  if (last_odometry_) {
+    p_W += scale * (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>() +
+           current_W * to_seconds(odometry.utime - last_odometry_->utime);
+  }
+  last_odometry_ = estimate_ = odometry;
+  estimate_.X_WB.p.head<2>() = p_W;
+  estimate_.v_WB_B =
+      scale * odometry.v_WB_B +
+      odometry.X_WB.q.conjugate() * Eigen::Vector3d(current_W.x(), current_W.y(), 0.0);
 }
 
 void ExitGuidance::begin(Utime now, bool may_hold) {

@@ -53,9 +53,9 @@ class ExitGuidance {
   [[nodiscard]] Command step(Utime now);
 
   [[nodiscard]] ExitPhase phase() const { return phase_; }
-  /// Dead-reckoned pose and speed.
+  /// Dead-reckoned pose, and speed through the water (m/s).
   [[nodiscard]] const Pose& X_WB() const { return estimate_.X_WB; }
-  [[nodiscard]] double surge() const { return estimate_.v_WB_B.x(); }
+  [[nodiscard]] double surge() const { return odometry_.surge(); }
   /// True if the depth sensor has measured the surface for kSurfaceTime.
   [[nodiscard]] bool has_surfaced(Utime now) const;
   /// True if there is no depth sensor and the ascent has lasted long enough.
@@ -68,6 +68,7 @@ class ExitGuidance {
   void leave(Utime now);
   void follow(std::vector<Pose> path, Utime now);
   void ascend(Utime now, bool blindly);
+  void dead_reckon(const estimation::StateEstimate& odometry);
   void keep_station();
   [[nodiscard]] Command hold() const;
   [[nodiscard]] double hold_s() const;
@@ -75,7 +76,8 @@ class ExitGuidance {
 
   std::optional<ExitPath> path_;
   estimation::PrimitiveEstimator odometry_;
-  estimation::StateEstimate estimate_;
+  std::optional<estimation::StateEstimate> last_odometry_;
+  estimation::StateEstimate estimate_;  ///< With the exit path's scale and current.
   Follower follower_;
   ExitPhase phase_ = ExitPhase::kIdle;
   Command command_;                        ///< Last command, in W.

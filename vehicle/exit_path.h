@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "common/clock.h"
 #include "common/se3.h"
 
@@ -21,9 +23,11 @@ struct ExitPath {
   Pose X_WB = {};                   ///< Estimated pose at that time.
   double surge = 0.0;               ///< Estimated speed through the water, m/s.
   double heading_correction = 0.0;  ///< Rotation from the compass to W about the vertical, rad.
-  bool open_above = false;          ///< Nothing solid is above X_WB.
-  double hold_s = 0.0;              ///< Time for which the vehicle may hold before it leaves, s.
-  double speed = 0.0;               ///< Speed along the waypoints, m/s.
+  double speed_scale = 0.0;         ///< Estimated relative error of the expected speed.
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Estimated current, m/s.
+  bool open_above = false;                              ///< Nothing solid is above X_WB.
+  double hold_s = 0.0;  ///< Time for which the vehicle may hold before it leaves, s.
+  double speed = 0.0;   ///< Speed along the waypoints, m/s.
   /// Certified clearance along the waypoints, m; 0 until it is certified.
   double clearance_m = 0.0;
   /// Level poses from the newest breadcrumb of the trail to a place with open water above. Empty in

@@ -17,7 +17,7 @@ constexpr double kVertical = 0.05;     // m: a segment horizontally shorter is v
 constexpr double kSteep = 0.3;         // cosine of the slope that counts as vertical: 73 degrees
 constexpr double kOverhead = 0.3;      // m beside a vertical segment within which steering is off
 constexpr double kPastMinimum = 0.01;  // m of increase that confirm a minimum of the distance
-constexpr double kCrabSpeed = 0.1;     // m/s: below it the sideslip angle is mostly noise
+constexpr double kCrabSpeed = 0.25;    // m/s: slower, the sideslip angle is the one at this speed
 constexpr double kSmallError = 0.35;   // rad: heading error without slowdown: thrust turns
 constexpr double kLargeError = 1.2;    // rad: heading error with the full turn_slowdown
 constexpr double kMaxCrab = 0.5;       // rad: a larger crab angle feeds back on itself
@@ -186,9 +186,8 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
   const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_rpy.y());
 
   const double yaw = yaw_of(X_WB);
-  const Vector3d v_W = X_WB.q * v_WB_B;
-  const double trust = std::min(v_W.head<2>().norm() / kCrabSpeed, 1.0);
-  const double sideslip = trust * wrap_angle(bearing_of(v_W) - yaw);
+  const Vector3d v_L = from_rpy(0.0, 0.0, -yaw) * (X_WB.q * v_WB_B);
+  const double sideslip = std::atan2(v_L.y(), std::max(v_L.x(), kCrabSpeed));
   const double heading = course(X_WB.p) - std::clamp(sideslip, -kMaxCrab, kMaxCrab);
 
   Command command;

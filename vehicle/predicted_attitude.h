@@ -9,12 +9,12 @@
 
 namespace dive::vehicle {
 
-/// omega' = gain * effort - drag |omega| omega, q' = q omega: the righting moment is small compared
-/// with the flippers' moments.
+/// omega' = gain * (effort - righting) - drag |omega| omega, q' = q omega, with `righting` the
+/// effort that would balance the righting moment (AutopilotOptions).
 class PredictedAttitude {
  public:
   /// rad/s^2 per turning effort of 1 about x, y and z of B, of the aqua2.
-  static constexpr double kGain[3] = {1.25, 0.75, 1.2};
+  static constexpr double kGain[3] = {1.87, 0.75, 1.2};
   /// 1/rad, about x, y and z of B, of the aqua2: drag of hull (strip by strip) and flippers, over
   /// the inertia with entrained water.
   static constexpr double kDrag[3] = {0.33, 0.63, 0.35};

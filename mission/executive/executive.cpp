@@ -179,8 +179,12 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the control stage defines it
   situation.expected_heave = control.expected_heave(speed);
-  if (started && has_gap()) estimate_over_gap(speed);
-  localization.expect(has_gap() ? 0.0 : speed, situation.expected_heave);
+  if (started && has_gap()) estimate_over_gap();
+  if (has_gap()) {
+    localization.expect_stop(situation.expected_heave);
+  } else {
+    localization.expect(control.rates(), situation.expected_heave);
+  }
   outputs.estimate = situation.estimate = localization.update(inputs.now);
   situation.position_corrected = localization.has_jumped();
   if (situation.estimate.valid) behavior.advance_view(inputs.now, situation.estimate.X_WB.p);
@@ -188,8 +192,8 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
 
 // Commands expire: a vehicle whose executive was stalled has stopped. It is held by the supervisor
 // until that has received commands for a while; what is commanded meanwhile must not be expected.
-void Executive::Impl::estimate_over_gap(double speed) {
-  localization.expect(speed, situation.expected_heave);
+void Executive::Impl::estimate_over_gap() {
+  localization.expect(control.rates(), situation.expected_heave);
   static_cast<void>(localization.update(last_step + kCommandLifetime));
   if (situation.now - last_step > kHeldBySupervisor) given_back_at = situation.now + kGiveBack;
   note(fmt::format("no tick for {:.1f} s: the vehicle stopped meanwhile",
@@ -440,7 +444,7 @@ void Executive::Impl::fill_status() {
 
 void Executive::Impl::keep_exit_path() {
   if (!situation.estimate.valid) return;
-  exit_path.update(situation, localization.surge(), ladder.rung());
+  exit_path.update(situation, localization.surge(), localization.unmodelled(), ladder.rung());
   fallback.keep(exit_path.path());
 }
 

@@ -47,7 +47,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void begin_tick(Utime now);
   void sense(const StepInputs& inputs);
   void estimate(const StepInputs& inputs);
-  void estimate_over_gap(double speed);
+  void estimate_over_gap();
   void start();
   void assess();
   void collect_events(const StepInputs& inputs);

@@ -52,12 +52,15 @@ void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail
   }
 }
 
-void ExitPathKeeper::update(const Situation& situation, double surge, Rung rung) {
+void ExitPathKeeper::update(const Situation& situation, double surge,
+                            const estimation::UnmodelledMotion& unmodelled, Rung rung) {
   const estimation::StateEstimate& estimate = situation.estimate;
   path_.utime = situation.now;
   path_.X_WB = estimate.X_WB;
   path_.surge = surge;
   path_.heading_correction = estimate.map_from_odom.yaw;
+  path_.speed_scale = unmodelled.speed_scale;
+  path_.current_W = unmodelled.current_W;
   path_.open_above = situation.open_above;
   path_.hold_s = hold_s(situation, rung);
   add(estimate.X_WB.p, situation.open_above);

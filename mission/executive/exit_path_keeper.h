@@ -10,6 +10,7 @@
 
 #include "behaviors/failsafes.h"
 #include "behaviors/trail.h"
+#include "estimation/frame_correction.h"
 #include "mission/executive/situation.h"
 #include "vehicle/exit_path.h"
 
@@ -30,7 +31,8 @@ class ExitPathKeeper {
   /// Before the first update(): the trail recorded by an earlier executive.
   void restore(std::span<const behaviors::Trail::Breadcrumb> trail);
   /// Called once per tick with a valid estimate. `surge`: speed through the water, m/s.
-  void update(const Situation& situation, double surge, behaviors::Rung rung);
+  void update(const Situation& situation, double surge,
+              const estimation::UnmodelledMotion& unmodelled, behaviors::Rung rung);
 
   [[nodiscard]] const vehicle::ExitPath& path() const { return path_; }
 

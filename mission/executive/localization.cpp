@@ -75,9 +75,21 @@ void Localization::predict_attitude(Utime now, const vehicle::PredictedAttitude&
   }
 }
 
-void Localization::expect(double speed, double heave) {
-  odometry_.set_commanded_speed(speed);
+void Localization::expect(const vehicle::PseudoRates& efforts, double heave) {
+  odometry_.set_efforts(efforts.surge, efforts.heave);
   odometry_.set_expected_heave(heave);
+}
+
+void Localization::expect_stop(double heave) {
+  odometry_.set_commanded_speed(0.0);
+  odometry_.set_expected_heave(heave);
+}
+
+double Localization::surge() const {
+  const estimation::UnmodelledMotion unmodelled = correction_.unmodelled();
+  const Eigen::Vector3d slip_W(unmodelled.slip_W.x(), unmodelled.slip_W.y(), 0.0);
+  const Eigen::Vector3d slip_B = correction_.estimate().X_WB.q.conjugate() * slip_W;
+  return (1.0 + unmodelled.speed_scale) * odometry_.surge() + slip_B.x();
 }
 
 void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {

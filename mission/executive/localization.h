@@ -10,6 +10,7 @@
 #include "estimation/frame_correction.h"
 #include "estimation/primitive.h"
 #include "mission/document/mission.h"
+#include "vehicle/command.h"
 #include "vehicle/predicted_attitude.h"
 
 namespace dive::mission {
@@ -26,7 +27,9 @@ class Localization {
   /// Called while the attitude sensor is silent.
   void predict_attitude(Utime now, const vehicle::PredictedAttitude& attitude);
   /// See PrimitiveEstimator.
-  void expect(double speed, double heave);
+  void expect(const vehicle::PseudoRates& efforts, double heave);
+  /// The vehicle stops by itself: the efforts are unknown.
+  void expect_stop(double heave);
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
@@ -43,8 +46,11 @@ class Localization {
   [[nodiscard]] std::optional<std::string> describe_tag(
       const estimation::TagObservation& observation);
 
-  /// Expected speed through the water along x of B, m/s.
-  [[nodiscard]] double surge() const { return odometry_.surge(); }
+  /// Speed through the water along x of B, m/s: expected, and as fixes have corrected it.
+  [[nodiscard]] double surge() const;
+
+  /// See FrameCorrection.
+  [[nodiscard]] estimation::UnmodelledMotion unmodelled() const { return correction_.unmodelled(); }
 
   /// A message about a loop closure; empty if there is none, or none worth a report: along a known
   /// path every keyframe closes a loop.

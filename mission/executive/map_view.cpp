@@ -41,7 +41,8 @@ MapView::MapView(const planning::World& world, const planning::RobotHull& hull,
       max_clearance_m_(max_clearance_m),
       scene_(world),
       ceiling_(world),
-      to_observed_({}, hull) {
+      to_observed_({}, hull),
+      to_known_(world, hull, {.cutoff = max_clearance_m, .max_evaluations = kMaxEvaluations}) {
   // The points of which a footprint of the largest piece may consist; see overhead.cpp.
   constexpr std::size_t kLines = planning::kMaxPieceVertices * planning::kMaxPieceVertices;
   scratch_.points.reserve(planning::kMaxPieceVertices + kLines + 2);
@@ -89,6 +90,12 @@ double MapView::clearance(std::span<const Pose> waypoints) {
                                                          std::max(clearance, kMinCutoff)));
     if (clearance <= 0.0 || begin + size == waypoints.size()) return clearance;
   }
+}
+
+double MapView::clearance_to_all(std::span<const Pose> waypoints) {
+  const double observed_m = clearance(waypoints);
+  return waypoints.empty() ? observed_m
+                           : std::min(observed_m, to_known_.certify(waypoints).clearance_m);
 }
 
 // Up to `cutoff`, m: what is farther away than the worst so far does not count.

@@ -39,6 +39,7 @@ class MapView final : public behaviors::PathEvaluator {
   /// Clearance to observed obstacles: that to the others was certified with the path. At most
   /// `max_clearance_m`; infinite while nothing is observed.
   [[nodiscard]] double clearance(std::span<const Pose> waypoints) override;
+  [[nodiscard]] double clearance_to_all(std::span<const Pose> waypoints) override;
   /// The known map.
   [[nodiscard]] const planning::Scene& scene() const { return scene_; }
 
@@ -52,6 +53,7 @@ class MapView final : public behaviors::PathEvaluator {
   planning::ObservedMap observed_;
   planning::PlanView scratch_;
   planning::Certifier to_observed_;  ///< Reset to the pieces near each path.
+  planning::Certifier to_known_;
 };
 
 }  // namespace dive::mission

@@ -16,6 +16,8 @@ void SurfacingFallback::keep(const vehicle::ExitPath& path) {
   path_.X_WB = path.X_WB;
   path_.surge = path.surge;
   path_.heading_correction = path.heading_correction;
+  path_.speed_scale = path.speed_scale;
+  path_.current_W = path.current_W;
   path_.open_above = path.open_above;
 }
 

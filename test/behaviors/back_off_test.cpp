@@ -21,6 +21,7 @@ class FakeJudge final : public PathEvaluator {
     for (const Pose& pose : waypoints) least = std::min(least, at(pose));
     return least;
   }
+  double clearance_to_all(std::span<const Pose> waypoints) override { return clearance(waypoints); }
   std::function<double(const Pose&)> at = [](const Pose& /*pose*/) { return 1.2; };
 };
 

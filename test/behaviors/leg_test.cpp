@@ -257,6 +257,7 @@ class Room final : public PathEvaluator {
     }
     return least;
   }
+  double clearance_to_all(std::span<const Pose> waypoints) override { return clearance(waypoints); }
   void look_from(double x) { seen_to_ = std::max(seen_to_, x + 1.0); }
 
  private:
@@ -346,6 +347,50 @@ TEST(Leg, GivesUpIfNoPlanLeadsAroundAnObstacleInItsWay) {
             "scans show an obstacle in the way that no plan leads around");
 }
 
+// In a gap the planner may find that the way round is better. The gap is swum through.
+TEST(Leg, KeepsItsPathIfTheNextOneBeginsWithASharpTurn) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Room room([](double /*x*/) { return 1.2; });
+  vehicle.set_map(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (vehicle.position().x() < 4.0) output = vehicle.tick(leg);
+  BehaviorInput demand = vehicle.input(nullptr);
+  demand.replan = true;
+  ASSERT_TRUE(leg.step(demand).plan_request);
+  const std::vector<Pose> around = straight(vehicle.position(), {-5, 1, -3});
+  const planning::PlanResult back = success(around);
+  output = vehicle.tick(leg, &back);
+  EXPECT_GT(output.command.v, 0.3);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+  EXPECT_GT(vehicle.position().x(), 19.0);
+}
+
+// The planner finds a way only back: it turns after it has stopped.
+TEST(Leg, StopsBeforeASharpTurnIfItsPathIsBlocked) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Room room([](double x) { return x > 9.0 ? 0.2 : 1.2; });
+  vehicle.set_map(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (vehicle.position().x() < 4.0) output = vehicle.tick(leg);
+  room.look_from(20.0);
+  for (int i = 0; i < 100 && !output.plan_request; ++i) output = vehicle.tick(leg);
+  ASSERT_TRUE(output.plan_request);
+  const std::vector<Pose> around = straight(vehicle.position(), {-5, 1, -3});
+  const planning::PlanResult back = success(around);
+  output = vehicle.tick(leg, &back);
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_TRUE(output.brakes);
+}
+
 // Come level it would hit what it passes on its side.
 TEST(Leg, StopsOnItsSideIfItSwamSo) {
   Leg leg(settings(), goal_at(20, 0));
@@ -388,6 +433,7 @@ class Beside final : public PathEvaluator {
     }
     return least;
   }
+  double clearance_to_all(std::span<const Pose> waypoints) override { return clearance(waypoints); }
 };
 
 // A planner whose paths turn under way, as planned ones do. How far east the vehicle was when it

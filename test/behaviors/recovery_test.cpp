@@ -54,7 +54,6 @@ TEST(LegRecovery, InAKnownEnvironmentOnlyWaits) {
   EXPECT_FALSE(recovery.attitude_to_observe(input, {5, 0, -3}));
   EXPECT_FALSE(recovery.place_to_observe(input, {5, 0, -3}, {}));
   EXPECT_FALSE(recovery.is_too_near(input));
-  EXPECT_FALSE(recovery.may_back_off(estimate.X_WB.p));
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ class FakeJudge final : public PathEvaluator {
     }
     return least;
   }
+  double clearance_to_all(std::span<const Pose> waypoints) override { return clearance(waypoints); }
   std::function<double(const Eigen::Vector3d&)> at = [](const Eigen::Vector3d&) { return 2.0; };
 };
 

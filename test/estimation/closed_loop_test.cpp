@@ -48,7 +48,7 @@ struct Dive {
     const vehicle::SensorSamples samples = sim.step(rates);
     if (samples.imu) estimator.add(*samples.imu);
     if (samples.depth) estimator.add(*samples.depth);
-    estimator.set_commanded_speed(command.v);
+    estimator.set_efforts(rates.surge, rates.heave);
     estimate = estimator.update(sim.truth().utime);
     if (!estimate.valid) return;
     if (follower.has_path()) command = follower.step(estimate.X_WB, estimate.v_WB_B);
@@ -104,6 +104,27 @@ TEST(MotionModel, ExpectsTheSimulatorsSpeedThroughStartsTurnsAndStops) {
   EXPECT_LT(worst_surge, 0.03);
   EXPECT_LT(worst_sway, 0.03);
   EXPECT_LT(dive.error().head<2>().norm(), 0.01 * dive.sim.truth().distance_swum_m);
+}
+
+// Pitched, rolled and heaving at once, turns exchange momentum between all axes.
+TEST(MotionModel, ExpectsTheSimulatorsVelocityThroughPitchingAndRolling) {
+  Dive dive(testing::ideal(), 1, {0, 0, -10});
+  Vector3d worst = Vector3d::Zero();
+  for (int i = 0; i < 3500; ++i) {
+    const double t = 0.02 * i;
+    dive.command.v = t < 10.0 || t > 60.0 ? 0.0 : 0.4;
+    dive.command.d = t < 20.0 ? 10.0 : t < 30.0 ? 8.0 : t < 50.0 ? 9.0 : 6.0;
+    const double roll = t > 30.0 && t < 45.0 ? 80.0 : 0.0;
+    const double pitch = t > 20.0 && t < 25.0 ? -30.0 : t > 50.0 && t < 58.0 ? -50.0 : 0.0;
+    dive.command.o = from_rpy(deg_to_rad(roll), deg_to_rad(pitch), t > 35.0 ? 0.5 : 0.0);
+    dive.tick();
+    if (!dive.estimate.valid) continue;
+    worst = worst.cwiseMax((dive.sim.truth().v_WB_B - dive.estimate.v_WB_B).cwiseAbs());
+  }
+  EXPECT_LT(worst.x(), 0.03);
+  EXPECT_LT(worst.y(), 0.03);
+  EXPECT_LT(worst.z(), 0.05);
+  EXPECT_LT(dive.error().head<2>().norm(), 0.3);
 }
 
 TEST(PrimitiveEstimator, IsConsistentOverManyDives) {

@@ -111,7 +111,7 @@ TEST(PrimitiveEstimator, TakesHeaveFromTheDepthWhenPitched) {
   }
   // At rest, sinking at 0.2 m/s: the velocity in W is that of the depth, the rest unknown.
   EXPECT_NEAR((q * e.update(5'000'000).v_WB_B).z(), -0.2, 0.005);
-  EXPECT_NEAR(e.update(5'000'000).v_WB_B.x(), 0.0, 1e-9);
+  EXPECT_NEAR(e.update(5'000'000).v_WB_B.x(), 0.0, 0.03) << "surge is known better";
 }
 
 TEST(PrimitiveEstimator, IgnoresWhatIsNoMeasurement) {
@@ -137,8 +137,8 @@ TEST(PrimitiveEstimator, DemandsTimeThatRunsAndOptionsThatHold) {
   EXPECT_THAT(options.validate(), ::testing::StartsWith("depth_sigma_m"));
   EXPECT_THROW(estimator(options), AssertionFailure);
   options = {};
-  options.motion.mass_ratio = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(options.validate(), ::testing::StartsWith("mass_ratio"));
+  options.motion.sway_mass_ratio = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(options.validate(), ::testing::StartsWith("sway_mass_ratio"));
 }
 
 TEST(PrimitiveEstimator, AllocatesNothing) {

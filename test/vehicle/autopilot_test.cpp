@@ -21,8 +21,9 @@ using testing::aqua2;
 // The vehicle under its autopilot, by default in pool conditions.
 struct Flight {
   explicit Flight(const Conditions& conditions = {},
-                  const Pose& start = {{0.0, 0.0, -5.0}, Eigen::Quaterniond::Identity()})
-      : sim(aqua2(), start, conditions, 3) {
+                  const Pose& start = {{0.0, 0.0, -5.0}, Eigen::Quaterniond::Identity()},
+                  std::uint64_t seed = 3)
+      : sim(aqua2(), start, conditions, seed) {
     command.d = -start.p.z();
     command.o = start.q;
   }
@@ -118,6 +119,18 @@ TEST(Autopilot, HoldsDepthInAnyPose) {
     EXPECT_NEAR(flight.depth(), 5.0, 0.15) << rpy.transpose();
     EXPECT_LT(angle_between(flight.sim.truth().X_WB.q, flight.command.o), deg_to_rad(15.0))
         << rpy.transpose();
+  }
+}
+
+// No two vehicles have the same thrust and the same righting moment.
+TEST(Autopilot, HoldsItsSideWithAnyHull) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Flight flight({}, {{0.0, 0.0, -5.0}, Eigen::Quaterniond::Identity()}, seed);
+    flight.command.v = 0.4;
+    flight.fly(3.0);
+    flight.command.o = from_rpy(deg_to_rad(90.0), 0.0, 0.0);
+    flight.fly(8.0);
+    EXPECT_NEAR(rad_to_deg(to_rpy(flight.sim.truth().X_WB.q).x()), 90.0, 5.0) << seed;
   }
 }
 

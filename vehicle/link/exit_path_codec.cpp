@@ -10,15 +10,15 @@ using namespace detail;
 namespace {
 
 constexpr Run kExitPath[] = {
-    bytes(std::size_t{3} * 8 + kPoseSize + 2 * sizeof(double) + 1 + 3 * sizeof(double)),
+    bytes(std::size_t{3} * 8 + kPoseSize + 5 * sizeof(double) + 1 + 3 * sizeof(double)),
     array(kPoseSize, vehicle::kMaxExitWaypoints)};
 
 }  // namespace
 
 bool encode(const ExitPathMessage& message, Packet& packet) {
   const auto& [session_id, path] = message;
-  const auto& [utime, revision, X_WB, surge, heading_correction, open_above, hold_s, speed,
-               clearance_m, waypoints] = path;
+  const auto& [utime, revision, X_WB, surge, heading_correction, speed_scale, current_W, open_above,
+               hold_s, speed, clearance_m, waypoints] = path;
   if (waypoints.size() > vehicle::kMaxExitWaypoints) return false;
   exit_path_t m;
   m.utime = utime;
@@ -27,6 +27,9 @@ bool encode(const ExitPathMessage& message, Packet& packet) {
   write_pose(X_WB, m.X_WB);
   m.surge = surge;
   m.heading_correction = heading_correction;
+  m.speed_scale = speed_scale;
+  m.current[0] = current_W.x();
+  m.current[1] = current_W.y();
   m.open_above = open_above ? 1 : 0;
   m.hold_s = hold_s;
   m.speed = speed;
@@ -45,6 +48,8 @@ bool decode(PacketView packet, ExitPathMessage& message) {
   path.X_WB = read_pose(m->X_WB);
   path.surge = m->surge;
   path.heading_correction = m->heading_correction;
+  path.speed_scale = m->speed_scale;
+  path.current_W = {m->current[0], m->current[1]};
   path.hold_s = m->hold_s;
   path.speed = m->speed;
   path.clearance_m = m->clearance;

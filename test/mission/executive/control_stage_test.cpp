@@ -28,7 +28,7 @@ class HelmTest : public ::testing::TestWithParam<int> {
       localization_.predict_attitude(now, control_.predicted());
     }
     localization_.add(*samples.depth);
-    localization_.expect(imu_works_ ? command_.v : 0.0, 0.0);
+    localization_.expect(control_.rates(), 0.0);
     estimate_ = localization_.update(now);
     control_.step(
         command_,

@@ -72,7 +72,7 @@ DiveResults dive(const std::string& tag, std::uint64_t seed,
   const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
   DiveSettings settings;
   settings.seed = seed;
-  settings.conditions.current_W.y() = 0.05;
+  settings.conditions.current_W.y() = -0.05;  // away from the pipes
   settings.cameras = vehicle::stereo_camera_in("clear_pool")->scaled(0.6);
   settings.cameras->rate_hz = 10.0;
   settings.tags = really;

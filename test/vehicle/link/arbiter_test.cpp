@@ -172,6 +172,22 @@ TEST_F(Alone, HoldsThenFollowsTheExitPathThenAscends) {
   EXPECT_LT(depth(), 0.3);
 }
 
+TEST_F(Alone, FollowsTheExitPathInTheCurrentThatTheExecutiveMeasured) {
+  const Eigen::Vector3d current_W(0.03, 0.05, 0.0);
+  simulator_.set_current(current_W);
+  ExitPath path;
+  path.speed = 0.4;
+  path.hold_s = 8.0;
+  path.waypoints = {place(4, 0, -5), place(1, 0, -5), place(0, 3, -4.5)};
+  path.revision = 1;
+  path.current_W = current_W.head<2>();
+  lead(14.0, path);
+  run_until(ExitPhase::kAscending, 90.0);
+  ASSERT_EQ(arbiter_.phase(), ExitPhase::kAscending);
+  // Without the current it would be 2 m off after 40 s.
+  EXPECT_LT((truth().X_WB.p - Eigen::Vector3d(0, 3, -4.5)).norm(), 0.8) << truth().X_WB.p;
+}
+
 TEST_F(Alone, InOpenWaterItHoldsThenAscendsWhereItIs) {
   ExitPath path;
   path.open_above = true;
@@ -216,6 +232,9 @@ TEST_F(Alone, IgnoresExitPathsOfOtherSessionsAndWithoutSense) {
   path.hold_s = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(arbiter_.receive(ExitPathMessage{kSession, path}));
   path.hold_s = 5.0;
+  path.current_W.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(arbiter_.receive(ExitPathMessage{kSession, path}));
+  path.current_W.setZero();
   path.X_WB.p.x() = 1e300;
   EXPECT_FALSE(arbiter_.receive(ExitPathMessage{kSession, path}));
 }
