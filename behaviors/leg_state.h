@@ -75,12 +75,12 @@ struct Transitions {
   S operator()(Approaching, PathEnded e)     { return Planning{e.station, false, true}; }
   S operator()(Approaching, BackOffBegun)    { return BackingOff{}; }
   S operator()(BackingOff,  BackOffEnded e)  { return Planning{e.station}; }
-  // NOLINTEND(performance-unnecessary-value-param)
   // clang-format on
   template <class OtherState, class OtherEvent>
   S operator()(OtherState, OtherEvent) {
     assertion_failed("this event belongs to this state of a leg", __FILE__, __LINE__);
   }
+  // NOLINTEND(performance-unnecessary-value-param)
 };
 
 [[nodiscard]] inline State transition(const State& state, const Event& event) {

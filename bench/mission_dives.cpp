@@ -376,7 +376,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
         const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} of "
-            "{:4.0f} {:4.0f} {:4.0f} rates {:5.2f} {:5.2f} {:5.2f} {:5.2f} {:5.2f} off {:5.2f} {:5.2f} {:5.2f} sigma {:.2f} v {:.2f} {:.2f} est "
+            "{:4.0f} {:4.0f} {:4.0f} rates {:5.2f} {:5.2f} {:5.2f} {:5.2f} {:5.2f} off {:5.2f} "
+            "{:5.2f} {:5.2f} sigma {:.2f} v {:.2f} {:.2f} est "
             "{:.2f} {:.2f} of {:.2f}  clear "
             "{:5.2f} diver "
             "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{}) fix {}/{} {} places "
@@ -385,7 +386,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
             truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
             rad_to_deg(to_rpy(truth.X_WB.q).y()), rad_to_deg(to_rpy(truth.X_WB.q).z()),
             rad_to_deg(to_rpy(out.command.o).x()), rad_to_deg(to_rpy(out.command.o).y()),
-            rad_to_deg(to_rpy(out.command.o).z()), out.rates.surge, out.rates.heave, out.rates.roll, out.rates.pitch, out.rates.yaw, off.x(), off.y(), off.z(),
+            rad_to_deg(to_rpy(out.command.o).z()), out.rates.surge, out.rates.heave, out.rates.roll,
+            out.rates.pitch, out.rates.yaw, off.x(), off.y(), off.z(),
             estimation::horizontal_sigma(out.estimate), truth.v_WB_B.x(), truth.v_WB_B.y(),
             out.estimate.v_WB_B.x(), out.estimate.v_WB_B.y(), out.command.v,
             apart.from_world_now_m(), apart.from_diver_now_m(),

@@ -65,14 +65,15 @@ class MapFixFilter {
   [[nodiscard]] double speed_scale() const { return x_[kScale]; }
   /// d, m/s
   [[nodiscard]] Eigen::Vector2d current_W() const { return x_.segment<2>(kCurrent); }
-  /// b, m/s
-  [[nodiscard]] Eigen::Vector2d slip_W() const { return x_.segment<2>(kSlip); }
   /// Velocity that the odometry does not contain, in W, m/s. None while sensors are silent: over
   /// minutes without attitude an error of a centimetre per second would take the estimate out from
   /// under a roof that the vehicle is still under. The covariance grows by it nevertheless.
   [[nodiscard]] Eigen::Vector2d drift_W() const {
-    if (is_blind_) return Eigen::Vector2d::Zero();
-    return x_.segment<2>(kCurrent) + x_.segment<2>(kSlip);
+    return is_blind_ ? Eigen::Vector2d::Zero() : Eigen::Vector2d(current_W() + slip_W());
+  }
+  /// b, m/s; none while sensors are silent.
+  [[nodiscard]] Eigen::Vector2d slip_W() const {
+    return is_blind_ ? Eigen::Vector2d::Zero() : Eigen::Vector2d(x_.segment<2>(kSlip));
   }
   /// Covariance of the errors of position_W() (m) and heading_correction() (rad).
   [[nodiscard]] Eigen::Matrix3d covariance() const;
