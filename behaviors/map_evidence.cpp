@@ -1,7 +1,5 @@
 #include "behaviors/map_evidence.h"
 
-#include <algorithm>
-
 namespace dive::behaviors {
 namespace {
 
@@ -17,29 +15,21 @@ void MapEvidence::add(Utime scan_utime, const MapAgreement& agreement) {
   next_ = (next_ + 1) % kScans;
 }
 
-bool MapEvidence::is_recent(const Scan& scan, Utime now) {
-  return scan.utime != 0 && to_seconds(now - scan.utime) <= kSeconds;
-}
-
-MapAgreement MapEvidence::sum(Utime now) const {
-  MapAgreement sum;
-  for (const Scan& scan : scans_) {
-    if (!is_recent(scan, now)) continue;
-    sum.confirmed += scan.agreement.confirmed;
-    sum.missing += scan.agreement.missing;
-    sum.unmapped += scan.agreement.unmapped;
+MapEvidence::Sum MapEvidence::sum(Utime now) const {
+  Sum sum;
+  for (const auto& [utime, agreement] : scans_) {
+    if (utime == 0 || to_seconds(now - utime) > kSeconds) continue;
+    sum.places.confirmed += agreement.confirmed;
+    sum.places.missing += agreement.missing;
+    sum.places.unmapped += agreement.unmapped;
+    if (agreement.places() > 0) ++sum.scans;
   }
   return sum;
 }
 
-bool MapEvidence::contradicts_map(Utime now) const {
-  const auto scans = std::ranges::count_if(scans_, [&](const Scan& scan) {
-    return is_recent(scan, now) && scan.agreement.places() > 0;
-  });
-  if (scans < kLeastScans) return false;
-  const MapAgreement places = sum(now);
+bool MapEvidence::Sum::contradicts_map() const {
   const bool are_enough = places.missing >= kMissing || places.unmapped >= kUnmapped;
-  return are_enough && places.contradicts();
+  return scans >= kLeastScans && are_enough && places.contradicts();
 }
 
 }  // namespace dive::behaviors

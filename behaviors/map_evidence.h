@@ -17,18 +17,22 @@ class MapEvidence {
 
   /// Adds the agreement of one scan; scans come in the order of their times.
   void add(Utime scan_utime, const MapAgreement& agreement);
-  /// The places of the scans of the last kSeconds, each counted in every scan that shows it.
-  [[nodiscard]] MapAgreement sum(Utime now) const;
-  /// True if these scans show another place than the map. A few objects that the map lacks, or that
-  /// are gone, do not: they come among others that are where the map has them.
-  [[nodiscard]] bool contradicts_map(Utime now) const;
+  struct Sum {
+    MapAgreement places;  ///< Each counted in every scan that shows it.
+    int scans = 0;        ///< Number of scans that say anything.
+
+    /// True if these scans show another place than the map. A few objects that the map lacks, or
+    /// that are gone, do not: they come among others that are where the map has them.
+    [[nodiscard]] bool contradicts_map() const;
+  };
+  /// Of the scans of the last kSeconds.
+  [[nodiscard]] Sum sum(Utime now) const;
 
  private:
   struct Scan {
     Utime utime = 0;
     MapAgreement agreement;
   };
-  [[nodiscard]] static bool is_recent(const Scan& scan, Utime now);
   static constexpr std::size_t kScans = 32;  ///< At two a second more than kSeconds hold.
 
   std::array<Scan, kScans> scans_{};  ///< A ring; the time 0 stands for none.

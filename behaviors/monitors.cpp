@@ -166,7 +166,9 @@ void Monitors::watch_estimate(const MonitorInput& input) {
       !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
   set(FailsafeKind::kLocalisationLost,
       estimation::horizontal_sigma(estimate) > threshold(FailsafeKind::kLocalisationLost));
-  set(FailsafeKind::kWrongMap, map_evidence_.contradicts_map(input.now));
+  const MapEvidence::Sum evidence = map_evidence_.sum(input.now);
+  map_agreement_ = evidence.places;
+  set(FailsafeKind::kWrongMap, evidence.contradicts_map());
 }
 
 // The ray from p_W to the east crosses the edges of a fence an odd number of times from inside.

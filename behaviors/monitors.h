@@ -71,7 +71,8 @@ class Monitors {
   /// Allocates nothing.
   [[nodiscard]] const FailsafeConditions& update(const MonitorInput& input);
   [[nodiscard]] const HealthSample& health() const { return health_; }
-  [[nodiscard]] const MapEvidence& map_evidence() const { return map_evidence_; }
+  /// The sum by which the last update() decided on kWrongMap.
+  [[nodiscard]] const MapAgreement& map_agreement() const { return map_agreement_; }
   [[nodiscard]] bool is_true(FailsafeKind kind) const {
     return conditions_[static_cast<std::size_t>(kind)];
   }
@@ -105,6 +106,7 @@ class Monitors {
   Utime last_update_ = 0;
   HealthSample health_;
   MapEvidence map_evidence_;
+  MapAgreement map_agreement_;
   std::optional<Utime> heartbeat_;
   std::optional<Utime> scanned_;
   std::optional<Utime> log_lost_;

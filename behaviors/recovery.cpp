@@ -140,21 +140,19 @@ LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
   if (input.observed == nullptr) return TurnOnto::kPossible;
   const Pose& X_WB = input.estimate->X_WB;
   const Eigen::Vector3d& v_B = input.estimate->v_WB_B;
-  for (const Pose& waypoint : path) {
-    const Eigen::Vector3d direction = waypoint.p - X_WB.p;
-    if (direction.head<2>().norm() < kNearlyThere) continue;
-    const double bearing = std::atan2(direction.y(), direction.x());
-    const double turn = wrap_angle(bearing - to_rpy(X_WB.q).z());
-    if (std::abs(turn) < kSharpTurn) break;
-    if (std::abs(turn) > kTurnAtRest && v_B.norm() > kAtRest) return TurnOnto::kAfterStop;
-    const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * v_B);
-    const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
-                                        Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};
-    const double least = options_.back_off.min_turn_clearance * d_min_m_;
-    if (input.observed->clearance_to_all(motion) < least) return TurnOnto::kNoRoom;
-    break;
-  }
-  return TurnOnto::kPossible;
+  const auto first = std::ranges::find_if(path, [&](const Pose& waypoint) {
+    return (waypoint.p - X_WB.p).head<2>().norm() >= kNearlyThere;
+  });
+  if (first == path.end()) return TurnOnto::kPossible;
+  const Eigen::Vector3d direction = first->p - X_WB.p;
+  const double turn = wrap_angle(std::atan2(direction.y(), direction.x()) - to_rpy(X_WB.q).z());
+  if (std::abs(turn) < kSharpTurn) return TurnOnto::kPossible;
+  if (std::abs(turn) > kTurnAtRest && v_B.norm() > kAtRest) return TurnOnto::kAfterStop;
+  const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * v_B);
+  const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
+                                      Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};
+  const double least = options_.back_off.min_turn_clearance * d_min_m_;
+  return input.observed->clearance_to_all(motion) < least ? TurnOnto::kNoRoom : TurnOnto::kPossible;
 }
 
 void LegRecovery::path_refused(Utime now) { pause_until_ = now + from_seconds(options_.retry_s); }

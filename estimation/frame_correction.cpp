@@ -24,8 +24,6 @@ double towards_zero(double value, double step) {
   return std::abs(value) <= step ? 0.0 : value - std::copysign(step, value);
 }
 
-Vector3d lifted(const Vector2d& v) { return {v.x(), v.y(), 0.0}; }
-
 }  // namespace
 
 std::string FrameCorrectionOptions::validate() const {

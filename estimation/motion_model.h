@@ -14,8 +14,8 @@
 // by tens of degrees. f_u and f_w are the thrust over drag of the flippers, with a lag T_f: by
 // their efforts, or, where only the commanded speed is known, what the autopilot needs for it,
 //
-//   u_r' = (v_c - u_r) / T,   f_u = u_r |u_r| + L_x u_r'  within +-v_full^2,   u_r = u while v_c =
-//   0
+//   u_r' = (v_c - u_r) / T          u_r = u while v_c = 0
+//   f_u = u_r |u_r| + L_x u_r'      within +-v_full^2
 //
 // and in heave what holds the depth. The measured rate of height z' corrects the velocity along k:
 // v += W k (z' - k.v) dt / (k.W k t_z), with W the relative variances of the three axes: on its
@@ -33,8 +33,8 @@ namespace dive::estimation {
 struct MotionModel {
   double speed_time_constant_s = 1.0;  ///< T: equal to the autopilot's.
   double full_speed = 0.8;             ///< v_full, m/s: equal to the autopilot's.
-  double full_heave = 0.253;           ///< m/s at full heave effort, level and without surge.
-  double thrust_lag_s = 0.14;          ///< T_f: lag of the motors and the sensors.
+  double full_heave = 0.253;   ///< m/s at full heave effort, level: equal to the autopilot's.
+  double thrust_lag_s = 0.14;  ///< T_f: lag of the motors and the sensors.
   /// L: mass over quadratic drag, of surge, sway and heave.
   Eigen::Vector3d coast_m{2.06, 0.745, 0.428};
   double sway_mass_ratio = 0.757;   ///< mu_y

@@ -18,6 +18,11 @@ namespace dive::estimation {
   return Eigen::Rotation2Dd(yaw).toRotationMatrix();
 }
 
+/// A horizontal vector in three dimensions.
+[[nodiscard]] inline Eigen::Vector3d lifted(const Eigen::Vector2d& v) {
+  return {v.x(), v.y(), 0.0};
+}
+
 /// Covariance of x, y and heading from that of position in W and attitude in B. The heading is the
 /// part of the rotation vector about the vertical `up_B`.
 [[nodiscard]] inline Eigen::Matrix3d horizontal_covariance(const Matrix6d& P,

@@ -53,6 +53,10 @@ double expected_heave(const AutopilotOptions& options, double effort, double spe
   return std::copysign(std::sqrt(half * half + push) - half, effort);
 }
 
+Eigen::Vector3d righting_effort(const AutopilotOptions& options, const Eigen::Vector3d& up_B) {
+  return {options.righting.x() * up_B.y(), -options.righting.y() * up_B.x(), 0.0};
+}
+
 Autopilot::Autopilot(AutopilotOptions options) : options_(options) {
   DIVE_DEMAND(options_.validate().empty());
 }
@@ -72,7 +76,7 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
 
   Eigen::Vector3d error = so3_log(q_WB.conjugate() * command.o);
   error.z() += options_.nose_lift * lift * up_B.y();
-  const Eigen::Vector3d turn = turn_effort(error, omega_B);
+  const Eigen::Vector3d turn = turn_effort(error, omega_B) + righting_effort(options_, up_B);
   // Munk moment: a flat hull that swims and heaves at once turns its face to the flow.
   const double trim = -options_.heave_trim * speed_reference_ * heave;
   const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
@@ -80,9 +84,8 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   // On its side nothing else can hold the depth, and the resulting motion is small.
   const double on_side = std::clamp(2.0 * std::abs(up_B.y()) - 1.0, 0.0, 1.0);
   surge_for_depth_ = on_side * push * speed_of_push();
-  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()),
-          effort(turn.x() + options_.righting.x() * up_B.y()),
-          effort(turn.y() - options_.righting.y() * up_B.x() + trim), effort(turn.z())};
+  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()), effort(turn.x()),
+          effort(turn.y() + trim), effort(turn.z())};
 }
 
 Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,

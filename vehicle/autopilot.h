@@ -55,6 +55,10 @@ struct AutopilotOptions {
 /// forward speed `speed` (m/s).
 [[nodiscard]] double expected_heave(const AutopilotOptions& options, double effort, double speed);
 
+/// Turning effort about x, y and z of B that balances the righting moment; `up_B`: unit.
+[[nodiscard]] Eigen::Vector3d righting_effort(const AutopilotOptions& options,
+                                              const Eigen::Vector3d& up_B);
+
 /// Deterministic in its inputs; does not allocate.
 class Autopilot {
  public:

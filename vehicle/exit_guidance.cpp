@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/planar.h"
+
 namespace dive::vehicle {
 namespace {
 
@@ -103,8 +105,7 @@ void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
   last_odometry_ = estimate_ = odometry;
   estimate_.X_WB.p.head<2>() = p_W;
   estimate_.v_WB_B =
-      scale * odometry.v_WB_B +
-      odometry.X_WB.q.conjugate() * Eigen::Vector3d(current_W.x(), current_W.y(), 0.0);
+      scale * odometry.v_WB_B + odometry.X_WB.q.conjugate() * estimation::lifted(current_W);
 }
 
 void ExitGuidance::begin(Utime now, bool may_hold) {

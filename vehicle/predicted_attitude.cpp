@@ -16,10 +16,10 @@ void PredictedAttitude::start(const Eigen::Quaterniond& q_WB, const Eigen::Vecto
 
 void PredictedAttitude::advance(const PseudoRates& rates, double dt) {
   age_s_ += dt;
-  static const Eigen::Vector2d righting = AutopilotOptions{}.righting;
+  static const AutopilotOptions aqua2;
   const Eigen::Vector3d up_B = q_WB_.conjugate() * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d effort(rates.roll - righting.x() * up_B.y(),
-                               rates.pitch + righting.y() * up_B.x(), rates.yaw);
+  const Eigen::Vector3d effort =
+      Eigen::Vector3d(rates.roll, rates.pitch, rates.yaw) - righting_effort(aqua2, up_B);
   const Eigen::Vector3d drag =
       Eigen::Vector3d(kDrag).cwiseProduct(omega_B_.cwiseAbs().cwiseProduct(omega_B_));
   omega_B_ += dt * (Eigen::Vector3d(kGain).cwiseProduct(effort) - drag);

@@ -123,7 +123,6 @@ void Executive::Impl::sense(const StepInputs& inputs) {
   sensing.update(inputs, monitors, localization);
   situation.sensors = sensing.status();
   situation.health = monitors.health();
-  situation.map_evidence = monitors.map_evidence().sum(inputs.now);
   if (inputs.vision) {
     localization.add(inputs.now, *inputs.vision);
     if (auto about = localization.describe_tag(inputs.vision->tag)) note(std::move(*about));
@@ -179,8 +178,8 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the control stage defines it
   situation.expected_heave = control.expected_heave(speed);
-  if (started && has_gap()) estimate_over_gap();
   if (has_gap()) {
+    if (started) estimate_over_gap();
     localization.expect_stop(situation.expected_heave);
   } else {
     localization.expect(control.rates(), situation.expected_heave);
@@ -281,6 +280,7 @@ void Executive::Impl::abort(std::string cause) {
 void Executive::Impl::evaluate_failsafes() {
   const bool was_losing = monitors.is_true(behaviors::FailsafeKind::kLogLost);
   const behaviors::FailsafeConditions& conditions = monitors.update(monitor_input(situation));
+  situation.map_agreement = monitors.map_agreement();
   // The records of its beginning are among what was lost.
   if (was_losing && !monitors.is_true(behaviors::FailsafeKind::kLogLost)) {
     note(describe(behaviors::FailsafeKind::kLogLost, mission, situation));

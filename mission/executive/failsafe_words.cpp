@@ -51,8 +51,8 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
       return fmt::format(
           "the scans of {:g} s show another place than the map: of the places in view, {} lack the "
           "surface that is mapped there, {} have one that is not mapped, and {} are as mapped",
-          behaviors::MapEvidence::kSeconds, situation.map_evidence.missing,
-          situation.map_evidence.unmapped, situation.map_evidence.confirmed);
+          behaviors::MapEvidence::kSeconds, situation.map_agreement.missing,
+          situation.map_agreement.unmapped, situation.map_agreement.confirmed);
     case FailsafeKind::kPlannerFailure:
       return situation.out_of_replans ? "no replans are left for this leg"
                                       : fmt::format("{} plans failed in a row, the last one: {}",

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimation/planar.h"
+
 namespace dive::mission {
 
 namespace {
@@ -87,8 +89,8 @@ void Localization::expect_stop(double heave) {
 
 double Localization::surge() const {
   const estimation::UnmodelledMotion unmodelled = correction_.unmodelled();
-  const Eigen::Vector3d slip_W(unmodelled.slip_W.x(), unmodelled.slip_W.y(), 0.0);
-  const Eigen::Vector3d slip_B = correction_.estimate().X_WB.q.conjugate() * slip_W;
+  const Eigen::Vector3d slip_B =
+      correction_.estimate().X_WB.q.conjugate() * estimation::lifted(unmodelled.slip_W);
   return (1.0 + unmodelled.speed_scale) * odometry_.surge() + slip_B.x();
 }
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "planning/map_matching/map_surface.h"
-
 namespace dive::mission {
 namespace {
 

@@ -35,7 +35,7 @@ struct Situation {
   // Vehicle.
   SensorStatus sensors;
   HealthSample health;
-  MapAgreement map_evidence;  ///< Of the scans of the last seconds with the known map.
+  MapAgreement map_agreement;  ///< Of the scans of the last seconds with the known map.
   estimation::StateEstimate estimate;
   bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
   vehicle::Command last_command;    ///< Command of the previous tick.

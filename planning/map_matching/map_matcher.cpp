@@ -20,8 +20,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kRays = 440;      // of a scan
 constexpr int kMinUsed = 40;            // points on mapped surfaces
@@ -88,7 +86,7 @@ struct Normal {
 };
 
 struct Minimum {
-  Vector6d shift = Vector6d::Zero();  // from the prior, in the order of kX
+  Vector6d shift = Vector6d::Zero();  // from the prior
   Normal at;
   double from_prior = 0.0;  // squared Mahalanobis distance from the prior
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <variant>
 
-#include "common/assert.h"
 #include "planning/world/primitives.h"
 
 namespace dive::planning {
@@ -43,14 +42,6 @@ std::optional<Vector3d> normal_at(const Shape& shape, const Vector3d& p_O) {
 }
 
 }  // namespace
-
-const std::string& object_name(const World& world, int object) {
-  DIVE_DEMAND(object >= 0);
-  const auto index = static_cast<std::size_t>(object);
-  if (index < world.obstacles.size()) return world.obstacles[index].name;
-  DIVE_DEMAND(index - world.obstacles.size() < world.surfaces.size());
-  return world.surfaces[index - world.obstacles.size()].name;
-}
 
 MapSurface::MapSurface(const World& world) : first_mesh_(static_cast<int>(world.obstacles.size())) {
   std::vector<Eigen::AlignedBox3d> boxes;

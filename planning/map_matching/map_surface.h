@@ -2,7 +2,6 @@
 // The surfaces of a known map, and the nearest one to a measured point.
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,10 +11,6 @@
 #include "planning/world/world.h"
 
 namespace dive::planning {
-
-/// Name of an object of the world: its obstacles come first, then its meshes. Demands that there is
-/// one.
-[[nodiscard]] const std::string& object_name(const World& world, int object);
 
 /// Distances to the primitives of a world in closed form, and to its meshes by their triangles: the
 /// convex pieces that the planner uses may contain a mesh's surface by centimetres. Thread-safe.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/assert.h"
 #include "planning/world/primitives.h"
 
 namespace dive::planning {
@@ -21,6 +22,14 @@ Eigen::AlignedBox3d World::bounds() const {
     if (!std::holds_alternative<HalfSpace>(obstacle.shape)) all.extend(bounding_box(obstacle));
   }
   return all;
+}
+
+const std::string& object_name(const World& world, int object) {
+  DIVE_DEMAND(object >= 0);
+  const auto index = static_cast<std::size_t>(object);
+  if (index < world.obstacles.size()) return world.obstacles[index].name;
+  DIVE_DEMAND(index - world.obstacles.size() < world.surfaces.size());
+  return world.surfaces[index - world.obstacles.size()].name;
 }
 
 }  // namespace dive::planning

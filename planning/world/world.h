@@ -97,4 +97,8 @@ struct World {
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
 };
 
+/// Name of an object of the world: its obstacles come first, then its surfaces. Demands that there
+/// is one.
+[[nodiscard]] const std::string& object_name(const World& world, int object);
+
 }  // namespace dive::planning

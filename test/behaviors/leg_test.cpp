@@ -347,17 +347,23 @@ TEST(Leg, GivesUpIfNoPlanLeadsAroundAnObstacleInItsWay) {
             "scans show an obstacle in the way that no plan leads around");
 }
 
+// Gives the leg a path to (20, 0) and swims on it as far as x.
+BehaviorOutput swim_east(Leg& leg, PerfectVehicle& vehicle, double x) {
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (vehicle.position().x() < x) output = vehicle.tick(leg);
+  return output;
+}
+
 // In a gap the planner may find that the way round is better. The gap is swum through.
 TEST(Leg, KeepsItsPathIfTheNextOneBeginsWithASharpTurn) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
   Room room([](double /*x*/) { return 1.2; });
   vehicle.set_map(&room, nullptr);
-  EXPECT_TRUE(vehicle.tick(leg).plan_request);
-  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
-  const planning::PlanResult answer = success(path);
-  BehaviorOutput output = vehicle.tick(leg, &answer);
-  while (vehicle.position().x() < 4.0) output = vehicle.tick(leg);
+  BehaviorOutput output = swim_east(leg, vehicle, 4.0);
   BehaviorInput demand = vehicle.input(nullptr);
   demand.replan = true;
   ASSERT_TRUE(leg.step(demand).plan_request);
@@ -376,11 +382,7 @@ TEST(Leg, StopsBeforeASharpTurnIfItsPathIsBlocked) {
   PerfectVehicle vehicle({0, 0, -3});
   Room room([](double x) { return x > 9.0 ? 0.2 : 1.2; });
   vehicle.set_map(&room, nullptr);
-  EXPECT_TRUE(vehicle.tick(leg).plan_request);
-  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
-  const planning::PlanResult answer = success(path);
-  BehaviorOutput output = vehicle.tick(leg, &answer);
-  while (vehicle.position().x() < 4.0) output = vehicle.tick(leg);
+  BehaviorOutput output = swim_east(leg, vehicle, 4.0);
   room.look_from(20.0);
   for (int i = 0; i < 100 && !output.plan_request; ++i) output = vehicle.tick(leg);
   ASSERT_TRUE(output.plan_request);
