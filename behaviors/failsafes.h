@@ -32,7 +32,7 @@ enum class FailsafeKind {
   kImuLost,            ///< No plausible sample for a while.
   kDepthLost,          ///< The same, or a reading that never changes.
   kHealthLost,         ///< The same.
-  kRangeLost,          ///< No new range data for a while, in an unknown environment.
+  kRangeLost,          ///< No new range data for a while, where the dive depends on them.
   kEstimatorDiverged,  ///< The estimate is not finite, or contradicts the depth sensor.
   kLocalisationLost,   ///< The position is too uncertain.
   kWrongMap,           ///< The scans show another place than the map.

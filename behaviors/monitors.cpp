@@ -97,6 +97,11 @@ bool Monitors::accept(Utime now, const HealthSample& sample) {
   return true;
 }
 
+void Monitors::receive(const MapFix& fix) {
+  if (fix.problem != MapFixProblem::kNoScan) receive_scan(fix.scan_utime);
+  map_evidence_.add(fix.scan_utime, fix.agreement);
+}
+
 bool Monitors::is_silent(const Source& source, Utime now, double after_s) const {
   return to_seconds(now - source.arrived.value_or(started_)) > after_s;
 }
@@ -140,13 +145,18 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
                                   same_for(imu_) > kFrozenSeconds);
   // The vehicle should have risen or sunk, and the sensor does not show it.
-  const double dt = to_seconds(input.now - std::exchange(last_update_, input.now));
+  const Utime tick = input.now - std::exchange(last_update_, input.now);
+  const double dt = to_seconds(tick);
   expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;
   const bool ought_to_change = std::abs(expected_rise_m_) > kNoticeable && same_for(depth_) > kLag;
   set(FailsafeKind::kDepthLost, is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) ||
                                     ought_to_change || same_for(depth_) > kFrozenSeconds);
   set(FailsafeKind::kHealthLost,
       is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
+  // Scans cannot be used without attitude: that time does not count.
+  if (is_true(FailsafeKind::kImuLost)) {
+    scanned_ = std::min(scanned_.value_or(started_) + tick, input.now);
+  }
   set(FailsafeKind::kRangeLost, limits_.watches_range && !input.rises &&
                                     to_seconds(input.now - scanned_.value_or(started_)) >
                                         threshold(FailsafeKind::kRangeLost));

@@ -28,7 +28,7 @@ struct MonitorLimits {
   double max_depth = 0.0;                          ///< m
   double min_altitude = 0.0;                       ///< m
   double mission_timeout_s = 0.0;
-  bool watches_range = false;          ///< True in an unknown environment.
+  bool watches_range = false;          ///< The dive depends on range data.
   std::vector<Eigen::Vector2d> fence;  ///< Three or more corners in W, in order; empty: no fence.
 };
 
@@ -59,10 +59,10 @@ class Monitors {
   [[nodiscard]] bool accept(Utime now, const DepthSample& sample);
   [[nodiscard]] bool accept(Utime now, const HealthSample& sample);
   void heartbeat(Utime now) { heartbeat_ = now; }
-  /// Records the time of a mapped scan.
+  /// Records the time of a scan that was mapped, or matched with the map.
   void receive_scan(Utime scan_utime) { scanned_ = scan_utime; }
   /// Records what a scan says of the known map.
-  void receive(const MapFix& fix) { map_evidence_.add(fix.scan_utime, fix.agreement); }
+  void receive(const MapFix& fix);
   /// Records a loss of log or journal.
   void lose_log(Utime now) { log_lost_ = now; }
   /// Start of the silence of sensors that never sent a sample. Must be called before update().

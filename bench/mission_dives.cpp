@@ -3,6 +3,7 @@
 //     mission_dives missions/wreck.xml --set map_shift_sigma_m=0.3     with other errors
 //     mission_dives missions/wreck.xml --world missions/maps/maze.sdf   with a map of another place
 //     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
+//     mission_dives missions/wreck.xml --fault range_silent     at a drawn time, for good
 //     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
 //     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
 
@@ -49,7 +50,8 @@ struct Draw {
   std::vector<std::string> conditions;  ///< NAME=VALUE, applied to those of the mission.
   std::string world;  ///< File of a world that the vehicle has no map of; empty: that of the map.
   bool with_diver = false;
-  int unmapped = 0;  ///< Number of objects on the route that the map lacks.
+  int unmapped = 0;                         ///< Number of objects on the route that the map lacks.
+  std::optional<mission::FaultKind> fault;  ///< At a drawn time on the route, for good.
 };
 
 struct RoutedSetup : StudySetup {
@@ -142,6 +144,19 @@ std::vector<planning::Obstacle> unmapped_for(const RoutedSetup& setup, int count
   return objects;
 }
 
+/// Within the time of the route at 0.3 m/s.
+mission::Fault fault_for(const RoutedSetup& setup, mission::FaultKind kind, std::uint64_t seed) {
+  Random random(seed, 0xfa17);
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < setup.route.size(); ++i) {
+    length_m += (setup.route[i].p - setup.route[i - 1].p).norm();
+  }
+  mission::Fault fault;
+  fault.kind = kind;
+  fault.at_s = random.uniform(2.0, length_m / 0.3);
+  return fault;
+}
+
 mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   mission::DiveSettings settings;
   settings.conditions = setup.conditions;
@@ -149,6 +164,7 @@ mission::DiveSettings settings_for(const RoutedSetup& setup, const Draw& draw, s
   settings.unmapped = unmapped_for(setup, draw.unmapped, seed);
   settings.seed = seed;
   if (draw.with_diver) settings.diver = diver_for(setup, seed);
+  if (draw.fault) settings.faults.push_back(fault_for(setup, *draw.fault, seed));
   return settings;
 }
 
@@ -486,13 +502,17 @@ void report_off_path(const std::vector<nlohmann::json>& results) {
 // The dives in which the failsafe for a wrong map was raised, and when.
 void report_wrong_map(const std::vector<nlohmann::json>& results) {
   std::vector<double> times;
+  std::string seeds;
   for (const nlohmann::json& r : results) {
-    if (r["wrong_map"].get<double>() >= 0.0) times.push_back(r["wrong_map"]);
+    if (r["wrong_map"].get<double>() < 0.0) continue;
+    times.push_back(r["wrong_map"]);
+    seeds += fmt::format(" {}", r["seed"].get<int>());
   }
   if (times.empty()) return;
   std::ranges::sort(times);
-  std::cout << fmt::format("  wrong_map in {} dives, after {:.1f} to {:.1f} s, median {:.1f} s\n",
-                           times.size(), times.front(), times.back(), times[times.size() / 2]);
+  std::cout << fmt::format(
+      "  wrong_map in {} dives, after {:.1f} to {:.1f} s, median {:.1f} s; seeds{}\n", times.size(),
+      times.front(), times.back(), times[times.size() / 2], seeds);
 }
 
 void report(const std::string& name, std::vector<nlohmann::json> results) {
@@ -540,6 +560,7 @@ int main(int argc, char** argv) {
   int traced = 0;
   dive::bench::Draw draw;
   std::string data;
+  std::string fault;
   app.add_option("missions", missions);
   app.add_option("--real", data, "Folder of the shared data: dives the waters made of it");
   app.add_option("--dives", dives);
@@ -549,9 +570,14 @@ int main(int argc, char** argv) {
   app.add_option("--unmapped", draw.unmapped, "Objects on the route that the map lacks");
   app.add_option("--world", draw.world, "World (SDF) to dive in, other than the mission's map");
   app.add_flag("--diver", draw.with_diver, "A diver swims into the path");
+  app.add_option("--fault", fault, "A fault of dive run, at a drawn time, for good");
   app.add_option("--set", draw.conditions, "NAME=VALUE of the simulator, as of dive run");
   CLI11_PARSE(app, argc, argv);
   return dive::bench::run_study([&] {
+    if (!fault.empty()) {
+      draw.fault = dive::mission::find_fault(fault);
+      if (!draw.fault) throw std::runtime_error("there is no fault '" + fault + "'");
+    }
     if (!data.empty()) {
       for (std::string& path : dive::bench::write_real_waters(data)) {
         missions.push_back(std::move(path));

@@ -197,7 +197,7 @@ void scan_of(const std::string& name, int every, bool clean) {
   if (clean) {
     options.noise_m = 1e-5;  // no two scans are equal
     options.noise_share = options.dropout_share = options.particles_per_m3 = 0.0;
-    mapping.noise_m = mapping.noise_share = 0.0;
+    mapping.noise.constant_m = mapping.noise.share = 0.0;
   }
   vehicle::RangeCamera camera(environment.world, options, 1);
   std::vector<double> total, triangulate, divide, pieces, off, voxel_off, farthest, blocked,

@@ -11,8 +11,10 @@ namespace dive {
 enum class MapFixProblem {
   kNone,
   kFewPoints,  ///< Too few of its points have a mapped surface near them.
-  kAmbiguous,  ///< Another position within the prior's uncertainty fits nearly as well.
-  kNoScan,     ///< The sensor repeats a scan, or sends one without ranges.
+  /// Another position within the prior's uncertainty fits nearly as well. The numbers are those of
+  /// the position nearest to the prior, if there is one: from scan to scan it moves as the vehicle.
+  kAmbiguous,
+  kNoScan,  ///< The sensor repeats a scan, or sends one without ranges.
 };
 
 /// How one scan agrees with the map: numbers of places, cubes with edges of a metre, in its view.
@@ -35,8 +37,8 @@ struct MapAgreement {
 ///
 ///     gradient . d - d . information d / 2,    d = [x - position_W; c - heading_correction]
 ///
-/// There is no information in directions that the scene does not constrain, and none at all with a
-/// problem.
+/// There is no information in directions that the scene does not constrain, and with a problem none
+/// that may be used as a position.
 struct MapFix {
   Utime scan_utime = 0;
   MapFixProblem problem = MapFixProblem::kNone;

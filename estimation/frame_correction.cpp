@@ -11,6 +11,7 @@
 namespace dive::estimation {
 namespace {
 
+using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -39,6 +40,9 @@ std::string FrameCorrectionOptions::validate() const {
   check("slip_time_s", slip_time_s, 0.1, 1000.0);
   check("max_slip", max_slip, 0.0, 5.0);
   check("max_smooth_m", max_smooth_m, 0.0, 10.0);
+  check("vision_period_s", vision_period_s, 0.0, 100.0);
+  check("vision_sigma", vision_sigma, 0.001, 1.0);
+  check("scan_period_s", scan_period_s, 0.1, 5.0);
   return check.problem().empty() && fixes ? fixes->validate() : check.problem();
 }
 
@@ -77,7 +81,46 @@ void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {
   }
 }
 
+// Neighbouring images share their errors, so that not every one counts.
+void FrameCorrection::follow_velocity(const StateEstimate& vision, const OdometryState& then) {
+  estimate_.source = EstimatorKind::kVisualInertial;
+  if (seen_ && to_seconds(vision.utime - *seen_) < options_.vision_period_s) return;
+  seen_ = vision.utime;
+  const Vector2d velocity = (vision.X_WB.q * vision.v_WB_B).head<2>();
+  const double to_map = filter_->heading_correction() - turn_between(vision.X_WB.q, then.q_OB);
+  const double information = 1.0 / (options_.vision_sigma * options_.vision_sigma);
+  // One that is refused is a glitch of the cameras: the next one is half a second away.
+  static_cast<void>(filter_->apply_velocity(turned(to_map) * velocity,
+                                            information * Matrix2d::Identity(), then.v_O));
+}
+
+void FrameCorrection::follow_surroundings(const MapFix& fix, const OdometryState& then) {
+  if (fix.information.isZero()) return ambiguous_.reset();
+  // The heading is as uncertain as it is believed.
+  const double heading = fix.information(2, 2) + 1.0 / filter_->covariance()(2, 2);
+  const Vector2d cross = fix.information.block<2, 1>(0, 2);
+  Ambiguous now;
+  now.utime = fix.scan_utime;
+  now.p_O = then.p_O;
+  now.information = fix.information.topLeftCorner<2, 2>() - cross * cross.transpose() / heading;
+  const Vector2d gradient = fix.gradient.head<2>() - cross * (fix.gradient[2] / heading);
+  // Where the scan does not constrain the position it stays; one sigma of a metre.
+  const Matrix2d with_prior = now.information + Matrix2d::Identity();
+  now.position_W = fix.position_W + with_prior.ldlt().solve(gradient);
+  const std::optional<Ambiguous> last = std::exchange(ambiguous_, now);
+  const double dt = last ? to_seconds(now.utime - last->utime) : 0.0;
+  if (dt <= 0.0 || dt > options_.scan_period_s) return;
+  // (A^-1 + B^-1)^-1 = A - A (A + B)^-1 A
+  const Matrix2d sum = now.information + last->information + Matrix2d::Identity();
+  const Matrix2d both = last->information - last->information * sum.inverse() * last->information;
+  // One that is refused is that of another place.
+  static_cast<void>(filter_->apply_velocity((now.position_W - last->position_W) / dt,
+                                            0.5 * dt * dt * (both + both.transpose()),
+                                            (now.p_O - last->p_O) / dt));
+}
+
 void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& then) {
+  if (filter_) return follow_velocity(vision, then);
   const Eigen::Quaterniond& q_WB = vision.X_WB.q;
   const double since_s = std::min(to_seconds(vision.utime - anchor_utime_), 2.0 * gate_.period_s());
   anchor_utime_ = vision.utime;
@@ -97,6 +140,8 @@ void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& t
 
 // Loss of vision: the correction keeps the published value.
 void FrameCorrection::release() {
+  estimate_.source = EstimatorKind::kPrimitive;
+  if (filter_) return;
   base_covariance_ = uncertainty();
   anchor_utime_ = past_.newest_utime();
   anchor_O_ = past_.newest().odometry.p_O;
@@ -105,7 +150,6 @@ void FrameCorrection::release() {
   yaw_target_ = yaw_;
   drift_deviation_ = (drift_W_ - mean_drift_W_).norm();
   drift_W_ = mean_drift_W_ = at_most(mean_drift_W_, options_.max_drift);
-  estimate_.source = EstimatorKind::kPrimitive;
 }
 
 void FrameCorrection::propose_alignment(const Vector2d& by_W) {
@@ -120,7 +164,13 @@ void FrameCorrection::propose_alignment(const Vector2d& by_W) {
 bool FrameCorrection::propose(const MapFix& fix) {
   DIVE_DEMAND(filter_.has_value());
   const std::optional<OdometryState> then = odometry_at(fix.scan_utime);
-  if (fix.problem != MapFixProblem::kNone || !then) return false;
+  if (!then) return false;
+  if (fix.problem == MapFixProblem::kAmbiguous) {
+    follow_surroundings(fix, *then);
+    return false;
+  }
+  ambiguous_.reset();
+  if (fix.problem != MapFixProblem::kNone) return false;
   const Vector2d moved_W = filter_->apply(fix, past_.newest().odometry.p_O - then->p_O);
   yaw_target_ = filter_->heading_correction();
   if (moved_W.norm() > options_.max_smooth_m) {

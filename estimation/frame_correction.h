@@ -29,7 +29,10 @@
 //
 // In a known map the third source are fixes, see map_fix_filter.h, which then estimates b, c and d
 // and their covariance in the place of vision. A fix that moves b by less than `max_smooth_m` is
-// taken up by o as well; a larger one is applied at once, and has_jumped() says so.
+// taken up by o as well; a larger one is applied at once, and has_jumped() says so. Of vision that
+// filter gets the velocity over ground, and not the position, which drifts and is no better than
+// the first one. Of two ambiguous fixes in a row it gets the velocity too: each may be of the wrong
+// place, but their difference is how the vehicle moved between them.
 //
 // The map alignment keeps the vehicle consistent with a map that it made itself and gives no
 // information on where that map is: the covariance stays. Repeated shifts in one direction mean an
@@ -66,7 +69,10 @@ struct FrameCorrectionOptions {
   double slip_time_s = 1.0;      ///< T of the low-pass over map alignments.
   double max_slip = 0.3;         ///< Bound of the velocity that alignments add, m/s.
   double max_smooth_m = 0.3;     ///< A fix that moves the position by more is applied at once.
-  /// Present: fixes from a known map are used, and neither vision nor map alignments.
+  double vision_period_s = 0.5;  ///< Least time between two velocities of vision beside fixes.
+  double vision_sigma = 0.02;    ///< Of such a velocity, per axis, m/s.
+  double scan_period_s = 1.2;    ///< Longest time between two ambiguous fixes that are compared.
+  /// Present: fixes from a known map are used, of vision the velocity, and no map alignments.
   std::optional<MapFixOptions> fixes = {};
 
   /// Empty if usable, else a sentence naming the option and its range.
@@ -93,8 +99,8 @@ class FrameCorrection {
   /// The vehicle is `by_W` (m) from its published position according to the observed map. Applied
   /// at once. Vision's frame moves with it, so that vision does not pull back.
   void propose_alignment(const Eigen::Vector2d& by_W);
-  /// Proposes a fix. Demands options with fixes. False if it was not used: it has a problem, or its
-  /// scan is older than the stored poses or newer than the last.
+  /// Proposes a fix. Demands options with fixes. False if its position was not used: it has a
+  /// problem, or its scan is older than the stored poses or newer than the last.
   [[nodiscard]] bool propose(const MapFix& fix);
   /// Called every tick with the pose in odom; returns the pose in the map. `blind_variance` (m^2):
   /// variance of its position, per axis, from times without samples so far. Demands non-decreasing
@@ -121,6 +127,8 @@ class FrameCorrection {
 
   [[nodiscard]] std::optional<OdometryState> odometry_at(Utime utime) const;
   void follow(const StateEstimate& vision, const OdometryState& then);
+  void follow_velocity(const StateEstimate& vision, const OdometryState& then);
+  void follow_surroundings(const MapFix& fix, const OdometryState& then);
   void release();
   void advance(const Eigen::Vector2d& moved_O, double blind_variance, double dt);
   void publish(const StateEstimate& odometry);
@@ -133,7 +141,16 @@ class FrameCorrection {
   FrameCorrectionOptions options_;
   PrimitiveOptions odometry_;
   VisionGate gate_;
+  /// An ambiguous fix: where its scan alone places the vehicle, if it is the right place.
+  struct Ambiguous {
+    Utime utime = 0;
+    Eigen::Vector2d position_W;
+    Eigen::Matrix2d information;
+    Eigen::Vector2d p_O;  ///< The odometry's position then, m.
+  };
   std::optional<MapFixFilter> filter_;  ///< With fixes.
+  std::optional<Ambiguous> ambiguous_;  ///< The last fix, if it was ambiguous.
+  std::optional<Utime> seen_;           ///< Time of the last velocity of vision beside fixes, us.
   TimedBuffer<Past, kPast> past_;
   StateEstimate estimate_;
   bool has_jumped_ = false;

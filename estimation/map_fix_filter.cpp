@@ -17,6 +17,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kMaxSigmas = 3.0;  // of a velocity that is used
+
+}  // namespace
+
 std::string MapFixOptions::validate() const {
   RangeCheck check;
   check("start_sigma_m", start_sigma_m, 0.0, 100.0);
@@ -108,6 +114,29 @@ Vector2d MapFixFilter::apply(const MapFix& fix, const Vector2d& since_O) {
   x_ += step;
   x_[kHeading] = wrap_angle(x_[kHeading]);
   return position_W() - before_W;
+}
+
+bool MapFixFilter::apply_velocity(const Vector2d& velocity_W, const Matrix2d& information,
+                                  const Vector2d& v_O) {
+  DIVE_DEMAND(velocity_W.allFinite() && information.allFinite() && v_O.allFinite());
+  const Vector2d turned_W = turned(x_[kHeading]) * v_O;
+  const Vector2d moving_W = (1.0 + x_[kScale]) * turned_W;
+  Eigen::Matrix<double, 2, kStates> H = Eigen::Matrix<double, 2, kStates>::Zero();
+  H.col(kHeading) = Vector2d(-moving_W.y(), moving_W.x());
+  H.col(kScale) = turned_W;
+  H.block<2, 2>(0, kCurrent).setIdentity();
+  H.block<2, 2>(0, kSlip).setIdentity();
+  const Vector2d off = velocity_W - moving_W - x_.segment<2>(kCurrent) - x_.segment<2>(kSlip);
+
+  // With the information L of the velocity, (H P H' + L^-1)^-1 = (I + L H P H')^-1 L.
+  const Eigen::Matrix<double, kStates, 2> PH = P_ * H.transpose();
+  const Matrix2d inverse = (Matrix2d::Identity() + information * (H * PH)).inverse() * information;
+  if (off.dot(inverse * off) > kMaxSigmas * kMaxSigmas) return false;
+  x_ += PH * (inverse * off);
+  x_[kHeading] = wrap_angle(x_[kHeading]);
+  P_ -= (PH * inverse * PH.transpose()).eval();
+  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  return true;
 }
 
 Matrix3d MapFixFilter::covariance() const {

@@ -16,6 +16,9 @@
 // the world, P_p + m m'. Without m a wall that is not where it was drawn would count as measured
 // again with every scan, and the covariance would shrink to nothing (a wrong map is not white
 // noise).
+//
+// A velocity over ground, from cameras or from what two scans show of the surroundings, measures
+// the right-hand side of p'.
 
 #include <string>
 
@@ -57,6 +60,12 @@ class MapFixFilter {
   /// Applies a fix without a problem. `since_O`: motion of the odometry since the scan, m. Returns
   /// the change of position_W(), m.
   Eigen::Vector2d apply(const MapFix& fix, const Eigen::Vector2d& since_O);
+
+  /// Applies a velocity over ground (W, m/s) with its information (s^2/m^2), measured while the
+  /// odometry moved at `v_O` (m/s). False if it is refused: it differs from the expected velocity
+  /// by more than three sigmas.
+  [[nodiscard]] bool apply_velocity(const Eigen::Vector2d& velocity_W,
+                                    const Eigen::Matrix2d& information, const Eigen::Vector2d& v_O);
 
   /// p - m
   [[nodiscard]] Eigen::Vector2d position_W() const { return x_.head<2>() - x_.segment<2>(kMap); }

@@ -227,9 +227,10 @@ enum class MapFile { kMustExist, kNotNeeded };
   return mission.estimator.value == EstimatorName::kVisualInertial;
 }
 
-/// True if scans of the range camera correct the position in a known map.
+/// True if scans correct the position in a known map. Tags give the position in the map too, and
+/// their surveyed places may not agree with it.
 [[nodiscard]] inline bool uses_map_fixes(const Mission& mission) {
-  return !mission.unknown && mission.allows_fixes && !uses_visual_inertial(mission);
+  return !mission.unknown && mission.allows_fixes && mission.tags.empty();
 }
 
 /// Sensor that maps an unknown environment, or what a known map lacks.
@@ -239,14 +240,15 @@ enum class MapFile { kMustExist, kNotNeeded };
   return has_range_camera ? MappingSensor::kRangeCamera : MappingSensor::kNone;
 }
 
-/// True if the mission uses the scans of a range camera.
-[[nodiscard]] inline bool uses_range_camera(const Mission& mission) {
-  return mapping_sensor(mission) == MappingSensor::kRangeCamera || uses_map_fixes(mission);
-}
-
-/// True if the stereo cameras map.
+/// True if the stereo cameras map; what a range camera would show is then not used.
 [[nodiscard]] inline bool maps_with_stereo(const Mission& mission) {
   return mapping_sensor(mission) == MappingSensor::kStereo;
+}
+
+/// True if the mission uses the scans of a range camera.
+[[nodiscard]] inline bool uses_range_camera(const Mission& mission) {
+  return mapping_sensor(mission) == MappingSensor::kRangeCamera ||
+         (uses_map_fixes(mission) && !maps_with_stereo(mission));
 }
 
 /// True if the mission can be simulated: an unknown environment needs a simulated world.

@@ -40,6 +40,7 @@ class Reader {
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);
+    turn_back_without_range(mission);
     read_operator(root, mission);
     read_resume(root, mission);
     const XmlElement& states = *root.child("states");
@@ -197,6 +198,14 @@ class Reader {
       }
     }
     return failsafes;
+  }
+
+  // In a known map the vehicle would go on by dead reckoning among obstacles that only the map
+  // knows: it turns back while it still knows where it is.
+  static void turn_back_without_range(Mission& mission) {
+    constexpr auto kRangeLost = static_cast<std::size_t>(FailsafeKind::kRangeLost);
+    if (mission.unknown || mission.failsafes.written[kRangeLost]) return;
+    mission.failsafes.policies[kRangeLost].rung = behaviors::Rung::kAbortAndSurface;
   }
 
   void read_policy(const XmlElement& element, const behaviors::FailsafeTraits& traits,

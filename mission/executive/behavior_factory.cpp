@@ -130,7 +130,7 @@ behaviors::MonitorLimits monitor_limits(const Mission& mission) {
   limits.max_depth = mission.limits.max_depth.value;
   limits.min_altitude = mission.limits.min_altitude.value;
   limits.mission_timeout_s = mission.limits.mission_timeout.value;
-  limits.watches_range = mission.unknown.has_value();
+  limits.watches_range = mission.unknown.has_value() || uses_map_fixes(mission);
   for (const auto& [x, y] : mission.failsafes.fence) limits.fence.emplace_back(x.value, y.value);
   return limits;
 }

@@ -10,6 +10,7 @@
 namespace dive::mission {
 namespace {
 
+constexpr Utime kTracked = 3'000'000;  // us after a fix in which the prior is one of fixes
 constexpr int kContradictions = 3;
 constexpr int kPlaces = 3;  // of a scan that contradict the map
 // Sigmas by which a position that scans contradict may be wrong: m, m and rad.
@@ -17,9 +18,9 @@ const Eigen::Vector3d kLost(1.0, 1.0, 0.05);
 
 }  // namespace
 
-MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> known, Utime latency,
-                                 OnLate late)
-    : matcher_(std::move(known)), latency_(latency), worker_(late) {}
+MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> known,
+                                 const RangeNoise& noise, Utime latency, OnLate late)
+    : matcher_(std::move(known), noise), latency_(latency), worker_(late) {}
 
 void MapMatchService::observe(const estimation::StateEstimate& estimate) {
   if (!can_place_scans(estimate)) return;
@@ -45,6 +46,7 @@ std::optional<MapFix> MapMatchService::poll(Utime now) {
     const MapAgreement& seen = fix->agreement;
     const bool contradicts = seen.missing + seen.unmapped >= kPlaces && seen.contradicts();
     contradictions_ = contradicts ? contradictions_ + 1 : 0;
+    if (fix->problem == MapFixProblem::kNone) fixed_ = fix->scan_utime;
   }
   return fix;
 }
@@ -57,6 +59,8 @@ void MapMatchService::submit(const RangeScan& scan, Utime now) {
   last_ = scan.utime;
   if (contradictions_ >= kContradictions) {
     prior->covariance.diagonal() += kLost.cwiseAbs2();
+  } else {
+    prior->is_tracked = fixed_ && scan.utime - *fixed_ <= kTracked;
   }
   if (check_.check(scan) != planning::ScanProblem::kNone) {
     MapFix none;

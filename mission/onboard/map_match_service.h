@@ -1,5 +1,6 @@
 #pragma once
-// Position fixes from scans of the range camera in a known map, on a worker thread. The fix of a
+// Position fixes from scans of the range camera, or of the stereo pair, in a known map, on a worker
+// thread. The fix of a
 // scan is delivered a stated time after its submission, not when the machine is ready, so that a
 // simulated dive is the same on every machine. What it finds enters the log, so that a replay needs
 // no scans.
@@ -24,8 +25,8 @@ class MapMatchService {
   static constexpr Utime kPeriod = 450'000;
 
   /// `latency`: least time from submit() to the fix, in dive time, us.
-  MapMatchService(std::shared_ptr<const planning::MapSurface> known, Utime latency,
-                  OnLate late = OnLate::kBlock);
+  MapMatchService(std::shared_ptr<const planning::MapSurface> known, const RangeNoise& noise,
+                  Utime latency, OnLate late = OnLate::kBlock);
 
   /// Records the published pose of this tick, by which a scan is placed.
   void observe(const estimation::StateEstimate& estimate);
@@ -43,8 +44,9 @@ class MapMatchService {
   planning::MapMatcher matcher_;
   Utime latency_;
   planning::ScanCheck check_;
-  std::optional<Utime> last_;  ///< Time of the last scan that was matched, us.
-  int contradictions_ = 0;     ///< Scans in a row that contradict the map.
+  std::optional<Utime> last_;   ///< Time of the last scan that was matched, us.
+  std::optional<Utime> fixed_;  ///< Time of the last scan that gave a position, us.
+  int contradictions_ = 0;      ///< Scans in a row that contradict the map.
   TimedBuffer<planning::PosePrior, kPast> past_;
   DelayedWorker<MapFix> worker_;
 };

@@ -41,7 +41,7 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
                     late);
   }
   if (uses_map_fixes(mission)) {
-    matcher_.emplace(known, settings.fix_latency_ticks * kControlPeriod, late);
+    matcher_.emplace(known, mapping.noise, settings.fix_latency_ticks * kControlPeriod, late);
   }
 }
 
@@ -136,7 +136,10 @@ void OnboardDive::feed_services(VehiclePort& port, const StepInputs& inputs,
     mapper_->submit(std::move(*scan), inputs.now, obstacle_ahead_);
   }
   if (mapper_ && vision_) {
-    if (auto stereo = vision_->take_scan()) mapper_->submit(std::move(*stereo), inputs.now);
+    if (auto stereo = vision_->take_scan()) {
+      if (matcher_) matcher_->submit(*stereo, inputs.now);
+      mapper_->submit(std::move(*stereo), inputs.now);
+    }
   }
   if (vision_) {
     vision_->add(port.take_imu_samples());

@@ -12,7 +12,7 @@ tl::expected<StereoMapping, std::string> stereo_mapping(const CameraModel& left,
                                                         planning::MapperOptions mapper) {
   auto created = estimation::StereoRange::create({}, left, right);
   if (!created) return tl::unexpected(created.error());
-  mapper.noise_square = created->noise_square();
+  mapper.noise.square = created->noise_square();
   // A std::function is copied, and what it holds with it.
   const auto ranges = std::make_shared<estimation::StereoRange>(std::move(*created));
   const auto make_range = [ranges](const StereoPairResult& pair) -> std::optional<RangeScan> {

@@ -19,7 +19,10 @@ constexpr double kPlace = 1.0;         // m, edge of a place
 constexpr int kMinRays = 2;            // of a place: one alone may be a particle
 constexpr double kMinRange = 0.3;      // m: nearer is the vehicle itself, or marine snow
 constexpr double kMaxRange = 8.0;      // m: beyond, an error of the attitude moves a ray too far
-constexpr double kRangeShare = 0.02;   // of the range, of the tolerance
+constexpr double kAgrees = 0.25;       // m from a mapped surface, for a position without error
+constexpr double kRangeShare = 0.02;   // of the range, added to it
+constexpr double kSigmas = 2.0;        // of the position
+constexpr double kBeside = 0.1;        // m to each side of a ray, for a position without error
 constexpr double kNearSurface = -0.1;  // m: a ray that leaves the water ends there
 constexpr double kFreeStep = 1.0;      // m along a ray where no surface is within that distance
 constexpr double kMinStep = 0.05;      // m along a ray that passes close to a surface
@@ -78,7 +81,21 @@ std::optional<Hit> first_hit(const MapSurface& surface, const Ray& ray, double e
   return std::nullopt;
 }
 
-std::optional<Vote> vote(const MapSurface& surface, const Ray& ray, double tolerance_m) {
+// True if four rays parallel to this one, `beside_m` to its sides, meet surfaces too, all of them
+// well before its measured range.
+bool is_in_the_way(const MapSurface& surface, const Ray& ray, double beside_m, double tolerance) {
+  const Vector3d& d = ray.direction_W;
+  const Vector3d u = d.unitOrthogonal();
+  const Vector3d v = d.cross(u);
+  return std::ranges::all_of(std::array<Vector3d, 4>{u, -u, v, -v}, [&](const Vector3d& side) {
+    Ray parallel = ray;
+    parallel.from_W += beside_m * side;
+    const auto hit = first_hit(surface, parallel, ray.range);
+    return hit && (ray.range - hit->range) * hit->incident > tolerance;
+  });
+}
+
+std::optional<Vote> vote(const MapSurface& surface, const Ray& ray, double sigma_m) {
   const auto at = [&](double range, Finding finding, int object) {
     const Vector3d place = (ray.at(range) / kPlace).array().floor();
     return Vote{{static_cast<std::int32_t>(place.x()), static_cast<std::int32_t>(place.y()),
@@ -86,11 +103,15 @@ std::optional<Vote> vote(const MapSurface& surface, const Ray& ray, double toler
                 finding,
                 object};
   };
-  const double tolerance = tolerance_m + kRangeShare * ray.range;
+  const double tolerance = kAgrees + kSigmas * sigma_m + kRangeShare * ray.range;
   const auto hit = first_hit(surface, ray, std::min(ray.range + tolerance, kMaxRange));
   if (hit) {
     const double beyond = (ray.range - hit->range) * hit->incident;
-    if (beyond > tolerance) return at(hit->range, Finding::kMissing, hit->object);
+    if (beyond > tolerance) {
+      const double beside = kBeside + kSigmas * sigma_m;
+      if (!is_in_the_way(surface, ray, beside, tolerance)) return std::nullopt;
+      return at(hit->range, Finding::kMissing, hit->object);
+    }
     if (!ray.is_return || hit->is_ground) return std::nullopt;
     if (beyond >= -tolerance) return at(ray.range, Finding::kConfirmed, hit->object);
   }
@@ -143,10 +164,10 @@ std::vector<Ray> rays_of(const RangeScan& scan, const Pose& X_WB) {
 }  // namespace
 
 MapAgreement agreement(const MapSurface& surface, const RangeScan& scan, const Pose& X_WB,
-                       double tolerance_m) {
+                       double sigma_m) {
   std::vector<Vote> votes;
   for (const Ray& ray : rays_of(scan, X_WB)) {
-    if (const auto one = vote(surface, ray, tolerance_m)) votes.push_back(*one);
+    if (const auto one = vote(surface, ray, sigma_m)) votes.push_back(*one);
   }
   std::ranges::sort(votes);
   MapAgreement result;

@@ -13,9 +13,11 @@
 
 namespace dive::planning {
 
-/// The places of the scan, taken at X_WB in the map. `tolerance_m`: distance from a mapped surface
-/// at which a measured one may lie, to which a share of the range is added.
+/// The places of the scan, taken at X_WB in the map with an error of `sigma_m` (m) per horizontal
+/// axis. A mapped surface is missing only where the scan sees through it from everywhere within two
+/// sigmas: a ray that passes the edge of a deck at the vehicle's true position may meet that deck
+/// at the estimated one.
 [[nodiscard]] MapAgreement agreement(const MapSurface& surface, const RangeScan& scan,
-                                     const Pose& X_WB, double tolerance_m);
+                                     const Pose& X_WB, double sigma_m);
 
 }  // namespace dive::planning

@@ -24,8 +24,6 @@ using Eigen::Vector3d;
 constexpr std::size_t kRays = 440;      // of a scan
 constexpr int kMinUsed = 40;            // points on mapped surfaces
 constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
-constexpr double kRangeSigma = 0.01;    // m, of a range: constant part
-constexpr double kRangeShare = 0.005;   // and the part that grows with it
 constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
 constexpr double kAngleSigma = 0.004;   // rad, of a ray
 constexpr double kTiltSigma = 0.008;    // rad, about each level axis: attitude, and the mounting
@@ -34,6 +32,7 @@ constexpr double kNoHeight = 10.0;      // m, one sigma: nothing is known of the
 constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
 constexpr double kHuber = 1.5;          // sigmas
 constexpr double kOutlier = 9.0;        // squared sigmas: the most that one point can cost
+constexpr double kLargest = 16.0;       // squared sigmas of a point, for the variance
 constexpr double kMinGate = 0.15;       // m
 constexpr double kMaxGate = 0.6;        // m
 constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
@@ -54,9 +53,7 @@ constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface
 constexpr double kSamePlace = 0.12;       // m between two minima that are one
 constexpr double kAmbiguous = 0.02;       // of the best likelihood
 constexpr double kTooUncertain = 0.4;     // m, one sigma: what contradicts the map cannot be told
-constexpr double kAgrees = 0.25;          // m from a mapped surface, for a position without error
-constexpr double kSigmas = 2.0;           // of the position, added to it
-constexpr double kDoubt = 0.25;           // share of the prior: it may be half as good as it says
+constexpr double kDoubt = 0.25;           // share of a prior that may be half as good as it says
 
 // Order of a shift: position (m), heading, and tilt about x and y of W (rad).
 constexpr int kZ = 2;
@@ -81,8 +78,15 @@ struct Normal {
   Matrix6d information = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   double cost = 0.0;
+  double squares = 0.0;  // weighted sum over the used points of their squared residuals, in sigmas
+  double weights = 0.0;  // its weights
   int used = 0;
   int gated = 0;
+
+  // The variance of unit weight.
+  [[nodiscard]] double excess() const {
+    return weights > 0.0 ? std::max(1.0, squares / weights) : 1.0;
+  }
 };
 
 struct Minimum {
@@ -90,15 +94,21 @@ struct Minimum {
   Normal at;
   double from_prior = 0.0;  // squared Mahalanobis distance from the prior
 
-  [[nodiscard]] double cost(double prior_share = 1.0) const {
-    return at.cost + prior_share * from_prior;
+  [[nodiscard]] double cost() const { return at.cost + from_prior; }
+  // With the residuals that were found instead of those that were expected.
+  [[nodiscard]] Minimum reweighted() const {
+    Minimum result = *this;
+    result.at.information /= at.excess();
+    result.at.gradient /= at.excess();
+    return result;
   }
 };
 
 }  // namespace
 
 struct MapMatcher::Impl {
-  explicit Impl(std::shared_ptr<const MapSurface> surface_in) : surface(std::move(surface_in)) {
+  Impl(std::shared_ptr<const MapSurface> surface_in, const RangeNoise& noise_in)
+      : surface(std::move(surface_in)), noise(noise_in) {
     DIVE_DEMAND(surface);
   }
 
@@ -153,7 +163,7 @@ struct MapMatcher::Impl {
       const Vector3d by_turn = arm.cross(n);
       Vector6d h;
       h << n, by_turn.z(), by_turn.x(), by_turn.y();
-      const double range_sigma = (kRangeSigma + kRangeShare * ray.range) * n.dot(direction);
+      const double range_sigma = noise.sigma(ray.range) * n.dot(direction);
       const double variance = range_sigma * range_sigma + kSurfaceSigma * kSurfaceSigma +
                               std::pow(kAngleSigma * ray.range, 2);
       const double r = nearest->height;
@@ -168,6 +178,9 @@ struct MapMatcher::Impl {
       const double weight = kIndependent * std::min(1.0, kHuber / sigmas) / variance;
       normal.information += weight * h * h.transpose();
       normal.gradient -= weight * r * h;
+      const double horizontal = n.head<2>().squaredNorm();
+      normal.squares += horizontal * std::min(sigmas * sigmas, kLargest);
+      normal.weights += horizontal;
       ++normal.used;
     }
     return normal;
@@ -238,13 +251,20 @@ struct MapMatcher::Impl {
     return best;
   }
 
-  // The best minimum from the prior and from places around it, and how likely another one is.
-  [[nodiscard]] Minimum search(const std::vector<Ray>& rays, const Vector3d& p_W,
-                               const Matrix6d& covariance, double& ambiguity) const {
-    Minimum best = descend(rays, p_W, Vector6d::Zero(), covariance);
+  struct Found {
+    Minimum best;
+    Minimum nearest;         // to the prior
+    double ambiguity = 0.0;  // likelihood of another minimum relative to the best
+  };
+
+  // The best minimum from the prior and from places around it.
+  [[nodiscard]] Found search(const std::vector<Ray>& rays, const Vector3d& p_W,
+                             const Matrix6d& covariance, bool is_tracked) const {
+    const Minimum nearest = descend(rays, p_W, Vector6d::Zero(), covariance);
+    Minimum best = nearest;
     const double variance =
         std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
-    if (variance < kWorthSearch * kWorthSearch) return best;
+    if (variance < kWorthSearch * kWorthSearch) return {best, nearest};
     std::vector<Minimum> minima = {best};
     for (const Eigen::Vector2d& place : candidates(rays, p_W, covariance)) {
       Vector6d from = Vector6d::Zero();
@@ -255,13 +275,16 @@ struct MapMatcher::Impl {
     for (const Minimum& one : minima) {
       if (usable(one) && (!usable(best) || one.cost() < best.cost())) best = one;
     }
+    double ambiguity = 0.0;
+    const double share = is_tracked ? 1.0 : kDoubt;
     for (const Minimum& one : minima) {
       const double apart = (one.shift - best.shift).head<2>().norm();
       if (!usable(one) || apart < kSamePlace) continue;
-      ambiguity = std::max(ambiguity,
-                           std::min(1.0, std::exp(0.5 * (best.cost(kDoubt) - one.cost(kDoubt)))));
+      const double worse = (one.at.cost - best.at.cost) / best.at.excess() +
+                           share * (one.from_prior - best.from_prior);
+      ambiguity = std::max(ambiguity, std::min(1.0, std::exp(-0.5 * worse)));
     }
-    return best;
+    return {best, nearest, ambiguity};
   }
 
   [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
@@ -281,7 +304,9 @@ struct MapMatcher::Impl {
     covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
     covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
 
-    const Minimum best = search(rays, p_W, covariance, fix.ambiguity);
+    const Found found = search(rays, p_W, covariance, prior.is_tracked);
+    fix.ambiguity = found.ambiguity;
+    Minimum best = found.best.reweighted();
     fix.used = best.at.used;
     fix.gated = best.at.gated;
     fix.agreement = agreement_at(scan, prior.X_WB, best, covariance);
@@ -291,7 +316,8 @@ struct MapMatcher::Impl {
     }
     if (fix.ambiguity > kAmbiguous) {
       fix.problem = MapFixProblem::kAmbiguous;
-      return fix;
+      if (found.nearest.at.used < kMinUsed) return fix;
+      best = found.nearest.reweighted();
     }
     fix.position_W += best.shift.head<2>();
     fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[kYaw]);
@@ -313,7 +339,7 @@ struct MapMatcher::Impl {
     const double sigma =
         std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
     if (sigma > kTooUncertain) return {};
-    return agreement(*surface, scan, X_WB, kAgrees + kSigmas * sigma);
+    return agreement(*surface, scan, X_WB, sigma);
   }
 
   // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
@@ -356,12 +382,13 @@ struct MapMatcher::Impl {
   }
 
   std::shared_ptr<const MapSurface> surface;
+  RangeNoise noise;
 };
 
-MapMatcher::MapMatcher(const World& world)
-    : MapMatcher(std::make_shared<const MapSurface>(world)) {}
-MapMatcher::MapMatcher(std::shared_ptr<const MapSurface> surface)
-    : impl_(std::make_unique<Impl>(std::move(surface))) {}
+MapMatcher::MapMatcher(const World& world, const RangeNoise& noise)
+    : MapMatcher(std::make_shared<const MapSurface>(world), noise) {}
+MapMatcher::MapMatcher(std::shared_ptr<const MapSurface> surface, const RangeNoise& noise)
+    : impl_(std::make_unique<Impl>(std::move(surface), noise)) {}
 MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
 MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
 MapMatcher::~MapMatcher() = default;

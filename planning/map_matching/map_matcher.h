@@ -13,12 +13,18 @@
 // point with |r| beyond its gate belongs to something that the map lacks. Height and tilt are
 // measured by depth and attitude sensor, so that they are estimated with narrow priors and
 // marginalised.
+//
+// Where the residuals are larger than s says (mapped objects that are off their places),
+// information and differences of cost are divided by the variance of unit weight (as in the
+// adjustment of geodetic networks), if that is above 1: the mean of r^2 / s^2, weighted by the
+// square of n's horizontal part, because the floor says nothing of the position.
 
 #include <memory>
 
 #include <Eigen/Core>
 
 #include "common/map_fix.h"
+#include "common/range_noise.h"
 #include "common/range_scan.h"
 #include "common/se3.h"
 #include "planning/map_matching/map_surface.h"
@@ -32,14 +38,17 @@ struct PosePrior {
   double height_sigma_m = 0.0;      ///< Of z, m.
   /// Covariance of x, y (m) and heading (rad).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Earlier scans have confirmed it within the last seconds, so that it counts in full against
+  /// another place that fits as well; a prior that is dead reckoned may be worse than it says.
+  bool is_tracked = false;
 };
 
 /// Immutable, so that it may be used by several threads.
 class MapMatcher {
  public:
-  explicit MapMatcher(const World& world);
+  explicit MapMatcher(const World& world, const RangeNoise& noise = {});
   /// Demands a surface, which may be shared.
-  explicit MapMatcher(std::shared_ptr<const MapSurface> surface);
+  explicit MapMatcher(std::shared_ptr<const MapSurface> surface, const RangeNoise& noise = {});
   MapMatcher(MapMatcher&&) noexcept;
   MapMatcher& operator=(MapMatcher&&) noexcept;
   ~MapMatcher();

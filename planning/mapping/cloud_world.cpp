@@ -213,7 +213,7 @@ MapperOptions mapper_options(double voxel, double longest_edge) {
   MapperOptions options;
   const double scale = voxel / options.voxel_m;
   options.voxel_m = voxel;
-  options.noise_m *= scale;
+  options.noise.constant_m *= scale;
   options.flat_m *= scale;
   options.ball_m *= scale;
   options.longest_edge_m = longest_edge;

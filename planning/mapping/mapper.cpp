@@ -55,7 +55,7 @@ struct Mapper::Impl {
       std::optional<Vector3f> normal = image.normal_B(scan, i);
       if (normal) normal = R_WB * *normal;
       points.push_back({R_WB * scan.points_B[i] + p_WB, normal,
-                        options.noise(range) + static_cast<float>(options.flat_m)});
+                        options.noise.sigma(range) + static_cast<float>(options.flat_m)});
     }
     return points;
   }
@@ -110,13 +110,14 @@ struct Mapper::Impl {
 
   int add_points(const RangeScan& scan, const RangeImage& image, const ScanPose& pose) {
     const std::vector<PlacedPoint> points = points_to_map(scan, image, pose);
-    for (const auto& [index, p_W] : points) map.observe(p_W, options.noise(image.range(index)));
+    for (const auto& [index, p_W] : points)
+      map.observe(p_W, options.noise.sigma(image.range(index)));
     return static_cast<int>(points.size());
   }
 
   // m from a known surface within which a point belongs to it.
   [[nodiscard]] double tolerance(const ScanPose& pose, float range) const {
-    const double along = static_cast<double>(options.noise(range));
+    const double along = static_cast<double>(options.noise.sigma(range));
     const double across = pose.attitude_sigma * static_cast<double>(range);
     const double sigma = std::hypot(pose.position_sigma_m, along, across);
     return std::max(options.known_tolerance_m, kSigmas * sigma);
@@ -125,7 +126,7 @@ struct Mapper::Impl {
   // For a point of a triangle: true if recent rays passed it, so that the triangle is no surface.
   [[nodiscard]] bool is_free(const Vector3f& p_W) const {
     return observed.was_passed_recently(
-        p_W, 2.0F * options.noise((p_W - sensor_origin_W).norm()) + map.grid().voxel_m());
+        p_W, 2.0F * options.noise.sigma((p_W - sensor_origin_W).norm()) + map.grid().voxel_m());
   }
 
   void note(const SurfaceBuilder::Report& report) {

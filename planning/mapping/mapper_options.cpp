@@ -13,9 +13,9 @@ std::string MapperOptions::validate() const {
   check("snow_range_m", snow_range_m, 0.0, 20.0);
   check("min_snow_neighbours", min_snow_neighbours, 0, 100);
   check("confirm", confirm, 1, 6);
-  check("noise_m", noise_m, 0.0, 1.0);
-  check("noise_share", noise_share, 0.0, 0.2);
-  check("noise_square", noise_square, 0.0, 0.2);
+  check("noise.constant_m", noise.constant_m, 0.0, 1.0);
+  check("noise.share", noise.share, 0.0, 0.2);
+  check("noise.square", noise.square, 0.0, 0.2);
   check("on_piece_m", on_piece_m, 0.0, 1.0);
   check("flat_m", flat_m, 0.001, 1.0);
   check("skin_m", skin_m, 0.0, 1.0);
@@ -26,11 +26,6 @@ std::string MapperOptions::validate() const {
   check("memory_s", memory_s, 1.0, 1e6);
   check("max_voxels", max_voxels, 1000, 2e7);
   return check.problem();
-}
-
-float MapperOptions::noise(float range) const {
-  return static_cast<float>(noise_m) + static_cast<float>(noise_share) * range +
-         static_cast<float>(noise_square) * range * range;
 }
 
 }  // namespace dive::planning

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "common/range_noise.h"
+
 namespace dive::planning {
 
 struct MapperOptions {
@@ -15,9 +17,7 @@ struct MapperOptions {
   double snow_range_m = 3.0;    ///< Range up to which marine snow is measured too, m.
   int min_snow_neighbours = 5;  ///< Replaces min_neighbours within snow_range_m.
   int confirm = 2;              ///< Number of scans that must hit a voxel before it is occupied.
-  double noise_m = 0.01;        ///< Constant part of a range's standard deviation, m.
-  double noise_share = 0.005;   ///< Part of it that grows with the range, m/m.
-  double noise_square = 0.0;    ///< Part of it that grows with the range squared (stereo), 1/m.
+  RangeNoise noise;             ///< Of the sensor.
   /// Distance from a piece, plus two standard deviations, within which a point belongs to it, m.
   double on_piece_m = 0.04;
   double flat_m = 0.018;         ///< FlatPieceOptions::flat_m
@@ -32,8 +32,6 @@ struct MapperOptions {
 
   /// A sentence with the option and its range; empty if the options are usable.
   [[nodiscard]] std::string validate() const;
-  /// Standard deviation of a range, m.
-  [[nodiscard]] float noise(float range) const;
 };
 
 }  // namespace dive::planning

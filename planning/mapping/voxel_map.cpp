@@ -78,7 +78,7 @@ void VoxelMap::add_confirmed(const Vector3f& p_W) {
   if (cell.find(place->voxel) != nullptr) return;
   Voxel& v = insert(cell, place->voxel);
   v.p_W = p_W;
-  v.noise = static_cast<float>(options_.noise_m);
+  v.noise = static_cast<float>(options_.noise.constant_m);
   v.last_observed = now_;
   v.evidence = kMaxEvidence;
   confirm(cell, v);
@@ -94,7 +94,8 @@ void VoxelMap::remove_passed(const RangeImage& image) {
     for (std::size_t i = cell.voxels.size(); i-- > 0;) {
       Voxel& v = cell.voxels[i];
       if (v.last_observed == now_) continue;
-      const float margin = 2.0F * options_.noise((v.p_W - image.origin_W()).norm()) + kPassedMargin;
+      const float margin =
+          2.0F * options_.noise.sigma((v.p_W - image.origin_W()).norm()) + kPassedMargin;
       const bool is_stale = !v.confirmed && now_ - v.last_observed > kUnconfirmed;
       if (!is_stale && !image.is_passed(v.p_W, margin)) continue;
       if (!is_stale && --v.evidence > 0) continue;

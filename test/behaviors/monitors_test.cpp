@@ -200,7 +200,7 @@ TEST_F(MonitorsTest, AQuietSensorIsLostAndANanIsSilence) {
 
 TEST_F(MonitorsTest, InAnUnknownEnvironmentRangeIsLostByTheAgeOfTheNewestScan) {
   run(30.0);
-  EXPECT_EQ(what(), Only{}) << "with a known map range data is not monitored";
+  EXPECT_EQ(what(), Only{}) << "a dive without range data does not miss them";
   MonitorLimits unknown = limits();
   unknown.watches_range = true;
   use(unknown);
@@ -217,6 +217,36 @@ TEST_F(MonitorsTest, InAnUnknownEnvironmentRangeIsLostByTheAgeOfTheNewestScan) {
   input_.rises = true;
   tick();
   EXPECT_EQ(what(), Only{}) << "a vertical ascent in open water needs no range data";
+}
+
+TEST_F(MonitorsTest, WithPositionFixesRangeIsLostByTheAgeOfTheNewestMatchedScan) {
+  MonitorLimits known = limits();
+  known.watches_range = true;
+  use(known);
+  monitors_.start(now_);
+  const auto scan = [&](MapFixProblem problem) {
+    MapFix fix;
+    fix.scan_utime = now_;
+    fix.problem = problem;
+    monitors_.receive(fix);
+  };
+  scan(MapFixProblem::kFewPoints);
+  run(1.9);
+  EXPECT_EQ(what(), Only{}) << "an empty view is a scan too";
+  scan(MapFixProblem::kNoScan);
+  run(0.2);
+  EXPECT_EQ(what(), Only{"range_lost"}) << "a repeated scan is none";
+  scan(MapFixProblem::kNone);
+  tick();
+  EXPECT_EQ(what(), Only{});
+  imu_speaks_ = false;
+  run(4.0);
+  EXPECT_EQ(what(), Only{"imu_lost"}) << "scans cannot be matched without attitude";
+  imu_speaks_ = true;
+  run(0.5);
+  EXPECT_EQ(what(), Only{});
+  run(2.0);
+  EXPECT_EQ(what(), Only{"range_lost"});
 }
 
 TEST_F(MonitorsTest, AStallOfTheExecutiveIsNoSilenceOfTheSensors) {

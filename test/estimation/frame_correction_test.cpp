@@ -317,18 +317,23 @@ MapFix exact_fix(Utime taken, const Vector2d& position_W) {
   return fix;
 }
 
-// The vehicle swims north at 0.4 m/s; the odometry knows of it, and is `off` from the beginning.
+// The vehicle swims north at 0.4 m/s through water that moves with `current`; the odometry knows of
+// its swimming alone, and is `off` from the beginning.
 struct FixedDive {
-  explicit FixedDive(const Vector2d& off) : off_W(off) {}
+  explicit FixedDive(const Vector2d& off, const Vector2d& current = Vector2d::Zero())
+      : off_W(off), current_W(current) {}
 
-  [[nodiscard]] Vector2d true_position(Utime t) const { return {0.0, 0.4 * to_seconds(t)}; }
+  [[nodiscard]] Vector2d swum(Utime t) const { return {0.0, 0.4 * to_seconds(t)}; }
+  [[nodiscard]] Vector2d true_position(Utime t) const {
+    return swum(t) + current_W * to_seconds(t);
+  }
 
   void tick() {
     now += kTick;
     StateEstimate odometry;
     odometry.utime = now;
     odometry.valid = true;
-    odometry.X_WB.p << true_position(now) + off_W, -3.0;
+    odometry.X_WB.p << swum(now) + off_W, -3.0;
     odometry.v_WB_B = Vector3d(0.0, 0.4, 0.0);
     odometry.covariance = 0.01 * Matrix6d::Identity();
     const Vector3d before = correction.estimate().X_WB.p;
@@ -354,6 +359,7 @@ struct FixedDive {
     return options;
   }
   Vector2d off_W;
+  Vector2d current_W;
   FrameCorrection correction{options(), {}};
   Utime now = 0;
   double largest_step_m = 0.0;
@@ -395,6 +401,55 @@ TEST(FrameCorrectionWithFixes, AFixWithAProblemOrOfAnotherTimeIsNotUsed) {
   EXPECT_FALSE(dive.fix(dive.now + 1'000'000)) << "of the future";
   dive.run(2.0);
   EXPECT_GT(dive.error_m(), 0.19);
+}
+
+TEST(FrameCorrectionWithFixes, AmbiguousScansShowHowTheVehicleMovesButNotWhereItIs) {
+  FixedDive dive(Vector2d::Zero(), {0.05, 0.0});
+  for (int i = 0; i < 40; ++i) {
+    dive.run(0.5);
+    const Utime taken = dive.now - 100'000;
+    MapFix fix = exact_fix(taken, dive.true_position(taken) + Vector2d(0.4, 0.0));
+    fix.problem = MapFixProblem::kAmbiguous;
+    EXPECT_FALSE(dive.correction.propose(fix));
+  }
+  EXPECT_LT(dive.error_m(), 0.2) << "1 m of current";
+  EXPECT_NEAR(dive.correction.estimate().v_WB_B.x(), 0.05, 0.01);
+  EXPECT_GT(horizontal_sigma(dive.correction.estimate()), 0.1) << "the place is not known";
+}
+
+TEST(FrameCorrectionWithFixes, APlaceThatChangesBetweenTwoAmbiguousScansIsNoMotion) {
+  FixedDive dive(Vector2d::Zero());
+  for (int i = 0; i < 20; ++i) {
+    dive.run(0.5);
+    MapFix fix = exact_fix(dive.now, dive.true_position(dive.now) + Vector2d(0.4 * (i % 2), 0.0));
+    fix.problem = MapFixProblem::kAmbiguous;
+    EXPECT_FALSE(dive.correction.propose(fix));
+  }
+  EXPECT_LT(dive.error_m(), 0.02);
+}
+
+TEST(FrameCorrectionWithFixes, CamerasGiveTheVelocityAndNotThePosition) {
+  FixedDive dive(Vector2d::Zero(), {0.05, 0.0});
+  const double turn = 0.7;  // of vision's frame, which begins anywhere
+  for (int i = 0; i < 400; ++i) {
+    dive.run(0.05);
+    VisionEstimate seen;
+    seen.frame_utime = seen.estimate.utime = dive.now - 60'000;
+    seen.period_s = 0.05;
+    seen.fault = VisionFault::kNone;
+    seen.estimate.valid = true;
+    seen.estimate.source = EstimatorKind::kVisualInertial;
+    seen.estimate.X_WB = Pose{{7.0, -9.0, -3.0}, from_rpy(0.0, 0.0, turn)};
+    seen.estimate.v_WB_B = {0.05, 0.4, 0.0};
+    seen.estimate.covariance = 1e-4 * Matrix6d::Identity();
+    dive.correction.propose(dive.now, seen);
+  }
+  EXPECT_EQ(dive.correction.estimate().source, EstimatorKind::kVisualInertial);
+  EXPECT_LT(dive.error_m(), 0.2) << "1 m of current; vision is 11 m away";
+  EXPECT_NEAR(dive.correction.estimate().v_WB_B.x(), 0.05, 0.01);
+  dive.run(2.0);
+  EXPECT_EQ(dive.correction.estimate().source, EstimatorKind::kPrimitive) << "no images";
+  EXPECT_NEAR(dive.correction.estimate().v_WB_B.x(), 0.05, 0.02) << "a current stays";
 }
 
 TEST_F(FrameCorrectionTest, AllocatesNothing) {

@@ -170,6 +170,36 @@ TEST(MapFixFilter, NothingChangesWithoutInformation) {
   EXPECT_TRUE(filter.covariance().isApprox(before, 1e-12));
 }
 
+TEST(MapFixFilter, AVelocityOverGroundShowsWhatTheOdometryLacks) {
+  MapFixOptions options;
+  options.current_sigma = 0.1;
+  MapFixFilter filter{options};
+  filter.begin({0.0, 0.0}, 0.01);
+  const Vector2d v_O(0.4, 0.0);
+  const Vector2d current(0.06, -0.05);
+  const Matrix2d across = Vector2d(0.0, 1.0) * Vector2d(0.0, 1.0).transpose() / (0.02 * 0.02);
+  for (int tick = 0; tick < 500; ++tick) {
+    filter.advance(v_O * kTick, kTick, 0.0);
+    if (tick % 25 == 0) {
+      EXPECT_TRUE(filter.apply_velocity(v_O + current, across, v_O));
+    }
+  }
+  EXPECT_NEAR(filter.drift_W().y(), current.y(), 0.01);
+  EXPECT_EQ(filter.drift_W().x(), 0.0) << "no information along the wall";
+  EXPECT_NEAR(filter.position_W().x(), 4.0, 1e-3);
+  EXPECT_NEAR(filter.position_W().y(), -0.5, 0.15);
+}
+
+TEST(MapFixFilter, AVelocityThatNothingExplainsIsRefused) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin({0.0, 0.0}, 0.01);
+  const Matrix3d before = filter.covariance();
+  EXPECT_FALSE(filter.apply_velocity({0.4, 0.8}, 1e4 * Matrix2d::Identity(), {0.4, 0.0}))
+      << "from one pipe to the next in half a second";
+  EXPECT_EQ(filter.drift_W(), Vector2d::Zero());
+  EXPECT_EQ(filter.covariance(), before);
+}
+
 TEST(MapFixFilter, TimesWithoutSensorsMakeItUncertain) {
   MapFixFilter filter{MapFixOptions{}};
   filter.begin({0.0, 0.0}, 0.04);

@@ -65,7 +65,7 @@ class StereoRange {
 
   /// RangeScan::reach of all scans, m.
   [[nodiscard]] double reach() const;
-  /// For MapperOptions::noise_square, 1/m: an upper bound for every returned point.
+  /// For RangeNoise::square, 1/m: an upper bound for every returned point.
   [[nodiscard]] double noise_square() const;
   /// True if recalibrated cameras still fit: no pixel of the image is off by more than half of
   /// calibration_px. Otherwise create a new object.

@@ -106,8 +106,9 @@ TEST(LoadMission, FillsInDefaults) {
   EXPECT_EQ(mission->abort_authority, AbortAuthority::kAnyone);
   for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
     const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
-    EXPECT_EQ(mission->failsafes.policies[i].rung, traits.policy.rung) << traits.name;
     EXPECT_FALSE(mission->failsafes.written[i]) << traits.name;
+    if (traits.kind == FailsafeKind::kRangeLost) continue;  // depends on the environment
+    EXPECT_EQ(mission->failsafes.policies[i].rung, traits.policy.rung) << traits.name;
   }
   const Failsafes& failsafes = mission->failsafes;
   EXPECT_EQ(failsafes.policy(FailsafeKind::kLeak).persistence_s, 1.0);
@@ -216,7 +217,26 @@ TEST(LoadMission, UsesFixesInAKnownMapUnlessToldOtherwise) {
   EXPECT_TRUE(uses_map_fixes(load("", "")));
   EXPECT_TRUE(uses_map_fixes(load("fixes=\"on\" ", "")));
   EXPECT_FALSE(uses_map_fixes(load("fixes=\"off\" ", "")));
-  EXPECT_FALSE(uses_map_fixes(load("", "<estimation estimator=\"visual_inertial\"/>")));
+  EXPECT_TRUE(uses_map_fixes(load("", "<estimation estimator=\"visual_inertial\"/>")));
+  const Mission with_tag =
+      load("",
+           "<estimation estimator=\"visual_inertial\"><tag id=\"3\" size=\"0.4\" x=\"1\" y=\"0\" "
+           "z=\"2\" z_units=\"DEPTH\" heading_deg=\"270\"/></estimation>");
+  EXPECT_FALSE(uses_map_fixes(with_tag)) << "tags give the position themselves";
+}
+
+TEST(LoadMission, TurnsBackWithoutRangeDataInAKnownMap) {
+  const auto rung = [](const std::string& map, const std::string& failsafes) {
+    std::string text = mission_text("x=\"1\" y=\"0\" z=\"1\" z_units=\"DEPTH\"");
+    text.insert(text.find("<map ") + 5, map);
+    text.insert(text.find("<states"), failsafes);
+    Diagnostics diagnostics;
+    const auto mission = parse(text, diagnostics);
+    EXPECT_TRUE(mission) << rendered(diagnostics);
+    return mission->failsafes.policy(behaviors::FailsafeKind::kRangeLost).rung;
+  };
+  EXPECT_EQ(rung("", ""), behaviors::Rung::kAbortAndSurface);
+  EXPECT_EQ(rung("", "<failsafes><range_lost rung=\"warn\"/></failsafes>"), behaviors::Rung::kWarn);
 }
 
 TEST(LoadMission, MapsWhatAKnownMapLacksWhereARangeCameraCorrectsThePosition) {
@@ -233,7 +253,8 @@ TEST(LoadMission, MapsWhatAKnownMapLacksWhereARangeCameraCorrectsThePosition) {
   EXPECT_EQ(sensor("mapping_sensor=\"none\" "), MappingSensor::kNone);
   EXPECT_EQ(sensor("fixes=\"off\" "), MappingSensor::kNone);
   EXPECT_EQ(sensor("fixes=\"off\" mapping_sensor=\"range_camera\" "), MappingSensor::kRangeCamera);
-  EXPECT_EQ(sensor("", by_sight), MappingSensor::kNone);
+  EXPECT_EQ(sensor("", by_sight), MappingSensor::kRangeCamera);
+  EXPECT_EQ(sensor("fixes=\"off\" ", by_sight), MappingSensor::kNone);
   EXPECT_EQ(sensor("mapping_sensor=\"stereo\" ", by_sight), MappingSensor::kStereo);
 }
 

@@ -238,7 +238,7 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
   planning::MapperOptions mapper;
   mapper.min_neighbours = 3;
   const StereoMapping stereo = *stereo_mapping(small_camera(0.07), small_camera(-0.07), mapper);
-  EXPECT_GT(stereo.mapper.noise_square, 0.002) << "1/m";
+  EXPECT_GT(stereo.mapper.noise.square, 0.002) << "1/m";
   EXPECT_EQ(stereo.mapper.validate(), "");
   EXPECT_EQ(stereo.mapper.min_neighbours, 3) << "the rest is the caller's";
   EXPECT_FALSE(stereo_mapping(small_camera(0.07), small_camera(0.07), mapper)) << "no pair";
@@ -256,7 +256,7 @@ TEST_F(VisionServiceTest, TheStereoPairIsARangeSensor) {
       if (!p_W.allFinite() || r > scan->reach) continue;
       ++points;
       const double off = (p_W.cwiseAbs() - Eigen::Vector3d(3, 4, 2)).cwiseAbs().minCoeff();
-      if (off > 0.01 + 3.0 * stereo.mapper.noise_square * r * r) ++wrong;
+      if (off > 0.01 + 3.0 * stereo.mapper.noise.square * r * r) ++wrong;
     }
     return scan;
   });

@@ -11,6 +11,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "common/random.h"
+#include "planning/map_matching/map_agreement.h"
 
 namespace dive::planning {
 namespace {
@@ -219,6 +220,48 @@ TEST(MapMatcher, AmongPipesAtEqualDistancesItReportsTheOtherPlaces) {
   EXPECT_LT(std::abs(error_of(certain).y()), 0.03);
 }
 
+TEST(MapMatcher, APriorThatFixesHaveConfirmedDecidesBetweenPlacesThatFitAlike) {
+  Place place;
+  for (int i = -10; i <= 10; ++i) {
+    place.boxes.push_back({{3.0, 0.4 * i, -2.5}, {0.15, 0.15, 3.0}});
+  }
+  const MapMatcher matcher(place.map());
+  Random random(6);
+  PosePrior prior = prior_off_by(0.0, 0.04, 0.0, 0.1, 0.02);
+  const RangeScan scan = place.scan(kTruth, random);
+  const MapFix reckoned = matcher.match(scan, prior);
+  EXPECT_EQ(reckoned.problem, MapFixProblem::kAmbiguous);
+  EXPECT_GT(reckoned.information(1, 1), 100.0) << "of the nearest place";
+  EXPECT_LT(std::abs(error_of(reckoned).y()), 0.03);
+  prior.is_tracked = true;
+  const MapFix tracked = matcher.match(scan, prior);
+  ASSERT_EQ(tracked.problem, MapFixProblem::kNone);
+  EXPECT_LT(std::abs(error_of(tracked).y()), 0.03);
+}
+
+TEST(MapMatcher, ObjectsOffTheirPlacesMakeAFixLessCertain) {
+  Place mapped;
+  for (int i = 0; i < 9; ++i) {
+    mapped.boxes.push_back({{2.2 + 0.9 * (i % 3), 0.8 * (i - 4), -3.0}, {0.3, 0.3, 2.0}, 0.5 * i});
+  }
+  const MapMatcher matcher(mapped.map());
+  Random random(9);
+  double sum = 0.0;
+  constexpr int kScans = 60;
+  for (int i = 0; i < kScans; ++i) {
+    Place seen = mapped;
+    for (UprightBox& box : seen.boxes) {
+      box.centre += 0.1 * Vector3d(random.normal(), random.normal(), 0.0);
+    }
+    const MapFix fix =
+        matcher.match(seen.scan(kTruth, random), prior_off_by(0.0, 0.0, 0.0, 0.1, 0.02));
+    if (fix.problem != MapFixProblem::kNone) continue;
+    const Vector3d error = error_of(fix);
+    sum += error.dot(fix.information * error) / 3.0;
+  }
+  EXPECT_LT(sum / kScans, 6.0) << "13 with the weights of objects that are where they are drawn";
+}
+
 TEST(MapMatcher, APlateIsMatchedWithTheSideThatIsMet) {
   const Place place{
       -4.0,
@@ -307,6 +350,26 @@ TEST(MapMatcher, WhatIsGoneAndWhatIsNewIsCountedByPlace) {
   EXPECT_EQ(without_wall.unmapped, 0);
   EXPECT_EQ(with_another.missing_object, -1);
   EXPECT_EQ(without_wall.missing_object, 1) << "the floor is 0, the wall the first box";
+}
+
+// Seen from above, a ray that passes the edge of a deck at the true position meets it at an
+// estimated one that is wrong by a quarter of a metre.
+TEST(MapAgreement, ADeckIsNotMissingWhereOnlyItsEdgeIs) {
+  Place place{-12.0, {{{4.0, 0.0, -4.0}, {4.0, 6.0, 0.2}}}};
+  const World map = place.map();
+  const MapSurface surface(map);
+  const Pose X_WB{{-1.0, 0.0, -2.0}, from_rpy(0.0, 0.3, 0.0)};
+  const auto missing = [&](const Vector3d& error) {
+    Random random(14);
+    RangeScan scan = place.scan(X_WB, random);
+    return agreement(surface, scan, Pose{X_WB.p + error, X_WB.q}, 0.1).missing;
+  };
+  for (const Vector3d& error :
+       {Vector3d(0.25, 0.0, 0.0), Vector3d(-0.25, 0.0, 0.0), Vector3d(0.0, 0.25, 0.0)}) {
+    EXPECT_EQ(missing(error), 0) << error.transpose();
+  }
+  place.boxes.clear();
+  EXPECT_GE(missing(Vector3d::Zero()), 4) << "a deck that is gone";
 }
 
 TEST(MapMatcher, AFlatGroundNeitherConfirmsNorContradicts) {
