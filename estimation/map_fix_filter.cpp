@@ -146,4 +146,9 @@ Matrix3d MapFixFilter::covariance() const {
   return P;
 }
 
+Matrix2d MapFixFilter::covariance_among_obstacles() const {
+  const Matrix2d cross = P_.block<2, 2>(0, kMap);
+  return P_.topLeftCorner<2, 2>() - cross - cross.transpose() + P_.block<2, 2>(kMap, kMap);
+}
+
 }  // namespace dive::estimation

@@ -84,8 +84,10 @@ class MapFixFilter {
   [[nodiscard]] Eigen::Vector2d slip_W() const {
     return is_blind_ ? Eigen::Vector2d::Zero() : Eigen::Vector2d(x_.segment<2>(kSlip));
   }
-  /// Covariance of the errors of position_W() (m) and heading_correction() (rad).
+  /// Covariance of the errors of position_W() in the world (m) and heading_correction() (rad).
   [[nodiscard]] Eigen::Matrix3d covariance() const;
+  /// Covariance of the error of position_W() among the obstacles around it, as they are drawn, m^2.
+  [[nodiscard]] Eigen::Matrix2d covariance_among_obstacles() const;
 
  private:
   static constexpr int kStates = 10;

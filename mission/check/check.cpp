@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "mission/check/fence.h"
+#include "mission/check/position_margin.h"
 #include "mission/check/reproduce.h"
 #include "mission/check/rules.h"
 #include "mission/document/state_index.h"
@@ -25,6 +26,11 @@ constexpr std::array kDeckRules = {
         "CHK-PLAN", Severity::kError,
         "Every leg of the nominal route has a path that is certified to keep the clearance, or the "
         "reduced_clearance that the mission accepts where the leg starts."},
+    Rule{
+        "CHK-MARGIN", Severity::kError,
+        "On every leg the clearance, less the follower's tube, is at least 3.5 standard deviations "
+        "of the predicted position."},
+    Rule{"CHK-MARGIN-SMALL", Severity::kWarning, "The same with 5 standard deviations."},
     Rule{"CHK-NO-EXIT-PATH", Severity::kError,
          "From every point of the route the trail leads back to open water."},
     Rule{"CHK-RETRACE", Severity::kError, "The route can be followed backwards without contact."},
@@ -163,6 +169,11 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   report_failed_plans(route, report.legs, mission, diagnostics);
   if (!diagnostics.ok()) return report;
 
+  if (has_position_margins(mission)) {
+    observer.on_step("predicting the position along the legs");
+    predict_position_margins(route, report.legs, mission, world, model.hull);
+    check_position_margins(route, report.legs, mission, diagnostics);
+  }
   observer.on_step("proving the exit paths");
   report.exit_path =
       prove_exit_path(route, report.legs, mission, world, model.hull, options.dive.planner.certify);

@@ -74,7 +74,9 @@ class Walker final : public statechart::Environment {
   }
 
   void add_goal(const StateSpec& spec, const Goal& goal) {
-    RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(*context_.scene, goal)};
+    RouteLeg leg{spec.id.value, goal.span, at_, leg_goal(*context_.scene, goal), {}};
+    leg.dwell_yaw = leg.goal.yaw;
+    if (goal.dwell_heading_deg) leg.dwell_yaw = heading_to_yaw(*goal.dwell_heading_deg);
     const auto& limits = context_.mission->limits;
     const auto& reduced =
         goal.reduced_clearance ? goal.reduced_clearance : limits.reduced_clearance;

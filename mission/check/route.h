@@ -2,6 +2,7 @@
 // The nominal route: the legs of a mission without failures.
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct RouteLeg {
   Span span;  ///< Span of the goal in the mission file.
   Eigen::Vector3d from_W;
   behaviors::LegGoal goal;
+  std::optional<double> dwell_yaw;  ///< Yaw during the dwell, rad; absent: that of the arrival.
   /// Reduced clearance (m) that the mission accepts for a start that lacks the clearance; infinite:
   /// none.
   double reduced_clearance = std::numeric_limits<double>::infinity();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,9 +22,14 @@ namespace {
 
 void print_report(const CheckReport& report) {
   for (const PlannedRouteLeg& leg : report.legs) {
-    print(fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s)",
-                      leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
-                      leg.plan.warm_starts));
+    const std::string margin = std::isfinite(leg.margin.margin_sigma)
+                                   ? fmt::format(", margin {:.1f} sigma at {}",
+                                                 leg.margin.margin_sigma, leg.margin.obstacle)
+                                   : "";
+    print(
+        fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s){}",
+                    leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
+                    leg.plan.warm_starts, margin));
   }
   print(fmt::format("  abort  longest exit path {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
                     report.exit_path.longest_m, report.exit_path.longest_s, report.exit_path.state,

@@ -1,6 +1,7 @@
 #include "mission/cli/json.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -157,6 +158,15 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
     plan.erase("waypoints");
     Json entry = {{"state", leg.state}, {"goal", leg.goal}};
     entry.update(plan);
+    entry["margin_sigma"] = nullptr;
+    if (std::isfinite(leg.margin.margin_sigma)) {
+      const PositionMargin& margin = leg.margin;
+      entry["margin_sigma"] = margin.margin_sigma;
+      entry["margin"] = {{"x", margin.place_W.x()},           {"y", margin.place_W.y()},
+                         {"z", margin.place_W.z()},           {"obstacle", margin.obstacle},
+                         {"clearance_m", margin.clearance_m}, {"sigma_m", margin.sigma_m},
+                         {"end_sigma_m", margin.end_sigma_m}};
+    }
     plans.push_back(std::move(entry));
   }
   Json json = {{"ok", diagnostics.ok()},

@@ -7,23 +7,18 @@
 #include <fmt/format.h>
 
 #include "estimation/planar.h"
+#include "mission/executive/position_priors.h"
 
 namespace dive::mission {
 
 namespace {
 
 constexpr double kLoopReport_s = 10.0;  // s after which a loop closure is reported again
-constexpr double kLeastCurrent = 0.02;  // m/s: that the water is still is not measured
 
 // In a known map the fixes of the range camera correct the odometry.
 estimation::FrameCorrectionOptions correction_options(const Mission& mission) {
   estimation::FrameCorrectionOptions options;
-  if (!uses_map_fixes(mission)) return options;
-  estimation::MapFixOptions& fixes = options.fixes.emplace();
-  const Priors& priors = mission.priors;
-  fixes.start_sigma_m = std::hypot(priors.start_m, priors.map_m);
-  fixes.heading_sigma_deg = std::hypot(fixes.heading_sigma_deg, priors.map_deg);
-  fixes.current_sigma = std::max(priors.current, kLeastCurrent);
+  if (uses_map_fixes(mission)) options.fixes = map_fix_options(mission);
   return options;
 }
 

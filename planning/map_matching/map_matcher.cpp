@@ -287,6 +287,20 @@ struct MapMatcher::Impl {
     return {best, nearest, ambiguity};
   }
 
+  // The covariance of a shift, from that of x, y and heading.
+  static Matrix6d with_nuisance(const Matrix3d& prior, double height_sigma_m) {
+    Matrix6d covariance = Matrix6d::Zero();
+    covariance.topLeftCorner<2, 2>() = prior.topLeftCorner<2, 2>();
+    covariance.block<2, 1>(0, kYaw) = prior.block<2, 1>(0, 2);
+    covariance.block<1, 2>(kYaw, 0) = prior.block<1, 2>(2, 0);
+    const double height_sigma = std::max(kHeightSigma, height_sigma_m);
+    covariance(kZ, kZ) = height_sigma * height_sigma;
+    covariance(kYaw, kYaw) = prior(2, 2) + 0.25 * kMinPrior * kMinPrior;
+    covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
+    covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
+    return covariance;
+  }
+
   [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
     const Vector3d& p_W = prior.X_WB.p;
     MapFix fix;
@@ -294,16 +308,7 @@ struct MapMatcher::Impl {
     fix.position_W = p_W.head<2>();
     fix.heading_correction = prior.heading_correction;
     const std::vector<Ray> rays = rays_of(scan, prior.X_WB);
-    Matrix6d covariance = Matrix6d::Zero();
-    covariance.topLeftCorner<2, 2>() = prior.covariance.topLeftCorner<2, 2>();
-    covariance.block<2, 1>(0, kYaw) = prior.covariance.block<2, 1>(0, 2);
-    covariance.block<1, 2>(kYaw, 0) = prior.covariance.block<1, 2>(2, 0);
-    const double height_sigma = std::max(kHeightSigma, prior.height_sigma_m);
-    covariance(kZ, kZ) = height_sigma * height_sigma;
-    covariance(kYaw, kYaw) = prior.covariance(2, 2) + 0.25 * kMinPrior * kMinPrior;
-    covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
-    covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
-
+    const Matrix6d covariance = with_nuisance(prior.covariance, prior.height_sigma_m);
     const Found found = search(rays, p_W, covariance, prior.is_tracked);
     fix.ambiguity = found.ambiguity;
     Minimum best = found.best.reweighted();
@@ -325,6 +330,15 @@ struct MapMatcher::Impl {
     fix.height_W = p_W.z() + best.shift[kZ];
     fix.height_sigma_m = height_sigma_of(best, covariance);
     return fix;
+  }
+
+  [[nodiscard]] Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const {
+    const Matrix6d covariance = with_nuisance(Matrix3d::Zero(), 0.0);
+    Minimum there;
+    there.at = linearise(rays_of(scan, X_WB), X_WB.p, there.shift, covariance);
+    MapFix fix;
+    if (there.at.used >= kMinUsed) marginalise(there, covariance, fix);
+    return fix.information;
   }
 
   // The scan is compared where it fits best, so that an error of the position is no contradiction.
@@ -397,6 +411,11 @@ MapFix MapMatcher::match(const RangeScan& scan, const PosePrior& prior) const {
   DIVE_DEMAND(prior.X_WB.is_finite() && prior.covariance.allFinite() &&
               prior.covariance.diagonal().minCoeff() >= 0.0);
   return impl_->match(scan, prior);
+}
+
+Matrix3d MapMatcher::expected_information(const RangeScan& scan, const Pose& X_WB) const {
+  DIVE_DEMAND(X_WB.is_finite());
+  return impl_->expected_information(scan, X_WB);
 }
 
 }  // namespace dive::planning

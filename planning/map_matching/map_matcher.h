@@ -56,6 +56,9 @@ class MapMatcher {
   /// Demands a finite pose and a covariance without negative variances. Never throws for a scan:
   /// one that gives no information has a problem.
   [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const;
+  /// The information over x, y (m) and heading (rad) of the fix that a scan of the map as drawn,
+  /// taken at X_WB without errors, gives if no other place fits as well; zero with too few points.
+  [[nodiscard]] Eigen::Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const;
 
  private:
   struct Impl;

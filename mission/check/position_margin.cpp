@@ -1,0 +1,216 @@
+#include "mission/check/position_margin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include "common/assert.h"
+#include "estimation/map_fix_filter.h"
+#include "estimation/primitive.h"
+#include "mission/executive/position_priors.h"
+#include "planning/map_matching/map_matcher.h"
+#include "planning/world/scene.h"
+#include "vehicle/simulator/sensors/range_camera.h"
+
+namespace dive::mission {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kFixPeriod = 0.5;    // s between two fixes
+constexpr double kViewMoved = 0.4;    // m after which the view is another
+constexpr double kViewTurned = 0.25;  // rad
+constexpr double kNear = 3.0;         // m: farther obstacles are no danger
+constexpr double kDepthSigma = 0.05;  // m: offset of the sensor, and height of what is mapped
+constexpr double kFullyKnown = 1e-3;  // m: a smaller sigma counts as this
+
+// What the scans of the known map say along the route.
+class Views {
+ public:
+  Views(const planning::World& map) : matcher_(map), camera_(map, coarse(), 1) {}
+
+  [[nodiscard]] const Matrix3d& information_at(const Pose& X_WB) {
+    const bool is_new = !seen_from_ || (seen_from_->p - X_WB.p).norm() > kViewMoved ||
+                        seen_from_->q.angularDistance(X_WB.q) > kViewTurned;
+    if (is_new) {
+      seen_from_ = X_WB;
+      information_ = matcher_.expected_information(camera_.take(0, X_WB), X_WB);
+    }
+    return information_;
+  }
+
+ private:
+  // As many rays as the matcher uses, without errors.
+  static vehicle::RangeCameraOptions coarse() {
+    vehicle::RangeCameraOptions options;
+    options.width = 24;
+    options.height = 18;
+    options.noise_m = options.noise_share = 0.0;
+    options.dropout_share = options.particles_per_m3 = 0.0;
+    return options;
+  }
+
+  planning::MapMatcher matcher_;
+  vehicle::RangeCamera camera_;
+  std::optional<Pose> seen_from_;
+  Matrix3d information_ = Matrix3d::Zero();
+};
+
+// The position's covariance along the route: that of the filter of the fixes, or of dead reckoning
+// from the start (estimation/primitive.h).
+class Predicted {
+ public:
+  Predicted(const Mission& mission, const planning::World& map, const Vector3d& start_W) {
+    const double start = std::hypot(mission.priors.start_m, mission.priors.map_m);
+    reckoned_ = start * start * Matrix2d::Identity();
+    if (!uses_map_fixes(mission)) return;
+    filter_.emplace(map_fix_options(mission));
+    filter_->begin(start_W.head<2>(), start * start);
+    views_ = std::make_unique<Views>(map);
+  }
+
+  void advance(const Pose& to, const Vector2d& moved, double dt) {
+    displacement_ += moved;
+    elapsed_s_ += dt;
+    if (!filter_) return;
+    filter_->advance(moved, dt, 0.0);
+    MapFix fix;
+    fix.position_W = filter_->position_W();
+    fix.information = views_->information_at(to);
+    static_cast<void>(filter_->apply(fix, Vector2d::Zero()));
+  }
+
+  [[nodiscard]] Matrix2d covariance() const {
+    if (filter_) return filter_->covariance_among_obstacles();
+    const estimation::PrimitiveOptions options;
+    const Vector2d along = options.speed_scale_sigma * displacement_;
+    const Vector2d across = deg_to_rad(options.heading_bias_sigma_deg) *
+                            Vector2d(-displacement_.y(), displacement_.x());
+    const double walk = options.drift_m_per_sqrt_s * options.drift_m_per_sqrt_s * elapsed_s_;
+    return reckoned_ + along * along.transpose() + across * across.transpose() +
+           walk * Matrix2d::Identity();
+  }
+
+ private:
+  std::optional<estimation::MapFixFilter> filter_;
+  std::unique_ptr<Views> views_;
+  Matrix2d reckoned_;
+  Vector2d displacement_ = Vector2d::Zero();
+  double elapsed_s_ = 0.0;
+};
+
+// The obstacles around the hull at poses of the route.
+class Surroundings {
+ public:
+  Surroundings(const planning::World& map, const planning::RobotHull& hull)
+      : map_(map), scene_(map), hull_B_(hull.hull_vertices()), radius_(hull.radius()) {}
+
+  void reduce(const Pose& X_WB, const Matrix2d& P, PositionMargin& least) {
+    if (scene_.point_distance(X_WB.p) > kNear + radius_) return;
+    hull_W_.clear();
+    for (const Vector3d& vertex : hull_B_) hull_W_.push_back(X_WB * vertex);
+    scene_.contacts(hull_W_, kNear, contacts_);
+    for (const planning::Contact& contact : contacts_) {
+      const Vector3d& n = contact.normal_W;
+      const double variance = n.head<2>().dot(P * n.head<2>()) + std::pow(kDepthSigma * n.z(), 2);
+      const double sigma = std::max(std::sqrt(variance), kFullyKnown);
+      const double margin = (contact.distance - kFollowerTube) / sigma;
+      if (margin >= least.margin_sigma) continue;
+      least.margin_sigma = margin;
+      least.place_W = X_WB.p;
+      least.obstacle = map_.obstacles[static_cast<std::size_t>(contact.obstacle)].name;
+      least.clearance_m = contact.distance;
+      least.sigma_m = sigma;
+    }
+  }
+
+ private:
+  const planning::World& map_;
+  planning::Scene scene_;
+  std::vector<Vector3d> hull_B_;
+  double radius_;
+  std::vector<Vector3d> hull_W_;
+  std::vector<planning::Contact> contacts_;
+};
+
+std::string remedy(const Mission& mission) {
+  const std::string other = "plan another path (another goal between, a larger clearance)";
+  if (uses_map_fixes(mission)) {
+    return other + ", or let the path pass surfaces on two sides that the range camera sees";
+  }
+  return other +
+         ", or let fixes correct the position: a range camera (fixes=\"on\"), or tags and "
+         "cameras (estimator=\"visual_inertial\")";
+}
+
+}  // namespace
+
+bool has_position_margins(const Mission& mission) {
+  return !mission.unknown && (uses_map_fixes(mission) || !uses_visual_inertial(mission));
+}
+
+void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& legs,
+                              const Mission& mission, const planning::World& map,
+                              const planning::RobotHull& hull) {
+  DIVE_DEMAND(has_position_margins(mission));
+  Predicted predicted(mission, map, route.start.p);
+  Surroundings surroundings(map, hull);
+  const double step_m = mission.speed.value * kFixPeriod;
+  for (std::size_t l = 0; l < legs.size(); ++l) {
+    PositionMargin least;
+    const std::vector<Pose>& path = legs[l].plan.waypoints;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const double length = (path[i].p - path[i - 1].p).norm();
+      const int steps = std::max(1, static_cast<int>(std::ceil(length / step_m)));
+      const Vector2d moved = (path[i].p - path[i - 1].p).head<2>() / steps;
+      for (int k = 1; k <= steps; ++k) {
+        const Pose X_WB = interpolate(path[i - 1], path[i], static_cast<double>(k) / steps);
+        predicted.advance(X_WB, moved, length / steps / mission.speed.value);
+        surroundings.reduce(X_WB, predicted.covariance(), least);
+      }
+    }
+    const double dwell_s = route.legs[l].goal.dwell_s;
+    if (!path.empty() && dwell_s > 0.0) {
+      Pose X_WB = path.back();
+      X_WB.q = from_rpy(0.0, 0.0, route.legs[l].dwell_yaw.value_or(to_rpy(X_WB.q).z()));
+      for (double t = 0.0; t < dwell_s; t += kFixPeriod) {
+        predicted.advance(X_WB, Vector2d::Zero(), kFixPeriod);
+      }
+      surroundings.reduce(X_WB, predicted.covariance(), least);
+    }
+    least.end_sigma_m = std::sqrt(
+        Eigen::SelfAdjointEigenSolver<Matrix2d>(predicted.covariance()).eigenvalues().maxCoeff());
+    legs[l].margin = least;
+  }
+}
+
+void check_position_margins(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                            const Mission& mission, Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const PositionMargin& margin = legs[i].margin;
+    if (margin.margin_sigma >= kSafeMargin) continue;
+    const std::string message = fmt::format(
+        "on the way to '{}' the vehicle passes {} at {:.2f} m, at ({:.1f}, {:.1f}, {:.1f}), where "
+        "its "
+        "position is uncertain by {:.2f} m: {:.1f} sigmas are left, less than {:g}",
+        legs[i].goal, margin.obstacle, margin.clearance_m, margin.place_W.x(), margin.place_W.y(),
+        margin.place_W.z(), margin.sigma_m, margin.margin_sigma,
+        margin.margin_sigma < kLeastMargin ? kLeastMargin : kSafeMargin);
+    if (margin.margin_sigma < kLeastMargin) {
+      diagnostics.error("CHK-MARGIN", mission.source, route.legs[i].span, message, remedy(mission));
+    } else {
+      diagnostics.warning("CHK-MARGIN-SMALL", mission.source, route.legs[i].span, message,
+                          remedy(mission));
+    }
+  }
+}
+
+}  // namespace dive::mission

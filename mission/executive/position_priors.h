@@ -1,0 +1,12 @@
+#pragma once
+// What the estimator expects of its position errors, by what the mission states.
+
+#include "estimation/map_fix_filter.h"
+#include "mission/document/mission.h"
+
+namespace dive::mission {
+
+/// Of a mission that uses fixes from the map.
+[[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission);
+
+}  // namespace dive::mission

@@ -1,0 +1,119 @@
+// Margins of planned legs before a wall, against closed forms.
+
+#include "mission/check/position_margin.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mission/check/check.h"
+#include "planning/world/scene.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A vehicle of 1 x 0.4 x 0.2 m.
+planning::RobotHull brick() {
+  planning::ConvexSolid solid;
+  solid.name = "brick";
+  for (const double x : {-0.5, 0.5}) {
+    for (const double y : {-0.2, 0.2}) {
+      for (const double z : {-0.1, 0.1}) solid.vertices.emplace_back(x, y, z);
+    }
+  }
+  return {{solid}};
+}
+
+// A wall whose face is the plane x = 10, and a seabed at z = -20.
+planning::World wall_and_seabed() {
+  planning::World world;
+  Pose wall;
+  wall.p = {11.0, 0.0, -10.0};
+  world.obstacles.push_back({"wall", planning::Box{Eigen::Vector3d(2.0, 80.0, 40.0)}, wall});
+  Pose seabed;
+  seabed.p = {0.0, 0.0, -20.0};
+  world.obstacles.push_back({"seabed", planning::HalfSpace{Eigen::Vector3d::UnitZ()}, seabed});
+  return world;
+}
+
+// From (-10, 0) to (x, 0) at 0.5 m/s, 5 m deep.
+struct Swum {
+  PositionMargin margin;
+  Diagnostics diagnostics;
+};
+
+Swum swim_to(double x, const std::string& map) {
+  const std::string text = fmt::format(
+      "<mission xmlns=\"urn:dive:mission:1\" id=\"m\">"
+      "<vehicle model=\"aqua2\" speed=\"0.5\" attitude=\"horizontal\"/>"
+      "<map file=\"maps/window.sdf\"{}/>"
+      "<start x=\"-10\" y=\"0\" z=\"5\" z_units=\"DEPTH\" heading_deg=\"90\"/>"
+      "<limits max_depth=\"19\" min_altitude=\"2\" clearance=\"0.6\" mission_timeout=\"900\""
+      " battery_reserve=\"0.2\"/><states initial=\"a\"><goto id=\"a\" x=\"{}\" y=\"0\" z=\"5\""
+      " z_units=\"DEPTH\" heading_deg=\"90\" timeout=\"300\" on_timeout=\"up\">"
+      "<transition event=\"done.state.a\" target=\"up\"/></goto><surface id=\"up\">"
+      "<transition event=\"done.state.up\" target=\"end\"/></surface><final id=\"end\"/></states>"
+      "</mission>",
+      map, x);
+  Swum swum;
+  const auto mission = parse_mission({"m.xml", text}, swum.diagnostics, MapFile::kNotNeeded);
+  EXPECT_TRUE(mission) << text;
+  const planning::World world = wall_and_seabed();
+  const planning::Scene scene(world);
+  const Route route = nominal_route(*mission, scene);
+  auto legs = plan_route(route, world, brick(), {}, 1);
+  predict_position_margins(route, legs, *mission, world, brick());
+  check_position_margins(route, legs, *mission, swum.diagnostics);
+  EXPECT_EQ(legs.size(), 1U);
+  swum.margin = legs.at(0).margin;
+  return swum;
+}
+
+TEST(PositionMargin, OfDeadReckoningIsThatOfItsClosedForm) {
+  const Swum swum = swim_to(8.0, " fixes=\"off\"");
+  const double scale = 0.08 * 18.0;  // along the way
+  const double sigma = std::sqrt(0.1 * 0.1 + 0.05 * 0.05 + scale * scale + 0.03 * 0.03 * 36.0);
+  EXPECT_NEAR(swum.margin.end_sigma_m, sigma, 0.01);
+  EXPECT_EQ(swum.margin.obstacle, "wall");
+  EXPECT_NEAR(swum.margin.clearance_m, 1.5, 0.02) << "from the bow to the wall";
+  EXPECT_NEAR(swum.margin.margin_sigma, (1.5 - 0.1) / sigma, 0.02);
+  ASSERT_FALSE(swum.diagnostics.ok());
+  EXPECT_EQ(swum.diagnostics.list().at(0).code, "CHK-MARGIN");
+  EXPECT_THAT(swum.diagnostics.list().at(0).message, HasSubstr("passes wall at 1.5"));
+  EXPECT_THAT(swum.diagnostics.list().at(0).hint, HasSubstr("range camera"));
+}
+
+TEST(PositionMargin, AFixConstrainsThePositionTowardsWhatItShows) {
+  const Swum swum = swim_to(8.0, "");
+  EXPECT_TRUE(swum.diagnostics.ok());
+  EXPECT_EQ(swum.margin.obstacle, "wall");
+  EXPECT_LT(swum.margin.sigma_m, 0.08) << "the wall is in view";
+  EXPECT_GT(swum.margin.end_sigma_m, 0.3) << "along the wall nothing is";
+  EXPECT_GT(swum.margin.margin_sigma, kSafeMargin);
+}
+
+TEST(PositionMargin, FarFromEverythingThereIsNone) {
+  const Swum swum = swim_to(0.0, " fixes=\"off\"");
+  EXPECT_TRUE(std::isinf(swum.margin.margin_sigma));
+  EXPECT_TRUE(swum.diagnostics.list().empty());
+}
+
+TEST(PositionMargin, IsThatOfMissionsWhosePositionIsPredictable) {
+  Diagnostics diagnostics;
+  const auto mission = [&](const std::string& path) {
+    auto loaded = load_mission(fmt::format("{}/missions/{}", DIVE_SOURCE_DIR, path), diagnostics);
+    EXPECT_TRUE(loaded);
+    return *std::move(loaded);
+  };
+  EXPECT_TRUE(has_position_margins(mission("window.xml")));
+  EXPECT_FALSE(has_position_margins(mission("cluttered_unknown.xml")));
+  EXPECT_TRUE(has_position_margins(mission("pool_visual_inertial.xml")));
+  EXPECT_FALSE(has_position_margins(mission("laps_visual_inertial.xml")));
+}
+
+}  // namespace
+}  // namespace dive::mission
