@@ -5,6 +5,7 @@
 //     mission_dives missions/wreck_unknown.xml --diver          a diver swims into the path
 //     mission_dives missions/wreck.xml --fault range_silent     at a drawn time, for good
 //     mission_dives missions/wreck_unknown.xml --trace 7        one dive, second by second
+//     mission_dives bench/manoeuvres/hold.xml --until ascend    errors at the end of a manoeuvre
 //     mission_dives --real ../shared/data --dives 8             a hull, a cave and a dock of others
 
 #include <algorithm>
@@ -52,6 +53,7 @@ struct Draw {
   bool with_diver = false;
   int unmapped = 0;                         ///< Number of objects on the route that the map lacks.
   std::optional<mission::FaultKind> fault;  ///< At a drawn time on the route, for good.
+  std::string until;  ///< State in which errors of the position no longer count; empty: none.
 };
 
 struct RoutedSetup : StudySetup {
@@ -205,7 +207,8 @@ class Apart {
   Now now_;
 };
 
-// Errors of the published position, horizontally and relative to the map.
+// Errors of the published position, horizontally: relative to the map, in which the obstacles are,
+// and in the world, of which its covariance is.
 class PositionErrors {
  public:
   explicit PositionErrors(const mission::DiveSettings& settings)
@@ -213,13 +216,18 @@ class PositionErrors {
 
   void observe(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth) {
     if (!estimate.valid) return;
-    const Eigen::Vector2d error = (estimate.X_WB.p - map_from_world_ * truth.X_WB.p).head<2>();
+    const Eigen::Vector2d off = (estimate.X_WB.p - truth.X_WB.p).head<2>();
     const Eigen::Matrix2d P = estimate.covariance.topLeftCorner<2, 2>();
-    nees_ = error.dot(P.ldlt().solve(error));
-    errors_m_.push_back(error.norm());
+    nees_ = off.dot(P.ldlt().solve(off));
+    const Eigen::Vector2d in_map = (estimate.X_WB.p - map_from_world_ * truth.X_WB.p).head<2>();
+    nees_in_map_ = in_map.dot(P.ldlt().solve(in_map));
+    last_m_ = in_map.norm();
+    errors_m_.push_back(last_m_);
   }
-  /// Of the last estimate; its mean over dives is 2 if the covariance is right.
+  /// Of the last estimate, in the world; its mean over dives is 2 if the covariance is right.
   [[nodiscard]] double nees() const { return nees_; }
+  [[nodiscard]] double nees_in_map() const { return nees_in_map_; }
+  [[nodiscard]] double last_m() const { return last_m_; }  ///< Relative to the map, m.
   [[nodiscard]] double p95_m() {
     std::ranges::sort(errors_m_);
     return errors_m_.empty() ? 0.0 : errors_m_[errors_m_.size() * 95 / 100];
@@ -228,6 +236,8 @@ class PositionErrors {
  private:
   Pose map_from_world_;
   double nees_ = 0.0;
+  double nees_in_map_ = 0.0;
+  double last_m_ = 0.0;
   std::vector<double> errors_m_;
 };
 
@@ -306,6 +316,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   double off_path_m = 0.0;
   InView in_view(settings);
   std::size_t with_hidden = 0;
+  bool is_over = false;
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
@@ -314,7 +325,8 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
           with_hidden += in_view.was_hidden(collision.obstacle) ? 1 : 0;
         }
         in_view.observe(truth.X_WB);
-        errors.observe(out.estimate, truth);
+        is_over = is_over || (!draw.until.empty() && out.status.state == draw.until);
+        if (!is_over) errors.observe(out.estimate, truth);
         off_path_m = std::max(off_path_m, out.status.cross_track_m);
         for (const mission::FailsafeRecord& failsafe : out.failsafes) {
           if (failsafe.cause == "wrong_map" && !wrong_map_s) wrong_map_s = to_seconds(truth.utime);
@@ -334,6 +346,8 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
           {"error", result.final_error_m},
           {"error_p95", errors.p95_m()},
           {"nees", errors.nees()},
+          {"nees_in_map", errors.nees_in_map()},
+          {"error_end", errors.last_m()},
           {"off_path", off_path_m},
           {"wrong_map", wrong_map_s.value_or(-1.0)},
           {"replans", result.replans},
@@ -473,20 +487,29 @@ void report_clearance(const std::string& what, const char* key,
 // The errors of position over all dives, and how well the covariance describes them.
 void report_errors(const std::vector<nlohmann::json>& results) {
   constexpr double kBound = 9.21;  // 99 % of the chi-square distribution of two degrees of freedom
+  const auto dives = static_cast<double>(results.size());
   double nees = 0.0;
+  double nees_in_map = 0.0;
   int beyond = 0;
   std::vector<double> p95;
+  std::vector<double> last;
   for (const nlohmann::json& r : results) {
-    nees += r["nees"].get<double>() / static_cast<double>(results.size());
+    nees += r["nees"].get<double>() / dives;
+    nees_in_map += r["nees_in_map"].get<double>() / dives;
     beyond += r["nees"].get<double>() > kBound ? 1 : 0;
     p95.push_back(r["error_p95"]);
+    last.push_back(r["error_end"]);
   }
-  std::ranges::sort(p95);
   if (p95.empty()) return;
+  std::ranges::sort(p95);
+  std::ranges::sort(last);
   std::cout << fmt::format(
-      "  position relative to the map: p95 of a dive's errors median {:.3f}, max {:.3f} m; NEES at "
-      "the end mean {:.2f}, {} of {} beyond {}\n",
-      p95[p95.size() / 2], p95.back(), nees, beyond, p95.size(), kBound);
+      "  position relative to the map: p95 of a dive's errors median {:.3f}, max {:.3f} m; at the "
+      "end median {:.3f}, p95 {:.3f}, max {:.3f} m, NEES {:.2f}; in the world NEES {:.2f}, {} of "
+      "{} "
+      "beyond {}\n",
+      p95[p95.size() / 2], p95.back(), last[last.size() / 2], last[last.size() * 95 / 100],
+      last.back(), nees_in_map, nees, beyond, last.size(), kBound);
 }
 
 // The largest distance of each dive from the path being followed, as estimated.
@@ -570,6 +593,7 @@ int main(int argc, char** argv) {
   app.add_option("--unmapped", draw.unmapped, "Objects on the route that the map lacks");
   app.add_option("--world", draw.world, "World (SDF) to dive in, other than the mission's map");
   app.add_flag("--diver", draw.with_diver, "A diver swims into the path");
+  app.add_option("--until", draw.until, "State in which errors of the position no longer count");
   app.add_option("--fault", fault, "A fault of dive run, at a drawn time, for good");
   app.add_option("--set", draw.conditions, "NAME=VALUE of the simulator, as of dive run");
   CLI11_PARSE(app, argc, argv);

@@ -11,7 +11,7 @@ namespace {
 // Names longer than a std::string stores inline, every failsafe monitored, and guards.
 constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
-  <map file="none.sdf"/>
+  <map file="none.sdf" fixes="off"/>
   <start x="-4" y="0" z="3" z_units="DEPTH" heading_deg="90"/>
   <limits max_depth="6" min_altitude="0.3" clearance="0.6" mission_timeout="1000"
           battery_reserve="0.2"/>
@@ -125,7 +125,7 @@ TEST_F(StepAllocation, NoneWhileAPathIsFollowedNorWhileTheVehicleHolds) {
 TEST_F(StepAllocation, NoneInAnUnknownEnvironmentWithoutNewObservations) {
   world_ = {};
   std::string text = kMission;
-  const std::string known = "<map file=\"none.sdf\"/>";
+  const std::string known = "<map file=\"none.sdf\" fixes=\"off\"/>";
   use(text.replace(text.find(known), known.size(), "<map unknown=\"cautious\"/>"));
   planning::ObstacleUpdate update;
   for (int i = 0; i < 1000; ++i) {

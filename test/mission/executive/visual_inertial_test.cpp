@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
-  <map file="none.sdf"/>
+  <map file="none.sdf" fixes="off"/>
   <start x="0" y="0" z="3" z_units="DEPTH" heading_deg="90"/>
   <limits max_depth="6" min_altitude="0.3" clearance="0.6" mission_timeout="100"
           battery_reserve="0.2"/>

@@ -281,7 +281,7 @@ TEST_F(Processes, WithStereoMappingTheLogIsThatOfTheBuiltInSimulator) {
   const fs::path missions =
       fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
   std::string text = content((missions / "basin_visual_inertial.xml").string());
-  const std::string known = R"(map file="maps/basin.sdf")";
+  const std::string known = R"(map file="maps/basin.sdf" fixes="off")";
   ASSERT_NE(text.find(known), std::string::npos);
   text.replace(
       text.find(known), known.size(),
@@ -818,7 +818,8 @@ TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
 
 TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
   const std::string map = DIVE_SOURCE_DIR "/missions/maps/pool2.sdf";
-  const auto vehicle = dive("sim", {"sim", map, "--start", "1.5,0,-1,0,0,0", "--lockstep"});
+  const auto vehicle =
+      dive("sim", {"sim", map, "--start", "1.5,0,-1,0,0,0", "--lockstep", "--range-camera"});
   const auto executive = dive("run", {"run", mission("pool2"), "--lockstep", "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();

@@ -139,14 +139,18 @@ TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
   EXPECT_EQ(a.result.duration_s, b.result.duration_s);
 }
 
-TEST(MapFixDive, WithoutScansItGoesOnByDeadReckoning) {
+TEST(MapFixDive, WithoutScansItTurnsBackUnlessTheMissionSaysOtherwise) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const Loaded loaded = load("pool3");
+  Loaded loaded = load("pool3");
   DiveSettings settings;
   settings.faults = {{FaultKind::kRangeSilent, 0.0}};
-  const Outcome outcome = dive(loaded, settings);
-  EXPECT_EQ(outcome.fixes, 0);
-  EXPECT_EQ(outcome.result.outcome, "success") << outcome.result.cause;
+  const Outcome turned = dive(loaded, settings);
+  EXPECT_EQ(turned.fixes, 0);
+  EXPECT_EQ(turned.result.outcome, "aborted") << turned.result.cause;
+  EXPECT_TRUE(turned.result.collisions.empty());
+  loaded.mission.failsafes.policy(behaviors::FailsafeKind::kRangeLost).rung =
+      behaviors::Rung::kWarn;
+  EXPECT_EQ(dive(loaded, settings).result.outcome, "success") << "by dead reckoning";
 }
 
 TEST(DrawnWorld, MovesTheMapAsAWholeAndItsObjectsByThemselves) {
