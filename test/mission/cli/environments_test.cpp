@@ -139,9 +139,18 @@ TEST(RealHull, IsEnteredAndLeft) {
   replace(R"(x="-8.5" y="1.2" z="12.8")", R"(x="2.8" y="-0.1" z="17.9")");
   replace(R"(x="2" y="9" z="12")", R"(x="-14" y="6" z="14")");
   std::ofstream(folder / "hull.xml") << mission;
-  const Ran ran =
-      testing::run_dive("check --json '" + (folder / "hull.xml").string() + "'", "hull");
+  const std::string path = "'" + (folder / "hull.xml").string() + "'";
+  // Ten metres of open water before the hull make the position uncertain, and the check says so.
+  const Ran check = testing::run_dive("check --json --static " + path, "hull");
+  EXPECT_EQ(check.status, 2) << check.err;
+  const auto report = nlohmann::json::parse(check.out);
+  for (const auto& diagnostic : report.at("diagnostics")) {
+    EXPECT_EQ(diagnostic.at("code"), "CHK-MARGIN");
+  }
+  for (const auto& leg : report.at("plans")) EXPECT_EQ(leg.at("status"), "success");
+  const Ran ran = testing::run_dive("run --json " + path, "hull");
   EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
+  EXPECT_EQ(nlohmann::json::parse(ran.out).at("collisions"), 0);
   fs::remove_all(folder);
 }
 
