@@ -58,7 +58,7 @@ TEST_P(Environments, SurviveEveryFaultInEveryState) {
   if (!small.contains(name)) DIVE_SKIP_UNDER_SANITIZERS("the code is that of the small ones");
   const std::set<std::string> long_dives = {"blocks", "survey", "transect"};
   if (long_dives.contains(name)) DIVE_SKIP_LONG_TEST();
-  const Ran ran = testing::run_dive("check --faults --instants 1 " + path_of(name), name);
+  const Ran ran = testing::run_dive("check --dives 1 --faults --instants 1 " + path_of(name), name);
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
 
@@ -140,7 +140,7 @@ TEST(RealHull, IsEnteredAndLeft) {
   replace(R"(x="2" y="9" z="12")", R"(x="-14" y="6" z="14")");
   std::ofstream(folder / "hull.xml") << mission;
   const Ran ran =
-      testing::run_dive("check --json '" + (folder / "hull.xml").string() + "'", "hull");
+      testing::run_dive("check --dives 1 --json '" + (folder / "hull.xml").string() + "'", "hull");
   EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
   fs::remove_all(folder);
 }
