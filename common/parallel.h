@@ -14,4 +14,10 @@ namespace dive {
 /// rethrows the first one.
 void run_in_parallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
+/// The same with a number of calls that is decided on the way: before each, `continues(i)` is asked
+/// by one thread at a time, and no call starts after it has returned false. Returns the number of
+/// calls.
+std::size_t run_in_parallel_while(const std::function<bool(std::size_t)>& continues, int threads,
+                                  const std::function<void(std::size_t)>& work);
+
 }  // namespace dive

@@ -1,14 +1,16 @@
 #pragma once
 // `dive check`: everything about a mission that can be proved on deck. Rules, plans of every leg of
-// the nominal route, exit paths from every leg, budgets, a simulated dive.
+// the nominal route, exit paths from every leg, budgets, simulated dives.
 
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/clock.h"
 #include "common/diagnostic.h"
 #include "mission/check/budget.h"
+#include "mission/check/dive_series.h"
 #include "mission/check/exit_path_proof.h"
 #include "mission/check/fault_matrix.h"
 #include "mission/check/route_plan.h"
@@ -22,17 +24,19 @@ struct CheckReport {
   std::vector<PlannedRouteLeg> legs;
   ExitPathProof exit_path;
   Budget budget;
-  std::optional<DiveResult> dive;
+  std::optional<DiveResult> dive;   ///< The first simulated dive.
+  std::optional<DiveSeries> dives;  ///< All of them.
   std::vector<FaultResult> faults;
 };
 
 struct CheckOptions {
   bool simulate = true;
-  bool faults = false;  ///< Also dive every fault in every state.
-  int instants = 3;     ///< Instants of each fault in each state.
+  std::optional<int> dives = 1;  ///< Number of simulated dives: SeriesOptions::dives.
+  bool faults = false;           ///< Also dive every fault in every state.
+  int instants = 3;              ///< Instants of each fault in each state.
   /// Instants of every pair of faults in each state; 0: single faults only.
   int pair_instants = 0;
-  int threads = 1;  ///< Threads for the dives with faults.
+  int threads = 1;  ///< Threads for the simulated dives.
   DiveSettings dive;
 };
 
@@ -42,9 +46,9 @@ class CheckObserver {
   virtual ~CheckObserver() = default;
   /// A step begins.
   virtual void on_step(const std::string& /*what*/) {}
-  /// Progress of the present step in a unit of its own ("s of the dive", "dives"), and the fraction
-  /// of its work that is done, for an estimate of the remaining time; above 1 when the step takes
-  /// longer than expected.
+  /// Progress of the present step in a unit of its own ("s of the dive", "dives"; the total may be
+  /// an estimate), and the fraction of its work that is done, for an estimate of the remaining
+  /// time; above 1 when the step takes longer than expected.
   virtual void on_progress(double /*done*/, double /*total*/, const std::string& /*unit*/,
                            double /*share*/) {}
   /// A dive with faults has ended unsafely; `command` repeats it.
@@ -55,9 +59,11 @@ class CheckObserver {
 [[nodiscard]] std::span<const Rule> deck_rules();
 
 /// Checks a mission that load_mission() accepted. Findings go to `diagnostics` (codes CHK-*);
-/// findings of dives with faults reach `observer` immediately.
+/// findings of dives with faults reach `observer` immediately. `clock` decides the number of dives
+/// if the options leave it open.
 [[nodiscard]] CheckReport check_mission(const Mission& mission, const planning::World& world,
                                         const vehicle::Model& model, const CheckOptions& options,
-                                        Diagnostics& diagnostics, CheckObserver& observer);
+                                        Diagnostics& diagnostics, CheckObserver& observer,
+                                        Clock& clock);
 
 }  // namespace dive::mission

@@ -131,7 +131,7 @@ FaultResult dive_one(const FaultCase& fault, const Mission& mission, const plann
   FaultResult result{fault, simulate_dive(mission, world, model, settings, nullptr)};
   result.dive.observed_map = {};
   result.dive.observed_points = {};
-  result.surfaced = result.dive.outcome != "failure" && result.dive.final_depth_m < kSurfacedDepth;
+  result.surfaced = has_surfaced(result.dive);
   result.held = result.dive.outcome == "held" && !result.surfaced;
   return result;
 }
@@ -158,6 +158,10 @@ std::vector<FaultCase> draw_fault_cases(const Mission& mission, const NominalDiv
   std::vector<FaultCase> cases;
   for (Ranked& one : ranked) cases.push_back(std::move(one.fault));
   return cases;
+}
+
+bool has_surfaced(const DiveResult& dive) {
+  return dive.outcome != "failure" && dive.final_depth_m < kSurfacedDepth;
 }
 
 std::string describe(const FaultResult& result) {

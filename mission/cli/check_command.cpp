@@ -20,6 +20,21 @@
 namespace dive::mission {
 namespace {
 
+void print_dives(const DiveSeries& series) {
+  const std::uint64_t last = series.first_seed + static_cast<std::uint64_t>(series.dives) - 1;
+  const std::string seeds = series.dives == 1
+                                ? fmt::format("seed {}", last)
+                                : fmt::format("seeds {} to {}", series.first_seed, last);
+  print(
+      fmt::format("  dives  {} with {}: {} successful, {} surfaced, {} with a collision (at most "
+                  "{:.1f} % of dives, with 95 % confidence)",
+                  series.dives, seeds, series.successes, series.surfaced, series.collisions,
+                  100.0 * series.collision_bound_95));
+  print(fmt::format("         clearance {:.2f} m (5th percentile), {:.2f} m (least); the worst: {}",
+                    series.clearance_m.p05, series.clearance_m.min,
+                    series.worst_first.front().command));
+}
+
 void print_report(const CheckReport& report) {
   for (const PlannedRouteLeg& leg : report.legs) {
     const std::string margin = std::isfinite(leg.margin.margin_sigma)
@@ -50,6 +65,7 @@ void print_report(const CheckReport& report) {
                       dive.final_state, dive.duration_s, dive.collisions.size()));
     print_contacts(dive.nearest, dive.collisions);
   }
+  if (report.dives) print_dives(*report.dives);
   if (!report.faults.empty()) {
     const auto count = [&](bool FaultResult::*how) {
       return std::ranges::count_if(report.faults,
@@ -70,8 +86,13 @@ int run_check(const CheckArguments& arguments) {
         arguments.json);
     return kExitSuccess;
   }
+  if (arguments.static_only && arguments.dives) {
+    complain("--static skips simulated dives: leave out --dives, or --static");
+    return kExitUsage;
+  }
   CheckOptions options;
   options.simulate = !arguments.static_only;
+  options.dives = arguments.dives;
   options.faults = arguments.faults || arguments.pairs;
   options.instants = arguments.instants.value_or(options.instants);
   if (arguments.pairs) options.pair_instants = arguments.instants.value_or(1);
@@ -91,7 +112,7 @@ int run_check(const CheckArguments& arguments) {
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
-                           progress);
+                           progress, clock);
   }
   diagnostics.sort();
   if (arguments.sarif) {
@@ -107,6 +128,7 @@ int run_check(const CheckArguments& arguments) {
       print_report(report);
     } else {
       print(fmt::format("{}: not ready to dive", arguments.mission));
+      if (report.dives) print_dives(*report.dives);
     }
     if (loaded) print_meshes(loaded->world);
   }

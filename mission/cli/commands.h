@@ -22,7 +22,8 @@ enum ExitStatus : int {
 struct CheckArguments {
   std::string mission;
   bool json = false;
-  bool static_only = false;     ///< Skip the simulated dive.
+  bool static_only = false;     ///< Skip the simulated dives.
+  std::optional<int> dives;     ///< Number of simulated dives; absent: by time.
   bool faults = false;          ///< Every fault in every state.
   bool pairs = false;           ///< Every pair of faults in every state.
   std::optional<int> instants;  ///< Instants of each fault in each state; absent: 3, of pairs 1.

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include "mission/check/dive_series.h"
 #include "mission/cli/options.h"
 
 namespace dive::mission {
@@ -9,14 +10,25 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "check",
       "Examples:\n"
       "  dive check missions/window.xml            everything that can be proved on deck\n"
-      "  dive check --static missions/window.xml   without the simulated dive\n"
+      "  dive check --static missions/window.xml   without simulated dives\n"
+      "  dive check --dives 100 missions/window.xml   with exactly 100 of them\n"
       "  dive check --faults missions/window.xml   also dives with every fault in every state\n"
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
-      "leg, time and energy, and a simulated dive. Exit status 0: ready to dive.");
+      "leg, time and energy, and simulated dives, each with other errors of vehicle, sensors and\n"
+      "map, drawn by its seed. Exit status 0: ready to dive; 1: a simulated dive collides or is "
+      "not\n"
+      "survived, or too many end otherwise than planned; 2: it cannot work, or cannot be read.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
-  command->add_flag("--static", arguments.static_only, "Skip the simulated dive");
+  command->add_flag("--static", arguments.static_only, "Skip the simulated dives");
+  command
+      ->add_option("--dives", arguments.dives,
+                   "Number of simulated dives, with consecutive seeds (default: as many as start "
+                   "within 10 s, at least 10; the number is printed, and the same number gives the "
+                   "same result)")
+      ->type_name("N")
+      ->check(CLI::Range(1, kMaxDives).description(""));
   command->add_flag("--faults", arguments.faults,
                     "Dive with every fault in every state, each dive to its end: every one must "
                     "end surfaced, or held in place, without a collision");
@@ -32,7 +44,10 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
-  command->add_option("--seed", arguments.seed, "Seed of plans and simulated dive")->type_name("N");
+  command
+      ->add_option("--seed", arguments.seed,
+                   "Seed of the plans and of the first simulated dive (default: 1)")
+      ->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);

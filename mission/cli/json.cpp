@@ -151,6 +151,30 @@ Json to_json(const DiveResult& result) {
           {"transitions", to_json(result.transitions)}};
 }
 
+namespace {
+
+Json to_json(const DiveSeries& series) {
+  constexpr std::size_t kMaxListed = 5;
+  Json worst = Json::array();
+  for (std::size_t i = 0; i < std::min(series.worst_first.size(), kMaxListed); ++i) {
+    worst.push_back(
+        {{"seed", series.worst_first[i].seed}, {"command", series.worst_first[i].command}});
+  }
+  return {{"dives", series.dives},
+          {"first_seed", series.first_seed},
+          {"successes", series.successes},
+          {"collisions", series.collisions},
+          {"surfaced", series.surfaced},
+          {"clearance_m",
+           {{"min", series.clearance_m.min},
+            {"p05", series.clearance_m.p05},
+            {"p50", series.clearance_m.p50}}},
+          {"collision_bound_95", series.collision_bound_95},
+          {"worst", std::move(worst)}};
+}
+
+}  // namespace
+
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
   Json plans = Json::array();
   for (const PlannedRouteLeg& leg : report.legs) {
@@ -186,6 +210,7 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                  {"clearance_m", report.exit_path.clearance_m},
                  {"state", report.exit_path.state}}}};
   if (report.dive) json["dive"] = to_json(*report.dive);
+  if (report.dives) json["dives"] = to_json(*report.dives);
   if (!report.faults.empty()) {
     Json faults = Json::array();
     for (const FaultResult& result : report.faults) {

@@ -34,6 +34,6 @@ inline constexpr const char* kForceHelp = "Replace results that exist";
 inline constexpr const char* kOutsideHelp =
     "Also read meshes outside of the map's folder (for a map that you trust)";
 inline constexpr const char* kConditionsHelp =
-    "Set a condition of the simulated dive, e.g. current_x=0.01; a wrong name lists them all";
+    "Set a condition of simulated dives, e.g. current_x=0.01; a wrong name lists them all";
 
 }  // namespace dive::mission

@@ -38,6 +38,16 @@ TEST(RunInParallel, RethrowsAndBeginsNothingMore) {
   EXPECT_LE(calls, 4);
 }
 
+TEST(RunInParallelWhile, CallsEachOnceUntilItIsToldToStop) {
+  for (const int threads : {1, 2, 7}) {
+    std::vector<std::atomic<int>> calls(23);
+    const std::size_t count = run_in_parallel_while([](std::size_t i) { return i != 11; }, threads,
+                                                    [&](std::size_t i) { ++calls[i]; });
+    EXPECT_EQ(count, 11U);
+    for (std::size_t i = 0; i < calls.size(); ++i) EXPECT_EQ(calls[i], i < 11 ? 1 : 0) << i;
+  }
+}
+
 TEST(ThreadCount, IsAsAskedOrOnePerCore) {
   EXPECT_EQ(thread_count(3), 3);
   EXPECT_GE(thread_count(0), 1);

@@ -57,8 +57,9 @@ Diagnostics checked(const std::string& limits, const std::string& leg) {
   CheckOptions options;
   options.simulate = false;
   CheckObserver observer;
-  const CheckReport report =
-      check_mission(*mission, wall_beside(model.hull), model, options, diagnostics, observer);
+  SteadyClock clock;
+  const CheckReport report = check_mission(*mission, wall_beside(model.hull), model, options,
+                                           diagnostics, observer, clock);
   EXPECT_EQ(report.legs.size(), 1U);
   if (!report.legs.empty()) {
     EXPECT_EQ(report.legs.front().plan.status, planning::PlanStatus::kReduced);

@@ -53,8 +53,9 @@ TEST(InUnknownWater, TheSimulatedWorldIsCheckedAndNamedAsSuch) {
   options.simulate = false;
   Diagnostics diagnostics;
   CheckObserver observer;
+  SteadyClock clock;
   const CheckReport report =
-      check_mission(mission, world_of(mission), model(), options, diagnostics, observer);
+      check_mission(mission, world_of(mission), model(), options, diagnostics, observer, clock);
   EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-ENVIRONMENT"));
   EXPECT_EQ(report.legs.size(), 1U);
 }
@@ -65,7 +66,8 @@ TEST(InUnknownWater, WithoutASimulatedWorldThereIsNoDive) {
   mission.map_path.clear();
   Diagnostics diagnostics;
   CheckObserver observer;
-  const CheckReport report = check_mission(mission, {}, model(), {}, diagnostics, observer);
+  SteadyClock clock;
+  const CheckReport report = check_mission(mission, {}, model(), {}, diagnostics, observer, clock);
   EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-NO-SIMULATION-MAP"));
   EXPECT_FALSE(report.dive);
   EXPECT_GT(report.budget.duration_s, 0.0) << "that of the straight way";

@@ -95,7 +95,7 @@ TEST(Collision, IsReproducedByTheHintOfCheck) {
   fs::create_directories(folder);
   fs::copy(fs::path(DIVE_SOURCE_DIR) / "test/mission/collision", folder,
            fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-  const Ran ran = dive("check \"" + (folder / "quay.xml").string() +
+  const Ran ran = dive("check --dives 1 \"" + (folder / "quay.xml").string() +
                        "\" --json --seed 5 --set current_y=0.15 --set depth_noise_m=0.013");
   EXPECT_EQ(ran.status, 1) << ran.err;
   const json check = object_of(ran);
@@ -111,7 +111,7 @@ TEST(Collision, IsReproducedByTheHintOfCheck) {
 }
 
 TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
-  const Ran ran = dive("check " + kQuay + " --json --set current_y=0.045");
+  const Ran ran = dive("check --dives 1 " + kQuay + " --json --set current_y=0.045");
   EXPECT_EQ(ran.status, 0) << ran.err;
   const json check = object_of(ran);
   const std::vector<json> found = diagnostics_of(check, "CHK-DIVE-CLEARANCE");
@@ -124,7 +124,7 @@ TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
               ::testing::AllOf(HasSubstr("'harbour/ground/quay' at "), HasSubstr("(0.8 m)")));
   EXPECT_EQ(hinted_run(found[0]).at("nearest"), nearest);
 
-  const Ran calm = dive("check " + kQuay);
+  const Ran calm = dive("check --dives 1 " + kQuay);
   EXPECT_EQ(calm.status, 0) << calm.err;
   EXPECT_THAT(calm.err, Not(HasSubstr("CHK-DIVE-CLEARANCE")));
   EXPECT_THAT(calm.out, HasSubstr("nearest approach: "));
@@ -132,7 +132,8 @@ TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
 
 // A fault that keeps the vehicle in the current for longer than in the nominal dive.
 TEST(Collision, AfterAFaultIsReproducedByTheHintOfCheck) {
-  const Ran ran = dive("check " + kQuay + " --faults --json --seed 3 --set current_y=0.03");
+  const Ran ran =
+      dive("check --dives 1 " + kQuay + " --faults --json --seed 3 --set current_y=0.03");
   EXPECT_EQ(ran.status, 1) << ran.err;
   const json check = object_of(ran);
   std::map<std::string, json> lists;  // indexed by NAME@SECONDS

@@ -122,7 +122,7 @@ bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
 TEST(PairsOfFaults, AreAllDivedInPool3AndDecideTheExitStatus) {
   DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
   DIVE_SKIP_LONG_TEST();
-  const Ran ran = dive("check --pairs --instants 1 --json " + mission("pool3"));
+  const Ran ran = dive("check --dives 1 --pairs --instants 1 --json " + mission("pool3"));
   EXPECT_EQ(ran.err, "") << "no progress beside JSON";
   const auto faults = nlohmann::json::parse(ran.out).at("faults");
   EXPECT_GT(faults.size(), 150U);

@@ -58,7 +58,7 @@ TEST_P(Environments, SurviveEveryFaultInEveryState) {
   if (!small.contains(name)) DIVE_SKIP_UNDER_SANITIZERS("the code is that of the small ones");
   const std::set<std::string> long_dives = {"blocks", "survey", "transect"};
   if (long_dives.contains(name)) DIVE_SKIP_LONG_TEST();
-  const Ran ran = testing::run_dive("check --faults --instants 1 " + path_of(name), name);
+  const Ran ran = testing::run_dive("check --dives 1 --faults --instants 1 " + path_of(name), name);
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
 

@@ -168,8 +168,9 @@ TEST(Window, CheckFindsItReadyAndPrintsItsBudget) {
   options.simulate = false;
   Diagnostics diagnostics;
   CheckObserver observer;
+  SteadyClock clock;
   const CheckReport report = check_mission(window().mission, window().world, window().model,
-                                           options, diagnostics, observer);
+                                           options, diagnostics, observer, clock);
   EXPECT_TRUE(diagnostics.ok());
   ASSERT_EQ(report.legs.size(), 3U);
   for (const PlannedRouteLeg& leg : report.legs) EXPECT_GE(leg.plan.clearance_m, 1.0) << leg.goal;
@@ -187,8 +188,9 @@ std::vector<std::string> codes_of_check(const Mission& mission) {
   options.simulate = false;
   Diagnostics diagnostics;
   CheckObserver observer;
+  SteadyClock clock;
   const CheckReport report =
-      check_mission(mission, window().world, window().model, options, diagnostics, observer);
+      check_mission(mission, window().world, window().model, options, diagnostics, observer, clock);
   EXPECT_FALSE(report.dive.has_value());
   std::vector<std::string> codes;
   for (const Diagnostic& diagnostic : diagnostics.list()) codes.push_back(diagnostic.code);
@@ -231,8 +233,9 @@ TEST(Check, RefusesADiveThatStartsWithoutAWayOut) {
   CheckOptions options;
   options.simulate = false;
   CheckObserver observer;
+  SteadyClock clock;
   const CheckReport report =
-      check_mission(*mission, world, window().model, options, diagnostics, observer);
+      check_mission(*mission, world, window().model, options, diagnostics, observer, clock);
   EXPECT_FALSE(report.exit_path.exists);
   ASSERT_FALSE(diagnostics.ok());
   EXPECT_EQ(diagnostics.list().back().code, "CHK-NO-EXIT-PATH");

@@ -162,8 +162,9 @@ TEST(OrbitDive, TakesTheTimeOfItsBudget) {
   const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
   CheckOptions options;
   CheckObserver observer;
+  SteadyClock clock;
   const CheckReport report =
-      check_mission(*mission, *world, *model, options, diagnostics, observer);
+      check_mission(*mission, *world, *model, options, diagnostics, observer, clock);
   ASSERT_TRUE(diagnostics.ok());
   ASSERT_TRUE(report.dive);
   EXPECT_EQ(report.legs.size(), 8U);
