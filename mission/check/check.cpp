@@ -114,7 +114,7 @@ NominalDive dive_nominally(const Mission& mission, const planning::World& world,
   nominal.result =
       simulate_dive(mission, world, model, settings,
                     [&](const StepInputs& inputs, const StepOutputs&,
-                        const vehicle::GroundTruth& truth, std::span<const Collision>) {
+                        const vehicle::GroundTruth& truth, const TickContacts&) {
                       nominal.under_overhead.push_back(overheads.is_above(truth.X_WB.p, radius));
                       const double now_s = to_seconds(inputs.now);
                       if (now_s < next_s) return;
