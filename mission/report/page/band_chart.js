@@ -69,7 +69,7 @@ export class BandChart extends TimeChart {
 
   update(t) {
     this.reading.textContent = this.rows.map((row) => {
-      const i = lastIndexAt(row.begins, t);
+      const i = lastIndexAt(row.begins, t + 1e-3);
       return i < 0 ? '' : `${row.name}: ${row.bands[i].text}`;
     }).filter(Boolean).join(' · ');
   }

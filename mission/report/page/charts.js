@@ -64,6 +64,7 @@ export function showCharts(host, report, cursor, view) {
              {name: 'estimated', values: samples.cross_track, colour: '--estimated', kind: 'dashed'}]}));
   charts.push(line({
     title: 'Clearance', unit: 'm', digits: 2, limits: [required], domain: [0, 0],
+    ceiling: Math.max(5 * report.clearance_required_m, 2),
     marks: contactMarks(dive, (t, clearance) => clearance),
     series: [{name: hasTruth ? 'true, to the map' : 'of the estimate, to the map', values: samples.clearance,
               colour: hasTruth ? '--true' : '--estimated', kind: hasTruth ? '' : 'dashed'},

@@ -52,6 +52,7 @@ export class LineChart extends TimeChart {
    *   marks   [{t, value, colour, name}]
    *   goals   times of local goals
    *   domain  [least, greatest] that is always shown
+   *   ceiling greatest value that is shown: curves above it are cut off
    *   down    true: greater values are lower (depth)
    */
   constructor(host, cursor, view, options) {
@@ -99,6 +100,7 @@ export class LineChart extends TimeChart {
     }
     for (const limit of this.limits) if (limit.isShown !== false) include(limit.value);
     for (const mark of this.marks) include(mark.value);
+    greatest = Math.min(greatest, this.options.ceiling ?? Infinity);
     if (!(greatest > least)) greatest = least + 1;
     return this.options.down ? [greatest, least] : [least, greatest];
   }
@@ -137,7 +139,7 @@ export class LineChart extends TimeChart {
   drawSeries(series) {
     const points = thinned(series.points, this.view.begin, this.view.end, this.width, this.options.maxGap);
     const line = d3.line().defined((point) => point !== null)
-                     .x((point) => this.clampedX(point[0])).y((point) => this.y(point[1]));
+                     .x((point) => this.clampedX(point[0])).y((point) => this.clampedY(point[1]));
     if (series.step) line.curve(d3.curveStepAfter);
     this.curves.append('path').attr('class', `series ${series.kind ?? ''}`).style('--stroke', `var(${series.colour})`)
         .attr('d', line(points));
@@ -145,6 +147,10 @@ export class LineChart extends TimeChart {
 
   clampedX(t) {
     return Math.min(Math.max(this.x(t), CHART_MARGIN.left), this.width - CHART_MARGIN.right);
+  }
+
+  clampedY(value) {
+    return Math.max(this.y(value), CHART_MARGIN.top);
   }
 
   drawMarks() {
@@ -165,7 +171,7 @@ export class LineChart extends TimeChart {
       series.reading.textContent = isFresh ? number(series.points.v[i], this.options.digits, this.options.unit) : '–';
       if (!isFresh || t < this.view.begin || t > this.view.end) continue;
       this.dots.append('circle').attr('class', 'now-dot').style('--stroke', `var(${series.colour})`)
-          .attr('r', 4).attr('cx', this.x(t)).attr('cy', this.y(series.points.v[i]));
+          .attr('r', 4).attr('cx', this.x(t)).attr('cy', this.clampedY(series.points.v[i]));
     }
   }
 }

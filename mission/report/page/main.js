@@ -43,7 +43,6 @@ function firstMoment(dive) {
 }
 
 function main() {
-  const startMs = performance.now();
   const find = (id) => document.getElementById(id);
   collectErrors();
   followDevice();
@@ -73,7 +72,9 @@ function main() {
   });
   if (dive && report.paths.length > 1) views.paths = paths;
   if (dive) cursor.set(firstMoment(dive));
-  if (location.hash === '#selftest') requestAnimationFrame(() => runSelfTest(views, scene, cursor, startMs));
+  if (location.hash !== '#selftest') return;
+  // After the first frame of the scene, which was requested before.
+  requestAnimationFrame(() => runSelfTest(views, scene, cursor, Math.round(performance.now())));
 }
 
 main();

@@ -31,8 +31,8 @@ function hasDrawing(scene) {
   return new Set(pixels).size > 8;
 }
 
-/** `views`: {name: object with shown()}. */
-export function runSelfTest(views, scene, cursor, startMs) {
+/** `views`: {name: object with shown()}. `openedMs`: time from the request of the page to its first frame. */
+export function runSelfTest(views, scene, cursor, openedMs) {
   const shownAt = (share) => {
     cursor.set(share * cursor.end);
     return Object.fromEntries(Object.entries(views).map(([name, view]) => [name, view.shown()]));
@@ -48,8 +48,7 @@ export function runSelfTest(views, scene, cursor, startMs) {
     key_moves: Math.abs(cursor.time - Math.min(0.3 * cursor.end + 1, cursor.end)) < 1e-6,
     webgl: scene.isDrawn, drawn: hasDrawing(scene),
     requests: performance.getEntriesByType('resource').map((entry) => entry.name),
-    opened_ms: Math.round(performance.now() - startMs),
-    page_ms: Math.round(startMs),
+    opened_ms: openedMs,
   };
   document.body.append(element('pre', {id: 'self-test'}, JSON.stringify(result)));
 }

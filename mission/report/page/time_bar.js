@@ -22,7 +22,7 @@ export class TimeBar {
     this.reading = element('output', {'aria-live': 'off'});
     this.playButton = element('button', {type: 'button', title: 'Play or pause (space)', onclick: () => this.toggle()},
                               element('span'), element('span', {class: 'wide'}));
-    const rate = this.choice('Speed', RATES.map((value) => [`× ${value}`, value]), 1, (value) => { cursor.rate = value; });
+    const rate = this.choice('Rate', RATES.map((value) => [`× ${value}`, value]), 1, (value) => { cursor.rate = value; });
     const range = this.choice('Show', VIEWS, 0, (value) => view.show(value));
     const jump = (direction, text, title) =>
       element('button', {type: 'button', class: 'wide', title, onclick: () => this.jump(direction)}, text);
@@ -37,7 +37,7 @@ export class TimeBar {
   choice(name, values, selected, onChange) {
     const select = element('select', {class: 'wide', 'aria-label': name, title: name, onchange: () => onChange(Number(select.value))},
                            ...values.map(([text, value]) => element('option', {value}, `${name}: ${text}`)));
-    select.selectedIndex = name === 'Speed' ? RATES.indexOf(selected) : selected;
+    select.selectedIndex = name === 'Rate' ? RATES.indexOf(selected) : selected;
     return select;
   }
 

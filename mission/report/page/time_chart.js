@@ -2,8 +2,16 @@
 
 import {clock, element} from './format.js';
 
-export const CHART_MARGIN = {left: 50, right: 12, top: 6, bottom: 24};
+export const CHART_MARGIN = {left: 50, right: 20, top: 6, bottom: 24};
 const MIN_WIDTH = 240;
+const PIXELS_PER_TICK = 80;
+const TICKS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400];  // s
+
+/** Round times in [begin, end], at most `count` or so. */
+function roundTimes(begin, end, count) {
+  const step = TICKS.find((seconds) => (end - begin) / seconds <= count) ?? (end - begin) / count;
+  return d3.range(Math.ceil(begin / step) * step, end + 1e-6, step);
+}
 
 export class TimeChart {
   /** `options`: title, height (px), description. Sub-classes draw in draw() and update(t). */
@@ -47,8 +55,9 @@ export class TimeChart {
   redraw() {
     if (this.width === 0) return;
     this.x.domain([this.view.begin, this.view.end]).range([CHART_MARGIN.left, this.width - CHART_MARGIN.right]);
-    const ticks = d3.axisBottom(this.x).ticks(Math.max(this.width / 90, 3)).tickSizeOuter(0)
-                    .tickFormat((t) => clock(t, this.view.length < 20 ? 1 : 0));
+    const times = roundTimes(this.view.begin, this.view.end, Math.max(this.width / PIXELS_PER_TICK, 3));
+    const digits = times.length > 1 && times[1] - times[0] < 1 ? 1 : 0;
+    const ticks = d3.axisBottom(this.x).tickValues(times).tickSizeOuter(0).tickFormat((t) => clock(t, digits));
     this.axis.attr('transform', `translate(0 ${this.plotBottom})`).call(ticks);
     this.draw();
     this.move(this.cursor.time);
