@@ -38,7 +38,7 @@ tl::expected<Prepared, int> prepare_dive(const ReportArguments& arguments) {
   if (!result) return tl::unexpected(result.error());
   tl::expected<Report, std::string> report = read_dive(arguments.file);
   if (!report) {
-    complain(fmt::format("{}: {}", arguments.file, report.error()));
+    complain(report.error());
     return tl::unexpected<int>(kExitUsage);
   }
   warn_of_damage(arguments.file, *report->dive);

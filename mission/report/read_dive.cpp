@@ -11,6 +11,7 @@
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/machine.h"
+#include "mission/onboard/settings.h"
 #include "mission/record/log.h"
 #include "mission/record/replay.h"
 #include "mission/report/clearances.h"
@@ -22,9 +23,8 @@
 namespace dive::mission {
 namespace {
 
-constexpr double kClockOfDive = 10.0;  // s: a dive whose first tick is later has another clock
-constexpr double kSamePlace = 0.5;     // m
-constexpr double kMinRest = 30.0;      // s in one place at the end for the result "held"
+constexpr double kSamePlace = 0.5;  // m
+constexpr double kMinRest = 30.0;   // s in one place at the end for the result "held"
 // A longer time between two ticks is a gap, in which the vehicle had stopped.
 constexpr Utime kMaxTick = kMicrosecondsPerSecond / 5;
 constexpr Utime kExitPeriod = kMicrosecondsPerSecond;
@@ -38,7 +38,7 @@ class DiveReader {
 
   /// `executive` after the tick; null where it was not run again.
   void tick(const LoggedTick& tick, const Executive* executive);
-  /// Time of the first tick's origin, s: explain() and the log count from the vehicle's clock.
+  /// When the dive began, s, by the vehicle's clock, by which explain() counts.
   [[nodiscard]] double origin_s() const { return to_seconds(origin_.value_or(0)); }
   [[nodiscard]] bool has_ticks() const { return origin_.has_value(); }
   void finish();
@@ -78,6 +78,7 @@ class DiveReader {
   bool is_rerun_to_end_ = false;
   std::optional<HealthSample> health_;
   std::optional<int> features_;
+  bool is_following_ = false;
   int segment_ = 0;
   std::string goal_;
   std::size_t breadcrumbs_ = 0;
@@ -90,7 +91,7 @@ class DiveReader {
 
 void DiveReader::tick(const LoggedTick& tick, const Executive* rerun) {
   now_ = tick.inputs.now;
-  if (!origin_) origin_ = to_seconds(now_) < kClockOfDive ? 0 : now_;
+  if (!origin_) origin_ = now_ - kControlPeriod;
   t_s_ = to_seconds(now_ - *origin_);
   distance(tick);
   plans(tick);
@@ -98,6 +99,10 @@ void DiveReader::tick(const LoggedTick& tick, const Executive* rerun) {
   health(tick.inputs);
   observed(tick.inputs);
   last_estimate_ = tick.outputs.estimate;
+  const Status& status = tick.outputs.status;
+  // While no path is followed the distance is 0, or stays as it was.
+  is_following_ = status.segment > 0 && status.cross_track_m > 0.0 &&
+                  status.cross_track_m != last_status_.cross_track_m;
   last_status_ = tick.outputs.status;
   for (const FailsafeRecord& record : tick.outputs.failsafes) last_failsafe_ = record;
   for (const TransitionRecord& record : tick.outputs.transitions) {
@@ -250,8 +255,8 @@ DiveSample DiveReader::sample(const LoggedTick& tick) {
   sample.is_visual = estimate.source == estimation::EstimatorKind::kVisualInertial;
   if (features_) sample.features = *features_;
   if (tick.truth) sample.error_m = horizontal_error(estimate, tick.truth->X_WB);
-  // A vehicle that follows no line is never exactly on one.
-  if (status.segment > 0 && status.cross_track_m > 0.0) sample.cross_track_m = status.cross_track_m;
+  if (!is_following_) return sample;
+  sample.cross_track_m = status.cross_track_m;
   if (const auto line = followed_line(report_.paths, status, estimate.X_WB.p)) {
     sample.plan = static_cast<int>(line->path);
     if (tick.truth) sample.true_cross_track_m = line->distance(tick.truth->X_WB.p);
@@ -396,11 +401,12 @@ tl::expected<Report, std::string> read_dive(const std::string& log_path,
                                             const ReadDiveOptions& options) {
   tl::expected<LogReader, std::string> log = LogReader::open(log_path);
   if (!log) return tl::unexpected(log.error());
-  if (!log->header()) {
-    return tl::unexpected(std::string("the log's header is damaged: its mission is not known"));
-  }
+  const auto error = [&](const std::string& what) {
+    return tl::unexpected(fmt::format("{}: {}", log_path, what));
+  };
+  if (!log->header()) return error("the log's header is damaged, so that its mission is not known");
   tl::expected<LoggedDive, std::string> logged = logged_dive(*log->header());
-  if (!logged) return tl::unexpected(logged.error());
+  if (!logged) return error(logged.error());
 
   Report report;
   report.title = fmt::format("{}: dive", logged->mission.id);
@@ -411,7 +417,7 @@ tl::expected<Report, std::string> read_dive(const std::string& log_path,
   const ReplayReport replayed = replay(
       *log, *logged,
       [&](const LoggedTick& tick, const Executive* executive) { reader.tick(tick, executive); });
-  if (!reader.has_ticks()) return tl::unexpected(std::string("the log contains no complete tick"));
+  if (!reader.has_ticks()) return error("the log contains no complete tick");
   dive.rerun_problem = rerun_problem(replayed);
   dive.gaps = replayed.gaps;
   dive.torn = replayed.torn;

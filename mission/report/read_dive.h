@@ -16,7 +16,8 @@ struct ReadDiveOptions {
   std::size_t max_observed = 12'000;   ///< Pieces of the observed map; beyond, every n-th.
 };
 
-/// The error is a sentence: the log cannot be read, its header is damaged, or it contains no tick.
+/// The error is a sentence with the path: the log cannot be read, its header is damaged, or it
+/// contains no tick.
 [[nodiscard]] tl::expected<Report, std::string> read_dive(const std::string& log_path,
                                                           const ReadDiveOptions& options = {});
 

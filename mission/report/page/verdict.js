@@ -124,8 +124,9 @@ function planFacts(report) {
 export function showVerdict(host, report, cursor) {
   const [level, headline, sentence] = report.dive ? diveHeadline(report) : planHeadline(report);
   const facts = report.dive ? diveFacts(report, cursor) : planFacts(report);
-  host.replaceChildren(
+  host.replaceChildren(...[
     element('div', {class: `outcome ${level}`}, element('h1', {}, headline), element('p', {}, sentence)),
     ...notices(report).map((notice) => element('p', {class: 'notice', role: 'note'}, notice)),
-    element('dl', {}, ...facts), madeOf(report));
+    element('dl', {}, ...facts),
+    report.description ? element('p', {class: 'made'}, report.description) : null, madeOf(report)].filter(Boolean));
 }
