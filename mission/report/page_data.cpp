@@ -250,7 +250,6 @@ Json samples_json(const std::vector<DiveSample>& s) {
           {"command_speed", value(&DiveSample::command_mps)},
           {"command_depth", value(&DiveSample::command_depth_m)},
           {"battery", value(&DiveSample::battery)},
-          {"temperature", value(&DiveSample::temperature_c)},
           {"sigma", value(&DiveSample::sigma_m)},
           {"error", value(&DiveSample::error_m)},
           {"features", value(&DiveSample::features)},
@@ -364,6 +363,7 @@ Json dive_json(const DiveReport& dive) {
           {"rerun_until_s", dive.rerun_until_s},
           {"rerun_problem", dive.rerun_problem},
           {"torn", dive.torn},
+          {"resumed", dive.resumed},
           {"gaps", gaps_json(dive.gaps)}};
 }
 

@@ -242,10 +242,7 @@ DiveSample DiveReader::sample(const LoggedTick& tick) {
   sample.state = index_of(dive_.states, status.state);
   sample.rung = index_of(dive_.rungs, status.rung);
   if (status.clearance_m > 0.0) sample.certified_m = status.clearance_m;
-  if (health_) {
-    sample.battery = health_->battery_fraction;
-    sample.temperature_c = health_->temperature_c;
-  }
+  if (health_) sample.battery = health_->battery_fraction;
   sample.under_overhead = !dive_.exits.empty() && !dive_.exits.back().open_above;
   if (!estimate.valid) return sample;
   sample.estimate = estimate.X_WB;
@@ -421,6 +418,7 @@ tl::expected<Report, std::string> read_dive(const std::string& log_path,
   dive.rerun_problem = rerun_problem(replayed);
   dive.gaps = replayed.gaps;
   dive.torn = replayed.torn;
+  dive.resumed = !log->header()->resume.empty();
   reader.finish();
   // The world of a simulation says nothing about where a real vehicle was.
   if (report.map_is_simulated && !dive.verdict.has_truth) report.world = {};

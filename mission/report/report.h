@@ -58,8 +58,7 @@ struct DiveSample {
   double true_speed_mps = kUnknownValue;
   double command_mps = 0.0;  ///< Commanded forward speed.
   double command_depth_m = 0.0;
-  double battery = kUnknownValue;  ///< Fraction of the charge.
-  double temperature_c = kUnknownValue;
+  double battery = kUnknownValue;   ///< Fraction of the charge.
   double sigma_m = kUnknownValue;   ///< estimation::horizontal_sigma()
   double error_m = kUnknownValue;   ///< Horizontal error of the estimated position.
   double features = kUnknownValue;  ///< Features that updated the visual-inertial estimator.
@@ -134,6 +133,7 @@ struct DiveReport {
   double rerun_until_s = 0.0;
   std::string rerun_problem;  ///< Why they are not known until the end; empty if they are.
   bool torn = false;          ///< The log ends before the dive did.
+  bool resumed = false;       ///< The dive continued an earlier one, which has a log of its own.
   std::vector<LogGap> gaps;
 };
 

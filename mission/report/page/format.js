@@ -21,7 +21,7 @@ export function number(value, digits, unit = '') {
 
 /** A long name that may be broken after a slash or an underscore. */
 export function breakable(name) {
-  const parts = name.split(/(?<=[/_])/);
+  const parts = name.match(/[^/_]*[/_]?/g).filter(Boolean);
   return element('span', {}, ...parts.flatMap((part, i) => (i ? [document.createElement('wbr'), part] : [part])));
 }
 

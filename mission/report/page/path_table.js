@@ -37,7 +37,7 @@ export class PathTable {
 
   row(path, index, cursor, onSelect) {
     const select = () => {
-      if (this.isDive) cursor.set(path.asked_s);
+      if (this.isDive) cursor.set(path.answered_s ?? path.asked_s);  // from when it may be followed
       else this.mark(index);
       onSelect(index);
     };

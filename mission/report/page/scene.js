@@ -32,7 +32,7 @@ function regionOf(report) {
 
 function makeRenderer() {
   try {
-    return new THREE.WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    return new THREE.WebGLRenderer({antialias: true});
   } catch (error) {
     return null;
   }
@@ -115,6 +115,7 @@ export class Scene {
     this.controls.enableKeys = false;  // arrow keys move the time cursor
     this.controls.screenSpacePanning = true;
     this.controls.addEventListener('change', () => this.render());
+    this.controls.addEventListener('start', () => { this.direction = null; });
     let down = null;
     canvas.addEventListener('pointerdown', (event) => { down = [event.clientX, event.clientY]; });
     canvas.addEventListener('pointerup', (event) => {
@@ -151,8 +152,9 @@ export class Scene {
       this.labels.isVisible = names.checked;
       this.render();
     }});
-    this.host.append(element('div', {class: 'layers', role: 'group', 'aria-label': 'Layers'}, ...this.switches,
-                             element('label', {}, names, 'Names')));
+    this.host.append(element('details', {open: matchMedia('(min-width: 40rem)').matches}, element('summary', {}, 'Layers'),
+                             element('div', {class: 'layers', role: 'group', 'aria-label': 'Layers'}, ...this.switches,
+                                     element('label', {}, names, 'Names'))));
     if (this.report.dive && this.report.paths.length > 6) this.switches[3].querySelector('input').click();
   }
 
@@ -178,6 +180,7 @@ export class Scene {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.palette.setSize(width, height);
+    if (this.direction) this.look(...this.direction);
     this.render();
   }
 
@@ -200,6 +203,7 @@ export class Scene {
 
   /** Looks at the middle from a direction, as near as the whole box allows. */
   look(x, y, z) {
+    this.direction = [x, y, z];  // until the camera is moved by hand
     const box = this.fitBox();
     const centre = box.getCenter(new THREE.Vector3());
     const radius = box.getSize(new THREE.Vector3()).length() / 2;
@@ -222,7 +226,6 @@ export class Scene {
     this.camera.updateProjectionMatrix();
     this.setFollow(false);
     this.controls.update();
-    this.render();
   }
 
   setFollow(isFollowing) {
@@ -252,6 +255,7 @@ export class Scene {
 
   centreOn(p) {
     if (!isKnown(p[0])) return;
+    this.direction = null;
     const shift = new THREE.Vector3(...p).sub(this.controls.target);
     this.controls.target.add(shift);
     this.camera.position.add(shift);

@@ -72,6 +72,7 @@ function notices(report) {
     return list;
   }
   if (dive.torn) list.push('The log ends within a tick: the dive went on after it, and that part is not known.');
+  if (dive.resumed) list.push('This dive continued an earlier one, whose log has what came before.');
   for (const gap of dive.gaps) {
     const until = gap.to_s === null ? 'the end' : clock(gap.to_s);
     list.push(`The log is damaged: nothing is known from ${clock(gap.from_s)} to ${until}.`);
