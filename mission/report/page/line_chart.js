@@ -5,6 +5,8 @@ import {isKnown, lastIndexAt} from './data.js';
 import {element, number, swatch} from './format.js';
 import {CHART_MARGIN, TimeChart} from './time_chart.js';
 
+let clipCount = 0;
+
 /** The known values of a curve; a gap longer than `maxGap` s breaks the curve. */
 function knownPoints(times, values) {
   const t = [];
@@ -66,8 +68,10 @@ export class LineChart extends TimeChart {
     this.y = d3.scaleLinear();
     this.addKeys();
     this.grid = this.content.append('g').attr('class', 'grid-lines').attr('aria-hidden', 'true');
-    this.curves = this.content.append('g');
-    this.labels = this.content.append('g').attr('aria-hidden', 'true');
+    const clip = `clip-${++clipCount}`;
+    this.clip = this.svg.append('clipPath').attr('id', clip).append('rect');
+    this.curves = this.content.append('g').attr('clip-path', `url(#${clip})`);
+    this.signs = this.content.append('g');
     this.start();
   }
 
@@ -112,7 +116,10 @@ export class LineChart extends TimeChart {
     this.grid.attr('transform', `translate(${CHART_MARGIN.left} 0)`).call(axis);
     this.grid.select('.domain').remove();
     this.grid.selectAll('line').attr('class', 'grid');
+    this.clip.attr('x', CHART_MARGIN.left).attr('y', CHART_MARGIN.top - 2).attr('width', right - CHART_MARGIN.left)
+        .attr('height', this.plotBottom - CHART_MARGIN.top + 4);
     this.curves.selectAll('*').remove();
+    this.signs.selectAll('*').remove();
     this.drawGoals();
     this.drawLimits(right);
     for (const series of this.series) this.drawSeries(series);
@@ -139,24 +146,16 @@ export class LineChart extends TimeChart {
   drawSeries(series) {
     const points = thinned(series.points, this.view.begin, this.view.end, this.width, this.options.maxGap);
     const line = d3.line().defined((point) => point !== null)
-                     .x((point) => this.clampedX(point[0])).y((point) => this.clampedY(point[1]));
+                     .x((point) => this.x(point[0])).y((point) => this.y(point[1]));
     if (series.step) line.curve(d3.curveStepAfter);
     this.curves.append('path').attr('class', `series ${series.kind ?? ''}`).style('--stroke', `var(${series.colour})`)
         .attr('d', line(points));
   }
 
-  clampedX(t) {
-    return Math.min(Math.max(this.x(t), CHART_MARGIN.left), this.width - CHART_MARGIN.right);
-  }
-
-  clampedY(value) {
-    return Math.max(this.y(value), CHART_MARGIN.top);
-  }
-
   drawMarks() {
     for (const mark of this.marks) {
       if (mark.t < this.view.begin || mark.t > this.view.end) continue;
-      this.curves.append('path').attr('class', 'mark').style('--stroke', `var(${mark.colour})`)
+      this.signs.append('path').attr('class', 'mark').style('--stroke', `var(${mark.colour})`)
           .attr('d', d3.symbol().type(d3.symbolDiamond).size(90)())
           .attr('transform', `translate(${this.x(mark.t)} ${this.y(mark.value)})`)
           .append('title').text(mark.name);
@@ -169,9 +168,9 @@ export class LineChart extends TimeChart {
       const i = lastIndexAt(series.points.t, t + 1e-3);
       const isFresh = i >= 0 && t - series.points.t[i] <= this.options.maxGap;
       series.reading.textContent = isFresh ? number(series.points.v[i], this.options.digits, this.options.unit) : '–';
-      if (!isFresh || t < this.view.begin || t > this.view.end) continue;
+      if (!isFresh || t < this.view.begin || t > this.view.end || this.y(series.points.v[i]) < CHART_MARGIN.top) continue;
       this.dots.append('circle').attr('class', 'now-dot').style('--stroke', `var(${series.colour})`)
-          .attr('r', 4).attr('cx', this.x(t)).attr('cy', this.clampedY(series.points.v[i]));
+          .attr('r', 4).attr('cx', this.x(t)).attr('cy', this.y(series.points.v[i]));
     }
   }
 }
