@@ -83,8 +83,9 @@ set(DIVE_REPORT_LIBRARIES)
 foreach(name three.min.js examples/js/math/ConvexHull.js examples/js/controls/OrbitControls.js
         examples/js/lines/LineSegmentsGeometry.js examples/js/lines/LineMaterial.js
         examples/js/lines/LineSegments2.js)
-  find_file(DIVE_THREE_${name} ${name} PATHS /usr/share/javascript/three REQUIRED NO_DEFAULT_PATH)
-  list(APPEND DIVE_REPORT_LIBRARIES ${DIVE_THREE_${name}})
+  string(MAKE_C_IDENTIFIER DIVE_THREE_${name} file)
+  find_file(${file} ${name} PATHS /usr/share/javascript/three REQUIRED NO_DEFAULT_PATH)
+  list(APPEND DIVE_REPORT_LIBRARIES ${${file}})
 endforeach()
 find_file(DIVE_D3 d3.min.js PATHS /usr/share/nodejs/d3/dist REQUIRED NO_DEFAULT_PATH)
 list(APPEND DIVE_REPORT_LIBRARIES ${DIVE_D3})

@@ -9,6 +9,7 @@ namespace dive::mission {
 namespace {
 
 constexpr double kNearShare = 0.5;  // of D_min
+constexpr double kMapError = 0.15;  // m, by which objects may lie off the map
 
 }  // namespace
 
@@ -27,14 +28,14 @@ void measure_clearances(const planning::World& world, const planning::RobotHull&
 }
 
 std::vector<NearMiss> near_misses(const planning::World& world, const planning::RobotHull& hull,
-                                  double clearance_required_m,
+                                  double clearance_required_m, double least_m,
                                   const std::vector<DiveSample>& samples) {
   std::vector<NearMiss> found;
   const double bound = kNearShare * clearance_required_m;
   const vehicle::TriangulatedWorld triangles(world);
   const DiveSample* nearest = nullptr;
   const auto end_approach = [&] {
-    if (nearest != nullptr && nearest->clearance_m > 0.0) {
+    if (nearest != nullptr && nearest->clearance_m > std::max(0.0, least_m - kMapError)) {
       vehicle::ClearanceMeter meter(triangles, hull);
       static_cast<void>(meter.observe(*nearest->truth));
       found.push_back(

@@ -13,10 +13,12 @@ namespace dive::mission {
 void measure_clearances(const planning::World& world, const planning::RobotHull& hull,
                         std::size_t count, std::vector<DiveSample>& samples);
 
-/// The near misses among samples with a true pose; see NearMiss.
+/// The near misses among samples with a true pose; see NearMiss. `least_m`: the least clearance in
+/// the true world. Where the map says much less than that, the map is wrong, and it was no near
+/// miss.
 [[nodiscard]] std::vector<NearMiss> near_misses(const planning::World& world,
                                                 const planning::RobotHull& hull,
-                                                double clearance_required_m,
+                                                double clearance_required_m, double least_m,
                                                 const std::vector<DiveSample>& samples);
 
 }  // namespace dive::mission

@@ -316,8 +316,8 @@ Json near_misses_json(const std::vector<NearMiss>& misses) {
   return list;
 }
 
-/// Ascending in time: the first `until` vertices' worth of triangles are those observed by then.
-Json observed_json(const std::vector<ObservedPiece>& pieces) {
+/// "t": for each triangle since when it is observed, ascending.
+Json observed_json(const std::vector<ObservedPiece>& pieces, std::size_t all) {
   DrawnMesh mesh;
   std::vector<float> times;
   for (const ObservedPiece& piece : pieces) {
@@ -328,6 +328,7 @@ Json observed_json(const std::vector<ObservedPiece>& pieces) {
   Json json = to_json(mesh);
   json["t"] = packed(times);
   json["pieces"] = pieces.size();
+  json["all_pieces"] = all;
   return json;
 }
 
@@ -359,7 +360,7 @@ Json dive_json(const DiveReport& dive) {
           {"trail", trail_json(dive.trail)},
           {"local_goals", local_goals_json(dive.local_goals)},
           {"near_misses", near_misses_json(dive.near_misses)},
-          {"observed", observed_json(dive.observed)},
+          {"observed", observed_json(dive.observed, dive.observed_pieces)},
           {"rerun_until_s", dive.rerun_until_s},
           {"rerun_problem", dive.rerun_problem},
           {"torn", dive.torn},

@@ -352,6 +352,7 @@ void DiveReader::collect_observed() {
                                 std::get<planning::Polytope>(piece.obstacle.shape)});
     }
   });
+  dive_.observed_pieces = map_.pieces();
   std::ranges::stable_sort(dive_.observed, {}, &ObservedPiece::t_s);
 }
 
@@ -423,8 +424,8 @@ tl::expected<Report, std::string> read_dive(const std::string& log_path,
   // The world of a simulation says nothing about where a real vehicle was.
   if (report.map_is_simulated && !dive.verdict.has_truth) report.world = {};
   measure_clearances(report.world, report.hull, options.max_clearances, dive.samples);
-  dive.near_misses =
-      near_misses(report.world, report.hull, report.clearance_required_m, dive.samples);
+  dive.near_misses = near_misses(report.world, report.hull, report.clearance_required_m,
+                                 dive.verdict.nearest.clearance_m, dive.samples);
   read_events(log_path, reader.origin_s(), dive);
   return report;
 }

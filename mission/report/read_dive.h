@@ -13,7 +13,7 @@ struct ReadDiveOptions {
   /// Samples are kept ten times a second, in longer dives correspondingly less often.
   std::size_t max_samples = 12'000;
   std::size_t max_clearances = 4'000;  ///< Samples for which the clearance is measured.
-  std::size_t max_observed = 12'000;   ///< Pieces of the observed map; beyond, every n-th.
+  std::size_t max_observed = 8'000;    ///< Pieces of the observed map; beyond, every n-th.
 };
 
 /// The error is a sentence with the path: the log cannot be read, its header is damaged, or it

@@ -128,6 +128,7 @@ struct DiveReport {
   std::vector<LocalGoal> local_goals;
   std::vector<NearMiss> near_misses;
   std::vector<ObservedPiece> observed;
+  std::size_t observed_pieces = 0;  ///< Of the whole observed map; `observed` may be a part of it.
   /// Exit path, trail and overhead are not in a log: they are computed by running the executive
   /// again. They are known until this time.
   double rerun_until_s = 0.0;

@@ -1,7 +1,7 @@
 // The charts of a dive.
 
-import {isKnown} from './data.js';
 import {BandChart, bandsOf} from './band_chart.js';
+import {isKnown} from './data.js';
 import {LineChart} from './line_chart.js';
 
 const EVENT_MARKS = {
@@ -21,15 +21,25 @@ function depths(positions) {
 function statesChart(host, report, cursor, view) {
   const {samples, states, rungs, events, verdict, rerun_until_s: rerunUntil} = report.dive;
   const band = (name, textAt, colourOf = (text, index) => BANDS[index % 2]) =>
-    ({name, bands: bandsOf(samples.t, verdict.duration_s, textAt), colourOf});
-  const calm = (text) => (text === 'none' ? BANDS[0] : text === 'warn' ? BANDS[1] : 'var(--band-bad)');
-  const rows = [band('State', (i) => states[samples.state[i]] || 'not started'),
-                band('Failsafe', (i) => rungs[samples.rung[i]] || 'none', calm),
-                band('Above', (i) => (samples.t[i] > rerunUntil ? 'not known'
-                                      : samples.overhead[i] ? 'overhead' : 'open water'),
-                     (text) => (text === 'overhead' ? BANDS[1] : BANDS[0]))];
+      ({name, bands: bandsOf(samples.t, verdict.duration_s, textAt), colourOf});
+  const calm = (text) =>
+      (text === 'none'     ? BANDS[0] :
+           text === 'warn' ? BANDS[1] :
+                             'var(--band-bad)');
+  const rows = [
+    band('State', (i) => states[samples.state[i]] || 'not started'),
+    band('Failsafe', (i) => rungs[samples.rung[i]] || 'none', calm),
+    band(
+        'Above',
+        (i) =>
+            (samples.t[i] > rerunUntil ? 'not known' :
+                 samples.overhead[i]   ? 'overhead' :
+                                         'open water'),
+        (text) => (text === 'overhead' ? BANDS[1] : BANDS[0]))
+  ];
   const usesVision = samples.visual.some((value) => value > 0);
-  if (usesVision) rows.push(band('Estimator', (i) => (samples.visual[i] > 0 ? 'visual-inertial' : 'primitive')));
+  if (usesVision)
+    rows.push(band('Estimator', (i) => (samples.visual[i] > 0 ? 'visual-inertial' : 'primitive')));
   const marks = events.filter((event) => event.kind in EVENT_MARKS).map((event) => {
     const [colour, symbol] = EVENT_MARKS[event.kind];
     return {t: event.t, colour, symbol, name: `${event.what}\n${event.reason}`};
@@ -38,12 +48,20 @@ function statesChart(host, report, cursor, view) {
 }
 
 function contactMarks(dive, valueOf) {
-  const marks = dive.verdict.collisions.map((collision) => (
-    {t: collision.t, value: valueOf(collision.t, 0), colour: '--bad', name: 'collision with ' + collision.obstacle}));
+  const marks = dive.verdict.collisions.map((collision) => ({
+                                              t: collision.t,
+                                              value: valueOf(collision.t, 0),
+                                              colour: '--bad',
+                                              name: 'collision with ' + collision.obstacle
+                                            }));
   const {nearest} = dive.verdict;
   if (nearest) {
-    marks.push({t: nearest.t, value: valueOf(nearest.t, nearest.clearance_m), colour: '--warn',
-                name: `least clearance ${nearest.clearance_m.toFixed(2)} m to ${nearest.obstacle}`});
+    marks.push({
+      t: nearest.t,
+      value: valueOf(nearest.t, nearest.clearance_m),
+      colour: '--warn',
+      name: `least clearance ${nearest.clearance_m.toFixed(2)} m to ${nearest.obstacle}`
+    });
   }
   return marks;
 }
@@ -58,39 +76,100 @@ export function showCharts(host, report, cursor, view) {
   const line = (options) => new LineChart(host, cursor, view, {...common, ...options});
   const charts = [statesChart(host, report, cursor, view)];
   charts.push(line({
-    title: 'Distance to the path', unit: 'm', digits: 2, limits: [required], goals: dive.local_goals, domain: [0, 0],
+    title: 'Distance to the path',
+    unit: 'm',
+    digits: 2,
+    limits: [required],
+    goals: dive.local_goals,
+    domain: [0, 0],
     description: 'Distance of the vehicle to the line between the last and the next local goal',
-    series: [{name: 'true', values: samples.true_cross_track, colour: '--true'},
-             {name: 'estimated', values: samples.cross_track, colour: '--estimated', kind: 'dashed'}]}));
+    series: [
+      {name: 'true', values: samples.true_cross_track, colour: '--true'},
+      {name: 'estimated', values: samples.cross_track, colour: '--estimated', kind: 'dashed'}
+    ]
+  }));
   charts.push(line({
-    title: 'Clearance', unit: 'm', digits: 2, limits: [required], domain: [0, 0],
+    title: 'Clearance',
+    unit: 'm',
+    digits: 2,
+    limits: [required],
+    domain: [0, 0],
     ceiling: Math.max(5 * report.clearance_required_m, 2),
     marks: contactMarks(dive, (t, clearance) => clearance),
-    series: [{name: hasTruth ? 'true, to the map' : 'of the estimate, to the map', values: samples.clearance,
-              colour: hasTruth ? '--true' : '--estimated', kind: hasTruth ? '' : 'dashed'},
-             {name: 'certified', values: samples.certified, colour: '--certified', kind: 'dotted', step: true}]}));
+    series: [
+      {
+        name: hasTruth ? 'true, to the map' : 'of the estimate, to the map',
+        values: samples.clearance,
+        colour: hasTruth ? '--true' : '--estimated',
+        kind: hasTruth ? '' : 'dashed'
+      },
+      {
+        name: 'certified',
+        values: samples.certified,
+        colour: '--certified',
+        kind: 'dotted',
+        step: true
+      }
+    ]
+  }));
   charts.push(line({
-    title: 'Depth', unit: 'm', digits: 2, down: true, domain: [0, 0],
+    title: 'Depth',
+    unit: 'm',
+    digits: 2,
+    down: true,
+    domain: [0, 0],
     limits: [{name: 'limit', value: report.max_depth_m, colour: '--required'}],
-    series: [{name: 'true', values: depths(samples.true_position), colour: '--true'},
-             {name: 'estimated', values: depths(samples.position), colour: '--estimated', kind: 'dashed'},
-             {name: 'commanded', values: samples.command_depth, colour: '--certified', kind: 'dotted'}]}));
+    series: [
+      {name: 'true', values: depths(samples.true_position), colour: '--true'},
+      {name: 'estimated', values: depths(samples.position), colour: '--estimated', kind: 'dashed'},
+      {name: 'commanded', values: samples.command_depth, colour: '--certified', kind: 'dotted'}
+    ]
+  }));
   charts.push(line({
-    title: 'Position uncertainty', unit: 'm', digits: 2, domain: [0, 0],
-    series: [{name: 'true error', values: samples.error, colour: '--true'},
-             {name: 'one sigma', values: samples.sigma, colour: '--estimated', kind: 'dashed'}]}));
+    title: 'Position uncertainty',
+    unit: 'm',
+    digits: 2,
+    domain: [0, 0],
+    series: [
+      {name: 'true error', values: samples.error, colour: '--true'},
+      {name: 'one sigma', values: samples.sigma, colour: '--estimated', kind: 'dashed'}
+    ]
+  }));
   charts.push(line({
-    title: 'Speed', unit: 'm/s', digits: 2, domain: [0, 0],
-    series: [{name: 'true', values: samples.true_speed, colour: '--true'},
-             {name: 'estimated', values: samples.speed, colour: '--estimated', kind: 'dashed'},
-             {name: 'commanded', values: samples.command_speed, colour: '--certified', kind: 'dotted', step: true}]}));
+    title: 'Speed',
+    unit: 'm/s',
+    digits: 2,
+    domain: [0, 0],
+    series: [
+      {name: 'true', values: samples.true_speed, colour: '--true'},
+      {name: 'estimated', values: samples.speed, colour: '--estimated', kind: 'dashed'}, {
+        name: 'commanded',
+        values: samples.command_speed,
+        colour: '--certified',
+        kind: 'dotted',
+        step: true
+      }
+    ]
+  }));
   if (samples.features.some(isKnown)) {
     charts.push(line({
-      title: 'Features used by vision', unit: '', digits: 0, domain: [0, 0],
-      series: [{name: 'features', values: samples.features, colour: '--estimated', step: true}]}));
+      title: 'Features used by vision',
+      unit: '',
+      digits: 0,
+      domain: [0, 0],
+      series: [{name: 'features', values: samples.features, colour: '--estimated', step: true}]
+    }));
   }
   charts.push(line({
-    title: 'Battery', unit: '%', digits: 1,
-    series: [{name: 'charge', values: samples.battery.map((value) => 100 * value), colour: '--true', step: true}]}));
+    title: 'Battery',
+    unit: '%',
+    digits: 1,
+    series: [{
+      name: 'charge',
+      values: samples.battery.map((value) => 100 * value),
+      colour: '--true',
+      step: true
+    }]
+  }));
   return charts;
 }

@@ -47,8 +47,10 @@ export class TimeCursor {
     const elapsed = (now - this.lastFrame) / 1000;
     this.lastFrame = now;
     this.step(Math.max(elapsed, 0) * this.rate);
-    if (this.time >= this.end) this.pause();
-    else requestAnimationFrame((next) => this.advance(next));
+    if (this.time >= this.end)
+      this.pause();
+    else
+      requestAnimationFrame((next) => this.advance(next));
   }
 }
 
@@ -79,8 +81,10 @@ export class TimeView {
 
   follow(t) {
     const margin = 0.1 * this.length;
-    if (t < this.begin + margin && this.begin > 0) this.moveTo(t - 0.5 * this.length);
-    else if (t > this.end - margin && this.end < this.cursor.end) this.moveTo(t - 0.5 * this.length);
+    if (t < this.begin + margin && this.begin > 0)
+      this.moveTo(t - 0.5 * this.length);
+    else if (t > this.end - margin && this.end < this.cursor.end)
+      this.moveTo(t - 0.5 * this.length);
   }
 
   moveTo(begin) {

@@ -1,7 +1,12 @@
 // The report's data: JSON in the page, with long lists of numbers as little-endian base64
 // (mission/report/page_data.h). Positions are in W: x east, y north, z up, 0 at the surface.
 
-const ARRAY_TYPES = {f32: Float32Array, i16: Int16Array, u16: Uint16Array, u32: Uint32Array};
+const ARRAY_TYPES = {
+  f32: Float32Array,
+  i16: Int16Array,
+  u16: Uint16Array,
+  u32: Uint32Array
+};
 
 function bytesOf(base64) {
   const text = atob(base64);
@@ -31,8 +36,10 @@ export function lastIndexAt(times, t) {
   let high = times.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (times[middle] <= t) low = middle + 1;
-    else high = middle;
+    if (times[middle] <= t)
+      low = middle + 1;
+    else
+      high = middle;
   }
   return low - 1;
 }

@@ -2,15 +2,24 @@
 
 import {isKnown} from './data.js';
 
+/**
+   An element. Names of attributes that begin with "on" are events, those with "--" properties of
+    its style; true and false switch an attribute. A child may be null.
+ */
 export function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith('on')) made.addEventListener(name.slice(2), value);
-    else if (name === 'style') for (const [key, item] of Object.entries(value)) made.style.setProperty(key, item);
-    else if (value === true) made.setAttribute(name, '');
-    else if (value !== false && value !== null && value !== undefined) made.setAttribute(name, value);
+    if (name.startsWith('on')) {
+      made.addEventListener(name.slice(2), value);
+    } else if (name.startsWith('--')) {
+      made.style.setProperty(name, value);
+    } else if (value === true) {
+      made.setAttribute(name, '');
+    } else if (value !== false) {
+      made.setAttribute(name, value);
+    }
   }
-  made.append(...children.filter((child) => child !== null && child !== undefined));
+  made.append(...children.filter((child) => child !== null));
   return made;
 }
 
@@ -22,7 +31,9 @@ export function number(value, digits, unit = '') {
 /** A long name that may be broken after a slash or an underscore. */
 export function breakable(name) {
   const parts = name.match(/[^/_]*[/_]?/g).filter(Boolean);
-  return element('span', {}, ...parts.flatMap((part, i) => (i ? [document.createElement('wbr'), part] : [part])));
+  return element(
+      'span', {},
+      ...parts.flatMap((part, i) => (i ? [document.createElement('wbr'), part] : [part])));
 }
 
 /** "1:57.02": minutes and seconds; hours where there are any. */
@@ -40,6 +51,10 @@ export function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? '' : 's'}`;
 }
 
+/**
+ * A piece of a curve (kind: '', 'dashed', 'dotted') or a patch ('fill') in a colour of style.css.
+ */
 export function swatch(style, kind = '') {
-  return element('span', {class: `swatch ${kind}`, style: {'--swatch': `var(${style})`}, 'aria-hidden': 'true'});
+  return element(
+      'span', {class: `swatch ${kind}`, '--swatch': `var(${style})`, 'aria-hidden': 'true'});
 }

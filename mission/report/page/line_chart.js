@@ -60,8 +60,10 @@ export class LineChart extends TimeChart {
   constructor(host, cursor, view, options) {
     super(host, cursor, view, {height: 176, ...options});
     this.options = options;
-    this.series = options.series.map((series) => ({...series, points: knownPoints(options.times, series.values)}))
-                      .filter((series) => series.points.t.length > 0);
+    this.series =
+        options.series
+            .map((series) => ({...series, points: knownPoints(options.times, series.values)}))
+            .filter((series) => series.points.t.length > 0);
     this.limits = (options.limits ?? []).filter((limit) => isKnown(limit.value));
     this.marks = options.marks ?? [];
     this.goals = options.goals ?? [];
@@ -78,15 +80,18 @@ export class LineChart extends TimeChart {
   addKeys() {
     for (const series of this.series) {
       series.reading = element('b');
-      this.caption.append(element('span', {class: 'key'}, swatch(series.colour, series.kind ?? ''), series.name,
-                                  series.reading));
+      this.caption.append(element(
+          'span', {class: 'key'}, swatch(series.colour, series.kind ?? ''), series.name,
+          series.reading));
     }
     for (const limit of this.limits) {
-      this.caption.append(element('span', {class: 'key muted'}, swatch(limit.colour, 'dotted'),
-                                  `${limit.name} ${number(limit.value, this.options.digits, this.options.unit)}`));
+      this.caption.append(element(
+          'span', {class: 'key muted'}, swatch(limit.colour, 'dotted'),
+          `${limit.name} ${number(limit.value, this.options.digits, this.options.unit)}`));
     }
     if (this.goals.length) {
-      this.caption.append(element('span', {class: 'key muted'}, swatch('--planned'), 'ticks: new local goal'));
+      this.caption.append(
+          element('span', {class: 'key muted'}, swatch('--planned'), 'ticks: new local goal'));
     }
   }
 
@@ -102,7 +107,8 @@ export class LineChart extends TimeChart {
       const end = lastIndexAt(t, this.view.end);
       for (let i = Math.max(lastIndexAt(t, this.view.begin), 0); i <= end; ++i) include(v[i]);
     }
-    for (const limit of this.limits) if (limit.isShown !== false) include(limit.value);
+    for (const limit of this.limits)
+      if (limit.isShown !== false) include(limit.value);
     for (const mark of this.marks) include(mark.value);
     greatest = Math.min(greatest, this.options.ceiling ?? Infinity);
     if (!(greatest > least)) greatest = least + 1;
@@ -116,7 +122,9 @@ export class LineChart extends TimeChart {
     this.grid.attr('transform', `translate(${CHART_MARGIN.left} 0)`).call(axis);
     this.grid.select('.domain').remove();
     this.grid.selectAll('line').attr('class', 'grid');
-    this.clip.attr('x', CHART_MARGIN.left).attr('y', CHART_MARGIN.top - 2).attr('width', right - CHART_MARGIN.left)
+    this.clip.attr('x', CHART_MARGIN.left)
+        .attr('y', CHART_MARGIN.top - 2)
+        .attr('width', right - CHART_MARGIN.left)
         .attr('height', this.plotBottom - CHART_MARGIN.top + 4);
     this.curves.selectAll('*').remove();
     this.signs.selectAll('*').remove();
@@ -130,35 +138,52 @@ export class LineChart extends TimeChart {
     for (const t of this.goals) {
       if (t < this.view.begin || t > this.view.end) continue;
       const x = this.x(t);
-      this.curves.append('line').attr('class', 'local-goal').attr('x1', x).attr('x2', x)
-          .attr('y1', this.plotBottom).attr('y2', this.plotBottom - 9);
+      this.curves.append('line')
+          .attr('class', 'local-goal')
+          .attr('x1', x)
+          .attr('x2', x)
+          .attr('y1', this.plotBottom)
+          .attr('y2', this.plotBottom - 9);
     }
   }
 
   drawLimits(right) {
     for (const limit of this.limits) {
       const y = this.y(limit.value);
-      this.curves.append('line').attr('class', 'limit').style('--stroke', `var(${limit.colour})`)
-          .attr('x1', CHART_MARGIN.left).attr('x2', right).attr('y1', y).attr('y2', y);
+      this.curves.append('line')
+          .attr('class', 'limit')
+          .style('--stroke', `var(${limit.colour})`)
+          .attr('x1', CHART_MARGIN.left)
+          .attr('x2', right)
+          .attr('y1', y)
+          .attr('y2', y);
     }
   }
 
   drawSeries(series) {
-    const points = thinned(series.points, this.view.begin, this.view.end, this.width, this.options.maxGap);
-    const line = d3.line().defined((point) => point !== null)
-                     .x((point) => this.x(point[0])).y((point) => this.y(point[1]));
+    const points =
+        thinned(series.points, this.view.begin, this.view.end, this.width, this.options.maxGap);
+    const line = d3.line()
+                     .defined((point) => point !== null)
+                     .x((point) => this.x(point[0]))
+                     .y((point) => this.y(point[1]));
     if (series.step) line.curve(d3.curveStepAfter);
-    this.curves.append('path').attr('class', `series ${series.kind ?? ''}`).style('--stroke', `var(${series.colour})`)
+    this.curves.append('path')
+        .attr('class', `series ${series.kind ?? ''}`)
+        .style('--stroke', `var(${series.colour})`)
         .attr('d', line(points));
   }
 
   drawMarks() {
     for (const mark of this.marks) {
       if (mark.t < this.view.begin || mark.t > this.view.end) continue;
-      this.signs.append('path').attr('class', 'mark').style('--stroke', `var(${mark.colour})`)
+      this.signs.append('path')
+          .attr('class', 'mark')
+          .style('--stroke', `var(${mark.colour})`)
           .attr('d', d3.symbol().type(d3.symbolDiamond).size(90)())
           .attr('transform', `translate(${this.x(mark.t)} ${this.y(mark.value)})`)
-          .append('title').text(mark.name);
+          .append('title')
+          .text(mark.name);
     }
   }
 
@@ -167,10 +192,17 @@ export class LineChart extends TimeChart {
     for (const series of this.series) {
       const i = lastIndexAt(series.points.t, t + 1e-3);
       const isFresh = i >= 0 && t - series.points.t[i] <= this.options.maxGap;
-      series.reading.textContent = isFresh ? number(series.points.v[i], this.options.digits, this.options.unit) : '–';
-      if (!isFresh || t < this.view.begin || t > this.view.end || this.y(series.points.v[i]) < CHART_MARGIN.top) continue;
-      this.dots.append('circle').attr('class', 'now-dot').style('--stroke', `var(${series.colour})`)
-          .attr('r', 4).attr('cx', this.x(t)).attr('cy', this.y(series.points.v[i]));
+      series.reading.textContent =
+          isFresh ? number(series.points.v[i], this.options.digits, this.options.unit) : '–';
+      if (!isFresh || t < this.view.begin || t > this.view.end ||
+          this.y(series.points.v[i]) < CHART_MARGIN.top)
+        continue;
+      this.dots.append('circle')
+          .attr('class', 'now-dot')
+          .style('--stroke', `var(${series.colour})`)
+          .attr('r', 4)
+          .attr('cx', this.x(t))
+          .attr('cy', this.y(series.points.v[i]));
     }
   }
 }

@@ -10,15 +10,16 @@ import {meshGeometry, Palette} from './scene_shapes.js';
 import {SceneVehicle} from './scene_vehicle.js';
 import {colour, onThemeChange} from './theme.js';
 
-const CLICK = 5;       // px that a click may move
-const NEAR_TRACK = 16; // px from the track that still select it
+const CLICK = 5;        // px that a click may move
+const NEAR_TRACK = 16;  // px from the track that still select it
 
 /** The box of everything that moved or was planned. */
 function regionOf(report) {
   const box = new THREE.Box3();
   const include = (list, stride) => {
     for (let i = 0; i + 2 < list.length; i += stride) {
-      if (Number.isFinite(list[i])) box.expandByPoint(new THREE.Vector3(list[i], list[i + 1], list[i + 2]));
+      if (Number.isFinite(list[i]))
+        box.expandByPoint(new THREE.Vector3(list[i], list[i + 1], list[i + 2]));
     }
   };
   if (report.dive) {
@@ -50,9 +51,11 @@ export class Scene {
     const hasWebGl = Boolean(probe.getContext('webgl') || probe.getContext('experimental-webgl'));
     this.renderer = hasWebGl ? makeRenderer() : null;
     if (this.renderer === null) {
-      this.view.append(element('p', {class: 'readout', id: 'no-webgl'},
-                               'This browser has no WebGL, so that the 3-D scene cannot be drawn. Everything else on this page works; ' +
-                               'dive run --svg draws the dive from above and from the side.'));
+      this.view.append(element(
+          'p', {class: 'readout', id: 'no-webgl'},
+          'This browser has no WebGL, so that the 3-D scene cannot be drawn. ' +
+              'Everything else on this page works; ' +
+              'dive run --svg draws the dive from above and from the side.'));
       return;
     }
     this.build();
@@ -62,8 +65,10 @@ export class Scene {
     this.resize();
     this.fit();
     onThemeChange(() => this.render());
-    if (report.dive) cursor.subscribe((t) => this.move(t));
-    else this.paths.show('all');
+    if (report.dive)
+      cursor.subscribe((t) => this.move(t));
+    else
+      this.paths.show('all');
   }
 
   get isDrawn() {
@@ -91,9 +96,10 @@ export class Scene {
       this.addObserved(report.dive.observed);
     }
     const canvas = this.renderer.domElement;
-    canvas.tabIndex = 0;
     canvas.setAttribute('role', 'img');
-    canvas.setAttribute('aria-label', 'Map and tracks in three dimensions; drag to turn, wheel or two fingers to zoom');
+    canvas.setAttribute(
+        'aria-label',
+        'Map and tracks in three dimensions; drag to turn, wheel or two fingers to zoom');
     this.view.append(canvas);
     this.labels = new SceneLabels(this.view, this.marks.list);
     this.readout = element('div', {class: 'readout', id: 'scene-readout'});
@@ -104,7 +110,8 @@ export class Scene {
   addObserved(observed) {
     if (observed.triangles.length === 0) return;
     this.observedTimes = observed.t;
-    this.observed = new THREE.Mesh(meshGeometry(observed), this.palette.surface('--observed', 0.75));
+    this.observed =
+        new THREE.Mesh(meshGeometry(observed), this.palette.surface('--observed', 0.75));
     this.observed.frustumCulled = false;
     this.scene.add(this.observed);
   }
@@ -115,60 +122,91 @@ export class Scene {
     this.controls.enableKeys = false;  // arrow keys move the time cursor
     this.controls.screenSpacePanning = true;
     this.controls.addEventListener('change', () => this.render());
-    this.controls.addEventListener('start', () => { this.direction = null; });
+    this.controls.addEventListener('start', () => {
+      this.direction = null;
+    });
     let down = null;
-    canvas.addEventListener('pointerdown', (event) => { down = [event.clientX, event.clientY]; });
+    canvas.addEventListener('pointerdown', (event) => {
+      down = [event.clientX, event.clientY];
+    });
     canvas.addEventListener('pointerup', (event) => {
-      if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.click(event);
+      if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK)
+        this.click(event);
       down = null;
     });
-    const button = (text, title, onclick) => element('button', {type: 'button', title, onclick}, text);
-    this.followButton = button('Follow', 'Keep the vehicle in the middle', () => this.setFollow(!this.isFollowing));
+    const button = (text, title, onclick) =>
+        element('button', {type: 'button', title, onclick}, text);
+    this.followButton =
+        button('Follow', 'Keep the vehicle in the middle', () => this.setFollow(!this.isFollowing));
     this.followButton.setAttribute('aria-pressed', 'false');
-    this.host.append(element('div', {class: 'buttons', role: 'group', 'aria-label': 'View'},
-      button('Fit', 'Show everything', () => this.fit()),
-      button('Top', 'From above, north up', () => this.look(0, 0, 1)),
-      button('South', 'From the south', () => this.look(0, -1, 0.02)),
-      button('West', 'From the west', () => this.look(-1, 0, 0.02)),
-      this.report.dive ? this.followButton : null));
+    this.host.append(element(
+        'div', {class: 'buttons', role: 'group', 'aria-label': 'View'},
+        button('Fit', 'Show everything', () => this.fit()),
+        button('Top', 'From above, north up', () => this.look(0, 0, 1)),
+        button('South', 'From the south', () => this.look(0, -1, 0.02)),
+        button('West', 'From the west', () => this.look(-1, 0, 0.02)),
+        this.report.dive ? this.followButton : null));
   }
 
   addLayers() {
-    const layers = [['Map', [this.map.object], '--solid', 'fill'], ['Surface', [this.map.sea], '--sea', 'fill'],
-                    ['Plan and swept hull', [this.paths.object], '--planned', ''],
-                    ['All plans', [this.paths.others], '--planned', 'dotted']];
+    const layers = [
+      ['Map', [this.map.object], '--solid', 'fill'], ['Surface', [this.map.sea], '--sea', 'fill'],
+      ['Plan and swept hull', [this.paths.object], '--planned', ''],
+      ['All plans', [this.paths.others], '--planned', 'dotted']
+    ];
     if (this.report.dive) {
       const {vehicle} = this;
       if (this.report.dive.verdict.has_truth) {
-        layers.push(['True track', [vehicle.tracks.true.group, vehicle.trueBody.object], '--true', '']);
+        layers.push(
+            ['True track', [vehicle.tracks.true.group, vehicle.trueBody.object], '--true', '']);
       }
-      layers.push(['Estimate, 95 %', [vehicle.tracks.estimated.group, vehicle.estimate], '--estimated', 'dashed'],
-                  ['Trail', [vehicle.breadcrumbs], '--trail', 'dotted'], ['Exit path', [vehicle.exit.object], '--exit', '']);
+      layers.push(
+          [
+            'Estimate, 95 %', [vehicle.tracks.estimated.group, vehicle.estimate], '--estimated',
+            'dashed'
+          ],
+          ['Trail', [vehicle.breadcrumbs], '--trail', 'dotted'],
+          ['Exit path', [vehicle.exit.object], '--exit', '']);
       if (this.observed) layers.push(['Observed', [this.observed], '--observed', 'fill']);
     }
     this.hidden = new Set();
-    this.switches = layers.map(([name, objects, style, kind]) => this.layerSwitch(name, objects, style, kind));
-    const names = element('input', {type: 'checkbox', checked: true, onchange: () => {
-      this.labels.isVisible = names.checked;
-      this.render();
-    }});
-    this.host.append(element('details', {open: matchMedia('(min-width: 40rem)').matches}, element('summary', {}, 'Layers'),
-                             element('div', {class: 'layers', role: 'group', 'aria-label': 'Layers'}, ...this.switches,
-                                     element('label', {}, names, 'Names'))));
-    if (this.report.dive && this.report.paths.length > 6) this.switches[3].querySelector('input').click();
+    this.switches =
+        layers.map(([name, objects, style, kind]) => this.layerSwitch(name, objects, style, kind));
+    const names = element('input', {
+      type: 'checkbox',
+      checked: true,
+      onchange: () => {
+        this.labels.isVisible = names.checked;
+        this.render();
+      }
+    });
+    this.host.append(element(
+        'details', {open: matchMedia('(min-width: 40rem)').matches},
+        element('summary', {}, 'Layers'),
+        element(
+            'div', {class: 'layers', role: 'group', 'aria-label': 'Layers'}, ...this.switches,
+            element('label', {}, names, 'Names'))));
+    if (this.report.dive && this.report.paths.length > 6)
+      this.switches[3].querySelector('input').click();
   }
 
   // Layers, because visibility is also switched by the cursor.
   layerSwitch(name, objects, style, kind) {
-    const box = element('input', {type: 'checkbox', checked: true, onchange: () => {
-      for (const object of objects) {
-        object.traverse((child) => child.layers.set(box.checked ? 0 : 1));
-        if (box.checked) this.hidden.delete(object);
-        else this.hidden.add(object);
+    const box = element('input', {
+      type: 'checkbox',
+      checked: true,
+      onchange: () => {
+        for (const object of objects) {
+          object.traverse((child) => child.layers.set(box.checked ? 0 : 1));
+          if (box.checked)
+            this.hidden.delete(object);
+          else
+            this.hidden.add(object);
+        }
+        for (const object of this.hidden) object.traverse((child) => child.layers.set(1));
+        this.render();
       }
-      for (const object of this.hidden) object.traverse((child) => child.layers.set(1));
-      this.render();
-    }});
+    });
     return element('label', {}, box, swatch(style, kind), name);
   }
 
@@ -187,7 +225,8 @@ export class Scene {
   /** What to fit: everything that moved, and of the map what is near. */
   fitBox() {
     const box = this.region.clone();
-    const reach = this.region.clone().expandByVector(this.region.getSize(new THREE.Vector3()).multiplyScalar(0.15));
+    const reach = this.region.clone().expandByVector(
+        this.region.getSize(new THREE.Vector3()).multiplyScalar(0.15));
     reach.max.z = Math.min(reach.max.z, 0.2);
     for (const mesh of this.map.pickable) {
       if (mesh.geometry.type === 'PlaneBufferGeometry') continue;
@@ -214,9 +253,13 @@ export class Scene {
     const tangent = Math.tan(THREE.Math.degToRad(this.camera.fov / 2));
     let distance = 0;
     for (let i = 0; i < 8; ++i) {
-      const corner = new THREE.Vector3(i & 1 ? box.min.x : box.max.x, i & 2 ? box.min.y : box.max.y,
-                                       i & 4 ? box.min.z : box.max.z).sub(centre);
-      const half = Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / this.camera.aspect);
+      const corner = new THREE
+                         .Vector3(
+                             i & 1 ? box.min.x : box.max.x, i & 2 ? box.min.y : box.max.y,
+                             i & 4 ? box.min.z : box.max.z)
+                         .sub(centre);
+      const half =
+          Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / this.camera.aspect);
       distance = Math.max(distance, corner.dot(direction) + half / tangent);
     }
     this.controls.target.copy(centre);
@@ -246,7 +289,8 @@ export class Scene {
     const i = Math.max(lastIndexAt(samples.t, t + 1e-3), 0);
     this.vehicle.show(t, i);
     this.paths.show(samples.path[i]);
-    if (this.observed) this.observed.geometry.setDrawRange(0, 3 * (lastIndexAt(this.observedTimes, t) + 1));
+    if (this.observed)
+      this.observed.geometry.setDrawRange(0, 3 * (lastIndexAt(this.observedTimes, t) + 1));
     for (const object of this.hidden) object.traverse((child) => child.layers.set(1));
     this.showReadout(t, i);
     if (this.isFollowing) this.centreOn(this.vehiclePosition(i));
@@ -265,10 +309,11 @@ export class Scene {
   showReadout(t, i) {
     const {samples, states} = this.report.dive;
     const depth = -this.vehiclePosition(i)[2];
-    this.readout.textContent = [`${clock(t, 1)}  ${states[samples.state[i]] || ''}`, `depth ${number(depth, 2, 'm')}`,
-                                isKnown(samples.error[i]) ? `error ${number(samples.error[i], 2, 'm')}` : null,
-                                isKnown(samples.sigma[i]) ? `one sigma ${number(samples.sigma[i], 2, 'm')}` : null]
-                                 .filter(Boolean).join('\n');
+    this.readout.textContent = [
+      `${clock(t, 1)}  ${states[samples.state[i]] || ''}`, `depth ${number(depth, 2, 'm')}`,
+      isKnown(samples.error[i]) ? `error ${number(samples.error[i], 2, 'm')}` : null,
+      isKnown(samples.sigma[i]) ? `one sigma ${number(samples.sigma[i], 2, 'm')}` : null
+    ].filter(Boolean).join('\n');
   }
 
   /** A click on the track moves the cursor there; on an object it shows its name. */
@@ -282,7 +327,8 @@ export class Scene {
       return;
     }
     const ray = new THREE.Raycaster();
-    ray.setFromCamera(new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
+    ray.setFromCamera(
+        new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
     const hit = ray.intersectObjects(this.map.pickable, false)[0];
     this.picked.textContent = hit ? hit.object.userData.nameOf(hit.faceIndex) : '';
   }

@@ -3,13 +3,26 @@
 
 import {element} from './format.js';
 
-const RANK = {collision: 0, abort: 1, near: 2, goal: 3};
+const RANK = {
+  collision: 0,
+  abort: 1,
+  near: 2,
+  goal: 3
+};
 const OFFSET = 10;  // px from the mark
+
+function overlap(a, b) {
+  return a.left < b.right && a.right > b.left && a.top < b.bottom && a.bottom > b.top;
+}
 
 export class SceneLabels {
   constructor(host, marks) {
-    this.labels = marks.map((mark) => ({mark, point: new THREE.Vector3(...mark.position),
-                                        node: element('div', {class: `label ${mark.kind}`}, mark.text)}))
+    this.labels = marks
+                      .map((mark) => ({
+                             mark,
+                             point: new THREE.Vector3(...mark.position),
+                             node: element('div', {class: `label ${mark.kind}`}, mark.text)
+                           }))
                       .sort((a, b) => RANK[a.mark.kind] - RANK[b.mark.kind]);
     this.layer = element('div', {'aria-hidden': 'true'}, ...this.labels.map((label) => label.node));
     host.append(this.layer);
@@ -27,8 +40,7 @@ export class SceneLabels {
       const x = Math.min((p.x + 1) / 2 * width + OFFSET, width - node.offsetWidth);
       const y = Math.min((1 - p.y) / 2 * height - OFFSET, height - node.offsetHeight);
       const box = {left: x, top: y, right: x + node.offsetWidth, bottom: y + node.offsetHeight};
-      const overlaps = taken.some((other) => box.left < other.right && box.right > other.left && box.top < other.bottom && box.bottom > other.top);
-      node.hidden = isOutside || overlaps;
+      node.hidden = isOutside || taken.some((other) => overlap(box, other));
       if (node.hidden) continue;
       node.style.transform = `translate(${x}px, ${y}px)`;
       taken.push(box);

@@ -2,12 +2,14 @@
 
 import {meshGeometry, primitiveGeometry, setPose} from './scene_shapes.js';
 
-const EDGE_ANGLE = 25;        // degrees: edges that are less sharp are not drawn
+const EDGE_ANGLE = 25;  // degrees: edges that are less sharp are not drawn
 const MAX_EDGE_TRIANGLES = 60000;
 const OPACITY = 0.32;
 
 export class SceneMap {
-  /** `region`: the box of everything that moved, from which half-spaces and sea get their extent. */
+  /**
+   * `region`: the box of everything that moved, from which half-spaces and sea get their extent.
+   */
   constructor(map, palette, region) {
     this.object = new THREE.Group();
     this.sea = new THREE.Group();
@@ -87,7 +89,8 @@ export class SceneMap {
     const size = this.region.getSize(new THREE.Vector3()).length() + 2;
     const centre = this.region.getCenter(new THREE.Vector3());
     this.sea.position.set(Math.round(centre.x), Math.round(centre.y), 0);
-    this.sea.add(new THREE.Mesh(new THREE.PlaneBufferGeometry(size, size), this.palette.surface('--sea', 0.1)));
+    this.sea.add(new THREE.Mesh(
+        new THREE.PlaneBufferGeometry(size, size), this.palette.surface('--sea', 0.1)));
     this.sea.add(this.grid(size, this.palette.hairline('--sea', 0.35)));
     this.object.add(this.sea);
   }

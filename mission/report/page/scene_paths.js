@@ -6,7 +6,8 @@ const VALUES = 7;  // of a waypoint: x y z qx qy qz qw
 
 function positionsOf(waypoints) {
   const list = [];
-  for (let i = 0; i < waypoints.length; i += VALUES) list.push(waypoints[i], waypoints[i + 1], waypoints[i + 2]);
+  for (let i = 0; i < waypoints.length; i += VALUES)
+    list.push(waypoints[i], waypoints[i + 1], waypoints[i + 2]);
   return list;
 }
 
@@ -14,10 +15,13 @@ function positionsOf(waypoints) {
 function placedOutline(outline, waypoints, i) {
   const at = VALUES * i;
   const position = new THREE.Vector3(waypoints[at], waypoints[at + 1], waypoints[at + 2]);
-  const attitude = new THREE.Quaternion(waypoints[at + 3], waypoints[at + 4], waypoints[at + 5], waypoints[at + 6]);
+  const attitude = new THREE.Quaternion(
+      waypoints[at + 3], waypoints[at + 4], waypoints[at + 5], waypoints[at + 6]);
   const points = [];
   for (let k = 0; k < outline.length; k += 3) {
-    points.push(new THREE.Vector3(outline[k], outline[k + 1], outline[k + 2]).applyQuaternion(attitude).add(position));
+    points.push(new THREE.Vector3(outline[k], outline[k + 1], outline[k + 2])
+                    .applyQuaternion(attitude)
+                    .add(position));
   }
   return points;
 }
@@ -27,7 +31,8 @@ function sweepGeometries(outline, waypoints) {
   const count = waypoints.length / VALUES;
   const geometries = [];
   for (let i = 1; i < count; ++i) {
-    geometries.push(hullGeometry([...placedOutline(outline, waypoints, i - 1), ...placedOutline(outline, waypoints, i)]));
+    geometries.push(hullGeometry(
+        [...placedOutline(outline, waypoints, i - 1), ...placedOutline(outline, waypoints, i)]));
   }
   return geometries;
 }

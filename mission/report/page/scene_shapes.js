@@ -26,8 +26,10 @@ export class Palette {
 
   /** A translucent or opaque surface. */
   surface(name, opacity = 1) {
-    return this.add(new THREE.MeshLambertMaterial({
-      transparent: opacity < 1, opacity, side: THREE.DoubleSide, depthWrite: opacity === 1}), name);
+    return this.add(
+        new THREE.MeshLambertMaterial(
+            {transparent: opacity < 1, opacity, side: THREE.DoubleSide, depthWrite: opacity === 1}),
+        name);
   }
 
   /** A line of `width` pixels. */
@@ -55,8 +57,10 @@ export class Palette {
   }
 }
 
-/** The segments of a polyline x y z x y z ...; unknown points break it. `until[i]`: number of
-    segments up to point i. */
+/**
+   The segments of a polyline x y z x y z ...; unknown points break it. `until[i]`: number of
+    segments up to point i.
+ */
 export function segmentsOf(points) {
   const count = points.length / 3;
   const pairs = [];
@@ -65,8 +69,9 @@ export function segmentsOf(points) {
   for (let i = 0; i < count; ++i) {
     if (Number.isFinite(points[3 * i])) {
       if (last >= 0) {
-        pairs.push(points[3 * last], points[3 * last + 1], points[3 * last + 2],
-                   points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+        pairs.push(
+            points[3 * last], points[3 * last + 1], points[3 * last + 2], points[3 * i],
+            points[3 * i + 1], points[3 * i + 2]);
       }
       last = i;
     }
@@ -117,11 +122,13 @@ function capsuleGeometry(radius, length) {
   const steps = 8;
   for (let i = 0; i <= steps; ++i) {
     const angle = -Math.PI / 2 + (i / steps) * Math.PI / 2;
-    profile.push(new THREE.Vector2(radius * Math.cos(angle), radius * Math.sin(angle) - length / 2));
+    profile.push(
+        new THREE.Vector2(radius * Math.cos(angle), radius * Math.sin(angle) - length / 2));
   }
   for (let i = 0; i <= steps; ++i) {
     const angle = (i / steps) * Math.PI / 2;
-    profile.push(new THREE.Vector2(radius * Math.cos(angle), radius * Math.sin(angle) + length / 2));
+    profile.push(
+        new THREE.Vector2(radius * Math.cos(angle), radius * Math.sin(angle) + length / 2));
   }
   return new THREE.LatheBufferGeometry(profile, 24).rotateX(Math.PI / 2);
 }
@@ -129,12 +136,19 @@ function capsuleGeometry(radius, length) {
 /** Geometry of a bounded primitive in its own frame; three.js's cylinders stand along y. */
 export function primitiveGeometry(shape) {
   switch (shape.type) {
-    case 'box': return new THREE.BoxBufferGeometry(...shape.size);
-    case 'cylinder': return new THREE.CylinderBufferGeometry(shape.radius, shape.radius, shape.length, 32).rotateX(Math.PI / 2);
-    case 'sphere': return new THREE.SphereBufferGeometry(shape.radius, 32, 20);
-    case 'capsule': return capsuleGeometry(shape.radius, shape.length);
-    case 'ellipsoid': return new THREE.SphereBufferGeometry(1, 32, 20).scale(...shape.radii);
-    default: return null;
+    case 'box':
+      return new THREE.BoxBufferGeometry(...shape.size);
+    case 'cylinder':
+      return new THREE.CylinderBufferGeometry(shape.radius, shape.radius, shape.length, 32)
+          .rotateX(Math.PI / 2);
+    case 'sphere':
+      return new THREE.SphereBufferGeometry(shape.radius, 32, 20);
+    case 'capsule':
+      return capsuleGeometry(shape.radius, shape.length);
+    case 'ellipsoid':
+      return new THREE.SphereBufferGeometry(1, 32, 20).scale(...shape.radii);
+    default:
+      return null;
   }
 }
 

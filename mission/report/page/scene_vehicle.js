@@ -18,8 +18,11 @@ class Body {
     this.object.visible = i >= 0 && Number.isFinite(positions[3 * i]);
     if (!this.object.visible) return false;
     this.object.position.set(...pointAt(positions, i));
-    this.object.quaternion.set(attitudes[4 * i] / UNIT, attitudes[4 * i + 1] / UNIT, attitudes[4 * i + 2] / UNIT,
-                               attitudes[4 * i + 3] / UNIT).normalize();
+    this.object.quaternion
+        .set(
+            attitudes[4 * i] / UNIT, attitudes[4 * i + 1] / UNIT, attitudes[4 * i + 2] / UNIT,
+            attitudes[4 * i + 3] / UNIT)
+        .normalize();
     return true;
   }
 }
@@ -31,15 +34,21 @@ export class SceneVehicle {
     this.object = new THREE.Group();
     const geometry = meshGeometry(report.hull.mesh);
     this.trueBody = new Body(geometry, palette.surface('--true'), palette.hairline('--paper', 1));
-    this.estimatedBody = new Body(geometry, palette.surface('--estimated', 0.35), palette.hairline('--estimated', 1));
-    this.ellipsoid = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), palette.surface('--estimated', 0.18));
-    this.ellipsoid.add(new THREE.LineSegments(new THREE.WireframeGeometry(new THREE.SphereBufferGeometry(1, 12, 8)),
-                                              palette.hairline('--estimated', 0.5)));
+    this.estimatedBody = new Body(
+        geometry, palette.surface('--estimated', 0.35), palette.hairline('--estimated', 1));
+    this.ellipsoid = new THREE.Mesh(
+        new THREE.SphereBufferGeometry(1, 24, 16), palette.surface('--estimated', 0.18));
+    this.ellipsoid.add(new THREE.LineSegments(
+        new THREE.WireframeGeometry(new THREE.SphereBufferGeometry(1, 12, 8)),
+        palette.hairline('--estimated', 0.5)));
     this.ellipsoid.matrixAutoUpdate = false;
     this.tracks = {
-      true: this.track(samples.true_position, palette.line('--true', 4), palette.line('--true', 1.5, {opacity: 0.5})),
-      estimated: this.track(samples.position, palette.line('--estimated', 3, {dash: 0.25}),
-                            palette.line('--estimated', 1.2, {opacity: 0.45})),
+      true: this.track(
+          samples.true_position, palette.line('--true', 4),
+          palette.line('--true', 1.5, {opacity: 0.5})),
+      estimated: this.track(
+          samples.position, palette.line('--estimated', 3, {dash: 0.25}),
+          palette.line('--estimated', 1.2, {opacity: 0.45})),
     };
     this.breadcrumbs = new THREE.Points(new THREE.BufferGeometry(), palette.points('--trail', 5));
     this.breadcrumbs.frustumCulled = false;
@@ -49,8 +58,9 @@ export class SceneVehicle {
     this.exitTimes = this.dive.exits.map((exit) => exit.t);
     this.estimate = new THREE.Group();
     this.estimate.add(this.estimatedBody.object, this.ellipsoid);
-    this.object.add(this.trueBody.object, this.estimate, this.tracks.true.group, this.tracks.estimated.group,
-                    this.breadcrumbs, this.exit.object);
+    this.object.add(
+        this.trueBody.object, this.estimate, this.tracks.true.group, this.tracks.estimated.group,
+        this.breadcrumbs, this.exit.object);
   }
 
   track(points, past, whole) {
@@ -78,7 +88,8 @@ export class SceneVehicle {
     const factor = this.dive.samples.ellipsoid;
     this.ellipsoid.visible = i >= 0 && factor[6 * i] > 0;
     if (!this.ellipsoid.visible) return;
-    const [a, b, c, d, e, f] = Array.from(factor.subarray(6 * i, 6 * i + 6), (value) => SIGMAS_OF_95_PERCENT * value);
+    const [a, b, c, d, e, f] =
+        Array.from(factor.subarray(6 * i, 6 * i + 6), (value) => SIGMAS_OF_95_PERCENT * value);
     const [x, y, z] = pointAt(this.dive.samples.position, i);
     this.ellipsoid.matrix.set(a, 0, 0, x, b, c, 0, y, d, e, f, z, 0, 0, 0, 1);
     this.ellipsoid.matrixWorldNeedsUpdate = true;

@@ -9,7 +9,8 @@ const errors = [];
 export function collectErrors() {
   addEventListener('error', (event) => errors.push(String(event.message)));
   addEventListener('unhandledrejection', (event) => errors.push(String(event.reason)));
-  document.addEventListener('securitypolicyviolation', (event) => errors.push('request: ' + event.blockedURI));
+  document.addEventListener(
+      'securitypolicyviolation', (event) => errors.push('request: ' + event.blockedURI));
   const report = console.error;
   console.error = (...parts) => {
     errors.push(parts.join(' '));
@@ -31,7 +32,10 @@ function hasDrawing(scene) {
   return new Set(pixels).size > 8;
 }
 
-/** `views`: {name: object with shown()}. `openedMs`: time from the request of the page to its first frame. */
+/**
+ * `views`: {name: object with shown()}. `openedMs`: time from the request of the page to its first
+ * frame.
+ */
 export function runSelfTest(views, scene, cursor, openedMs) {
   const shownAt = (share) => {
     cursor.set(share * cursor.end);
@@ -44,9 +48,13 @@ export function runSelfTest(views, scene, cursor, openedMs) {
   const restored = Object.keys(views).filter((name) => early[name] === again[name]);
   document.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
   const result = {
-    views: Object.keys(views), moved, restored, errors,
+    views: Object.keys(views),
+    moved,
+    restored,
+    errors,
     key_moves: Math.abs(cursor.time - Math.min(0.3 * cursor.end + 1, cursor.end)) < 1e-6,
-    webgl: scene.isDrawn, drawn: hasDrawing(scene),
+    webgl: scene.isDrawn,
+    drawn: hasDrawing(scene),
     requests: performance.getEntriesByType('resource').map((entry) => entry.name),
     opened_ms: openedMs,
   };

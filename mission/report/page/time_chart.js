@@ -2,10 +2,16 @@
 
 import {clock, element} from './format.js';
 
-export const CHART_MARGIN = {left: 50, right: 20, top: 6, bottom: 24};
+export const CHART_MARGIN = {
+  left: 50,
+  right: 20,
+  top: 6,
+  bottom: 24
+};
 const MIN_WIDTH = 240;
 const PIXELS_PER_TICK = 80;
-const TICKS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400];  // s
+const TICKS =
+    [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400];  // s
 
 /** Round times in [begin, end], at most `count` or so. */
 function roundTimes(begin, end, count) {
@@ -20,7 +26,9 @@ export class TimeChart {
     this.view = view;
     this.height = options.height;
     this.caption = element('figcaption', {}, element('h3', {}, options.title));
-    this.svg = d3.create('svg').attr('role', 'img').attr('aria-label', options.description ?? options.title);
+    this.svg = d3.create('svg')
+                   .attr('role', 'img')
+                   .attr('aria-label', options.description ?? options.title);
     this.figure = element('figure', {class: 'chart'}, this.caption, this.svg.node());
     host.append(this.figure);
     this.width = 0;
@@ -54,10 +62,14 @@ export class TimeChart {
 
   redraw() {
     if (this.width === 0) return;
-    this.x.domain([this.view.begin, this.view.end]).range([CHART_MARGIN.left, this.width - CHART_MARGIN.right]);
-    const times = roundTimes(this.view.begin, this.view.end, Math.max(this.width / PIXELS_PER_TICK, 3));
+    this.x.domain([this.view.begin, this.view.end]).range([
+      CHART_MARGIN.left, this.width - CHART_MARGIN.right
+    ]);
+    const times =
+        roundTimes(this.view.begin, this.view.end, Math.max(this.width / PIXELS_PER_TICK, 3));
     const digits = times.length > 1 && times[1] - times[0] < 1 ? 1 : 0;
-    const ticks = d3.axisBottom(this.x).tickValues(times).tickSizeOuter(0).tickFormat((t) => clock(t, digits));
+    const ticks = d3.axisBottom(this.x).tickValues(times).tickSizeOuter(0).tickFormat(
+        (t) => clock(t, digits));
     this.axis.attr('transform', `translate(0 ${this.plotBottom})`).call(ticks);
     this.draw();
     this.move(this.cursor.time);
@@ -67,7 +79,10 @@ export class TimeChart {
     if (this.width === 0) return;
     const x = this.x(t);
     const isVisible = t >= this.view.begin && t <= this.view.end;
-    this.now.attr('x1', x).attr('x2', x).attr('y1', CHART_MARGIN.top).attr('y2', this.plotBottom)
+    this.now.attr('x1', x)
+        .attr('x2', x)
+        .attr('y1', CHART_MARGIN.top)
+        .attr('y2', this.plotBottom)
         .attr('visibility', isVisible ? 'visible' : 'hidden');
     this.update(t);
   }
@@ -87,7 +102,10 @@ export class TimeChart {
     node.addEventListener('pointermove', (event) => {
       if (isDragging) moveTo(event);
     });
-    for (const end of ['pointerup', 'pointercancel']) node.addEventListener(end, () => { isDragging = false; });
+    for (const end of ['pointerup', 'pointercancel'])
+      node.addEventListener(end, () => {
+        isDragging = false;
+      });
   }
 
   /** What this view shows, for the self-test. */

@@ -318,12 +318,13 @@ TEST(Report, FindsNearMissesOnceEachWithTheirObstacle) {
     samples.push_back(sample);
   }
   measure_clearances(world, hull, samples.size(), samples);
-  const std::vector<NearMiss> misses = near_misses(world, hull, 0.6, samples);
+  const std::vector<NearMiss> misses = near_misses(world, hull, 0.6, 0.19, samples);
   ASSERT_EQ(misses.size(), 1U);
   EXPECT_EQ(misses[0].obstacle, "first");
   EXPECT_NEAR(misses[0].clearance_m, 0.2, 1e-9);
   EXPECT_NEAR(misses[0].p_W.x(), 0.0, 0.65);
-  EXPECT_EQ(near_misses(world, hull, 1.2, samples).size(), 2U);
+  EXPECT_EQ(near_misses(world, hull, 1.2, 0.19, samples).size(), 2U);
+  EXPECT_TRUE(near_misses(world, hull, 0.6, 0.5, samples).empty()) << "the post is not there";
 }
 
 TEST(Report, ASampleListIsBoundedAndKeepsWhatIsMarked) {
