@@ -47,21 +47,12 @@ function statesChart(host, report, cursor, view) {
   return new BandChart(host, cursor, view, {title: 'States', rows, marks});
 }
 
-function contactMarks(dive, valueOf) {
-  const marks = dive.verdict.collisions.map((collision) => ({
-                                              t: collision.t,
-                                              value: valueOf(collision.t, 0),
-                                              colour: '--bad',
-                                              name: 'collision with ' + collision.obstacle
-                                            }));
-  const {nearest} = dive.verdict;
+function clearanceMarks({collisions, nearest}) {
+  const marks = collisions.map(
+      ({t, obstacle}) => ({t, value: 0, colour: '--bad', name: 'collision with ' + obstacle}));
   if (nearest) {
-    marks.push({
-      t: nearest.t,
-      value: valueOf(nearest.t, nearest.clearance_m),
-      colour: '--warn',
-      name: `least clearance ${nearest.clearance_m.toFixed(2)} m to ${nearest.obstacle}`
-    });
+    const name = `least clearance ${nearest.clearance_m.toFixed(2)} m to ${nearest.obstacle}`;
+    marks.push({t: nearest.t, value: nearest.clearance_m, colour: '--warn', name});
   }
   return marks;
 }
@@ -95,7 +86,7 @@ export function showCharts(host, report, cursor, view) {
     limits: [required],
     domain: [0, 0],
     ceiling: Math.max(5 * report.clearance_required_m, 2),
-    marks: contactMarks(dive, (t, clearance) => clearance),
+    marks: clearanceMarks(dive.verdict),
     series: [
       {
         name: hasTruth ? 'true, to the map' : 'of the estimate, to the map',

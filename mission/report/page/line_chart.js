@@ -107,8 +107,7 @@ export class LineChart extends TimeChart {
       const end = lastIndexAt(t, this.view.end);
       for (let i = Math.max(lastIndexAt(t, this.view.begin), 0); i <= end; ++i) include(v[i]);
     }
-    for (const limit of this.limits)
-      if (limit.isShown !== false) include(limit.value);
+    for (const limit of this.limits) include(limit.value);
     for (const mark of this.marks) include(mark.value);
     greatest = Math.min(greatest, this.options.ceiling ?? Infinity);
     if (!(greatest > least)) greatest = least + 1;
