@@ -26,8 +26,8 @@ done
 
 .ci/install
 echo "== format"
-find behaviors bench common estimation mission planning test vehicle \( -name '*.h' -o -name '*.cpp' \) \
-  -print0 | xargs -0 clang-format --dry-run -Werror
+find behaviors bench common estimation mission planning test vehicle \
+  \( -name '*.h' -o -name '*.cpp' -o -name '*.js' \) -print0 | xargs -0 clang-format --dry-run -Werror
 echo "== words"
 # Words of doc/unused-words.txt have no right use here: doc/glossary.md has the plain ones.
 if grep -rnwiIE "$(paste -sd'|' doc/unused-words.txt)" --exclude={name-changes.md,unused-words.txt} \

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs, builds, checks the Window mission on deck and dives it in the simulator.
+# Installs, builds, checks the Window mission on deck, dives it in the simulator and writes a report.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -18,3 +18,8 @@ echo "  drawing dive-runs/window.svg"
 echo
 echo "== dive replay dive-runs/window.lcmlog"
 "$dive" replay dive-runs/window.lcmlog
+echo
+echo "== dive report dive-runs/window.lcmlog"
+"$dive" report dive-runs/window.lcmlog --output dive-runs/window.html --force > /dev/null
+echo "Open it in a browser (it needs no network):"
+echo "$PWD/dive-runs/window.html"

@@ -320,8 +320,8 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const auto&, const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
-          const std::span<const mission::Collision> collisions) {
-        for (const mission::Collision& collision : collisions) {
+          const mission::TickContacts& contacts) {
+        for (const mission::Collision& collision : contacts.begun) {
           with_hidden += in_view.was_hidden(collision.obstacle) ? 1 : 0;
         }
         in_view.observe(truth.X_WB);

@@ -76,3 +76,17 @@ dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
 dive_imported_library(dive_apriltag apriltag/apriltag.h apriltag)
 dive_imported_library(dive_png png.h png)
 dive_imported_library(dive_yaml yaml-cpp/yaml.h yaml-cpp)
+
+# JavaScript that reports contain (dive_embed): the classic builds, which a page can contain as they
+# are, and their licences. DIVE_REPORT_LIBRARIES is in the order of loading.
+set(DIVE_REPORT_LIBRARIES)
+foreach(name three.min.js examples/js/math/ConvexHull.js examples/js/controls/OrbitControls.js
+        examples/js/lines/LineSegmentsGeometry.js examples/js/lines/LineMaterial.js
+        examples/js/lines/LineSegments2.js)
+  string(MAKE_C_IDENTIFIER DIVE_THREE_${name} file)
+  find_file(${file} ${name} PATHS /usr/share/javascript/three REQUIRED NO_DEFAULT_PATH)
+  list(APPEND DIVE_REPORT_LIBRARIES ${${file}})
+endforeach()
+find_file(DIVE_D3 d3.min.js PATHS /usr/share/nodejs/d3/dist REQUIRED NO_DEFAULT_PATH)
+list(APPEND DIVE_REPORT_LIBRARIES ${DIVE_D3})
+set(DIVE_REPORT_LICENCES /usr/share/doc/libjs-three/copyright /usr/share/doc/node-d3/copyright)

@@ -132,3 +132,21 @@ function(dive_embed target input namespace name)
     DEPENDS ${input} ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake VERBATIM)
   target_sources(${target} PRIVATE ${output})
 endfunction()
+
+# dive_join_files(OUTPUT FILES...): one text file after the other.
+function(dive_join_files output)
+  string(REPLACE ";" "," files "${ARGN}")
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DFILES=${files} -DOUTPUT=${output}
+            -P ${CMAKE_SOURCE_DIR}/cmake/JoinFiles.cmake
+    DEPENDS ${ARGN} ${CMAKE_SOURCE_DIR}/cmake/JoinFiles.cmake VERBATIM)
+endfunction()
+
+# dive_bundle_modules(OUTPUT MODULES...): joins ES modules into one script.
+function(dive_bundle_modules output)
+  string(REPLACE ";" "," modules "${ARGN}")
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DMODULES=${modules} -DOUTPUT=${output}
+            -P ${CMAKE_SOURCE_DIR}/cmake/BundleModules.cmake
+    DEPENDS ${ARGN} ${CMAKE_SOURCE_DIR}/cmake/BundleModules.cmake VERBATIM)
+endfunction()

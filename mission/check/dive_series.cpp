@@ -184,7 +184,7 @@ DiveEnd dive_one(const Mission& mission, const planning::World& world, const veh
   DiveResult result = simulate_dive(
       mission, world, model, settings,
       [&](const StepInputs& inputs, const StepOutputs&, const vehicle::GroundTruth& truth,
-          std::span<const Collision>) {
+          const TickContacts&) {
         if (overheads) {
           nominal->under_overhead.push_back(overheads->is_above(truth.X_WB.p, radius));
         }

@@ -145,6 +145,15 @@ struct ExplainArguments {
   bool json = false;
 };
 
+struct ReportArguments {
+  std::string file;    ///< A log, or a mission whose legs are planned.
+  std::string output;  ///< The HTML file.
+  std::uint64_t seed = 1;
+  bool json = false;
+  bool force = false;          ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
+};
+
 struct GraphArguments {
   std::string mission;
   std::string format = "dot";  ///< dot or scxml
@@ -186,6 +195,7 @@ struct EstimateArguments {
 /// Generates a key and writes it to the file.
 [[nodiscard]] int run_key(const KeyArguments& arguments);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
+[[nodiscard]] int run_report(const ReportArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
 [[nodiscard]] int run_estimate(const EstimateArguments& arguments);

@@ -228,6 +228,30 @@ void add_explain(CLI::App& app, ExplainArguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 
+void add_report(CLI::App& app, ReportArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "report",
+      "Examples:\n"
+      "  dive report dive-runs/window-seed1.lcmlog --output window.html   a dive\n"
+      "  dive report missions/window.xml --output plan.html               the planned legs\n\n"
+      "Writes one HTML file that shows a dive, or the plan of a mission, in any browser without a\n"
+      "network: result, 3-D scene, error against D_min, clearance, depth, speed, battery,\n"
+      "estimator, states with their causes, and plans, all on one time cursor. Ground truth is\n"
+      "shown where the log has it; a log that ends early is shown up to its end.");
+  command
+      ->add_option("FILE", arguments.file,
+                   "Log file (LCM event log), or mission file (XML) whose legs are planned")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--output", arguments.output, "HTML file to write")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--seed", arguments.seed, "Mission: seed of the warm starts")->type_name("N");
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
 void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "estimate",

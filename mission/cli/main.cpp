@@ -68,6 +68,7 @@ struct Arguments {
   RunArguments run;
   ReplayArguments replay;
   ExplainArguments explain;
+  ReportArguments report;
   GraphArguments graph;
   ImportArguments import;
   EstimateArguments estimate;
@@ -86,6 +87,7 @@ void add_commands(CLI::App& app, Arguments& arguments) {
   add_run(app, arguments.run);
   add_replay(app, arguments.replay);
   add_explain(app, arguments.explain);
+  add_report(app, arguments.report);
   add_graph(app, arguments.graph);
   add_import(app, arguments.import);
   add_estimate(app, arguments.estimate);
@@ -107,6 +109,7 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("plan")) return run_plan(arguments.plan);
   if (app.got_subcommand("run")) return run_dive(arguments.run);
   if (app.got_subcommand("explain")) return run_explain(arguments.explain);
+  if (app.got_subcommand("report")) return run_report(arguments.report);
   if (app.got_subcommand("graph")) return run_graph(arguments.graph);
   if (app.got_subcommand("import")) return run_import(arguments.import);
   if (app.got_subcommand("estimate")) return run_estimate(arguments.estimate);
@@ -130,6 +133,7 @@ int dispatch(int argc, char** argv) {
       "  dive check missions/window.xml     can this mission work?\n"
       "  dive run missions/window.xml       dive it in the simulator\n"
       "  dive replay LOG                    re-run a log, bit for bit\n"
+      "  dive report LOG --output F.html    look at the dive in a browser, offline\n"
       "  dive test missions/scenarios       dive scripted scenarios\n\n"
       "Mission executive for the Aqua2 autonomous underwater vehicle.",
       "dive");

@@ -131,6 +131,11 @@ tl::expected<JournalWriter, int> continue_journal(const std::string& path,
 
 }  // namespace
 
+TruthRecord truth_record(const vehicle::GroundTruth& truth, const TickContacts& contacts) {
+  return {truth.utime, truth.X_WB, obstacles_of(contacts.begun), contacts.nearest.clearance_m,
+          contacts.nearest.obstacle};
+}
+
 tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
                                              const LoadedMission& loaded) {
   LogHeader header = header_of(loaded, arguments.seed);

@@ -11,8 +11,13 @@
 #include "mission/cli/loading.h"
 #include "mission/record/journal.h"
 #include "mission/record/log.h"
+#include "mission/simulation/simulated_dive.h"
 
 namespace dive::mission {
+
+/// The ground truth of one tick for the log.
+[[nodiscard]] TruthRecord truth_record(const vehicle::GroundTruth& truth,
+                                       const TickContacts& contacts);
 
 /// Log and journal of a dive.
 class Recording {

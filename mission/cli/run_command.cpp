@@ -143,11 +143,10 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
     result = simulate_dive(
         loaded.mission, loaded.world, loaded.model, settings,
         [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
-            std::span<const Collision> collisions) {
-          recording->write(inputs, outputs,
-                           TruthRecord{truth.utime, truth.X_WB, obstacles_of(collisions)});
+            const TickContacts& contacts) {
+          recording->write(inputs, outputs, truth_record(truth, contacts));
           if (!arguments.json) progress.observe(inputs, outputs);
-          if (*svg) recorder.observe(inputs, outputs, truth, collisions);
+          if (*svg) recorder.observe(inputs, outputs, truth, contacts.begun);
         },
         [&](const Executive& executive, const StepOutputs& outputs) {
           recording->keep(executive, outputs);

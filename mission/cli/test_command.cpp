@@ -13,6 +13,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/output.h"
+#include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
 #include "mission/record/log.h"
 #include "mission/scenario/dive_record.h"
@@ -156,9 +157,8 @@ DiveRecord dive_and_log(Trial& trial, Script script) {
   DiveRecord record = dive_scenario(
       scenario, loaded.mission, loaded.world, loaded.simulated_world, loaded.model, script,
       [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
-          std::span<const Collision> collisions) {
-        if (!log) return;
-        log->write(inputs, outputs, TruthRecord{truth.utime, truth.X_WB, obstacles_of(collisions)});
+          const TickContacts& contacts) {
+        if (log) log->write(inputs, outputs, truth_record(truth, contacts));
       });
   if (log && !log->close()) {
     trial.problem = fmt::format("{}: the log is not complete (disk full?)", trial.log);

@@ -8,6 +8,7 @@
 #include "common/diagnostic.h"
 #include "common/mathematics.h"
 #include "mission/document/mission.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/map_updates.h"
 #include "mission/record/journal.h"
@@ -22,12 +23,7 @@ tl::unexpected<std::string> unreadable(const char* what, const Diagnostics& diag
   return tl::unexpected(fmt::format("the {} in the log is not accepted: {}", what, first));
 }
 
-/// The mission, map and vehicle of a log.
-struct Dived {
-  planning::World world;
-  vehicle::Model model;
-  ExecutiveOptions options;
-};
+constexpr auto kUnobserved = [](const LoggedTick&, const auto&) {};
 
 tl::expected<Mission, std::string> mission_of(const LogHeader& header) {
   Diagnostics diagnostics;
@@ -46,15 +42,15 @@ tl::expected<planning::World, std::string> world_of(const LogHeader& header) {
   return std::move(*world);
 }
 
-// Contains the map as the vehicle that dived `mission` had it.
-tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission& mission) {
+tl::expected<vehicle::Model, std::string> model_of(const LogHeader& header) {
   Diagnostics diagnostics;
-  tl::expected<planning::World, std::string> world;
-  if (!mission.unknown) world = world_of(header);
-  if (!world) return tl::unexpected(world.error());
   std::optional<vehicle::Model> model =
       vehicle::parse_urdf(SourceText("vehicle", header.vehicle_urdf), diagnostics);
   if (!model) return unreadable("vehicle", diagnostics);
+  return std::move(*model);
+}
+
+tl::expected<ExecutiveOptions, std::string> options_of(const LogHeader& header) {
   ExecutiveOptions options;
   options.seed = header.seed;
   if (!header.resume.empty()) {
@@ -66,13 +62,27 @@ tl::expected<Dived, std::string> dived_of(const LogHeader& header, const Mission
                               journal->trail_spacing_m, header.resume_gap_s};
     }
   }
-  return Dived{std::move(*world), std::move(*model), std::move(options)};
+  return options;
+}
+
+/// Mission, vehicle and options, and the map if `needs_map`.
+tl::expected<LoggedDive, std::string> read_dive(const LogHeader& header, Mission mission,
+                                                bool needs_map) {
+  tl::expected<planning::World, std::string> map;
+  if (needs_map) map = world_of(header);
+  if (!map) return tl::unexpected(map.error());
+  tl::expected<vehicle::Model, std::string> model = model_of(header);
+  if (!model) return tl::unexpected(model.error());
+  tl::expected<ExecutiveOptions, std::string> options = options_of(header);
+  if (!options) return tl::unexpected(options.error());
+  return LoggedDive{std::move(mission), std::move(*map), std::move(*model), std::move(*options)};
 }
 
 /// Reads the log to its end. `replay_tick` is called for every tick before the first gap, until it
-/// returns false.
-template <typename ReplayTick>
-ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
+/// returns false; `observe` for every tick afterwards, with true if the tick was replayed and the
+/// replay goes on.
+template <typename ReplayTick, typename Observe>
+ReplayReport read_all(LogReader& log, ReplayTick replay_tick, Observe observe) {
   ReplayReport report;
   if (log.header()) report.logged_mathematics = log.header()->mathematics;
   report.replayed_mathematics = mathematics();
@@ -80,9 +90,11 @@ ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
   while (std::optional<LoggedTick> tick = log.next()) {
     ++report.ticks;
     going = going && log.gaps().empty();
-    if (!going) continue;
-    ++report.replayed;
-    going = replay_tick(*tick, report);
+    if (going) {
+      ++report.replayed;
+      going = replay_tick(*tick, report);
+    }
+    observe(*tick, going);
   }
   report.events = log.events_read();
   report.gaps = log.gaps();
@@ -95,55 +107,82 @@ ReplayReport read_all(LogReader& log, ReplayTick replay_tick) {
 }
 
 /// Feeds the log's inputs to an executive. `compare` is called for every tick with both outputs,
-/// and stops the replay by returning false.
-template <typename Compare>
-ReplayReport feed(LogReader& log, Executive& executive, Compare compare) {
+/// and stops the replay by returning false. `observe` is called for every tick of the log.
+template <typename Compare, typename Observe>
+ReplayReport feed(LogReader& log, Executive& executive, Compare compare, Observe observe) {
   planning::ObservedMap map;
-  return read_all(log, [&](LoggedTick& tick, ReplayReport& report) {
-    update_map(map, tick.inputs);
-    const StepOutputs& replayed = executive.step(tick.inputs);
-    if (report.first_divergence.empty()) {
-      const std::string difference = first_difference(tick.outputs, replayed);
-      if (!difference.empty()) {
-        report.first_divergence =
-            fmt::format("t = {:.2f} s: {}", to_seconds(tick.inputs.now), difference);
-      }
-    }
-    return compare(tick, replayed, report);
-  });
+  return read_all(
+      log,
+      [&](LoggedTick& tick, ReplayReport& report) {
+        update_map(map, tick.inputs);
+        const StepOutputs& replayed = executive.step(tick.inputs);
+        if (report.first_divergence.empty()) {
+          const std::string difference = first_difference(tick.outputs, replayed);
+          if (!difference.empty()) {
+            report.first_divergence =
+                fmt::format("t = {:.2f} s: {}", to_seconds(tick.inputs.now), difference);
+          }
+        }
+        return compare(tick, replayed, report);
+      },
+      observe);
 }
 
 }  // namespace
 
+tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header) {
+  tl::expected<Mission, std::string> mission = mission_of(header);
+  if (!mission) return tl::unexpected(mission.error());
+  // Without a world to simulate there is no map in the log either.
+  const bool has_map = !header.map_xml.empty();
+  return read_dive(header, std::move(*mission), has_map);
+}
+
+ReplayReport replay(LogReader& log, const LoggedDive& dive, const ReplayObserver& observer) {
+  const planning::World known = known_world(dive.mission, dive.map);
+  Executive executive(dive.mission, known, dive.model, dive.options);
+  return feed(
+      log, executive,
+      [](const LoggedTick&, const StepOutputs&, const ReplayReport& report) {
+        return report.first_divergence.empty();
+      },
+      [&](const LoggedTick& tick, bool is_replayed) {
+        observer(tick, is_replayed ? &executive : nullptr);
+      });
+}
+
 tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   if (!log.header()) {
-    return read_all(log, [](const LoggedTick&, const ReplayReport&) { return false; });
+    return read_all(
+        log, [](const LoggedTick&, const ReplayReport&) { return false; }, kUnobserved);
   }
-  const tl::expected<Mission, std::string> mission = mission_of(*log.header());
+  tl::expected<Mission, std::string> mission = mission_of(*log.header());
   if (!mission) return tl::unexpected(mission.error());
-  const tl::expected<Dived, std::string> dived = dived_of(*log.header(), *mission);
-  if (!dived) return tl::unexpected(dived.error());
-  Executive executive(*mission, dived->world, dived->model, dived->options);
-  return feed(log, executive,
-              [](const LoggedTick&, const StepOutputs&, const ReplayReport& report) {
-                return report.first_divergence.empty();
-              });
+  // The vehicle had no map of an unknown environment.
+  const bool had_map = !mission->unknown;
+  const tl::expected<LoggedDive, std::string> dive =
+      read_dive(*log.header(), std::move(*mission), had_map);
+  if (!dive) return tl::unexpected(dive.error());
+  return replay(log, *dive, kUnobserved);
 }
 
 tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& changed) {
   if (!log.header()) return tl::unexpected(std::string("the log's header is damaged"));
-  const tl::expected<Mission, std::string> mission = mission_of(*log.header());
+  tl::expected<Mission, std::string> mission = mission_of(*log.header());
   if (!mission) return tl::unexpected(mission.error());
-  tl::expected<Dived, std::string> dived = dived_of(*log.header(), *mission);
+  const bool had_map = !mission->unknown;
+  const tl::expected<LoggedDive, std::string> dived =
+      read_dive(*log.header(), std::move(*mission), had_map);
   if (!dived) return tl::unexpected(dived.error());
   if (dived->options.resume) {
     return tl::unexpected(std::string(
         "this dive went on from another one: its states may not be those of a changed mission"));
   }
-  Executive executive(changed, dived->world, dived->model, dived->options);
+  Executive executive(changed, dived->map, dived->model, dived->options);
   WhatIf what_if;
   what_if.report = feed(
-      log, executive, [&](const LoggedTick& tick, const StepOutputs& outputs, const ReplayReport&) {
+      log, executive,
+      [&](const LoggedTick& tick, const StepOutputs& outputs, const ReplayReport&) {
         const double t_s = to_seconds(tick.inputs.now);
         for (const TransitionRecord& record : tick.outputs.transitions) {
           what_if.logged.push_back({t_s, record});
@@ -152,7 +191,8 @@ tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& cha
           what_if.replayed.push_back({t_s, record});
         }
         return true;
-      });
+      },
+      kUnobserved);
   return what_if;
 }
 

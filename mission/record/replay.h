@@ -5,6 +5,7 @@
 // from it says nothing about the executive.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,10 @@
 
 #include "common/clock.h"
 #include "mission/document/mission.h"
+#include "mission/executive/executive.h"
 #include "mission/record/log.h"
+#include "planning/world/world.h"
+#include "vehicle/model.h"
 
 namespace dive::mission {
 
@@ -35,6 +39,23 @@ struct ReplayReport {
 /// The error is a sentence: the log's mission, map or vehicle cannot be read any more. A log with a
 /// damaged header is not replayed.
 [[nodiscard]] tl::expected<ReplayReport, std::string> replay(LogReader& log);
+
+/// The mission, map and vehicle of a log.
+struct LoggedDive {
+  Mission mission;
+  planning::World map;  ///< In an unknown environment: the world of the simulation.
+  vehicle::Model model;
+  ExecutiveOptions options;
+};
+/// The error is a sentence: one of them cannot be read any more.
+[[nodiscard]] tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header);
+
+/// Called with every tick of the log, and with the executive after that tick; null from the first
+/// gap or divergence on.
+using ReplayObserver = std::function<void(const LoggedTick&, const Executive*)>;
+/// Replays a log and shows each tick to `observer`. `dive` is that of the log.
+[[nodiscard]] ReplayReport replay(LogReader& log, const LoggedDive& dive,
+                                  const ReplayObserver& observer);
 
 /// The hypothetical course of another mission if the vehicle and the planner had behaved as they
 /// did: its transitions beside the logged ones. The comparison loses value with the distance from

@@ -120,9 +120,9 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
   record.result = simulate_dive(
       mission, world, model, settings,
       [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
-          std::span<const Collision> collisions) {
+          const TickContacts& contacts) {
         watch.observe(inputs, outputs, truth);
-        if (observer) observer(inputs, outputs, truth, collisions);
+        if (observer) observer(inputs, outputs, truth, contacts);
       },
       [&](const Executive& executive, const StepOutputs& outputs) {
         watch.keep(executive, outputs);

@@ -172,7 +172,7 @@ class SimulatedVehiclePort final : public VehiclePort {
         collisions_at(truth().utime, truth().X_WB, touched_, outputs.estimate);
     result_.collisions.insert(result_.collisions.end(), collisions.begin(), collisions.end());
     watch_.observe(outputs.estimate);
-    if (observer_) observer_(inputs, outputs, truth(), collisions);
+    if (observer_) observer_(inputs, outputs, truth(), {collisions, contacts_.nearest()});
     rest_.observe(truth());
     last_ = outputs;
     is_held_ = is_kept(outputs) && settings_.rest_s > 0.0 && rest_.seconds() >= settings_.rest_s;

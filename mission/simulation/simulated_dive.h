@@ -106,9 +106,15 @@ struct DiveResult {
 /// The start pose of the mission.
 [[nodiscard]] Pose start_pose(const Mission& mission, const planning::World& world);
 
-/// Called every tick, after the step, with the collisions that begin in it.
+/// The contacts of one tick, by ground truth.
+struct TickContacts {
+  std::span<const Collision> begun;  ///< Collisions that begin in it.
+  const NearestApproach& nearest;    ///< Since the dive began.
+};
+
+/// Called every tick, after the step.
 using DiveObserver = std::function<void(const StepInputs&, const StepOutputs&,
-                                        const vehicle::GroundTruth&, std::span<const Collision>)>;
+                                        const vehicle::GroundTruth&, const TickContacts&)>;
 
 /// In an unknown environment `world` is the simulated world: only the range camera and the ground
 /// truth use it. Runs until the machine has ended, or for the longest allowed time: then "held" if

@@ -194,7 +194,9 @@ class SimulatedVehicle {
     }
     add(link::channel::kImage, images_[0], tick.left);
     add(link::channel::kImage, images_[1], tick.right);
-    publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_});
+    const NearestApproach& nearest = contacts_.nearest();
+    publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_,
+                                               nearest.clearance_m, nearest.obstacle});
     if (settings_.lockstep) publish(link::channel::kSimTick, tick);
   }
 

@@ -34,7 +34,8 @@ constexpr Run kHealth[] = {bytes(8 + 4 * sizeof(double) + 1)};
 constexpr Run kCommand[] = {bytes(8 + 7 * sizeof(double))};
 constexpr Run kRates[] = {bytes(8 + 5 * sizeof(double))};
 constexpr Run kVehicleCommand[] = {bytes(3 * 8 + 3 + 12 * sizeof(double))};
-constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxContacts)};
+constexpr Run kTruth[] = {bytes(8 + kPoseSize), texts(kMaxObstacleName, kMaxContacts),
+                          bytes(sizeof(double)), text(kMaxObstacleName)};
 constexpr Run kSimTick[] = {bytes(8 + 6 + 6 * 8 + 1 + 8)};
 constexpr Run kHeartbeat[] = {bytes(5 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1)};
@@ -258,20 +259,23 @@ bool decode(PacketView packet, VehicleCommand& command) {
 }
 
 bool encode(const Truth& truth, Packet& packet) {
-  const auto& [utime, X_WB, contacts] = truth;
+  const auto& [utime, X_WB, contacts, min_clearance_m, nearest] = truth;
   if (contacts.size() > kMaxContacts) return false;
   truth_t m;
   m.utime = utime;
   write_pose(X_WB, m.pose);
   m.n = static_cast<std::int32_t>(contacts.size());
   m.contacts = contacts;
+  m.min_clearance = min_clearance_m;
+  m.nearest = nearest;
   return pack(m, kTruth, packet);
 }
 
 bool decode(PacketView packet, Truth& truth) {
   auto m = unpack<truth_t>(packet, kTruth);
   if (!m) return false;
-  truth = {m->utime, read_pose(m->pose), std::move(m->contacts)};
+  truth = {m->utime, read_pose(m->pose), std::move(m->contacts), m->min_clearance,
+           std::move(m->nearest)};
   return true;
 }
 

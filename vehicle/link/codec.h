@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -61,6 +62,8 @@ struct Truth {
   Utime utime = 0;
   Pose X_WB;
   std::vector<std::string> contacts = {};
+  double min_clearance_m = std::numeric_limits<double>::infinity();  ///< Since the dive began.
+  std::string nearest = {};  ///< The obstacle at that clearance.
 };
 
 /// See sim_tick_t.lcm.
@@ -136,7 +139,7 @@ struct Path {
 inline constexpr std::size_t kMaxContacts = 256;             ///< Maximum obstacles per packet.
 inline constexpr std::size_t kMaxObstacleName = 64U << 10U;  ///< Maximum length, bytes.
 /// Maximum size of a truth packet, bytes.
-inline constexpr std::size_t kMaxTruthPacket = 128 + kMaxContacts * (kMaxObstacleName + 4);
+inline constexpr std::size_t kMaxTruthPacket = 128 + (kMaxContacts + 1) * (kMaxObstacleName + 4);
 /// Maximum size of a scan packet, bytes.
 inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
 /// Size of an image packet with `pixel_bytes` of pixels, bytes.

@@ -129,6 +129,8 @@ const ResultOption kOptions[] = {
     {"test_junit", "test s.xml --junit {}", "result", "s.xml"},
     {"test_junit_mission", "test s.xml --junit {}", "result", "m.xml"},
     {"graph", "graph m.xml --output {}", "result", "m.xml"},
+    {"report_plan", "report m.xml --output {}", "result", "m.xml"},
+    {"report_plan_map", "report m.xml --output {}", "result", "maps/bay.sdf"},
     {"estimate", "estimate data --estimator primitive --output {}", "result", "data/imu0/data.csv"},
     {"import_mission", "import qgc line.plan --depth 2 --output {}", "result/line.xml", ""},
     {"key", "key {}", "result", ""},

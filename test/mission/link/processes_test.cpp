@@ -190,6 +190,11 @@ TEST_F(Processes, InLockStepACollisionIsReportedAndLoggedAsByTheBuiltInSimulator
   EXPECT_EQ(vehicle->json().at("collision_list"), expected);
   EXPECT_EQ(vehicle->json().at("nearest"), built_in.json().at("nearest"));
   EXPECT_TRUE(executive->json().at("collision_list").is_null()) << "only ground truth knows";
+  Process report(
+      {DIVE_COMMAND, "report", path("linked.lcmlog"), "--output", path("linked.html"), "--force"},
+      folder_, "report");
+  EXPECT_EQ(report.wait(60.0), 0) << report.err();
+  EXPECT_THAT(content(path("linked.html")), HasSubstr("\"obstacle\":\"harbour/ground/quay\""));
 }
 
 // With scans too; a sensor failure on the vehicle side gives the same dive.

@@ -51,7 +51,7 @@ std::vector<Kind> kinds() {
           kind("depth", DepthSample{}),
           kind("health", HealthSample{}),
           kind("estimate", estimation::StateEstimate{}),
-          kind("truth", TruthRecord{5, {}, {"rock", "wall/body/shape"}}),
+          kind("truth", TruthRecord{5, {}, {"rock", "wall/body/shape"}, 0.25, "wall"}),
           kind("tick", TickMark{}),
           kind("plan reply", reply, now),
           kind("command", vehicle::Command{}, now),
@@ -220,7 +220,7 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   query.request.previous.resize(kMaxWaypoints);
   ASSERT_TRUE(encode(0, query, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
-  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxContacts, text)}, packet));
+  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxContacts, text), 0.0, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTruth));
   planning::Polytope piece;
   piece.vertices.resize(planning::kMaxPieceVertices);

@@ -51,7 +51,7 @@ std::vector<Kind> kinds() {
   return {kind("imu", ImuSample{}),
           kind("depth", DepthSample{}),
           kind("health", HealthSample{}),
-          kind("truth", Truth{5, {}, {"rock", "wall"}}),
+          kind("truth", Truth{5, {}, {"rock", "wall"}, 0.25, "wall"}),
           kind("command", VehicleCommand{}),
           kind("sim tick", SimTick{5, 3, std::nullopt, 4, 5, 5, std::nullopt, 4, 3}),
           kind("heartbeat", Heartbeat{}),
