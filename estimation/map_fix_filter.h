@@ -25,22 +25,23 @@
 #include <Eigen/Core>
 
 #include "common/map_fix.h"
+#include "common/motion_model.h"
 
 namespace dive::estimation {
 
 struct MapFixOptions {
   /// Least sigma of p at the start, per axis, m: a vehicle is put into the water by hand.
   double start_sigma_m = 0.15;
-  double speed_scale_sigma = 0.08;    ///< Of s at the start.
-  double heading_sigma_deg = 2.0;     ///< Of c at the start.
-  double heading_walk_deg = 0.1;      ///< Growth of c's sigma, deg per square root of a second.
-  double current_sigma = 0.03;        ///< Of d at the start, per axis, m/s.
-  double current_walk = 0.001;        ///< Growth of d's sigma, m/s per square root of a second.
-  double slip_sigma = 0.03;           ///< Of b, per axis, m/s.
-  double slip_time_s = 10.0;          ///< Correlation time of b.
-  double map_sigma_m = 0.05;          ///< Of m, per axis.
-  double map_length_m = 3.0;          ///< Distance over which m changes.
-  double drift_m_per_sqrt_s = 0.005;  ///< Random walk of p, per axis.
+  double speed_scale_sigma = 0.08;  ///< Of s at the start.
+  double heading_sigma_deg = 2.0;   ///< Of c at the start.
+  double heading_walk_deg = 0.1;    ///< Growth of c's sigma, deg per square root of a second.
+  double current_sigma = 0.03;      ///< Of d at the start, per axis, m/s.
+  double current_walk = 0.001;      ///< Growth of d's sigma, m/s per square root of a second.
+  double slip_sigma = MotionModel{}.slip_sigma.maxCoeff();  ///< Of b, per axis, m/s.
+  double slip_time_s = MotionModel{}.slip_time_s;           ///< Correlation time of b.
+  double map_sigma_m = 0.05;                                ///< Of m, per axis.
+  double map_length_m = 3.0;                                ///< Distance over which m changes.
+  double drift_m_per_sqrt_s = 0.005;                        ///< Random walk of p, per axis.
 
   /// Empty if usable, else a sentence naming the option and its range.
   [[nodiscard]] std::string validate() const;

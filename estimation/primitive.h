@@ -17,7 +17,7 @@
 
 #include "common/measurements.h"
 #include "estimation/depth_filter.h"
-#include "estimation/motion_model.h"
+#include "estimation/expected_motion.h"
 #include "estimation/state_estimate.h"
 
 namespace dive::estimation {

@@ -46,6 +46,16 @@ std::string AutopilotOptions::validate() const {
   return check.problem();
 }
 
+AutopilotOptions autopilot_options(const MotionModel& motion) {
+  AutopilotOptions options;
+  options.full_heave = motion.full_heave;
+  options.heave_lift = motion.coast_m.z() / motion.tail_lift_m.y();
+  options.full_speed = motion.full_speed;
+  options.coast_length_m = motion.coast_m.x();
+  options.speed_time_constant_s = motion.speed_time_constant_s;
+  return options;
+}
+
 // The w with w^2 + heave_lift |u| w = |effort| full_heave^2.
 double expected_heave(const AutopilotOptions& options, double effort, double speed) {
   const double half = 0.5 * options.heave_lift * std::abs(speed);

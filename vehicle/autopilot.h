@@ -21,6 +21,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "common/motion_model.h"
 #include "vehicle/command.h"
 
 namespace dive::vehicle {
@@ -30,26 +31,34 @@ struct AutopilotOptions {
   Eigen::Vector3d attitude_d{2.0, 3.5, 3.3};  ///< Effort per rad/s.
   /// Effort that balances the righting moment, roll at 90 degrees and pitch at 90 degrees.
   Eigen::Vector2d righting{0.66, 0.55};
-  double max_turn_rate = 1.0;          ///< Turn-rate limit of the attitude loop, rad/s.
-  double depth_p = 5.0;                ///< Effort per m.
-  double depth_d = 11.0;               ///< Effort per m/s.
-  double depth_i = 0.5;                ///< Effort per m s.
-  double depth_i_limit = 0.3;          ///< Limit of the integral's effort.
-  double depth_i_zone_m = 0.2;         ///< Depth error above which the integral is held.
-  double depth_filter_s = 0.2;         ///< Time constant of the depth observer.
-  double heave_share = 0.7;            ///< Fraction of full heave effort for the reference.
-  double full_heave = 0.253;           ///< m/s at full heave effort (steady, level, v = 0).
-  double heave_brake = 0.06;           ///< Deceleration of the reference to rest, m/s^2.
-  double heave_lift = 0.447;           ///< Lift at speed u: u w heave_lift beside w |w|.
-  double heave_trim = 6.0;             ///< Pitch effort per u w that holds the nose.
-  double nose_lift = 0.3;              ///< Pitch, rad per vertical effort along y.
-  double hover_speed = 0.2;            ///< m/s below which surge may help with depth.
-  double full_speed = 0.8;             ///< m/s at full surge effort (steady, level).
-  double coast_length_m = 2.06;        ///< Mass with entrained water over drag, m / (m/s)^2.
-  double speed_time_constant_s = 1.0;  ///< Time constant of the speed reference.
+  double max_turn_rate = 1.0;   ///< Turn-rate limit of the attitude loop, rad/s.
+  double depth_p = 5.0;         ///< Effort per m.
+  double depth_d = 11.0;        ///< Effort per m/s.
+  double depth_i = 0.5;         ///< Effort per m s.
+  double depth_i_limit = 0.3;   ///< Limit of the integral's effort.
+  double depth_i_zone_m = 0.2;  ///< Depth error above which the integral is held.
+  double depth_filter_s = 0.2;  ///< Time constant of the depth observer.
+  double heave_share = 0.7;     ///< Fraction of full heave effort for the reference.
+  double heave_brake = 0.06;    ///< Deceleration of the reference to rest, m/s^2.
+  double heave_trim = 6.0;      ///< Pitch effort per u w that holds the nose.
+  double nose_lift = 0.3;       ///< Pitch, rad per vertical effort along y.
+  double hover_speed = 0.2;     ///< m/s below which surge may help with depth.
+  // Those of the vehicle's motion model:
+  double full_heave =
+      MotionModel{}.full_heave;  ///< m/s at full heave effort (steady, level, v = 0).
+  /// Lift at speed u: u w heave_lift beside w |w|.
+  double heave_lift = MotionModel{}.coast_m.z() / MotionModel{}.tail_lift_m.y();
+  double full_speed = MotionModel{}.full_speed;  ///< m/s at full surge effort (steady, level).
+  /// Mass with entrained water over drag, m / (m/s)^2.
+  double coast_length_m = MotionModel{}.coast_m.x();
+  /// Time constant of the speed reference.
+  double speed_time_constant_s = MotionModel{}.speed_time_constant_s;
 
   [[nodiscard]] std::string validate() const;
 };
+
+/// The options for a vehicle with that motion model.
+[[nodiscard]] AutopilotOptions autopilot_options(const MotionModel& motion);
 
 /// Steady heave (m/s, along z of B) in the depth loop's model, under a heave effort in [-1, 1] at
 /// forward speed `speed` (m/s).

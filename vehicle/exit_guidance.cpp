@@ -49,8 +49,9 @@ const char* to_string(ExitPhase phase) {
   return "watching";
 }
 
-ExitGuidance::ExitGuidance()
-    : odometry_({}, Eigen::Vector3d::Zero(), 0.0), follower_(follower_options(kMinSpeed)) {}
+ExitGuidance::ExitGuidance(const MotionModel& motion)
+    : odometry_({.motion = motion}, Eigen::Vector3d::Zero(), 0.0),
+      follower_(follower_options(kMinSpeed)) {}
 
 bool ExitGuidance::is_plausible(const ExitPath& path) {
   const auto is_place = [](const Pose& pose) {

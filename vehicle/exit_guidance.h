@@ -32,7 +32,8 @@ class ExitGuidance {
   static constexpr double kSurfaceDepth = 0.3;  ///< m
   static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
 
-  ExitGuidance();
+  /// For a vehicle with that motion model.
+  explicit ExitGuidance(const MotionModel& motion = {});
 
   /// The newest exit path, which also gives the present position. False if it is not used: its
   /// values are implausible, or the vehicle follows or ascends already.

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "common/diagnostic.h"
+#include "common/motion_model.h"
 #include "common/source_text.h"
 #include "planning/world/world.h"
 
@@ -22,6 +23,7 @@ struct Model {
   /// Flipper hips, m: the origins of the joints left_front, left_mid, left_rear, right_front,
   /// right_mid, right_rear. NaN for a vehicle that has none of these joints.
   Eigen::Matrix<double, 3, 6> hips_B;
+  MotionModel motion;  ///< By <motion>; the Aqua2's for a description without it.
 };
 
 /// Error codes URDF-*. Collision geometry: box, cylinder, sphere (curved shapes as circumscribed
@@ -29,7 +31,7 @@ struct Model {
 /// the collision or else the link. A part on moving joints (revolute, prismatic, continuous) is a
 /// convex solid around its swept volume between their limits. The root link's frame is B. Visuals,
 /// gazebo and transmission elements and foreign namespaces are ignored; xacro and meshes as
-/// collision geometry are rejected.
+/// collision geometry are rejected. <motion> is an extension of ours: motion_element.h.
 [[nodiscard]] std::optional<Model> parse_urdf(SourceText source, Diagnostics& diagnostics);
 [[nodiscard]] std::optional<Model> load_urdf(const std::string& path, Diagnostics& diagnostics);
 

@@ -10,6 +10,7 @@
 #include "common/suggest.h"
 #include "common/xml.h"
 #include "vehicle/model.h"
+#include "vehicle/motion_element.h"
 #include "vehicle/sweep.h"
 #include "vehicle/urdf_reader.h"
 
@@ -142,7 +143,11 @@ std::optional<Model> assemble(const XmlDocument& document, Diagnostics& diagnost
   if (!urdf_model) return std::nullopt;
   Assembler assembler(*urdf_model);
   if (!assembler.check(document, diagnostics)) return std::nullopt;
-  return assembler.take();
+  const std::optional<MotionModel> motion = read_motion(document, diagnostics);
+  if (!motion) return std::nullopt;
+  Model model = assembler.take();
+  model.motion = *motion;
+  return model;
 }
 
 }  // namespace

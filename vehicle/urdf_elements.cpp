@@ -22,9 +22,9 @@ constexpr double kMaxLength = 1e3;
 constexpr double kThinPlate = 1e-3;  // tolerance for rounded values in the triangle inequality
 
 bool may_repeat(const std::string& name) {
-  static const std::set<std::string> kOnlyOnce{"inertial", "origin", "mass", "inertia", "geometry",
-                                               "box",      "mesh",   "axis", "limit",   "parent",
-                                               "cylinder", "sphere", "child"};
+  static const std::set<std::string> kOnlyOnce{"inertial", "origin", "mass",  "inertia", "geometry",
+                                               "box",      "mesh",   "axis",  "limit",   "parent",
+                                               "cylinder", "sphere", "child", "motion"};
   return kOnlyOnce.count(name) == 0;
 }
 

@@ -33,9 +33,11 @@ class UrdfElements {
     diagnostics_.error(code, source_, span, std::move(message), std::move(hint));
   }
 
- private:
+  /// The value of an attribute: `otherwise` if it is absent, 0 after an error.
   double number(const XmlElement& element, const std::string& name,
                 std::optional<double> otherwise = std::nullopt);
+
+ private:
   double length(const XmlElement& element, const std::string& name);
   urdf::Vector3 vector(const XmlElement& element, const std::string& name,
                        const urdf::Vector3& otherwise);

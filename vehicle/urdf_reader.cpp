@@ -51,8 +51,8 @@ class Reader {
       return false;
     }
     model_->name_ = elements_.text(root_, "name");
-    static const std::array<std::string, 6> kKnown{"link",   "joint",        "material",
-                                                   "gazebo", "transmission", "sensor"};
+    static const std::array<std::string, 7> kKnown{"link",         "joint",  "material", "gazebo",
+                                                   "transmission", "sensor", "motion"};
     elements_.check_children(root_, kKnown);
     return true;
   }

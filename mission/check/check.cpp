@@ -150,7 +150,7 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
 
   if (has_position_margins(mission)) {
     observer.on_step("predicting the position along the legs");
-    predict_position_margins(route, report.legs, mission, world, model.hull);
+    predict_position_margins(route, report.legs, mission, world, model);
     check_position_margins(route, report.legs, mission, diagnostics);
   }
   observer.on_step("proving the exit paths");

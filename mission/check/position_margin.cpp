@@ -68,11 +68,12 @@ class Views {
 // from the start (estimation/primitive.h).
 class Predicted {
  public:
-  Predicted(const Mission& mission, const planning::World& map, const Vector3d& start_W) {
+  Predicted(const Mission& mission, const planning::World& map, const MotionModel& motion,
+            const Vector3d& start_W) {
     const double start = std::hypot(mission.priors.start_m, mission.priors.map_m);
     reckoned_ = start * start * Matrix2d::Identity();
     if (!uses_map_fixes(mission)) return;
-    filter_.emplace(map_fix_options(mission));
+    filter_.emplace(map_fix_options(mission, motion));
     filter_->begin(start_W.head<2>(), start * start);
     views_ = std::make_unique<Views>(map);
   }
@@ -159,10 +160,10 @@ bool has_position_margins(const Mission& mission) {
 
 void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& legs,
                               const Mission& mission, const planning::World& map,
-                              const planning::RobotHull& hull) {
+                              const vehicle::Model& model) {
   DIVE_DEMAND(has_position_margins(mission));
-  Predicted predicted(mission, map, route.start.p);
-  Surroundings surroundings(map, hull);
+  Predicted predicted(mission, map, model.motion, route.start.p);
+  Surroundings surroundings(map, model.hull);
   const double step_m = mission.speed.value * kFixPeriod;
   for (std::size_t l = 0; l < legs.size(); ++l) {
     PositionMargin least;

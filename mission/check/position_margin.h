@@ -18,6 +18,7 @@
 #include "mission/check/route.h"
 #include "mission/check/route_plan.h"
 #include "mission/document/mission.h"
+#include "vehicle/model.h"
 
 namespace dive::mission {
 
@@ -35,7 +36,7 @@ inline constexpr double kSafeMargin = 5.0;
 /// Fills in the margin of each planned leg. Demands has_position_margins().
 void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& legs,
                               const Mission& mission, const planning::World& map,
-                              const planning::RobotHull& hull);
+                              const vehicle::Model& model);
 
 /// Reports legs with too small a margin (CHK-MARGIN, CHK-MARGIN-SMALL).
 void check_position_margins(const Route& route, const std::vector<PlannedRouteLeg>& legs,

@@ -28,6 +28,9 @@ std::string run_command_for(const Mission& mission, const DiveSettings& settings
   // fmt's "{}" of a double is the shortest text that parses to the same double.
   std::string command =
       fmt::format("dive run {} --seed {}", in_quotes(mission.source.path()), settings.seed);
+  if (!settings.vehicle_path.empty()) {
+    command += fmt::format(" --vehicle {}", in_quotes(settings.vehicle_path));
+  }
   const auto defaults = simulated_conditions(mission).list();
   const auto conditions = settings.conditions.list();
   for (std::size_t i = 0; i < conditions.size(); ++i) {

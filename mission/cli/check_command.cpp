@@ -102,13 +102,14 @@ int run_check(const CheckArguments& arguments) {
   Diagnostics diagnostics;
   CheckReport report;
   const std::optional<LoadedMission> loaded =
-      load(arguments.mission, resources(arguments.allow_outside), diagnostics);
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
   if (loaded) {
     const std::optional<vehicle::Conditions> conditions =
         parse_conditions(arguments.conditions, simulated_conditions(loaded->mission));
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
     options.dive.world = loaded->simulated_world;
+    options.dive.vehicle_path = arguments.vehicle;
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,

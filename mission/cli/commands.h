@@ -32,6 +32,7 @@ struct CheckArguments {
   bool list_rules = false;
   std::uint64_t seed = 1;
   std::vector<std::string> conditions;  ///< NAME=VALUE
+  std::string vehicle;                  ///< Description of the vehicle; empty: the Aqua2's.
   bool allow_outside = false;           ///< Read meshes outside of the map's folder.
 };
 
@@ -64,6 +65,7 @@ struct LinkArguments {
 
 struct RunArguments {
   std::string mission;
+  std::string vehicle;  ///< Description of the vehicle; empty: the Aqua2's.
   bool json = false;
   std::uint64_t seed = 1;
   std::string log;      ///< Empty: an automatic name in dive-runs/.
@@ -172,6 +174,14 @@ struct ImportArguments {
   bool force = false;  ///< Replace results that exist.
 };
 
+struct FitArguments {
+  std::vector<std::string> logs;
+  std::vector<std::string> validate;  ///< Logs that are not fitted; none: each dive in turn.
+  std::string output;                 ///< The vehicle's description; empty: none.
+  bool json = false;
+  bool force = false;  ///< Replace results that exist.
+};
+
 struct EstimateArguments {
   std::string folder;
   std::string estimator = "visual_inertial";  ///< visual_inertial or primitive
@@ -198,6 +208,7 @@ struct EstimateArguments {
 [[nodiscard]] int run_report(const ReportArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
+[[nodiscard]] int run_fit(const FitArguments& arguments);
 [[nodiscard]] int run_estimate(const EstimateArguments& arguments);
 [[nodiscard]] int run_tests(const TestArguments& arguments);
 [[nodiscard]] int run_replay(const ReplayArguments& arguments);

@@ -51,6 +51,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
+  command->add_option("--vehicle", arguments.vehicle, kVehicleHelp)->type_name("FILE");
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
@@ -249,6 +250,33 @@ void add_report(CLI::App& app, ReportArguments& arguments) {
   command->add_option("--seed", arguments.seed, "Mission: seed of the warm starts")->type_name("N");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
+  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+}
+
+void add_fit(CLI::App& app, FitArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "fit",
+      "Examples:\n"
+      "  dive fit dive-runs/*.lcmlog --output my_aqua2.urdf      each dive checks the others' fit\n"
+      "  dive fit monday*.lcmlog --validate tuesday*.lcmlog --output my_aqua2.urdf\n"
+      "  dive run missions/wreck.xml --vehicle my_aqua2.urdf     dives with the fitted model\n\n"
+      "Fits the vehicle's motion model to logs of dives with position fixes.\n"
+      "Prints each coefficient with its standard deviation, and the open-loop error before and "
+      "after\n"
+      "on dives that were not fitted. Ground truth is not used. Exit status 0: better than before; "
+      "1: no\n"
+      "better, and nothing is written; 2: a log is of no use.");
+  command->add_option("LOG", arguments.logs, "Log files (LCM event logs) of one vehicle")
+      ->type_name("FILE")
+      ->required();
+  command
+      ->add_option("--validate", arguments.validate,
+                   "Logs that measure the fit and are not fitted (default: each dive is predicted "
+                   "by a fit to the others)")
+      ->type_name("FILE");
+  command->add_option("--output", arguments.output, "Write the vehicle's description (URDF)")
+      ->type_name("FILE");
+  command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
 }
 

@@ -132,6 +132,7 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       ->type_name("FILE");
   command->add_flag("--resume", arguments.resume,
                     "Continue from the journal, as the mission's <resume> specifies");
+  command->add_option("--vehicle", arguments.vehicle, kVehicleHelp)->type_name("FILE");
   add_simulated_dive(command, arguments);
   add_vehicle(command, arguments);
   command->add_flag("--force", arguments.force, kForceHelp);

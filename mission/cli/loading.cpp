@@ -40,6 +40,31 @@ std::optional<Fault> parse_fault(const std::string& written) {
   return Fault{*kind, *seconds};
 }
 
+struct Vehicle {
+  SourceText urdf;
+  vehicle::Model model;
+};
+
+// The vehicle of a description; `path` empty: the compiled-in one.
+std::optional<Vehicle> read_vehicle(const std::string& path, Diagnostics& diagnostics) {
+  SourceText urdf = vehicle::aqua2_urdf();
+  if (!path.empty()) {
+    std::optional<XmlDocument> document = read_xml(path, XmlLimits{}, diagnostics);
+    if (!document) return std::nullopt;
+    urdf = std::move(document->source);
+  }
+  std::optional<vehicle::Model> model = vehicle::parse_urdf(urdf, diagnostics);
+  if (!model) return std::nullopt;
+  if (!model->hips_B.allFinite()) {
+    diagnostics.error(
+        "URDF-HIPS", urdf, urdf.span_at(0, 1),
+        fmt::format("the vehicle '{}' has no flippers: only an Aqua2 can be dived", model->name),
+        "name its six hips left_front, left_mid, left_rear, right_front, ...");
+    return std::nullopt;
+  }
+  return Vehicle{std::move(urdf), std::move(*model)};
+}
+
 }  // namespace
 
 vehicle::Model load_vehicle() {
@@ -50,24 +75,27 @@ vehicle::Model load_vehicle() {
 }
 
 std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
-                                  Diagnostics& diagnostics) {
+                                  Diagnostics& diagnostics, const std::string& vehicle) {
+  std::optional<Vehicle> described = read_vehicle(vehicle, diagnostics);
   std::optional<Mission> mission = load_mission(path, diagnostics);
-  if (!mission) return std::nullopt;
-  if (!has_simulation_map(*mission)) {
-    return LoadedMission{std::move(*mission), {}, {}, {}, {}, load_vehicle()};
-  }
-  tl::expected<SourceText, std::string> map = read_source_text(mission->map_path, kMaxMapBytes);
+  if (!mission || !described) return std::nullopt;
+  LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
+                       std::move(described->urdf)};
+  if (!has_simulation_map(loaded.mission)) return loaded;
+  tl::expected<SourceText, std::string> map =
+      read_source_text(loaded.mission.map_path, kMaxMapBytes);
   if (!map) {
-    diagnostics.error("MIS-MAP-NOT-FOUND", mission->source, mission->map_file.span,
+    diagnostics.error("MIS-MAP-NOT-FOUND", loaded.mission.source, loaded.mission.map_file.span,
                       fmt::format("the map cannot be read: {}", map.error()));
     return std::nullopt;
   }
-  planning::MeshFiles meshes(mission->map_path, resources,
+  planning::MeshFiles meshes(loaded.mission.map_path, resources,
                              [](const std::string& what) { note("dive: " + what); });
   std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;
-  LoadedMission loaded{std::move(*mission), std::move(*map), meshes.bundle(), std::move(*world), {},
-                       load_vehicle()};
+  loaded.map = std::move(*map);
+  loaded.map_meshes = meshes.bundle();
+  loaded.world = std::move(*world);
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
     if (!loaded.simulated_world) return std::nullopt;
@@ -85,7 +113,7 @@ LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   header.map_name = loaded.mission.map_file.value;
   header.map_xml = loaded.map.content();
   header.map_meshes = loaded.map_meshes;
-  header.vehicle_urdf = vehicle::aqua2_urdf().content();
+  header.vehicle_urdf = loaded.vehicle.content();
   return header;
 }
 

@@ -25,6 +25,7 @@ struct LoadedMission {
   planning::World world;   ///< The map; known_world() is the part available to the vehicle.
   std::optional<planning::World> simulated_world;  ///< If it is not the map.
   vehicle::Model model;
+  SourceText vehicle;  ///< The description of the model.
 };
 
 /// The meaning of `--allow-outside`.
@@ -32,10 +33,12 @@ struct LoadedMission {
   return allow_outside ? planning::Resources::kAnywhere : planning::Resources::kInFolder;
 }
 
-/// The mission and its map; reports every mistake as a diagnostic.
+/// The mission, its map and the vehicle of the description `vehicle` (empty: the compiled-in one);
+/// reports every mistake as a diagnostic.
 [[nodiscard]] std::optional<LoadedMission> load(const std::string& path,
                                                 planning::Resources resources,
-                                                Diagnostics& diagnostics);
+                                                Diagnostics& diagnostics,
+                                                const std::string& vehicle = {});
 
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);

@@ -21,6 +21,7 @@ void add_import(CLI::App& app, ImportArguments& arguments);
 void add_replay(CLI::App& app, ReplayArguments& arguments);
 void add_explain(CLI::App& app, ExplainArguments& arguments);
 void add_report(CLI::App& app, ReportArguments& arguments);
+void add_fit(CLI::App& app, FitArguments& arguments);
 void add_estimate(CLI::App& app, EstimateArguments& arguments);
 
 // Diving, in the simulator or over LCM.
@@ -36,5 +37,8 @@ inline constexpr const char* kOutsideHelp =
     "Also read meshes outside of the map's folder (for a map that you trust)";
 inline constexpr const char* kConditionsHelp =
     "Set a condition of simulated dives, e.g. current_x=0.01; a wrong name lists them all";
+
+inline constexpr const char* kVehicleHelp =
+    "Description of the vehicle (URDF), as dive fit writes it (default: the Aqua2's)";
 
 }  // namespace dive::mission

@@ -366,7 +366,7 @@ int run_dive(const RunArguments& arguments) {
   if (!fit_each_other(arguments)) return kExitUsage;
   Diagnostics diagnostics;
   const std::optional<LoadedMission> loaded =
-      load(arguments.mission, resources(arguments.allow_outside), diagnostics);
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
   if (!loaded) {
     print_diagnostics(diagnostics);
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});

@@ -12,12 +12,10 @@
 #include <string>
 
 #include "behaviors/trail.h"
-#include "estimation/primitive.h"
 #include "mission/document/mission.h"
 #include "mission/executive/checkpoint.h"
 #include "mission/executive/io.h"
 #include "planning/world/world.h"
-#include "vehicle/autopilot.h"
 #include "vehicle/exit_path.h"
 #include "vehicle/model.h"
 
@@ -26,8 +24,6 @@ namespace dive::mission {
 struct ExecutiveOptions {
   std::uint64_t seed = 1;  ///< Seed of the requested plans.
   std::optional<Resume> resume = {};
-  estimation::PrimitiveOptions estimator = {};
-  vehicle::AutopilotOptions autopilot = {};
 };
 
 enum class Outcome { kRunning, kSuccess, kAborted };
@@ -43,7 +39,7 @@ struct ExecutiveResult {
 class Executive {
  public:
   /// Keeps references: mission, world and model must outlive the executive. The mission has passed
-  /// load_mission().
+  /// load_mission(). Estimator and autopilot have the model's coefficients of motion.
   Executive(const Mission& mission, const planning::World& world, const vehicle::Model& model,
             ExecutiveOptions options);
   Executive(Executive&&) noexcept;

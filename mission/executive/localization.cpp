@@ -16,9 +16,10 @@ namespace {
 constexpr double kLoopReport_s = 10.0;  // s after which a loop closure is reported again
 
 // In a known map the fixes of the range camera correct the odometry.
-estimation::FrameCorrectionOptions correction_options(const Mission& mission) {
+estimation::FrameCorrectionOptions correction_options(const Mission& mission,
+                                                      const MotionModel& motion) {
   estimation::FrameCorrectionOptions options;
-  if (uses_map_fixes(mission)) options.fixes = map_fix_options(mission);
+  if (uses_map_fixes(mission)) options.fixes = map_fix_options(mission, motion);
   return options;
 }
 
@@ -27,12 +28,12 @@ constexpr double kLoopReport_m = 0.05;   // m: a correction of this size is repo
 
 }  // namespace
 
-Localization::Localization(const Mission& mission, const estimation::PrimitiveOptions& options,
+Localization::Localization(const Mission& mission, const MotionModel& motion,
                            const Eigen::Vector3d& position_W, double position_sigma_m)
     : uses_vision_(uses_visual_inertial(mission)),
       uses_fixes_(uses_map_fixes(mission)),
-      odometry_(options, position_W, position_sigma_m),
-      correction_(correction_options(mission), options) {}
+      odometry_({.motion = motion}, position_W, position_sigma_m),
+      correction_(correction_options(mission, motion), {.motion = motion}) {}
 
 std::optional<std::string> Localization::propose(const MapFix& fix, bool depth_is_fresh) {
   if (!uses_fixes_) return std::nullopt;

@@ -17,8 +17,8 @@ namespace dive::mission {
 
 class Localization {
  public:
-  Localization(const Mission& mission, const estimation::PrimitiveOptions& options,
-               const Eigen::Vector3d& position_W, double position_sigma_m);
+  Localization(const Mission& mission, const MotionModel& motion, const Eigen::Vector3d& position_W,
+               double position_sigma_m);
 
   void add(const ImuSample& sample) { odometry_.add(sample); }
   void add(const DepthSample& sample) { odometry_.add(sample); }

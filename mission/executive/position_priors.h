@@ -1,12 +1,15 @@
 #pragma once
 // What the estimator expects of its position errors, by what the mission states.
 
+#include "common/motion_model.h"
 #include "estimation/map_fix_filter.h"
 #include "mission/document/mission.h"
 
 namespace dive::mission {
 
-/// Of a mission that uses fixes from the map.
-[[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission);
+/// Of a mission that uses fixes from the map, and a vehicle with that motion model: the slip
+/// of its worst axis counts, because a vehicle may lie on its side.
+[[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission,
+                                                        const MotionModel& motion);
 
 }  // namespace dive::mission

@@ -14,7 +14,8 @@ namespace dive::mission {
 
 class SurfacingFallback {
  public:
-  explicit SurfacingFallback(const vehicle::AutopilotOptions& options) : autopilot_(options) {
+  explicit SurfacingFallback(const MotionModel& motion)
+      : autopilot_(vehicle::autopilot_options(motion)), guidance_(motion) {
     path_.waypoints.reserve(vehicle::kMaxExitWaypoints);  // keep() allocates nothing
   }
 

@@ -48,6 +48,8 @@ struct DiveSettings : OnboardSettings {
   vehicle::Conditions conditions;
   std::vector<Fault> faults;
   DiveScript script;    ///< May be empty.
+  /// File of the vehicle's description, for the command that repeats the dive; empty: compiled in.
+  std::string vehicle_path = {};
   double rest_s = 0.0;  ///< Time safely held after which the dive ends as "held"; 0: it continues.
   std::optional<planning::World> world = {};  ///< The world; absent: it is what the map says.
   std::vector<planning::Obstacle> unmapped;   ///< Objects in the world that the map lacks.

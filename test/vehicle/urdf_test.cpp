@@ -386,6 +386,10 @@ std::string two_links(const std::string& the_joint) {
   return robot(link("base", kMass + kBox) + link("arm", kBox) + the_joint);
 }
 
+std::string with_motion_of(const std::string& coefficients) {
+  return robot(link("base", kMass + kBox) + "<motion>" + coefficients + "</motion>");
+}
+
 std::string hips_without_one() {
   std::string body = link("base", kMass + kBox);
   for (const char* name :
@@ -503,7 +507,20 @@ INSTANTIATE_TEST_SUITE_P(
                 "URDF-INERTIA", "inertia ixx", ""},
         Mistake{"massless", robot(link("base", kBox)), "URDF-MASSLESS", "robot", ""},
         Mistake{"no_hull", robot(link("base", kMass)), "URDF-HULL", "robot", ""},
-        Mistake{"a_hip_misspelt", hips_without_one(), "URDF-HIPS", "robot", "'lef_mid'"}),
+        Mistake{"a_hip_misspelt", hips_without_one(), "URDF-HIPS", "robot", "'lef_mid'"},
+        Mistake{"a_coefficient_misspelt", with_motion_of(R"(<full_sped value="1"/>)"),
+                "URDF-ELEMENT", "full_sped", "<full_speed>"},
+        Mistake{"a_coefficient_beyond_its_range", with_motion_of(R"(<full_speed value="8.25"/>)"),
+                "URDF-MOTION", "8.25", "dive fit"},
+        Mistake{"a_coefficient_without_value", with_motion_of("<full_speed/>"), "URDF-ATTRIBUTE",
+                "full_speed", ""},
+        Mistake{"a_coefficient_that_is_no_number", with_motion_of(R"(<full_speed value="fast"/>)"),
+                "URDF-NUMBER", "fast", ""},
+        Mistake{"a_coefficient_twice",
+                with_motion_of(R"(<tail_m value="1"/><full_speed value="1"/><tail_m value="2"/>)"),
+                "URDF-DUPLICATE", "tail_m value=\"2\"", ""},
+        Mistake{"motion_twice", robot(link("base", kMass + kBox) + "<motion/><motion />"),
+                "URDF-DUPLICATE", "motion />", ""}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
 TEST(Urdf, WarnsOfMomentsThatNoBodyHas) {

@@ -16,7 +16,7 @@ struct Entry {
 };
 
 // One row per condition: name, member, range.
-constexpr std::array<Entry, 25> kEntries{{
+constexpr std::array<Entry, 26> kEntries{{
     {"current_x", [](Conditions& c) -> double& { return c.current_W.x(); }, -3.0, 3.0},
     {"current_y", [](Conditions& c) -> double& { return c.current_W.y(); }, -3.0, 3.0},
     {"current_z", [](Conditions& c) -> double& { return c.current_W.z(); }, -3.0, 3.0},
@@ -32,6 +32,7 @@ constexpr std::array<Entry, 25> kEntries{{
     {"depth_bias_sigma_m", [](Conditions& c) -> double& { return c.depth_bias_sigma_m; }, 0.0, 2.0},
     {"hull_scatter", [](Conditions& c) -> double& { return c.hull_scatter; }, 0.0, 0.5},
     {"buoyancy_sigma_n", [](Conditions& c) -> double& { return c.buoyancy_sigma_n; }, 0.0, 5.0},
+    {"hull_seed", [](Conditions& c) -> double& { return c.hull_seed; }, 0.0, 1e9},
     {"start_sigma_m", [](Conditions& c) -> double& { return c.start_sigma_m; }, 0.0, 5.0},
     {"map_shift_sigma_m", [](Conditions& c) -> double& { return c.map_shift_sigma_m; }, 0.0, 10.0},
     {"map_turn_sigma_deg", [](Conditions& c) -> double& { return c.map_turn_sigma_deg; }, 0.0,

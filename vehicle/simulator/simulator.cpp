@@ -25,7 +25,8 @@ constexpr std::uint64_t kPlaceStream = 0x97ace;
 
 // The figures of this vehicle: no two are alike, and none is the one that was measured.
 Aqua2Figures drawn_figures(const Conditions& conditions, std::uint64_t seed) {
-  Random random(seed, kHullStream);
+  const auto hull_seed = static_cast<std::uint64_t>(conditions.hull_seed);
+  Random random(hull_seed == 0 ? seed : hull_seed, kHullStream);
   Aqua2Figures figures;
   const auto scatter = [&](double& figure) {
     figure *= std::clamp(1.0 + conditions.hull_scatter * random.normal(), 0.5, 1.5);

@@ -26,12 +26,15 @@ struct Conditions {
   Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
   double speed_scale_sigma = 0.03;                      ///< Relative error of the gait's speed.
   double heading_bias_sigma_deg = 1.5;
-  double heading_variation_deg = 1.0;         ///< Of the compass between places, near steel.
-  double tilt_bias_sigma_deg = 0.3;           ///< Roll and pitch of the attitude sensor.
-  double gyro_bias_sigma = 0.005;             ///< Of the attitude sensor, per axis, rad/s.
-  double depth_bias_sigma_m = 0.03;           ///< Tide, air pressure and density.
-  double hull_scatter = 0.1;                  ///< Relative, of each drag, added mass and thrust.
-  double buoyancy_sigma_n = 0.1;              ///< Of the trim with weights, N.
+  double heading_variation_deg = 1.0;  ///< Of the compass between places, near steel.
+  double tilt_bias_sigma_deg = 0.3;    ///< Roll and pitch of the attitude sensor.
+  double gyro_bias_sigma = 0.005;      ///< Of the attitude sensor, per axis, rad/s.
+  double depth_bias_sigma_m = 0.03;    ///< Tide, air pressure and density.
+  double hull_scatter = 0.1;           ///< Relative, of each drag, added mass and thrust.
+  double buoyancy_sigma_n = 0.1;       ///< Of the trim with weights, N.
+  /// Dives with the same one are dives of one vehicle: hull and trim are drawn with it; 0: with the
+  /// seed of the dive.
+  double hull_seed = 0.0;
   double object_shift_sigma_m = 0.02;         ///< Of each object against the map, per axis.
   double range_misalignment_sigma_deg = 0.3;  ///< Of the range camera in its mount, per axis.
   // What a mission declares: mission::simulated_conditions(). Horizontally, per axis.

@@ -66,7 +66,9 @@ Swum swim_to(double x, const std::string& map) {
   const planning::Scene scene(world);
   const Route route = nominal_route(*mission, scene);
   auto legs = plan_route(route, world, brick(), {}, 1);
-  predict_position_margins(route, legs, *mission, world, brick());
+  vehicle::Model vehicle;
+  vehicle.hull = brick();
+  predict_position_margins(route, legs, *mission, world, vehicle);
   check_position_margins(route, legs, *mission, swum.diagnostics);
   EXPECT_EQ(legs.size(), 1U);
   swum.margin = legs.at(0).margin;

@@ -22,31 +22,12 @@
 // side it corrects the sway.
 
 #include <optional>
-#include <string>
 
 #include <Eigen/Core>
 
+#include "common/motion_model.h"
+
 namespace dive::estimation {
-
-/// Identified once per vehicle; these are the Aqua2's, from the mass of its URDF and the
-/// hydrodynamic figures of the public Aqua simulators (Georgiades 2005).
-struct MotionModel {
-  double speed_time_constant_s = 1.0;  ///< T: equal to the autopilot's.
-  double full_speed = 0.8;             ///< v_full, m/s: equal to the autopilot's.
-  double full_heave = 0.253;   ///< m/s at full heave effort, level: equal to the autopilot's.
-  double thrust_lag_s = 0.14;  ///< T_f: lag of the motors and the sensors.
-  /// L: mass over quadratic drag, of surge, sway and heave.
-  Eigen::Vector3d coast_m{2.06, 0.745, 0.428};
-  double sway_mass_ratio = 0.757;   ///< mu_y
-  double heave_mass_ratio = 0.475;  ///< mu_z
-  /// T: mass over the tail's added mass per length, of sway and heave.
-  Eigen::Vector2d tail_lift_m{1.364, 0.957};
-  double tail_m = 0.32;      ///< x_t: the tail, behind B's origin.
-  double buoyancy = 0.0213;  ///< b: net buoyancy over surge mass, m/s^2.
-
-  /// Empty if usable, else a sentence naming the value and its range.
-  [[nodiscard]] std::string validate() const;
-};
 
 /// What drives the vehicle.
 struct Propulsion {
@@ -62,7 +43,11 @@ class ExpectedMotion {
 
   /// Initialises a steady speed, m/s.
   void begin_at(double surge);
-  /// `omega_B`: turn rate, rad/s; `up_B`: unit; `dt` in s, at most 0.1.
+  /// Initialises the velocity (m/s) of a vehicle whose flippers give the thrust of steady
+  /// `efforts` in surge and heave.
+  void begin_at(const Eigen::Vector3d& v_B, const Eigen::Vector2d& efforts);
+  /// `omega_B`: turn rate, rad/s; `up_B`: unit; both of the interval's middle for second order in
+  /// `dt` (s, at most 0.1).
   void advance(const Propulsion& propulsion, const Eigen::Vector3d& omega_B,
                const Eigen::Vector3d& up_B, double dt);
   /// Corrects the velocity by the measured rate of height (m/s) over `dt` (s).
@@ -71,6 +56,10 @@ class ExpectedMotion {
 
  private:
   [[nodiscard]] double thrust_for(double speed, double dt);
+  /// (u', v', w'), m/s^2; without thrust and drag of heave where its efforts are not known.
+  [[nodiscard]] Eigen::Vector3d rate(const Eigen::Vector3d& v_B, const Eigen::Vector2d& thrust,
+                                     const Eigen::Vector3d& omega_B, const Eigen::Vector3d& up_B,
+                                     bool has_heave) const;
 
   MotionModel model_;
   double reference_ = 0.0;                         ///< u_r, m/s

@@ -1,0 +1,125 @@
+// `dive fit`, as a user runs it: on logs of simulated dives.
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "test/common/sanitizers.h"
+#include "test/mission/cli/run_command.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using testing::content_of;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Ran;
+
+// One vehicle for all dives of a test: its thrust, drag and masses are 20 % off.
+const std::string kVehicle = " --set hull_seed=5 --set hull_scatter=0.2 ";
+
+std::string place() {
+  return std::string("fit-") + ::testing::UnitTest::GetInstance()->current_test_info()->name();
+}
+
+Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
+
+fs::path folder() { return fs::path(::testing::TempDir()) / "dive-command" / place(); }
+
+std::string mission(const std::string& name) {
+  return fmt::format("'{}/missions/{}.xml'", DIVE_SOURCE_DIR, name);
+}
+
+void swim(const std::string& name, int seed, const std::string& log, const std::string& more = {}) {
+  const Ran ran = dive(
+      fmt::format("run {} --seed {} --log {} {} {}", mission(name), seed, log, kVehicle, more));
+  ASSERT_TRUE(fs::exists(folder() / log)) << ran.err;
+}
+
+TEST(Fit, WritesAVehicleThatMissionsDive) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  swim("wreck", 1, "a.lcmlog");
+  swim("cluttered", 2, "b.lcmlog");
+  swim("pool4", 3, "c.lcmlog");
+  const Ran ran = dive("fit a.lcmlog b.lcmlog --validate c.lcmlog --output fitted.urdf --json");
+  ASSERT_EQ(ran.status, 0) << ran.err << ran.out;
+  const json fit = json::parse(ran.out);
+  EXPECT_EQ(fit.at("dives"), 2);
+  EXPECT_EQ(fit.at("validation"), "held_out");
+  EXPECT_EQ(fit.at("vehicle"), "fitted.urdf");
+  EXPECT_LT(fit.at("errors").at(0).at("after").at("median_m"),
+            fit.at("errors").at(0).at("before").at("median_m"));
+  const json& speed = fit.at("coefficients").at(0);
+  EXPECT_EQ(speed.at("name"), "full_speed");
+  EXPECT_TRUE(speed.at("constrained"));
+  EXPECT_THAT(
+      content_of(folder() / "fitted.urdf"),
+      HasSubstr(fmt::format("<full_speed value=\"{}\" sigma=\"", speed.at("value").get<double>())));
+
+  const Ran again =
+      dive("run " + mission("pool4") + kVehicle + "--vehicle fitted.urdf --log d.lcmlog --json");
+  EXPECT_THAT(again.status, ::testing::AnyOf(0, 1)) << again.err;
+  EXPECT_EQ(dive("replay d.lcmlog").status, 0) << "the log has the vehicle";
+  // The prior of another fit is the description of its first log.
+  const Ran second = dive("fit d.lcmlog a.lcmlog --json");
+  EXPECT_THAT(second.status, ::testing::AnyOf(0, 1)) << second.err;
+  EXPECT_EQ(json::parse(second.out).at("coefficients").at(0).at("before"), speed.at("value"));
+}
+
+TEST(Fit, SaysWhatALogLacks) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  swim("wreck_unknown", 1, "unknown.lcmlog");
+  const Ran without = dive("fit unknown.lcmlog unknown.lcmlog");
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.err, AllOf(HasSubstr("unknown.lcmlog: the log has no position fixes"),
+                                 HasSubstr("known map with the range camera")));
+
+  swim("pool4", 1, "short.lcmlog", "--leak-at 4");
+  const Ran brief = dive("fit short.lcmlog short.lcmlog");
+  EXPECT_EQ(brief.status, 2);
+  EXPECT_THAT(brief.err, HasSubstr("too little to fit"));
+
+  const Ran one = dive("fit short.lcmlog");
+  EXPECT_EQ(one.status, 2);
+  EXPECT_THAT(one.err, HasSubstr("cannot be checked: give more logs, or others with --validate"));
+
+  const Ran none = dive("fit no.lcmlog no.lcmlog");
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("no.lcmlog"));
+}
+
+TEST(Fit, RefusesTheDivesOfTwoVehicles) {
+  DIVE_SKIP_UNDER_SANITIZERS("a dive");
+  std::string other = content_of(fs::path(DIVE_SOURCE_DIR) / "vehicle" / "aqua2.urdf");
+  other.replace(other.find("14.405"), 6, "13.405");
+  fs::create_directories(folder());
+  std::ofstream(folder() / "other.urdf") << other;
+  swim("pool4", 1, "a.lcmlog");
+  swim("pool4", 1, "b.lcmlog", "--vehicle other.urdf");
+  const Ran ran = dive("fit a.lcmlog b.lcmlog --output v.urdf");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("b.lcmlog: the dive of another vehicle"));
+  EXPECT_FALSE(fs::exists(folder() / "v.urdf"));
+}
+
+TEST(Vehicle, ThatIsWrongIsReportedAtItsPlace) {
+  fs::create_directories(folder());
+  std::ofstream(folder() / "bad.urdf") << "<robot name=\"r\">\n  <link nam=\"base\"/>\n</robot>\n";
+  const Ran bad = dive("run " + mission("pool4") + " --vehicle bad.urdf");
+  EXPECT_EQ(bad.status, 2);
+  EXPECT_THAT(bad.err, HasSubstr("bad.urdf:2:"));
+  const Ran none = dive("check " + mission("pool4") + " --static --vehicle no.urdf");
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("no.urdf"));
+}
+
+}  // namespace
+}  // namespace dive::mission
