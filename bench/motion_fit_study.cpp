@@ -72,7 +72,10 @@ Dive dive(const std::string& name, std::uint64_t seed, std::uint64_t hull, doubl
   settings.conditions = mission::simulated_conditions(setup.mission);
   settings.conditions.hull_scatter = scatter;
   settings.conditions.hull_seed = static_cast<double>(hull);
-  if (scatter == 0.0) settings.conditions.buoyancy_sigma_n = 0.0;
+  if (scatter == 0.0) {
+    settings.conditions.buoyancy_sigma_n = 0.0;
+    settings.conditions.speed_scale_sigma = 0.0;
+  }
   if (still_water) settings.conditions.current_sigma = 0.0;
   mission::MotionCollector collector(fmt::format("{} with seed {}", name, seed));
   std::vector<MapFix> truths;
@@ -95,8 +98,10 @@ Dive dive(const std::string& name, std::uint64_t seed, std::uint64_t hull, doubl
 
 void print_errors(const std::string& what, const std::vector<MotionRecord>& dives,
                   const MotionModel& before, const MotionModel& after) {
-  const auto old_errors = estimation::open_loop_errors(dives, before, kHorizons_s);
-  const auto new_errors = estimation::open_loop_errors(dives, after, kHorizons_s);
+  const auto old_errors =
+      estimation::open_loop_errors(dives, before, kHorizons_s, estimation::Drift::kIsError);
+  const auto new_errors =
+      estimation::open_loop_errors(dives, after, kHorizons_s, estimation::Drift::kIsError);
   for (std::size_t i = 0; i < kHorizons_s.size(); ++i) {
     const estimation::OpenLoopError& a = old_errors[i];
     const estimation::OpenLoopError& b = new_errors[i];

@@ -1,6 +1,7 @@
 #include "estimation/motion_fit/open_loop.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,11 +14,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMaxSigma = 0.1;       // m, of a fix that counts
-constexpr double kTolerance = 0.3;      // s, of the time between two fixes
-constexpr double kDriftHorizon = 10.0;  // s over which the current is averaged
-constexpr double kSlipHorizon = 4.0;    // s: short against the slip, long against the fixes' noise
-constexpr double kMinWeight = 20.0;     // of horizontal samples of an axis
+constexpr double kMaxSigma = 0.1;                         // m, of a fix that counts
+constexpr double kTolerance = 0.3;                        // s, of the time between two fixes
+constexpr double kDriftHorizon = 10.0;                    // s over which the current is averaged
+constexpr std::array<double, 2> kSlipHorizons{2.0, 8.0};  // s
+constexpr double kMinWeight = 20.0;                       // of horizontal samples of an axis
 
 /// The open-loop state at the time of a fix, and what the fix shows.
 struct Compared {
@@ -55,7 +56,6 @@ std::vector<Compared> compare(const MotionRecord& record, const MotionModel& mod
 struct MotionError {
   Vector2d off_W = Vector2d::Zero();  ///< Open-loop motion less that between the fixes, m.
   double dt = 0.0;                    ///< s
-  double variance = 0.0;              ///< Of the fixes' own errors, m^2.
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  ///< In the middle.
 };
 
@@ -75,7 +75,6 @@ std::vector<MotionError> errors_over(const std::vector<Compared>& compared, doub
     error.off_W =
         turned(heading) * (b.odometry - a.odometry) - (b.shown.position_W - a.shown.position_W);
     error.dt = to_seconds(b.utime - a.utime);
-    error.variance = std::pow(a.shown.sigma_m, 2) + std::pow(b.shown.sigma_m, 2);
     error.q_WB = from_rpy(0.0, 0.0, heading) * compared[(i + j) / 2].q_WB;
   }
   return errors;
@@ -87,6 +86,28 @@ Vector2d current_in(const std::vector<Compared>& compared) {
   Vector2d sum = Vector2d::Zero();
   for (const MotionError& error : errors) sum += error.off_W / error.dt;
   return errors.empty() ? sum : Vector2d(sum / static_cast<double>(errors.size()));
+}
+
+// Mean squares of the errors along the axes of B, m^2, over one horizon. An axis counts by how
+// horizontal it is: along the vertical the depth sensor corrects the motion.
+struct MeanSquares {
+  Vector3d sums = Vector3d::Zero();
+  Vector3d weights = Vector3d::Zero();
+
+  void add(const MotionError& error, const Vector2d& current_W) {
+    const Vector3d off_B = error.q_WB.conjugate() * lifted(error.off_W - current_W * error.dt);
+    const Vector3d up_B = error.q_WB.conjugate() * Vector3d::UnitZ();
+    const Vector3d horizontal = Vector3d::Ones() - up_B.cwiseAbs2();
+    sums += horizontal.cwiseProduct(off_B.cwiseAbs2());
+    weights += horizontal.cwiseAbs2();
+  }
+};
+
+// Mean square of the way over t that a Gauss-Markov velocity of unit variance and correlation time
+// T makes: t^2 2 (x - 1 + exp(-x)) / x^2, with x = t / T.
+double growth(double t, double T) {
+  const double x = t / T;
+  return t * t * 2.0 * (x - 1.0 + std::exp(-x)) / (x * x);
 }
 
 }  // namespace
@@ -101,12 +122,13 @@ double OpenLoopError::quantile(double share) const {
 
 std::vector<OpenLoopError> open_loop_errors(std::span<const MotionRecord> records,
                                             const MotionModel& model,
-                                            std::span<const double> horizons_s) {
+                                            std::span<const double> horizons_s, Drift drift) {
   std::vector<OpenLoopError> result;
   for (const double horizon_s : horizons_s) result.push_back({horizon_s, {}});
   for (const MotionRecord& record : records) {
     const std::vector<Compared> compared = compare(record, model);
-    const Vector2d current_W = current_in(compared);
+    const Vector2d current_W =
+        drift == Drift::kIsCurrent ? current_in(compared) : Vector2d::Zero().eval();
     for (OpenLoopError& all : result) {
       for (const MotionError& error : errors_over(compared, all.horizon_s)) {
         all.errors_m.push_back((error.off_W - current_W * error.dt).norm());
@@ -116,32 +138,26 @@ std::vector<OpenLoopError> open_loop_errors(std::span<const MotionRecord> record
   return result;
 }
 
-// A Gauss-Markov velocity of variance s^2 and correlation time T has over a time t the mean square
-// s^2 2 (x - 1 + exp(-x)) / x^2 of its average, with x = t / T. An axis counts by how horizontal it
-// is: along the vertical the depth sensor corrects the motion.
 std::array<std::optional<double>, 3> slip_sigmas(std::span<const MotionRecord> records,
                                                  const MotionModel& model) {
-  const double x = kSlipHorizon / model.slip_time_s;
-  const double share = 2.0 * (x - 1.0 + std::exp(-x)) / (x * x);
-  Vector3d squares = Vector3d::Zero();
-  Vector3d weights = Vector3d::Zero();
+  std::array<MeanSquares, kSlipHorizons.size()> squares;
   for (const MotionRecord& record : records) {
     const std::vector<Compared> compared = compare(record, model);
     const Vector2d current_W = current_in(compared);
-    for (const MotionError& error : errors_over(compared, kSlipHorizon)) {
-      const Vector3d v_W = lifted(error.off_W / error.dt - current_W);
-      const Vector3d v_B = error.q_WB.conjugate() * v_W;
-      const Vector3d up_B = error.q_WB.conjugate() * Vector3d::UnitZ();
-      const Vector3d horizontal = Vector3d::Ones() - up_B.cwiseAbs2();
-      const double noise = error.variance / (error.dt * error.dt);
-      squares += horizontal.cwiseProduct(v_B.cwiseAbs2() - noise * horizontal);
-      weights += horizontal.cwiseAbs2();
+    for (std::size_t k = 0; k < squares.size(); ++k) {
+      for (const MotionError& error : errors_over(compared, kSlipHorizons[k])) {
+        squares[k].add(error, current_W);
+      }
     }
   }
+  const double grown =
+      growth(kSlipHorizons[1], model.slip_time_s) - growth(kSlipHorizons[0], model.slip_time_s);
   std::array<std::optional<double>, 3> sigmas;
   for (int i = 0; i < 3; ++i) {
-    if (weights[i] < kMinWeight) continue;
-    sigmas[static_cast<std::size_t>(i)] = std::sqrt(std::max(squares[i] / weights[i], 0.0) / share);
+    if (squares[0].weights[i] < kMinWeight || squares[1].weights[i] < kMinWeight) continue;
+    const double more =
+        squares[1].sums[i] / squares[1].weights[i] - squares[0].sums[i] / squares[0].weights[i];
+    sigmas[static_cast<std::size_t>(i)] = std::sqrt(std::max(more, 0.0) / grown);
   }
   return sigmas;
 }

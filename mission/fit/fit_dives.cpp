@@ -9,6 +9,7 @@
 namespace dive::mission {
 namespace {
 
+using estimation::Drift;
 using estimation::MotionFit;
 using estimation::MotionRecord;
 using estimation::OpenLoopError;
@@ -36,7 +37,8 @@ tl::expected<std::vector<OpenLoopError>, std::string> leave_one_out(
     const tl::expected<MotionFit, std::string> fit =
         estimation::fit_motion(others, before, options);
     if (!fit) return tl::unexpected(fmt::format("without {}: {}", dives[out].name, fit.error()));
-    append(errors, estimation::open_loop_errors(dives.subspan(out, 1), fit->model, kFitHorizons_s));
+    append(errors, estimation::open_loop_errors(dives.subspan(out, 1), fit->model, kFitHorizons_s,
+                                                Drift::kIsCurrent));
   }
   return errors;
 }
@@ -59,7 +61,7 @@ tl::expected<FitReport, std::string> fit_dives(
   report.leaves_one_out = held_out.empty();
   const std::span<const MotionRecord> measured = held_out.empty() ? dives : held_out;
   const std::vector<OpenLoopError> errors_before =
-      estimation::open_loop_errors(measured, before, kFitHorizons_s);
+      estimation::open_loop_errors(measured, before, kFitHorizons_s, Drift::kIsCurrent);
   std::vector<OpenLoopError> errors_after;
   if (held_out.empty()) {
     tl::expected<std::vector<OpenLoopError>, std::string> errors =
@@ -67,7 +69,8 @@ tl::expected<FitReport, std::string> fit_dives(
     if (!errors) return tl::unexpected(errors.error());
     errors_after = std::move(*errors);
   } else {
-    errors_after = estimation::open_loop_errors(held_out, fit->model, kFitHorizons_s);
+    errors_after =
+        estimation::open_loop_errors(held_out, fit->model, kFitHorizons_s, Drift::kIsCurrent);
   }
   for (std::size_t i = 0; i < errors_before.size(); ++i) {
     report.errors.push_back({errors_before[i], errors_after[i]});

@@ -23,10 +23,14 @@ constexpr std::uint64_t kSpeedStream = 0x59eed;
 constexpr std::uint64_t kHullStream = 0x4011;
 constexpr std::uint64_t kPlaceStream = 0x97ace;
 
+std::uint64_t vehicle_seed(const Conditions& conditions, std::uint64_t seed) {
+  const auto hull_seed = static_cast<std::uint64_t>(conditions.hull_seed);
+  return hull_seed == 0 ? seed : hull_seed;
+}
+
 // The figures of this vehicle: no two are alike, and none is the one that was measured.
 Aqua2Figures drawn_figures(const Conditions& conditions, std::uint64_t seed) {
-  const auto hull_seed = static_cast<std::uint64_t>(conditions.hull_seed);
-  Random random(hull_seed == 0 ? seed : hull_seed, kHullStream);
+  Random random(vehicle_seed(conditions, seed), kHullStream);
   Aqua2Figures figures;
   const auto scatter = [&](double& figure) {
     figure *= std::clamp(1.0 + conditions.hull_scatter * random.normal(), 0.5, 1.5);
@@ -51,7 +55,7 @@ struct Simulator::Impl {
         flippers(model.hips_B, figures),
         sensors(conditions, seed, kTick),
         current_W(conditions.current_W) {
-    Random random(seed, kSpeedStream);
+    Random random(vehicle_seed(conditions, seed), kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     Random place(seed, kPlaceStream);
     const Vector3d off_W = horizontal_draw(place, conditions.start_sigma_m);

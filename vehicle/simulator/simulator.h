@@ -32,8 +32,8 @@ struct Conditions {
   double depth_bias_sigma_m = 0.03;    ///< Tide, air pressure and density.
   double hull_scatter = 0.1;           ///< Relative, of each drag, added mass and thrust.
   double buoyancy_sigma_n = 0.1;       ///< Of the trim with weights, N.
-  /// Dives with the same one are dives of one vehicle: hull and trim are drawn with it; 0: with the
-  /// seed of the dive.
+  /// Dives with the same one are dives of one vehicle: hull, trim and the gait's speed are drawn
+  /// with it; 0: with the seed of the dive.
   double hull_seed = 0.0;
   double object_shift_sigma_m = 0.02;         ///< Of each object against the map, per axis.
   double range_misalignment_sigma_deg = 0.3;  ///< Of the range camera in its mount, per axis.

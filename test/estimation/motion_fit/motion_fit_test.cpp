@@ -75,9 +75,9 @@ TEST(MotionFit, HalvesTheOpenLoopErrorOnDivesThatItHasNotSeen) {
   const auto fit = fit_motion(dives_of(truth, 1, 3), MotionModel{}, {});
   ASSERT_TRUE(fit);
   const std::vector<MotionRecord> unseen = dives_of(truth, 51, 2);
-  const auto before = open_loop_errors(unseen, MotionModel{}, kHorizons_s);
-  const auto after = open_loop_errors(unseen, fit->model, kHorizons_s);
-  const auto best = open_loop_errors(unseen, truth, kHorizons_s);
+  const auto before = open_loop_errors(unseen, MotionModel{}, kHorizons_s, Drift::kIsCurrent);
+  const auto after = open_loop_errors(unseen, fit->model, kHorizons_s, Drift::kIsCurrent);
+  const auto best = open_loop_errors(unseen, truth, kHorizons_s, Drift::kIsCurrent);
   for (std::size_t i = 0; i < kHorizons_s.size(); ++i) {
     ASSERT_GT(after[i].errors_m.size(), 100U);
     EXPECT_LT(after[i].quantile(0.5), 0.5 * before[i].quantile(0.5)) << kHorizons_s[i];
@@ -132,10 +132,9 @@ TEST(MotionFit, LeavesOutTimesWithoutAttitudeAndAtTheSurface) {
 TEST(OpenLoop, SlipIsThatOfTheMotionWithoutTheFixesNoise) {
   MotionModel model;
   const std::vector<MotionRecord> exact{record_of({.truth = model, .seed = 3, .turning = 0.15})};
-  for (const auto& sigma : slip_sigmas(exact, model)) {
-    ASSERT_TRUE(sigma);
-    EXPECT_LT(*sigma, 0.006) << "the noise of the fixes is no slip";
-  }
+  const auto none = slip_sigmas(exact, model);
+  ASSERT_TRUE(none[0] && none[1]);
+  EXPECT_LT(std::max(*none[0], *none[1]), 0.01) << "the noise of the fixes is no slip";
   model.full_speed *= 1.1;
   const auto slip = slip_sigmas(exact, model);
   EXPECT_GT(*slip[0], 0.015) << "4 cm/s too fast along x";
