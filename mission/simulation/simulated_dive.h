@@ -47,7 +47,7 @@ using SensorObserver = std::function<void(const vehicle::SensorSamples&,
 struct DiveSettings : OnboardSettings {
   vehicle::Conditions conditions;
   std::vector<Fault> faults;
-  DiveScript script;    ///< May be empty.
+  DiveScript script;  ///< May be empty.
   /// File of the vehicle's description, for the command that repeats the dive; empty: compiled in.
   std::string vehicle_path = {};
   double rest_s = 0.0;  ///< Time safely held after which the dive ends as "held"; 0: it continues.
