@@ -168,10 +168,10 @@ struct Failsafes {
 /// What is known before the dive, as standard deviations: the estimator expects errors of this
 /// size, and the simulator draws them.
 struct Priors {
-  double start_m = 0.1;  ///< Of the position at the release, per horizontal axis, m.
-  double map_m = 0.05;   ///< Of the position of a known map, per horizontal axis, m.
-  double map_deg = 0.5;  ///< Of its orientation about the vertical.
-  double current = 0.0;  ///< Of the current, per horizontal axis, m/s.
+  double start_m = 0.1;   ///< Of the position at the release, per horizontal axis, m.
+  double map_m = 0.05;    ///< Of the position of a known map, per horizontal axis, m.
+  double map_deg = 0.5;   ///< Of its orientation about the vertical.
+  double current = 0.02;  ///< Of the current, per horizontal axis, m/s.
 };
 
 struct Mission {

@@ -1,6 +1,7 @@
 #include "vehicle/simulator/simulator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/assert.h"
@@ -22,6 +23,10 @@ constexpr double kGravity = 9.81;
 constexpr std::uint64_t kSpeedStream = 0x59eed;
 constexpr std::uint64_t kHullStream = 0x4011;
 constexpr std::uint64_t kPlaceStream = 0x97ace;
+constexpr std::uint64_t kWaterStream = 0x3a7e4;
+// s: correlation time of the drawn part of the current. Eddies behind a headland or a hull take
+// minutes, the tide hours.
+constexpr double kCurrentTime = 600.0;
 
 // The figures of this vehicle: no two are alike, and none is the one that was measured.
 Aqua2Figures drawn_figures(const Conditions& conditions, std::uint64_t seed) {
@@ -49,12 +54,14 @@ struct Simulator::Impl {
         dynamics(model, figures),
         flippers(model.hips_B, figures),
         sensors(conditions, seed, kTick),
-        current_W(conditions.current_W) {
+        mean_current_W(conditions.current_W),
+        water(seed, kWaterStream) {
     Random random(seed, kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     Random place(seed, kPlaceStream);
     const Vector3d off_W = horizontal_draw(place, conditions.start_sigma_m);
-    current_W += horizontal_draw(place, conditions.current_sigma);
+    drawn_current_W = horizontal_draw(place, conditions.current_sigma);
+    current_W = mean_current_W + drawn_current_W;
     state.X_WB = Pose{start_X_WB.p + off_W, start_X_WB.q.normalized()};
     state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
@@ -62,6 +69,7 @@ struct Simulator::Impl {
 
   SensorSamples step(const PseudoRates& rates) {
     flippers.command(rates);
+    vary_current();
     const Vector3d p_before = state.X_WB.p;
     const Vector3d v_before_W = velocity_W();
     for (int i = 0; i < kSubsteps; ++i) {
@@ -126,8 +134,23 @@ struct Simulator::Impl {
 
   void set_current(const Vector3d& current_in_W) {
     DIVE_DEMAND(current_in_W.allFinite());
-    state.v += state.X_WB.q.conjugate() * (current_W - current_in_W);  // keeps momentum over ground
-    current_W = current_in_W;
+    mean_current_W = current_in_W;
+    flow(mean_current_W + drawn_current_W);
+  }
+
+  // Gauss-Markov, with the drawn sigma at all times.
+  void vary_current() {
+    if (conditions.current_sigma == 0.0) return;
+    const double kept = std::exp(-kTick / kCurrentTime);
+    drawn_current_W = kept * drawn_current_W + std::sqrt(1.0 - kept * kept) *
+                                                   horizontal_draw(water, conditions.current_sigma);
+    flow(mean_current_W + drawn_current_W);
+  }
+
+  // The vehicle keeps its momentum over ground.
+  void flow(const Vector3d& velocity_W) {
+    state.v += state.X_WB.q.conjugate() * (current_W - velocity_W);
+    current_W = velocity_W;
   }
 
   Aqua2Figures figures;
@@ -135,7 +158,10 @@ struct Simulator::Impl {
   Dynamics dynamics;
   Flippers flippers;
   Sensors sensors;
-  Vector3d current_W;
+  Vector3d mean_current_W;
+  Vector3d drawn_current_W = Vector3d::Zero();
+  Vector3d current_W = Vector3d::Zero();  ///< Sum of both.
+  Random water;
   Dynamics::State state;
   GroundTruth truth;
   bool leak = false;

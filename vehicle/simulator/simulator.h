@@ -35,7 +35,7 @@ struct Conditions {
   double object_shift_sigma_m = 0.02;         ///< Of each object against the map, per axis.
   double range_misalignment_sigma_deg = 0.3;  ///< Of the range camera in its mount, per axis.
   // What a mission declares: mission::simulated_conditions(). Horizontally, per axis.
-  double current_sigma = 0.0;       ///< m/s.
+  double current_sigma = 0.0;       ///< Of a current that changes in the course of minutes, m/s.
   double start_sigma_m = 0.0;       ///< Of the release.
   double map_shift_sigma_m = 0.0;   ///< Of the whole world against the map.
   double map_turn_sigma_deg = 0.0;  ///< The same, about the vertical.
@@ -90,8 +90,8 @@ class Simulator {
   [[nodiscard]] const GroundTruth& truth() const;
   /// Makes the health samples report water in the hull from now on.
   void inject_leak();
-  /// Sets the water's velocity to `current_W` (m/s) from now on. The vehicle keeps its velocity
-  /// over ground.
+  /// Sets the mean velocity of the water to `current_W` (m/s) from now on; what was drawn is added
+  /// to it. The vehicle keeps its velocity over ground.
   void set_current(const Eigen::Vector3d& current_W);
 
  private:
