@@ -232,6 +232,18 @@ TEST(ScenarioCommand, AVisualInertialDiveReplays) {
   EXPECT_THAT(dive("explain " + in_quotes(log)).out, HasSubstr("estimator primitive: the same"));
 }
 
+// The scans are not in the log; that an object of the map is gone is.
+TEST(ScenarioCommand, ADiveInWhichAMappedObjectGoesReplays) {
+  const fs::path keep = own_folder() / "gone";
+  fs::remove_all(keep);
+  const Ran ran = dive("test --keep-all --keep " + in_quotes(keep) + " " +
+                       in_quotes(kShipped / "a_mapped_panel_is_gone.xml"));
+  EXPECT_EQ(ran.status, 0) << ran.out;
+  const fs::path log = keep / "a_mapped_panel_is_gone.lcmlog";
+  EXPECT_EQ(dive("replay " + in_quotes(log)).status, 0);
+  EXPECT_THAT(dive("explain " + in_quotes(log)).out, HasSubstr("'panel/panel/collision' is gone"));
+}
+
 TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {
   const fs::path path = scenario("late",
                                  "<at state=\"dive.abort_retrace\"><fault name=\"leak\"/></at>\n"
