@@ -163,7 +163,7 @@ class Reader {
     return seconds ? seconds->value : std::numeric_limits<double>::infinity();
   }
 
-  ScriptAction action(const XmlElement& element) const {
+  ScriptAction action(const XmlElement& element) {
     const auto number = [&](const char* name) { return read_.number(element, name).value; };
     const auto word = [&](const char* name) { return read_.name(element, name).value; };
     if (element.name == "fault") {
@@ -183,7 +183,7 @@ class Reader {
     return obstacle(element);
   }
 
-  ObstacleAction obstacle(const XmlElement& element) const {
+  ObstacleAction obstacle(const XmlElement& element) {
     const auto number = [&](const char* name) { return read_.number(element, name).value; };
     ObstacleAction action;
     action.obstacle.size = {number("east"), number("north"), number("height")};

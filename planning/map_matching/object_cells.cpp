@@ -31,7 +31,8 @@ ObjectCells::ObjectCells(const World& world, const MapSurface& surface) {
   const int size = static_cast<int>(world.obstacles.size());
   for (ObjectRange range; range.first < size; range.first = range.end) {
     range = object_at(world, range.first);
-    Object object{range, {}, {}};
+    Object object;
+    object.obstacles = range;
     bool is_bounded = true;
     for (int i = range.first; i < range.end; ++i) {
       const Obstacle& obstacle = world.obstacles[static_cast<std::size_t>(i)];

@@ -13,6 +13,7 @@
 #include "planning/map_matching/map_matcher.h"
 #include "planning/map_matching/object_cells.h"
 #include "planning/map_matching/object_scan.h"
+#include "planning/world/observed_map.h"
 #include "test/planning/map_matching/place.h"
 
 namespace dive::planning {
