@@ -85,7 +85,7 @@ TEST(ObjectCells, TheirBoxesCoverTheSurface) {
 TEST(ObjectScan, SeesThroughAPipeThatIsGoneExceptCloseToTheFloor) {
   const Known known(with_pipe());
   const auto sightings = known.seen(without_pipe(), kHere);
-  EXPECT_GE(count(sightings, true), 3);
+  EXPECT_GE(count(sightings, true), 2) << "the view ends 8 degrees below the horizon";
   EXPECT_EQ(count(sightings, false), 0);
   for (const CellSighting& one : sightings) {
     EXPECT_GE(one.cell, 1) << "the floor is nearer than a tolerance to the lowest cell";
