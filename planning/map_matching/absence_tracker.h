@@ -7,9 +7,9 @@
 //     seen in part stays;
 //   - 6 scans or more saw through it, from 3 places or more that are half a metre apart: what
 //     blinds a sensor in one direction does not move with the view.
-// Its cells that are not free remain obstacles until they are, because what is there was not observed. One
-// scan that shows a cell occupied makes that cell an obstacle again, the second one the object, and
-// all evidence against it is dropped.
+// Its cells that are not free remain obstacles until they are, because what is there was not
+// observed. One scan that shows a cell occupied makes that cell an obstacle again, the second one
+// the object, and all evidence against it is dropped.
 
 #include <memory>
 #include <optional>

@@ -22,8 +22,11 @@ constexpr double kHit = 0.01;          // m from the surface: the ray meets it
 constexpr double kMinStep = 0.02;      // m along a ray
 constexpr double kNearSurface = -0.1;  // m: the range of a ray that leaves the water is a wave's
 constexpr int kThrough = 3;            // rays through a free cell
-constexpr int kOnIt = 2;               // rays that end at an occupied cell: one may be a particle
-constexpr int kForEachLost = 3;        // rays through a free cell, for each without a return
+// Rays that end at an occupied cell, in all, and one for each so many that pass through it: the
+// cell fills the view of a close camera, and particles of marine snow are before it.
+constexpr int kOnIt = 3;
+constexpr int kThroughForEachOnIt = 4;
+constexpr int kForEachLost = 3;  // rays through a free cell, for each without a return
 
 struct Ray {
   Vector3d from_W;
@@ -94,7 +97,8 @@ class ObjectScan {
   void append(std::int32_t index, std::vector<CellSighting>& sightings) const {
     for (std::size_t i = 0; i < counts_.size(); ++i) {
       const Count& count = counts_[i];
-      const bool is_occupied = count.on_it >= kOnIt;
+      const bool is_occupied =
+          count.on_it >= kOnIt && kThroughForEachOnIt * count.on_it >= count.through;
       const bool is_free = !count.is_disputed && count.through >= kThrough &&
                            count.through >= kForEachLost * count.lost;
       if (is_occupied || is_free) {
