@@ -10,6 +10,8 @@ namespace {
 
 // More than the cells of one object.
 constexpr CellKey kKeysOfObject = 1024;
+// Of one cell, by which an object that was gone is back: one may show a fish.
+constexpr int kScansOccupied = 2;
 
 Polytope block(const Eigen::AlignedBox3d& box) {
   Polytope polytope;
@@ -52,12 +54,13 @@ void AbsenceTracker::add(const Eigen::Vector3d& from_W, std::span<const CellSigh
   for (const CellSighting& sighting : sightings) {
     Cell& cell = evidence.cells.at(static_cast<std::size_t>(sighting.cell));
     if (!sighting.is_free) {
-      cell.free = 0;
-      ++cell.occupied;
+      cell.free_in_row = 0;
+      if (++cell.occupied >= kScansOccupied) cell.free = 0;
       continue;
     }
     is_seen_through = true;
-    if (++cell.free >= kScansOfCell) cell.occupied = 0;
+    ++cell.free;
+    if (++cell.free_in_row >= kScansOfCell) cell.occupied = 0;
   }
   if (!is_seen_through) return;
   ++evidence.scans;
@@ -75,7 +78,7 @@ double AbsenceTracker::seen_share(const Evidence& evidence) {
 
 bool AbsenceTracker::is_gone(const Evidence& evidence) {
   const auto is_occupied = [&](const Cell& cell) {
-    return cell.occupied > (evidence.is_absent ? 1 : 0);
+    return cell.occupied >= (evidence.is_absent ? kScansOccupied : 1);
   };
   if (std::ranges::any_of(evidence.cells, is_occupied)) return false;
   if (evidence.is_absent) return true;
@@ -95,7 +98,7 @@ void AbsenceTracker::report(std::size_t index, ObstacleUpdate& update) {
     if (!is_absent) {
       evidence.scans = 0;
       evidence.places_W.clear();
-      for (Cell& cell : evidence.cells) cell.free = cell.occupied = 0;
+      for (Cell& cell : evidence.cells) cell.free = cell.free_in_row = cell.occupied = 0;
     }
   }
   const CellKey first = kFirstAbsenceKey + static_cast<CellKey>(index) * kKeysOfObject;

@@ -8,8 +8,8 @@
 //   - 6 scans or more saw through it, from 3 places or more that are half a metre apart: what
 //     blinds a sensor in one direction does not move with the view.
 // Its cells that are not free remain obstacles until they are, because what is there was not
-// observed. One scan that shows a cell occupied makes that cell an obstacle again, the second one
-// the object, and all evidence against it is dropped.
+// observed. When two scans show a cell occupied, all of the object is an obstacle again, and the
+// evidence against it is dropped.
 
 #include <memory>
 #include <optional>
@@ -43,8 +43,9 @@ class AbsenceTracker {
 
  private:
   struct Cell {
-    int free = 0;      ///< Scans that show it free, since the last that showed it occupied.
-    int occupied = 0;  ///< Scans that show it occupied, since the last three that showed it free.
+    int free = 0;         ///< Scans that show it free, since two that showed it occupied.
+    int free_in_row = 0;  ///< The same, since one.
+    int occupied = 0;  ///< Scans that show it occupied, since three in a row that showed it free.
     bool is_remnant = false;  ///< An obstacle by itself: the object is gone, but not this cell.
   };
   struct Evidence {

@@ -24,7 +24,7 @@ constexpr double kNearSurface = -0.1;  // m: the range of a ray that leaves the 
 constexpr int kThrough = 3;            // rays through a free cell
 // Rays that end at an occupied cell, in all, and one for each so many that pass through it: the
 // cell fills the view of a close camera, and particles of marine snow are before it.
-constexpr int kOnIt = 3;
+constexpr int kOnIt = 6;
 constexpr int kThroughForEachOnIt = 4;
 constexpr int kForEachLost = 3;  // rays through a free cell, for each without a return
 
