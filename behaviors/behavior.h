@@ -40,10 +40,11 @@ struct BehaviorInput {
   const Trail* trail = nullptr;                ///< Trail of the vehicle; null: not recorded.
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
   bool map_changed = false;           ///< True if the map has changed since the last tick.
-  bool position_corrected = false;    ///< True in the tick in which the position jumps to a fix.
-  bool obstacle_ahead = false;        ///< True in the tick in which the vehicle is stopped for one.
-  bool replan = false;                ///< True if a failsafe requests a replan.
-  bool depth_known = true;            ///< True while depth samples are fresh.
+  bool map_opened = false;  ///< True in the tick in which an object of the map is found to be gone.
+  bool position_corrected = false;  ///< True in the tick in which the position jumps to a fix.
+  bool obstacle_ahead = false;      ///< True in the tick in which the vehicle is stopped for one.
+  bool replan = false;              ///< True if a failsafe requests a replan.
+  bool depth_known = true;          ///< True while depth samples are fresh.
   bool attitude_known =
       true;                ///< True while attitude samples are fresh; else no motion is allowed.
   bool can_go_up = false;  ///< True if the water above the vehicle is open.

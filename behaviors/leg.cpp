@@ -13,6 +13,8 @@ namespace {
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
 
+constexpr double kWorthReplanning = 0.1;  // m by which a path is longer than the straight line
+
 constexpr double kNotSteep = 1.0;     // rad of pitch: beyond, roll and yaw are hardly defined
 constexpr double kStopSeconds = 3.0;  // at full speed: to receive an obstacle, and to stop
 
@@ -85,6 +87,7 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
   }
   progress_.elapsed_s = to_seconds(input.now - *began_);
   p_W_ = X_WB.p;
+  map_opened_ |= input.map_opened;
   const bool is_outdated = take_answer(input);
   const Failure failure = back_off_if_needed(input);
   BehaviorOutput output = run(input, is_outdated);
@@ -309,6 +312,7 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
     request.previous.insert(request.previous.end(), ahead.begin(), ahead.end());
   }
   ++requests_;
+  map_opened_ = false;
   planner_.ask(input.now);
   output.plan_request = std::move(request);
   output.plan_cause = cause;
@@ -350,6 +354,9 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
   signals.position_corrected = input.position_corrected;
   signals.estimator_switched = estimator_ && *estimator_ != input.estimate->source;
   estimator_ = input.estimate->source;
+  const double straight_m = (goal_.position_W - input.estimate->X_WB.p).norm();
+  signals.may_be_shorter =
+      map_opened_ && progress_.distance_to_go_m > straight_m + kWorthReplanning;
   if (input.map_changed && input.observed != nullptr) {
     const double clearance = input.observed->clearance(rest_of_path());
     signals.new_clearance_m = clearance;

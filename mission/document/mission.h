@@ -184,8 +184,10 @@ struct Mission {
   /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
   std::optional<Located<MappingSensor>> mapping_sensor;  ///< As written; see mapping_sensor().
-  bool allows_fixes = true;  ///< In a known map: position fixes from scans of the range camera.
-  double memory_s = 600.0;   ///< Time for which obstacles observed during the dive are kept.
+  bool allows_fixes = true;     ///< In a known map: position fixes from scans of the range camera.
+  bool trusts_absence = false;  ///< Mapped objects that scans see through leave the map.
+  Span trusts_absence_span;     ///< Of that attribute, if it is given.
+  double memory_s = 600.0;      ///< Time for which obstacles observed during the dive are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.

@@ -72,7 +72,7 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    for (const char* name : {"fixes", "sigma_m", "sigma_deg"}) {
+    for (const char* name : {"fixes", "sigma_m", "sigma_deg", "trust_absence"}) {
       const XmlAttribute* of_known = element.attribute(name);
       if (of_known == nullptr || unknown == nullptr) continue;
       diagnostics_.error(
@@ -81,6 +81,10 @@ class Reader {
     }
     if (element.attribute("fixes") != nullptr) {
       mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
+    }
+    if (const XmlAttribute* trust = element.attribute("trust_absence")) {
+      mission.trusts_absence = attributes_.flag(element, "trust_absence");
+      mission.trusts_absence_span = trust->name_span;
     }
     Priors& priors = mission.priors;
     priors.map_m = value_or(element, "sigma_m", priors.map_m);

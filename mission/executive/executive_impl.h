@@ -66,6 +66,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   }
   void on_exited(statechart::StateId state) override { behavior.leave(state); }
   void take_scan(const StepInputs& inputs);
+  void take_object_changes(const StepInputs& inputs);
   void take_loss(Utime now, const RecordingLoss& loss);
   void resume(const Resume& from);
   void resume_by_policy(double gap_s);
@@ -111,7 +112,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   behaviors::FailsafeLadder ladder;
 
   Situation situation;
-  std::vector<Event> events;  ///< Events of this tick, in processing order.
+  std::vector<Event> events;                ///< Events of this tick, in processing order.
+  std::vector<std::string> object_changes;  ///< Objects of the map that are gone or back, in words.
   bool skip_requested = false;
   bool path_was_blocked = false;  ///< True if an observed obstacle blocked it in the previous tick.
   bool started = false;

@@ -139,10 +139,7 @@ class SimulatedVehiclePort final : public VehiclePort {
     std::vector<AppearingObstacle> appearing;
     if (settings_.script) settings_.script({inputs, injector_, simulator_, appearing});
     injector_.apply(truth(), inputs, appearing);
-    if (!appearing.empty()) {
-      inputs.obstacles.push_back(as_update(appearing, contacts_.appeared(), inputs.now));
-      contacts_.add(appearing);
-    }
+    if (!appearing.empty()) appear(appearing, inputs);
     touched_ = contacts_.observe(truth().utime, truth().X_WB);
     if (settings_.sensor_observer) settings_.sensor_observer(samples_, truth(), contacts_.diver());
   }
@@ -181,6 +178,17 @@ class SimulatedVehiclePort final : public VehiclePort {
   [[nodiscard]] DiveResult finish(OnboardReport report);
 
  private:
+  void appear(const std::vector<AppearingObstacle>& appearing, StepInputs& inputs) {
+    planning::ObstacleUpdate update = as_update(appearing, contacts_.appeared(), inputs.now);
+    if (!update.cells.empty()) inputs.obstacles.push_back(std::move(update));
+    planning::World hidden;
+    for (const AppearingObstacle& one : appearing) {
+      if (one.is_observed) continue;
+      hidden.obstacles.push_back({"hidden", planning::Box{one.size}, one.X_WO});
+    }
+    if (range_camera_ && !hidden.obstacles.empty()) range_camera_->add(hidden);
+    contacts_.add(appearing);
+  }
   [[nodiscard]] const vehicle::GroundTruth& truth() const { return simulator_.truth(); }
   void name_outcome(const ExecutiveResult& executive);
 
