@@ -102,6 +102,28 @@ TEST(Simulator, ACurrentSetDuringTheDiveTakesTheVehicleAlong) {
   EXPECT_NEAR((sim.truth().X_WB.q * sim.truth().v_WB_B).y(), 0.3, 0.02);
 }
 
+TEST(Simulator, TheDeclaredCurrentFlowsAndAnotherOnTop) {
+  Conditions conditions = ideal();
+  conditions.declared_current =
+      DeclaredCurrent({{0.0, {0.1, 0.0}}, {60.0, {0.1, 0.0}}, {120.0, {-0.3, 0.0}}});
+  conditions.current_W = {0.0, 0.05, 0.0};
+  Simulator sim = simulator(conditions);
+  const auto drift_in = [&](double seconds) {
+    const Vector3d before = sim.truth().X_WB.p;
+    swim(sim, {}, seconds);
+    return Vector3d(sim.truth().X_WB.p - before);
+  };
+  swim(sim, {}, 50.0);  // released at rest over ground
+  EXPECT_NEAR(drift_in(10.0).x(), 1.0, 0.05);
+  swim(sim, {}, 140.0);
+  const Vector3d later = drift_in(10.0);
+  EXPECT_NEAR(later.x(), -3.0, 0.1);
+  EXPECT_NEAR(later.y(), 0.5, 0.05);
+  sim.set_current({0.0, 0.0, 0.0});
+  swim(sim, {}, 100.0);
+  EXPECT_NEAR(drift_in(10.0).x(), -3.0, 0.1) << "a script sets what is on top";
+}
+
 TEST(Sensors, AtRestMeasureGravityUpAndNothingElse) {
   Simulator sim = simulator(ideal(), 1, {{0, 0, -5}, from_rpy(0.0, 0.0, 2.0)});
   const SensorSamples samples = sim.step({});
