@@ -6,7 +6,7 @@
 namespace dive::mission {
 namespace {
 
-constexpr double kLeastCurrent = 0.02;  // m/s: that the water is still is not measured
+constexpr double kLeastCurrent = 0.02;  // m/s: what is declared is not measured
 
 }  // namespace
 
@@ -17,6 +17,12 @@ estimation::MapFixOptions map_fix_options(const Mission& mission) {
   fixes.heading_sigma_deg = std::hypot(fixes.heading_sigma_deg, priors.map_deg);
   fixes.current_sigma = std::max(priors.current, kLeastCurrent);
   return fixes;
+}
+
+estimation::PrimitiveOptions odometry_options(const Mission& mission,
+                                              estimation::PrimitiveOptions options) {
+  options.current_sigma = mission.priors.current;
+  return options;
 }
 
 }  // namespace dive::mission
