@@ -11,23 +11,14 @@
 #include "mission/check/budget.h"
 #include "mission/check/check.h"
 #include "planning/world/scene.h"
+#include "test/mission/check/brick.h"
 
 namespace dive::mission {
 namespace {
 
 using ::testing::HasSubstr;
 
-// A vehicle of 1 x 0.4 x 0.2 m.
-planning::RobotHull brick() {
-  planning::ConvexSolid solid;
-  solid.name = "brick";
-  for (const double x : {-0.5, 0.5}) {
-    for (const double y : {-0.2, 0.2}) {
-      for (const double z : {-0.1, 0.1}) solid.vertices.emplace_back(x, y, z);
-    }
-  }
-  return {{solid}};
-}
+using testing::brick;
 
 planning::World seabed(bool has_roof) {
   planning::World world;
