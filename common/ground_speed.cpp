@@ -34,13 +34,4 @@ double swim_time_s(std::span<const Pose> path, double speed, const Eigen::Vector
   return time_s;
 }
 
-double swim_time_s(std::span<const Eigen::Vector3d> path, double speed,
-                   const Eigen::Vector2d& current_W) {
-  double time_s = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    time_s += swim_time_s(path[i - 1], path[i], speed, current_W);
-  }
-  return time_s;
-}
-
 }  // namespace dive

@@ -32,7 +32,5 @@ inline constexpr double kMinGroundSpeedShare = 0.05;
 /// Time to swim a path, s.
 [[nodiscard]] double swim_time_s(std::span<const Pose> path, double speed,
                                  const Eigen::Vector2d& current_W);
-[[nodiscard]] double swim_time_s(std::span<const Eigen::Vector3d> path, double speed,
-                                 const Eigen::Vector2d& current_W);
 
 }  // namespace dive

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "behaviors/trail.h"
-#include "common/ground_speed.h"
 #include "mission/check/route_times.h"
 #include "mission/document/state_index.h"
 #include "planning/world/overhead.h"
@@ -52,8 +51,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     if (open) entered_s = t;
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
     const double out_s =
-        swim_time_s(path.points, mission.speed.value, mission.current.value.at(t)) +
-        ascent_time_s(-path.points.back().z());
+        path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
     if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
       budget.no_return = Budget::NoReturn{distance, state};
     }

@@ -6,7 +6,6 @@
 
 #include "behaviors/retrace.h"
 #include "behaviors/trail.h"
-#include "common/ground_speed.h"
 #include "mission/check/route_times.h"
 #include "planning/world/overhead.h"
 
@@ -50,8 +49,7 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
     if (!path.arrives) proof.exists = false;
     const double seconds =
-        swim_time_s(path.points, mission.speed.value, mission.current.value.at(t)) +
-        ascent_time_s(-path.points.back().z());
+        path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
     if (seconds > proof.longest_s) {
       proof.longest_s = seconds;
       proof.longest_m = path.length_m;

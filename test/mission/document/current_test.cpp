@@ -137,8 +137,8 @@ TEST_F(CurrentFile, OfAFragmentIsFoundBesideTheFragment) {
   fs::create_directories(folder_ / "parts");
   write("parts/tide.csv", kTide);
   write("parts/water.xml",
-        "<f:fragment xmlns:f=\"urn:dive:mission:1\"><f:current start=\"10:00\" "
-        "table=\"tide.csv\"/></f:fragment>");
+        "<fragment xmlns=\"urn:dive:mission:1\"><m:current xmlns:m=\"urn:dive:mission:1\" "
+        "start=\"10:00\" table=\"tide.csv\"/></fragment>");
   const auto mission = load("<include href=\"parts/water.xml\"/>");
   ASSERT_TRUE(mission) << rendered(diagnostics_);
   EXPECT_LT((mission->current.value.at(0.0) - Vector2d(0.05, 0.0)).norm(), 1e-12);
