@@ -45,7 +45,8 @@ void print_progress(const CheckReport& report) {
     least = &*progress;
     goal = report.legs[i].goal;
   }
-  if (least == nullptr || least->share >= 1.0) return;
+  constexpr double kHardlySlower = 0.9;
+  if (least == nullptr || least->share > kHardlySlower) return;
   print(
       fmt::format("  current at worst {:.2f} m/s over ground, {:.0f} % of the speed ({} {}, after "
                   "{:.0f} s)",
