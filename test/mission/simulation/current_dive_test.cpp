@@ -110,7 +110,7 @@ TEST(CurrentDive, InOpenWaterItReachesItsGoalsWhereverTheWaterFlows) {
     const Dived dived = dive(loaded, without_other_errors(loaded.mission));
     expect_as_planned(loaded, dived, left_out, fmt::format("towards {}", towards_deg));
     EXPECT_NEAR(dived.budget_s, dived.result.duration_s, 0.15 * dived.result.duration_s);
-    EXPECT_LT(dived.result.final_error_m, 0.5) << "dead reckoning contains the current";
+    EXPECT_LT(dived.result.final_error_m, 1.0) << "the current alone would make it 10 m";
   }
 }
 
