@@ -53,6 +53,20 @@ bool is_worse(const LeastProgress& a, const LeastProgress& b) {
   return a_refused != is_too_strong(b) ? a_refused : a.share < b.share;
 }
 
+std::string what_is_left(const LeastProgress& progress, double speed) {
+  if (progress.crab_rad >= 0.5 * M_PI) {
+    return fmt::format("across the path it is faster than the vehicle with its {:g} m/s", speed);
+  }
+  const bool is_error = is_too_strong(progress);
+  if (is_error && progress.share >= kLeastProgress) {
+    return fmt::format("across the path it needs a crab angle of {:.0f} degrees, more than {:.0f}",
+                       rad_to_deg(progress.crab_rad), rad_to_deg(vehicle::kMaxCrab));
+  }
+  return fmt::format("{:.2f} m/s over ground are left of {:g} m/s, less than {:.0f} %",
+                     progress.over_ground, speed,
+                     100.0 * (is_error ? kLeastProgress : kSlowProgress));
+}
+
 std::string remedy(const LeastProgress& progress) {
   return progress.is_way_back
              ? "raise the vehicle's speed, dive in slack water (another start in the table), or "
@@ -72,19 +86,11 @@ void report(const RouteLeg& leg, const LeastProgress& progress, const Mission& m
                   progress.is_way_back ? "on the way back from" : "on the way to", leg.goal.id,
                   p.x(), p.y(), p.z(), progress.elapsed_s,
                   describe(mission.current.value.at(progress.elapsed_s), mission.priors.current));
-  const std::string rest =
-      progress.share >= kLeastProgress && is_error
-          ? fmt::format("across the path it needs a crab angle of {:.0f} degrees, more than {:.0f}",
-                        rad_to_deg(progress.crab_rad), rad_to_deg(vehicle::kMaxCrab))
-          : fmt::format("{:.2f} m/s over ground are left of {:g} m/s, less than {:.0f} %",
-                        progress.over_ground, mission.speed.value,
-                        100.0 * (is_error ? kLeastProgress : kSlowProgress));
+  const std::string message = where + ": " + what_is_left(progress, mission.speed.value);
   if (is_error) {
-    diagnostics.error("CHK-CURRENT", mission.source, leg.span, where + ": " + rest,
-                      remedy(progress));
+    diagnostics.error("CHK-CURRENT", mission.source, leg.span, message, remedy(progress));
   } else {
-    diagnostics.warning("CHK-CURRENT-MARGIN", mission.source, leg.span, where + ": " + rest,
-                        remedy(progress));
+    diagnostics.warning("CHK-CURRENT-MARGIN", mission.source, leg.span, message, remedy(progress));
   }
 }
 

@@ -61,7 +61,7 @@ TEST(CurrentCommand, CheckReportsTheLegsInTheCurrent) {
   std::ofstream(folder / "tides/bay.csv")
       << "time,speed,towards_deg\n09:00,0.45,180\n11:00,0.45,180\n";
   const Ran strong = run_dive(fmt::format("check --static {}", mission), "current_strong");
-  EXPECT_EQ(strong.status, 1);
+  EXPECT_EQ(strong.status, 2);
   EXPECT_NE(strong.err.find("[CHK-CURRENT]"), std::string::npos) << strong.err;
   EXPECT_NE(strong.err.find("ferry.xml:19:"), std::string::npos) << strong.err;
   EXPECT_NE(strong.err.find("^"), std::string::npos);
