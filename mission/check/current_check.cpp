@@ -68,12 +68,10 @@ std::string what_is_left(const LeastProgress& progress, double speed) {
 }
 
 std::string remedy(const LeastProgress& progress) {
-  return progress.is_way_back
-             ? "raise the vehicle's speed, dive in slack water (another start in the table), or "
-               "enter where the way back is not against the current"
-             : "raise the vehicle's speed, dive in slack water (another start in the table), or "
-               "lay "
-               "the leg along the current";
+  const std::string remedy =
+      "raise the vehicle's speed, dive in slack water (another start in the table), or ";
+  return remedy + (progress.is_way_back ? "enter where the way back is not against the current"
+                                        : "lay the leg along the current");
 }
 
 void report(const RouteLeg& leg, const LeastProgress& progress, const Mission& mission,
