@@ -36,6 +36,7 @@ inline constexpr double kPlanTimeout = 10.0;  // s
 struct BehaviorInput {
   Utime now = 0;  ///< Time on the behaviours' clock, which stops during a hold.
   const estimation::StateEstimate* estimate = nullptr;  ///< Estimate; never null, always valid.
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   const planning::PlanResult* plan = nullptr;  ///< Answer to the last request; null: none yet.
   const Trail* trail = nullptr;                ///< Trail of the vehicle; null: not recorded.
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/assert.h"
+#include "common/ground_speed.h"
 
 namespace dive::behaviors {
 namespace {
@@ -164,8 +165,9 @@ void Leg::take_path(const BehaviorInput& input, double clearance_m) {
   progress_.clearance_m = clearance_m;
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
   if (progress_.expected_s == 0.0) {
-    progress_.expected_s =
-        progress_.elapsed_s + path_length(plan.waypoints) / settings_.speed + goal_.dwell_s;
+    progress_.expected_s = progress_.elapsed_s +
+                           swim_time_s(plan.waypoints, settings_.speed, input.current_W) +
+                           goal_.dwell_s;
   }
   triggers_.path_started(input.now);
 }
@@ -242,7 +244,7 @@ BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
 BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool is_outdated) {
   const estimation::StateEstimate& estimate = *input.estimate;
   BehaviorOutput output;
-  output.command = follower_.step(estimate.X_WB, estimate.v_WB_B);
+  output.command = follower_.step(estimate.X_WB, estimate.v_WB_B, input.current_W);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
   progress_.cross_track_m = status.cross_track_m;

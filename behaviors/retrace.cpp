@@ -213,7 +213,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
     return run(input, output);
   }
   station_.reset();  // it moves now
-  output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B);
+  output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B, input.current_W);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
   progress_.cross_track_m = status.cross_track_m;

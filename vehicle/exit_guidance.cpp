@@ -140,7 +140,8 @@ Command ExitGuidance::step(Utime now) {
   const bool is_located = estimate_.valid || to_seconds(now_ - since_) > allowed_s_ + kSensorWait;
   if (phase_ == ExitPhase::kHolding && is_late && is_located) leave(now_);
   if (phase_ == ExitPhase::kFollowing) {
-    command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B);
+    command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B,
+                              path_ ? path_->current_W : Eigen::Vector2d::Zero());
     if (follower_.status().finished || to_seconds(now_ - since_) > allowed_s_) {
       ascend(now_, !follower_.status().finished);
     }

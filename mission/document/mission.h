@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "behaviors/failsafes.h"
+#include "common/declared_current.h"
 #include "common/diagnostic.h"
 #include "common/source_text.h"
 #include "mission/document/guard.h"
@@ -171,7 +172,7 @@ struct Priors {
   double start_m = 0.1;   ///< Of the position at the release, per horizontal axis, m.
   double map_m = 0.05;    ///< Of the position of a known map, per horizontal axis, m.
   double map_deg = 0.5;   ///< Of its orientation about the vertical.
-  double current = 0.02;  ///< Of the current, per horizontal axis, m/s.
+  double current = 0.02;  ///< Of the current against the declared one, per horizontal axis, m/s.
 };
 
 struct Mission {
@@ -201,6 +202,7 @@ struct Mission {
   Position start;
   double start_heading_deg = 90.0;  ///< Compass heading.
   Priors priors;
+  Located<DeclaredCurrent> current;  ///< Still water if the mission declares none.
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;

@@ -6,6 +6,7 @@
 
 #include "common/assert.h"
 #include "mission/document/attribute_reader.h"
+#include "mission/document/current_reader.h"
 #include "mission/document/state_reader.h"
 
 namespace dive::mission {
@@ -34,9 +35,10 @@ class Reader {
     mission.start = attributes_.position(start);
     mission.start_heading_deg = attributes_.number(start, "heading_deg").value;
     mission.priors.start_m = attributes_.number(start, "sigma").value;
-    const XmlElement* current = root.child("current");
-    mission.priors.current =
-        attributes_.number(current != nullptr ? *current : absent(root, "Current"), "sigma").value;
+    const XmlElement* written = root.child("current");
+    const XmlElement current = written != nullptr ? *written : absent(root, "Current");
+    mission.priors.current = attributes_.number(current, "sigma").value;
+    mission.current = read_current(current, attributes_, diagnostics_);
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);

@@ -32,6 +32,11 @@ constexpr Rule kRules[] = {
     {"MIS-MAP-OUTSIDE", Severity::kError,
      "The map is beneath the mission's folder, also after symbolic links."},
     {"MIS-MAP-NOT-FOUND", Severity::kError, "The map file exists."},
+    {"MIS-CURRENT", Severity::kError,
+     "A declared current is constant (speed and towards_deg) or a table with its start."},
+    {"MIS-CURRENT-TABLE", Severity::kError,
+     "The table of a current is a CSV file beneath the mission's folder, its rows in order of "
+     "time."},
     {"MIS-TOO-MANY", Severity::kError,
      "There are at most 1000 states, 1000 goals, 2000 transitions."},
     {"MIS-ID-DUPLICATE", Severity::kError, "No two states or goals have the same id."},

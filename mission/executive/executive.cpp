@@ -195,6 +195,8 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the control stage defines it
   situation.expected_heave = control.expected_heave(speed);
+  situation.current_W = declared_current(inputs.now);
+  localization.expect_current(situation.current_W);
   if (has_gap()) {
     if (started) estimate_over_gap();
     localization.expect_stop(situation.expected_heave);

@@ -61,6 +61,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   // Parts of stages.
   [[nodiscard]] Eigen::Vector3d first_position() const;
   [[nodiscard]] double first_sigma() const;
+  /// Declared current at `now`, m/s; a restarted executive continues the mission's time.
+  [[nodiscard]] Eigen::Vector2d declared_current(Utime now) const;
   void on_entered_atomic(statechart::StateId state) override {
     behavior.enter(state, goals_left_out);
   }

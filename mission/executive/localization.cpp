@@ -31,7 +31,7 @@ Localization::Localization(const Mission& mission, const estimation::PrimitiveOp
                            const Eigen::Vector3d& position_W, double position_sigma_m)
     : uses_vision_(uses_visual_inertial(mission)),
       uses_fixes_(uses_map_fixes(mission)),
-      odometry_(options, position_W, position_sigma_m),
+      odometry_(odometry_options(mission, options), position_W, position_sigma_m),
       correction_(correction_options(mission), options) {}
 
 std::optional<std::string> Localization::propose(const MapFix& fix, bool depth_is_fresh) {
@@ -75,6 +75,11 @@ void Localization::predict_attitude(Utime now, const vehicle::PredictedAttitude&
 void Localization::expect(const vehicle::PseudoRates& efforts, double heave) {
   odometry_.set_efforts(efforts.surge, efforts.heave);
   odometry_.set_expected_heave(heave);
+}
+
+void Localization::expect_current(const Eigen::Vector2d& current_W) {
+  odometry_.set_current(current_W);
+  correction_.set_current(current_W);
 }
 
 void Localization::expect_stop(double heave) {

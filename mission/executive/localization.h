@@ -30,6 +30,8 @@ class Localization {
   void expect(const vehicle::PseudoRates& efforts, double heave);
   /// The vehicle stops by itself: the efforts are unknown.
   void expect_stop(double heave);
+  /// Sets the declared current of this tick, m/s: the mean of the estimators' current.
+  void expect_current(const Eigen::Vector2d& current_W);
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }

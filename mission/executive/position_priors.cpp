@@ -13,4 +13,10 @@ estimation::MapFixOptions map_fix_options(const Mission& mission) {
   return fixes;
 }
 
+estimation::PrimitiveOptions odometry_options(const Mission& mission,
+                                              estimation::PrimitiveOptions options) {
+  if (!mission.current.value.is_still()) options.current_sigma = mission.priors.current;
+  return options;
+}
+
 }  // namespace dive::mission

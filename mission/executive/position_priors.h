@@ -2,11 +2,17 @@
 // What the estimator expects of its position errors, by what the mission states.
 
 #include "estimation/map_fix_filter.h"
+#include "estimation/primitive.h"
 #include "mission/document/mission.h"
 
 namespace dive::mission {
 
 /// Of a mission that uses fixes from the map.
 [[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission);
+
+/// `options` with the error of the current that the mission declares; without a declared current
+/// dead reckoning assumes still water.
+[[nodiscard]] estimation::PrimitiveOptions odometry_options(const Mission& mission,
+                                                            estimation::PrimitiveOptions options);
 
 }  // namespace dive::mission

@@ -50,6 +50,7 @@ behaviors::BehaviorInput behavior_input(const Situation& situation) {
   behaviors::BehaviorInput input;
   input.now = situation.mission_now;
   input.estimate = &situation.estimate;
+  input.current_W = situation.current_W;
   input.depth_known = situation.sensors.depth_is_fresh;
   input.attitude_known = situation.sensors.imu_is_fresh;
   input.can_go_up = situation.can_ascend;

@@ -37,6 +37,7 @@ struct Situation {
   HealthSample health;
   MapAgreement map_agreement;  ///< Of the scans of the last seconds with the known map.
   estimation::StateEstimate estimate;
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
   vehicle::Command last_command;    ///< Command of the previous tick.
   double expected_heave = 0.0;      ///< Heave expected from the efforts of the previous tick, m/s.

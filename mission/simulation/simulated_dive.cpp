@@ -36,6 +36,17 @@ std::optional<estimation::VisionOptions> calibration_of(const Mission& mission,
                         *with_imu(settings.conditions).inertial_unit);
 }
 
+/// Conditions of the simulator, whose time starts at 0 in a resumed dive.
+vehicle::Conditions conditions_of(const Mission& mission, const DiveSettings& settings) {
+  vehicle::Conditions conditions =
+      uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions;
+  if (!settings.resume) return conditions;
+  const double elapsed_s =
+      settings.resume->checkpoint.elapsed_s + settings.resume->gap_s.value_or(0.0);
+  conditions.declared_current = conditions.declared_current.from(elapsed_s);
+  return conditions;
+}
+
 /// Statistics of the estimates of a dive.
 class EstimateWatch {
  public:
@@ -101,10 +112,9 @@ class SimulatedVehiclePort final : public VehiclePort {
       : settings_(settings),
         observer_(observer),
         world_(simulated_world(world, settings)),
-        simulator_(
-            model, settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
-            uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions,
-            settings.seed),
+        simulator_(model,
+                   settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
+                   conditions_of(mission, settings), settings.seed),
         contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world_),
                   model.hull, settings.diver),
         injector_(settings.faults) {

@@ -54,14 +54,14 @@ struct Simulator::Impl {
         dynamics(model, figures),
         flippers(model.hips_B, figures),
         sensors(conditions, seed, kTick),
-        mean_current_W(conditions.current_W),
+        undeclared_W(conditions.current_W),
         water(seed, kWaterStream) {
     Random random(seed, kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     Random place(seed, kPlaceStream);
     const Vector3d off_W = horizontal_draw(place, conditions.start_sigma_m);
-    drawn_current_W = horizontal_draw(place, conditions.current_sigma);
-    current_W = mean_current_W + drawn_current_W;
+    drawn_W = horizontal_draw(place, conditions.current_sigma);
+    current_W = declared_at(0) + undeclared_W + drawn_W;
     state.X_WB = Pose{start_X_WB.p + off_W, start_X_WB.q.normalized()};
     state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
@@ -69,7 +69,6 @@ struct Simulator::Impl {
 
   SensorSamples step(const PseudoRates& rates) {
     flippers.command(rates);
-    vary_current();
     const Vector3d p_before = state.X_WB.p;
     const Vector3d v_before_W = velocity_W();
     for (int i = 0; i < kSubsteps; ++i) {
@@ -80,6 +79,7 @@ struct Simulator::Impl {
     }
     DIVE_DEMAND(state.X_WB.is_finite() && state.v.allFinite() && state.omega.allFinite());
     truth.utime += from_seconds(kTick);
+    vary_current();
     truth.X_WB = state.X_WB;
     truth.v_WB_B = state.X_WB.q.conjugate() * velocity_W();
     truth.omega_WB_B = state.omega;
@@ -111,7 +111,8 @@ struct Simulator::Impl {
             truth.utime + from_seconds((substep + 1) * kStep));
   }
 
-  // The current is uniform and steady: the acceleration of B's origin is that through the water.
+  // The current is uniform and all but steady: the acceleration of B's origin is that through the
+  // water.
   void feel_at(const Dynamics::State& at, const FlipperForces& forces, Utime utime) {
     const Vector3d rate = dynamics.acceleration(at, forces).head<3>();
     const Vector3d specific_force_B =
@@ -132,25 +133,32 @@ struct Simulator::Impl {
     return sample;
   }
 
+  [[nodiscard]] Vector3d declared_at(Utime utime) const {
+    Vector3d declared_W = Vector3d::Zero();
+    declared_W.head<2>() = conditions.declared_current.at(to_seconds(utime));
+    return declared_W;
+  }
+
   void set_current(const Vector3d& current_in_W) {
     DIVE_DEMAND(current_in_W.allFinite());
-    mean_current_W = current_in_W;
-    flow(mean_current_W + drawn_current_W);
+    undeclared_W = current_in_W;
+    flow(declared_at(truth.utime) + undeclared_W + drawn_W);
   }
 
-  // Gauss-Markov, with the drawn sigma at all times.
+  // What is drawn of the current is Gauss-Markov, with the same sigma at all times.
   void vary_current() {
-    if (conditions.current_sigma == 0.0) return;
-    const double kept = std::exp(-kTick / kCurrentTime);
-    drawn_current_W = kept * drawn_current_W + std::sqrt(1.0 - kept * kept) *
-                                                   horizontal_draw(water, conditions.current_sigma);
-    flow(mean_current_W + drawn_current_W);
+    if (conditions.current_sigma > 0.0) {
+      const double kept = std::exp(-kTick / kCurrentTime);
+      drawn_W = kept * drawn_W +
+                std::sqrt(1.0 - kept * kept) * horizontal_draw(water, conditions.current_sigma);
+    }
+    flow(declared_at(truth.utime) + undeclared_W + drawn_W);
   }
 
-  // The vehicle keeps its momentum over ground.
-  void flow(const Vector3d& velocity_W) {
-    state.v += state.X_WB.q.conjugate() * (current_W - velocity_W);
-    current_W = velocity_W;
+  void flow(const Vector3d& flow_W) {
+    if (flow_W == current_W) return;
+    state.v += state.X_WB.q.conjugate() * (current_W - flow_W);  // keeps momentum over ground
+    current_W = flow_W;
   }
 
   Aqua2Figures figures;
@@ -158,9 +166,9 @@ struct Simulator::Impl {
   Dynamics dynamics;
   Flippers flippers;
   Sensors sensors;
-  Vector3d mean_current_W;
-  Vector3d drawn_current_W = Vector3d::Zero();
-  Vector3d current_W = Vector3d::Zero();  ///< Sum of both.
+  Vector3d undeclared_W;
+  Vector3d drawn_W = Vector3d::Zero();
+  Vector3d current_W;  ///< Velocity of the water now: declared, undeclared and drawn.
   Random water;
   Dynamics::State state;
   GroundTruth truth;

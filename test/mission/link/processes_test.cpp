@@ -143,10 +143,11 @@ class Processes : public ::testing::Test {
   std::string far_url_;
 };
 
-// The simulated dive and the dive over the link are bit-identical, with a key and without.
+// The simulated dive and the dive over the link are bit-identical, with a key and without, and in a
+// declared current.
 TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
-  for (const std::string name : {"window", "pool2"}) {
+  for (const std::string name : {"window", "pool2", "scenarios/missions/ferry"}) {
     std::vector<std::string> sim = {"sim", mission(name), "--lockstep",    "--seed",
                                     "4",   "--set",       "current_x=0.02"};
     std::vector<std::string> run = {"run", mission(name), "--lockstep",         "--seed",
