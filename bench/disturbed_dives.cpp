@@ -149,89 +149,113 @@ Words simulator_words(const Case& one) {
   return words;
 }
 
-Outcome run(const Case& one, int index, const std::string& folder) {
-  // Studies that run at the same time need their own ports.
-  const std::string url =
-      fmt::format("udpm://239.255.76.67:{}?ttl=0", 20'000 + ::getpid() % 80 * 500 + index);
-  const std::string pace = fmt::format("{}", factor);
-  const std::string stalled_disk = folder + "/disk-is-stalled";
-  const auto start = [&](const std::string& name, Words words) {
-    words.insert(words.begin(), {"/usr/bin/env", "LD_PRELOAD=" STALLED_DISK,
-                                 "DIVE_STALLED_DISK=" + stalled_disk, command});
-    words.insert(words.end(), {"--time-factor", pace, "--lcm", url, "--json"});
-    return std::make_unique<Process>(words, folder, name);
-  };
-  const std::string seed = fmt::format("{}", one.seed);
-  const auto run_words = [&](const char* log) {
-    return Words{"run", mission_file(one.mission), "--seed", seed, "--log", folder + "/" + log};
-  };
-  ExitWatch watch(url);
-  Words sim = simulator_words(one);
-  sim.insert(sim.end(), {"--seed", seed});
-  const auto vehicle = start("sim", sim);
-  const auto supervisor = start("supervise", {"supervise"});
-  auto executive = start("run", run_words("log"));
-  Outcome outcome;
-  if (!wait_for(url, one.at_s)) {
-    outcome.about = "the dive did not begin: " + executive->err();
-    return outcome;
+/// The processes of one dive.
+class LinkedDive {
+ public:
+  LinkedDive(const Case& one, int index, const std::string& folder)
+      : one_(one),
+        folder_(folder),
+        // Studies that run at the same time need their own ports.
+        url_(fmt::format("udpm://239.255.76.67:{}?ttl=0", 20'000 + ::getpid() % 80 * 500 + index)),
+        stalled_disk_(folder + "/disk-is-stalled"),
+        watch_(url_) {
+    Words sim = simulator_words(one);
+    sim.insert(sim.end(), {"--seed", fmt::format("{}", one.seed)});
+    vehicle_ = start("sim", sim);
+    supervisor_ = start("supervise", {"supervise"});
+    executive_ = start("run", run_words("log"));
   }
-  switch (one.what) {
-    case What::kStop:
-      executive->kill(SIGSTOP);
-      sleep_s(one.value / factor);
-      executive->kill(SIGCONT);
-      break;
-    case What::kTerm:
-      executive->kill(SIGTERM);
-      break;
-    case What::kKillBoth:
-      supervisor->kill(SIGKILL);
-      [[fallthrough]];
-    case What::kKill:
-      executive->kill(SIGKILL);
-      break;
-    case What::kRestart: {
-      executive->kill(SIGKILL);
-      sleep_s(one.value / factor);
-      Words words = run_words("log2");
-      words.insert(words.end(), {"--resume", "--journal", folder + "/log.journal"});
-      executive = start("resumed", words);
-      break;
+
+  Outcome run() {
+    Outcome outcome;
+    if (!wait_for(url_, one_.at_s)) {
+      outcome.about = "the dive did not begin: " + executive_->err();
+      return outcome;
     }
-    case What::kDisk:
-      std::ofstream(stalled_disk).put('\n');
-      sleep_s(kDiskStalls_s);
-      std::filesystem::remove(stalled_disk);
-      break;
-    case What::kDriver:
-    case What::kClock:
-      break;
-  }
-  if (vehicle->wait(600.0) < 0) {
-    outcome.about = "the vehicle is still under way";
+    disturb();
+    if (vehicle_->wait(600.0) < 0) {
+      outcome.about = "the vehicle is still under way";
+      return outcome;
+    }
+    outcome.exit_error_m = watch_.error_m();
+    const auto report = vehicle_->json();
+    outcome.has_collided = report.at("collisions").get<int>() > 0;
+    outcome.is_up = report.at("final_depth_m").get<double>() < 0.4;
+    if (supervisor_->wait(10.0) >= 0 && one_.what != What::kKillBoth) {
+      const auto said = supervisor_->json();
+      outcome.given_back = said.at("given_back").get<int>();
+      outcome.took_over = said.at("took_over").get<bool>();
+    }
+    outcome.about = fmt::format(
+        "{} at {:.2f} m, {}{} collision(s){}", report.at("ended").get<std::string>(),
+        report.at("final_depth_m").get<double>(),
+        outcome.exit_error_m
+            ? fmt::format("{:.2f} m from the end of its exit path, ", *outcome.exit_error_m)
+            : "",
+        report.at("collisions").get<int>(),
+        outcome.has_collided ? " " + report.at("collision_list").at(0).dump() : "");
+    if (outcome.has_collided) outcome.collides_undisturbed = collides_undisturbed(one_, folder_);
     return outcome;
   }
-  outcome.exit_error_m = watch.error_m();
-  const auto report = vehicle->json();
-  outcome.has_collided = report.at("collisions").get<int>() > 0;
-  outcome.is_up = report.at("final_depth_m").get<double>() < 0.4;
-  if (supervisor->wait(10.0) >= 0 && one.what != What::kKillBoth) {
-    const auto said = supervisor->json();
-    outcome.given_back = said.at("given_back").get<int>();
-    outcome.took_over = said.at("took_over").get<bool>();
+
+ private:
+  std::unique_ptr<Process> start(const std::string& name, Words words) const {
+    words.insert(words.begin(), {"/usr/bin/env", "LD_PRELOAD=" STALLED_DISK,
+                                 "DIVE_STALLED_DISK=" + stalled_disk_, command});
+    words.insert(words.end(),
+                 {"--time-factor", fmt::format("{}", factor), "--lcm", url_, "--json"});
+    return std::make_unique<Process>(words, folder_, name);
   }
-  outcome.about = fmt::format(
-      "{} at {:.2f} m, {}{} collision(s){}", report.at("ended").get<std::string>(),
-      report.at("final_depth_m").get<double>(),
-      outcome.exit_error_m
-          ? fmt::format("{:.2f} m from the end of its exit path, ", *outcome.exit_error_m)
-          : "",
-      report.at("collisions").get<int>(),
-      outcome.has_collided ? " " + report.at("collision_list").at(0).dump() : "");
-  if (outcome.has_collided) outcome.collides_undisturbed = collides_undisturbed(one, folder);
-  return outcome;
-}
+
+  [[nodiscard]] Words run_words(const char* log) const {
+    return {"run",   mission_file(one_.mission), "--seed", fmt::format("{}", one_.seed),
+            "--log", folder_ + "/" + log};
+  }
+
+  void disturb() {
+    switch (one_.what) {
+      case What::kStop:
+        executive_->kill(SIGSTOP);
+        sleep_s(one_.value / factor);
+        executive_->kill(SIGCONT);
+        break;
+      case What::kTerm:
+        executive_->kill(SIGTERM);
+        break;
+      case What::kKillBoth:
+        supervisor_->kill(SIGKILL);
+        [[fallthrough]];
+      case What::kKill:
+        executive_->kill(SIGKILL);
+        break;
+      case What::kRestart: {
+        executive_->kill(SIGKILL);
+        sleep_s(one_.value / factor);
+        Words words = run_words("log2");
+        words.insert(words.end(), {"--resume", "--journal", folder_ + "/log.journal"});
+        executive_ = start("resumed", words);
+        break;
+      }
+      case What::kDisk:
+        std::ofstream(stalled_disk_).put('\n');
+        sleep_s(kDiskStalls_s);
+        std::filesystem::remove(stalled_disk_);
+        break;
+      case What::kDriver:
+      case What::kClock:
+        break;
+    }
+  }
+
+  Case one_;
+  std::string folder_;
+  std::string url_;
+  std::string stalled_disk_;  // while this file exists
+  ExitWatch watch_;
+  std::unique_ptr<Process> vehicle_;
+  std::unique_ptr<Process> supervisor_;
+  std::unique_ptr<Process> executive_;
+};
 
 std::vector<Case> make_cases(int dives, std::uint64_t seed) {
   dive::Random random(seed);
@@ -310,7 +334,7 @@ int main(int argc, char** argv) {
   dive::run_in_parallel(cases.size(), jobs, [&](std::size_t i) {
     const std::string own = (folder / fmt::format("{}", i)).string();
     std::filesystem::create_directories(own);
-    outcomes[i] = run(cases[i], static_cast<int>(i), own);
+    outcomes[i] = LinkedDive(cases[i], static_cast<int>(i), own).run();
     std::filesystem::remove_all(own);
     const Case& one = cases[i];
     const std::lock_guard lock(printing);
