@@ -39,6 +39,11 @@ void ExpectedMotion::begin_at(double surge) {
   v_B_ = {surge, 0.0, 0.0};
 }
 
+void ExpectedMotion::set_velocity(const Vector3d& v_B) {
+  reference_ = v_B.x();
+  v_B_ = v_B;
+}
+
 double ExpectedMotion::thrust_for(double speed, double dt) {
   const double most = model_.full_speed * model_.full_speed;
   const double coast = model_.coast_m.x();

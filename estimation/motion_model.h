@@ -62,6 +62,8 @@ class ExpectedMotion {
 
   /// Initialises a steady speed, m/s.
   void begin_at(double surge);
+  /// Replaces the velocity through the water (m/s), and leaves the thrust as it is.
+  void set_velocity(const Eigen::Vector3d& v_B);
   /// `omega_B`: turn rate, rad/s; `up_B`: unit; `dt` in s, at most 0.1.
   void advance(const Propulsion& propulsion, const Eigen::Vector3d& omega_B,
                const Eigen::Vector3d& up_B, double dt);

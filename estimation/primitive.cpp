@@ -78,6 +78,11 @@ void PrimitiveEstimator::dead_reckon(const Vector2d& by_W, double sigma_m, doubl
   if (estimate_.valid) fill_covariance();
 }
 
+void PrimitiveEstimator::set_velocity(const Vector3d& v_B) {
+  DIVE_DEMAND(v_B.allFinite());
+  motion_.set_velocity(v_B);
+}
+
 void PrimitiveEstimator::add(const ImuSample& sample) {
   const double norm = sample.q_WB.norm();
   if (!(std::abs(norm - 1.0) < 0.01) || !sample.gyro_B.allFinite()) return;

@@ -62,6 +62,8 @@ class PrimitiveEstimator {
   /// Adds motion during an interruption: `by_W` horizontally (m), with uncertainty `sigma_m` (one
   /// sigma, m), and a present speed of `surge` (m/s).
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
+  /// Replaces the expected velocity through the water (in B, m/s) by a better estimate of it.
+  void set_velocity(const Eigen::Vector3d& v_B);
   /// Ignores samples that are not finite or are older than the last one.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);
@@ -73,8 +75,8 @@ class PrimitiveEstimator {
   [[nodiscard]] const StateEstimate& update(Utime now);
   /// Velocity of the water over ground that was set, m/s.
   [[nodiscard]] const Eigen::Vector2d& current_W() const { return current_W_; }
-  /// Expected speed through the water along x of B, m/s.
-  [[nodiscard]] double surge() const { return motion_.v_B().x(); }
+  /// Expected velocity through the water, in B, m/s.
+  [[nodiscard]] Eigen::Vector3d v_B() const { return motion_.v_B(); }
   /// Variance of the position per axis from the start and from times without samples, m^2.
   [[nodiscard]] double blind_variance() const { return start_variance_; }
 

@@ -464,7 +464,7 @@ void Executive::Impl::fill_status() {
 
 void Executive::Impl::keep_exit_path() {
   if (!situation.estimate.valid) return;
-  exit_path.update(situation, localization.surge(), localization.unmodelled(), ladder.rung());
+  exit_path.update(situation, localization.v_B(), localization.unmodelled(), ladder.rung());
   fallback.keep(exit_path.path());
 }
 

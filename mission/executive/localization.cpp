@@ -87,11 +87,11 @@ void Localization::expect_stop(double heave) {
   odometry_.set_expected_heave(heave);
 }
 
-double Localization::surge() const {
+Eigen::Vector3d Localization::v_B() const {
   const estimation::UnmodelledMotion unmodelled = correction_.unmodelled();
   const Eigen::Vector3d slip_B =
       correction_.estimate().X_WB.q.conjugate() * estimation::lifted(unmodelled.slip_W);
-  return (1.0 + unmodelled.speed_scale) * odometry_.surge() + slip_B.x();
+  return (1.0 + unmodelled.speed_scale) * odometry_.v_B() + slip_B;
 }
 
 void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {

@@ -48,8 +48,9 @@ class Localization {
   [[nodiscard]] std::optional<std::string> describe_tag(
       const estimation::TagObservation& observation);
 
-  /// Speed through the water along x of B, m/s: expected, and as fixes have corrected it.
-  [[nodiscard]] double surge() const;
+  /// Velocity through the water, in B, m/s: expected, and as fixes have corrected it.
+  [[nodiscard]] Eigen::Vector3d v_B() const;
+  [[nodiscard]] double surge() const { return v_B().x(); }
 
   /// See FrameCorrection.
   [[nodiscard]] estimation::UnmodelledMotion unmodelled() const { return correction_.unmodelled(); }

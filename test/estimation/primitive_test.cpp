@@ -91,7 +91,7 @@ TEST(PrimitiveEstimator, IsCarriedByTheCurrentOfEachMoment) {
   EXPECT_LT((by - Vector3d(2.0, -2.0, 0.0)).norm(), 0.01);
   const Vector3d v_W = estimate.X_WB.q * (estimate.v_WB_B - still.v_WB_B);
   EXPECT_LT((v_W - Vector3d(0.0, -0.2, 0.0)).norm(), 1e-9) << "over ground";
-  EXPECT_DOUBLE_EQ(carried.surge(), in_still_water.surge()) << "through the water";
+  EXPECT_DOUBLE_EQ(carried.v_B().x(), in_still_water.v_B().x()) << "through the water";
   const Eigen::Matrix2d grown = (estimate.covariance - still.covariance).topLeftCorner<2, 2>();
   EXPECT_LT((grown - 0.9 * 0.9 * Eigen::Matrix2d::Identity()).norm(), 0.01) << "30 s of 0.03 m/s";
 }
