@@ -119,10 +119,6 @@ TEST(Follower, ArrivesAgainstAKnownHeadCurrent) {
   const Swim known = swim(level_path({{0, 0, -4}, {6, 0, -4}, {12, 0, -4}}), against);
   EXPECT_TRUE(known.status.finished);
   EXPECT_LT(known.seconds, 80.0) << "12 m at 0.2 m/s over ground";
-  against.declared_current = {};
-  against.current_W = {-0.2, 0.0, 0.0};
-  EXPECT_FALSE(swim(level_path({{0, 0, -4}, {6, 0, -4}, {12, 0, -4}}), against).status.finished)
-      << "else the current is no obstacle";
 }
 
 TEST(Follower, SlowsDownWhereDepthCannotKeepUp) {
@@ -226,6 +222,18 @@ TEST(Speed, FallsWithHeadingErrorCornerDepthErrorAndArrival) {
   Follower at_the_end{FollowerOptions{}};
   at_the_end.set_path(path, {6, 5.8, -4});
   EXPECT_LT(at_the_end.step(level_at(6, 5.8, -4, M_PI / 2), {0.4, 0, 0}).v, 0.3);
+}
+
+TEST(Speed, BeforeTheEndIsOverGroundAgainstAKnownCurrent) {
+  const auto speed = [](double current) {
+    Follower follower{FollowerOptions{}};
+    follower.set_path(level_path({{0, 0, -4}, {6, 0, -4}}), {5.7, 0, -4});
+    return follower.step(level_at(5.7, 0, -4), {0.4, 0, 0}, {current, 0.0}).v;
+  };
+  EXPECT_NEAR(speed(0.0), 0.3, 1e-9);
+  EXPECT_NEAR(speed(-0.05), 0.35, 1e-9);
+  EXPECT_NEAR(speed(-0.2), 0.4, 1e-9) << "the full speed through the water is the bound";
+  EXPECT_NEAR(speed(0.2), 0.3, 1e-9) << "steering needs way through the water";
 }
 
 TEST(Reached, NeedsThePassedMinimumInsideTheRadius) {
