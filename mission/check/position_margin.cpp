@@ -15,6 +15,7 @@
 #include "mission/check/route_times.h"
 #include "mission/executive/position_priors.h"
 #include "planning/map_matching/map_matcher.h"
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "vehicle/simulator/sensors/range_camera.h"
 
@@ -199,6 +200,28 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
     least.end_sigma_m = std::sqrt(
         Eigen::SelfAdjointEigenSolver<Matrix2d>(predicted.covariance()).eigenvalues().maxCoeff());
     legs[l].margin = least;
+  }
+}
+
+void check_dead_reckoning(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                          const Mission& mission, const planning::World& map,
+                          const planning::RobotHull& hull, Diagnostics& diagnostics) {
+  const bool is_still = mission.current.value.is_still() && mission.priors.current == 0.0;
+  if (!has_position_margins(mission) || uses_map_fixes(mission) || is_still) return;
+  planning::OverheadIndex overheads(map);
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const std::vector<Pose>& path = legs[i].plan.waypoints;
+    const auto covered = std::ranges::find_if(
+        path, [&](const Pose& X_WB) { return overheads.is_above(X_WB.p, hull.radius()); });
+    if (covered == path.end()) continue;
+    diagnostics.error(
+        "CHK-NO-FIXES", mission.source, route.legs[i].span,
+        fmt::format("the way to '{}' is under an overhead, at ({:.1f}, {:.1f}, {:.1f}), where "
+                    "nothing corrects the position and an unknown current of {:g} m/s is expected",
+                    legs[i].goal, covered->p.x(), covered->p.y(), covered->p.z(),
+                    mission.priors.current),
+        "let fixes correct the position: a range camera (fixes=\"on\"), or tags and cameras "
+        "(estimator=\"visual_inertial\"); or declare still water: <current sigma=\"0\"/>");
   }
 }
 

@@ -15,7 +15,7 @@ estimation::MapFixOptions map_fix_options(const Mission& mission) {
 
 estimation::PrimitiveOptions odometry_options(const Mission& mission,
                                               estimation::PrimitiveOptions options) {
-  if (!mission.current.value.is_still()) options.current_sigma = mission.priors.current;
+  options.current_sigma = mission.priors.current;
   return options;
 }
 

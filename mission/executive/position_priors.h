@@ -10,8 +10,7 @@ namespace dive::mission {
 /// Of a mission that uses fixes from the map.
 [[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission);
 
-/// `options` with the error of the current that the mission declares; without a declared current
-/// dead reckoning assumes still water.
+/// `options` with the error of the current that the mission states or implies.
 [[nodiscard]] estimation::PrimitiveOptions odometry_options(const Mission& mission,
                                                             estimation::PrimitiveOptions options);
 
