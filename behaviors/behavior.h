@@ -36,14 +36,16 @@ inline constexpr double kPlanTimeout = 10.0;  // s
 struct BehaviorInput {
   Utime now = 0;  ///< Time on the behaviours' clock, which stops during a hold.
   const estimation::StateEstimate* estimate = nullptr;  ///< Estimate; never null, always valid.
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   const planning::PlanResult* plan = nullptr;  ///< Answer to the last request; null: none yet.
   const Trail* trail = nullptr;                ///< Trail of the vehicle; null: not recorded.
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
   bool map_changed = false;           ///< True if the map has changed since the last tick.
-  bool position_corrected = false;    ///< True in the tick in which the position jumps to a fix.
-  bool obstacle_ahead = false;        ///< True in the tick in which the vehicle is stopped for one.
-  bool replan = false;                ///< True if a failsafe requests a replan.
-  bool depth_known = true;            ///< True while depth samples are fresh.
+  bool map_opened = false;  ///< True in the tick in which an object of the map is found to be gone.
+  bool position_corrected = false;  ///< True in the tick in which the position jumps to a fix.
+  bool obstacle_ahead = false;      ///< True in the tick in which the vehicle is stopped for one.
+  bool replan = false;              ///< True if a failsafe requests a replan.
+  bool depth_known = true;          ///< True while depth samples are fresh.
   bool attitude_known =
       true;                ///< True while attitude samples are fresh; else no motion is allowed.
   bool can_go_up = false;  ///< True if the water above the vehicle is open.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/assert.h"
+#include "common/ground_speed.h"
 
 namespace dive::behaviors {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 // Difference that two proofs of the same clearance may have: a share of it, and m.
 constexpr double kKept = 0.99;
 constexpr double kTolerance = 0.005;
+
+constexpr double kWorthReplanning = 0.1;  // m by which a path is longer than the straight line
 
 constexpr double kNotSteep = 1.0;     // rad of pitch: beyond, roll and yaw are hardly defined
 constexpr double kStopSeconds = 3.0;  // at full speed: to receive an obstacle, and to stop
@@ -85,6 +88,7 @@ BehaviorOutput Leg::step(const BehaviorInput& input) {
   }
   progress_.elapsed_s = to_seconds(input.now - *began_);
   p_W_ = X_WB.p;
+  map_opened_ |= input.map_opened;
   const bool is_outdated = take_answer(input);
   const Failure failure = back_off_if_needed(input);
   BehaviorOutput output = run(input, is_outdated);
@@ -161,8 +165,9 @@ void Leg::take_path(const BehaviorInput& input, double clearance_m) {
   progress_.clearance_m = clearance_m;
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
   if (progress_.expected_s == 0.0) {
-    progress_.expected_s =
-        progress_.elapsed_s + path_length(plan.waypoints) / settings_.speed + goal_.dwell_s;
+    progress_.expected_s = progress_.elapsed_s +
+                           swim_time_s(plan.waypoints, settings_.speed, input.current_W) +
+                           goal_.dwell_s;
   }
   triggers_.path_started(input.now);
 }
@@ -239,7 +244,7 @@ BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
 BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool is_outdated) {
   const estimation::StateEstimate& estimate = *input.estimate;
   BehaviorOutput output;
-  output.command = follower_.step(estimate.X_WB, estimate.v_WB_B);
+  output.command = follower_.step(estimate.X_WB, estimate.v_WB_B, input.current_W);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
   progress_.cross_track_m = status.cross_track_m;
@@ -309,6 +314,7 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
     request.previous.insert(request.previous.end(), ahead.begin(), ahead.end());
   }
   ++requests_;
+  map_opened_ = false;
   planner_.ask(input.now);
   output.plan_request = std::move(request);
   output.plan_cause = cause;
@@ -350,6 +356,9 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
   signals.position_corrected = input.position_corrected;
   signals.estimator_switched = estimator_ && *estimator_ != input.estimate->source;
   estimator_ = input.estimate->source;
+  const double straight_m = (goal_.position_W - input.estimate->X_WB.p).norm();
+  signals.may_be_shorter =
+      map_opened_ && progress_.distance_to_go_m > straight_m + kWorthReplanning;
   if (input.map_changed && input.observed != nullptr) {
     const double clearance = input.observed->clearance(rest_of_path());
     signals.new_clearance_m = clearance;

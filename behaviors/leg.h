@@ -100,7 +100,9 @@ class Leg {
   double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
   Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.
   std::optional<estimation::EstimatorKind> estimator_;  ///< Source of the estimate followed last.
-  bool alternative_requested_ = false;                  ///< True if requested since the last tick.
+  bool map_opened_ =
+      false;  ///< True if an obstacle has gone since the last request to the planner.
+  bool alternative_requested_ = false;  ///< True if requested since the last tick.
 };
 
 }  // namespace dive::behaviors

@@ -72,7 +72,9 @@ ReplanCause ReplanTriggers::pending(Utime now, const ReplanSignals& signals) {
     kept_ = ReplanCause::kClearance;
   }
   if (signals.position_corrected) kept_ = ReplanCause::kPositionCorrected;
-  if (policy_.map_change && signals.path_blocked) kept_ = ReplanCause::kMapChanged;
+  if (policy_.map_change && (signals.path_blocked || signals.may_be_shorter)) {
+    kept_ = ReplanCause::kMapChanged;
+  }
 
   ReplanCause cause = ReplanCause::kNone;
   if (policy_.period_s && to_seconds(now - path_start_) >= *policy_.period_s) {

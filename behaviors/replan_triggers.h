@@ -12,8 +12,9 @@ struct ReplanPolicy {
   std::optional<double> deviation_m;    ///< Distance from the path, m.
   std::optional<double> clearance_m;    ///< Clearance of the rest of the path, m.
   std::optional<double> no_progress_s;  ///< Time without progress towards the goal, s.
-  bool map_change = true;               ///< Replan when an obstacle blocks the path.
-  bool estimator_switch = true;         ///< Replan when the active estimator changes.
+  /// Replan when an obstacle blocks the path, or one is gone and a shorter path may exist.
+  bool map_change = true;
+  bool estimator_switch = true;  ///< Replan when the active estimator changes.
   double deviation_persistence_s = 0.5;
   double min_interval_s = 2.0;  ///< Least time between two replans, whatever the trigger, s.
   int max_replans = 50;         ///< Budget of a leg: a vehicle must not replan for ever.
@@ -40,6 +41,8 @@ struct ReplanSignals {
   /// Clearance of the rest of the path in the map as it is now; only if the map has changed.
   std::optional<double> new_clearance_m;
   bool path_blocked = false;  ///< True if that clearance is less than the leg allows.
+  bool may_be_shorter =
+      false;  ///< An obstacle is gone, and the rest of the path is no straight line.
   bool estimator_switched = false;
   bool position_corrected = false;  ///< The estimated position has jumped to a fix.
   bool demanded = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -10,15 +11,15 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kCaptureRadius = 0.5;
+constexpr double kCaptureRadius = 0.5;  // m
+constexpr double kLeastRadius = 0.1;    // m, at the end of a short path
 constexpr double kGraceSeconds = 60.0;  // s added to kSlow times the path's time at full speed
 constexpr double kSlow = 4.0;
 constexpr int kMaxArrivals = 5;  // at places that turn out to have an overhead
 // m to swim into open water, if the trail is that long; the shorter ones are for an obstacle that
 // waits at its end
 constexpr double kFarthestBeyond = 1.0;
-constexpr std::array<double, 2> kShorterBeyond = {0.6, 0.3};
-constexpr double kClearEnd = 0.4;      // share of D_min to obstacles that appeared, at the end
+constexpr std::array<double, 3> kShorterBeyond = {0.6, 0.3, 0.0};
 constexpr double kAtRest = 0.08;       // m/s
 constexpr double kStopSeconds = 4.0;   // s after which it has stopped, whatever the estimate
 constexpr double kLevel = 0.15;        // rad of tilt
@@ -49,10 +50,12 @@ std::span<const Pose> first_part(std::span<const Pose> path, double max_m) {
   return path;
 }
 
-vehicle::FollowerOptions follower_options(double speed) {
+// A short path has a smaller radius: while the vehicle turns, it is not at its end yet.
+vehicle::FollowerOptions follower_options(double speed, double length_m) {
   vehicle::FollowerOptions options;
   options.speed = speed;
   options.capture_radius = kCaptureRadius;
+  options.last_capture_radius = std::clamp(0.5 * length_m, kLeastRadius, kCaptureRadius);
   return options;
 }
 
@@ -63,7 +66,7 @@ Retrace::Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator*
       changes_(changes),
       settings_(settings),
       recovery_(settings.limits.clearance, settings.recovery),
-      follower_(follower_options(settings.speed)) {
+      follower_(follower_options(settings.speed, 0.0)) {
   progress_.goal = "open water";
 }
 
@@ -158,29 +161,37 @@ void Retrace::begin_trail(const BehaviorInput& input) {
   progress_.distance_to_go_m = path.length_m;
   if (!path.arrives) return raise(retrace::TrailEndless{});
   out_W_ = path.points.back();
+  follower_ = vehicle::Follower(follower_options(settings_.speed, path.length_m));
   follower_.set_path(level_poses(path.points), p_W);
   progress_.path_is_blocked = false;
   raise(retrace::TrailFound{time_allowed_s(path.length_m)});
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
 }
 
+// The farthest path whose end is D_min away from what has appeared; where none is, the one with the
+// most room there: the position is less certain at the end of a retrace than in a plan.
 Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
   const double link = kTrailLinkShare * settings_.limits.clearance;
-  Trail::Path farthest = trail_.exit_path(p_W, link, kFarthestBeyond);
-  if (changes_ == nullptr || recovery_.is_patient() || has_clear_end(farthest)) return farthest;
+  Trail::Path best = trail_.exit_path(p_W, link, kFarthestBeyond);
+  if (changes_ == nullptr || recovery_.is_patient()) return best;
+  double most_room = room_at_end(best);
   for (const double beyond : kShorterBeyond) {
+    if (most_room >= settings_.limits.clearance) break;
     Trail::Path path = trail_.exit_path(p_W, link, beyond);
-    if (has_clear_end(path)) return path;
+    const double room = room_at_end(path);
+    if (room <= most_room) continue;
+    most_room = room;
+    best = std::move(path);
   }
-  return farthest;
+  return best;
 }
 
-// A path that does not arrive, or has no length, has no end to be better than another.
-bool Retrace::has_clear_end(const Trail::Path& path) const {
-  if (!path.arrives || path.points.size() < 2) return true;
+// Clearance at the end of the path to what has appeared, m. A path that does not arrive, or has no
+// length, has no end to be better than another.
+double Retrace::room_at_end(const Trail::Path& path) const {
+  if (!path.arrives || path.points.size() < 2) return std::numeric_limits<double>::infinity();
   const std::vector<Pose> poses = level_poses(path.points);
-  const double clearance = changes_->clearance(std::span(poses).last(2));
-  return clearance >= kClearEnd * settings_.limits.clearance;
+  return changes_->clearance(std::span(poses).last(2));
 }
 
 double Retrace::time_allowed_s(double length_m) const {
@@ -202,7 +213,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
     return run(input, output);
   }
   station_.reset();  // it moves now
-  output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B);
+  output.command = follower_.step(input.estimate->X_WB, input.estimate->v_WB_B, input.current_W);
   const vehicle::FollowerStatus& status = follower_.status();
   progress_.distance_to_go_m = status.distance_to_go_m;
   progress_.cross_track_m = status.cross_track_m;
@@ -288,6 +299,7 @@ void Retrace::take_answer(const BehaviorInput& input) {
   recovery_.detour_found(p_W);
   is_off_trail_ = true;
   since_ = input.now;
+  follower_ = vehicle::Follower(follower_options(settings_.speed, input.plan->length_m));
   follower_.set_path(input.plan->waypoints, p_W);
   progress_.path_is_blocked = false;
   raise(retrace::DetourFound{time_allowed_s(follower_.status().distance_to_go_m)});

@@ -22,7 +22,8 @@ struct MapAgreement {
   int confirmed = 0;  ///< A mapped surface, not flat ground, is where the map has it.
   int missing = 0;    ///< The scan sees through a mapped surface.
   int unmapped = 0;   ///< The scan shows a surface that the map lacks.
-  /// Index of a mapped object through which the scan sees (planning::object_name()); -1: none.
+  /// First obstacle of a mapped object through which the scan sees (planning::object_at()); -1:
+  /// none.
   int missing_object = -1;
 
   /// Number of places that say anything.

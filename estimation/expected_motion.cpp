@@ -23,9 +23,13 @@ void ExpectedMotion::begin_at(double surge) {
 }
 
 void ExpectedMotion::begin_at(const Vector3d& v_B, const Eigen::Vector2d& efforts) {
-  reference_ = v_B.x();
+  set_velocity(v_B);
   surge_thrust_ = efforts.x() * model_.full_speed * model_.full_speed;
   heave_thrust_ = efforts.y() * model_.full_heave * model_.full_heave;
+}
+
+void ExpectedMotion::set_velocity(const Vector3d& v_B) {
+  reference_ = v_B.x();
   v_B_ = v_B;
 }
 

@@ -46,6 +46,8 @@ class ExpectedMotion {
   /// Initialises the velocity (m/s) of a vehicle whose flippers give the thrust of steady
   /// `efforts` in surge and heave.
   void begin_at(const Eigen::Vector3d& v_B, const Eigen::Vector2d& efforts);
+  /// Replaces the velocity through the water (m/s), and leaves the thrust as it is.
+  void set_velocity(const Eigen::Vector3d& v_B);
   /// `omega_B`: turn rate, rad/s; `up_B`: unit; both of the interval's middle for second order in
   /// `dt` (s, at most 0.1).
   void advance(const Propulsion& propulsion, const Eigen::Vector3d& omega_B,

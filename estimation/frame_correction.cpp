@@ -182,6 +182,12 @@ bool FrameCorrection::propose(const MapFix& fix) {
   return true;
 }
 
+void FrameCorrection::set_current(const Vector2d& current_W) {
+  DIVE_DEMAND(current_W.allFinite());
+  declared_W_ = current_W;
+  if (filter_) filter_->set_current(current_W);
+}
+
 const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, double blind_variance) {
   DIVE_DEMAND(past_.empty() || odometry.utime >= past_.newest_utime());
   if (!odometry.valid) return estimate_ = odometry;
@@ -271,7 +277,7 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
 
 UnmodelledMotion FrameCorrection::unmodelled() const {
   if (filter_) return {filter_->speed_scale(), filter_->current_W(), filter_->slip_W()};
-  return {0.0, drift_W_, Vector2d::Zero()};
+  return {0.0, declared_W_ + drift_W_, Vector2d::Zero()};
 }
 
 /// Covariance of x, y and heading of the published pose.

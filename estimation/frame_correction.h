@@ -17,7 +17,8 @@
 //   q_map(t) = Rz(c) q_odom(t)
 //
 // a is the odometry's position at t_f, the time of vision's last image, b is vision's position
-// then, and d the difference of their velocities, which is mostly the current. Whenever b changes,
+// then, and d the difference of their velocities, which is mostly the current, or its difference to
+// the declared one, which the odometry contains (set_current()). Whenever b changes,
 // o takes up the difference and goes to zero at a bounded speed, and c approaches vision's heading
 // likewise: no source makes the published pose jump except the map alignment, which is applied at
 // once. When vision is lost everything keeps its value, and d becomes its mean over the last
@@ -79,7 +80,8 @@ struct FrameCorrectionOptions {
   [[nodiscard]] std::string validate() const;
 };
 
-/// What the odometry's motion lacks, as far as fixes or cameras have measured it.
+/// What motion through the water lacks, as far as it is declared or as fixes or cameras have
+/// measured it.
 struct UnmodelledMotion {
   double speed_scale = 0.0;                             ///< Relative error of the expected speed.
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< m/s
@@ -102,6 +104,8 @@ class FrameCorrection {
   /// Proposes a fix. Demands options with fixes. False if its position was not used: it has a
   /// problem, or its scan is older than the stored poses or newer than the last.
   [[nodiscard]] bool propose(const MapFix& fix);
+  /// Sets the declared current that the odometry contains from now on, m/s. Still water before.
+  void set_current(const Eigen::Vector2d& current_W);
   /// Called every tick with the pose in odom; returns the pose in the map. `blind_variance` (m^2):
   /// variance of its position, per axis, from times without samples so far. Demands non-decreasing
   /// times.
@@ -148,9 +152,10 @@ class FrameCorrection {
     Eigen::Matrix2d information;
     Eigen::Vector2d p_O;  ///< The odometry's position then, m.
   };
-  std::optional<MapFixFilter> filter_;  ///< With fixes.
-  std::optional<Ambiguous> ambiguous_;  ///< The last fix, if it was ambiguous.
-  std::optional<Utime> seen_;           ///< Time of the last velocity of vision beside fixes, us.
+  Eigen::Vector2d declared_W_ = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
+  std::optional<MapFixFilter> filter_;                    ///< With fixes.
+  std::optional<Ambiguous> ambiguous_;                    ///< The last fix, if it was ambiguous.
+  std::optional<Utime> seen_;  ///< Time of the last velocity of vision beside fixes, us.
   TimedBuffer<Past, kPast> past_;
   StateEstimate estimate_;
   bool has_jumped_ = false;

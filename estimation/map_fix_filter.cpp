@@ -58,10 +58,11 @@ void MapFixFilter::begin(const Vector2d& position_W, double variance) {
 
 void MapFixFilter::advance(const Vector2d& moved_O, double dt, double blind_variance) {
   const MapFixOptions& o = options_;
-  const Vector2d turned_W = turned(x_[kHeading]) * moved_O;
-  const Vector2d moved_W = (1.0 + x_[kScale]) * turned_W;
+  const Vector2d carried_W = declared_W_ * dt;
+  const Vector2d turned_W = turned(x_[kHeading]) * (moved_O - carried_W);
+  const Vector2d moved_W = (1.0 + x_[kScale]) * turned_W;  // through the water
   const double slip_kept = std::exp(-dt / o.slip_time_s);
-  const double map_kept = std::exp(-moved_W.norm() / o.map_length_m);
+  const double map_kept = std::exp(-(moved_W + carried_W).norm() / o.map_length_m);
 
   // P becomes F P F', with F the identity except for the rows of position, slip and map error.
   for (int side = 0; side < 2; ++side) {
@@ -75,7 +76,7 @@ void MapFixFilter::advance(const Vector2d& moved_O, double dt, double blind_vari
   }
 
   is_blind_ = blind_variance > 0.0;
-  x_.head<2>() += moved_W + drift_W() * dt;
+  x_.head<2>() += moved_W + carried_W + drift_W() * dt;
   x_.segment<2>(kSlip) *= slip_kept;
   x_.segment<2>(kMap) *= map_kept;
 
@@ -119,14 +120,15 @@ Vector2d MapFixFilter::apply(const MapFix& fix, const Vector2d& since_O) {
 bool MapFixFilter::apply_velocity(const Vector2d& velocity_W, const Matrix2d& information,
                                   const Vector2d& v_O) {
   DIVE_DEMAND(velocity_W.allFinite() && information.allFinite() && v_O.allFinite());
-  const Vector2d turned_W = turned(x_[kHeading]) * v_O;
+  const Vector2d turned_W = turned(x_[kHeading]) * (v_O - declared_W_);
   const Vector2d moving_W = (1.0 + x_[kScale]) * turned_W;
   Eigen::Matrix<double, 2, kStates> H = Eigen::Matrix<double, 2, kStates>::Zero();
   H.col(kHeading) = Vector2d(-moving_W.y(), moving_W.x());
   H.col(kScale) = turned_W;
   H.block<2, 2>(0, kCurrent).setIdentity();
   H.block<2, 2>(0, kSlip).setIdentity();
-  const Vector2d off = velocity_W - moving_W - x_.segment<2>(kCurrent) - x_.segment<2>(kSlip);
+  const Vector2d off =
+      velocity_W - moving_W - declared_W_ - x_.segment<2>(kCurrent) - x_.segment<2>(kSlip);
 
   // With the information L of the velocity, (H P H' + L^-1)^-1 = (I + L H P H')^-1 L.
   const Eigen::Matrix<double, kStates, 2> PH = P_ * H.transpose();

@@ -5,11 +5,14 @@
 //   p   horizontal position in the map (2, m)
 //   c   heading correction from the compass to the map (rad)
 //   s   relative error of the expected speed
-//   d   current (2, m/s), a slow random walk
+//   d   error of the declared current u (2, m/s), a slow random walk: the mean of the current is
+//       u + d, so that it moves with u
 //   b   slip: what the motion model gets wrong, for some seconds (2, m/s, Gauss-Markov in time)
 //   m   error of the map around the vehicle (2, m, Gauss-Markov over the distance swum)
 //
-//   p' = Rz(c) (1 + s) v_O + d + b
+//   p' = Rz(c) (1 + s) (v_O - u) + u + d + b
+//
+// v_O is the odometry's velocity over ground, which contains u.
 //
 // A fix measures p - m and c, and p - m is the position that counts: where the vehicle is among the
 // obstacles around it, as they are drawn. Its covariance is published as that of the position in
@@ -55,6 +58,8 @@ class MapFixFilter {
 
   /// Begins at `position_W` (m) with covariance `variance` (m^2) per axis.
   void begin(const Eigen::Vector2d& position_W, double variance);
+  /// Sets u from now on, m/s. Still water before.
+  void set_current(const Eigen::Vector2d& current_W) { declared_W_ = current_W; }
   /// The odometry has moved by `moved_O` (m) in `dt` (s). `blind_variance` (m^2): growth of the
   /// variance per axis by what the sensors lack meanwhile.
   void advance(const Eigen::Vector2d& moved_O, double dt, double blind_variance);
@@ -73,13 +78,14 @@ class MapFixFilter {
   [[nodiscard]] double heading_correction() const { return x_[kHeading]; }
   /// s
   [[nodiscard]] double speed_scale() const { return x_[kScale]; }
-  /// d, m/s
-  [[nodiscard]] Eigen::Vector2d current_W() const { return x_.segment<2>(kCurrent); }
+  /// u + d, m/s
+  [[nodiscard]] Eigen::Vector2d current_W() const { return declared_W_ + x_.segment<2>(kCurrent); }
   /// Velocity that the odometry does not contain, in W, m/s. None while sensors are silent: over
   /// minutes without attitude an error of a centimetre per second would take the estimate out from
   /// under a roof that the vehicle is still under. The covariance grows by it nevertheless.
   [[nodiscard]] Eigen::Vector2d drift_W() const {
-    return is_blind_ ? Eigen::Vector2d::Zero() : Eigen::Vector2d(current_W() + slip_W());
+    return is_blind_ ? Eigen::Vector2d::Zero()
+                     : Eigen::Vector2d(x_.segment<2>(kCurrent) + slip_W());
   }
   /// b, m/s; none while sensors are silent.
   [[nodiscard]] Eigen::Vector2d slip_W() const {
@@ -103,6 +109,7 @@ class MapFixFilter {
   MapFixOptions options_;
   State x_ = State::Zero();
   Covariance P_ = Covariance::Zero();
+  Eigen::Vector2d declared_W_ = Eigen::Vector2d::Zero();  ///< u, m/s
   bool is_blind_ = false;  ///< Sensors were silent in the last advance().
 };
 

@@ -5,6 +5,7 @@
 
 #include "common/assert.h"
 #include "common/range_check.h"
+#include "estimation/planar.h"
 
 namespace dive::estimation {
 namespace {
@@ -34,6 +35,7 @@ std::string PrimitiveOptions::validate() const {
   check("depth_bias_sigma_m", depth_bias_sigma_m, 0.0, 10.0);
   check("vertical_acceleration", vertical_acceleration, 1e-4, 10.0);
   check("drift_m_per_sqrt_s", drift_m_per_sqrt_s, 0.0, 1.0);
+  check("current_sigma", current_sigma, 0.0, 5.0);
   return check.problem().empty() ? motion.validate() : check.problem();
 }
 
@@ -63,12 +65,22 @@ void PrimitiveEstimator::set_expected_heave(double heave) {
   expected_heave_ = heave;
 }
 
+void PrimitiveEstimator::set_current(const Vector2d& current_W) {
+  DIVE_DEMAND(current_W.allFinite());
+  current_W_ = current_W;
+}
+
 void PrimitiveEstimator::dead_reckon(const Vector2d& by_W, double sigma_m, double surge) {
   DIVE_DEMAND(by_W.allFinite() && sigma_m >= 0.0 && std::isfinite(surge));
   motion_.begin_at(surge);
   estimate_.X_WB.p.head<2>() += by_W;
   start_variance_ += sigma_m * sigma_m;
   if (estimate_.valid) fill_covariance();
+}
+
+void PrimitiveEstimator::set_velocity(const Vector3d& v_B) {
+  DIVE_DEMAND(v_B.allFinite());
+  motion_.set_velocity(v_B);
 }
 
 void PrimitiveEstimator::add(const ImuSample& sample) {
@@ -123,7 +135,7 @@ const StateEstimate& PrimitiveEstimator::update(Utime now) {
   silence_s_ = depth_is_fresh ? 0.0 : silence_s_ + dt;
   if (depth_is_fresh) estimate_.X_WB.p.z() = depth_.at(now).z;
   for (double left = dt; left > 0.0; left -= kMaxStep) propagate(std::min(left, kMaxStep));
-  estimate_.v_WB_B = velocity_B();
+  estimate_.v_WB_B = velocity_B() + estimate_.X_WB.q.conjugate() * lifted(current_W_);
   fill_covariance();
   return estimate_;
 }
@@ -146,12 +158,12 @@ void PrimitiveEstimator::propagate(double dt) {
   if (silence_s_ == 0.0) motion_.correct(depth_.at(estimate_.utime).rate, up_B, dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
-  estimate_.X_WB.p.head<2>() += step.head<2>();
+  estimate_.X_WB.p.head<2>() += step.head<2>() + current_W_ * dt;
   if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
 }
 
-// Without depth samples the steady heave that the efforts should give.
+// Through the water. Without depth samples the steady heave that the efforts should give.
 Vector3d PrimitiveEstimator::velocity_B() const {
   Vector3d v_B = motion_.v_B();
   if (silence_s_ > 0.0) v_B.z() = expected_heave_;
@@ -164,7 +176,8 @@ void PrimitiveEstimator::fill_covariance() {
   const double drift_variance = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s;
   Matrix6d& P = estimate_.covariance;
   P.setZero();
-  P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_);
+  P.diagonal().head<2>().setConstant(start_variance_ + drift_variance * elapsed_s_ +
+                                     std::pow(options_.current_sigma * elapsed_s_, 2));
   P(2, 2) = silence_s_ > 0.0
                 ? std::pow(kHeaveSigma * silence_s_, 2)
                 : depth_.at(estimate_.utime).variance + std::pow(options_.depth_bias_sigma_m, 2);

@@ -7,10 +7,15 @@
 // by a relative error s. With D the horizontal displacement by dead reckoning since the start and
 // D' that vector turned by +90 degrees, the true position is p + s D - b D' to first order, so that
 //
-//   P_xy = sigma_0^2 I + sigma_s^2 D D^T + sigma_b^2 D' D'^T + q t I
+//   P_xy = sigma_0^2 I + sigma_s^2 D D^T + sigma_b^2 D' D'^T + q t I + sigma_c^2 t^2 I
 //
-// which is what a Kalman filter with the states [p_xy, b, s] propagates, in closed form. It grows
-// with the distance from the start, not with the distance swum: swimming back cancels the errors.
+// which is what a Kalman filter with the states [p_xy, b, s, c] propagates, in closed form. It
+// grows with the distance from the start, not with the distance swum: swimming back cancels the
+// errors.
+//
+// The current is a state that is never observed here: its mean is the declared one of the moment
+// (set_current()), which carries the position over ground, and its error c is constant. D is
+// through the water.
 
 #include <optional>
 #include <string>
@@ -30,6 +35,7 @@ struct PrimitiveOptions {
   double depth_bias_sigma_m = 0.03;     ///< One-sigma constant error: tide, air pressure, density.
   double vertical_acceleration = 0.05;  ///< One-sigma acceleration of the depth filter, m/s^2.
   double drift_m_per_sqrt_s = 0.03;     ///< Random walk of horizontal position, per axis.
+  double current_sigma = 0.0;           ///< One-sigma error of the current, per axis, m/s.
   MotionModel motion;
 
   /// Empty if usable, else a sentence naming the option and its range.
@@ -51,9 +57,13 @@ class PrimitiveEstimator {
   /// Sets the climb rate expected from the other commands, m/s: used for dead reckoning while there
   /// are no depth samples.
   void set_expected_heave(double heave);
+  /// Sets the expected velocity of the water over ground from now on, m/s. Still water before.
+  void set_current(const Eigen::Vector2d& current_W);
   /// Adds motion during an interruption: `by_W` horizontally (m), with uncertainty `sigma_m` (one
   /// sigma, m), and a present speed of `surge` (m/s).
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
+  /// Replaces the expected velocity through the water (in B, m/s) by a better estimate of it.
+  void set_velocity(const Eigen::Vector3d& v_B);
   /// Ignores samples that are not finite or are older than the last one.
   void add(const ImuSample& sample);
   void add(const DepthSample& sample);
@@ -63,8 +73,10 @@ class PrimitiveEstimator {
                         const Eigen::Vector3d& omega_B);
   /// Advances to `now` and returns the estimate. Demands non-decreasing times.
   [[nodiscard]] const StateEstimate& update(Utime now);
-  /// Expected speed through the water along x of B, m/s.
-  [[nodiscard]] double surge() const { return motion_.v_B().x(); }
+  /// Velocity of the water over ground that was set, m/s.
+  [[nodiscard]] const Eigen::Vector2d& current_W() const { return current_W_; }
+  /// Expected velocity through the water, in B, m/s.
+  [[nodiscard]] Eigen::Vector3d v_B() const { return motion_.v_B(); }
   /// Variance of the position per axis from the start and from times without samples, m^2.
   [[nodiscard]] double blind_variance() const { return start_variance_; }
 
@@ -87,6 +99,7 @@ class PrimitiveEstimator {
   bool is_blind_ = false;   ///< True while the attitude is predicted.
   Utime measured_ = 0;      ///< Time of the last attitude sample, us.
   double start_variance_;   ///< Position variance at the start, m^2.
+  Eigen::Vector2d current_W_ = Eigen::Vector2d::Zero();       ///< m/s
   Eigen::Vector2d displacement_W_ = Eigen::Vector2d::Zero();  ///< D, m
   double elapsed_s_ = 0.0;
   std::optional<ImuSample> imu_;

@@ -17,7 +17,7 @@ constexpr double kMinSpeed = 0.1;       // m/s
 constexpr double kMaxSpeed = 0.8;       // m/s
 constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
 constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
-constexpr double kMaxSurge = 5.0;       // m/s
+constexpr double kMaxVelocity = 5.0;    // m/s
 constexpr double kMaxScale = 0.5;       // of a plausible relative error of the speed
 constexpr double kMaxTurn = 7.0;        // rad
 constexpr double kMaxHold = 600.0;      // s
@@ -57,9 +57,9 @@ bool ExitGuidance::is_plausible(const ExitPath& path) {
   const auto is_place = [](const Pose& pose) {
     return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
   };
-  return is_place(path.X_WB) && std::abs(path.surge) <= kMaxSurge &&
+  return is_place(path.X_WB) && path.v_B.norm() <= kMaxVelocity &&
          std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.speed_scale) <= kMaxScale &&
-         path.current_W.norm() <= kMaxSurge && std::abs(path.hold_s) <= kMaxHold &&
+         path.current_W.norm() <= kMaxVelocity && std::abs(path.hold_s) <= kMaxHold &&
          std::isfinite(path.speed) && path.waypoints.size() <= kMaxExitWaypoints &&
          std::ranges::all_of(path.waypoints, is_place);
 }
@@ -69,13 +69,14 @@ bool ExitGuidance::set_exit_path(const ExitPath& path) {
   if (!is_plausible(path)) return false;
   path_ = path;
   heading_correction_ = path.heading_correction;
-  odometry_.dead_reckon(Eigen::Vector2d::Zero(), 0.0, path.surge);
+  odometry_.set_velocity(path.v_B / (1.0 + path.speed_scale));  // dead_reckon() scales it again
   estimate_.X_WB.p.head<2>() = path.X_WB.p.head<2>();
   return true;
 }
 
 void ExitGuidance::observe(const std::optional<ImuSample>& imu,
-                           const std::optional<DepthSample>& depth, double speed, Utime now) {
+                           const std::optional<DepthSample>& depth, const PseudoRates& efforts,
+                           Utime now) {
   now_ = std::max(now_, now);
   if (imu) {
     ImuSample turned = *imu;
@@ -91,7 +92,7 @@ void ExitGuidance::observe(const std::optional<ImuSample>& imu,
     if (!is_up) at_surface_since_.reset();
     if (is_up && !at_surface_since_) at_surface_since_ = now_;
   }
-  odometry_.set_commanded_speed(phase_ == ExitPhase::kIdle ? speed : command_.v);
+  odometry_.set_efforts(efforts.surge, efforts.heave);
   dead_reckon(odometry_.update(now_));
 }
 
@@ -141,7 +142,8 @@ Command ExitGuidance::step(Utime now) {
   const bool is_located = estimate_.valid || to_seconds(now_ - since_) > allowed_s_ + kSensorWait;
   if (phase_ == ExitPhase::kHolding && is_late && is_located) leave(now_);
   if (phase_ == ExitPhase::kFollowing) {
-    command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B);
+    command_ = follower_.step(estimate_.X_WB, estimate_.v_WB_B,
+                              path_ ? path_->current_W : Eigen::Vector2d::Zero());
     if (follower_.status().finished || to_seconds(now_ - since_) > allowed_s_) {
       ascend(now_, !follower_.status().finished);
     }

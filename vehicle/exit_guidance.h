@@ -1,7 +1,7 @@
 #pragma once
 // Brings the vehicle home without executive, map and plan: holds, follows the exit path by dead
-// reckoning on depth, compass and expected speed, then ascends. One set of rules for the
-// supervisor, the vehicle's own time-out and the executive's fallback
+// reckoning on depth, compass and the efforts of the flippers, then ascends. One set of rules for
+// the supervisor, the vehicle's own time-out and the executive's fallback
 // (doc/decisions/no-commands.md).
 
 #include <optional>
@@ -40,10 +40,10 @@ class ExitGuidance {
   bool set_exit_path(const ExitPath& path);
   [[nodiscard]] bool has_exit_path() const { return path_.has_value(); }
 
-  /// New samples of attitude (compass, AHRS) and depth; `speed` (m/s) is the speed commanded by
-  /// another process, used in kIdle. Advances the dead reckoning to `now`.
+  /// New samples of attitude (compass, AHRS) and depth. Advances the dead reckoning to `now`:
+  /// `efforts` are those that the vehicle has executed since the last call, of any source.
   void observe(const std::optional<ImuSample>& imu, const std::optional<DepthSample>& depth,
-               double speed, Utime now);
+               const PseudoRates& efforts, Utime now);
 
   /// Begins to hold, or to leave at once where `may_hold` is false.
   void begin(Utime now, bool may_hold = true);
@@ -56,7 +56,7 @@ class ExitGuidance {
   [[nodiscard]] ExitPhase phase() const { return phase_; }
   /// Dead-reckoned pose, and speed through the water (m/s).
   [[nodiscard]] const Pose& X_WB() const { return estimate_.X_WB; }
-  [[nodiscard]] double surge() const { return odometry_.surge(); }
+  [[nodiscard]] double surge() const { return odometry_.v_B().x(); }
   /// True if the depth sensor has measured the surface for kSurfaceTime.
   [[nodiscard]] bool has_surfaced(Utime now) const;
   /// True if there is no depth sensor and the ascent has lasted long enough.

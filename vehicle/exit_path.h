@@ -18,10 +18,10 @@ namespace dive::vehicle {
 inline constexpr std::size_t kMaxExitWaypoints = 256;
 
 struct ExitPath {
-  Utime utime = 0;                  ///< Time of the tick.
-  std::int64_t revision = 0;        ///< Incremented whenever the waypoints change.
-  Pose X_WB = {};                   ///< Estimated pose at that time.
-  double surge = 0.0;               ///< Estimated speed through the water, m/s.
+  Utime utime = 0;                                ///< Time of the tick.
+  std::int64_t revision = 0;                      ///< Incremented whenever the waypoints change.
+  Pose X_WB = {};                                 ///< Estimated pose at that time.
+  Eigen::Vector3d v_B = Eigen::Vector3d::Zero();  ///< Estimated velocity through the water, m/s.
   double heading_correction = 0.0;  ///< Rotation from the compass to W about the vertical, rad.
   double speed_scale = 0.0;         ///< Estimated relative error of the expected speed.
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Estimated current, m/s.

@@ -20,7 +20,6 @@ constexpr double kPastMinimum = 0.01;  // m of increase that confirm a minimum o
 constexpr double kCrabSpeed = 0.25;    // m/s: slower, the sideslip angle is the one at this speed
 constexpr double kSmallError = 0.35;   // rad: heading error without slowdown: thrust turns
 constexpr double kLargeError = 1.2;    // rad: heading error with the full turn_slowdown
-constexpr double kMaxCrab = 0.5;       // rad: a larger crab angle feeds back on itself
 constexpr double kDepthError = 0.15;   // m of depth error tolerated at full speed
 constexpr double kCreep = 0.05;        // m/s: minimum speed for steering
 constexpr double kSideways = 0.15;     // m/s: the same on its side, where only way holds the depth
@@ -138,15 +137,15 @@ double Follower::course(const Vector3d& p_W) const {
   return motion.norm() > kOverhead ? std::atan2(motion.y(), motion.x()) : s.bearing;
 }
 
-double Follower::speed_towards(double heading_error, double depth_error, double left,
-                               double heave_share) const {
+double Follower::speed_towards(double against, double heading_error, double depth_error,
+                               double left, double heave_share) const {
   const Segment& s = segment();
   const double to_end = std::max(s.length - status_.along_track_m, 0.0);
   const double sharpness = std::min(s.corner / (0.5 * M_PI), 1.0);
   const double corner = options_.speed * (1.0 - options_.corner_slowdown * sharpness);
-  double speed =
-      std::min({options_.speed, corner + to_end / options_.braking_s,
-                options_.arrival_speed + status_.distance_to_go_m / (2.0 * options_.braking_s)});
+  double speed = std::min(
+      {options_.speed, against + corner + to_end / options_.braking_s,
+       against + options_.arrival_speed + status_.distance_to_go_m / (2.0 * options_.braking_s)});
   const double off = (std::abs(heading_error) - kSmallError) / (kLargeError - kSmallError);
   speed *= 1.0 - options_.turn_slowdown * std::clamp(off, 0.0, 1.0);
   const double keeps_up = std::clamp(2.0 - std::abs(depth_error) / kDepthError, 0.0, 1.0);
@@ -171,8 +170,8 @@ double Follower::depth_progress(const Vector3d& p_W) const {
   return over_ground.dot((p_W - s.start).head<2>()) / (over_ground.squaredNorm() * s.length);
 }
 
-Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
-  DIVE_DEMAND(has_path() && X_WB.is_finite() && v_WB_B.allFinite());
+Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B, const Vector2d& current_W) {
+  DIVE_DEMAND(has_path() && X_WB.is_finite() && v_WB_B.allFinite() && current_W.allFinite());
   advance(X_WB.p);
   const Segment& s = segment();
   const auto index = static_cast<std::size_t>(status_.segment);
@@ -192,7 +191,8 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B) {
 
   Command command;
   const double heave_share = std::abs((X_WB.q.conjugate() * Vector3d::UnitZ()).z());
-  command.v = speed_towards(wrap_angle(heading - yaw), z - X_WB.p.z(), left, heave_share);
+  const double against = std::max(0.0, -s.direction.head<2>().dot(current_W));
+  command.v = speed_towards(against, wrap_angle(heading - yaw), z - X_WB.p.z(), left, heave_share);
   command.d = -z;
   command.o = from_rpy(planned_rpy.x(), planned_rpy.y(), heading);
   return command;

@@ -9,7 +9,9 @@
 //          little ahead on nearly vertical segments; the paper's printed law has the start as a
 //          fixed point and is singular at z_{i-1} = 0: doc/decisions/follower-depth-law.md
 //   speed  reduced before corners, during a heading error, where depth cannot keep up, and at
-//          the end; a vehicle on its side needs way to hold its depth, and is not slowed for it
+//          the end; a vehicle on its side needs way to hold its depth, and is not slowed for it;
+//          against a known current a reduced speed is one over ground, up to the full speed
+//          through the water
 
 #include <optional>
 #include <span>
@@ -22,6 +24,9 @@
 #include "vehicle/command.h"
 
 namespace dive::vehicle {
+
+/// Largest crab angle: a larger one feeds back on itself, rad.
+inline constexpr double kMaxCrab = 0.5;
 
 struct FollowerOptions {
   double speed = 0.4;                         ///< Speed on straights, m/s; reduced in turns.
@@ -58,8 +63,10 @@ class Follower {
   void set_path(std::span<const Pose> waypoints, const Eigen::Vector3d& position_W);
   [[nodiscard]] bool has_path() const { return waypoints_.size() >= 2; }
 
-  /// One control tick. Demands a path. Does not allocate.
-  [[nodiscard]] Command step(const Pose& X_WB, const Eigen::Vector3d& v_WB_B);
+  /// One control tick. `current_W`: known velocity of the water over ground, m/s. Demands a path.
+  /// Does not allocate.
+  [[nodiscard]] Command step(const Pose& X_WB, const Eigen::Vector3d& v_WB_B,
+                             const Eigen::Vector2d& current_W = Eigen::Vector2d::Zero());
   [[nodiscard]] const FollowerStatus& status() const { return status_; }
   [[nodiscard]] std::span<const Pose> path() const { return waypoints_; }
   /// The path from X_WB onwards, up to a length of `max_m`: X_WB and the next waypoints, the last
@@ -85,10 +92,11 @@ class Follower {
   void advance(const Eigen::Vector3d& p_W);
   [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double depth_progress(const Eigen::Vector3d& p_W) const;
-  /// `left` (rad, >= 0) is the angle between the segment and the direction of swimming along x.
-  /// `heave_share` in [0, 1]: how vertical z of B is.
-  [[nodiscard]] double speed_towards(double heading_error, double depth_error, double left,
-                                     double heave_share) const;
+  /// `against` (m/s, >= 0) is the current's speed against the segment. `left` (rad, >= 0) is the
+  /// angle between the segment and the direction of swimming along x. `heave_share` in [0, 1]: how
+  /// vertical z of B is.
+  [[nodiscard]] double speed_towards(double against, double heading_error, double depth_error,
+                                     double left, double heave_share) const;
 
   FollowerOptions options_;
   std::vector<Pose> waypoints_;

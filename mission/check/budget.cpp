@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "behaviors/surface.h"
 #include "behaviors/trail.h"
+#include "mission/check/route_times.h"
 #include "mission/document/state_index.h"
 #include "planning/world/overhead.h"
 #include "vehicle/aqua2_figures.h"
@@ -41,17 +41,17 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
   planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
   const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
+  const RouteTimes times = route_times(route, legs, mission);
   double distance = 0.0;
   double entered_s = 0.0;  // when the vehicle was last in open water
   double last_out_m = 0.0;
-  const auto visit = [&](const Eigen::Vector3d& p_W, const std::string& state) {
-    const double t = distance / mission.speed.value;
+  const auto visit = [&](const Eigen::Vector3d& p_W, double t, const std::string& state) {
     const bool open = !overheads.is_above(p_W, radius);
     trail.add(p_W, open);
     if (open) entered_s = t;
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
-    const double out_s = path.length_m / mission.speed.value -
-                         path.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
+    const double out_s =
+        path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
     if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
       budget.no_return = Budget::NoReturn{distance, state};
     }
@@ -66,12 +66,12 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     budget.budget_used_under_overhead = used;
     budget.worst_overhead_state = state;
   };
-  visit(route.start.p, "start");
-  for (const PlannedRouteLeg& leg : legs) {
-    const std::vector<Pose>& waypoints = leg.plan.waypoints;
+  visit(route.start.p, 0.0, "start");
+  for (std::size_t l = 0; l < legs.size(); ++l) {
+    const std::vector<Pose>& waypoints = legs[l].plan.waypoints;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
       distance += (waypoints[i + 1].p - waypoints[i].p).norm();
-      visit(waypoints[i + 1].p, leg.state);
+      visit(waypoints[i + 1].p, times.legs[l].waypoint_s[i + 1], legs[l].state);
     }
   }
 }
@@ -83,8 +83,7 @@ Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                    const ExitPathProof& exit_path, const vehicle::Conditions& conditions) {
   Budget budget;
   for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
-  budget.duration_s = budget.distance_m / mission.speed.value + route.hold_s +
-                      route.ascent_m / behaviors::SurfaceOptions{}.ascent_rate;
+  budget.duration_s = route_times(route, legs, mission).ends_s;
   budget.distance_m += route.ascent_m;
   const double power = power_w(mission) / kSecondsPerHour;
   budget.energy_wh = power * budget.duration_s;
@@ -99,11 +98,13 @@ void check_budget(const Budget& budget, const ExitPathProof& exit_path, const Mi
   const Located<double>& timeout = mission.limits.mission_timeout;
   const Usable limit = usable(mission, conditions);
   if (budget.duration_s > limit.time_s) {
-    diagnostics.error("CHK-TIME", mission.source, timeout.span,
-                      fmt::format("the route takes {:.0f} s at {:g} m/s, longer than "
-                                  "mission_timeout ({:g} s)",
-                                  budget.duration_s, mission.speed.value, timeout.value),
-                      "raise mission_timeout or shorten the route");
+    diagnostics.error(
+        "CHK-TIME", mission.source, timeout.span,
+        fmt::format("the route takes {:.0f} s at {:g} m/s{}, longer than "
+                    "mission_timeout ({:g} s)",
+                    budget.duration_s, mission.speed.value,
+                    mission.current.value.is_still() ? "" : " in this current", timeout.value),
+        "raise mission_timeout or shorten the route");
   } else if (budget.duration_s + exit_path.longest_s > limit.time_s) {
     diagnostics.warning("CHK-TIME-MARGIN", mission.source, timeout.span,
                         fmt::format("the route takes {:.0f} s and the longest exit path {:.0f} s: "

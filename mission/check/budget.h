@@ -1,6 +1,6 @@
 #pragma once
-// Time and energy of the nominal route: what it takes, and from where it still suffices to leave
-// and surface.
+// Time and energy of the nominal route in the declared current: what it takes, and from where it
+// still suffices to leave and surface.
 
 #include <optional>
 #include <string>

@@ -30,6 +30,18 @@ constexpr std::array kDeckRules = {
         "On every leg the clearance, less the follower's tube, is at least 3.5 standard deviations "
         "of the predicted position."},
     Rule{"CHK-MARGIN-SMALL", Severity::kWarning, "The same with 5 standard deviations."},
+    Rule{"CHK-NO-FIXES", Severity::kError,
+         "Under an overhead fixes or cameras correct the position, or the mission declares still "
+         "water."},
+    Rule{"CHK-CURRENT", Severity::kError,
+         "On every leg a quarter of the speed remains over ground in the declared current and one "
+         "standard deviation more, with a crab angle of at most 29 degrees; under an overhead also "
+         "in the opposite direction."},
+    Rule{"CHK-CURRENT-MARGIN", Severity::kWarning, "The same with half of the speed."},
+    Rule{"CHK-CURRENT-TABLE", Severity::kError,
+         "The table of the current covers the expected duration."},
+    Rule{"CHK-CURRENT-DRIFT", Severity::kWarning,
+         "During a hold or a dwell the current carries the vehicle no farther than the clearance."},
     Rule{"CHK-NO-EXIT-PATH", Severity::kError,
          "From every point of the route the trail leads back to open water."},
     Rule{"CHK-RETRACE", Severity::kError, "The route can be followed backwards without contact."},
@@ -148,6 +160,10 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   report_failed_plans(route, report.legs, mission, diagnostics);
   if (!diagnostics.ok()) return report;
 
+  report.times = route_times(route, report.legs, mission);
+  report.progress = least_progress(route, report.legs, mission, world, model.hull.radius());
+  check_current(route, report.legs, report.progress, mission, diagnostics);
+  check_dead_reckoning(route, report.legs, mission, world, model.hull, diagnostics);
   if (has_position_margins(mission)) {
     observer.on_step("predicting the position along the legs");
     predict_position_margins(route, report.legs, mission, world, model);

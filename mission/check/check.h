@@ -1,6 +1,7 @@
 #pragma once
 // `dive check`: everything about a mission that can be proved on deck. Rules, plans of every leg of
-// the nominal route, exit paths from every leg, budgets, simulated dives.
+// the nominal route, progress against the declared current, exit paths from every leg, budgets,
+// simulated dives.
 
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "common/clock.h"
 #include "common/diagnostic.h"
 #include "mission/check/budget.h"
+#include "mission/check/current_check.h"
 #include "mission/check/dive_series.h"
 #include "mission/check/exit_path_proof.h"
 #include "mission/check/fault_matrix.h"
@@ -22,6 +24,8 @@ namespace dive::mission {
 
 struct CheckReport {
   std::vector<PlannedRouteLeg> legs;
+  RouteTimes times;
+  std::vector<std::optional<LeastProgress>> progress;  ///< Of each leg, in the declared current.
   ExitPathProof exit_path;
   Budget budget;
   std::optional<DiveResult> dive;   ///< The first simulated dive.

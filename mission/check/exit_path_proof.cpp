@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "behaviors/retrace.h"
-#include "behaviors/surface.h"
 #include "behaviors/trail.h"
+#include "mission/check/route_times.h"
 #include "planning/world/overhead.h"
 
 namespace dive::mission {
@@ -43,26 +43,29 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
   planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
   ExitPathProof proof;
-  const auto visit = [&](const Eigen::Vector3d& p_W, const std::string& state) {
+  const RouteTimes times = route_times(route, legs, mission);
+  const auto visit = [&](const Eigen::Vector3d& p_W, double t, const std::string& state) {
     trail.add(p_W, !overheads.is_above(p_W, radius));
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
     if (!path.arrives) proof.exists = false;
-    const double up_s = -path.points.back().z() / behaviors::SurfaceOptions{}.ascent_rate;
-    const double seconds = path.length_m / mission.speed.value + up_s;
+    const double seconds =
+        path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
     if (seconds > proof.longest_s) {
       proof.longest_s = seconds;
       proof.longest_m = path.length_m;
       proof.state = state;
     }
   };
-  visit(route.start.p, "start");
-  for (const PlannedRouteLeg& leg : legs) {
-    const std::vector<Pose>& waypoints = leg.plan.waypoints;
+  visit(route.start.p, 0.0, "start");
+  for (std::size_t l = 0; l < legs.size(); ++l) {
+    const std::vector<Pose>& waypoints = legs[l].plan.waypoints;
+    const std::vector<double>& waypoint_s = times.legs[l].waypoint_s;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
       constexpr int kPieces = 4;  // per segment: breadcrumbs about as dense as the vehicle's
       for (int k = 1; k <= kPieces; ++k) {
-        const double t = static_cast<double>(k) / kPieces;
-        visit(interpolate(waypoints[i], waypoints[i + 1], t).p, leg.state);
+        const double share = static_cast<double>(k) / kPieces;
+        visit(interpolate(waypoints[i], waypoints[i + 1], share).p,
+              waypoint_s[i] + share * (waypoint_s[i + 1] - waypoint_s[i]), legs[l].state);
       }
     }
   }

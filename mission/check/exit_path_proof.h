@@ -14,8 +14,9 @@ namespace dive::mission {
 
 /// The exit path from the point of the route where it is longest.
 struct ExitPathProof {
-  double longest_m = 0.0;    ///< Length back along the route to open water.
-  double longest_s = 0.0;    ///< Time back along the route and up, at the mission's speed.
+  double longest_m = 0.0;  ///< Length back along the route to open water.
+  /// Time back along the route and up, at the mission's speed and in the current of that time.
+  double longest_s = 0.0;
   double clearance_m = 0.0;  ///< Certified clearance of the whole route swum backwards.
   std::string state;         ///< State with the longest exit path.
   bool exists = true;        ///< False: no open water precedes some point of the route.

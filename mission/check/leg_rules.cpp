@@ -11,8 +11,17 @@
 namespace dive::mission {
 namespace {
 
-// Shortest time (s) to swim the goals from `p_W`, in straight lines at the mission's speed, with
-// every corner cut by the capture radius. Empty without positions in W.
+// Upper bound of the speed over ground at any time, m/s.
+double fastest(const Mission& mission) {
+  double current = 0.0;
+  for (const DeclaredCurrent::Sample& sample : mission.current.value.samples()) {
+    current = std::max(current, sample.velocity_W.norm());
+  }
+  return mission.speed.value + current;
+}
+
+// Shortest time (s) to swim the goals from `p_W`, in straight lines at the mission's speed and with
+// the current, with every corner cut by the capture radius. Empty without positions in W.
 std::optional<double> shortest_time(const CheckContext& context, std::optional<Eigen::Vector3d> p_W,
                                     const std::vector<const Goal*>& goals) {
   double distance = 0.0;
@@ -27,7 +36,7 @@ std::optional<double> shortest_time(const CheckContext& context, std::optional<E
     cut = radius;
     p_W = goal_W;
   }
-  return distance / context.mission.speed.value + dwell;
+  return distance / fastest(context.mission) + dwell;
 }
 
 std::optional<Eigen::Vector3d> place_in_world(const CheckContext& context,

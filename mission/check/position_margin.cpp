@@ -12,8 +12,10 @@
 #include "common/assert.h"
 #include "estimation/map_fix_filter.h"
 #include "estimation/primitive.h"
+#include "mission/check/route_times.h"
 #include "mission/executive/position_priors.h"
 #include "planning/map_matching/map_matcher.h"
+#include "planning/world/overhead.h"
 #include "planning/world/scene.h"
 #include "vehicle/simulator/sensors/range_camera.h"
 
@@ -69,7 +71,8 @@ class Views {
 class Predicted {
  public:
   Predicted(const Mission& mission, const planning::World& map, const MotionModel& motion,
-            const Vector3d& start_W) {
+            const Vector3d& start_W)
+      : mission_(mission) {
     const double start = std::hypot(mission.priors.start_m, mission.priors.map_m);
     reckoned_ = start * start * Matrix2d::Identity();
     if (!uses_map_fixes(mission)) return;
@@ -78,10 +81,12 @@ class Predicted {
     views_ = std::make_unique<Views>(map);
   }
 
-  void advance(const Pose& to, const Vector2d& moved, double dt) {
-    displacement_ += moved;
+  // `moved` (m) over ground in `dt` (s), in water that flows with `current_W` (m/s).
+  void advance(const Pose& to, const Vector2d& moved, double dt, const Vector2d& current_W) {
+    displacement_ += moved - current_W * dt;
     elapsed_s_ += dt;
     if (!filter_) return;
+    filter_->set_current(current_W);
     filter_->advance(moved, dt, 0.0);
     MapFix fix;
     fix.position_W = filter_->position_W();
@@ -91,16 +96,18 @@ class Predicted {
 
   [[nodiscard]] Matrix2d covariance() const {
     if (filter_) return filter_->covariance_among_obstacles();
-    const estimation::PrimitiveOptions options;
+    const estimation::PrimitiveOptions options = odometry_options(mission_, {});
     const Vector2d along = options.speed_scale_sigma * displacement_;
     const Vector2d across = deg_to_rad(options.heading_bias_sigma_deg) *
                             Vector2d(-displacement_.y(), displacement_.x());
-    const double walk = options.drift_m_per_sqrt_s * options.drift_m_per_sqrt_s * elapsed_s_;
+    const double walk = options.drift_m_per_sqrt_s * options.drift_m_per_sqrt_s * elapsed_s_ +
+                        std::pow(options.current_sigma * elapsed_s_, 2);
     return reckoned_ + along * along.transpose() + across * across.transpose() +
            walk * Matrix2d::Identity();
   }
 
  private:
+  const Mission& mission_;
   std::optional<estimation::MapFixFilter> filter_;
   std::unique_ptr<Views> views_;
   Matrix2d reckoned_;
@@ -164,17 +171,21 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
   DIVE_DEMAND(has_position_margins(mission));
   Predicted predicted(mission, map, model.motion, route.start.p);
   Surroundings surroundings(map, model.hull);
+  const RouteTimes times = route_times(route, legs, mission);
   const double step_m = mission.speed.value * kFixPeriod;
   for (std::size_t l = 0; l < legs.size(); ++l) {
     PositionMargin least;
     const std::vector<Pose>& path = legs[l].plan.waypoints;
+    const std::vector<double>& waypoint_s = times.legs[l].waypoint_s;
     for (std::size_t i = 1; i < path.size(); ++i) {
+      const double taken_s = waypoint_s[i] - waypoint_s[i - 1];
+      const Vector2d current_W = mission.current.value.at(waypoint_s[i - 1]);
       const double length = (path[i].p - path[i - 1].p).norm();
       const int steps = std::max(1, static_cast<int>(std::ceil(length / step_m)));
       const Vector2d moved = (path[i].p - path[i - 1].p).head<2>() / steps;
       for (int k = 1; k <= steps; ++k) {
         const Pose X_WB = interpolate(path[i - 1], path[i], static_cast<double>(k) / steps);
-        predicted.advance(X_WB, moved, length / steps / mission.speed.value);
+        predicted.advance(X_WB, moved, taken_s / steps, current_W);
         surroundings.reduce(X_WB, predicted.covariance(), least);
       }
     }
@@ -183,13 +194,35 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
       Pose X_WB = path.back();
       X_WB.q = from_rpy(0.0, 0.0, route.legs[l].dwell_yaw.value_or(to_rpy(X_WB.q).z()));
       for (double t = 0.0; t < dwell_s; t += kFixPeriod) {
-        predicted.advance(X_WB, Vector2d::Zero(), kFixPeriod);
+        predicted.advance(X_WB, Vector2d::Zero(), kFixPeriod, Vector2d::Zero());
       }
       surroundings.reduce(X_WB, predicted.covariance(), least);
     }
     least.end_sigma_m = std::sqrt(
         Eigen::SelfAdjointEigenSolver<Matrix2d>(predicted.covariance()).eigenvalues().maxCoeff());
     legs[l].margin = least;
+  }
+}
+
+void check_dead_reckoning(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                          const Mission& mission, const planning::World& map,
+                          const planning::RobotHull& hull, Diagnostics& diagnostics) {
+  const bool is_still = mission.current.value.is_still() && mission.priors.current == 0.0;
+  if (!has_position_margins(mission) || uses_map_fixes(mission) || is_still) return;
+  planning::OverheadIndex overheads(map);
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const std::vector<Pose>& path = legs[i].plan.waypoints;
+    const auto covered = std::ranges::find_if(
+        path, [&](const Pose& X_WB) { return overheads.is_above(X_WB.p, hull.radius()); });
+    if (covered == path.end()) continue;
+    diagnostics.error(
+        "CHK-NO-FIXES", mission.source, route.legs[i].span,
+        fmt::format("the way to '{}' is under an overhead, at ({:.1f}, {:.1f}, {:.1f}), where "
+                    "nothing corrects the position and an unknown current of {:g} m/s is expected",
+                    legs[i].goal, covered->p.x(), covered->p.y(), covered->p.z(),
+                    mission.priors.current),
+        "let fixes correct the position: a range camera (fixes=\"on\"), or tags and cameras "
+        "(estimator=\"visual_inertial\"); or declare still water: <current sigma=\"0\"/>");
   }
 }
 

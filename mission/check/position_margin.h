@@ -38,6 +38,12 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
                               const Mission& mission, const planning::World& map,
                               const vehicle::Model& model);
 
+/// Reports legs under an overhead on which nothing corrects the position, unless the mission
+/// declares still water (CHK-NO-FIXES).
+void check_dead_reckoning(const Route& route, const std::vector<PlannedRouteLeg>& legs,
+                          const Mission& mission, const planning::World& map,
+                          const planning::RobotHull& hull, Diagnostics& diagnostics);
+
 /// Reports legs with too small a margin (CHK-MARGIN, CHK-MARGIN-SMALL).
 void check_position_margins(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                             const Mission& mission, Diagnostics& diagnostics);

@@ -66,8 +66,9 @@ class Walker final : public statechart::Environment {
 
   void add_leaf(const StateSpec& spec) {
     for (const Goal* goal : goals_of(spec)) add_goal(spec, *goal);
-    route_.hold_s += spec.atomic->rest_s().value;
+    route_.after.rest_s += spec.atomic->rest_s().value;
     if (is_surfacing(spec)) {
+      route_.after.ascent_m += std::max(-at_.z(), 0.0);
       route_.ascent_m += std::max(-at_.z(), 0.0);
       at_.z() = 0.0;
     }
@@ -82,7 +83,7 @@ class Walker final : public statechart::Environment {
         goal.reduced_clearance ? goal.reduced_clearance : limits.reduced_clearance;
     if (reduced) leg.reduced_clearance = reduced->value;
     at_ = leg.goal.position_W;
-    route_.hold_s += leg.goal.dwell_s;
+    leg.before = std::exchange(route_.after, {});
     route_.legs.push_back(std::move(leg));
   }
 

@@ -13,6 +13,12 @@
 
 namespace dive::mission {
 
+/// What the vehicle does between two legs.
+struct RouteWait {
+  double rest_s = 0.0;    ///< Holds.
+  double ascent_m = 0.0;  ///< Vertical ascents.
+};
+
 struct RouteLeg {
   std::string state;
   Span span;  ///< Span of the goal in the mission file.
@@ -22,13 +28,14 @@ struct RouteLeg {
   /// Reduced clearance (m) that the mission accepts for a start that lacks the clearance; infinite:
   /// none.
   double reduced_clearance = std::numeric_limits<double>::infinity();
+  RouteWait before = {};
 };
 
 struct Route {
   Pose start;
   behaviors::LegSettings settings;  ///< Shared by all legs.
   std::vector<RouteLeg> legs;
-  double hold_s = 0.0;              ///< Holds and dwells along the route.
+  RouteWait after;                  ///< After the last leg.
   double ascent_m = 0.0;            ///< Sum over all surface states on the route.
   std::vector<std::string> leaves;  ///< Atomic states in the order entered.
   std::string final_state;          ///< Empty if the walk was cut off (a loop).

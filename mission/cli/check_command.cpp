@@ -35,6 +35,25 @@ void print_dives(const DiveSeries& series) {
                     series.worst_first.front().command));
 }
 
+// The leg on which a current leaves the least speed over ground.
+void print_progress(const CheckReport& report) {
+  const LeastProgress* least = nullptr;
+  std::string goal;
+  for (std::size_t i = 0; i < report.progress.size(); ++i) {
+    const auto& progress = report.progress[i];
+    if (!progress || (least != nullptr && progress->share >= least->share)) continue;
+    least = &*progress;
+    goal = report.legs[i].goal;
+  }
+  constexpr double kHardlySlower = 0.9;
+  if (least == nullptr || least->share > kHardlySlower) return;
+  print(
+      fmt::format("  current at worst {:.2f} m/s over ground, {:.0f} % of the speed ({} {}, after "
+                  "{:.0f} s)",
+                  least->over_ground, 100.0 * least->share, least->is_way_back ? "back from" : "to",
+                  goal, least->elapsed_s));
+}
+
 void print_report(const CheckReport& report) {
   for (const PlannedRouteLeg& leg : report.legs) {
     const std::string margin = std::isfinite(leg.margin.margin_sigma)
@@ -46,6 +65,7 @@ void print_report(const CheckReport& report) {
                     leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
                     leg.plan.warm_starts, margin));
   }
+  print_progress(report);
   print(fmt::format("  abort  longest exit path {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
                     report.exit_path.longest_m, report.exit_path.longest_s, report.exit_path.state,
                     report.exit_path.clearance_m));

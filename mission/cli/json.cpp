@@ -173,11 +173,32 @@ Json to_json(const DiveSeries& series) {
           {"worst", std::move(worst)}};
 }
 
+// Expected times of a leg (s since the mission started), and where the current slows it most.
+Json times_of(const CheckReport& report, std::size_t leg) {
+  Json json = {{"begins_s", nullptr}, {"arrives_s", nullptr}, {"least_progress", nullptr}};
+  if (leg >= report.times.legs.size()) return json;
+  json["begins_s"] = report.times.legs[leg].begins_s;
+  json["arrives_s"] = report.times.legs[leg].arrives_s;
+  if (const auto& progress = report.progress[leg]) {
+    const Eigen::Vector3d& p_W = progress->place_W;
+    json["least_progress"] = {{"over_ground_mps", progress->over_ground},
+                              {"share", progress->share},
+                              {"crab_deg", rad_to_deg(progress->crab_rad)},
+                              {"t", progress->elapsed_s},
+                              {"x", p_W.x()},
+                              {"y", p_W.y()},
+                              {"z", p_W.z()},
+                              {"way_back", progress->is_way_back}};
+  }
+  return json;
+}
+
 }  // namespace
 
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
   Json plans = Json::array();
-  for (const PlannedRouteLeg& leg : report.legs) {
+  for (std::size_t i = 0; i < report.legs.size(); ++i) {
+    const PlannedRouteLeg& leg = report.legs[i];
     Json plan = to_json(leg.plan, leg.statistics);
     plan.erase("waypoints");
     Json entry = {{"state", leg.state}, {"goal", leg.goal}};
@@ -191,6 +212,7 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                          {"clearance_m", margin.clearance_m}, {"sigma_m", margin.sigma_m},
                          {"end_sigma_m", margin.end_sigma_m}};
     }
+    entry.update(times_of(report, i));
     plans.push_back(std::move(entry));
   }
   Json json = {{"ok", diagnostics.ok()},

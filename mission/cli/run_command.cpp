@@ -77,8 +77,31 @@ tl::expected<std::optional<std::string>, int> keep_map(const std::string& log,
   }
 }
 
-void print_map(const std::optional<std::string>& file, const planning::ObservedMap& map) {
+/// Names of the objects of the known map that were found to be gone.
+std::vector<std::string> absent_names(const planning::World& known,
+                                      const planning::ObservedMap& map) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < known.obstacles.size(); ++i) {
+    const std::string& name = known.obstacles[i].name;  // the pieces of a mesh share one
+    if (!map.absent().contains(static_cast<int>(i)) || (!names.empty() && names.back() == name))
+      continue;
+    names.push_back(name);
+  }
+  return names;
+}
+
+void add_map(nlohmann::ordered_json& json, const std::optional<std::string>& file,
+             const planning::ObservedMap& map, const LoadedMission& loaded) {
+  if (file) json["map"] = *file;
+  if (loaded.mission.trusts_absence) json["absent_objects"] = absent_names(loaded.world, map);
+}
+
+void print_map(const std::optional<std::string>& file, const planning::ObservedMap& map,
+               const LoadedMission& loaded) {
   if (file) print(fmt::format("  map {} ({} pieces)", *file, map.pieces()));
+  for (const std::string& name : absent_names(loaded.world, map)) {
+    print(fmt::format("  gone from the map: {}", name));
+  }
 }
 
 const std::string& water_of(const RunArguments& arguments, const Mission& mission) {
@@ -163,11 +186,11 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
     if (dataset) json["dataset"] = arguments.record;
     json["log"] = recording->log_path();
     json["seed"] = settings.seed;
-    if (map) json["map"] = *map;
+    add_map(json, map, result.observed_map, loaded);
     print_json(json);
   } else {
     print_verdict(result, recording->log_path());
-    print_map(map, result.observed_map);
+    print_map(map, result.observed_map, loaded);
     if (dataset) {
       print(fmt::format("  dataset {} ({} stereo pairs)", arguments.record, dataset->pairs()));
     }
@@ -273,11 +296,11 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
     nlohmann::ordered_json json = to_json(result, arguments.stats);
     json["log"] = recording->log_path();
     json["seed"] = settings.seed;
-    if (map) json["map"] = *map;
+    add_map(json, map, result.observed_map, loaded);
     print_json(json);
   } else {
     print_linked(result, recording->log_path(), arguments.stats);
-    print_map(map, result.observed_map);
+    print_map(map, result.observed_map, loaded);
   }
   if (result.outcome == "failure") return kExitUnfinished;
   return result.outcome == "success" ? kExitSuccess : kExitFailed;

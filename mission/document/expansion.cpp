@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "mission/document/current_table.h"
 #include "mission/document/file_beneath.h"
 #include "mission/document/language.h"
 #include "mission/document/parameters.h"
@@ -21,11 +22,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kEmptyTagEnd = "/>";
+
+bool names_a_table(const XmlElement& element) {
+  return is_mission_element(element, "current") && element.attribute("table") != nullptr;
+}
+
+// The name as written, with its prefix.
+std::string_view qualified_name(const SourceText& source, const XmlElement& element) {
+  const std::string_view rest =
+      std::string_view(source.content()).substr(offset_of(source, element.span));
+  return rest.substr(0, rest.find_first_of(" \t\r\n/>"));
+}
+
 bool has_work(const XmlElement& element) {
   const auto names_a_parameter = [](const XmlAttribute& attribute) {
     return attribute.value.find(kParameterOpening) != std::string::npos;
   };
   return is_mission_element(element, "include") || is_mission_element(element, "parameters") ||
+         names_a_table(element) ||
          std::any_of(element.attributes.begin(), element.attributes.end(), names_a_parameter) ||
          std::any_of(element.children.begin(), element.children.end(), has_work);
 }
@@ -42,6 +57,12 @@ class Output {
     if (!text_.empty()) put("\n");
     runs_.push_back({line_, {scope.source->path(), place.line, scope.included_from}});
     put(std::string(static_cast<std::size_t>(place.column - 1), ' '));
+  }
+
+  // Sets the origin of the following text to a new line of its own.
+  void turn_to(LineOrigin origin) {
+    put("\n");
+    runs_.push_back({line_, std::move(origin)});
   }
 
   void put(std::string_view text) {
@@ -128,6 +149,12 @@ class Expander {
         if (!declares) include(scope, child);
         at = extent.end;
         output_.turn_to(scope, at);
+      } else if (names_a_table(child)) {
+        const ElementExtent extent = extent_of(*scope.source, child);
+        put(scope, at, extent.begin);
+        replace_table(scope, child);
+        at = extent.end;
+        output_.turn_to(scope, at);
       } else {
         copy_attributes(scope, child, at);
         copy_children(scope, child, at);
@@ -171,6 +198,37 @@ class Expander {
     const ElementExtent extent = extent_of(fragment->source, fragment->root);
     output_.turn_to(inner, extent.content);
     copy(inner, fragment->root, extent.content, extent.content_end);
+  }
+
+  // The element without its `table`, and a line for each row with the origin of that row.
+  void replace_table(const Scope& scope, const XmlElement& current) {
+    const XmlAttribute& table = *current.attribute("table");
+    const CurrentTableFolder folder{folder_, folder_of(scope), mission_.source->path()};
+    const CurrentTable loaded =
+        load_current_table(scope, current, expansion_.max_includes > 0, folder, diagnostics_);
+    const ElementExtent extent = extent_of(*scope.source, current);
+    const std::size_t begin = offset_of(*scope.source, table.name_span);
+    XmlElement before = current;
+    std::erase_if(before.attributes, [&](const XmlAttribute& attribute) {
+      return offset_of(*scope.source, attribute.name_span) >= begin;
+    });
+    std::size_t at = extent.begin;
+    copy_attributes(scope, before, at);
+    put(scope, at, begin);
+    at = offset_of(*scope.source, table.value_span) +
+         static_cast<std::size_t>(table.value_span.length) + 1;
+    output_.put(std::string(at - begin, ' '));
+    copy_attributes(scope, current, at);
+    put(scope, at, extent.content - kEmptyTagEnd.size());
+    output_.put(">");
+    const std::string_view name = qualified_name(*scope.source, current);
+    const std::string_view prefix = name.substr(0, name.find(':') + 1);
+    for (const CurrentTableRow& row : loaded.rows) {
+      output_.turn_to(LineOrigin{loaded.path, row.line, loaded.included_from});
+      output_.put(fmt::format("<{}sample time=\"{}\" speed=\"{}\" towards_deg=\"{}\"/>", prefix,
+                              row.time, row.speed, row.towards_deg));
+    }
+    output_.put(fmt::format("</{}>", name));
   }
 
   bool may_include(const Scope& scope, const XmlElement& element) {

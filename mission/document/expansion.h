@@ -1,6 +1,6 @@
 #pragma once
 // Expansion: an <include> is replaced by the content of a fragment, ${name} in a value by a
-// parameter.
+// parameter, and the tide table of a <current table="FILE.csv"> by its samples.
 //
 //   <include href="parts/row.xml"><with name="x" value="4"/></include>
 //
@@ -25,9 +25,9 @@ struct ExpansionLimits {
 };
 
 /// The expanded document; the document itself if there is nothing to expand. `limits` apply to the
-/// result. A href is relative to the file that contains it and, with symbolic links resolved, must
-/// lie beneath the folder of the document. Errors: MIS-INCLUDE, MIS-PARAMETER, XML-* and
-/// FILE-UNREADABLE of fragments.
+/// result. A href or a table is relative to the file that contains it and, with symbolic links
+/// resolved, must lie beneath the folder of the document. Errors: MIS-INCLUDE, MIS-PARAMETER,
+/// MIS-CURRENT-TABLE, XML-* and FILE-UNREADABLE of fragments.
 [[nodiscard]] std::optional<XmlDocument> expand(XmlDocument document, const XmlLimits& limits,
                                                 const ExpansionLimits& expansion,
                                                 Diagnostics& diagnostics);

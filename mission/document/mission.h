@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "behaviors/failsafes.h"
+#include "common/declared_current.h"
 #include "common/diagnostic.h"
 #include "common/source_text.h"
 #include "mission/document/guard.h"
@@ -168,10 +169,10 @@ struct Failsafes {
 /// What is known before the dive, as standard deviations: the estimator expects errors of this
 /// size, and the simulator draws them.
 struct Priors {
-  double start_m = 0.1;  ///< Of the position at the release, per horizontal axis, m.
-  double map_m = 0.05;   ///< Of the position of a known map, per horizontal axis, m.
-  double map_deg = 0.5;  ///< Of its orientation about the vertical.
-  double current = 0.0;  ///< Of the current, per horizontal axis, m/s.
+  double start_m = 0.1;   ///< Of the position at the release, per horizontal axis, m.
+  double map_m = 0.05;    ///< Of the position of a known map, per horizontal axis, m.
+  double map_deg = 0.5;   ///< Of its orientation about the vertical.
+  double current = 0.02;  ///< Of the current against the declared one, per horizontal axis, m/s.
 };
 
 struct Mission {
@@ -184,8 +185,10 @@ struct Mission {
   /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
   std::optional<Located<MappingSensor>> mapping_sensor;  ///< As written; see mapping_sensor().
-  bool allows_fixes = true;  ///< In a known map: position fixes from scans of the range camera.
-  double memory_s = 600.0;   ///< Time for which obstacles observed during the dive are kept.
+  bool allows_fixes = true;     ///< In a known map: position fixes from scans of the range camera.
+  bool trusts_absence = false;  ///< Mapped objects that scans see through leave the map.
+  Span trusts_absence_span;     ///< Of that attribute, if it is given.
+  double memory_s = 600.0;      ///< Time for which obstacles observed during the dive are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.
@@ -199,6 +202,7 @@ struct Mission {
   Position start;
   double start_heading_deg = 90.0;  ///< Compass heading.
   Priors priors;
+  Located<DeclaredCurrent> current;  ///< Still water if the mission declares none.
   Limits limits;
   ReplanPolicy replan;
   Failsafes failsafes;

@@ -6,6 +6,7 @@
 
 #include "common/assert.h"
 #include "mission/document/attribute_reader.h"
+#include "mission/document/current_reader.h"
 #include "mission/document/state_reader.h"
 
 namespace dive::mission {
@@ -34,9 +35,10 @@ class Reader {
     mission.start = attributes_.position(start);
     mission.start_heading_deg = attributes_.number(start, "heading_deg").value;
     mission.priors.start_m = attributes_.number(start, "sigma").value;
-    const XmlElement* current = root.child("current");
-    mission.priors.current =
-        attributes_.number(current != nullptr ? *current : absent(root, "Current"), "sigma").value;
+    const XmlElement* written = root.child("current");
+    const XmlElement current = written != nullptr ? *written : absent(root, "Current");
+    mission.priors.current = attributes_.number(current, "sigma").value;
+    mission.current = read_current(current, attributes_, diagnostics_);
     mission.limits = limits(*root.child("limits"));
     mission.replan = replan(root);
     mission.failsafes = failsafes(root, mission.limits);
@@ -72,7 +74,7 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    for (const char* name : {"fixes", "sigma_m", "sigma_deg"}) {
+    for (const char* name : {"fixes", "sigma_m", "sigma_deg", "trust_absence"}) {
       const XmlAttribute* of_known = element.attribute(name);
       if (of_known == nullptr || unknown == nullptr) continue;
       diagnostics_.error(
@@ -81,6 +83,10 @@ class Reader {
     }
     if (element.attribute("fixes") != nullptr) {
       mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
+    }
+    if (const XmlAttribute* trust = element.attribute("trust_absence")) {
+      mission.trusts_absence = attributes_.flag(element, "trust_absence");
+      mission.trusts_absence_span = trust->name_span;
     }
     Priors& priors = mission.priors;
     priors.map_m = value_or(element, "sigma_m", priors.map_m);

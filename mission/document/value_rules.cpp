@@ -102,6 +102,27 @@ void mapping_cameras_are_used(const Subject& subject) {
                 "write <estimation estimator=\"visual_inertial\"/>, or remove 'mapping_sensor'");
 }
 
+// Without fixes an object seems to be gone where the vehicle is lost; unless obstacles are mapped,
+// nothing stops it where an object was removed by mistake.
+void absence_can_be_observed(const Subject& subject) {
+  const Mission& mission = subject.mission;
+  if (!mission.trusts_absence || mission.unknown) return;
+  const Span& span = mission.trusts_absence_span;
+  if (!mission.tags.empty()) {
+    subject.error("MIS-ABSENCE", span,
+                  "'trust_absence' requires position fixes, which a mission with tags does not use",
+                  "remove 'trust_absence', or the tags");
+  } else if (!uses_map_fixes(mission)) {
+    subject.error("MIS-ABSENCE", span,
+                  "'trust_absence' requires position fixes, which are turned off",
+                  "remove fixes=\"off\", or 'trust_absence'");
+  } else if (mapping_sensor(mission) == MappingSensor::kNone) {
+    subject.error("MIS-ABSENCE", span,
+                  "'trust_absence' requires a range sensor that maps, but mapping_sensor is none",
+                  "remove mapping_sensor=\"none\", or 'trust_absence'");
+  }
+}
+
 void surfacing_is_in_open_water(const Subject& subject) {
   for (int state = 0; state < subject.index.size(); ++state) {
     const StateSpec& spec = subject.index.spec(state);

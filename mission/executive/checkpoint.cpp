@@ -23,13 +23,15 @@ double gap_of(const Resume& resume, Utime now, double longest_s) {
   return resume.gap_s.value_or(by_clock >= 0.0 ? by_clock : longest_s + 1.0);
 }
 
-Drift drift_in(double gap_s, const Checkpoint& checkpoint) {
+Drift drift_in(double gap_s, const Checkpoint& checkpoint, const Eigen::Vector2d& current_W) {
   const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
   const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
-  const double surge = (checkpoint.X_WB.q.conjugate() * checkpoint.v_W).x() * (1.0 - stopping);
+  const Eigen::Vector3d carried_W(current_W.x(), current_W.y(), 0.0);
+  const Eigen::Vector3d swims_W = checkpoint.v_W - carried_W;
+  const double surge = (checkpoint.X_WB.q.conjugate() * swims_W).x() * (1.0 - stopping);
   const double sigma_m = kDriftWhileAway * std::min(gap_s, kStopSeconds) +
                          kDriftHeld * std::max(gap_s - kStopSeconds, 0.0);
-  return {checkpoint.v_W.head<2>() * swam_s, sigma_m, surge};
+  return {swims_W.head<2>() * swam_s + current_W * gap_s, sigma_m, surge};
 }
 
 void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,

@@ -63,8 +63,10 @@ struct Drift {
   double surge = 0.0;                              ///< Remaining surge speed, m/s.
 };
 
-/// Drift of a vehicle that continued its motion and then stopped by itself, as over the link.
-[[nodiscard]] Drift drift_in(double gap_s, const Checkpoint& checkpoint);
+/// Drift of a vehicle that continued its motion and then stopped by itself in water that flows with
+/// `current_W` (m/s), as over the link.
+[[nodiscard]] Drift drift_in(double gap_s, const Checkpoint& checkpoint,
+                             const Eigen::Vector2d& current_W);
 
 /// Saves the chart's memory in `checkpoint` by state names, and restores it. A name that is not in
 /// the chart is an internal error (checked).

@@ -72,7 +72,7 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
     : mission(mission_in),
       options(std::move(options_in)),
       map(world, model.hull, evaluated_clearance(mission_in)),
-      missing_objects(world),
+      missing_objects(world, mission_in.trusts_absence),
       machine(build_machine(mission_in)),
       runner(machine, *this, outputs),
       overhead_monitor(mission_in, map),
@@ -128,9 +128,26 @@ void Executive::Impl::sense(const StepInputs& inputs) {
     if (auto about = localization.describe_tag(inputs.vision->tag)) note(std::move(*about));
   }
   if (map.update(inputs.observed_map)) behavior.take_map_change();
+  take_object_changes(inputs);
   if (inputs.plan) behavior.take(*inputs.plan);
   take_scan(inputs);
   if (inputs.loss) take_loss(inputs.now, *inputs.loss);
+}
+
+// Those that the map has accepted.
+void Executive::Impl::take_object_changes(const StepInputs& inputs) {
+  object_changes.clear();
+  situation.map_opened = false;
+  for (const planning::ObstacleUpdate& update : inputs.obstacles) {
+    for (const planning::ObjectChange& change : update.objects) {
+      if (inputs.observed_map.absent().contains(change.first) != change.is_absent) continue;
+      std::optional<std::string> text = missing_objects.describe(change);
+      if (!text) continue;
+      situation.map_opened |= change.is_absent;
+      note(*text);
+      object_changes.push_back(*std::move(text));
+    }
+  }
 }
 
 void Executive::Impl::take_loss(Utime now, const RecordingLoss& loss) {
@@ -178,6 +195,8 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
   if (started && !imu_is_fresh) localization.predict_attitude(inputs.now, control.predicted());
   const double speed = imu_is_fresh ? command.v : 0.0;  // as the control stage defines it
   situation.expected_heave = control.expected_heave(speed);
+  situation.current_W = declared_current(inputs.now);
+  localization.expect_current(situation.current_W);
   if (has_gap()) {
     if (started) estimate_over_gap();
     localization.expect_stop(situation.expected_heave);
@@ -243,6 +262,7 @@ void Executive::Impl::collect_events(const StepInputs& inputs) {
       raise_event("loop.closed", std::move(*cause));
     }
   }
+  for (std::string& change : object_changes) raise_event("map.changed", std::move(change));
   const bool was_blocked = std::exchange(path_was_blocked, situation.progress.path_is_blocked);
   if (path_was_blocked && !was_blocked) {
     raise_event("map.changed", "an observed obstacle is in the path");
@@ -444,7 +464,7 @@ void Executive::Impl::fill_status() {
 
 void Executive::Impl::keep_exit_path() {
   if (!situation.estimate.valid) return;
-  exit_path.update(situation, localization.surge(), localization.unmodelled(), ladder.rung());
+  exit_path.update(situation, localization.v_B(), localization.unmodelled(), ladder.rung());
   fallback.keep(exit_path.path());
 }
 

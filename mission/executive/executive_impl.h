@@ -61,11 +61,14 @@ struct Executive::Impl final : private MachineRunner::Observer {
   // Parts of stages.
   [[nodiscard]] Eigen::Vector3d first_position() const;
   [[nodiscard]] double first_sigma() const;
+  /// Declared current at `now`, m/s; a restarted executive continues the mission's time.
+  [[nodiscard]] Eigen::Vector2d declared_current(Utime now) const;
   void on_entered_atomic(statechart::StateId state) override {
     behavior.enter(state, goals_left_out);
   }
   void on_exited(statechart::StateId state) override { behavior.leave(state); }
   void take_scan(const StepInputs& inputs);
+  void take_object_changes(const StepInputs& inputs);
   void take_loss(Utime now, const RecordingLoss& loss);
   void resume(const Resume& from);
   void resume_by_policy(double gap_s);
@@ -111,7 +114,8 @@ struct Executive::Impl final : private MachineRunner::Observer {
   behaviors::FailsafeLadder ladder;
 
   Situation situation;
-  std::vector<Event> events;  ///< Events of this tick, in processing order.
+  std::vector<Event> events;                ///< Events of this tick, in processing order.
+  std::vector<std::string> object_changes;  ///< Objects of the map that are gone or back, in words.
   bool skip_requested = false;
   bool path_was_blocked = false;  ///< True if an observed obstacle blocked it in the previous tick.
   bool started = false;

@@ -17,11 +17,20 @@ double Executive::Impl::first_sigma() const {
   return options.resume ? options.resume->checkpoint.sigma_m : mission.priors.start_m;
 }
 
+Eigen::Vector2d Executive::Impl::declared_current(Utime now) const {
+  double elapsed_s = started ? to_seconds(now - started_at) : 0.0;
+  if (!started && options.resume) {
+    elapsed_s = options.resume->checkpoint.elapsed_s +
+                gap_of(*options.resume, now, mission.max_gap_s.value);
+  }
+  return mission.current.value.at(elapsed_s);
+}
+
 void Executive::Impl::resume(const Resume& from) {
   const Checkpoint& checkpoint = from.checkpoint;
   const double gap_s = gap_of(from, situation.now, mission.max_gap_s.value);
   if (!from.gap_s) {
-    const Drift drift = drift_in(gap_s, checkpoint);
+    const Drift drift = drift_in(gap_s, checkpoint, mission.current.value.at(checkpoint.elapsed_s));
     localization.dead_reckon(drift.by_W, drift.sigma_m, drift.surge);
     control.begin_at(drift.surge);
     given_back_at = situation.now + kGiveBack;

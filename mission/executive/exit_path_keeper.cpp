@@ -52,12 +52,12 @@ void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail
   }
 }
 
-void ExitPathKeeper::update(const Situation& situation, double surge,
+void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
                             const estimation::UnmodelledMotion& unmodelled, Rung rung) {
   const estimation::StateEstimate& estimate = situation.estimate;
   path_.utime = situation.now;
   path_.X_WB = estimate.X_WB;
-  path_.surge = surge;
+  path_.v_B = v_B;
   path_.heading_correction = estimate.map_from_odom.yaw;
   path_.speed_scale = unmodelled.speed_scale;
   path_.current_W = unmodelled.current_W;

@@ -30,8 +30,8 @@ class ExitPathKeeper {
 
   /// Before the first update(): the trail recorded by an earlier executive.
   void restore(std::span<const behaviors::Trail::Breadcrumb> trail);
-  /// Called once per tick with a valid estimate. `surge`: speed through the water, m/s.
-  void update(const Situation& situation, double surge,
+  /// Called once per tick with a valid estimate. `v_B`: velocity through the water, m/s.
+  void update(const Situation& situation, const Eigen::Vector3d& v_B,
               const estimation::UnmodelledMotion& unmodelled, behaviors::Rung rung);
 
   [[nodiscard]] const vehicle::ExitPath& path() const { return path_; }

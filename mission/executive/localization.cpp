@@ -32,7 +32,7 @@ Localization::Localization(const Mission& mission, const MotionModel& motion,
                            const Eigen::Vector3d& position_W, double position_sigma_m)
     : uses_vision_(uses_visual_inertial(mission)),
       uses_fixes_(uses_map_fixes(mission)),
-      odometry_({.motion = motion}, position_W, position_sigma_m),
+      odometry_(odometry_options(mission, {.motion = motion}), position_W, position_sigma_m),
       correction_(correction_options(mission, motion), {.motion = motion}) {}
 
 std::optional<std::string> Localization::propose(const MapFix& fix, bool depth_is_fresh) {
@@ -78,16 +78,21 @@ void Localization::expect(const vehicle::PseudoRates& efforts, double heave) {
   odometry_.set_expected_heave(heave);
 }
 
+void Localization::expect_current(const Eigen::Vector2d& current_W) {
+  odometry_.set_current(current_W);
+  correction_.set_current(current_W);
+}
+
 void Localization::expect_stop(double heave) {
   odometry_.set_commanded_speed(0.0);
   odometry_.set_expected_heave(heave);
 }
 
-double Localization::surge() const {
+Eigen::Vector3d Localization::v_B() const {
   const estimation::UnmodelledMotion unmodelled = correction_.unmodelled();
   const Eigen::Vector3d slip_B =
       correction_.estimate().X_WB.q.conjugate() * estimation::lifted(unmodelled.slip_W);
-  return (1.0 + unmodelled.speed_scale) * odometry_.surge() + slip_B.x();
+  return (1.0 + unmodelled.speed_scale) * odometry_.v_B() + slip_B;
 }
 
 void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {

@@ -30,6 +30,8 @@ class Localization {
   void expect(const vehicle::PseudoRates& efforts, double heave);
   /// The vehicle stops by itself: the efforts are unknown.
   void expect_stop(double heave);
+  /// Sets the declared current of this tick, m/s: the mean of the estimators' current.
+  void expect_current(const Eigen::Vector2d& current_W);
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
@@ -46,8 +48,9 @@ class Localization {
   [[nodiscard]] std::optional<std::string> describe_tag(
       const estimation::TagObservation& observation);
 
-  /// Speed through the water along x of B, m/s: expected, and as fixes have corrected it.
-  [[nodiscard]] double surge() const;
+  /// Velocity through the water, in B, m/s: expected, and as fixes have corrected it.
+  [[nodiscard]] Eigen::Vector3d v_B() const;
+  [[nodiscard]] double surge() const { return v_B().x(); }
 
   /// See FrameCorrection.
   [[nodiscard]] estimation::UnmodelledMotion unmodelled() const { return correction_.unmodelled(); }

@@ -22,6 +22,10 @@ constexpr double kMinCutoff = 0.01;    // m
 constexpr double kTouch = 1e-3;        // m: nearer is touching
 constexpr double kRange = 200.0;       // m down to which the ground is searched
 
+planning::CertifyOptions to_known_options(double cutoff) {
+  return {.cutoff = cutoff, .max_evaluations = kMaxEvaluations};
+}
+
 // Height of one piece below p_W: down from the top of its box, in steps of its distance.
 std::optional<double> top_below(const ObservedMap::Piece& piece, const Vector3d& p_W) {
   Vector3d at(p_W.x(), p_W.y(), std::min(p_W.z(), piece.box.max().z()));
@@ -37,12 +41,13 @@ std::optional<double> top_below(const ObservedMap::Piece& piece, const Vector3d&
 
 MapView::MapView(const planning::World& world, const planning::RobotHull& hull,
                  double max_clearance_m)
-    : hull_radius_(hull.radius()),
+    : known_(world),
+      hull_radius_(hull.radius()),
       max_clearance_m_(max_clearance_m),
       scene_(world),
       ceiling_(world),
       to_observed_({}, hull),
-      to_known_(world, hull, {.cutoff = max_clearance_m, .max_evaluations = kMaxEvaluations}) {
+      to_known_(world, hull, to_known_options(max_clearance_m)) {
   // The points of which a footprint of the largest piece may consist; see overhead.cpp.
   constexpr std::size_t kLines = planning::kMaxPieceVertices * planning::kMaxPieceVertices;
   scratch_.points.reserve(planning::kMaxPieceVertices + kLines + 2);
@@ -51,8 +56,26 @@ MapView::MapView(const planning::World& world, const planning::RobotHull& hull,
 
 bool MapView::update(const ObservedMap& observed) {
   if (observed.revision() == observed_.revision()) return false;
+  const planning::AbsentObjects before = observed_.absent();
   observed_ = observed;
+  if (before != observed_.absent()) take_absences(before);
   return true;
+}
+
+// Rare, and the only place where queries of the known map allocate.
+void MapView::take_absences(const planning::AbsentObjects& before) {
+  const planning::AbsentObjects& absent = observed_.absent();
+  for (std::size_t i = 0; i < known_.obstacles.size(); ++i) {
+    const int obstacle = static_cast<int>(i);
+    if (before.contains(obstacle) == absent.contains(obstacle)) continue;
+    std::erase_if(returned_, [&](const Returned& one) { return one.obstacle == obstacle; });
+    if (absent.contains(obstacle)) continue;
+    returned_.push_back({obstacle, planning::bounding_box(known_.obstacles[i])});
+  }
+  present_ = planning::without(known_, absent);
+  scene_ = planning::Scene(present_);
+  ceiling_ = planning::OverheadIndex(present_);
+  to_known_.reset(present_, to_known_options(max_clearance_m_));
 }
 
 bool MapView::overhead(const Vector3d& p_W, double margin) {
@@ -82,7 +105,8 @@ std::optional<double> MapView::ground_below(const Vector3d& p_W) const {
 }
 
 double MapView::clearance(std::span<const Pose> waypoints) {
-  if (waypoints.empty() || observed_.pieces() == 0) return std::numeric_limits<double>::infinity();
+  if (waypoints.empty() || (observed_.pieces() == 0 && returned_.empty()))
+    return std::numeric_limits<double>::infinity();
   double clearance = max_clearance_m_;
   for (std::size_t begin = 0;; begin += kStretch - 1) {
     const std::size_t size = std::min(kStretch, waypoints.size() - begin);
@@ -110,13 +134,19 @@ double MapView::clearance_of_stretch(std::span<const Pose> waypoints, double cut
     around.extend(motions[i]);
   }
   planning::World near;
+  const auto is_near = [&](const AlignedBox3d& obstacle) {
+    return std::ranges::any_of(std::span(motions).first(waypoints.size()),
+                               [&](const AlignedBox3d& box) { return box.intersects(obstacle); });
+  };
   observed_.visit(around, [&](const ObservedMap::Piece& piece) {
-    const bool is_near =
-        std::ranges::any_of(std::span(motions).first(waypoints.size()),
-                            [&](const AlignedBox3d& box) { return box.intersects(piece.box); });
-    if (is_near) near.obstacles.push_back(piece.obstacle);
+    if (is_near(piece.box)) near.obstacles.push_back(piece.obstacle);
     return true;
   });
+  for (const auto& [obstacle, box] : returned_) {
+    if (is_near(box)) {
+      near.obstacles.push_back(known_.obstacles[static_cast<std::size_t>(obstacle)]);
+    }
+  }
   if (near.obstacles.empty()) return cutoff;
   planning::CertifyOptions options;
   options.cutoff = cutoff;

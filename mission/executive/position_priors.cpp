@@ -1,14 +1,8 @@
 #include "mission/executive/position_priors.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace dive::mission {
-namespace {
-
-constexpr double kLeastCurrent = 0.02;  // m/s: that the water is still is not measured
-
-}  // namespace
 
 estimation::MapFixOptions map_fix_options(const Mission& mission, const MotionModel& motion) {
   estimation::MapFixOptions fixes;
@@ -17,8 +11,14 @@ estimation::MapFixOptions map_fix_options(const Mission& mission, const MotionMo
   const Priors& priors = mission.priors;
   fixes.start_sigma_m = std::hypot(priors.start_m, priors.map_m);
   fixes.heading_sigma_deg = std::hypot(fixes.heading_sigma_deg, priors.map_deg);
-  fixes.current_sigma = std::max(priors.current, kLeastCurrent);
+  fixes.current_sigma = priors.current;
   return fixes;
+}
+
+estimation::PrimitiveOptions odometry_options(const Mission& mission,
+                                              estimation::PrimitiveOptions options) {
+  options.current_sigma = mission.priors.current;
+  return options;
 }
 
 }  // namespace dive::mission

@@ -3,6 +3,7 @@
 
 #include "common/motion_model.h"
 #include "estimation/map_fix_filter.h"
+#include "estimation/primitive.h"
 #include "mission/document/mission.h"
 
 namespace dive::mission {
@@ -11,5 +12,9 @@ namespace dive::mission {
 /// of its worst axis counts, because a vehicle may lie on its side.
 [[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission,
                                                         const MotionModel& motion);
+
+/// `options` with the error of the current that the mission states or implies.
+[[nodiscard]] estimation::PrimitiveOptions odometry_options(const Mission& mission,
+                                                            estimation::PrimitiveOptions options);
 
 }  // namespace dive::mission

@@ -50,10 +50,12 @@ behaviors::BehaviorInput behavior_input(const Situation& situation) {
   behaviors::BehaviorInput input;
   input.now = situation.mission_now;
   input.estimate = &situation.estimate;
+  input.current_W = situation.current_W;
   input.depth_known = situation.sensors.depth_is_fresh;
   input.attitude_known = situation.sensors.imu_is_fresh;
   input.can_go_up = situation.can_ascend;
   input.position_corrected = situation.position_corrected;
+  input.map_opened = situation.map_opened;
   input.obstacle_ahead = situation.obstacle_ahead;
   return input;
 }

@@ -37,13 +37,15 @@ struct Situation {
   HealthSample health;
   MapAgreement map_agreement;  ///< Of the scans of the last seconds with the known map.
   estimation::StateEstimate estimate;
+  Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
   vehicle::Command last_command;    ///< Command of the previous tick.
   double expected_heave = 0.0;      ///< Heave expected from the efforts of the previous tick, m/s.
 
   // Environment.
-  bool overhead = false;        ///< True if something solid is above the vehicle.
-  bool open_above = false;      ///< True if nothing solid is above it or where it may drift to.
+  bool overhead = false;    ///< True if something solid is above the vehicle.
+  bool open_above = false;  ///< True if nothing solid is above it or where it may drift to.
+  bool map_opened = false;  ///< True in the tick in which an object of the map is found to be gone.
   bool obstacle_ahead = false;  ///< True in the tick of a scan that shows an obstacle in the way.
   bool can_ascend = false;  ///< True if a vertical ascent is open, or the best remaining option.
   /// Height above the ground vertically below; empty without ground.

@@ -14,7 +14,7 @@ void SurfacingFallback::keep(const vehicle::ExitPath& path) {
   }
   path_.utime = path.utime;
   path_.X_WB = path.X_WB;
-  path_.surge = path.surge;
+  path_.v_B = path.v_B;
   path_.heading_correction = path.heading_correction;
   path_.speed_scale = path.speed_scale;
   path_.current_W = path.current_W;
@@ -25,29 +25,26 @@ StepOutputs SurfacingFallback::step(const StepInputs& inputs, const std::string&
   StepOutputs outputs;
   std::optional<ImuSample> imu;
   std::optional<DepthSample> depth;
-  if (inputs.imu && behaviors::is_plausible(*inputs.imu)) imu_ = imu = inputs.imu;
-  if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth_ = depth = inputs.depth;
+  if (inputs.imu && behaviors::is_plausible(*inputs.imu)) imu = inputs.imu;
+  if (inputs.depth && behaviors::is_plausible(*inputs.depth)) depth = inputs.depth;
+  if (depth) depth_m_ = depth->depth_m;
   const bool is_first = !last_;
   // A failed tick may have had an earlier time than the last.
   const Utime now = is_first ? inputs.now : std::max(*last_, inputs.now);
-  const double dt = is_first ? 0.0 : to_seconds(now - *last_);
   last_ = now;
-  guidance_.observe(imu, depth, 0.0, now);
+  guidance_.observe(imu, depth, rates_, now);
+  autopilot_.observe(imu, depth);
   if (is_first) {
     record(outputs, reason);
     guidance_.set_exit_path(path_);
-    autopilot_.begin_at(path_.surge);
     guidance_.begin(now, /*may_hold=*/false);
   }
   outputs.command = guidance_.step(now);
-  if (outputs.command.v == 0.0) autopilot_.begin_at(guidance_.surge());
-  if (imu_ && depth_ && dt > 0.0) {
-    outputs.rates = autopilot_.step(outputs.command, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
-  }
+  outputs.rates = rates_ = autopilot_.step(outputs.command, guidance_.surge(), now);
   is_done_ = guidance_.has_surfaced(now) || guidance_.is_presumed_surfaced(now);
   outputs.status.state = kFallbackState;
   outputs.status.rung = behaviors::to_string(behaviors::Rung::kEmergencySurface);
-  outputs.status.depth_m = depth_ ? depth_->depth_m : 0.0;
+  outputs.status.depth_m = depth_m_.value_or(0.0);
   outputs.status.finished = is_done_;
   return outputs;
 }

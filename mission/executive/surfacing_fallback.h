@@ -7,8 +7,8 @@
 #include <string>
 
 #include "mission/executive/io.h"
-#include "vehicle/autopilot.h"
 #include "vehicle/exit_guidance.h"
+#include "vehicle/own_autopilot.h"
 
 namespace dive::mission {
 
@@ -30,11 +30,11 @@ class SurfacingFallback {
  private:
   void record(StepOutputs& outputs, const std::string& reason);
 
-  vehicle::Autopilot autopilot_;
+  vehicle::OwnAutopilot autopilot_;
   vehicle::ExitGuidance guidance_;
   vehicle::ExitPath path_;
-  std::optional<ImuSample> imu_;
-  std::optional<DepthSample> depth_;
+  vehicle::PseudoRates rates_;     ///< Last efforts.
+  std::optional<double> depth_m_;  ///< Last measured depth.
   std::optional<Utime> last_;
   bool is_done_ = false;
 };

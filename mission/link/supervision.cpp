@@ -36,6 +36,7 @@ void Supervision::receive(const link::VehicleCommand& command, Utime now) {
   if (decision != Decision::kAccepted) return;
   if (!continuous_since_ || silent_s > link::Arbiter::kStale) continuous_since_ = now;
   commanded_at_ = now;
+  efforts_ = efforts(now);
 }
 
 // An executive that has finished sends no new command.
@@ -61,8 +62,17 @@ void Supervision::receive(const DepthSample& sample, Utime now) {
 
 void Supervision::observe(const std::optional<ImuSample>& imu,
                           const std::optional<DepthSample>& depth, Utime now) {
-  const bool is_commanded = executive_.age_s(now) <= link::Arbiter::kStale;
-  guidance_.observe(imu, depth, is_commanded ? executive_.newest()->command.v : 0.0, now);
+  guidance_.observe(imu, depth, efforts_, now);
+  autopilot_.observe(imu, depth);
+  efforts_ = efforts(now);
+}
+
+// As the vehicle decides, with its autopilot, on what arrives here too.
+vehicle::PseudoRates Supervision::efforts(Utime now) {
+  const double surge = guidance_.surge();
+  if (own_) return link::execute(*own_, 0.0, surge, now, autopilot_);
+  if (!executive_.newest()) return {};
+  return link::execute(*executive_.newest(), executive_.age_s(now), surge, now, autopilot_);
 }
 
 std::optional<link::VehicleCommand> Supervision::step(Utime now) {
@@ -72,9 +82,9 @@ std::optional<link::VehicleCommand> Supervision::step(Utime now) {
   if (before == ExitPhase::kIdle) watch(now);
   if (before == ExitPhase::kHolding && has_recovered(now)) give_back();
   if (guidance_.phase() == ExitPhase::kIdle) return std::nullopt;
-  const link::VehicleCommand result = command(now);
+  own_ = command(now);
   note_phase(before, now);
-  return result;
+  return own_;
 }
 
 void Supervision::watch(Utime now) {
@@ -93,6 +103,7 @@ bool Supervision::has_recovered(Utime now) const {
 
 void Supervision::give_back() {
   guidance_.end();
+  own_.reset();
   ++report_.given_back;
   log_(executive_.is_from(*held_session_)
            ? "the executive sends commands again: the vehicle is given back"

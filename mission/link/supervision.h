@@ -19,6 +19,7 @@
 #include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/command_gate.h"
+#include "vehicle/own_autopilot.h"
 
 namespace dive::mission {
 
@@ -66,6 +67,7 @@ class Supervision {
  private:
   void observe(const std::optional<ImuSample>& imu, const std::optional<DepthSample>& depth,
                Utime now);
+  [[nodiscard]] vehicle::PseudoRates efforts(Utime now);
   void watch(Utime now);
   [[nodiscard]] bool has_recovered(Utime now) const;
   void give_back();
@@ -77,6 +79,9 @@ class Supervision {
   const SupervisorLog& log_;
   link::CommandGate executive_;
   vehicle::ExitGuidance guidance_;
+  vehicle::OwnAutopilot autopilot_;          ///< As the vehicle's.
+  vehicle::PseudoRates efforts_;             ///< What the vehicle executes.
+  std::optional<link::VehicleCommand> own_;  ///< Last command of its own, while it commands.
   std::optional<Utime> finished_at_;  ///< Arrival of the executive's report that it has finished.
   std::optional<Utime> continuous_since_;  ///< Begin of its present series of commands.
   Utime commanded_at_ = 0;

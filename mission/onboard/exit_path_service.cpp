@@ -26,7 +26,7 @@ double ExitPathService::clearance(const vehicle::ExitPath& path,
 
 ExitPathService::Certified ExitPathService::certify(const vehicle::ExitPath& path,
                                                     const planning::ObservedMap& observed) {
-  planning::World world = known_;
+  planning::World world = planning::without(known_, observed.absent());
   Eigen::AlignedBox3d around;
   for (const Pose& waypoint : path.waypoints) around.extend(waypoint.p);
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin);

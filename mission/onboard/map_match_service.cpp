@@ -19,8 +19,15 @@ const Eigen::Vector3d kLost(1.0, 1.0, 0.05);
 }  // namespace
 
 MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> known,
+                                 std::shared_ptr<const planning::ObjectCells> objects,
                                  const RangeNoise& noise, Utime latency, OnLate late)
-    : matcher_(std::move(known), noise), latency_(latency), worker_(late) {}
+    : known_(std::move(known)),
+      objects_(std::move(objects)),
+      matcher_(known_, noise),
+      latency_(latency),
+      worker_(late) {
+  if (objects_) absence_.emplace(objects_);
+}
 
 void MapMatchService::observe(const estimation::StateEstimate& estimate) {
   if (!can_place_scans(estimate)) return;
@@ -41,14 +48,27 @@ std::optional<planning::PosePrior> MapMatchService::prior_at(Utime utime) const 
 }
 
 std::optional<MapFix> MapMatchService::poll(Utime now) {
-  std::optional<MapFix> fix = worker_.poll(now);
-  if (fix) {
-    const MapAgreement& seen = fix->agreement;
-    const bool contradicts = seen.missing + seen.unmapped >= kPlaces && seen.contradicts();
-    contradictions_ = contradicts ? contradictions_ + 1 : 0;
-    if (fix->problem == MapFixProblem::kNone) fixed_ = fix->scan_utime;
-  }
+  const std::optional<Result> result = worker_.poll(now);
+  if (!result) return std::nullopt;
+  const MapFix& fix = result->fix;
+  const MapAgreement& seen = fix.agreement;
+  const bool contradicts = seen.missing + seen.unmapped >= kPlaces && seen.contradicts();
+  contradictions_ = contradicts ? contradictions_ + 1 : 0;
+  if (fix.problem == MapFixProblem::kNone) fixed_ = fix.scan_utime;
+  if (absence_) absences_ = absence_->add(fix.scan_utime, result->from_W, result->sightings);
   return fix;
+}
+
+// On the worker.
+MapMatchService::Result MapMatchService::match(const RangeScan& scan,
+                                               const planning::PosePrior& prior) const {
+  const planning::MatchedScan placed = matcher_.place(scan, prior);
+  Result result{placed.fix, placed.X_WB * scan.origin_B.cast<double>(), {}};
+  if (objects_ && placed.may_show_absence()) {
+    result.sightings =
+        planning::observe_objects(*known_, *objects_, scan, placed.X_WB, placed.sigma_m);
+  }
+  return result;
 }
 
 void MapMatchService::submit(const RangeScan& scan, Utime now) {
@@ -66,10 +86,9 @@ void MapMatchService::submit(const RangeScan& scan, Utime now) {
     MapFix none;
     none.scan_utime = scan.utime;
     none.problem = MapFixProblem::kNoScan;
-    return worker_.start(now + latency_, [none] { return none; });
+    return worker_.start(now + latency_, [none] { return Result{none, {}, {}}; });
   }
-  worker_.start(now + latency_,
-                [this, scan, prior = *prior] { return matcher_.match(scan, prior); });
+  worker_.start(now + latency_, [this, scan, prior = *prior] { return match(scan, prior); });
 }
 
 }  // namespace dive::mission

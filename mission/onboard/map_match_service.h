@@ -7,6 +7,8 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "common/clock.h"
 #include "common/map_fix.h"
@@ -14,7 +16,9 @@
 #include "common/timed_buffer.h"
 #include "estimation/state_estimate.h"
 #include "mission/onboard/delayed_worker.h"
+#include "planning/map_matching/absence_tracker.h"
 #include "planning/map_matching/map_matcher.h"
+#include "planning/map_matching/object_scan.h"
 #include "planning/mapping/scan_check.h"
 
 namespace dive::mission {
@@ -24,8 +28,10 @@ class MapMatchService {
   /// Least time between two scans that are matched, us: neighbours in time say the same.
   static constexpr Utime kPeriod = 450'000;
 
-  /// `latency`: least time from submit() to the fix, in dive time, us.
-  MapMatchService(std::shared_ptr<const planning::MapSurface> known, const RangeNoise& noise,
+  /// `latency`: least time from submit() to the fix, in dive time, us. `objects`: those whose
+  /// absence is to be found; null: none.
+  MapMatchService(std::shared_ptr<const planning::MapSurface> known,
+                  std::shared_ptr<const planning::ObjectCells> objects, const RangeNoise& noise,
                   Utime latency, OnLate late = OnLate::kBlock);
 
   /// Records the published pose of this tick, by which a scan is placed.
@@ -35,20 +41,36 @@ class MapMatchService {
   /// vehicle, or without an estimate at its time is dropped.
   void submit(const RangeScan& scan, Utime now);
   [[nodiscard]] std::optional<MapFix> poll(Utime now);
+  /// Objects of the map that the scan of the last fix has shown to be gone, or back.
+  [[nodiscard]] std::optional<planning::ObstacleUpdate> take_absences() {
+    return std::exchange(absences_, std::nullopt);
+  }
 
  private:
+  struct Result {
+    MapFix fix;
+    Eigen::Vector3d from_W = Eigen::Vector3d::Zero();  ///< Of the rays.
+    std::vector<planning::CellSighting> sightings;
+  };
+
   static constexpr std::size_t kPast = 256;  ///< Ticks stored, 5 s; older scans are dropped.
 
   [[nodiscard]] std::optional<planning::PosePrior> prior_at(Utime utime) const;
 
+  [[nodiscard]] Result match(const RangeScan& scan, const planning::PosePrior& prior) const;
+
+  std::shared_ptr<const planning::MapSurface> known_;
+  std::shared_ptr<const planning::ObjectCells> objects_;
   planning::MapMatcher matcher_;
+  std::optional<planning::AbsenceTracker> absence_;
+  std::optional<planning::ObstacleUpdate> absences_;
   Utime latency_;
   planning::ScanCheck check_;
   std::optional<Utime> last_;   ///< Time of the last scan that was matched, us.
   std::optional<Utime> fixed_;  ///< Time of the last scan that gave a position, us.
   int contradictions_ = 0;      ///< Scans in a row that contradict the map.
   TimedBuffer<planning::PosePrior, kPast> past_;
-  DelayedWorker<MapFix> worker_;
+  DelayedWorker<Result> worker_;
 };
 
 }  // namespace dive::mission

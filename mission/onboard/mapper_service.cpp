@@ -9,10 +9,13 @@
 namespace dive::mission {
 namespace {
 
-planning::IsKnown is_known(std::shared_ptr<const planning::MapSurface> known) {
+planning::IsKnown is_known(std::shared_ptr<const planning::MapSurface> known,
+                           std::shared_ptr<const planning::AbsentObjects> absent) {
   if (!known) return nullptr;
-  return [known = std::move(known)](const Eigen::Vector3f& p_W, double tolerance) {
-    return known->is_near(p_W.cast<double>(), tolerance);
+  return [known = std::move(known), absent = std::move(absent)](const Eigen::Vector3f& p_W,
+                                                                double tolerance) {
+    return known->is_near(p_W.cast<double>(), tolerance,
+                          [&](int object) { return absent->contains(object); });
   };
 }
 
@@ -22,7 +25,8 @@ MapperService::MapperService(const planning::RobotHull& hull,
                              const planning::MapperOptions& options,
                              std::shared_ptr<const planning::MapSurface> known, Utime latency,
                              OnLate late)
-    : mapper_(hull, options, clock_, is_known(std::move(known))),
+    : absent_on_worker_(std::make_shared<planning::AbsentObjects>()),
+      mapper_(hull, options, clock_, is_known(std::move(known), absent_on_worker_)),
       latency_(latency),
       worker_(late) {}
 
@@ -73,7 +77,10 @@ void MapperService::launch(Submitted submitted) {
   const planning::ScanPose pose{map_from_odom() * motion->X_OB, motion->v_W,
                                 motion->position_sigma_m, motion->attitude_sigma, submitted.ahead};
   worker_.start(submitted.at + latency_,
-                [this, scan = std::move(submitted.scan), pose] { return mapper_.add(scan, pose); });
+                [this, scan = std::move(submitted.scan), pose, absent = absent_] {
+                  *absent_on_worker_ = absent;
+                  return mapper_.add(scan, pose);
+                });
 }
 
 std::optional<planning::ScanResult> MapperService::poll(Utime now) {

@@ -14,6 +14,7 @@
 #include "mission/onboard/delayed_worker.h"
 #include "planning/map_matching/map_surface.h"
 #include "planning/mapping/mapper.h"
+#include "planning/world/absent_objects.h"
 
 namespace dive::mission {
 
@@ -24,6 +25,10 @@ class MapperService {
   MapperService(const planning::RobotHull& hull, const planning::MapperOptions& options,
                 std::shared_ptr<const planning::MapSurface> known, Utime latency,
                 OnLate late = OnLate::kBlock);
+
+  /// Sets the objects of the known map that are gone: what is there is mapped, from the next scan
+  /// on.
+  void set_absent(const planning::AbsentObjects& absent) { absent_ = absent; }
 
   /// Records the published pose of this tick. A scan is placed by the odometry at its time and the
   /// newest map <- odom correction.
@@ -63,7 +68,10 @@ class MapperService {
   void launch(Submitted submitted);
 
   SteadyClock clock_;
+  /// Of the scan being mapped; used by the worker only.
+  std::shared_ptr<planning::AbsentObjects> absent_on_worker_;
   planning::Mapper mapper_;
+  planning::AbsentObjects absent_;
   Utime latency_;
   TimedBuffer<Motion, kPast> past_;
   PlanarTransform map_from_odom_;  ///< Correction in the newest published pose.

@@ -41,7 +41,12 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
                     late);
   }
   if (uses_map_fixes(mission)) {
-    matcher_.emplace(known, mapping.noise, settings.fix_latency_ticks * kControlPeriod, late);
+    std::shared_ptr<const planning::ObjectCells> objects;
+    if (mission.trusts_absence) {
+      objects = std::make_shared<const planning::ObjectCells>(world_, *known);
+    }
+    matcher_.emplace(known, objects, mapping.noise, settings.fix_latency_ticks * kControlPeriod,
+                     late);
   }
 }
 
@@ -95,6 +100,7 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
   }
   update_map(map_, inputs);
   planner_.set_map(map_);
+  if (mapper_) mapper_->set_absent(map_.absent());
   const StepOutputs& outputs = executive_->step(inputs);
   has_position_ = outputs.estimate.valid;
   if (keeper) keeper(*executive_, outputs);
@@ -108,7 +114,10 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
 void OnboardDive::ask_services(StepInputs& inputs) {
   inputs.plan = planner_.poll(inputs.now);
   if (mapper_) take_scan_result(inputs);
-  if (matcher_) inputs.map_fix = matcher_->poll(inputs.now);
+  if (matcher_) {
+    inputs.map_fix = matcher_->poll(inputs.now);
+    if (auto change = matcher_->take_absences()) inputs.obstacles.push_back(*std::move(change));
+  }
   if (vision_) inputs.vision = vision_->poll(inputs.now);
   inputs.obstacle_ahead = std::exchange(obstacle_ahead_, std::nullopt);
 }

@@ -15,8 +15,8 @@ PlannerService::PlannerService(const planning::World& world, const planning::Rob
                                planning::PlannerOptions options, Utime latency, OnLate late)
     : hull_(hull),
       options_(std::move(options)),
+      known_(world),
       world_(world),
-      known_(world_.obstacles.size()),
       planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),
       latency_(latency),
       worker_(late) {}
@@ -45,7 +45,7 @@ void PlannerService::renew_planner(const planning::PlanRequest& request,
   if (map.revision() == revision_ && is_wide_enough) return;
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(kAround);
   added_within_ = {ends.min() - around, ends.max() + around};
-  world_.obstacles.resize(known_);
+  world_ = planning::without(known_, map.absent());
   map.append_within(added_within_, world_.obstacles);
   planner_ = std::make_unique<planning::Planner>(world_, hull_, options_, clock_);
   revision_ = map.revision();

@@ -39,8 +39,8 @@ class PlannerService {
   planning::RobotHull hull_;
   planning::PlannerOptions options_;
   // Used by the worker only.
-  planning::World world_;  ///< The known map, then the observed obstacles planned with.
-  std::size_t known_ = 0;  ///< Number of obstacles of the known map in world_.
+  planning::World known_;  ///< The known map.
+  planning::World world_;  ///< What is there of it, then the observed obstacles planned with.
   std::unique_ptr<planning::Planner> planner_;
   std::int64_t revision_ = 0;         ///< Revision of the observed map in world_.
   Eigen::AlignedBox3d added_within_;  ///< Region of the observed map in world_.

@@ -31,7 +31,7 @@ tl::expected<DatasetRecorder, OutputError> DatasetRecorder::create(
       AslWriter::create(folder, asl_sensors(camera, conditions, comment), existing);
   if (!writer) return tl::unexpected(writer.error());
   vehicle::StereoCamera eyes(world, camera, seed);
-  eyes.set_current(conditions.current_W);
+  eyes.set_current(conditions.first_current_W());
   return DatasetRecorder(std::move(*writer), std::move(eyes));
 }
 

@@ -52,9 +52,9 @@ class Explainer {
     if (inputs.plan) answer(*inputs.plan);
   }
 
-  // Not of a mapper, which adds and removes obstacles all the time.
+  // Not of a mapper, which adds and removes obstacles all the time. What is gone or back is a note.
   void obstacles(const planning::ObstacleUpdate& update) {
-    if (update.source == planning::ObstacleSource::kMapper) return;
+    if (update.source != planning::ObstacleSource::kScript) return;
     for (const planning::MapCell& cell : update.cells) {
       Eigen::AlignedBox3d box;
       for (const planning::Polytope& piece : cell.pieces) box.extend(planning::bounding_box(piece));

@@ -32,7 +32,8 @@ constexpr Run kOperator[] = {bytes(8 + 1)};
 // LCM writes two arrays of the same length in sequence.
 constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdateCells),
                               array(sizeof(double) + 4, planning::kMaxUpdatePieces),
-                              array(sizeof(double), 3 * kMaxUpdateVertices)};
+                              array(sizeof(double), 3 * kMaxUpdateVertices),
+                              array(4 + 4 + 1 + 4 + sizeof(double), planning::kMaxUpdateObjects)};
 constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
 constexpr Run kObstacleAhead[] = {bytes(8 + 8 + 4 * sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
@@ -40,6 +41,16 @@ constexpr Run kMapFix[] = {
     bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double) + 4 * 4)};
 constexpr Run kLoss[] = {bytes(4 * 8)};
 constexpr Run kTick[] = {bytes(8 + 4)};
+
+bool read_objects(const obstacle_update_t& m, std::vector<planning::ObjectChange>& objects) {
+  objects.clear();
+  for (std::size_t i = 0; i < m.first.size(); ++i) {
+    planning::ObjectChange& object = objects.emplace_back();
+    object = {m.first[i], m.count[i], false, m.scans[i], m.seen_share[i]};
+    if (!read_flag(m.is_absent[i], object.is_absent)) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -138,7 +149,8 @@ bool decode(PacketView packet, OperatorCommand& command) {
 }
 
 bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
-  const auto& [source, utime, cells] = update;
+  const auto& [source, utime, cells, objects] = update;
+  if (objects.size() > planning::kMaxUpdateObjects) return false;
   obstacle_update_t m;
   m.utime = now;
   m.observed_utime = utime;
@@ -162,12 +174,21 @@ bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
   m.cells = static_cast<std::int32_t>(m.keys.size());
   m.pieces = static_cast<std::int32_t>(m.radii.size());
   m.num_values = static_cast<std::int32_t>(m.vertices.size());
+  for (const planning::ObjectChange& object : objects) {
+    const auto& [first, count, is_absent, scans, seen_share] = object;
+    m.first.push_back(first);
+    m.count.push_back(count);
+    m.is_absent.push_back(is_absent ? 1 : 0);
+    m.scans.push_back(scans);
+    m.seen_share.push_back(seen_share);
+  }
+  m.objects = static_cast<std::int32_t>(objects.size());
   return pack(m, kObstacles, packet);
 }
 
 bool decode(PacketView packet, planning::ObstacleUpdate& update) {
   const auto m = unpack<obstacle_update_t>(packet, kObstacles);
-  if (!m || !read_enum(m->source, planning::ObstacleSource::kScript, update.source)) return false;
+  if (!m || !read_enum(m->source, planning::ObstacleSource::kAbsence, update.source)) return false;
   const auto is_count = [](std::int32_t value, std::size_t least, std::size_t most) {
     return value >= static_cast<std::int32_t>(least) && value <= static_cast<std::int32_t>(most);
   };
@@ -195,7 +216,8 @@ bool decode(PacketView packet, planning::ObstacleUpdate& update) {
       }
     }
   }
-  return piece == m->radii.size() && number == m->vertices.size();
+  return piece == m->radii.size() && number == m->vertices.size() &&
+         read_objects(*m, update.objects);
 }
 
 bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet) {

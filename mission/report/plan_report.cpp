@@ -24,7 +24,8 @@ Report report_of_plan(const Mission& mission, std::string_view map, const planni
   report.files.push_back({"vehicle", model.name, sha256(vehicle::aqua2_urdf().content())});
   report.clearance_required_m = mission.limits.clearance.value;
   report.max_depth_m = mission.limits.max_depth.value;
-  report.speed_mps = mission.speed.value;
+  // In a current the length does not give the time.
+  if (mission.current.value.is_still()) report.speed_mps = mission.speed.value;
   report.world = world;
   report.hull = model.hull;
   for (const PlannedRouteLeg& leg : legs) {

@@ -149,7 +149,7 @@ struct Report {
   std::vector<ReportFile> files;
   double clearance_required_m = 0.0;  ///< D_min
   double max_depth_m = kUnknownValue;
-  double speed_mps = 0.0;  ///< Of the mission.
+  double speed_mps = kUnknownValue;  ///< Speed of the mission in still water.
   planning::World world;
   planning::RobotHull hull;
   std::vector<ReportPath> paths;

@@ -163,7 +163,7 @@ class Reader {
     return seconds ? seconds->value : std::numeric_limits<double>::infinity();
   }
 
-  ScriptAction action(const XmlElement& element) const {
+  ScriptAction action(const XmlElement& element) {
     const auto number = [&](const char* name) { return read_.number(element, name).value; };
     const auto word = [&](const char* name) { return read_.name(element, name).value; };
     if (element.name == "fault") {
@@ -180,10 +180,27 @@ class Reader {
     }
     if (element.name == "heartbeat") return HeartbeatAction{number("every"), until(element)};
     if (element.name == "current") return CurrentAction{{number("x"), number("y"), number("z")}};
-    AppearingObstacle obstacle;
-    obstacle.X_WO.p = {number("x"), number("y"), -number("depth")};
-    obstacle.size = {number("east"), number("north"), number("height")};
-    return ObstacleAction{obstacle};
+    return obstacle(element);
+  }
+
+  ObstacleAction obstacle(const XmlElement& element) {
+    const auto number = [&](const char* name) { return read_.number(element, name).value; };
+    ObstacleAction action;
+    action.obstacle.size = {number("east"), number("north"), number("height")};
+    action.obstacle.is_observed = read_.flag(element, "observed");
+    if (const auto ahead = read_.optional_number(element, "ahead")) action.ahead_m = ahead->value;
+    int coordinates = 0;
+    for (const char* name : {"x", "y", "depth"}) {
+      coordinates += element.attribute(name) != nullptr ? 1 : 0;
+    }
+    if (coordinates != (action.ahead_m ? 0 : 3)) {
+      error("SCN-OBSTACLE", element.span,
+            action.ahead_m ? "the obstacle has two places" : "the obstacle has no complete place",
+            "write x, y and depth, or ahead");
+    } else if (!action.ahead_m) {
+      action.obstacle.X_WO.p = {number("x"), number("y"), -number("depth")};
+    }
+    return action;
   }
 
   Expectation expectation(const XmlElement& element) {

@@ -27,6 +27,7 @@ constexpr Rule kRules[] = {
     {"SCN-EXPECT", Severity::kError, "The scenario has an expectation."},
     {"SCN-BOUNDS", Severity::kError,
      "Every quantity has a bound, and its bounds are not contradictory."},
+    {"SCN-OBSTACLE", Severity::kError, "Every obstacle has one place: x, y and depth, or ahead."},
     {"SCN-STEP-ID", Severity::kError,
      "No two 'at' have the same id, and every 'after' is the id of one."},
     {"SCN-STATE", Severity::kError, "Every state is one of the mission's or the executive's own."},

@@ -52,6 +52,7 @@ struct CurrentAction {
 };
 struct ObstacleAction {
   AppearingObstacle obstacle;
+  std::optional<double> ahead_m;  ///< Instead of a place: ahead of the vehicle, level, at its yaw.
 };
 using ScriptAction = std::variant<FailAction, LossAction, OperatorAction, HeartbeatAction,
                                   CurrentAction, ObstacleAction>;

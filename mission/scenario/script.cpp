@@ -1,5 +1,6 @@
 #include "mission/scenario/script.h"
 
+#include <cmath>
 #include <variant>
 
 namespace dive::mission {
@@ -81,6 +82,12 @@ void ScriptPlayer::act(const ScriptAction& action, const DiveHands& hands) {
     hands.simulator.set_current(current->current_W);
   } else if (const auto* dropped = std::get_if<ObstacleAction>(&action)) {
     hands.appearing.push_back(dropped->obstacle);
+    if (!dropped->ahead_m) return;
+    const Pose& X_WB = hands.simulator.truth().X_WB;
+    const double yaw = to_rpy(X_WB.q).z();
+    hands.appearing.back().X_WO = {
+        X_WB.p + *dropped->ahead_m * Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0.0),
+        from_rpy(0.0, 0.0, yaw)};
   }
 }
 

@@ -53,7 +53,10 @@ planning::ObstacleUpdate as_update(std::span<const AppearingObstacle> appearing,
   planning::ObstacleUpdate update{planning::ObstacleSource::kScript, now, {}};
   planning::CellKey key = std::numeric_limits<planning::CellKey>::min();
   key += static_cast<planning::CellKey>(before);
-  for (const AppearingObstacle& one : appearing) update.cells.push_back({key++, pieces_of(one)});
+  for (const AppearingObstacle& one : appearing) {
+    if (one.is_observed) update.cells.push_back({key, pieces_of(one)});
+    ++key;
+  }
   return update;
 }
 

@@ -33,7 +33,7 @@ SimulatedCameras::SimulatedCameras(const planning::World& world,
                                    const vehicle::StereoCameraOptions& cameras,
                                    const vehicle::Conditions& conditions, std::uint64_t seed)
     : cameras_(world, cameras, seed) {
-  cameras_.set_current(conditions.current_W);
+  cameras_.set_current(conditions.first_current_W());
 }
 
 vehicle::StereoFrames SimulatedCameras::render(const vehicle::GroundTruth& truth,

@@ -6,7 +6,8 @@
 
 namespace dive::mission {
 
-/// The defaults, with errors of start, map and current of the size that the mission declares.
+/// The defaults, with the current that the mission declares, and with errors of start, map and
+/// current of the size that it declares.
 [[nodiscard]] vehicle::Conditions simulated_conditions(const Mission& mission);
 
 }  // namespace dive::mission

@@ -36,6 +36,17 @@ std::optional<estimation::VisionOptions> calibration_of(const Mission& mission,
                         *with_imu(settings.conditions).inertial_unit);
 }
 
+/// Conditions of the simulator, whose time starts at 0 in a resumed dive.
+vehicle::Conditions conditions_of(const Mission& mission, const DiveSettings& settings) {
+  vehicle::Conditions conditions =
+      uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions;
+  if (!settings.resume) return conditions;
+  const double elapsed_s =
+      settings.resume->checkpoint.elapsed_s + settings.resume->gap_s.value_or(0.0);
+  conditions.declared_current = conditions.declared_current.from(elapsed_s);
+  return conditions;
+}
+
 /// Statistics of the estimates of a dive.
 class EstimateWatch {
  public:
@@ -101,10 +112,9 @@ class SimulatedVehiclePort final : public VehiclePort {
       : settings_(settings),
         observer_(observer),
         world_(simulated_world(world, settings)),
-        simulator_(
-            model, settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
-            uses_visual_inertial(mission) ? with_imu(settings.conditions) : settings.conditions,
-            settings.seed),
+        simulator_(model,
+                   settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
+                   conditions_of(mission, settings), settings.seed),
         contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world_),
                   model.hull, settings.diver),
         injector_(settings.faults) {
@@ -139,10 +149,7 @@ class SimulatedVehiclePort final : public VehiclePort {
     std::vector<AppearingObstacle> appearing;
     if (settings_.script) settings_.script({inputs, injector_, simulator_, appearing});
     injector_.apply(truth(), inputs, appearing);
-    if (!appearing.empty()) {
-      inputs.obstacles.push_back(as_update(appearing, contacts_.appeared(), inputs.now));
-      contacts_.add(appearing);
-    }
+    if (!appearing.empty()) appear(appearing, inputs);
     touched_ = contacts_.observe(truth().utime, truth().X_WB);
     if (settings_.sensor_observer) settings_.sensor_observer(samples_, truth(), contacts_.diver());
   }
@@ -181,6 +188,17 @@ class SimulatedVehiclePort final : public VehiclePort {
   [[nodiscard]] DiveResult finish(OnboardReport report);
 
  private:
+  void appear(const std::vector<AppearingObstacle>& appearing, StepInputs& inputs) {
+    planning::ObstacleUpdate update = as_update(appearing, contacts_.appeared(), inputs.now);
+    if (!update.cells.empty()) inputs.obstacles.push_back(std::move(update));
+    planning::World hidden;
+    for (const AppearingObstacle& one : appearing) {
+      if (one.is_observed) continue;
+      hidden.obstacles.push_back({"hidden", planning::Box{one.size}, one.X_WO});
+    }
+    if (range_camera_ && !hidden.obstacles.empty()) range_camera_->add(hidden);
+    contacts_.add(appearing);
+  }
   [[nodiscard]] const vehicle::GroundTruth& truth() const { return simulator_.truth(); }
   void name_outcome(const ExecutiveResult& executive);
 

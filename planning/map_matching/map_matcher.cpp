@@ -53,6 +53,8 @@ constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface
 constexpr double kSamePlace = 0.12;       // m between two minima that are one
 constexpr double kAmbiguous = 0.02;       // of the best likelihood
 constexpr double kTooUncertain = 0.4;     // m, one sigma: what contradicts the map cannot be told
+constexpr double kGoodPosition = 0.1;     // m, one sigma: good enough to tell what is gone
+constexpr int kConfirmed = 3;             // places of a scan that may tell it
 constexpr double kDoubt = 0.25;           // share of a prior that may be half as good as it says
 
 // Order of a shift: position (m), heading, and tilt about x and y of W (rad).
@@ -301,9 +303,10 @@ struct MapMatcher::Impl {
     return covariance;
   }
 
-  [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
+  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior) const {
     const Vector3d& p_W = prior.X_WB.p;
-    MapFix fix;
+    MatchedScan placed;
+    MapFix& fix = placed.fix;
     fix.scan_utime = scan.utime;
     fix.position_W = p_W.head<2>();
     fix.heading_correction = prior.heading_correction;
@@ -314,14 +317,17 @@ struct MapMatcher::Impl {
     Minimum best = found.best.reweighted();
     fix.used = best.at.used;
     fix.gated = best.at.gated;
-    fix.agreement = agreement_at(scan, prior.X_WB, best, covariance);
+    place_at(best, prior.X_WB, covariance, placed);
+    if (placed.sigma_m <= kTooUncertain) {
+      fix.agreement = agreement(*surface, scan, placed.X_WB, placed.sigma_m);
+    }
     if (best.at.used < kMinUsed) {
       fix.problem = MapFixProblem::kFewPoints;
-      return fix;
+      return placed;
     }
     if (fix.ambiguity > kAmbiguous) {
       fix.problem = MapFixProblem::kAmbiguous;
-      if (found.nearest.at.used < kMinUsed) return fix;
+      if (found.nearest.at.used < kMinUsed) return placed;
       best = found.nearest.reweighted();
     }
     fix.position_W += best.shift.head<2>();
@@ -329,7 +335,7 @@ struct MapMatcher::Impl {
     marginalise(best, covariance, fix);
     fix.height_W = p_W.z() + best.shift[kZ];
     fix.height_sigma_m = height_sigma_of(best, covariance);
-    return fix;
+    return placed;
   }
 
   [[nodiscard]] Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const {
@@ -342,18 +348,17 @@ struct MapMatcher::Impl {
   }
 
   // The scan is compared where it fits best, so that an error of the position is no contradiction.
-  [[nodiscard]] MapAgreement agreement_at(const RangeScan& scan, Pose X_WB, const Minimum& best,
-                                          const Matrix6d& prior) const {
+  static void place_at(const Minimum& best, const Pose& X_WB, const Matrix6d& prior,
+                       MatchedScan& placed) {
+    placed.X_WB = X_WB;
     Matrix6d covariance = prior;
     if (best.at.used >= kMinUsed) {
       covariance = (best.at.information + prior.inverse()).inverse();
-      X_WB.p += best.shift.head<3>();
-      X_WB.q = turn_of(best.shift) * X_WB.q;
+      placed.X_WB.p += best.shift.head<3>();
+      placed.X_WB.q = turn_of(best.shift) * X_WB.q;
     }
-    const double sigma =
+    placed.sigma_m =
         std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
-    if (sigma > kTooUncertain) return {};
-    return agreement(*surface, scan, X_WB, sigma);
   }
 
   // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
@@ -407,10 +412,16 @@ MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
 MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
 MapMatcher::~MapMatcher() = default;
 
-MapFix MapMatcher::match(const RangeScan& scan, const PosePrior& prior) const {
+MatchedScan MapMatcher::place(const RangeScan& scan, const PosePrior& prior) const {
   DIVE_DEMAND(prior.X_WB.is_finite() && prior.covariance.allFinite() &&
               prior.covariance.diagonal().minCoeff() >= 0.0);
-  return impl_->match(scan, prior);
+  return impl_->place(scan, prior);
+}
+
+bool MatchedScan::may_show_absence() const {
+  const MapAgreement& seen = fix.agreement;
+  return fix.problem == MapFixProblem::kNone && sigma_m <= kGoodPosition &&
+         seen.confirmed >= kConfirmed && !seen.contradicts();
 }
 
 Matrix3d MapMatcher::expected_information(const RangeScan& scan, const Pose& X_WB) const {

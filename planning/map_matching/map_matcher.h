@@ -43,6 +43,17 @@ struct PosePrior {
   bool is_tracked = false;
 };
 
+/// A fix with the pose by which it compares scan and map.
+struct MatchedScan {
+  MapFix fix;
+  Pose X_WB;
+  double sigma_m = 0.0;  ///< Of X_WB's position, per horizontal axis: along the worst direction.
+
+  /// True if the scan may show that a mapped object is gone: it gives a position that is good to
+  /// 0.1 m, and what it shows agrees with the map in other places, flat ground apart.
+  [[nodiscard]] bool may_show_absence() const;
+};
+
 /// Immutable, so that it may be used by several threads.
 class MapMatcher {
  public:
@@ -55,7 +66,10 @@ class MapMatcher {
 
   /// Demands a finite pose and a covariance without negative variances. Never throws for a scan:
   /// one that gives no information has a problem.
-  [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const;
+  [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
+    return place(scan, prior).fix;
+  }
+  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior) const;
   /// The information over x, y (m) and heading (rad) of the fix that a scan of the map as drawn,
   /// taken at X_WB without errors, gives if no other place fits as well; zero with too few points.
   [[nodiscard]] Eigen::Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const;

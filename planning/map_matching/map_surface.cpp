@@ -5,7 +5,7 @@
 #include <cmath>
 #include <variant>
 
-#include "planning/world/primitives.h"
+#include "common/assert.h"
 
 namespace dive::planning {
 namespace {
@@ -43,7 +43,7 @@ std::optional<Vector3d> normal_at(const Shape& shape, const Vector3d& p_O) {
 
 }  // namespace
 
-MapSurface::MapSurface(const World& world) : first_mesh_(static_cast<int>(world.obstacles.size())) {
+MapSurface::MapSurface(const World& world) : mesh_objects_(world.surfaces.size(), -1) {
   std::vector<Eigen::AlignedBox3d> boxes;
   for (std::size_t i = 0; i < world.obstacles.size(); ++i) {
     const Obstacle& obstacle = world.obstacles[i];
@@ -54,6 +54,9 @@ MapSurface::MapSurface(const World& world) : first_mesh_(static_cast<int>(world.
     } else if (obstacle.surface < 0 || world.surfaces.empty()) {
       primitives_.push_back({obstacle.shape, obstacle.X_WO.inverse(), object});
       boxes.push_back(bounding_box(obstacle));
+    } else if (int& first = mesh_objects_.at(static_cast<std::size_t>(obstacle.surface));
+               first < 0) {
+      first = object;
     }
   }
   tree_.emplace(boxes);
@@ -94,7 +97,7 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
   }
   if (mesh) {
     Nearest nearest = at_triangle(soups_[*mesh].corners(triangle), p_W, from_W);
-    nearest.object = first_mesh_ + static_cast<int>(*mesh);
+    nearest.object = mesh_objects_[*mesh];
     return nearest;
   }
   if (primitive == nullptr) return plane;
@@ -103,19 +106,16 @@ std::optional<MapSurface::Nearest> MapSurface::nearest(const Vector3d& p_W, cons
   return Nearest{height, primitive->X_OW.q.conjugate() * *normal_O, primitive->object};
 }
 
-bool MapSurface::is_near(const Vector3d& p_W, double reach) const {
-  for (const auto& [normal_W, offset, object] : planes_) {
-    if (std::abs(normal_W.dot(p_W) - offset) < reach) return true;
+double MapSurface::distance(int object, const Vector3d& p_W, double reach) const {
+  const auto primitive = std::ranges::lower_bound(primitives_, object, {}, &Primitive::object);
+  if (primitive != primitives_.end() && primitive->object == object) {
+    return std::min(reach, signed_distance(primitive->shape, primitive->X_OW * p_W));
   }
-  bool is_found = false;
-  tree_->visit(p_W, reach, [&](std::uint32_t index) {
-    const Primitive& one = primitives_[index];
-    is_found = std::abs(signed_distance(one.shape, one.X_OW * p_W)) < reach;
-    return is_found ? -1.0 : reach;
-  });
-  return is_found || std::ranges::any_of(soups_, [&](const TriangleSoup& soup) {
-           return soup.nearest(p_W, reach).has_value();
-         });
+  const auto mesh = std::ranges::find(mesh_objects_, object);
+  DIVE_DEMAND(mesh != mesh_objects_.end());
+  const TriangleSoup& soup = soups_[static_cast<std::size_t>(mesh - mesh_objects_.begin())];
+  const std::optional<std::size_t> triangle = soup.nearest(p_W, reach);
+  return triangle ? soup.distance(*triangle, p_W) : reach;
 }
 
 }  // namespace dive::planning

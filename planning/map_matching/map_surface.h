@@ -1,12 +1,15 @@
 #pragma once
 // The surfaces of a known map, and the nearest one to a measured point.
 
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "planning/world/box_tree.h"
+#include "planning/world/primitives.h"
 #include "planning/world/triangle_soup.h"
 #include "planning/world/world.h"
 
@@ -19,7 +22,8 @@ class MapSurface {
   struct Nearest {
     double height = 0.0;       ///< Distance of the point from the surface along the normal, m.
     Eigen::Vector3d normal_W;  ///< Unit normal out of the solid; of a mesh, on the side asked for.
-    int object = 0;            ///< Index of what it belongs to; see object_name().
+    /// First obstacle of the object that it belongs to (object_at()); -1: a mesh without obstacles.
+    int object = 0;
   };
 
   explicit MapSurface(const World& world);
@@ -31,7 +35,16 @@ class MapSurface {
   [[nodiscard]] std::optional<Nearest> nearest(const Eigen::Vector3d& p_W,
                                                const Eigen::Vector3d& from_W, double reach) const;
   /// True if a surface is nearer to p_W than `reach` (m). Cheaper than nearest().
-  [[nodiscard]] bool is_near(const Eigen::Vector3d& p_W, double reach) const;
+  [[nodiscard]] bool is_near(const Eigen::Vector3d& p_W, double reach) const {
+    return is_near(p_W, reach, [](int) { return false; });
+  }
+  /// The same without the objects for which `is_left_out` is true.
+  template <class IsLeftOut>
+  [[nodiscard]] bool is_near(const Eigen::Vector3d& p_W, double reach,
+                             IsLeftOut&& is_left_out) const;
+  /// Distance of p_W from the surface of one object, m, at most `reach`: negative inside a
+  /// primitive. Demands an object that is not a half-space.
+  [[nodiscard]] double distance(int object, const Eigen::Vector3d& p_W, double reach) const;
 
  private:
   struct Primitive {
@@ -49,8 +62,26 @@ class MapSurface {
   std::vector<Plane> planes_;
   std::vector<TriangleMesh> meshes_;
   std::vector<TriangleSoup> soups_;  ///< Refer to meshes_.
-  int first_mesh_ = 0;               ///< Its object.
+  std::vector<int> mesh_objects_;    ///< Of the meshes.
   std::optional<BoxTree> tree_;      ///< Of the primitives.
 };
+
+template <class IsLeftOut>
+bool MapSurface::is_near(const Eigen::Vector3d& p_W, double reach, IsLeftOut&& is_left_out) const {
+  for (const auto& [normal_W, offset, object] : planes_) {
+    if (std::abs(normal_W.dot(p_W) - offset) < reach && !is_left_out(object)) return true;
+  }
+  bool is_found = false;
+  tree_->visit(p_W, reach, [&](std::uint32_t index) {
+    const Primitive& one = primitives_[index];
+    is_found =
+        !is_left_out(one.object) && std::abs(signed_distance(one.shape, one.X_OW * p_W)) < reach;
+    return is_found ? -1.0 : reach;
+  });
+  for (std::size_t i = 0; i < soups_.size() && !is_found; ++i) {
+    is_found = !is_left_out(mesh_objects_[i]) && soups_[i].nearest(p_W, reach).has_value();
+  }
+  return is_found;
+}
 
 }  // namespace dive::planning

@@ -14,8 +14,9 @@ bool ObservedMap::apply(const ObstacleUpdate& update) {
   std::optional<Utime>& newest = newest_.at(static_cast<std::size_t>(update.source));
   if ((newest && update.utime <= *newest) || !is_well_formed(update)) return false;
   newest = update.utime;
-  if (update.cells.empty()) return true;
+  if (update.cells.empty() && update.objects.empty()) return true;
   ++revision_;
+  absent_.apply(update.objects);
   const std::span<const MapCell> changed(update.cells);
   auto next = std::make_shared<Blocks>();
   if (!blocks_) {

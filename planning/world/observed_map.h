@@ -21,6 +21,7 @@
 #include <Eigen/Geometry>
 
 #include "common/clock.h"
+#include "planning/world/absent_objects.h"
 #include "planning/world/obstacle_update.h"
 #include "planning/world/world.h"
 
@@ -38,9 +39,11 @@ class ObservedMap {
   /// of its source. The only check of updates on board.
   bool apply(const ObstacleUpdate& update);
 
-  /// Number of updates so far that changed cells; 0: nothing has ever been observed.
+  /// Number of updates so far that changed cells or objects; 0: nothing has ever been observed.
   [[nodiscard]] std::int64_t revision() const { return revision_; }
   [[nodiscard]] std::size_t pieces() const { return pieces_; }
+  /// The objects of the known map that are gone.
+  [[nodiscard]] const AbsentObjects& absent() const { return absent_; }
 
   /// Calls `visit` with each piece whose box intersects `box`, by cell and piece in ascending
   /// order, until it returns false. Allocates nothing.
@@ -77,6 +80,7 @@ class ObservedMap {
   std::shared_ptr<const Blocks> blocks_;  ///< Null: no cells.
   std::size_t pieces_ = 0;
   std::int64_t revision_ = 0;
+  AbsentObjects absent_;
   std::array<std::optional<Utime>, kObstacleSources> newest_;  ///< Last update, by source.
 };
 

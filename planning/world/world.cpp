@@ -24,12 +24,18 @@ Eigen::AlignedBox3d World::bounds() const {
   return all;
 }
 
-const std::string& object_name(const World& world, int object) {
-  DIVE_DEMAND(object >= 0);
-  const auto index = static_cast<std::size_t>(object);
-  if (index < world.obstacles.size()) return world.obstacles[index].name;
-  DIVE_DEMAND(index - world.obstacles.size() < world.surfaces.size());
-  return world.surfaces[index - world.obstacles.size()].name;
+ObjectRange object_at(const World& world, int index) {
+  DIVE_DEMAND(index >= 0 && index < static_cast<int>(world.obstacles.size()));
+  const auto surface_of = [&](int i) {
+    return world.obstacles[static_cast<std::size_t>(i)].surface;
+  };
+  const int surface = surface_of(index);
+  ObjectRange object{index, index + 1};
+  if (surface < 0) return object;
+  while (object.first > 0 && surface_of(object.first - 1) == surface) --object.first;
+  const int size = static_cast<int>(world.obstacles.size());
+  while (object.end < size && surface_of(object.end) == surface) ++object.end;
+  return object;
 }
 
 }  // namespace dive::planning

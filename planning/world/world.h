@@ -97,8 +97,14 @@ struct World {
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
 };
 
-/// Name of an object of the world: its obstacles come first, then its surfaces. Demands that there
-/// is one.
-[[nodiscard]] const std::string& object_name(const World& world, int object);
+/// The obstacles [first, end) of one object of a world: all pieces of a mesh, which follow one
+/// another, or one obstacle. The index of the first one names the object.
+struct ObjectRange {
+  int first = 0;
+  int end = 0;
+};
+/// The object that obstacle `index` is part of; demands that there is one. In a world read back
+/// from a log each piece of a mesh is an object.
+[[nodiscard]] ObjectRange object_at(const World& world, int index);
 
 }  // namespace dive::planning

@@ -325,6 +325,46 @@ TEST(Leg, StopsForAnObstacleInItsWayAndPlansAgainOnceTheMapMayHaveIt) {
   EXPECT_FALSE(leg.progress().path_is_blocked);
 }
 
+// Ticks with a bent or a straight path after a mapped object has gone: true if it plans again.
+bool plans_again_when_the_map_opens(bool is_bent, bool map_change = true) {
+  LegSettings with_trigger = settings();
+  with_trigger.replan.map_change = map_change;
+  Leg leg(with_trigger, goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  if (is_bent) path[2].p.y() = 4.0;
+  const planning::PlanResult answer = success(path);
+  vehicle.tick(leg, &answer);
+  BehaviorInput opened = vehicle.input(nullptr);
+  opened.map_opened = true;
+  bool plans = leg.step(opened).plan_request.has_value();
+  while (vehicle.seconds() < 6.0) plans |= vehicle.tick(leg).plan_request.has_value();
+  return plans;
+}
+
+TEST(Leg, PlansAgainWhereAMappedObjectHasGoneAndAShorterPathMayExist) {
+  EXPECT_TRUE(plans_again_when_the_map_opens(true));
+  EXPECT_FALSE(plans_again_when_the_map_opens(false)) << "no path is shorter than a straight line";
+  EXPECT_FALSE(plans_again_when_the_map_opens(true, false)) << "map_change is off";
+}
+
+// The answer to an earlier request does not know that the object has gone.
+TEST(Leg, PlansAgainAfterAnAnswerThatWasRequestedBeforeTheObjectWasGone) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  BehaviorInput opened = vehicle.input(nullptr);
+  opened.map_opened = true;
+  EXPECT_FALSE(leg.step(opened).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  path[2].p.y() = 4.0;
+  const planning::PlanResult answer = success(path);
+  bool plans = vehicle.tick(leg, &answer).plan_request.has_value();
+  while (vehicle.seconds() < 6.0) plans |= vehicle.tick(leg).plan_request.has_value();
+  EXPECT_TRUE(plans);
+}
+
 TEST(Leg, GivesUpIfNoPlanLeadsAroundAnObstacleInItsWay) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});

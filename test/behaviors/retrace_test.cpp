@@ -281,7 +281,19 @@ TEST_F(RetraceTest, EndsItsWayShortOfAnObstacleInOpenWaterIfThatIsEnough) {
   };
   EXPECT_NEAR(length_m(-1.6), 11.5, 1e-9);
   EXPECT_NEAR(length_m(-1.3), 11.0, 1e-9) << "at the breadcrumb before";
-  EXPECT_NEAR(length_m(-0.6), 11.5, 1e-9) << "where none is clear, the farthest";
+  EXPECT_NEAR(length_m(-0.6), 10.5, 1e-9) << "at the first one in open water";
+  EXPECT_NEAR(length_m(100.0), 11.5, 1e-9) << "where none is clear, the farthest";
+}
+
+TEST_F(RetraceTest, IsNotAtTheEndOfAShortPathWhileItTurns) {
+  evaluator_.at = [](const Eigen::Vector3d& p_W) { return p_W.x() < -0.6 ? 0.2 : 2.0; };
+  estimate_.X_WB = pose_at(-0.2, 0);
+  Retrace retrace = with_map();
+  for (int i = 0; i < 20; ++i) {  // carried away from it
+    EXPECT_EQ(tick(retrace).failed, Failure::kNone) << i;
+    EXPECT_LT(retrace.progress().distance_to_go_m, 0.8) << i;
+    p_W().x() += 0.02;
+  }
 }
 
 TEST_F(RetraceTest, PlansAroundWhatAScanShowsInItsWay) {

@@ -131,6 +131,13 @@ TEST_F(FrameCorrectionTest, FollowsVisionInACurrentAndWithACompassBias) {
   EXPECT_EQ(correction_.fault(), VisionFault::kNone);
 }
 
+// The odometry contains a declared current that is a little off: vision measures the rest.
+TEST_F(FrameCorrectionTest, WhatIsUnmodelledContainsTheDeclaredCurrent) {
+  correction_.set_current({0.0, 0.3});
+  tick();
+  EXPECT_EQ(correction_.unmodelled().current_W, Vector2d(0.0, 0.3));
+}
+
 TEST_F(FrameCorrectionTest, LosesVisionWithinThreeImagesOfRejectedUpdatesOrSilence) {
   run(10.0);
   vision_fault_ = VisionFault::kDark;

@@ -32,8 +32,10 @@ class Truth {
     map_ = o_.map_sigma_m * Vector2d(random_.normal(), random_.normal());
   }
 
-  void advance(const Vector2d& moved_O) {
-    const Vector2d moved = (1.0 + scale_) * (Eigen::Rotation2Dd(heading_) * moved_O);
+  // `moved_O` through the water, in m, whose current is not quite the declared one.
+  void advance(const Vector2d& moved_O, const Vector2d& declared) {
+    const Vector2d moved =
+        (1.0 + scale_) * (Eigen::Rotation2Dd(heading_) * moved_O) + declared * kTick;
     position_ += moved + (current_ + slip_) * kTick + walk(o_.drift_m_per_sqrt_s);
     heading_ += deg_to_rad(o_.heading_walk_deg) * std::sqrt(kTick) * random_.normal();
     current_ += walk(o_.current_walk);
@@ -95,7 +97,12 @@ struct Outcome {
   double error_m = 0.0;
 };
 
-Outcome dive(std::uint64_t seed, double seconds, double fix_period_s) {
+// A tide of `tide` m/s that turns within a minute.
+Vector2d tide_at(double tide, double t) {
+  return tide * Vector2d(std::cos(0.05 * t), std::sin(0.05 * t));
+}
+
+Outcome dive(std::uint64_t seed, double seconds, double fix_period_s, double tide = 0.0) {
   const MapFixOptions options;
   constexpr double kStart = 0.15;
   Truth truth(options, kStart, seed);
@@ -103,8 +110,10 @@ Outcome dive(std::uint64_t seed, double seconds, double fix_period_s) {
   filter.begin(Vector2d::Zero(), kStart * kStart);
   double next_fix = fix_period_s;
   for (double t = 0.0; t < seconds; t += kTick) {
-    truth.advance(moved_at(t));
-    filter.advance(moved_at(t), kTick, 0.0);
+    const Vector2d declared = tide_at(tide, t);
+    truth.advance(moved_at(t), declared);
+    filter.set_current(declared);
+    filter.advance(moved_at(t) + declared * kTick, kTick, 0.0);
     if (t < next_fix) continue;
     next_fix += fix_period_s;
     filter.apply(truth.fix(), Vector2d::Zero());
@@ -122,6 +131,26 @@ TEST(MapFixFilter, ItsCovarianceIsThatOfItsError) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) sum += dive(seed, seconds, period).nees;
     EXPECT_NEAR(sum / 200.0, 1.0, 0.25) << seconds << " s, a fix every " << period << " s";
   }
+}
+
+// Heading and speed are off, the declared current is not.
+TEST(MapFixFilter, ItsCovarianceIsThatOfItsErrorInADeclaredTide) {
+  for (const auto& [seconds, period] : {std::pair{60.0, 1e9}, std::pair{120.0, 10.0}}) {
+    double sum = 0.0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) sum += dive(seed, seconds, period, 0.3).nees;
+    EXPECT_NEAR(sum / 200.0, 1.0, 0.25) << seconds << " s, a fix every " << period << " s";
+  }
+}
+
+TEST(MapFixFilter, TheMeanOfItsCurrentMovesWithTheDeclaredOne) {
+  MapFixFilter filter{MapFixOptions{}};
+  filter.begin(Vector2d::Zero(), 1e-4);
+  filter.set_current({0.1, 0.0});
+  EXPECT_TRUE(filter.apply_velocity({0.12, 0.0}, 1e6 * Matrix2d::Identity(), {0.1, 0.0}));
+  const Vector2d learned = filter.current_W() - Vector2d(0.1, 0.0);
+  EXPECT_GT(learned.x(), 0.005) << "a part of what it measured; the rest is slip";
+  filter.set_current({-0.1, 0.05});
+  EXPECT_LT((filter.current_W() - Vector2d(-0.1, 0.05) - learned).norm(), 1e-12);
 }
 
 TEST(MapFixFilter, FixesBoundTheError) {

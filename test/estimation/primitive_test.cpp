@@ -73,6 +73,29 @@ TEST(PrimitiveEstimator, DeadReckonsAlongItsHeading) {
   EXPECT_NEAR(e.update(now).v_WB_B.x(), 0.4, 1e-3);
 }
 
+// A vehicle at rest in the water is carried; one that swims adds its own motion.
+TEST(PrimitiveEstimator, IsCarriedByTheCurrentOfEachMoment) {
+  PrimitiveOptions options;
+  options.current_sigma = 0.03;
+  PrimitiveEstimator carried = estimator(options);
+  PrimitiveEstimator in_still_water = estimator();
+  const double heading = deg_to_rad(30.0);
+  carried.set_current({0.1, 0.0});
+  Utime now = swim(carried, 0, heading, 0.4, 20.0);
+  carried.set_current({0.0, -0.2});
+  now = swim(carried, now, heading, 0.4, 10.0);
+  swim(in_still_water, 0, heading, 0.4, 30.0);
+  const StateEstimate& estimate = carried.update(now);
+  const StateEstimate& still = in_still_water.update(now);
+  const Vector3d by = estimate.X_WB.p - still.X_WB.p;
+  EXPECT_LT((by - Vector3d(2.0, -2.0, 0.0)).norm(), 0.01);
+  const Vector3d v_W = estimate.X_WB.q * (estimate.v_WB_B - still.v_WB_B);
+  EXPECT_LT((v_W - Vector3d(0.0, -0.2, 0.0)).norm(), 1e-9) << "over ground";
+  EXPECT_DOUBLE_EQ(carried.v_B().x(), in_still_water.v_B().x()) << "through the water";
+  const Eigen::Matrix2d grown = (estimate.covariance - still.covariance).topLeftCorner<2, 2>();
+  EXPECT_LT((grown - 0.9 * 0.9 * Eigen::Matrix2d::Identity()).norm(), 0.01) << "30 s of 0.03 m/s";
+}
+
 TEST(PrimitiveEstimator, TurnsTheLastAttitudeOnOverTheLatency) {
   PrimitiveEstimator e = estimator();
   e.add(imu(0, Eigen::Quaterniond::Identity(), {0.0, 0.0, 0.5}));

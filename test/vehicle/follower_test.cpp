@@ -45,7 +45,8 @@ Swim swim(const std::vector<Pose>& path, const Conditions& conditions = testing:
   while (!follower.status().finished && result.seconds < 200.0) {
     const SensorSamples samples = sim.step(rates);
     const GroundTruth& truth = sim.truth();
-    const Command command = follower.step(truth.X_WB, truth.v_WB_B);
+    const Command command =
+        follower.step(truth.X_WB, truth.v_WB_B, conditions.declared_current.at(0.0));
     rates = autopilot.step(command, samples.imu ? samples.imu->q_WB : truth.X_WB.q,
                            truth.omega_WB_B, -truth.X_WB.p.z(), Simulator::kTick);
     result.worst_m = std::max(result.worst_m, distance_to_polyline(path, truth.X_WB.p));
@@ -109,6 +110,15 @@ TEST(Follower, CrabsAcrossAnEstimatedCurrent) {
   Conditions conditions = testing::ideal();
   conditions.current_W = {0.0, 0.1, 0.0};
   EXPECT_LT(swim(level_path(testing::s_curve()), conditions).worst_m, 0.15);
+}
+
+// The speed of arrival, 0.15 m/s, is less than the current.
+TEST(Follower, ArrivesAgainstAKnownHeadCurrent) {
+  Conditions against = testing::ideal();
+  against.declared_current = DeclaredCurrent(Eigen::Vector2d(-0.2, 0.0));
+  const Swim known = swim(level_path({{0, 0, -4}, {6, 0, -4}, {12, 0, -4}}), against);
+  EXPECT_TRUE(known.status.finished);
+  EXPECT_LT(known.seconds, 80.0) << "12 m at 0.2 m/s over ground";
 }
 
 TEST(Follower, SlowsDownWhereDepthCannotKeepUp) {
@@ -212,6 +222,18 @@ TEST(Speed, FallsWithHeadingErrorCornerDepthErrorAndArrival) {
   Follower at_the_end{FollowerOptions{}};
   at_the_end.set_path(path, {6, 5.8, -4});
   EXPECT_LT(at_the_end.step(level_at(6, 5.8, -4, M_PI / 2), {0.4, 0, 0}).v, 0.3);
+}
+
+TEST(Speed, BeforeTheEndIsOverGroundAgainstAKnownCurrent) {
+  const auto speed = [](double current) {
+    Follower follower{FollowerOptions{}};
+    follower.set_path(level_path({{0, 0, -4}, {6, 0, -4}}), {5.7, 0, -4});
+    return follower.step(level_at(5.7, 0, -4), {0.4, 0, 0}, {current, 0.0}).v;
+  };
+  EXPECT_NEAR(speed(0.0), 0.3, 1e-9);
+  EXPECT_NEAR(speed(-0.05), 0.35, 1e-9);
+  EXPECT_NEAR(speed(-0.2), 0.4, 1e-9) << "the full speed through the water is the bound";
+  EXPECT_NEAR(speed(0.2), 0.3, 1e-9) << "steering needs way through the water";
 }
 
 TEST(Reached, NeedsThePassedMinimumInsideTheRadius) {

@@ -102,6 +102,26 @@ TEST(Simulator, ACurrentSetDuringTheDiveTakesTheVehicleAlong) {
   EXPECT_NEAR((sim.truth().X_WB.q * sim.truth().v_WB_B).y(), 0.3, 0.02);
 }
 
+TEST(Simulator, TheDeclaredCurrentFlowsAndAnotherOnTop) {
+  Conditions conditions = ideal();
+  conditions.declared_current =
+      DeclaredCurrent({{0.0, {0.1, 0.0}}, {60.0, {0.1, 0.0}}, {120.0, {-0.3, 0.0}}});
+  conditions.current_W = {0.0, 0.05, 0.0};
+  Simulator sim = simulator(conditions);
+  constexpr double kSlip = 0.025;  // m/s: at low speed the water takes the vehicle along slowly
+  const auto velocity_W = [&] { return Vector3d(sim.truth().X_WB.q * sim.truth().v_WB_B); };
+  swim(sim, {}, 60.0);  // released at rest over ground
+  EXPECT_NEAR(velocity_W().x(), 0.1, kSlip);
+  EXPECT_NEAR(velocity_W().y(), 0.05, kSlip);
+  swim(sim, {}, 160.0);
+  EXPECT_NEAR(velocity_W().x(), -0.3, kSlip);
+  EXPECT_NEAR(velocity_W().y(), 0.05, kSlip);
+  sim.set_current({0.0, 0.0, 0.0});
+  swim(sim, {}, 160.0);
+  EXPECT_NEAR(velocity_W().x(), -0.3, kSlip) << "a script sets what is on top";
+  EXPECT_NEAR(velocity_W().y(), 0.0, kSlip);
+}
+
 TEST(Sensors, AtRestMeasureGravityUpAndNothingElse) {
   Simulator sim = simulator(ideal(), 1, {{0, 0, -5}, from_rpy(0.0, 0.0, 2.0)});
   const SensorSamples samples = sim.step({});

@@ -33,37 +33,33 @@ Arbiter::CommandSource Arbiter::source(Utime now) const {
 
 vehicle::PseudoRates Arbiter::step(const std::optional<ImuSample>& imu,
                                    const std::optional<DepthSample>& depth, Utime now) {
-  if (imu) imu_ = imu;
-  if (depth) depth_ = depth;
-  const CommandGate* gate = current(now);
-  const bool is_stale = gate != nullptr && gate->age_s(now) > kStale;
-  const double dt = last_step_ ? to_seconds(now - *last_step_) : 0.0;
-  last_step_ = now;
-  const double speed = gate != nullptr && !is_stale ? gate->newest()->command.v : 0.0;
-  guidance_.observe(imu, depth, speed, now);
+  guidance_.observe(imu, depth, rates_, now);
+  autopilot_.observe(imu, depth);
+  rates_ = efforts(now);
+  return rates_;
+}
+
+vehicle::PseudoRates Arbiter::efforts(Utime now) {
+  if (const CommandGate* gate = current(now)) {
+    guidance_.end();
+    return execute(*gate->newest(), gate->age_s(now), guidance_.surge(), now, autopilot_);
+  }
   // Before the first command there is no dive to end by surfacing.
   if (!executive_.newest() && !supervisor_.newest()) return {};
-  if (gate == nullptr) {
-    if (guidance_.phase() == ExitPhase::kIdle) guidance_.begin(now);
-    return steer(guidance_.step(now), dt);
-  }
-  guidance_.end();
-  const VehicleCommand& command = *gate->newest();
+  if (guidance_.phase() == ExitPhase::kIdle) guidance_.begin(now);
+  return autopilot_.step(guidance_.step(now), guidance_.surge(), now);
+}
+
+vehicle::PseudoRates execute(const VehicleCommand& command, double age_s, double surge, Utime now,
+                             vehicle::OwnAutopilot& autopilot) {
+  const bool is_stale = age_s > Arbiter::kStale;
   if (command.mode == Mode::kRates && !is_stale) {
-    steers_itself_ = false;
+    autopilot.release(now);
     return command.rates;
   }
   vehicle::Command kept = command.command;
   if (is_stale) kept.v = 0.0;
-  return steer(kept, dt);
-}
-
-// The autopilot takes over a vehicle that moves: it brakes from the speed that it has.
-vehicle::PseudoRates Arbiter::steer(const vehicle::Command& command, double dt) {
-  if (!imu_ || !depth_ || dt <= 0.0) return {};
-  if (!steers_itself_ || command.v == 0.0) autopilot_.begin_at(guidance_.surge());
-  steers_itself_ = true;
-  return autopilot_.step(command, imu_->q_WB, imu_->gyro_B, depth_->depth_m, dt);
+  return autopilot.step(kept, surge, now);
 }
 
 }  // namespace dive::link

@@ -5,10 +5,10 @@
 
 #include "common/clock.h"
 #include "common/measurements.h"
-#include "vehicle/autopilot.h"
 #include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/command_gate.h"
+#include "vehicle/own_autopilot.h"
 
 namespace dive::link {
 
@@ -35,8 +35,7 @@ class Arbiter {
   /// Receives the exit path of the executive that is obeyed; false if it is not used.
   bool receive(const ExitPathMessage& message);
 
-  /// The effort for the tick that ends at `now`, from the newest samples of the vehicle's own
-  /// sensors.
+  /// The efforts from `now` on, by the newest samples of the vehicle's own sensors.
   [[nodiscard]] vehicle::PseudoRates step(const std::optional<ImuSample>& imu,
                                           const std::optional<DepthSample>& depth, Utime now);
 
@@ -56,16 +55,20 @@ class Arbiter {
 
  private:
   [[nodiscard]] const CommandGate* current(Utime now) const;
-  [[nodiscard]] vehicle::PseudoRates steer(const vehicle::Command& command, double dt);
+  [[nodiscard]] vehicle::PseudoRates efforts(Utime now);
 
   CommandGate executive_;
   CommandGate supervisor_;
-  vehicle::Autopilot autopilot_;
+  vehicle::OwnAutopilot autopilot_;
   vehicle::ExitGuidance guidance_;
-  std::optional<ImuSample> imu_;
-  std::optional<DepthSample> depth_;
-  bool steers_itself_ = false;  ///< The last efforts were its own autopilot's.
-  std::optional<Utime> last_step_;
+  vehicle::PseudoRates rates_;  ///< Efforts since the last step.
 };
+
+/// The efforts from `now` on by which the vehicle executes a command of age `age_s`: the command's
+/// own, or those of its autopilot, which stops it when the command is older than Arbiter::kStale.
+/// `surge`: see OwnAutopilot.
+[[nodiscard]] vehicle::PseudoRates execute(const VehicleCommand& command, double age_s,
+                                           double surge, Utime now,
+                                           vehicle::OwnAutopilot& autopilot);
 
 }  // namespace dive::link

@@ -10,14 +10,14 @@ using namespace detail;
 namespace {
 
 constexpr Run kExitPath[] = {
-    bytes(std::size_t{3} * 8 + kPoseSize + 5 * sizeof(double) + 1 + 3 * sizeof(double)),
+    bytes(std::size_t{3} * 8 + kPoseSize + 7 * sizeof(double) + 1 + 3 * sizeof(double)),
     array(kPoseSize, vehicle::kMaxExitWaypoints)};
 
 }  // namespace
 
 bool encode(const ExitPathMessage& message, Packet& packet) {
   const auto& [session_id, path] = message;
-  const auto& [utime, revision, X_WB, surge, heading_correction, speed_scale, current_W, open_above,
+  const auto& [utime, revision, X_WB, v_B, heading_correction, speed_scale, current_W, open_above,
                hold_s, speed, clearance_m, waypoints] = path;
   if (waypoints.size() > vehicle::kMaxExitWaypoints) return false;
   exit_path_t m;
@@ -25,7 +25,7 @@ bool encode(const ExitPathMessage& message, Packet& packet) {
   m.session_id = static_cast<std::int64_t>(session_id);
   m.revision = revision;
   write_pose(X_WB, m.X_WB);
-  m.surge = surge;
+  write_vector(v_B, m.v_B);
   m.heading_correction = heading_correction;
   m.speed_scale = speed_scale;
   m.current[0] = current_W.x();
@@ -46,7 +46,7 @@ bool decode(PacketView packet, ExitPathMessage& message) {
   path.utime = m->utime;
   path.revision = m->revision;
   path.X_WB = read_pose(m->X_WB);
-  path.surge = m->surge;
+  path.v_B = read_vector(m->v_B);
   path.heading_correction = m->heading_correction;
   path.speed_scale = m->speed_scale;
   path.current_W = {m->current[0], m->current[1]};

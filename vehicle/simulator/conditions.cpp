@@ -56,6 +56,12 @@ constexpr std::array<Entry, 26> kEntries{{
 
 }  // namespace
 
+Eigen::Vector3d Conditions::first_current_W() const {
+  Eigen::Vector3d first_W = current_W;
+  first_W.head<2>() += declared_current.at(0.0);
+  return first_W;
+}
+
 bool Conditions::set(const std::string& name, double value) {
   for (const Entry& entry : kEntries) {
     if (name != entry.name) continue;

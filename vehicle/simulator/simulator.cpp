@@ -1,6 +1,7 @@
 #include "vehicle/simulator/simulator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/assert.h"
@@ -22,6 +23,10 @@ constexpr double kGravity = 9.81;
 constexpr std::uint64_t kSpeedStream = 0x59eed;
 constexpr std::uint64_t kHullStream = 0x4011;
 constexpr std::uint64_t kPlaceStream = 0x97ace;
+constexpr std::uint64_t kWaterStream = 0x3a7e4;
+// s: correlation time of the drawn part of the current. Eddies behind a headland or a hull take
+// minutes, the tide hours.
+constexpr double kCurrentTime = 600.0;
 
 std::uint64_t vehicle_seed(const Conditions& conditions, std::uint64_t seed) {
   const auto hull_seed = static_cast<std::uint64_t>(conditions.hull_seed);
@@ -54,12 +59,14 @@ struct Simulator::Impl {
         dynamics(model, figures),
         flippers(model.hips_B, figures),
         sensors(conditions, seed, kTick),
-        current_W(conditions.current_W) {
+        undeclared_W(conditions.current_W),
+        water(seed, kWaterStream) {
     Random random(vehicle_seed(conditions, seed), kSpeedStream);
     flippers.set_speed_scale(std::max(0.0, 1.0 + conditions.speed_scale_sigma * random.normal()));
     Random place(seed, kPlaceStream);
     const Vector3d off_W = horizontal_draw(place, conditions.start_sigma_m);
-    current_W += horizontal_draw(place, conditions.current_sigma);
+    drawn_W = horizontal_draw(place, conditions.current_sigma);
+    current_W = declared_at(0) + undeclared_W + drawn_W;
     state.X_WB = Pose{start_X_WB.p + off_W, start_X_WB.q.normalized()};
     state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
     truth.X_WB = state.X_WB;
@@ -77,6 +84,7 @@ struct Simulator::Impl {
     }
     DIVE_DEMAND(state.X_WB.is_finite() && state.v.allFinite() && state.omega.allFinite());
     truth.utime += from_seconds(kTick);
+    vary_current();
     truth.X_WB = state.X_WB;
     truth.v_WB_B = state.X_WB.q.conjugate() * velocity_W();
     truth.omega_WB_B = state.omega;
@@ -108,7 +116,8 @@ struct Simulator::Impl {
             truth.utime + from_seconds((substep + 1) * kStep));
   }
 
-  // The current is uniform and steady: the acceleration of B's origin is that through the water.
+  // The current is uniform and all but steady: the acceleration of B's origin is that through the
+  // water.
   void feel_at(const Dynamics::State& at, const FlipperForces& forces, Utime utime) {
     const Vector3d rate = dynamics.acceleration(at, forces).head<3>();
     const Vector3d specific_force_B =
@@ -129,10 +138,32 @@ struct Simulator::Impl {
     return sample;
   }
 
+  [[nodiscard]] Vector3d declared_at(Utime utime) const {
+    Vector3d declared_W = Vector3d::Zero();
+    declared_W.head<2>() = conditions.declared_current.at(to_seconds(utime));
+    return declared_W;
+  }
+
   void set_current(const Vector3d& current_in_W) {
     DIVE_DEMAND(current_in_W.allFinite());
-    state.v += state.X_WB.q.conjugate() * (current_W - current_in_W);  // keeps momentum over ground
-    current_W = current_in_W;
+    undeclared_W = current_in_W;
+    flow(declared_at(truth.utime) + undeclared_W + drawn_W);
+  }
+
+  // What is drawn of the current is Gauss-Markov, with the same sigma at all times.
+  void vary_current() {
+    if (conditions.current_sigma > 0.0) {
+      const double kept = std::exp(-kTick / kCurrentTime);
+      drawn_W = kept * drawn_W +
+                std::sqrt(1.0 - kept * kept) * horizontal_draw(water, conditions.current_sigma);
+    }
+    flow(declared_at(truth.utime) + undeclared_W + drawn_W);
+  }
+
+  void flow(const Vector3d& flow_W) {
+    if (flow_W == current_W) return;
+    state.v += state.X_WB.q.conjugate() * (current_W - flow_W);  // keeps momentum over ground
+    current_W = flow_W;
   }
 
   Aqua2Figures figures;
@@ -140,7 +171,10 @@ struct Simulator::Impl {
   Dynamics dynamics;
   Flippers flippers;
   Sensors sensors;
-  Vector3d current_W;
+  Vector3d undeclared_W;
+  Vector3d drawn_W = Vector3d::Zero();
+  Vector3d current_W;  ///< Velocity of the water now: declared, undeclared and drawn.
+  Random water;
   Dynamics::State state;
   GroundTruth truth;
   bool leak = false;

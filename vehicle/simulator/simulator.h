@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "common/declared_current.h"
 #include "common/measurements.h"
 #include "common/se3.h"
 #include "planning/world/world.h"
@@ -23,7 +24,9 @@ namespace dive::vehicle {
 /// Water and imperfections of one dive; the defaults are those of a real vehicle in calm water.
 /// "sigma" values are drawn once per seed; "noise" values at every sample.
 struct Conditions {
-  Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< m/s.
+  /// The current that was declared before the dive, in the simulator's time. Not settable by name.
+  DeclaredCurrent declared_current = {};
+  Eigen::Vector3d current_W = Eigen::Vector3d::Zero();  ///< On top of the declared current, m/s.
   double speed_scale_sigma = 0.03;                      ///< Relative error of the gait's speed.
   double heading_bias_sigma_deg = 1.5;
   double heading_variation_deg = 1.0;  ///< Of the compass between places, near steel.
@@ -38,7 +41,7 @@ struct Conditions {
   double object_shift_sigma_m = 0.02;         ///< Of each object against the map, per axis.
   double range_misalignment_sigma_deg = 0.3;  ///< Of the range camera in its mount, per axis.
   // What a mission declares: mission::simulated_conditions(). Horizontally, per axis.
-  double current_sigma = 0.0;       ///< m/s.
+  double current_sigma = 0.0;       ///< On top of both, slowly varying, m/s.
   double start_sigma_m = 0.0;       ///< Of the release.
   double map_shift_sigma_m = 0.0;   ///< Of the whole world against the map.
   double map_turn_sigma_deg = 0.0;  ///< The same, about the vertical.
@@ -54,6 +57,8 @@ struct Conditions {
   /// Not settable by name.
   std::optional<ImuNoise> inertial_unit = std::nullopt;
 
+  /// Velocity of the water when the dive begins, without what is drawn, m/s.
+  [[nodiscard]] Eigen::Vector3d first_current_W() const;
   /// Sets one by its name, e.g. "current_x" = 0.1; false if there is no such name.
   [[nodiscard]] bool set(const std::string& name, double value);
   /// All names with their values, in a fixed order.
@@ -93,8 +98,8 @@ class Simulator {
   [[nodiscard]] const GroundTruth& truth() const;
   /// Makes the health samples report water in the hull from now on.
   void inject_leak();
-  /// Sets the water's velocity to `current_W` (m/s) from now on. The vehicle keeps its velocity
-  /// over ground.
+  /// Sets the water's velocity on top of what is declared and drawn to `current_W` (m/s) from now
+  /// on. The vehicle keeps its velocity over ground.
   void set_current(const Eigen::Vector3d& current_W);
 
  private:

@@ -2,6 +2,7 @@
 
 #include "mission/check/position_margin.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -10,23 +11,14 @@
 
 #include "mission/check/check.h"
 #include "planning/world/scene.h"
+#include "test/mission/check/brick.h"
 
 namespace dive::mission {
 namespace {
 
 using ::testing::HasSubstr;
 
-// A vehicle of 1 x 0.4 x 0.2 m.
-planning::RobotHull brick() {
-  planning::ConvexSolid solid;
-  solid.name = "brick";
-  for (const double x : {-0.5, 0.5}) {
-    for (const double y : {-0.2, 0.2}) {
-      for (const double z : {-0.1, 0.1}) solid.vertices.emplace_back(x, y, z);
-    }
-  }
-  return {{solid}};
-}
+using testing::brick;
 
 // A wall whose face is the plane x = 10, and a seabed at z = -20.
 planning::World wall_and_seabed() {
@@ -46,11 +38,12 @@ struct Swum {
   Diagnostics diagnostics;
 };
 
-Swum swim_to(double x, const std::string& map) {
+Swum swim_to(double x, const std::string& map, const std::string& current = "",
+             const planning::World& world = wall_and_seabed()) {
   const std::string text = fmt::format(
       "<mission xmlns=\"urn:dive:mission:1\" id=\"m\">"
       "<vehicle model=\"aqua2\" speed=\"0.5\" attitude=\"horizontal\"/>"
-      "<map file=\"maps/window.sdf\"{}/>"
+      "<map file=\"maps/window.sdf\"{}/>{}"
       "<start x=\"-10\" y=\"0\" z=\"5\" z_units=\"DEPTH\" heading_deg=\"90\"/>"
       "<limits max_depth=\"19\" min_altitude=\"2\" clearance=\"0.6\" mission_timeout=\"900\""
       " battery_reserve=\"0.2\"/><states initial=\"a\"><goto id=\"a\" x=\"{}\" y=\"0\" z=\"5\""
@@ -58,17 +51,17 @@ Swum swim_to(double x, const std::string& map) {
       "<transition event=\"done.state.a\" target=\"up\"/></goto><surface id=\"up\">"
       "<transition event=\"done.state.up\" target=\"end\"/></surface><final id=\"end\"/></states>"
       "</mission>",
-      map, x);
+      map, current, x);
   Swum swum;
   const auto mission = parse_mission({"m.xml", text}, swum.diagnostics, MapFile::kNotNeeded);
   EXPECT_TRUE(mission) << text;
-  const planning::World world = wall_and_seabed();
   const planning::Scene scene(world);
   const Route route = nominal_route(*mission, scene);
   auto legs = plan_route(route, world, brick(), {}, 1);
   vehicle::Model vehicle;
   vehicle.hull = brick();
   predict_position_margins(route, legs, *mission, world, vehicle);
+  check_dead_reckoning(route, legs, *mission, world, vehicle.hull, swum.diagnostics);
   check_position_margins(route, legs, *mission, swum.diagnostics);
   EXPECT_EQ(legs.size(), 1U);
   swum.margin = legs.at(0).margin;
@@ -78,7 +71,9 @@ Swum swim_to(double x, const std::string& map) {
 TEST(PositionMargin, OfDeadReckoningIsThatOfItsClosedForm) {
   const Swum swum = swim_to(8.0, " fixes=\"off\"");
   const double scale = 0.08 * 18.0;  // along the way
-  const double sigma = std::sqrt(0.1 * 0.1 + 0.05 * 0.05 + scale * scale + 0.03 * 0.03 * 36.0);
+  const double drift = 0.02 * 36.0;  // by the current that is not known
+  const double sigma =
+      std::sqrt(0.1 * 0.1 + 0.05 * 0.05 + scale * scale + drift * drift + 0.03 * 0.03 * 36.0);
   EXPECT_NEAR(swum.margin.end_sigma_m, sigma, 0.01);
   EXPECT_EQ(swum.margin.obstacle, "wall");
   EXPECT_NEAR(swum.margin.clearance_m, 1.5, 0.02) << "from the bow to the wall";
@@ -87,6 +82,24 @@ TEST(PositionMargin, OfDeadReckoningIsThatOfItsClosedForm) {
   EXPECT_EQ(swum.diagnostics.list().at(0).code, "CHK-MARGIN");
   EXPECT_THAT(swum.diagnostics.list().at(0).message, HasSubstr("passes wall at 1.5"));
   EXPECT_THAT(swum.diagnostics.list().at(0).hint, HasSubstr("range camera"));
+}
+
+TEST(PositionMargin, DeadReckoningUnderAnOverheadIsRefusedUnlessTheWaterIsStill) {
+  planning::World roofed = wall_and_seabed();
+  Pose roof;
+  roof.p = {-4.0, 0.0, -2.0};
+  roofed.obstacles.push_back({"roof", planning::Box{Eigen::Vector3d(4.0, 8.0, 0.2)}, roof});
+  const auto is_refused = [&](const std::string& map, const std::string& current,
+                              const planning::World& world) {
+    const auto& found = swim_to(0.0, map, current, world).diagnostics.list();
+    return std::ranges::any_of(found, [](const auto& each) { return each.code == "CHK-NO-FIXES"; });
+  };
+  const std::string off = " fixes=\"off\"";
+  EXPECT_TRUE(is_refused(off, "", roofed));
+  EXPECT_TRUE(is_refused(off, "<current speed=\"0.05\" towards_deg=\"0\" sigma=\"0\"/>", roofed));
+  EXPECT_FALSE(is_refused(off, "<current sigma=\"0\"/>", roofed));
+  EXPECT_FALSE(is_refused(off, "", wall_and_seabed()));
+  EXPECT_FALSE(is_refused("", "", roofed));
 }
 
 TEST(PositionMargin, AFixConstrainsThePositionTowardsWhatItShows) {

@@ -7,21 +7,12 @@
 
 #include "mission/check/rules.h"
 #include "mission/executive/machine.h"
+#include "test/mission/check/brick.h"
 
 namespace dive::mission {
 namespace {
 
-// A vehicle of 1 x 0.4 x 0.2 m.
-planning::RobotHull brick() {
-  planning::ConvexSolid solid;
-  solid.name = "brick";
-  for (const double x : {-0.5, 0.5}) {
-    for (const double y : {-0.2, 0.2}) {
-      for (const double z : {-0.1, 0.1}) solid.vertices.emplace_back(x, y, z);
-    }
-  }
-  return {{solid}};
-}
+using testing::brick;
 
 // A wall whose face is the plane x = 10, and a seabed at z = -20.
 planning::World wall_and_seabed() {

@@ -184,6 +184,44 @@ TEST_F(ExecutiveTest, WaitsForSensorsBeforeItStarts) {
   EXPECT_EQ(tick().transitions.at(0).to, "first");
 }
 
+// 0.4 m/s northwards at the start, still water after 3000 s.
+std::string with_tide(std::string text) {
+  const std::string tide =
+      "<current start=\"10:00\"><sample time=\"09:10\" speed=\"0.8\" towards_deg=\"0\"/>"
+      "<sample time=\"10:50\" speed=\"0\" towards_deg=\"0\"/></current>";
+  text.insert(text.find("<limits"), tide);
+  return text;
+}
+
+TEST_F(ExecutiveTest, ExpectsTheDeclaredCurrentOfTheMissionsTime) {
+  use(with_tide(kMission));
+  now_ = 7'000'000'000;  // the clock says nothing of the mission's time
+  tick();
+  EXPECT_NEAR(executive_->exit_path().current_W.y(), 0.4, 1e-4);
+  const StepOutputs outputs = run(30.0);
+  EXPECT_NEAR(executive_->exit_path().current_W.y(), 0.4 * (1.0 - 30.0 / 3000.0), 1e-4);
+  const Eigen::Vector3d v_W = outputs.estimate.X_WB.q * outputs.estimate.v_WB_B;
+  EXPECT_NEAR(v_W.y(), 0.396, 1e-3) << "no plan: it lies in the water";
+  EXPECT_NEAR(outputs.estimate.X_WB.p.y(), 0.398 * 30.0, 0.05);
+}
+
+TEST_F(ExecutiveTest, ARestartedOneExpectsTheCurrentOfItsCheckpoint) {
+  use(with_tide(kMission));
+  run(1.0);
+  Resume resume;
+  resume.checkpoint = executive_->checkpoint();
+  resume.checkpoint.elapsed_s = 1500.0;
+  resume.checkpoint.X_WB.p = {0.0, 0.0, -3.0};
+  resume.checkpoint.v_W = {0.0, 0.2, 0.0};  // carried by the water
+  ExecutiveOptions options;
+  options.resume = resume;
+  executive_.emplace(mission_, world_, model_, options);
+  now_ += 10'000'000;
+  const StepOutputs outputs = tick();
+  EXPECT_NEAR(executive_->exit_path().current_W.y(), 0.4 * (1.0 - 1510.0 / 3000.0), 1e-4);
+  EXPECT_NEAR(outputs.estimate.X_WB.p.y(), 0.2 * 10.0, 0.05) << "it was carried meanwhile";
+}
+
 TEST_F(ExecutiveTest, SwimsTheNominalMission) {
   tick();
   ASSERT_TRUE(query_);

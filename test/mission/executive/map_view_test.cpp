@@ -203,5 +203,37 @@ TEST(MapView, AnswersByTheNewestSnapshot) {
   EXPECT_TRUE(map.has_observed());
 }
 
+TEST(MapView, AnObjectThatIsGoneIsNoObstacleUntilItIsBack) {
+  planning::World known;
+  known.obstacles.push_back({"floor", planning::HalfSpace{Vector3d::UnitZ()}, Pose{{0, 0, -9}}});
+  known.obstacles.push_back({"block", planning::Box{{1, 1, 1}}, Pose{{3, 0, -5}}});
+  const planning::RobotHull robot = hull();
+  MapView map(known, robot, 2.5);
+  const std::vector<Pose> way = {Pose{{0, 0, -5}}, Pose{{6, 0, -5}}};
+  const Vector3d below(3, 0, -7);
+  const Vector3d above(3, 0, -3);
+  ObservedMap observed;
+  const auto change = [&](bool is_absent) {
+    ASSERT_TRUE(observed.apply({planning::ObstacleSource::kAbsence,
+                                observed.revision() + 1,
+                                {},
+                                {{1, 1, is_absent, 6, 0.5}}}));
+    ASSERT_TRUE(map.update(observed));
+  };
+  EXPECT_LT(map.clearance_to_all(way), 0.0);
+  change(true);
+  EXPECT_GT(map.clearance_to_all(way), 2.4);
+  EXPECT_EQ(map.clearance(way), std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(map.overhead(below, 0.0));
+  EXPECT_NEAR(map.ground_below(above).value_or(0.0), -9.0, 0.01);
+  change(false);
+  EXPECT_LT(map.clearance_to_all(way), 0.0);
+  EXPECT_LE(map.clearance(way), 0.0) << "the path was certified while the block was gone";
+  EXPECT_TRUE(map.overhead(below, 0.0));
+  EXPECT_NEAR(map.ground_below(above).value_or(0.0), -4.5, 0.01);
+  change(true);
+  EXPECT_EQ(map.clearance(way), std::numeric_limits<double>::infinity());
+}
+
 }  // namespace
 }  // namespace dive::mission

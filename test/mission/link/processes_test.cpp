@@ -143,10 +143,11 @@ class Processes : public ::testing::Test {
   std::string far_url_;
 };
 
-// The simulated dive and the dive over the link are bit-identical, with a key and without.
+// The simulated dive and the dive over the link are bit-identical, with a key and without, and in a
+// declared current.
 TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
-  for (const std::string name : {"window", "pool2"}) {
+  for (const std::string name : {"window", "pool2", "scenarios/missions/ferry"}) {
     std::vector<std::string> sim = {"sim", mission(name), "--lockstep",    "--seed",
                                     "4",   "--set",       "current_x=0.02"};
     std::vector<std::string> run = {"run", mission(name), "--lockstep",         "--seed",
@@ -557,15 +558,19 @@ class Death : public Processes {
     FAIL() << "the supervisor did not say: " << words << "\n" << supervisor_->err();
   }
 
-  /// The mission pool3, which a restarted executive continues.
-  [[nodiscard]] std::string resumable() const {
+  /// The mission pool3 with another element before `place`.
+  [[nodiscard]] std::string pool_with(const std::string& element, const std::string& place) const {
     std::string text = content(mission("pool3"));
-    const std::size_t at = text.find("<failsafes>");
+    const std::size_t at = text.find(place);
     EXPECT_NE(at, std::string::npos);
-    text.insert(at, "<resume policy=\"continue\"/>");
+    text.insert(at, element);
     std::ofstream(path("pool.xml")) << text;
     fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
     return path("pool.xml");
+  }
+  /// The same, which a restarted executive continues.
+  [[nodiscard]] std::string resumable() const {
+    return pool_with("<resume policy=\"continue\"/>", "<failsafes>");
   }
 
   std::unique_ptr<Process> vehicle_;
@@ -730,6 +735,22 @@ TEST_F(Death, OfTheDiskDoesNotEndTheDive) {
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
   EXPECT_EQ(explain.wait(kLong), 0);
   EXPECT_THAT(explain.out(), HasSubstr("ticks of the log and"));
+}
+
+TEST_F(Death, OfTheDiskEndsADiveWhoseMissionSaysSo) {
+  const std::string pool = pool_with("<log_lost rung=\"abort_and_surface\"/>", "<mission_timeout");
+  vehicle_ = dive("sim", {"sim", pool, "--time-factor", kPace});
+  executive_ = dive("run", {"run", pool, "--time-factor", kPace, "--log", path("log")});
+  wait_for_vehicle_time(6.0);
+  limit_files(*executive_, 1000);
+  wait_for_vehicle_time(3.0);
+  limit_files(*executive_, RLIM_INFINITY);
+  EXPECT_EQ(executive_->wait(kLong), 1) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->json().at("final_state"), "dive.aborted");
+  EXPECT_THAT(executive_->json().at("cause").get<std::string>(), HasSubstr("failsafe log_lost"));
+  EXPECT_THAT(executive_->err(), HasSubstr("ticks are lost"));
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.4);
 }
 
 TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {

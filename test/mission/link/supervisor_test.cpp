@@ -9,7 +9,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "test/vehicle/aqua2.h"
+#include "vehicle/autopilot.h"
+#include "vehicle/link/arbiter.h"
 #include "vehicle/link/bus.h"
+#include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
 namespace {
@@ -239,6 +243,69 @@ TEST_F(SupervisionTest, WithoutADepthSensorTheSurfaceIsPresumed) {
   EXPECT_TRUE(supervision_.is_over(now_));
   EXPECT_TRUE(supervision_.report().presumed);
   EXPECT_FALSE(supervision_.report().surfaced);
+}
+
+/// The supervisor beside the simulated vehicle with its own autopilot, in still water, without
+/// sensor errors; the executive knows the true pose and velocity until it is killed.
+struct SimulatedDive {
+  void lead(double seconds) {
+    for (const Utime end = now() + from_seconds(seconds); now() < end;) {
+      const double turning_s = std::max(to_seconds(now()) - 10.0, 0.0);
+      link::VehicleCommand command;
+      command.command.v = 0.4;
+      command.command.d = 8.0 - 0.12 * turning_s;
+      command.command.o = from_rpy(0.0, 0.0, 0.4 * turning_s);
+      if (samples.imu && samples.depth) {
+        command.rates = executive.step(command.command, samples.imu->q_WB, samples.imu->gyro_B,
+                                       samples.depth->depth_m, to_seconds(kTick));
+      }
+      command.utime = now();
+      command.sequence = ++sequence;
+      command.session_id = 1;
+      arbiter.receive(command, now());
+      supervision.receive(command, now());
+      path.X_WB = simulator.truth().X_WB;
+      path.v_B = simulator.truth().v_WB_B;
+      if (sequence % 5 == 0) supervision.receive(link::ExitPathMessage{1, path});
+      tick();
+    }
+  }
+  void tick() {
+    samples = simulator.step(arbiter.step(samples.imu, samples.depth, now()));
+    supervision.receive(*samples.imu, now());
+    supervision.receive(*samples.depth, now());
+    if (sequence > 0 && now() % 40'000 == 0) {
+      own = supervision.step(now());
+      if (own) arbiter.receive(*own, now());
+    }
+  }
+  [[nodiscard]] Utime now() const { return simulator.truth().utime; }
+
+  vehicle::Simulator simulator{dive::testing::aqua2(), Pose{{0, 0, -8}}, dive::testing::ideal(), 1};
+  vehicle::Autopilot executive{vehicle::AutopilotOptions{}};
+  link::Arbiter arbiter;
+  SupervisorLog log = [](const std::string&) {};
+  Supervision supervision{{}, 99, log};
+  vehicle::SensorSamples samples;
+  std::optional<link::VehicleCommand> own;  ///< The supervisor's command.
+  std::int64_t sequence = 0;
+  ExitPath path = {.revision = 1,
+                   .hold_s = 4.0,
+                   .speed = 0.4,
+                   .waypoints = {Pose{{4, 1, -6}}, Pose{{0, 4, -5}}, Pose{{-4, 4, -5}}}};
+};
+
+// A mission that ends in a turn, while it rises: the vehicle coasts sideways and upwards.
+TEST(Supervision, BringsAVehicleThatTurnsAndHeavesToTheEndOfItsExitPath) {
+  SimulatedDive dive;
+  dive.lead(14.0);
+  while (dive.now() < 120 * kSecond && (!dive.own || dive.own->phase != ExitPhase::kAscending)) {
+    dive.tick();
+  }
+  ASSERT_TRUE(dive.own);
+  EXPECT_EQ(dive.own->phase, ExitPhase::kAscending);
+  const Eigen::Vector3d& p_W = dive.simulator.truth().X_WB.p;
+  EXPECT_LT((p_W - Eigen::Vector3d(-4, 4, -5)).norm(), 0.3) << p_W.transpose();
 }
 
 /// A simulated clock: time passes only during waits.

@@ -1,5 +1,6 @@
 #include "mission/onboard/mapper_service.h"
 
+#include <memory>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -80,6 +81,31 @@ TEST(MapperService, PlacesAScanByTheNewestCorrection) {
         EXPECT_NEAR(vertex.x(), 0.0, 1.3);
       }
     }
+  }
+}
+
+TEST(MapperService, MapsWhatIsWhereAnObjectOfTheMapHasGone) {
+  planning::World world;
+  world.obstacles.push_back({"wall", planning::Box{{0.2, 4.0, 4.0}}, Pose{{3.0, 0.0, -3.0}}});
+  const auto known = std::make_shared<const planning::MapSurface>(world);
+  for (const bool is_absent : {false, true}) {
+    MapperService service(dive::testing::aqua2().hull, {}, known, kTick);
+    planning::AbsentObjects absent;
+    if (is_absent) absent.apply(std::vector<planning::ObjectChange>{{0, 1, true}});
+    service.set_absent(absent);
+    bool is_mapped = false;
+    for (int i = 1; i <= 6; ++i) {
+      estimation::StateEstimate estimate = estimate_with(0.001);
+      estimate.utime = i * 10 * kTick;
+      service.observe(estimate);
+      RangeScan scan = wall_ahead();
+      scan.utime = estimate.utime;
+      scan.points_B.front().z() += 0.001F * static_cast<float>(i);
+      service.submit(std::move(scan), estimate.utime);
+      const auto result = service.poll(estimate.utime + kTick);
+      is_mapped |= result && !result->obstacles.cells.empty();
+    }
+    EXPECT_EQ(is_mapped, is_absent);
   }
 }
 

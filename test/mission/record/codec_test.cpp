@@ -124,7 +124,7 @@ TEST(Codec, ConstantsOutOfRangeAreRefused) {
   EXPECT_EQ(refused_values(named("plan query"), kTime + 129), "-128 -1 3 4 5 127 ");    // attitude
   const Kind status = named("status");
   EXPECT_EQ(refused_values(named("operator"), kTime), "-128 -1 127 ");                  // command
-  EXPECT_EQ(refused_values(named("obstacles"), kTime + 8), "-128 -1 2 3 4 5 127 ");     // source
+  EXPECT_EQ(refused_values(named("obstacles"), kTime + 8), "-128 -1 3 4 5 127 ");       // source
   EXPECT_EQ(refused_values(named("action"), kTime), "-128 -1 3 4 5 127 ");              // kind
   EXPECT_EQ(refused_values(status, status.packet.size() - 1), "-128 -1 2 3 4 5 127 ");  // finished
 }

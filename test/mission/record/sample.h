@@ -123,6 +123,13 @@ void each_input(StepInputs& in, F f) {
         for (Eigen::Vector3d& v : piece.vertices) each("DIVE_IN_OBSTACLES.vertex", v, f);
       }
     }
+    for (planning::ObjectChange& object : update.objects) {
+      f("DIVE_IN_OBSTACLES.first", object.first);
+      f("DIVE_IN_OBSTACLES.count", object.count);
+      f("DIVE_IN_OBSTACLES.is_absent", object.is_absent);
+      f("DIVE_IN_OBSTACLES.scans", object.scans);
+      f("DIVE_IN_OBSTACLES.seen_share", object.seen_share);
+    }
   }
   if (in.free_ahead) {
     f("DIVE_IN_FREE_AHEAD.scan_utime", in.free_ahead->scan_utime);
@@ -292,6 +299,7 @@ class SampleMaker {
     tick.inputs.obstacles.resize(below(3));
     for (planning::ObstacleUpdate& update : tick.inputs.obstacles) {
       update.cells.resize(below(3));
+      update.objects.resize(below(3));
       for (planning::MapCell& cell : update.cells) {
         cell.pieces.resize(below(3));
         for (planning::Polytope& piece : cell.pieces) piece.vertices.resize(1 + below(4));

@@ -220,16 +220,27 @@ TEST(ScenarioCommand, TheLogOfAFailureIsKeptAndReplays) {
   EXPECT_TRUE(fs::exists(keep / "right.lcmlog"));
 }
 
-// The log contains the visual-inertial estimates, so that a replay needs no cameras.
-TEST(ScenarioCommand, AVisualInertialDiveReplays) {
-  const fs::path keep = own_folder() / "by_sight";
+// Runs a shipped scenario, which must pass, and returns what `explain` says of its log. The log
+// must replay.
+std::string explained(const std::string& name) {
+  const fs::path keep = own_folder() / name;
   fs::remove_all(keep);
   const Ran ran = dive("test --keep-all --keep " + in_quotes(keep) + " " +
-                       in_quotes(kShipped / "cameras_fail_in_turn.xml"));
+                       in_quotes(kShipped / (name + ".xml")));
   EXPECT_EQ(ran.status, 0) << ran.out;
-  const fs::path log = keep / "cameras_fail_in_turn.lcmlog";
-  EXPECT_EQ(dive("replay " + in_quotes(log)).status, 0);
-  EXPECT_THAT(dive("explain " + in_quotes(log)).out, HasSubstr("estimator primitive: the same"));
+  const std::string log = in_quotes(keep / (name + ".lcmlog"));
+  EXPECT_EQ(dive("replay " + log).status, 0);
+  return dive("explain " + log).out;
+}
+
+// The log contains the visual-inertial estimates, so that a replay needs no cameras.
+TEST(ScenarioCommand, AVisualInertialDiveReplays) {
+  EXPECT_THAT(explained("cameras_fail_in_turn"), HasSubstr("estimator primitive: the same"));
+}
+
+// The scans are not in the log; that an object of the map is gone is.
+TEST(ScenarioCommand, ADiveInWhichAMappedObjectGoesReplays) {
+  EXPECT_THAT(explained("a_mapped_panel_is_gone"), HasSubstr("'panel/panel/collision' is gone"));
 }
 
 TEST(ScenarioCommand, AStepThatNeverHappensIsAFailure) {

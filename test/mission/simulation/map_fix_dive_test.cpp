@@ -129,6 +129,39 @@ TEST(MapFixDive, StopsBeforeWhatNeitherMapNorMapperHas) {
   }
 }
 
+// The second pipe, which crosses the pool, is not there.
+TEST(MapFixDive, AMappedPipeThatIsNotThereLeavesTheMapOnlyIfAbsenceIsTrusted) {
+  DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
+  static const vehicle::Model kModel = dive::testing::aqua2();
+  Loaded loaded = load("pool3");
+  planning::World truth = loaded.world;
+  const auto is_second = [](const planning::Obstacle& one) {
+    return one.name.find("second") != std::string::npos;
+  };
+  const auto second = std::ranges::find_if(truth.obstacles, is_second) - truth.obstacles.begin();
+  ASSERT_EQ(std::erase_if(truth.obstacles, is_second), 1u);
+  for (const bool trusts : {true, false}) {
+    loaded.mission.trusts_absence = trusts;
+    int gone = 0;  // a dive may pass too few places from which scans see enough of it
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      DiveSettings settings;
+      settings.seed = seed;
+      settings.world = truth;
+      const DiveResult result = simulate_dive(loaded.mission, loaded.world, kModel, settings, {});
+      EXPECT_EQ(result.outcome, "success") << seed << ": " << result.cause;
+      EXPECT_TRUE(result.collisions.empty()) << seed;
+      for (std::size_t i = 0; i < loaded.world.obstacles.size(); ++i) {
+        const int obstacle = static_cast<int>(i);
+        if (!result.observed_map.absent().contains(obstacle)) continue;
+        ++gone;
+        EXPECT_EQ(obstacle, static_cast<int>(second)) << loaded.world.obstacles[i].name;
+      }
+    }
+    if (trusts) EXPECT_GE(gone, 2);
+    if (!trusts) EXPECT_EQ(gone, 0);
+  }
+}
+
 TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
   const Loaded loaded = load("pool3");

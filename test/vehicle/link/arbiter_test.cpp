@@ -126,7 +126,8 @@ class Alone : public ::testing::Test {
       command.command.d = 5.0;
       arbiter_.receive(command, now());
       path.X_WB = truth().X_WB;
-      path.surge = truth().v_WB_B.x();
+      path.v_B = truth().v_WB_B - truth().X_WB.q.conjugate() *
+                                      Eigen::Vector3d(path.current_W.x(), path.current_W.y(), 0.0);
       arbiter_.receive(ExitPathMessage{kSession, path});
       tick();
     }

@@ -103,7 +103,9 @@ struct RangeCamera::Impl {
 
   [[nodiscard]] bool is_covered(const Eigen::Vector3d& lens_W,
                                 const std::optional<Pose>& X_DW) const {
-    return walls.covers(lens_W) || (X_DW && diver_inside.contains(*X_DW * lens_W));
+    const auto covers = [&](const TracedWorld& world) { return world.covers(lens_W); };
+    return covers(walls) || std::ranges::any_of(appeared, covers) ||
+           (X_DW && diver_inside.contains(*X_DW * lens_W));
   }
 
   // Range of the first solid along one ray; infinity: none, NaN: no measurement.
@@ -118,6 +120,9 @@ struct RangeCamera::Impl {
       far = std::min(far, -o.z() / d.z());
     }
     double least = walls.range(o, d, near, far);
+    for (const TracedWorld& world : appeared) {
+      least = std::min(least, world.range(o, d, near, far));
+    }
     if (X_DW) least = std::min(least, diver.range(*X_DW * o, X_DW->q * d, near, far));
     return least;
   }
@@ -210,6 +215,7 @@ struct RangeCamera::Impl {
   std::vector<Eigen::Vector3d> rays_B;
   std::vector<Eigen::Vector3d> reported_B;  ///< The same without misalignment.
   TracedWorld walls;
+  std::vector<TracedWorld> appeared;
   TriangleScene diver;
   ConvexInside diver_inside;
   std::int64_t last_sequence = -1;
@@ -226,6 +232,8 @@ RangeCamera::RangeCamera(const planning::World& world, RangeCameraOptions option
 RangeCamera::RangeCamera(RangeCamera&&) noexcept = default;
 RangeCamera& RangeCamera::operator=(RangeCamera&&) noexcept = default;
 RangeCamera::~RangeCamera() = default;
+
+void RangeCamera::add(const planning::World& appeared) { impl_->appeared.emplace_back(appeared); }
 
 bool RangeCamera::due(Utime now) const { return impl_->sequence(now) > impl_->last_sequence; }
 

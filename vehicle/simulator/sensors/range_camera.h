@@ -61,6 +61,9 @@ class RangeCamera {
   RangeCamera& operator=(RangeCamera&&) noexcept;
   ~RangeCamera();
 
+  /// Adds obstacles to the world from now on.
+  void add(const planning::World& appeared);
+
   /// True if a scan is due: rate_hz times a second from 0 on.
   [[nodiscard]] bool due(Utime now) const;
 
