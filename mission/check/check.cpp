@@ -121,6 +121,12 @@ SeriesResult dive_often(const Mission& mission, const planning::World& world,
                      });
 }
 
+CheckOptions fault_options(CheckOptions options) {
+  options.dives = 1;
+  if (!options.fault_current) options.dive.conditions.current_sigma = 0.0;
+  return options;
+}
+
 std::vector<FaultResult> dive_faults(const NominalDive& nominal, const Mission& mission,
                                      const planning::World& world, const vehicle::Model& model,
                                      const CheckOptions& options, CheckObserver& observer) {
@@ -183,8 +189,12 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
       dive_often(mission, world, model, options, report.budget.duration_s, observer, clock);
   check_dives(dived.series, mission, diagnostics);
   if (options.faults && diagnostics.ok()) {
-    report.faults = dive_faults(dived.nominal, mission, world, model, options, observer);
-    report_faults(report.faults, mission, options.dive, diagnostics);
+    const CheckOptions with_faults = fault_options(options);
+    const SeriesResult without_fault =
+        dive_often(mission, world, model, with_faults, report.budget.duration_s, observer, clock);
+    report.faults =
+        dive_faults(without_fault.nominal, mission, world, model, with_faults, observer);
+    report_faults(report.faults, mission, with_faults.dive, diagnostics);
   }
   report.dive = std::move(dived.nominal.result);
   report.dives = std::move(dived.series);

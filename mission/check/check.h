@@ -40,6 +40,9 @@ struct CheckOptions {
   int instants = 3;              ///< Instants of each fault in each state.
   /// Instants of every pair of faults in each state; 0: single faults only.
   int pair_instants = 0;
+  /// Dives with faults draw a current too. A vehicle that has lost its attitude under an overhead
+  /// is carried away by it: doc/decisions/blind-and-safely-held.md.
+  bool fault_current = false;
   int threads = 1;  ///< Threads for the simulated dives.
   DiveSettings dive;
 };

@@ -128,6 +128,9 @@ int run_check(const CheckArguments& arguments) {
         parse_conditions(arguments.conditions, simulated_conditions(loaded->mission));
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
+    options.fault_current = std::ranges::any_of(arguments.conditions, [](const std::string& each) {
+      return each.starts_with("current_sigma=");
+    });
     options.dive.world = loaded->simulated_world;
     options.dive.vehicle_path = arguments.vehicle;
     SteadyClock clock;

@@ -31,7 +31,8 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->check(CLI::Range(1, kMaxDives).description(""));
   command->add_flag("--faults", arguments.faults,
                     "Dive with every fault in every state, each dive to its end: every one must "
-                    "end surfaced, or held in place, without a collision");
+                    "end surfaced, or held in place, without a collision; no current is drawn in "
+                    "these dives unless --set current_sigma=N asks for it");
   command->add_flag("--pairs", arguments.pairs, "Also dive with every pair of faults at once");
   command
       ->add_option("--instants", arguments.instants,

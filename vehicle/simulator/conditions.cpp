@@ -32,7 +32,7 @@ constexpr std::array<Entry, 26> kEntries{{
     {"depth_bias_sigma_m", [](Conditions& c) -> double& { return c.depth_bias_sigma_m; }, 0.0, 2.0},
     {"hull_scatter", [](Conditions& c) -> double& { return c.hull_scatter; }, 0.0, 0.5},
     {"buoyancy_sigma_n", [](Conditions& c) -> double& { return c.buoyancy_sigma_n; }, 0.0, 5.0},
-    {"hull_seed", [](Conditions& c) -> double& { return c.hull_seed; }, 0.0, 1e9},
+    {"hull_seed", [](Conditions& c) -> double& { return c.hull_seed; }, 0.0, 999'999'999.0},
     {"start_sigma_m", [](Conditions& c) -> double& { return c.start_sigma_m; }, 0.0, 5.0},
     {"map_shift_sigma_m", [](Conditions& c) -> double& { return c.map_shift_sigma_m; }, 0.0, 10.0},
     {"map_turn_sigma_deg", [](Conditions& c) -> double& { return c.map_turn_sigma_deg; }, 0.0,

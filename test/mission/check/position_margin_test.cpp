@@ -91,8 +91,9 @@ TEST(PositionMargin, DeadReckoningUnderAnOverheadIsRefusedUnlessTheWaterIsStill)
   roofed.obstacles.push_back({"roof", planning::Box{Eigen::Vector3d(4.0, 8.0, 0.2)}, roof});
   const auto is_refused = [&](const std::string& map, const std::string& current,
                               const planning::World& world) {
-    const auto& found = swim_to(0.0, map, current, world).diagnostics.list();
-    return std::ranges::any_of(found, [](const auto& each) { return each.code == "CHK-NO-FIXES"; });
+    const Swum swum = swim_to(0.0, map, current, world);
+    return std::ranges::any_of(swum.diagnostics.list(),
+                               [](const auto& each) { return each.code == "CHK-NO-FIXES"; });
   };
   const std::string off = " fixes=\"off\"";
   EXPECT_TRUE(is_refused(off, "", roofed));

@@ -69,7 +69,7 @@ TEST(Fit, WritesAVehicleThatMissionsDive) {
   EXPECT_THAT(again.status, ::testing::AnyOf(0, 1)) << again.err;
   EXPECT_EQ(dive("replay d.lcmlog").status, 0) << "the log has the vehicle";
   // The prior of another fit is the description of its first log.
-  const Ran second = dive("fit d.lcmlog a.lcmlog --json");
+  const Ran second = dive("fit d.lcmlog a.lcmlog b.lcmlog --json");
   EXPECT_THAT(second.status, ::testing::AnyOf(0, 1)) << second.err;
   EXPECT_EQ(json::parse(second.out).at("coefficients").at(0).at("before"), speed.at("value"));
 }
