@@ -115,7 +115,8 @@ TEST(CurrentCheck, ExitPathsAreSwumInTheCurrentToo) {
 TEST(CurrentCheck, TheTableOfTheTimeOfEachLegCounts) {
   // Still for the first 40 s, then 0.2 m/s against the second leg.
   const Checked checked = check(
-      "<current start=\"10:00\"><sample time=\"09:00\" speed=\"0\" towards_deg=\"180\"/>"
+      "<current start=\"10:00\" sigma=\"0\"><sample time=\"09:00\" speed=\"0\" "
+      "towards_deg=\"180\"/>"
       "<sample time=\"10:01\" speed=\"0\" towards_deg=\"180\"/>"
       "<sample time=\"10:02\" speed=\"0.2\" towards_deg=\"180\"/>"
       "<sample time=\"11:00\" speed=\"0.2\" towards_deg=\"180\"/></current>",
@@ -147,7 +148,7 @@ TEST(CurrentCheck, ACurrentThatIsTooStrongForALegIsRefused) {
 }
 
 TEST(CurrentCheck, ACurrentThatSlowsALegMuchIsWarnedOf) {
-  const Checked checked = check("<current speed=\"0.24\" towards_deg=\"225\"/>");
+  const Checked checked = check("<current speed=\"0.24\" towards_deg=\"225\" sigma=\"0\"/>");
   EXPECT_TRUE(checked.diagnostics.ok()) << checked.diagnostics.list().at(0).message;
   ASSERT_EQ(checked.diagnostics.warning_count(), 2U) << "one for each leg";
   EXPECT_EQ(checked.diagnostics.list()[0].code, "CHK-CURRENT-MARGIN");

@@ -273,7 +273,7 @@ TEST(LoadMission, ReadsWhatIsKnownBeforeTheDive) {
   EXPECT_EQ(usual.start_m, 0.1);
   EXPECT_EQ(usual.map_m, 0.05);
   EXPECT_EQ(usual.map_deg, 0.5);
-  EXPECT_EQ(usual.current, 0.0);
+  EXPECT_EQ(usual.current, 0.02);
   const Priors written =
       priors("sigma_m=\"0.3\" sigma_deg=\"1\" ", "sigma=\"2\" ", "<current sigma=\"0.05\"/>");
   EXPECT_EQ(written.start_m, 2.0);

@@ -68,10 +68,12 @@ Dived dive(const Loaded& loaded, DiveSettings settings) {
   return dived;
 }
 
-// Without errors of speed and compass, which only fixes could mend: the current alone.
+// Without errors of speed, compass and declaration, which only fixes could mend: the declared
+// current alone.
 DiveSettings without_other_errors(const Mission& mission) {
   DiveSettings settings;
   settings.conditions = simulated_conditions(mission);
+  settings.conditions.current_sigma = 0.0;
   settings.conditions.speed_scale_sigma = 0.0;
   settings.conditions.heading_bias_sigma_deg = 0.0;
   settings.conditions.heading_variation_deg = 0.0;
