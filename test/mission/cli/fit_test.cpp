@@ -69,17 +69,17 @@ TEST(Fit, WritesAVehicleThatMissionsDive) {
   EXPECT_THAT(again.status, ::testing::AnyOf(0, 1)) << again.err;
   EXPECT_EQ(dive("replay d.lcmlog").status, 0) << "the log has the vehicle";
   // The prior of another fit is the description of its first log.
-  const Ran second = dive("fit d.lcmlog a.lcmlog b.lcmlog --json");
+  const Ran second = dive("fit d.lcmlog a.lcmlog b.lcmlog --validate c.lcmlog --json");
   EXPECT_THAT(second.status, ::testing::AnyOf(0, 1)) << second.err;
   EXPECT_EQ(json::parse(second.out).at("coefficients").at(0).at("before"), speed.at("value"));
 }
 
 TEST(Fit, SaysWhatALogLacks) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  swim("wreck_unknown", 1, "unknown.lcmlog");
-  const Ran without = dive("fit unknown.lcmlog unknown.lcmlog");
+  swim("scenarios/missions/diver", 1, "without.lcmlog");
+  const Ran without = dive("fit without.lcmlog without.lcmlog");
   EXPECT_EQ(without.status, 2);
-  EXPECT_THAT(without.err, AllOf(HasSubstr("unknown.lcmlog: the log has no position fixes"),
+  EXPECT_THAT(without.err, AllOf(HasSubstr("without.lcmlog: the log has no position fixes"),
                                  HasSubstr("known map with the range camera")));
 
   swim("pool4", 1, "short.lcmlog", "--leak-at 4");
