@@ -65,8 +65,8 @@ struct Dive {
 
   void sense() {
     const SensorSamples samples = sim.step(rates);
-    imu = *samples.imu;
-    depth = *samples.depth;
+    imu = samples.imu.value_or(imu);  // the first ones are still on their way
+    depth = samples.depth.value_or(depth);
     own.observe(imu, depth);
     guidance.observe(imu, depth, rates, sim.truth().utime);
   }
