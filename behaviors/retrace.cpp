@@ -161,11 +161,16 @@ void Retrace::begin_trail(const BehaviorInput& input) {
   progress_.distance_to_go_m = path.length_m;
   if (!path.arrives) return raise(retrace::TrailEndless{});
   out_W_ = path.points.back();
-  follower_ = vehicle::Follower(follower_options(settings_.speed, path.length_m));
-  follower_.set_path(level_poses(path.points), p_W);
-  progress_.path_is_blocked = false;
+  set_path(level_poses(path.points), path.length_m, p_W);
   raise(retrace::TrailFound{time_allowed_s(path.length_m)});
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
+}
+
+void Retrace::set_path(std::span<const Pose> waypoints, double length_m,
+                       const Eigen::Vector3d& p_W) {
+  follower_ = vehicle::Follower(follower_options(settings_.speed, length_m));
+  follower_.set_path(waypoints, p_W);
+  progress_.path_is_blocked = false;
 }
 
 // The farthest path whose end is D_min away from what has appeared; where none is, the one with the
@@ -299,9 +304,7 @@ void Retrace::take_answer(const BehaviorInput& input) {
   recovery_.detour_found(p_W);
   is_off_trail_ = true;
   since_ = input.now;
-  follower_ = vehicle::Follower(follower_options(settings_.speed, input.plan->length_m));
-  follower_.set_path(input.plan->waypoints, p_W);
-  progress_.path_is_blocked = false;
+  set_path(input.plan->waypoints, input.plan->length_m, p_W);
   raise(retrace::DetourFound{time_allowed_s(follower_.status().distance_to_go_m)});
 }
 

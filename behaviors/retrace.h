@@ -8,6 +8,7 @@
 // Its states and transitions: retrace_state.h. What is tried next, and how often: recovery.h.
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "behaviors/behavior.h"
@@ -62,6 +63,7 @@ class Retrace final : public Behavior {
   [[nodiscard]] bool is_blocked(PathEvaluator& changes) const;
   [[nodiscard]] Eigen::Quaterniond stopping_attitude(const estimation::StateEstimate& estimate);
   [[nodiscard]] Trail::Path path_along_trail(const Eigen::Vector3d& p_W) const;
+  void set_path(std::span<const Pose> waypoints, double length_m, const Eigen::Vector3d& p_W);
   [[nodiscard]] double room_at_end(const Trail::Path& path) const;
   [[nodiscard]] double time_allowed_s(double length_m) const;
   vehicle::Command& station(const Pose& X_WB);

@@ -190,10 +190,15 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   check_dives(dived.series, mission, diagnostics);
   if (options.faults && diagnostics.ok()) {
     const CheckOptions with_faults = fault_options(options);
-    const SeriesResult without_fault =
-        dive_often(mission, world, model, with_faults, report.budget.duration_s, observer, clock);
-    report.faults =
-        dive_faults(without_fault.nominal, mission, world, model, with_faults, observer);
+    const bool is_dived = with_faults.dive.conditions.current_sigma ==
+                          options.dive.conditions.current_sigma;  // as the first one of the series
+    std::optional<SeriesResult> without_fault;
+    if (!is_dived) {
+      without_fault =
+          dive_often(mission, world, model, with_faults, report.budget.duration_s, observer, clock);
+    }
+    report.faults = dive_faults(without_fault ? without_fault->nominal : dived.nominal, mission,
+                                world, model, with_faults, observer);
     report_faults(report.faults, mission, with_faults.dive, diagnostics);
   }
   report.dive = std::move(dived.nominal.result);
