@@ -387,6 +387,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   Utime next = 0;
   std::size_t told = 0;
   MapFix fix;
+  const Pose map_from_world =
+      vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse();
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
@@ -403,7 +405,7 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
                                        out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
                                       near.obstacles);
         const vehicle::ClearanceMeter by_map(near, setup.model.hull);
-        const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
+        const Eigen::Vector3d off = out.estimate.X_WB.p - map_from_world * truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} of "
             "{:4.0f} {:4.0f} {:4.0f} rates {:5.2f} {:5.2f} {:5.2f} {:5.2f} {:5.2f} off {:5.2f} "

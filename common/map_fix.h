@@ -11,8 +11,8 @@ namespace dive {
 enum class MapFixProblem {
   kNone,
   kFewPoints,  ///< Too few of its points have a mapped surface near them.
-  /// Another position within the prior's uncertainty fits nearly as well. The numbers are those of
-  /// the position nearest to the prior, if there is one: from scan to scan it moves as the vehicle.
+  /// Another position near the prior fits nearly as well. With information the numbers are those of
+  /// one position, the same as in the scan before: from scan to scan it moves as the vehicle.
   kAmbiguous,
   kNoScan,  ///< The sensor repeats a scan, or sends one without ranges.
 };

@@ -32,9 +32,13 @@ MapMatchService::MapMatchService(std::shared_ptr<const planning::MapSurface> kno
 void MapMatchService::observe(const estimation::StateEstimate& estimate) {
   if (!can_place_scans(estimate)) return;
   const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
-  past_.push(estimate.utime, {estimate.X_WB, estimate.map_from_odom.yaw,
-                              std::sqrt(std::max(estimate.covariance(2, 2), 0.0)),
-                              estimation::horizontal_covariance(estimate.covariance, up_B)});
+  planning::PosePrior prior;
+  prior.X_WB = estimate.X_WB;
+  prior.heading_correction = estimate.map_from_odom.yaw;
+  prior.odometry_O = estimation::odometry_pose(estimate).p.head<2>();
+  prior.height_sigma_m = std::sqrt(std::max(estimate.covariance(2, 2), 0.0));
+  prior.covariance = estimation::horizontal_covariance(estimate.covariance, up_B);
+  past_.push(estimate.utime, prior);
 }
 
 // Between two ticks the vehicle moves by millimetres, but turns.
@@ -61,8 +65,8 @@ std::optional<MapFix> MapMatchService::poll(Utime now) {
 
 // On the worker.
 MapMatchService::Result MapMatchService::match(const RangeScan& scan,
-                                               const planning::PosePrior& prior) const {
-  const planning::MatchedScan placed = matcher_.place(scan, prior);
+                                               const planning::PosePrior& prior) {
+  const planning::MatchedScan placed = matcher_.place(scan, prior, search_);
   Result result{placed.fix, placed.X_WB * scan.origin_B.cast<double>(), {}};
   if (objects_ && placed.may_show_absence()) {
     result.sightings =

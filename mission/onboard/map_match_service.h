@@ -57,11 +57,12 @@ class MapMatchService {
 
   [[nodiscard]] std::optional<planning::PosePrior> prior_at(Utime utime) const;
 
-  [[nodiscard]] Result match(const RangeScan& scan, const planning::PosePrior& prior) const;
+  [[nodiscard]] Result match(const RangeScan& scan, const planning::PosePrior& prior);
 
   std::shared_ptr<const planning::MapSurface> known_;
   std::shared_ptr<const planning::ObjectCells> objects_;
   planning::MapMatcher matcher_;
+  planning::PlaceSearch search_;  ///< Of the worker alone, which has one scan at a time.
   std::optional<planning::AbsenceTracker> absence_;
   std::optional<planning::ObstacleUpdate> absences_;
   Utime latency_;

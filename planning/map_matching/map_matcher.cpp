@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <optional>
 #include <utility>
-#include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "common/assert.h"
 #include "planning/map_matching/map_agreement.h"
+#include "planning/map_matching/scan_fit.h"
 
 namespace dive::planning {
 namespace {
@@ -21,90 +17,18 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kRays = 440;      // of a scan
-constexpr int kMinUsed = 40;            // points on mapped surfaces
-constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
-constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
-constexpr double kAngleSigma = 0.004;   // rad, of a ray
-constexpr double kTiltSigma = 0.008;    // rad, about each level axis: attitude, and the mounting
-constexpr double kHeightSigma = 0.1;    // m, of the map relative to the depth sensor
-constexpr double kNoHeight = 10.0;      // m, one sigma: nothing is known of the height
-constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
-constexpr double kHuber = 1.5;          // sigmas
-constexpr double kOutlier = 9.0;        // squared sigmas: the most that one point can cost
-constexpr double kLargest = 16.0;       // squared sigmas of a point, for the variance
-constexpr double kMinGate = 0.15;       // m
-constexpr double kMaxGate = 0.6;        // m
-constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
-constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
-constexpr double kNearSurface = -0.05;  // m: a point above is a wave or a reflection
-constexpr double kMinPrior = 0.02;      // m and rad: the search begins with at least this
-constexpr int kIterations = 4;
-constexpr double kConverged = 1e-3;       // m and rad
-constexpr double kWorthSearch = 0.08;     // m, one sigma: below, no other minimum is within reach
-constexpr double kSearch = 3.0;           // sigmas around the prior
-constexpr double kMinSearch = 0.7;        // m around the prior
-constexpr double kMaxSearch = 3.0;        // m around the prior
-constexpr double kGridStep = 0.25;        // m between places that are tried
-constexpr std::size_t kMaxPlaces = 200;   // that are tried: the step grows beyond
-constexpr std::size_t kCandidates = 6;    // places from which a minimum is sought
-constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
-constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
-constexpr double kSamePlace = 0.12;       // m between two minima that are one
-constexpr double kAmbiguous = 0.02;       // of the best likelihood
-constexpr double kTooUncertain = 0.4;     // m, one sigma: what contradicts the map cannot be told
-constexpr double kGoodPosition = 0.1;     // m, one sigma: good enough to tell what is gone
-constexpr int kConfirmed = 3;             // places of a scan that may tell it
-constexpr double kDoubt = 0.25;           // share of a prior that may be half as good as it says
+constexpr double kTiltSigma = 0.008;   // rad, about each level axis: attitude, and the mounting
+constexpr double kHeightSigma = 0.1;   // m, of the map relative to the depth sensor
+constexpr double kNoHeight = 10.0;     // m, one sigma: nothing is known of the height
+constexpr double kMinPrior = 0.02;     // m and rad: the search begins with at least this
+constexpr double kAmbiguous = 0.02;    // of the best likelihood
+constexpr double kTooUncertain = 0.4;  // m, one sigma: what contradicts the map cannot be told
+constexpr double kGoodPosition = 0.1;  // m, one sigma: good enough to tell what is gone
+constexpr int kConfirmed = 3;          // places of a scan that may tell it
 
-// Order of a shift: position (m), heading, and tilt about x and y of W (rad).
-constexpr int kZ = 2;
-constexpr int kYaw = 3;
-constexpr int kTilt = 4;
 // What a fix is about, and what is marginalised.
-constexpr std::array kKept = {0, 1, kYaw};
-constexpr std::array kNuisance = {kZ, kTilt, kTilt + 1};
-
-Eigen::Quaterniond turn_of(const Vector6d& shift) {
-  return so3_exp(Vector3d(shift[kTilt], shift[kTilt + 1], shift[kYaw]));
-}
-
-struct Ray {
-  Vector3d arm_W;        // from B's origin to the point, turned to W
-  Vector3d direction_W;  // unit, from the lens
-  double range;          // m
-};
-
-// A linearisation around a shift of the prior, and its robust cost.
-struct Normal {
-  Matrix6d information = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  double cost = 0.0;
-  double squares = 0.0;  // weighted sum over the used points of their squared residuals, in sigmas
-  double weights = 0.0;  // its weights
-  int used = 0;
-  int gated = 0;
-
-  // The variance of unit weight.
-  [[nodiscard]] double excess() const {
-    return weights > 0.0 ? std::max(1.0, squares / weights) : 1.0;
-  }
-};
-
-struct Minimum {
-  Vector6d shift = Vector6d::Zero();  // from the prior
-  Normal at;
-  double from_prior = 0.0;  // squared Mahalanobis distance from the prior
-
-  [[nodiscard]] double cost() const { return at.cost + from_prior; }
-  // With the residuals that were found instead of those that were expected.
-  [[nodiscard]] Minimum reweighted() const {
-    Minimum result = *this;
-    result.at.information /= at.excess();
-    result.at.gradient /= at.excess();
-    return result;
-  }
-};
+constexpr std::array kKept = {0, 1, kShiftYaw};
+constexpr std::array kNuisance = {kShiftZ, kShiftTilt, kShiftTilt + 1};
 
 }  // namespace
 
@@ -114,245 +38,71 @@ struct MapMatcher::Impl {
     DIVE_DEMAND(surface);
   }
 
-  [[nodiscard]] static std::vector<Ray> rays_of(const RangeScan& scan, const Pose& X_WB) {
-    std::vector<Ray> rays;
-    const Matrix3d R_WB = X_WB.q.toRotationMatrix();
-    const Vector3d origin_B = scan.origin_B.cast<double>();
-    const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kRays);
-    for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
-      const Vector3d b = scan.points_B[i].cast<double>();
-      const Vector3d along_B = b - origin_B;
-      const double range = along_B.norm();
-      if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
-      const Vector3d arm_W = R_WB * b;
-      if (X_WB.p.z() + arm_W.z() > kNearSurface) continue;
-      rays.push_back({arm_W, R_WB * along_B / range, range});
-    }
-    return rays;
-  }
-
-  // The surface that a ray can have met near x.
-  [[nodiscard]] std::optional<MapSurface::Nearest> met(const Ray& ray, const Vector3d& x,
-                                                       const Vector3d& direction,
-                                                       double reach) const {
-    const Vector3d from = x - ray.range * direction;
-    std::optional<MapSurface::Nearest> nearest = surface->nearest(x, from, reach);
-    if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
-    // Behind a thin plate the nearest surface is its far side.
-    nearest = surface->nearest(x - kThinPlate * direction, from, reach);
-    if (!nearest) return std::nullopt;
-    const double along = nearest->normal_W.dot(direction);
-    if (along > kFacing) return std::nullopt;
-    nearest->height += kThinPlate * along;
-    return nearest;
-  }
-
-  [[nodiscard]] Normal linearise(const std::vector<Ray>& rays, const Vector3d& p_W,
-                                 const Vector6d& shift, const Matrix6d& covariance) const {
-    Normal normal;
-    const Matrix3d turn = turn_of(shift).toRotationMatrix();
-    for (const Ray& ray : rays) {
-      const Vector3d arm = turn * ray.arm_W;
-      const Vector3d direction = turn * ray.direction_W;
-      const Vector3d x = p_W + shift.head<3>() + arm;
-      const auto nearest = met(ray, x, direction, kMaxGate);
-      if (!nearest) {
-        ++normal.gated;
-        normal.cost += kIndependent * kOutlier;
-        continue;
-      }
-      const Vector3d& n = nearest->normal_W;
-      const Vector3d by_turn = arm.cross(n);
-      Vector6d h;
-      h << n, by_turn.z(), by_turn.x(), by_turn.y();
-      const double range_sigma = noise.sigma(ray.range) * n.dot(direction);
-      const double variance = range_sigma * range_sigma + kSurfaceSigma * kSurfaceSigma +
-                              std::pow(kAngleSigma * ray.range, 2);
-      const double r = nearest->height;
-      const double gate =
-          std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
-      const double sigmas = std::abs(r) / std::sqrt(variance);
-      normal.cost += kIndependent * std::min(sigmas * sigmas, kOutlier);
-      if (std::abs(r) > gate) {
-        ++normal.gated;
-        continue;
-      }
-      const double weight = kIndependent * std::min(1.0, kHuber / sigmas) / variance;
-      normal.information += weight * h * h.transpose();
-      normal.gradient -= weight * r * h;
-      const double horizontal = n.head<2>().squaredNorm();
-      normal.squares += horizontal * std::min(sigmas * sigmas, kLargest);
-      normal.weights += horizontal;
-      ++normal.used;
-    }
-    return normal;
-  }
-
-  // Gauss-Newton steps from `shift`, with the prior around zero.
-  [[nodiscard]] Minimum descend(const std::vector<Ray>& rays, const Vector3d& p_W, Vector6d shift,
-                                const Matrix6d& covariance) const {
-    const Matrix6d prior = covariance.inverse();
-    Normal normal = linearise(rays, p_W, shift, covariance);
-    for (int i = 0; i < kIterations && normal.used >= kMinUsed; ++i) {
-      const Vector6d step =
-          (normal.information + prior).ldlt().solve(normal.gradient - prior * shift);
-      shift += step;
-      normal = linearise(rays, p_W, shift, covariance);
-      if (step.cwiseAbs().maxCoeff() < kConverged) break;
-    }
-    return {shift, normal, shift.dot(prior * shift)};
-  }
-
-  // How badly the scan fits at a place: the squared distances from the mapped surfaces, m^2.
-  [[nodiscard]] double misfit(const std::vector<Ray>& rays, const Vector3d& at_W) const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < rays.size(); i += kCoarseStride) {
-      const Vector3d x = at_W + rays[i].arm_W;
-      const auto nearest = met(rays[i], x, rays[i].direction_W, kCoarseReach);
-      const double height =
-          nearest ? std::min(std::abs(nearest->height), kCoarseReach) : kCoarseReach;
-      sum += height * height;
-    }
-    return sum;
-  }
-
-  // The places around the prior where the scan fits best, no two within a step of the grid.
-  [[nodiscard]] std::vector<Eigen::Vector2d> candidates(const std::vector<Ray>& rays,
-                                                        const Vector3d& p_W,
-                                                        const Matrix6d& covariance) const {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
-    const Eigen::Vector2d reach = (kSearch * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt())
-                                      .cwiseMax(kMinSearch)
-                                      .cwiseMin(kMaxSearch);
-    const double area = std::numbers::pi * reach.x() * reach.y();
-    const double step = std::max(kGridStep, std::sqrt(area / static_cast<double>(kMaxPlaces)));
-    struct Place {
-      Eigen::Vector2d shift;
-      double misfit;
-    };
-    std::vector<Place> places;
-    const int columns = static_cast<int>(reach.x() / step);
-    const int rows = static_cast<int>(reach.y() / step);
-    for (int i = -columns; i <= columns; ++i) {
-      for (int k = -rows; k <= rows; ++k) {
-        const Eigen::Vector2d along(i * step, k * step);
-        if (along.cwiseQuotient(reach).norm() > 1.0) continue;
-        const Eigen::Vector2d shift = axes.eigenvectors() * along;
-        places.push_back({shift, misfit(rays, p_W + Vector3d(shift.x(), shift.y(), 0.0))});
-      }
-    }
-    std::ranges::sort(places, {}, &Place::misfit);
-    std::vector<Eigen::Vector2d> best;
-    for (const Place& place : places) {
-      if (best.size() == kCandidates) break;
-      const bool is_new = std::ranges::all_of(best, [&](const Eigen::Vector2d& other) {
-        return (place.shift - other).norm() > 1.01 * step;
-      });
-      if (is_new) best.push_back(place.shift);
-    }
-    return best;
-  }
-
-  struct Found {
-    Minimum best;
-    Minimum nearest;         // to the prior
-    double ambiguity = 0.0;  // likelihood of another minimum relative to the best
-  };
-
-  // The best minimum from the prior and from places around it.
-  [[nodiscard]] Found search(const std::vector<Ray>& rays, const Vector3d& p_W,
-                             const Matrix6d& covariance, bool is_tracked) const {
-    const Minimum nearest = descend(rays, p_W, Vector6d::Zero(), covariance);
-    Minimum best = nearest;
-    const double variance =
-        std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
-    if (variance < kWorthSearch * kWorthSearch) return {best, nearest};
-    std::vector<Minimum> minima = {best};
-    for (const Eigen::Vector2d& place : candidates(rays, p_W, covariance)) {
-      Vector6d from = Vector6d::Zero();
-      from.head<2>() = place;
-      minima.push_back(descend(rays, p_W, from, covariance));
-    }
-    const auto usable = [](const Minimum& minimum) { return minimum.at.used >= kMinUsed; };
-    for (const Minimum& one : minima) {
-      if (usable(one) && (!usable(best) || one.cost() < best.cost())) best = one;
-    }
-    double ambiguity = 0.0;
-    const double share = is_tracked ? 1.0 : kDoubt;
-    for (const Minimum& one : minima) {
-      const double apart = (one.shift - best.shift).head<2>().norm();
-      if (!usable(one) || apart < kSamePlace) continue;
-      const double worse = (one.at.cost - best.at.cost) / best.at.excess() +
-                           share * (one.from_prior - best.from_prior);
-      ambiguity = std::max(ambiguity, std::min(1.0, std::exp(-0.5 * worse)));
-    }
-    return {best, nearest, ambiguity};
-  }
-
   // The covariance of a shift, from that of x, y and heading.
   static Matrix6d with_nuisance(const Matrix3d& prior, double height_sigma_m) {
     Matrix6d covariance = Matrix6d::Zero();
     covariance.topLeftCorner<2, 2>() = prior.topLeftCorner<2, 2>();
-    covariance.block<2, 1>(0, kYaw) = prior.block<2, 1>(0, 2);
-    covariance.block<1, 2>(kYaw, 0) = prior.block<1, 2>(2, 0);
+    covariance.block<2, 1>(0, kShiftYaw) = prior.block<2, 1>(0, 2);
+    covariance.block<1, 2>(kShiftYaw, 0) = prior.block<1, 2>(2, 0);
     const double height_sigma = std::max(kHeightSigma, height_sigma_m);
-    covariance(kZ, kZ) = height_sigma * height_sigma;
-    covariance(kYaw, kYaw) = prior(2, 2) + 0.25 * kMinPrior * kMinPrior;
+    covariance(kShiftZ, kShiftZ) = height_sigma * height_sigma;
+    covariance(kShiftYaw, kShiftYaw) = prior(2, 2) + 0.25 * kMinPrior * kMinPrior;
     covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
     covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
     return covariance;
   }
 
-  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior) const {
+  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior,
+                                  PlaceSearch& search) const {
     const Vector3d& p_W = prior.X_WB.p;
     MatchedScan placed;
     MapFix& fix = placed.fix;
     fix.scan_utime = scan.utime;
     fix.position_W = p_W.head<2>();
     fix.heading_correction = prior.heading_correction;
-    const std::vector<Ray> rays = rays_of(scan, prior.X_WB);
     const Matrix6d covariance = with_nuisance(prior.covariance, prior.height_sigma_m);
-    const Found found = search(rays, p_W, covariance, prior.is_tracked);
+    const PlaceSearch::Result found =
+        search.search(ScanFit(*surface, noise, scan, prior.X_WB), prior, covariance);
     fix.ambiguity = found.ambiguity;
-    Minimum best = found.best.reweighted();
+    FitMinimum best = found.best.reweighted();
     fix.used = best.at.used;
     fix.gated = best.at.gated;
     place_at(best, prior.X_WB, covariance, placed);
     if (placed.sigma_m <= kTooUncertain) {
       fix.agreement = agreement(*surface, scan, placed.X_WB, placed.sigma_m);
     }
-    if (best.at.used < kMinUsed) {
+    if (!best.is_usable()) {
       fix.problem = MapFixProblem::kFewPoints;
       return placed;
     }
     if (fix.ambiguity > kAmbiguous) {
       fix.problem = MapFixProblem::kAmbiguous;
-      if (found.nearest.at.used < kMinUsed) return placed;
-      best = found.nearest.reweighted();
+      if (!found.is_continued) return placed;
+      best = found.followed.reweighted();
     }
     fix.position_W += best.shift.head<2>();
-    fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[kYaw]);
+    fix.heading_correction = wrap_angle(fix.heading_correction + best.shift[kShiftYaw]);
     marginalise(best, covariance, fix);
-    fix.height_W = p_W.z() + best.shift[kZ];
+    fix.height_W = p_W.z() + best.shift[kShiftZ];
     fix.height_sigma_m = height_sigma_of(best, covariance);
     return placed;
   }
 
   [[nodiscard]] Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const {
     const Matrix6d covariance = with_nuisance(Matrix3d::Zero(), 0.0);
-    Minimum there;
-    there.at = linearise(rays_of(scan, X_WB), X_WB.p, there.shift, covariance);
+    FitMinimum there;
+    there.at = ScanFit(*surface, noise, scan, X_WB).linearise(there.shift, covariance);
     MapFix fix;
-    if (there.at.used >= kMinUsed) marginalise(there, covariance, fix);
+    if (there.is_usable()) marginalise(there, covariance, fix);
     return fix.information;
   }
 
   // The scan is compared where it fits best, so that an error of the position is no contradiction.
-  static void place_at(const Minimum& best, const Pose& X_WB, const Matrix6d& prior,
+  static void place_at(const FitMinimum& best, const Pose& X_WB, const Matrix6d& prior,
                        MatchedScan& placed) {
     placed.X_WB = X_WB;
     Matrix6d covariance = prior;
-    if (best.at.used >= kMinUsed) {
+    if (best.is_usable()) {
       covariance = (best.at.information + prior.inverse()).inverse();
       placed.X_WB.p += best.shift.head<3>();
       placed.X_WB.q = turn_of(best.shift) * X_WB.q;
@@ -362,17 +112,17 @@ struct MapMatcher::Impl {
   }
 
   // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
-  static double height_sigma_of(const Minimum& best, const Matrix6d& covariance) {
+  static double height_sigma_of(const FitMinimum& best, const Matrix6d& covariance) {
     Matrix6d others = covariance;
-    others(kZ, kZ) = kNoHeight * kNoHeight;
+    others(kShiftZ, kShiftZ) = kNoHeight * kNoHeight;
     const Matrix6d posterior = (best.at.information + others.inverse()).inverse();
-    const double sigma = std::sqrt(std::max(posterior(kZ, kZ), 0.0));
+    const double sigma = std::sqrt(std::max(posterior(kShiftZ, kShiftZ), 0.0));
     return sigma < 0.5 * kNoHeight ? sigma : 0.0;
   }
 
   // Leaves position and heading: an error of height or tilt that is the same for all rays must not
   // pass for information about them where the ground slopes.
-  static void marginalise(const Minimum& best, const Matrix6d& covariance, MapFix& fix) {
+  static void marginalise(const FitMinimum& best, const Matrix6d& covariance, MapFix& fix) {
     Matrix3d cross;
     Matrix3d nuisance;
     Vector3d gradient;
@@ -412,10 +162,11 @@ MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
 MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
 MapMatcher::~MapMatcher() = default;
 
-MatchedScan MapMatcher::place(const RangeScan& scan, const PosePrior& prior) const {
+MatchedScan MapMatcher::place(const RangeScan& scan, const PosePrior& prior,
+                              PlaceSearch& search) const {
   DIVE_DEMAND(prior.X_WB.is_finite() && prior.covariance.allFinite() &&
-              prior.covariance.diagonal().minCoeff() >= 0.0);
-  return impl_->place(scan, prior);
+              prior.covariance.diagonal().minCoeff() >= 0.0 && prior.odometry_O.allFinite());
+  return impl_->place(scan, prior, search);
 }
 
 bool MatchedScan::may_show_absence() const {

@@ -28,20 +28,10 @@
 #include "common/range_scan.h"
 #include "common/se3.h"
 #include "planning/map_matching/map_surface.h"
+#include "planning/map_matching/place_search.h"
+#include "planning/map_matching/pose_prior.h"
 
 namespace dive::planning {
-
-/// What is known of the pose before the scan.
-struct PosePrior {
-  Pose X_WB;
-  double heading_correction = 0.0;  ///< Contained in X_WB, rad.
-  double height_sigma_m = 0.0;      ///< Of z, m.
-  /// Covariance of x, y (m) and heading (rad).
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// Earlier scans have confirmed it within the last seconds, so that it counts in full against
-  /// another place that fits as well; a prior that is dead reckoned may be worse than it says.
-  bool is_tracked = false;
-};
 
 /// A fix with the pose by which it compares scan and map.
 struct MatchedScan {
@@ -67,9 +57,12 @@ class MapMatcher {
   /// Demands a finite pose and a covariance without negative variances. Never throws for a scan:
   /// one that gives no information has a problem.
   [[nodiscard]] MapFix match(const RangeScan& scan, const PosePrior& prior) const {
-    return place(scan, prior).fix;
+    PlaceSearch search;
+    return place(scan, prior, search).fix;
   }
-  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior) const;
+  /// `search` follows the places that the scans before have not told apart.
+  [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior,
+                                  PlaceSearch& search) const;
   /// The information over x, y (m) and heading (rad) of the fix that a scan of the map as drawn,
   /// taken at X_WB without errors, gives if no other place fits as well; zero with too few points.
   [[nodiscard]] Eigen::Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const;

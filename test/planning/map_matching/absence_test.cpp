@@ -132,16 +132,18 @@ TEST(MatchedScan, OnlyAGoodPositionThatTheSceneConfirmsMayShowAbsence) {
   prior.X_WB = kHere;
   prior.covariance.diagonal() << 0.01, 0.01, 1e-4;
   const RangeScan scan = room.scan(kHere, random);
-  EXPECT_TRUE(matcher.place(scan, prior).may_show_absence());
+  PlaceSearch here;
+  EXPECT_TRUE(matcher.place(scan, prior, here).may_show_absence());
   // Along the wall alone the position is as uncertain as before.
   Place wall = without_pipe();
   const MapMatcher along(wall.map());
   prior.covariance.diagonal() << 0.09, 0.09, 1e-4;
-  EXPECT_FALSE(along.place(wall.scan(kHere, random), prior).may_show_absence());
+  PlaceSearch beside_wall;
+  EXPECT_FALSE(along.place(wall.scan(kHere, random), prior, beside_wall).may_show_absence());
   // Another place.
   const Place elsewhere{-6.0, {{{2.5, 1.0, -3.0}, {0.5, 1.0, 4.0}, 0.8}}};
   prior.covariance.diagonal() << 0.01, 0.01, 1e-4;
-  EXPECT_FALSE(matcher.place(elsewhere.scan(kHere, random), prior).may_show_absence());
+  EXPECT_FALSE(matcher.place(elsewhere.scan(kHere, random), prior, here).may_show_absence());
 }
 
 // One object of ten cells.

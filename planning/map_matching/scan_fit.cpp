@@ -1,0 +1,148 @@
+#include "planning/map_matching/scan_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace dive::planning {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kRays = 440;      // of a scan
+constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
+constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
+constexpr double kAngleSigma = 0.004;   // rad, of a ray
+constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
+constexpr double kHuber = 1.5;          // sigmas
+constexpr double kOutlier = 9.0;        // squared sigmas: the most that one point can cost
+constexpr double kLargest = 16.0;       // squared sigmas of a point, for the variance
+constexpr double kMinGate = 0.15;       // m
+constexpr double kMaxGate = 0.6;        // m
+constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
+constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
+constexpr double kNearSurface = -0.05;  // m: a point above is a wave or a reflection
+constexpr int kIterations = 4;
+constexpr double kConverged = 1e-3;       // m and rad
+constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
+constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
+
+}  // namespace
+
+double FitNormal::excess() const { return weights > 0.0 ? std::max(1.0, squares / weights) : 1.0; }
+
+FitMinimum FitMinimum::reweighted() const {
+  FitMinimum result = *this;
+  result.at.information /= at.excess();
+  result.at.gradient /= at.excess();
+  return result;
+}
+
+Eigen::Quaterniond turn_of(const Vector6d& shift) {
+  return so3_exp(Vector3d(shift[kShiftTilt], shift[kShiftTilt + 1], shift[kShiftYaw]));
+}
+
+ScanFit::ScanFit(const MapSurface& surface, const RangeNoise& noise, const RangeScan& scan,
+                 const Pose& X_WB)
+    : surface_(surface), noise_(noise), p_W_(X_WB.p) {
+  const Matrix3d R_WB = X_WB.q.toRotationMatrix();
+  const Vector3d origin_B = scan.origin_B.cast<double>();
+  const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kRays);
+  for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
+    const Vector3d b = scan.points_B[i].cast<double>();
+    const Vector3d along_B = b - origin_B;
+    const double range = along_B.norm();
+    if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
+    const Vector3d arm_W = R_WB * b;
+    if (X_WB.p.z() + arm_W.z() > kNearSurface) continue;
+    rays_.push_back({arm_W, R_WB * along_B / range, range});
+  }
+}
+
+// The surface that a ray can have met near x.
+std::optional<MapSurface::Nearest> ScanFit::met(const Ray& ray, const Vector3d& x,
+                                                const Vector3d& direction, double reach) const {
+  const Vector3d from = x - ray.range * direction;
+  std::optional<MapSurface::Nearest> nearest = surface_.nearest(x, from, reach);
+  if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
+  // Behind a thin plate the nearest surface is its far side.
+  nearest = surface_.nearest(x - kThinPlate * direction, from, reach);
+  if (!nearest) return std::nullopt;
+  const double along = nearest->normal_W.dot(direction);
+  if (along > kFacing) return std::nullopt;
+  nearest->height += kThinPlate * along;
+  return nearest;
+}
+
+FitNormal ScanFit::linearise(const Vector6d& shift, const Matrix6d& covariance) const {
+  FitNormal normal;
+  const Matrix3d turn = turn_of(shift).toRotationMatrix();
+  for (const Ray& ray : rays_) {
+    const Vector3d arm = turn * ray.arm_W;
+    const Vector3d direction = turn * ray.direction_W;
+    const Vector3d x = p_W_ + shift.head<3>() + arm;
+    const auto nearest = met(ray, x, direction, kMaxGate);
+    if (!nearest) {
+      ++normal.gated;
+      normal.cost += kIndependent * kOutlier;
+      continue;
+    }
+    const Vector3d& n = nearest->normal_W;
+    const Vector3d by_turn = arm.cross(n);
+    Vector6d h;
+    h << n, by_turn.z(), by_turn.x(), by_turn.y();
+    const double range_sigma = noise_.sigma(ray.range) * n.dot(direction);
+    const double variance = range_sigma * range_sigma + kSurfaceSigma * kSurfaceSigma +
+                            std::pow(kAngleSigma * ray.range, 2);
+    const double r = nearest->height;
+    const double gate =
+        std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
+    const double sigmas = std::abs(r) / std::sqrt(variance);
+    normal.cost += kIndependent * std::min(sigmas * sigmas, kOutlier);
+    if (std::abs(r) > gate) {
+      ++normal.gated;
+      continue;
+    }
+    const double weight = kIndependent * std::min(1.0, kHuber / sigmas) / variance;
+    normal.information += weight * h * h.transpose();
+    normal.gradient -= weight * r * h;
+    const double horizontal = n.head<2>().squaredNorm();
+    normal.squares += horizontal * std::min(sigmas * sigmas, kLargest);
+    normal.weights += horizontal;
+    ++normal.used;
+  }
+  return normal;
+}
+
+FitMinimum ScanFit::descend(const Vector6d& from, const Vector6d& mean,
+                            const Matrix6d& covariance) const {
+  const Matrix6d prior = covariance.inverse();
+  Vector6d shift = from;
+  FitNormal normal = linearise(shift, covariance);
+  for (int i = 0; i < kIterations && normal.used >= FitMinimum::kMinUsed; ++i) {
+    const Vector6d step =
+        (normal.information + prior).ldlt().solve(normal.gradient - prior * (shift - mean));
+    shift += step;
+    normal = linearise(shift, covariance);
+    if (step.cwiseAbs().maxCoeff() < kConverged) break;
+  }
+  return {shift, normal};
+}
+
+double ScanFit::misfit(const Eigen::Vector2d& shift) const {
+  const Vector3d at_W = p_W_ + Vector3d(shift.x(), shift.y(), 0.0);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < rays_.size(); i += kCoarseStride) {
+    const Vector3d x = at_W + rays_[i].arm_W;
+    const auto nearest = met(rays_[i], x, rays_[i].direction_W, kCoarseReach);
+    const double height =
+        nearest ? std::min(std::abs(nearest->height), kCoarseReach) : kCoarseReach;
+    sum += height * height;
+  }
+  return sum;
+}
+
+}  // namespace dive::planning
