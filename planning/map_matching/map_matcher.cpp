@@ -14,6 +14,7 @@
 
 #include "common/assert.h"
 #include "planning/map_matching/map_agreement.h"
+#include "planning/map_matching/scan_limits.h"
 
 namespace dive::planning {
 namespace {
@@ -21,9 +22,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kRays = 440;      // of a scan
+constexpr std::size_t kFixRays = 440;   // of a scan
 constexpr int kMinUsed = 40;            // points on mapped surfaces
-constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
 constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
 constexpr double kAngleSigma = 0.004;   // rad, of a ray
 constexpr double kTiltSigma = 0.008;    // rad, about each level axis: attitude, and the mounting
@@ -35,9 +35,9 @@ constexpr double kOutlier = 9.0;        // squared sigmas: the most that one poi
 constexpr double kLargest = 16.0;       // squared sigmas of a point, for the variance
 constexpr double kMinGate = 0.15;       // m
 constexpr double kMaxGate = 0.6;        // m
-constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
+constexpr double kMayFace = -0.15;      // n . d of a surface that a ray can have met
 constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
-constexpr double kNearSurface = -0.05;  // m: a point above is a wave or a reflection
+constexpr double kWaveHeight = -0.05;   // m: a point above is a wave or a reflection
 constexpr double kMinPrior = 0.02;      // m and rad: the search begins with at least this
 constexpr int kIterations = 4;
 constexpr double kConverged = 1e-3;       // m and rad
@@ -52,7 +52,7 @@ constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
 constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
 constexpr double kSamePlace = 0.12;       // m between two minima that are one
 constexpr double kAmbiguous = 0.02;       // of the best likelihood
-constexpr double kTooUncertain = 0.4;     // m, one sigma: what contradicts the map cannot be told
+constexpr double kTooUncertain = 0.4;     // m, one sigma: no contradiction of the map is certain
 constexpr double kGoodPosition = 0.1;     // m, one sigma: good enough to tell what is gone
 constexpr int kConfirmed = 3;             // places of a scan that may tell it
 constexpr double kDoubt = 0.25;           // share of a prior that may be half as good as it says
@@ -69,7 +69,7 @@ Eigen::Quaterniond turn_of(const Vector6d& shift) {
   return so3_exp(Vector3d(shift[kTilt], shift[kTilt + 1], shift[kYaw]));
 }
 
-struct Ray {
+struct MatchedRay {
   Vector3d arm_W;        // from B's origin to the point, turned to W
   Vector3d direction_W;  // unit, from the lens
   double range;          // m
@@ -106,6 +106,89 @@ struct Minimum {
   }
 };
 
+std::vector<MatchedRay> matched_rays(const RangeScan& scan, const Pose& X_WB) {
+  std::vector<MatchedRay> rays;
+  const Matrix3d R_WB = X_WB.q.toRotationMatrix();
+  const Vector3d origin_B = scan.origin_B.cast<double>();
+  const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kFixRays);
+  for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
+    const Vector3d b = scan.points_B[i].cast<double>();
+    const Vector3d along_B = b - origin_B;
+    const double range = along_B.norm();
+    if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
+    const Vector3d arm_W = R_WB * b;
+    if (X_WB.p.z() + arm_W.z() > kWaveHeight) continue;
+    rays.push_back({arm_W, R_WB * along_B / range, range});
+  }
+  return rays;
+}
+
+// The covariance of a shift, from that of x, y and heading.
+Matrix6d with_nuisance(const Matrix3d& prior, double height_sigma_m) {
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<2, 2>() = prior.topLeftCorner<2, 2>();
+  covariance.block<2, 1>(0, kYaw) = prior.block<2, 1>(0, 2);
+  covariance.block<1, 2>(kYaw, 0) = prior.block<1, 2>(2, 0);
+  const double height_sigma = std::max(kHeightSigma, height_sigma_m);
+  covariance(kZ, kZ) = height_sigma * height_sigma;
+  covariance(kYaw, kYaw) = prior(2, 2) + 0.25 * kMinPrior * kMinPrior;
+  covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
+  covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
+  return covariance;
+}
+
+// The scan is compared where it fits best, so that an error of the position is no contradiction.
+void place_at(const Minimum& best, const Pose& X_WB, const Matrix6d& prior, MatchedScan& placed) {
+  placed.X_WB = X_WB;
+  Matrix6d covariance = prior;
+  if (best.at.used >= kMinUsed) {
+    covariance = (best.at.information + prior.inverse()).inverse();
+    placed.X_WB.p += best.shift.head<3>();
+    placed.X_WB.q = turn_of(best.shift) * X_WB.q;
+  }
+  placed.sigma_m =
+      std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
+}
+
+// Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
+double height_sigma_of(const Minimum& best, const Matrix6d& covariance) {
+  Matrix6d others = covariance;
+  others(kZ, kZ) = kNoHeight * kNoHeight;
+  const Matrix6d posterior = (best.at.information + others.inverse()).inverse();
+  const double sigma = std::sqrt(std::max(posterior(kZ, kZ), 0.0));
+  return sigma < 0.5 * kNoHeight ? sigma : 0.0;
+}
+
+// Leaves position and heading: an error of height or tilt that is the same for all rays must not
+// pass for information about them where the ground slopes.
+void marginalise(const Minimum& best, const Matrix6d& covariance, MapFix& fix) {
+  Matrix3d cross;
+  Matrix3d nuisance;
+  Vector3d gradient;
+  for (int row = 0; row < 3; ++row) {
+    const int i = kNuisance[static_cast<std::size_t>(row)];
+    const double prior = 1.0 / covariance(i, i);
+    gradient[row] = best.at.gradient[i] - prior * best.shift[i];
+    for (int column = 0; column < 3; ++column) {
+      nuisance(row, column) = best.at.information(i, kNuisance[static_cast<std::size_t>(column)]);
+      cross(column, row) = best.at.information(kKept[static_cast<std::size_t>(column)], i);
+    }
+    nuisance(row, row) += prior;
+  }
+  const Matrix3d share = cross * nuisance.inverse();
+  for (int row = 0; row < 3; ++row) {
+    const int i = kKept[static_cast<std::size_t>(row)];
+    fix.gradient[row] = best.at.gradient[i];
+    for (int column = 0; column < 3; ++column) {
+      fix.information(row, column) =
+          best.at.information(i, kKept[static_cast<std::size_t>(column)]);
+    }
+  }
+  fix.gradient -= share * gradient;
+  fix.information -= share * cross.transpose();
+  fix.information = 0.5 * (fix.information + fix.information.transpose()).eval();
+}
+
 }  // namespace
 
 struct MapMatcher::Impl {
@@ -114,44 +197,27 @@ struct MapMatcher::Impl {
     DIVE_DEMAND(surface);
   }
 
-  [[nodiscard]] static std::vector<Ray> rays_of(const RangeScan& scan, const Pose& X_WB) {
-    std::vector<Ray> rays;
-    const Matrix3d R_WB = X_WB.q.toRotationMatrix();
-    const Vector3d origin_B = scan.origin_B.cast<double>();
-    const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kRays);
-    for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
-      const Vector3d b = scan.points_B[i].cast<double>();
-      const Vector3d along_B = b - origin_B;
-      const double range = along_B.norm();
-      if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
-      const Vector3d arm_W = R_WB * b;
-      if (X_WB.p.z() + arm_W.z() > kNearSurface) continue;
-      rays.push_back({arm_W, R_WB * along_B / range, range});
-    }
-    return rays;
-  }
-
   // The surface that a ray can have met near x.
-  [[nodiscard]] std::optional<MapSurface::Nearest> met(const Ray& ray, const Vector3d& x,
+  [[nodiscard]] std::optional<MapSurface::Nearest> met(const MatchedRay& ray, const Vector3d& x,
                                                        const Vector3d& direction,
                                                        double reach) const {
     const Vector3d from = x - ray.range * direction;
     std::optional<MapSurface::Nearest> nearest = surface->nearest(x, from, reach);
-    if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
+    if (nearest && nearest->normal_W.dot(direction) <= kMayFace) return nearest;
     // Behind a thin plate the nearest surface is its far side.
     nearest = surface->nearest(x - kThinPlate * direction, from, reach);
     if (!nearest) return std::nullopt;
     const double along = nearest->normal_W.dot(direction);
-    if (along > kFacing) return std::nullopt;
+    if (along > kMayFace) return std::nullopt;
     nearest->height += kThinPlate * along;
     return nearest;
   }
 
-  [[nodiscard]] Normal linearise(const std::vector<Ray>& rays, const Vector3d& p_W,
+  [[nodiscard]] Normal linearise(const std::vector<MatchedRay>& rays, const Vector3d& p_W,
                                  const Vector6d& shift, const Matrix6d& covariance) const {
     Normal normal;
     const Matrix3d turn = turn_of(shift).toRotationMatrix();
-    for (const Ray& ray : rays) {
+    for (const MatchedRay& ray : rays) {
       const Vector3d arm = turn * ray.arm_W;
       const Vector3d direction = turn * ray.direction_W;
       const Vector3d x = p_W + shift.head<3>() + arm;
@@ -189,8 +255,8 @@ struct MapMatcher::Impl {
   }
 
   // Gauss-Newton steps from `shift`, with the prior around zero.
-  [[nodiscard]] Minimum descend(const std::vector<Ray>& rays, const Vector3d& p_W, Vector6d shift,
-                                const Matrix6d& covariance) const {
+  [[nodiscard]] Minimum descend(const std::vector<MatchedRay>& rays, const Vector3d& p_W,
+                                Vector6d shift, const Matrix6d& covariance) const {
     const Matrix6d prior = covariance.inverse();
     Normal normal = linearise(rays, p_W, shift, covariance);
     for (int i = 0; i < kIterations && normal.used >= kMinUsed; ++i) {
@@ -204,7 +270,7 @@ struct MapMatcher::Impl {
   }
 
   // How badly the scan fits at a place: the squared distances from the mapped surfaces, m^2.
-  [[nodiscard]] double misfit(const std::vector<Ray>& rays, const Vector3d& at_W) const {
+  [[nodiscard]] double misfit(const std::vector<MatchedRay>& rays, const Vector3d& at_W) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < rays.size(); i += kCoarseStride) {
       const Vector3d x = at_W + rays[i].arm_W;
@@ -217,7 +283,7 @@ struct MapMatcher::Impl {
   }
 
   // The places around the prior where the scan fits best, no two within a step of the grid.
-  [[nodiscard]] std::vector<Eigen::Vector2d> candidates(const std::vector<Ray>& rays,
+  [[nodiscard]] std::vector<Eigen::Vector2d> candidates(const std::vector<MatchedRay>& rays,
                                                         const Vector3d& p_W,
                                                         const Matrix6d& covariance) const {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
@@ -260,7 +326,7 @@ struct MapMatcher::Impl {
   };
 
   // The best minimum from the prior and from places around it.
-  [[nodiscard]] Found search(const std::vector<Ray>& rays, const Vector3d& p_W,
+  [[nodiscard]] Found search(const std::vector<MatchedRay>& rays, const Vector3d& p_W,
                              const Matrix6d& covariance, bool is_tracked) const {
     const Minimum nearest = descend(rays, p_W, Vector6d::Zero(), covariance);
     Minimum best = nearest;
@@ -289,20 +355,6 @@ struct MapMatcher::Impl {
     return {best, nearest, ambiguity};
   }
 
-  // The covariance of a shift, from that of x, y and heading.
-  static Matrix6d with_nuisance(const Matrix3d& prior, double height_sigma_m) {
-    Matrix6d covariance = Matrix6d::Zero();
-    covariance.topLeftCorner<2, 2>() = prior.topLeftCorner<2, 2>();
-    covariance.block<2, 1>(0, kYaw) = prior.block<2, 1>(0, 2);
-    covariance.block<1, 2>(kYaw, 0) = prior.block<1, 2>(2, 0);
-    const double height_sigma = std::max(kHeightSigma, height_sigma_m);
-    covariance(kZ, kZ) = height_sigma * height_sigma;
-    covariance(kYaw, kYaw) = prior(2, 2) + 0.25 * kMinPrior * kMinPrior;
-    covariance.diagonal().head<2>().array() += kMinPrior * kMinPrior;
-    covariance.diagonal().tail<2>().setConstant(kTiltSigma * kTiltSigma);
-    return covariance;
-  }
-
   [[nodiscard]] MatchedScan place(const RangeScan& scan, const PosePrior& prior) const {
     const Vector3d& p_W = prior.X_WB.p;
     MatchedScan placed;
@@ -310,7 +362,7 @@ struct MapMatcher::Impl {
     fix.scan_utime = scan.utime;
     fix.position_W = p_W.head<2>();
     fix.heading_correction = prior.heading_correction;
-    const std::vector<Ray> rays = rays_of(scan, prior.X_WB);
+    const std::vector<MatchedRay> rays = matched_rays(scan, prior.X_WB);
     const Matrix6d covariance = with_nuisance(prior.covariance, prior.height_sigma_m);
     const Found found = search(rays, p_W, covariance, prior.is_tracked);
     fix.ambiguity = found.ambiguity;
@@ -341,63 +393,10 @@ struct MapMatcher::Impl {
   [[nodiscard]] Matrix3d expected_information(const RangeScan& scan, const Pose& X_WB) const {
     const Matrix6d covariance = with_nuisance(Matrix3d::Zero(), 0.0);
     Minimum there;
-    there.at = linearise(rays_of(scan, X_WB), X_WB.p, there.shift, covariance);
+    there.at = linearise(matched_rays(scan, X_WB), X_WB.p, there.shift, covariance);
     MapFix fix;
     if (there.at.used >= kMinUsed) marginalise(there, covariance, fix);
     return fix.information;
-  }
-
-  // The scan is compared where it fits best, so that an error of the position is no contradiction.
-  static void place_at(const Minimum& best, const Pose& X_WB, const Matrix6d& prior,
-                       MatchedScan& placed) {
-    placed.X_WB = X_WB;
-    Matrix6d covariance = prior;
-    if (best.at.used >= kMinUsed) {
-      covariance = (best.at.information + prior.inverse()).inverse();
-      placed.X_WB.p += best.shift.head<3>();
-      placed.X_WB.q = turn_of(best.shift) * X_WB.q;
-    }
-    placed.sigma_m =
-        std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
-  }
-
-  // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.
-  static double height_sigma_of(const Minimum& best, const Matrix6d& covariance) {
-    Matrix6d others = covariance;
-    others(kZ, kZ) = kNoHeight * kNoHeight;
-    const Matrix6d posterior = (best.at.information + others.inverse()).inverse();
-    const double sigma = std::sqrt(std::max(posterior(kZ, kZ), 0.0));
-    return sigma < 0.5 * kNoHeight ? sigma : 0.0;
-  }
-
-  // Leaves position and heading: an error of height or tilt that is the same for all rays must not
-  // pass for information about them where the ground slopes.
-  static void marginalise(const Minimum& best, const Matrix6d& covariance, MapFix& fix) {
-    Matrix3d cross;
-    Matrix3d nuisance;
-    Vector3d gradient;
-    for (int row = 0; row < 3; ++row) {
-      const int i = kNuisance[static_cast<std::size_t>(row)];
-      const double prior = 1.0 / covariance(i, i);
-      gradient[row] = best.at.gradient[i] - prior * best.shift[i];
-      for (int column = 0; column < 3; ++column) {
-        nuisance(row, column) = best.at.information(i, kNuisance[static_cast<std::size_t>(column)]);
-        cross(column, row) = best.at.information(kKept[static_cast<std::size_t>(column)], i);
-      }
-      nuisance(row, row) += prior;
-    }
-    const Matrix3d share = cross * nuisance.inverse();
-    for (int row = 0; row < 3; ++row) {
-      const int i = kKept[static_cast<std::size_t>(row)];
-      fix.gradient[row] = best.at.gradient[i];
-      for (int column = 0; column < 3; ++column) {
-        fix.information(row, column) =
-            best.at.information(i, kKept[static_cast<std::size_t>(column)]);
-      }
-    }
-    fix.gradient -= share * gradient;
-    fix.information -= share * cross.transpose();
-    fix.information = 0.5 * (fix.information + fix.information.transpose()).eval();
   }
 
   std::shared_ptr<const MapSurface> surface;
