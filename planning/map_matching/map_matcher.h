@@ -35,7 +35,7 @@ namespace dive::planning {
 struct PosePrior {
   Pose X_WB;
   double heading_correction = 0.0;  ///< Contained in X_WB, rad.
-  double height_sigma_m = 0.0;      ///< Of z, m.
+  double height_sigma_m = 0.0;      ///< Sigma of z, m.
   /// Covariance of x, y (m) and heading (rad).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// Earlier scans have confirmed it within the last seconds, so that it counts in full against
