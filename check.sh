@@ -51,7 +51,8 @@ tidy() {
     [ -n "$source" ] || { echo "there is no library dive_$library" >&2; return 1; }
     sources+=("$source")
   done
-  run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' "${sources[@]}" 2> /dev/null
+  run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' "${sources[@]}" 2> /dev/null |
+    sed '/warnings generated/d; /^$/d'
 }
 if [ -n "$only_tidy" ]; then
   tidy
