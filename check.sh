@@ -2,10 +2,10 @@
 # Installs, checks the format of the sources and their words, builds and runs the tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and the tests that take minutes each, a build of the benchmarks, and under
-#                        the address and undefined-behaviour sanitizers the tests of what runs on
-#                        board or reads what others wrote
-#   ./check.sh --tidy    clang-tidy 19 (package clang-tidy-19) on what flies
+#   ./check.sh --ci      and clang-tidy on what flies, the tests that take minutes each, a build of
+#                        the benchmarks, and under the address and undefined-behaviour sanitizers
+#                        the tests of what runs on board or reads what others wrote
+#   ./check.sh --tidy    clang-tidy alone
 #   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -35,15 +35,24 @@ if grep -rnwiIE "$(paste -sd'|' doc/unused-words.txt)" --exclude={name-changes.m
   echo "These words are listed in doc/unused-words.txt: say it in plain words." >&2
   exit 1
 fi
-# What flies: behaviours, executive, the loop on board and its link, estimation and vehicle.
+# What flies, and what it stands on. Not read: simulator, checks, log, reports and command line, for
+# which CI has not the time, and planning/world/hull.cpp, whose CGAL clang 19 does not compile. The
+# preset joins each library's sources to one file, because the headers that they share take four
+# fifths of the time: names in unnamed namespaces must differ within a library.
 tidy() {
   echo "== clang-tidy"
-  command -v run-clang-tidy-19 > /dev/null || { echo "install clang-tidy-19" >&2; exit 2; }
   cmake --preset tidy --log-level=WARNING > /dev/null
   cmake --build --preset tidy --target dive_messages_generated > /dev/null
-  run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' -extra-arg=-Wno-unknown-warning-option \
-    "$PWD/(behaviors|mission/executive|mission/onboard|mission/link|estimation|vehicle|vehicle/link)/[^/]*\\.cpp\$" \
-    2> /dev/null
+  local library source sources=()
+  for library in common world trajopt warm_start certify planner mapping map_matching \
+    estimation klt visual_front_end visual_inertial_filter loop_closure tags stereo_range vision \
+    vehicle exit_guidance link behaviors statechart executive onboard linked; do
+    source=$(find build/tidy -path "*/dive_$library.dir/Unity/unity_0_cxx.cxx")
+    [ -n "$source" ] || { echo "there is no library dive_$library" >&2; return 1; }
+    sources+=("$source")
+  done
+  run-clang-tidy-19 -quiet -j2 -p build/tidy -warnings-as-errors='*' "${sources[@]}" 2> /dev/null |
+    sed '/warnings generated/d; /^$/d'
 }
 if [ -n "$only_tidy" ]; then
   tidy
@@ -56,6 +65,7 @@ check() {
   cmake --build --preset "$1" -j2 --target "$2"
   ctest --preset "$1" -j2 "${@:3}"
 }
+[ "$sanitize" != sanitized ] || tidy
 [ -z "$sanitize" ] || export DIVE_LONG_TESTS=1
 check release "$([ -z "$sanitize" ] && echo tests || echo all)"
 case "$sanitize" in

@@ -26,7 +26,8 @@ class PathEvaluator {
   /// Lower bound (m) of the clearance between the motion through `waypoints` and the obstacles
   /// added to the map. It may be less than the true clearance when the obstacles are far away.
   [[nodiscard]] virtual double clearance(std::span<const Pose> waypoints) = 0;
-  /// The same to all obstacles, those of the known map included: for motions that no plan contains.
+  /// Lower bound (m) of the clearance to all obstacles, those of the known map included: for
+  /// motions that no plan contains.
   [[nodiscard]] virtual double clearance_to_all(std::span<const Pose> waypoints) = 0;
 };
 
@@ -108,6 +109,9 @@ class Behavior {
   /// Skips the present goal at topside's request; false if the state has no goals to skip.
   [[nodiscard]] virtual bool skip() { return false; }
 };
+
+/// Yaw of a pose, rad.
+[[nodiscard]] inline double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
 /// Keeps depth and heading without forward speed.
 [[nodiscard]] vehicle::Command station_keeping(double depth_m, double yaw);

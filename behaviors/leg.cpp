@@ -28,8 +28,6 @@ vehicle::FollowerOptions follower_options(const LegSettings& settings, const Leg
   return options;
 }
 
-double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
-
 vehicle::Command hold_here(const Pose& X_WB) {
   return station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
 }

@@ -25,7 +25,7 @@ class MapEvidence {
     /// that are gone, do not: they come among others that are where the map has them.
     [[nodiscard]] bool contradicts_map() const;
   };
-  /// Of the scans of the last kSeconds.
+  /// Agreement of the scans of the last kSeconds with the map.
   [[nodiscard]] Sum sum(Utime now) const;
 
  private:

@@ -166,12 +166,12 @@ void Monitors::watch_estimate(const MonitorInput& input) {
   const estimation::StateEstimate& estimate = *input.estimate;
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
   const double depth = -p_W.z();
-  const bool depth_is_fresh = depth_.arrived && !is_true(FailsafeKind::kDepthLost);
-  set(FailsafeKind::kOverdepth, (depth_is_fresh ? last_depth_m_ : depth) > limits_.max_depth);
+  const bool has_depth = depth_.arrived && !is_true(FailsafeKind::kDepthLost);
+  set(FailsafeKind::kOverdepth, (has_depth ? last_depth_m_ : depth) > limits_.max_depth);
   set(FailsafeKind::kMinAltitude, input.altitude_m && *input.altitude_m < limits_.min_altitude);
   set(FailsafeKind::kGeofence, is_outside_fence(p_W));
-  const bool denies = depth_is_fresh &&
-                      std::abs(depth - last_depth_m_) > threshold(FailsafeKind::kEstimatorDiverged);
+  const bool denies =
+      has_depth && std::abs(depth - last_depth_m_) > threshold(FailsafeKind::kEstimatorDiverged);
   set(FailsafeKind::kEstimatorDiverged,
       !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
   set(FailsafeKind::kLocalisationLost,

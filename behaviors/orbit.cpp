@@ -9,16 +9,14 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kAtRest = 0.05;         // m/s over ground
-constexpr double kStopSeconds = 6.0;     // s after which it turns even if it drifts
+constexpr double kHasStopped = 0.05;     // m/s over ground
+constexpr double kTurnAfter = 6.0;       // s after which it turns even if it drifts
 constexpr double kFacing = 0.052;        // rad, 3 degrees: the bow points to the centre
 constexpr double kAligned = 0.2;         // rad: the rest of the turn is made in motion
 constexpr double kNoBearing = 0.05;      // m from the centre: no bearing
 constexpr double kRangeSlack = 0.2;      // m of range error that is not corrected
 constexpr double kRangeGain = 0.3;       // m/s per m
 constexpr double kMaxRangeSpeed = 0.08;  // m/s: below the speed that counts as motion
-
-double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
 double bearing(const Eigen::Vector2d& direction, double otherwise) {
   return direction.norm() < kNoBearing ? otherwise : std::atan2(direction.y(), direction.x());
@@ -70,8 +68,8 @@ BehaviorOutput Orbit::swim(const BehaviorInput& input) {
 BehaviorOutput Orbit::stop(const BehaviorInput& input) {
   BehaviorOutput output;
   output.command = station_command(arrival_yaw_);
-  const bool is_at_rest = input.estimate->v_WB_B.head<2>().norm() < kAtRest;
-  if (is_at_rest || to_seconds(input.now - stopping_since_) > kStopSeconds) {
+  const bool is_at_rest = input.estimate->v_WB_B.head<2>().norm() < kHasStopped;
+  if (is_at_rest || to_seconds(input.now - stopping_since_) > kTurnAfter) {
     phase_ = Phase::kFacing;
   }
   return output;

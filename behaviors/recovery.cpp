@@ -16,7 +16,7 @@ constexpr double kSameStop = 1.0;       // m between two stops for one obstacle
 constexpr int kMaxStops = 4;            // for one obstacle
 constexpr double kSharpTurn = 0.6;      // rad: less is turned under way
 constexpr double kTurnAtRest = 1.0;     // rad: more is turned after a stop
-constexpr double kAtRest = 0.15;        // m/s
+constexpr double kSlowEnough = 0.15;    // m/s
 constexpr double kCoastSeconds = 0.7;   // s of motion at the present velocity until it has stopped
 constexpr double kMapSeconds = 1.2;     // s until the map has what two scans show
 
@@ -147,7 +147,7 @@ LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
   const Eigen::Vector3d direction = first->p - X_WB.p;
   const double turn = wrap_angle(std::atan2(direction.y(), direction.x()) - to_rpy(X_WB.q).z());
   if (std::abs(turn) < kSharpTurn) return TurnOnto::kPossible;
-  if (std::abs(turn) > kTurnAtRest && v_B.norm() > kAtRest) return TurnOnto::kAfterStop;
+  if (std::abs(turn) > kTurnAtRest && v_B.norm() > kSlowEnough) return TurnOnto::kAfterStop;
   const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * v_B);
   const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
                                       Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};

@@ -13,20 +13,20 @@ namespace {
 
 constexpr double kCaptureRadius = 0.5;  // m
 constexpr double kLeastRadius = 0.1;    // m, at the end of a short path
-constexpr double kGraceSeconds = 60.0;  // s added to kSlow times the path's time at full speed
-constexpr double kSlow = 4.0;
+constexpr double kPathGrace = 60.0;     // s added to kPathSlack times the path's time at full speed
+constexpr double kPathSlack = 4.0;
 constexpr int kMaxArrivals = 5;  // at places that turn out to have an overhead
 // m to swim into open water, if the trail is that long; the shorter ones are for an obstacle that
 // waits at its end
 constexpr double kFarthestBeyond = 1.0;
 constexpr std::array<double, 3> kShorterBeyond = {0.6, 0.3, 0.0};
-constexpr double kAtRest = 0.08;       // m/s
-constexpr double kStopSeconds = 4.0;   // s after which it has stopped, whatever the estimate
-constexpr double kLevel = 0.15;        // rad of tilt
-constexpr double kStillTurning = 0.2;  // rad/s
-constexpr double kLevelSeconds = 4.0;  // s after which it is level
-constexpr double kBearingFrom = 1.0;   // m: distance of the first point that gives a bearing
-constexpr double kAhead = 15.0;        // m of the path that are checked at a time
+constexpr double kMaxDriftAtRest = 0.08;  // m/s
+constexpr double kStopsWithin = 4.0;      // s after which it has stopped, whatever the estimate
+constexpr double kLevel = 0.15;           // rad of tilt
+constexpr double kStillTurning = 0.2;     // rad/s
+constexpr double kLevelSeconds = 4.0;     // s after which it is level
+constexpr double kBearingFrom = 1.0;      // m: distance of the first point that gives a bearing
+constexpr double kAhead = 15.0;           // m of the path that are checked at a time
 
 const char* to_string(retrace::Loss cause) {
   switch (cause) {
@@ -122,7 +122,8 @@ bool Retrace::is_stopping() const {
 
 // A vehicle that coasts under an overhead must not mistake its edge for open water.
 bool Retrace::has_stopped(const BehaviorInput& input) const {
-  return input.estimate->v_WB_B.norm() < kAtRest || to_seconds(input.now - *since_) > kStopSeconds;
+  return input.estimate->v_WB_B.norm() < kMaxDriftAtRest ||
+         to_seconds(input.now - *since_) > kStopsWithin;
 }
 
 Eigen::Quaterniond Retrace::stopping_attitude(const estimation::StateEstimate& estimate) {
@@ -174,18 +175,18 @@ void Retrace::set_path(std::span<const Pose> waypoints, double length_m,
 }
 
 // The farthest path whose end is D_min away from what has appeared; where none is, the one with the
-// most room there: the position is less certain at the end of a retrace than in a plan.
+// most clearance there: the position is less certain at the end of a retrace than in a plan.
 Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
   const double link = kTrailLinkShare * settings_.limits.clearance;
   Trail::Path best = trail_.exit_path(p_W, link, kFarthestBeyond);
   if (changes_ == nullptr || recovery_.is_patient()) return best;
-  double most_room = room_at_end(best);
+  double most = clearance_at_end(best);
   for (const double beyond : kShorterBeyond) {
-    if (most_room >= settings_.limits.clearance) break;
+    if (most >= settings_.limits.clearance) break;
     Trail::Path path = trail_.exit_path(p_W, link, beyond);
-    const double room = room_at_end(path);
-    if (room <= most_room) continue;
-    most_room = room;
+    const double clearance = clearance_at_end(path);
+    if (clearance <= most) continue;
+    most = clearance;
     best = std::move(path);
   }
   return best;
@@ -193,14 +194,14 @@ Trail::Path Retrace::path_along_trail(const Eigen::Vector3d& p_W) const {
 
 // Clearance at the end of the path to what has appeared, m. A path that does not arrive, or has no
 // length, has no end to be better than another.
-double Retrace::room_at_end(const Trail::Path& path) const {
+double Retrace::clearance_at_end(const Trail::Path& path) const {
   if (!path.arrives || path.points.size() < 2) return std::numeric_limits<double>::infinity();
   const std::vector<Pose> poses = level_poses(path.points);
   return changes_->clearance(std::span(poses).last(2));
 }
 
 double Retrace::time_allowed_s(double length_m) const {
-  return kGraceSeconds + kSlow * length_m / settings_.speed;
+  return kPathGrace + kPathSlack * length_m / settings_.speed;
 }
 
 void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutput& output,

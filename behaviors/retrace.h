@@ -64,7 +64,7 @@ class Retrace final : public Behavior {
   [[nodiscard]] Eigen::Quaterniond stopping_attitude(const estimation::StateEstimate& estimate);
   [[nodiscard]] Trail::Path path_along_trail(const Eigen::Vector3d& p_W) const;
   void set_path(std::span<const Pose> waypoints, double length_m, const Eigen::Vector3d& p_W);
-  [[nodiscard]] double room_at_end(const Trail::Path& path) const;
+  [[nodiscard]] double clearance_at_end(const Trail::Path& path) const;
   [[nodiscard]] double time_allowed_s(double length_m) const;
   vehicle::Command& station(const Pose& X_WB);
   void aim(const Eigen::Vector3d& p_W, LegSettings& settings, LegGoal& goal) const;

@@ -81,6 +81,7 @@ using Event = std::variant<Stopped, TrailFound, TrailEndless, EndReached, PathLo
 struct Transitions {
   using S = State;
   // clang-format off
+  // NOLINTBEGIN(performance-unnecessary-value-param): a table of small values
   //           in                on                    goes to
   S operator()(Stopping,        Stopped e)          { return Levelling{e.now}; }
   S operator()(Levelling,       TrailFound e)       { return FollowingTrail{e.allowed_s}; }
@@ -102,6 +103,7 @@ struct Transitions {
   S operator()(OtherState, OtherEvent) {
     assertion_failed("this event belongs to this state of a retrace", __FILE__, __LINE__);
   }
+  // NOLINTEND(performance-unnecessary-value-param)
 };
 
 [[nodiscard]] inline State transition(const State& state, const Event& event) {

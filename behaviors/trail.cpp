@@ -128,10 +128,12 @@ Trail::Path Trail::path_to(const Eigen::Vector3d& p_W, double link_m, double mos
 // The path from the open breadcrumb `end` on to older ones.
 Trail::Path Trail::further(Path path, std::size_t end, double beyond_m) const {
   double gone = 0.0;
-  for (std::size_t i = end; i-- > 0 && breadcrumbs_[i].open_above && gone < beyond_m;) {
-    const double step = (breadcrumbs_[i].p_W - path.points.back()).norm();
+  for (std::size_t i = end; i > 0; --i) {
+    const Breadcrumb& breadcrumb = breadcrumbs_[i - 1];
+    if (!breadcrumb.open_above || gone >= beyond_m) break;
+    const double step = (breadcrumb.p_W - path.points.back()).norm();
     if (step <= kSamePoint) continue;
-    path.points.push_back(breadcrumbs_[i].p_W);
+    path.points.push_back(breadcrumb.p_W);
     path.length_m += step;
     gone += step;
   }

@@ -58,8 +58,8 @@ const Recording& recording() {
 
 // Plays the recording forwards and backwards.
 void step(benchmark::State& state, bool stereo) {
-  const Recording& seen = recording();
-  Tracker tracker({}, seen.left, stereo ? std::optional(seen.right) : std::nullopt, 1);
+  const Recording& recorded = recording();
+  Tracker tracker({}, recorded.left, stereo ? std::optional(recorded.right) : std::nullopt, 1);
   double features = 0.0;
   double matched = 0.0;
   std::vector<double> times;  // processor time
@@ -69,12 +69,13 @@ void step(benchmark::State& state, bool stereo) {
     state.PauseTiming();
     const auto turn = static_cast<int>(n % (2 * kImages - 2));
     const int k = turn < kImages ? turn : 2 * kImages - 2 - turn;
-    ImageFrame left = seen.lefts[static_cast<std::size_t>(k)];
-    ImageFrame right = seen.rights[static_cast<std::size_t>(k)];
+    ImageFrame left = recorded.lefts[static_cast<std::size_t>(k)];
+    ImageFrame right = recorded.rights[static_cast<std::size_t>(k)];
     left.utime = right.utime = n * kPeriod;
     state.ResumeTiming();
     const std::clock_t begin = std::clock();
-    const TrackedImage tracked = tracker.step(left, stereo ? &right : nullptr, seen.turn(last, k));
+    const TrackedImage tracked =
+        tracker.step(left, stereo ? &right : nullptr, recorded.turn(last, k));
     times.push_back(static_cast<double>(std::clock() - begin));
     features += static_cast<double>(tracked.frame.features.size());
     matched += tracked.quality.stereo;
@@ -160,13 +161,13 @@ BENCHMARK(replenish)->Arg(8)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 // Matching with all depths known, or none.
 void match(benchmark::State& state, bool known) {
-  const Recording& seen = recording();
-  const Prepared left(seen.lefts[0]);
-  const Prepared right(seen.rights[0]);
-  StereoMatcher matcher({}, seen.left, seen.right, 16);
+  const Recording& recorded = recording();
+  const Prepared left(recorded.lefts[0]);
+  const Prepared right(recorded.rights[0]);
+  StereoMatcher matcher({}, recorded.left, recorded.right, 16);
   std::vector<StereoQuery> queries;
   for (const Eigen::Vector2f& pixel : corners_of(left)) {
-    queries.push_back({pixel, *seen.left.undistort(pixel.cast<double>())});
+    queries.push_back({pixel, *recorded.left.undistort(pixel.cast<double>())});
   }
   if (known) {
     const auto matches = *matcher.match(left.pair(), right.pair(), queries);
@@ -183,10 +184,10 @@ BENCHMARK_CAPTURE(match, unknown_depth, false)->Unit(benchmark::kMillisecond);
 
 // No tag in the image: every candidate square is still tested.
 void detect_tags(benchmark::State& state) {
-  const Recording& seen = recording();
-  TagDetector detector(seen.left, {});
+  const Recording& recorded = recording();
+  TagDetector detector(recorded.left, {});
   std::size_t k = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(detector.find(seen.lefts[k++ % kImages]));
+  for (auto _ : state) benchmark::DoNotOptimize(detector.find(recorded.lefts[k++ % kImages]));
 }
 BENCHMARK(detect_tags)->Unit(benchmark::kMillisecond);
 

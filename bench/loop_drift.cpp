@@ -99,7 +99,7 @@ void dive_once(const Study& study, std::uint64_t seed, Total& total) {
   AnalyticDive dive(study.dive, seed);
   Random random(seed, 5);
   const double begin = random.uniform(0.0, 100.0);
-  estimation::VisualInertialFilter filter(testing::told(dive, study.dive),
+  estimation::VisualInertialFilter filter(testing::filter_options(dive, study.dive),
                                           testing::known_start(dive, begin, random));
   LoopCloser loops(study.loops, dive.cameras()[0], dive.cameras()[1]);
   std::optional<LoopCorrection> correction;

@@ -26,8 +26,8 @@ void scan(benchmark::State& state, const std::string& name, const Eigen::Vector3
     const Pose X_WB{(1.0 - t) * from + t * to, q};
     std::optional<Pose> X_WD;
     if (with_diver) X_WD = X_WB * Pose{{2.0, 0.0, -0.5}, Eigen::Quaterniond::Identity()};
-    const RangeScan seen = camera.take(count * 100'000, X_WB, X_WD);
-    for (const Eigen::Vector3f& p : seen.points_B) near += p.norm() < seen.reach ? 1 : 0;
+    const RangeScan measured = camera.take(count * 100'000, X_WB, X_WD);
+    for (const Eigen::Vector3f& p : measured.points_B) near += p.norm() < measured.reach ? 1 : 0;
     ++count;
   }
   state.counters["surfaces_of_7500"] = static_cast<double>(near) / static_cast<double>(count);

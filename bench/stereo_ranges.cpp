@@ -84,13 +84,14 @@ void compare(const estimation::StereoScan& result, const vehicle::TracedWorld& w
 void look_at(const Scene& scene, int pairs, bool has_snow,
              const estimation::StereoRangeOptions& options) {
   const planning::World map = bench::shipped_map(scene.map);
-  vehicle::StereoCameraOptions eyes;
-  eyes.water = scene.water;
-  if (!has_snow) eyes.water.snow_per_m3 = 0.0;
-  if ((eyes.water.daylight == 0.0).all()) eyes.lamps = vehicle::bow_lamps();
-  vehicle::StereoCamera camera(map, eyes, 1);
+  vehicle::StereoCameraOptions camera_options;
+  camera_options.water = scene.water;
+  if (!has_snow) camera_options.water.snow_per_m3 = 0.0;
+  if ((camera_options.water.daylight == 0.0).all()) camera_options.lamps = vehicle::bow_lamps();
+  vehicle::StereoCamera camera(map, camera_options, 1);
   const vehicle::TracedWorld world(map);
-  auto ranges = *estimation::StereoRange::create(options, eyes.camera(0), eyes.camera(1));
+  auto ranges =
+      *estimation::StereoRange::create(options, camera_options.camera(0), camera_options.camera(1));
   Tally tally;
   for (int k = 0; k < pairs; ++k) {
     const double share = (k + 0.5) / pairs;
@@ -105,9 +106,10 @@ void look_at(const Scene& scene, int pairs, bool has_snow,
   }
   const auto percent = [&](int part, int of) { return 100.0 * part / std::max(1, of); };
   fmt::print("{} (reach {:.1f} m)\n", scene.name, ranges.reach());
-  fmt::print("  told {:.1f} %, beyond {:.1f} % of {} rays; {:.2f} ms a pair (median, processor)\n",
-             percent(tally.measured, tally.rays), percent(tally.beyond, tally.rays), tally.rays,
-             bench::quantile(tally.ms, 0.5));
+  fmt::print(
+      "  measured {:.1f} %, beyond {:.1f} % of {} rays; {:.2f} ms a pair (median, processor)\n",
+      percent(tally.measured, tally.rays), percent(tally.beyond, tally.rays), tally.rays,
+      bench::quantile(tally.ms, 0.5));
   fmt::print("  error, median / p95: {:.3f} / {:.3f} m within 3 m, {:.3f} / {:.3f} m farther\n",
              bench::quantile(tally.error_near, 0.5), bench::quantile(tally.error_near, 0.95),
              bench::quantile(tally.error_far, 0.5), bench::quantile(tally.error_far, 0.95));

@@ -125,11 +125,11 @@ void TrackTruth::print() const {
              100.0 * static_cast<double>(solid_) /
                  static_cast<double>(std::max<std::int64_t>(1, tracks_)));
   for (const auto& [age, errors] : by_age_) {
-    fmt::print("  {:3} pictures after the first sight: ", age);
+    fmt::print("  {:3} images after the first observation: ", age);
     print_errors(errors);
   }
   for (const auto& [age, errors] : steps_) {
-    fmt::print("  how the error changes over {:3} pictures: ", age);
+    fmt::print("  how the error changes over {:3} images: ", age);
     print_errors(errors);
   }
   print_stereo();
@@ -139,10 +139,10 @@ void TrackTruth::print_stereo() const {
   for (std::size_t i = 0; i < kDepths.size(); ++i) {
     const double far = i + 1 < kDepths.size() ? kDepths[i + 1] : kFar;
     std::vector<double> along, across;
-    for (const StereoError& sight : stereo_) {
-      if (sight.depth < kDepths[i] || sight.depth >= far) continue;
-      along.push_back(sight.error.x());
-      across.push_back(sight.error.y());
+    for (const StereoError& match : stereo_) {
+      if (match.depth < kDepths[i] || match.depth >= far) continue;
+      along.push_back(match.error.x());
+      across.push_back(match.error.y());
     }
     if (along.empty()) continue;
     const double bias_x = quantile(along, 0.5);

@@ -1,8 +1,7 @@
 // Dives with the visual-inertial estimator through a vision outage, one seed after the other,
 // compared with ground truth:
-//     vision_dives missions/scenarios/missions/basin_visual_inertial.xml --runs 10 --fault
-//     camera_blackout --at 10 vision_dives MISSION --fault camera_missing --for 3 --scale 0.5
-//     --rate 10
+//     vision_dives missions/scenarios/missions/basin_visual_inertial.xml --runs 10 --at 10
+//     vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
 // or on laps, with and without loop closures:
 //     vision_dives missions/laps_visual_inertial.xml --fault none --runs 3 --without-loops
 
@@ -78,21 +77,21 @@ class Judge {
     if (!estimate.valid) return;
     const double t = to_seconds(truth.utime);
     const Eigen::Vector3d error_W = truth.X_WB.p - estimate.X_WB.p;
-    const bool sees = estimate.source == estimation::EstimatorKind::kVisualInertial;
+    const bool is_visual = estimate.source == estimation::EstimatorKind::kVisualInertial;
     if (last_) note_step(estimate);
     const double end = study_.at_s + study_.for_s;
-    if (sees && !figures_.first) figures_.first = t;
+    if (is_visual && !figures_.first) figures_.first = t;
     if (t <= study_.at_s) before_W_ = error_W;
-    if (t > study_.at_s && !sees && !figures_.switched) figures_.switched = t - study_.at_s;
+    if (t > study_.at_s && !is_visual && !figures_.switched) figures_.switched = t - study_.at_s;
     if (t <= end) {
       figures_.cost = (error_W - before_W_).head<2>().norm();
       figures_.error_after = error_W.norm();
       figures_.error_before = before_W_.norm();
       figures_.sigma_after = estimation::horizontal_sigma(estimate);
     }
-    if (t > end && sees && !figures_.back) figures_.back = t - end;
+    if (t > end && is_visual && !figures_.back) figures_.back = t - end;
     figures_.end = error_W.norm();
-    if (sees && !is_done_) note_drift(estimate, truth);
+    if (is_visual && !is_done_) note_drift(estimate, truth);
     for (const mission::TransitionRecord& record : out.transitions) {
       is_done_ |= record.event.starts_with("done.state");
     }
@@ -193,7 +192,7 @@ Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t see
   return figures;
 }
 
-std::string told(const std::optional<double>& value, double per) {
+std::string or_never(const std::optional<double>& value, double per) {
   return value ? fmt::format("{:.2f}", *value / per) : "never";
 }
 
@@ -207,18 +206,18 @@ void report(const Study& study, const std::vector<Figures>& all) {
     fmt::print("{:<46} median {:.3f}, largest {:.3f}\n", what, quantile(values, 0.5),
                quantile(values, 1.0));
   };
-  line("by sight for the first time after, s",
+  line("visual-inertial for the first time after, s",
        column([](auto& f) { return f.first.value_or(1e9); }));
-  line("to the primitive estimator after, pictures",
+  line("to the primitive estimator after, images",
        column([&](auto& f) { return f.switched.value_or(1e9) * study.rate_hz; }));
-  line("by sight again after, s", column([](auto& f) { return f.back.value_or(1e9); }));
+  line("visual-inertial again after, s", column([](auto& f) { return f.back.value_or(1e9); }));
   line("step of a tick beyond its velocity, mm",
        column([](auto& f) { return 1e3 * f.step_excess; }));
   line("error before, m", column([](auto& f) { return f.error_before; }));
   line("cost of it, m", column([](auto& f) { return f.cost; }));
   line("sigma after, m", column([](auto& f) { return f.sigma_after; }));
   line("error at the end, m", column([](auto& f) { return f.end; }));
-  line("drift where its way ended, %", column([](auto& f) { return f.drift; }));
+  line("drift at the end, % of the distance swum", column([](auto& f) { return f.drift; }));
   line("loops", column([](auto& f) { return static_cast<double>(f.loops); }));
   const double band = 1.96 * std::sqrt(6.0 / static_cast<double>(all.size()));
   fmt::print(
@@ -235,11 +234,12 @@ void dive_all(const Study& study) {
     const std::uint64_t seed = study.first + static_cast<std::uint64_t>(i);
     const Figures one = dive_once(setup, study, seed);
     fmt::print(
-        "seed {:2}: {}, sight at {} s, lost after {} pictures, back after {} s, excess {:.1f} mm, "
+        "seed {:2}: {}, visual-inertial at {} s, lost after {} images, back after {} s, excess "
+        "{:.1f} mm, "
         "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "
         "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}\n",
-        seed, one.outcome, told(one.first, 1.0), told(one.switched, 1.0 / study.rate_hz),
-        told(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
+        seed, one.outcome, or_never(one.first, 1.0), or_never(one.switched, 1.0 / study.rate_hz),
+        or_never(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
         one.end, one.switches, one.loops, one.drift, mean(one.nees_position),
         mean(one.nees_heading));
     std::fflush(stdout);
@@ -253,19 +253,20 @@ void dive_all(const Study& study) {
 
 int main(int argc, char** argv) {
   using namespace dive::bench;
-  CLI::App app("Dives by sight through a while without it.");
+  CLI::App app("Dives with the visual-inertial estimator through a vision outage");
   Study study;
-  app.add_option("MISSION", study.mission, "By sight");
+  app.add_option("MISSION", study.mission, "Mission (XML) with the visual-inertial estimator");
   app.add_option("--runs", study.runs, "Dives");
-  app.add_option("--fault", study.fault, "Of the cameras; none: nothing happens");
-  app.add_option("--at", study.at_s, "s");
-  app.add_option("--for", study.for_s, "s");
-  app.add_option("--scale", study.scale, "Of the pictures");
-  app.add_option("--rate", study.rate_hz, "Pairs a second");
-  app.add_option("--current", study.current, "m/s northwards");
-  app.add_option("--first", study.first, "Seed of the first");
-  app.add_flag("--without-loops", study.without_loops, "As if the mission said so");
-  app.add_flag("-v,--verbose", study.is_verbose, "What the executive notes");
+  app.add_option("--fault", study.fault, "Fault of the cameras; none: no fault");
+  app.add_option("--at", study.at_s, "Start of the fault, s");
+  app.add_option("--for", study.for_s, "Duration of the fault, s");
+  app.add_option("--scale", study.scale, "Scale of the images");
+  app.add_option("--rate", study.rate_hz, "Image pairs per second");
+  app.add_option("--current", study.current, "Current towards north, m/s");
+  app.add_option("--first", study.first, "Seed of the first dive");
+  app.add_flag("--without-loops", study.without_loops,
+               "Without loop closure, whatever the mission says");
+  app.add_flag("-v,--verbose", study.is_verbose, "Print the notes of the executive");
   CLI11_PARSE(app, argc, argv);
   return run_study([&] { dive_all(study); });
 }

@@ -94,7 +94,7 @@ Eigen::Vector3d error_at(const FilterDiveResult& result, double t) {
 
 void dive_once(const Study& study, std::uint64_t seed, Figures& all) {
   AnalyticDive dive(study.dive, seed);
-  estimation::VisualInertialOptions options = told(dive, study.dive);
+  estimation::VisualInertialOptions options = filter_options(dive, study.dive);
   options.max_landmarks = study.landmarks;
   options.max_clones = study.clones;
   options.max_update_features = study.update_features;
@@ -151,36 +151,36 @@ void report(const Study& study, const Figures& all) {
                100.0 * static_cast<double>(all.used_particles) / static_cast<double>(all.used));
   }
   if (!all.dark_cost.empty()) {
-    fmt::print("{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; told in {} of {}\n",
+    fmt::print("{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; reported in {} of {}\n",
                kDark_s, mean(all.dark_cost), quantile(all.dark_cost, 1.0), all.flagged, study.runs);
   }
 }
 
 // Every fault on that many dives: an error of five sigma must have been reported.
 int report_faults(const Study& study, int dives) {
-  int all_untold = 0;
+  int all_unreported = 0;
   std::vector<std::string> faults = sensor_faults();
   faults.insert(faults.begin(), "none");
   for (const std::string& fault : faults) {
-    int far = 0, untold = 0, flagged = 0;
+    int far = 0, unreported = 0, flagged = 0;
     std::string reason;
     for (int i = 0; i < dives; ++i) {
       const FaultDive dive = dive_with(fault, study.first + static_cast<std::uint64_t>(i));
       far += dive.far > 0 ? 1 : 0;
-      untold += dive.untold > 0 ? 1 : 0;
+      unreported += dive.unreported > 0 ? 1 : 0;
       flagged += dive.flagged > 0 ? 1 : 0;
-      if (!dive.told.empty()) reason = dive.told;
-      if (study.is_verbose && dive.untold > 0) {
-        fmt::print("  {} with seed {}: {} s untold\n", fault,
-                   study.first + static_cast<std::uint64_t>(i), dive.untold);
+      if (!dive.reason.empty()) reason = dive.reason;
+      if (study.is_verbose && dive.unreported > 0) {
+        fmt::print("  {} with seed {}: {} s unreported\n", fault,
+                   study.first + static_cast<std::uint64_t>(i), dive.unreported);
       }
     }
-    all_untold += untold;
-    fmt::print("{}: of {} dives {} beyond 5 sigma, {} of them untold; {} flagged{}{}\n", fault,
-               dives, far, untold, flagged, reason.empty() ? "" : ": ", reason);
+    all_unreported += unreported;
+    fmt::print("{}: of {} dives {} beyond 5 sigma, {} of them unreported; {} flagged{}{}\n", fault,
+               dives, far, unreported, flagged, reason.empty() ? "" : ": ", reason);
     std::fflush(stdout);
   }
-  return all_untold == 0 ? 0 : 1;
+  return all_unreported == 0 ? 0 : 1;
 }
 
 }  // namespace

@@ -73,8 +73,9 @@ Vector3d normal3(double sigma, Random& random) {
 
 // Options of the estimator: every parameter with a sigma differs from the truth by a random error
 // of that sigma.
-estimation::VisualInertialOptions told(const Study& study,
-                                       const vehicle::StereoCameraOptions& camera, Random& random) {
+estimation::VisualInertialOptions filter_options(const Study& study,
+                                                 const vehicle::StereoCameraOptions& camera,
+                                                 Random& random) {
   const vehicle::ImuNoise unit;
   estimation::VisualInertialOptions options;
   options.extrinsic_sigma_deg = kCameraSigma_deg;
@@ -173,8 +174,8 @@ void dive_once(const Study& study, const bench::StudySetup& setup, const std::st
       bench::stretch_of(bench::swim(setup, seed), study.seconds, seed);
   Random random(seed, 5);
   truth.begin_dive();
-  VisionRun run(study, told(study, camera, random), start_at(stretch.front().truth, random), seed,
-                truth);
+  VisionRun run(study, filter_options(study, camera, random),
+                start_at(stretch.front().truth, random), seed, truth);
   std::vector<estimation::StateEstimate> estimates;
   estimation::Trajectory estimated, true_path;
   bench::render(setup, stretch, camera, water, seed, study.folder,
@@ -236,7 +237,8 @@ int main(int argc, char** argv) {
   app.add_option("--mission", only.mission, "One of missions/, and no other");
   app.add_option("--water", only.water, "clear_pool, coastal_sea, green_lake or dark_wreck");
   app.add_option("--keep", study.folder, "Keep the pictures in this folder, and take them from it");
-  app.add_option("--sigma", study.pixel_sigma, "Of a feature, that the filter is told, px");
+  app.add_option("--sigma", study.pixel_sigma,
+                 "Standard deviation of a feature given to the filter, px");
   app.add_option("--white", study.white_px,
                  "The features tracked, where they truly are, with white noise of so many px");
   app.add_flag("--tracks", study.with_tracks, "Also how far the features are from the truth");

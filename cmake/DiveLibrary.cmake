@@ -1,13 +1,12 @@
 # dive_library(NAME SOURCES ... [USES ...] [LIBRARIES ...])
 #
-# One static library per room. USES names the rooms it may see (public: their headers appear in
-# ours); LIBRARIES names the outside libraries it uses, which stay private to its .cpp files.
-# A room that is not named in USES is not linked, so an arrow the wrong way does not link.
+# One static library per module. USES names the libraries of ours that it depends on (public: their
+# headers appear in its own); LIBRARIES names foreign libraries, which stay private to its .cpp files.
+# A library that USES does not name is not linked, so a dependency in the wrong direction does not link.
 #
 # GCC 12 warns of members of an empty std::optional that it cannot prove empty: with and without
 # reason alike, so that one stays a warning; of bounds that a std::string violates it warns without
-# reason once its header is precompiled. Memory that is read unset or out of bounds is the sanitizers'
-# to find.
+# reason once its header is precompiled. The sanitizers find memory that is read unset or out of bounds.
 # Clang, which builds the fuzz targets only, has other warnings, and so has GCC about code with
 # sanitizers in it; they do not stop a build.
 if(NOT DIVE_SANITIZE)
@@ -75,7 +74,7 @@ function(dive_library name)
 endfunction()
 
 # dive_test(NAME [ALONE] [SANITIZED] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per
-# room; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
+# module; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
 # where CI runs it under the sanitizers too, because what it tests runs on board or reads what others
 # wrote (CI has not the time for all).
 add_custom_target(tests)
@@ -131,6 +130,7 @@ function(dive_embed target input namespace name)
             -DNAME=${name} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake
     DEPENDS ${input} ${CMAKE_SOURCE_DIR}/cmake/EmbedText.cmake VERBATIM)
   target_sources(${target} PRIVATE ${output})
+  set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # dive_join_files(OUTPUT FILES...): one text file after the other.

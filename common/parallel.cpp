@@ -45,6 +45,7 @@ std::size_t run_in_parallel_while(const std::function<bool(std::size_t)>& contin
   };
   {
     std::vector<std::jthread> workers;
+    workers.reserve(static_cast<std::size_t>(std::max(threads, 0)));
     for (int i = 0; i < threads; ++i) workers.emplace_back(take_work);
   }  // joins
   if (failure) std::rethrow_exception(failure);

@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 fs::path canonical_folder_of(const std::string& path) {
   std::error_code error;
   const fs::path all = fs::absolute(path, error);
-  fs::path folder = error ? fs::path() : fs::weakly_canonical(all.parent_path(), error);
+  const fs::path folder = error ? fs::path() : fs::weakly_canonical(all.parent_path(), error);
   return error ? fs::path() : folder;
 }
 

@@ -301,7 +301,7 @@ std::optional<XmlDocument> parse_xml(SourceText source, const XmlLimits& limits,
       xmlFreeDoc);
   const xmlNode* root = document ? xmlDocGetRootElement(document.get()) : nullptr;
   if (first.seen || root == nullptr) {
-    Span span{std::max(first.line, 1), std::max(first.column, 1), 1};
+    const Span span{std::max(first.line, 1), std::max(first.column, 1), 1};
     std::string message = first.seen ? trimmed(first.message) : "there is no element in this file";
     diagnostics.error("XML-SYNTAX", source, span, fmt::format("not well-formed XML: {}", message));
     return std::nullopt;

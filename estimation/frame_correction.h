@@ -71,7 +71,7 @@ struct FrameCorrectionOptions {
   double max_slip = 0.3;         ///< Bound of the velocity that alignments add, m/s.
   double max_smooth_m = 0.3;     ///< A fix that moves the position by more is applied at once.
   double vision_period_s = 0.5;  ///< Least time between two velocities of vision beside fixes.
-  double vision_sigma = 0.02;    ///< Of such a velocity, per axis, m/s.
+  double vision_sigma = 0.02;    ///< Standard deviation of that velocity, per axis, m/s.
   double scan_period_s = 1.2;    ///< Longest time between two ambiguous fixes that are compared.
   /// Present: fixes from a known map are used, of vision the velocity, and no map alignments.
   std::optional<MapFixOptions> fixes = {};
@@ -160,7 +160,7 @@ class FrameCorrection {
   StateEstimate estimate_;
   bool has_jumped_ = false;
   bool jumps_ = false;           ///< A fix since the last update() was applied at once.
-  double blind_variance_ = 0.0;  ///< As of the last update(), m^2.
+  double blind_variance_ = 0.0;  ///< Variance added at the last update(), m^2.
   bool follows_vision_ = false;  ///< True once vision was accepted: the equation above holds.
 
   Utime anchor_utime_ = 0;                                  ///< t_f, us
@@ -177,7 +177,7 @@ class FrameCorrection {
   Eigen::Matrix3d base_covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Vector2d slip_W_ = Eigen::Vector2d::Zero();     ///< s, m/s
   Eigen::Vector2d aligned_W_ = Eigen::Vector2d::Zero();  ///< Sum of map alignments so far, m.
-  /// The same when vision's filter was initialised from the published pose, m.
+  /// Sum of map alignments when vision's filter was initialised from the published pose, m.
   Eigen::Vector2d aligned_at_init_W_ = Eigen::Vector2d::Zero();
   std::optional<Utime> init_utime_;  ///< Initialisation time of vision's filter, us.
 };

@@ -35,14 +35,14 @@ namespace dive::estimation {
 struct MapFixOptions {
   /// Least sigma of p at the start, per axis, m: a vehicle is put into the water by hand.
   double start_sigma_m = 0.15;
-  double speed_scale_sigma = 0.08;  ///< Of s at the start.
-  double heading_sigma_deg = 2.0;   ///< Of c at the start.
+  double speed_scale_sigma = 0.08;  ///< Sigma of s at the start.
+  double heading_sigma_deg = 2.0;   ///< Sigma of c at the start, deg.
   double heading_walk_deg = 0.1;    ///< Growth of c's sigma, deg per square root of a second.
-  double current_sigma = 0.03;      ///< Of d at the start, per axis, m/s.
+  double current_sigma = 0.03;      ///< Sigma of d at the start, per axis, m/s.
   double current_walk = 0.001;      ///< Growth of d's sigma, m/s per square root of a second.
-  double slip_sigma = MotionModel{}.slip_sigma.maxCoeff();  ///< Of b, per axis, m/s.
+  double slip_sigma = MotionModel{}.slip_sigma.maxCoeff();  ///< Sigma of b, per axis, m/s.
   double slip_time_s = MotionModel{}.slip_time_s;           ///< Correlation time of b.
-  double map_sigma_m = 0.05;                                ///< Of m, per axis.
+  double map_sigma_m = 0.05;                                ///< Sigma of m, per axis.
   double map_length_m = 3.0;                                ///< Distance over which m changes.
   double drift_m_per_sqrt_s = 0.005;                        ///< Random walk of p, per axis.
 
@@ -82,7 +82,7 @@ class MapFixFilter {
   [[nodiscard]] Eigen::Vector2d current_W() const { return declared_W_ + x_.segment<2>(kCurrent); }
   /// Velocity that the odometry does not contain, in W, m/s. None while sensors are silent: over
   /// minutes without attitude an error of a centimetre per second would take the estimate out from
-  /// under a roof that the vehicle is still under. The covariance grows by it nevertheless.
+  /// under an overhead that the vehicle is still under. The covariance grows by it nevertheless.
   [[nodiscard]] Eigen::Vector2d drift_W() const {
     return is_blind_ ? Eigen::Vector2d::Zero()
                      : Eigen::Vector2d(x_.segment<2>(kCurrent) + slip_W());

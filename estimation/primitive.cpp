@@ -39,7 +39,7 @@ std::string PrimitiveOptions::validate() const {
   return check.problem().empty() ? motion.validate() : check.problem();
 }
 
-PrimitiveEstimator::PrimitiveEstimator(PrimitiveOptions options, const Vector3d& position_W,
+PrimitiveEstimator::PrimitiveEstimator(const PrimitiveOptions& options, const Vector3d& position_W,
                                        double position_sigma_m)
     : options_(options),
       motion_(options.motion),

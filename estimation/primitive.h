@@ -47,10 +47,10 @@ class PrimitiveEstimator {
  public:
   /// `position_W` is the position of release, at rest, with standard deviation `position_sigma_m`
   /// per horizontal axis.
-  PrimitiveEstimator(PrimitiveOptions options, const Eigen::Vector3d& position_W,
+  PrimitiveEstimator(const PrimitiveOptions& options, const Eigen::Vector3d& position_W,
                      double position_sigma_m);
 
-  /// Sets the forward speed commanded from now on, m/s: for those who do not know the efforts.
+  /// Sets the forward speed commanded from now on, m/s: where the efforts are not known.
   void set_commanded_speed(double speed);
   /// Sets the efforts of the flippers in surge and heave from now on, each in [-1, 1].
   void set_efforts(double surge, double heave);

@@ -38,7 +38,6 @@ class ExitGuidance {
   /// The newest exit path, which also gives the present position. False if it is not used: its
   /// values are implausible, or the vehicle follows or ascends already.
   bool set_exit_path(const ExitPath& path);
-  [[nodiscard]] bool has_exit_path() const { return path_.has_value(); }
 
   /// New samples of attitude (compass, AHRS) and depth. Advances the dead reckoning to `now`:
   /// `efforts` are those that the vehicle has executed since the last call, of any source.

@@ -46,6 +46,7 @@ void FitSystem::set_prior(VectorXd information, VectorXd gradient) {
 
 std::vector<Index> FitSystem::columns_of(const WindowSystem& window) const {
   std::vector<Index> columns;
+  columns.reserve(free_ + static_cast<std::size_t>(kDiveUnknowns));
   for (std::size_t i = 0; i < free_; ++i) columns.push_back(static_cast<Index>(i));
   for (int i = 0; i < kDiveUnknowns; ++i) {
     columns.push_back(static_cast<Index>(free_ + kDiveUnknowns * window.dive) + i);

@@ -28,13 +28,13 @@ namespace dive::estimation {
 
 struct MotionFitOptions {
   WindowOptions windows;
-  double prior_sigma = 0.5;      ///< Relative, of each coefficient before the fit.
-  double buoyancy_sigma = 0.03;  ///< Of the buoyancy before the fit, m/s^2.
+  double prior_sigma = 0.5;      ///< Relative sigma of each coefficient before the fit.
+  double buoyancy_sigma = 0.03;  ///< Sigma of the buoyancy before the fit, m/s^2.
   /// A coefficient whose standard deviation is reduced to no less than this share of that before
   /// the fit is not constrained by the dives: it keeps its value.
   double max_open_share = 0.5;
-  double current_sigma = 0.1;  ///< Of the current of a dive, per axis, m/s.
-  double speed_sigma = 0.05;   ///< Relative, of the gait's speed from dive to dive.
+  double current_sigma = 0.1;  ///< Sigma of a dive's current, per axis, m/s.
+  double speed_sigma = 0.05;   ///< Relative sigma of the gait's speed from dive to dive.
   double huber = 3.0;          ///< Standard deviations beyond which a residual counts less.
   int max_iterations = 40;     ///< For each of the three passes.
 

@@ -115,7 +115,8 @@ double growth(double t, double T) {
 double OpenLoopError::quantile(double share) const {
   if (errors_m.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> sorted = errors_m;
-  const auto at = static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5);
+  const auto at =
+      static_cast<std::size_t>(std::lround(share * static_cast<double>(sorted.size() - 1)));
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(at));
   return sorted[at];
 }

@@ -25,7 +25,8 @@ namespace dive::mission {
 struct CheckReport {
   std::vector<PlannedRouteLeg> legs;
   RouteTimes times;
-  std::vector<std::optional<LeastProgress>> progress;  ///< Of each leg, in the declared current.
+  std::vector<std::optional<LeastProgress>>
+      progress;  ///< Progress of each leg in the declared current.
   ExitPathProof exit_path;
   Budget budget;
   std::optional<DiveResult> dive;   ///< The first simulated dive.

@@ -36,11 +36,11 @@ struct LeastProgress {
   double crab_rad = 0.0;     ///< Crab angle; pi/2 if the vehicle cannot stay on the line.
   double elapsed_s = 0.0;    ///< Expected time there, s.
   bool is_way_back = false;  ///< In the opposite direction, in an abort.
-  Eigen::Vector3d place_W = Eigen::Vector3d::Zero();  ///< Its beginning, m.
+  Eigen::Vector3d place_W = Eigen::Vector3d::Zero();  ///< Start of the line, m.
 };
 
-/// Of each leg of the route; no value for a leg without a path of any length. `radius` (m) is that
-/// of the hull's bounding sphere.
+/// Least progress on each leg of the route; no value for a leg whose path has no length. `radius`
+/// (m) is that of the hull's bounding sphere.
 [[nodiscard]] std::vector<std::optional<LeastProgress>> least_progress(
     const Route& route, const std::vector<PlannedRouteLeg>& legs, const Mission& mission,
     const planning::World& world, double radius);

@@ -31,7 +31,7 @@ struct SeriesOptions {
 /// What is kept of a dive.
 struct DiveEnd {
   std::uint64_t seed = 1;
-  std::string outcome;  ///< That of DiveResult, as are the next two.
+  std::string outcome;  ///< Outcome, final state and cause as in DiveResult.
   std::string final_state;
   std::string cause;
   std::size_t collisions = 0;

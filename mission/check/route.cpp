@@ -27,11 +27,12 @@ class Walker final : public statechart::Environment {
     statechart::Interpreter interpreter(machine_.chart, *this);
     interpreter_ = &interpreter;
     interpreter.start();
-    while (interpreter.running() && !open_states_.empty() && route_.leaves.size() < kMaxLeaves) {
-      const statechart::StateId leaf = open_states_.back();
+    while (interpreter.running() && !open_states_.empty() &&
+           route_.atomic_states.size() < kMaxAtomicStates) {
+      const statechart::StateId state = open_states_.back();
       open_states_.pop_back();
-      if (!interpreter.is_active(leaf)) continue;
-      interpreter.dispatch("done.state." + machine_.chart.states[index(leaf)].id);
+      if (!interpreter.is_active(state)) continue;
+      interpreter.dispatch("done.state." + machine_.chart.states[index(state)].id);
     }
     if (interpreter.running()) route_.final_state.clear();
     return std::move(route_);
@@ -57,14 +58,14 @@ class Walker final : public statechart::Environment {
     const StateSpec* spec = machine_.specs[index(state)];
     if (spec == nullptr || !spec->atomic) return;
     open_states_.push_back(state);
-    route_.leaves.push_back(entered_state.id);
-    add_leaf(*spec);
+    route_.atomic_states.push_back(entered_state.id);
+    add_state(*spec);
   }
 
  private:
   static std::size_t index(int id) { return static_cast<std::size_t>(id); }
 
-  void add_leaf(const StateSpec& spec) {
+  void add_state(const StateSpec& spec) {
     for (const Goal* goal : goals_of(spec)) add_goal(spec, *goal);
     route_.after.rest_s += spec.atomic->rest_s().value;
     if (is_surfacing(spec)) {

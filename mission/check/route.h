@@ -35,16 +35,16 @@ struct Route {
   Pose start;
   behaviors::LegSettings settings;  ///< Shared by all legs.
   std::vector<RouteLeg> legs;
-  RouteWait after;                  ///< After the last leg.
-  double ascent_m = 0.0;            ///< Sum over all surface states on the route.
-  std::vector<std::string> leaves;  ///< Atomic states in the order entered.
-  std::string final_state;          ///< Empty if the walk was cut off (a loop).
+  RouteWait after;                         ///< After the last leg.
+  double ascent_m = 0.0;                   ///< Sum over all surface states on the route.
+  std::vector<std::string> atomic_states;  ///< Atomic states in the order entered.
+  std::string final_state;                 ///< Empty if the walk was cut off (a loop).
 };
 
 /// Walks the machine with every atomic state succeeding at once and guards evaluated as on deck
-/// (full battery, nothing elapsed). Loops are cut off after `kMaxLeaves` atomic states.
+/// (full battery, nothing elapsed). Loops are cut off after `kMaxAtomicStates` atomic states.
 [[nodiscard]] Route nominal_route(const Mission& mission, const planning::Scene& scene);
 
-inline constexpr std::size_t kMaxLeaves = 1000;
+inline constexpr std::size_t kMaxAtomicStates = 1000;
 
 }  // namespace dive::mission

@@ -17,9 +17,9 @@ namespace dive::mission {
 struct PositionMargin {
   double margin_sigma = std::numeric_limits<double>::infinity();  ///< Infinite: nothing is near.
   Eigen::Vector3d place_W = Eigen::Vector3d::Zero();              ///< B's origin there, m.
-  std::string obstacle;                                           ///< Its name.
-  double clearance_m = 0.0;                                       ///< d
-  double sigma_m = 0.0;                                           ///< sqrt(n' P n)
+  std::string obstacle;      ///< Name of the obstacle nearest there.
+  double clearance_m = 0.0;  ///< d
+  double sigma_m = 0.0;      ///< sqrt(n' P n)
   /// Standard deviation of the position at the end of the leg, along its worst horizontal axis, m.
   double end_sigma_m = 0.0;
 };
@@ -29,7 +29,7 @@ struct PlannedRouteLeg {
   std::string goal;
   planning::PlanResult plan;
   planning::PlannerStatistics statistics;
-  PositionMargin margin = {};  ///< Of an accepted plan; see position_margin.h.
+  PositionMargin margin = {};  ///< Margin of an accepted plan; see position_margin.h.
 };
 
 /// Plans every leg of the nominal route from the previous goal. A reduced path is accepted where

@@ -20,7 +20,7 @@ struct LegTimes {
 };
 
 struct RouteTimes {
-  std::vector<LegTimes> legs;  ///< As the route's.
+  std::vector<LegTimes> legs;  ///< Times of the route's legs, in its order.
   double ends_s = 0.0;         ///< After the waits and ascents that follow the last leg.
 };
 

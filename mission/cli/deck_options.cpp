@@ -16,8 +16,9 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
-      "leg, time and energy, and simulated dives, each with other errors of vehicle, sensors and\n"
-      "map, drawn by its seed. Exit status 0: ready to dive; 1: a simulated dive collides or is "
+      "leg, time and energy, and simulated dives, each with different errors of vehicle, sensors\n"
+      "and map, drawn from its seed. Exit status 0: ready to dive; 1: a simulated dive collides or "
+      "is "
       "not\n"
       "survived, or too many end otherwise than planned; 2: it cannot work, or cannot be read.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
@@ -30,9 +31,9 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->type_name("N")
       ->check(CLI::Range(1, kMaxDives).description(""));
   command->add_flag("--faults", arguments.faults,
-                    "Dive with every fault in every state, each dive to its end: every one must "
-                    "end surfaced, or held in place, without a collision; no current is drawn in "
-                    "these dives unless --set current_sigma=N asks for it");
+                    "Dive with every fault in every state: each dive must end at the surface, or "
+                    "held in place, without a collision; no current is drawn in these dives unless "
+                    "--set current_sigma=N asks for it");
   command->add_flag("--pairs", arguments.pairs, "Also dive with every pair of faults at once");
   command
       ->add_option("--instants", arguments.instants,
@@ -104,7 +105,7 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       ->check(CLI::IsMember({"free", "flat", "horizontal"}).description(""));
   command->add_flag("--allow-reduced", arguments.allow_reduced,
                     "Accept a path with reduced clearance from a start that lacks it");
-  command->add_option("--seed", arguments.seed, "Seed of the warm starts")->type_name("N");
+  command->add_option("--seed", arguments.seed, "Seed of the path search")->type_name("N");
   command->add_option("--svg", arguments.svg, "Write a drawing of map and path")->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
@@ -221,9 +222,10 @@ void add_explain(CLI::App& app, ExplainArguments& arguments) {
                                          "Examples:\n"
                                          "  dive explain dive-runs/window-seed1.lcmlog\n\n"
                                          "Explains a dive: every transition with its cause and "
-                                         "guards, every failsafe with its rung and\n"
-                                         "the competing ones, every plan with the reason of its "
-                                         "request, and the collisions of a simulated dive.");
+                                         "guards, every failsafe with the\n"
+                                         "response and the causes that competed, every plan with "
+                                         "the reason of its request,\n"
+                                         "and the collisions of a simulated dive.");
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
@@ -237,9 +239,9 @@ void add_report(CLI::App& app, ReportArguments& arguments) {
       "  dive report dive-runs/window-seed1.lcmlog --output window.html   a dive\n"
       "  dive report missions/window.xml --output plan.html               the planned legs\n\n"
       "Writes one HTML file that shows a dive, or the plan of a mission, in any browser without a\n"
-      "network: result, 3-D scene, error against D_min, clearance, depth, speed, battery,\n"
-      "estimator, states with their causes, and plans, all on one time cursor. Ground truth is\n"
-      "shown where the log has it; a log that ends early is shown up to its end.");
+      "network: result, 3-D scene, position error beside the required clearance, depth, speed,\n"
+      "battery, estimator, states with their causes, and plans, all at the same chosen time.\n"
+      "Ground truth is shown where the log has it; a log that ends early is shown up to its end.");
   command
       ->add_option("FILE", arguments.file,
                    "Log file (LCM event log), or mission file (XML) whose legs are planned")
@@ -248,7 +250,7 @@ void add_report(CLI::App& app, ReportArguments& arguments) {
   command->add_option("--output", arguments.output, "HTML file to write")
       ->type_name("FILE")
       ->required();
-  command->add_option("--seed", arguments.seed, "Mission: seed of the warm starts")->type_name("N");
+  command->add_option("--seed", arguments.seed, "Mission: seed of the path search")->type_name("N");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, "One JSON object on stdout");
@@ -266,7 +268,7 @@ void add_fit(CLI::App& app, FitArguments& arguments) {
       "after\n"
       "on dives that were not fitted. Ground truth is not used. Exit status 0: better than before; "
       "1: no\n"
-      "better, and nothing is written; 2: a log is of no use.");
+      "better, and nothing is written; 2: a log cannot be used.");
   command->add_option("LOG", arguments.logs, "Log files (LCM event logs) of one vehicle")
       ->type_name("FILE")
       ->required();

@@ -172,13 +172,13 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       ->add_option("--write-calibration", arguments.calibration,
                    "Write the calibration of its cameras and IMU for dive run --cameras, and exit")
       ->type_name("DIR");
-  command->add_option("--seed", arguments.seed, "Seed of everything random")->type_name("N");
+  command->add_option("--seed", arguments.seed, "Seed of all random numbers")->type_name("N");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   command
       ->add_option("--fault", arguments.faults,
-                   "Let something fail at a time, e.g. imu_silent@30 (repeatable)")
+                   "Inject a fault at a time, e.g. imu_silent@30 (repeatable)")
       ->type_name("NAME@SECONDS")
       ->allow_extra_args(false);
   command->add_option("--for", arguments.max_seconds, "Maximum dive time (default: 3600)")

@@ -240,6 +240,24 @@ bool serve(const estimation::VisionOptions& vision, const RunArguments& argument
   return false;
 }
 
+void keep_and_print(const LinkedResult& result, const std::string& log_path, std::uint64_t seed,
+                    const RunArguments& arguments, const LoadedMission& loaded) {
+  // A map that is lost does not change the status, by which systemd knows whether to dive again.
+  const std::optional<std::string> map =
+      keep_map(log_path, result.observed_map, result.observed_points, loaded)
+          .value_or(std::nullopt);
+  if (arguments.json) {
+    nlohmann::ordered_json json = to_json(result, arguments.stats);
+    json["log"] = log_path;
+    json["seed"] = seed;
+    add_map(json, map, result.observed_map, loaded);
+    print_json(json);
+  } else {
+    print_linked(result, log_path, arguments.stats);
+    print_map(map, result.observed_map, loaded);
+  }
+}
+
 int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, StopSignals& signals) {
   std::optional<estimation::VisionOptions> vision;
   if (!arguments.cameras.empty()) {
@@ -288,20 +306,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
   signals.end_dive();
   service.end_dive();
   recording->close();
-  // A map that is lost does not change the status, by which systemd knows whether to dive again.
-  const std::optional<std::string> map =
-      keep_map(recording->log_path(), result.observed_map, result.observed_points, loaded)
-          .value_or(std::nullopt);
-  if (arguments.json) {
-    nlohmann::ordered_json json = to_json(result, arguments.stats);
-    json["log"] = recording->log_path();
-    json["seed"] = settings.seed;
-    add_map(json, map, result.observed_map, loaded);
-    print_json(json);
-  } else {
-    print_linked(result, recording->log_path(), arguments.stats);
-    print_map(map, result.observed_map, loaded);
-  }
+  keep_and_print(result, recording->log_path(), settings.seed, arguments, loaded);
   if (result.outcome == "failure") return kExitUnfinished;
   return result.outcome == "success" ? kExitSuccess : kExitFailed;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What the service manager is told of a dive (sd_notify(3)): READY=1 when it has begun, then a
+// Notifies the service manager of a dive (sd_notify(3)): READY=1 when it has begun, then a
 // STATUS= line and, with a watchdog, WATCHDOG=1 at half its period or once a second, STOPPING=1 at
 // its end. Sent by another thread; the watchdog's message comes from the control loop, so that a
 // loop that hangs is noticed. Does nothing without NOTIFY_SOCKET in the environment.

@@ -237,13 +237,13 @@ void print_trial(const Trial& trial, const TestArguments& arguments) {
 /// Runs all valid scenarios, several in parallel, and prints them in their order.
 void try_all(std::vector<Trial>& trials, const TestArguments& arguments) {
   std::mutex telling;
-  std::size_t told = 0;
+  std::size_t printed = 0;
   std::vector<bool> done(trials.size(), false);
   const auto tell = [&](std::size_t index) {
     const std::lock_guard lock(telling);
     done[index] = true;
-    for (; told < trials.size() && done[told]; ++told) {
-      if (!arguments.json) print_trial(trials[told], arguments);
+    for (; printed < trials.size() && done[printed]; ++printed) {
+      if (!arguments.json) print_trial(trials[printed], arguments);
     }
   };
   run_in_parallel(trials.size(), thread_count(arguments.jobs), [&](std::size_t i) {

@@ -169,10 +169,10 @@ struct Failsafes {
 /// What is known before the dive, as standard deviations: the estimator expects errors of this
 /// size, and the simulator draws them.
 struct Priors {
-  double start_m = 0.1;   ///< Of the position at the release, per horizontal axis, m.
-  double map_m = 0.05;    ///< Of the position of a known map, per horizontal axis, m.
-  double map_deg = 0.5;   ///< Of its orientation about the vertical.
-  double current = 0.02;  ///< Of the current against the declared one, per horizontal axis, m/s.
+  double start_m = 0.1;   ///< Position at the release, per horizontal axis, m.
+  double map_m = 0.05;    ///< Position of a known map, per horizontal axis, m.
+  double map_deg = 0.5;   ///< Orientation of a known map about the vertical, deg.
+  double current = 0.02;  ///< Difference from the declared current, per horizontal axis, m/s.
 };
 
 struct Mission {
@@ -187,7 +187,7 @@ struct Mission {
   std::optional<Located<MappingSensor>> mapping_sensor;  ///< As written; see mapping_sensor().
   bool allows_fixes = true;     ///< In a known map: position fixes from scans of the range camera.
   bool trusts_absence = false;  ///< Mapped objects that scans see through leave the map.
-  Span trusts_absence_span;     ///< Of that attribute, if it is given.
+  Span trusts_absence_span;     ///< Position of `trust_absence`, if it is given.
   double memory_s = 600.0;      ///< Time for which obstacles observed during the dive are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;

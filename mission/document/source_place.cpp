@@ -6,7 +6,7 @@
 namespace dive::mission {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+bool is_white_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 std::size_t past(std::string_view text, std::string_view end, std::size_t from) {
   const std::size_t found = text.find(end, from);
@@ -112,7 +112,7 @@ Span place_of_text(const SourceText& source, const XmlElement& element) {
   for (int depth = 0; at < text.size() && depth >= 0; at = past_token(text, at, depth)) {
     if (depth > 0) continue;
     if (is_section(text, at)) return source.span_at(at, kSection.size());
-    if (text[at] != '<' && !is_blank(text[at])) {
+    if (text[at] != '<' && !is_white_space(text[at])) {
       return source.span_at(at, std::min(text.find_first_of(" \t\r\n<", at), text.size()) - at);
     }
   }

@@ -12,7 +12,7 @@
 namespace dive::mission {
 namespace {
 
-constexpr TextStyle kHeading{.size = 15.0, .fill = "#111111", .bold = true};
+constexpr TextStyle kTitleStyle{.size = 15.0, .fill = "#111111", .bold = true};
 constexpr TextStyle kRow{.size = 13.0};
 constexpr double kSymbolWidth = 32.0;
 
@@ -25,7 +25,7 @@ class Legend {
   double draw() {
     draw_legs();
     y_ += 30.0;
-    canvas_.text({left_, y_}, "Legend", kHeading);
+    canvas_.text({left_, y_}, "Legend", kTitleStyle);
     y_ += 3.0;
     draw_line_symbols();
     draw_obstacle_symbols();
@@ -36,7 +36,7 @@ class Legend {
   void draw_legs() {
     constexpr std::size_t kMaxRows = 24;
     const TextStyle column{.size = 12.0, .anchor = "end", .fill = "#555555"};
-    canvas_.text({left_, y_}, "Legs", kHeading);
+    canvas_.text({left_, y_}, "Legs", kTitleStyle);
     canvas_.text({right_ - 72.0, y_}, "length", column);
     canvas_.text({right_, y_}, "clearance", column);
     for (std::size_t leg = 0; leg < std::min(drawing_.legs.size(), kMaxRows); ++leg) draw_leg(leg);

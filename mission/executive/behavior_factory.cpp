@@ -20,7 +20,7 @@ constexpr double kUnknownWayOut = 90.0;   // s for which a blocked exit path is 
 constexpr int kUnknownUnreachable = 45;   // failed plans: the obstacle may go away
 constexpr double kOptimisticStale = 3.0;  // s
 constexpr double kJudged = 1.5;           // m: minimum range in which clearances are evaluated
-constexpr double kBeyond = 1.1;           // m beyond the largest required clearance
+constexpr double kClearanceFactor = 1.1;  // of the largest required clearance
 constexpr double kBesideMap = 5.0;        // m: beyond, a point may belong to the known map
 
 behaviors::ReplanPolicy replan_policy(const Mission& mission, const ReplanPolicy& written) {
@@ -100,7 +100,7 @@ double evaluated_clearance(const Mission& mission) {
   for (int state = 0; state < index.size(); ++state) {
     if (const auto& replan = index.spec(state).replan) look(*replan);
   }
-  return std::max(kJudged, kBeyond * most);
+  return std::max(kJudged, kClearanceFactor * most);
 }
 
 planning::World known_world(const Mission& mission, planning::World world) {

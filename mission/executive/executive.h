@@ -3,7 +3,7 @@
 // random number, so that the same step runs in simulation, on the vehicle, in replay and in `dive
 // check`, and a log of its inputs determines all its outputs.
 //
-// One step is a sequence of stages (executive.cpp, drawn in mission/README.md): samples, the
+// One step is a sequence of stages (executive.cpp; drawn in mission/README.md): samples, the
 // position, the situation, failsafes, events to the machine, the active behaviour's command, and
 // the efforts of the flippers.
 

@@ -1,6 +1,7 @@
 #pragma once
-// The members of the executive, shared by executive.cpp (the stages of a tick) and
-// executive_restart.cpp (the state kept for a restart). Private to mission/executive.
+// The members of the executive, shared by executive.cpp (the tick), executive_sense.cpp,
+// executive_decide.cpp and executive_command.cpp (its stages), and executive_restart.cpp (the state
+// kept for a restart). Private to mission/executive.
 
 #include <optional>
 #include <string>
@@ -47,7 +48,6 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void begin_tick(Utime now);
   void sense(const StepInputs& inputs);
   void estimate(const StepInputs& inputs);
-  void estimate_over_gap();
   void start();
   void assess();
   void collect_events(const StepInputs& inputs);
@@ -59,6 +59,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void keep_exit_path();
 
   // Parts of stages.
+  void estimate_over_gap();
   [[nodiscard]] Eigen::Vector3d first_position() const;
   [[nodiscard]] double first_sigma() const;
   /// Declared current at `now`, m/s; a restarted executive continues the mission's time.

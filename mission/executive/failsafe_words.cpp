@@ -6,6 +6,7 @@ namespace dive::mission {
 
 using behaviors::FailsafeKind;
 
+// Longer than a screen because it is a table: one case per failsafe.
 std::string describe(FailsafeKind kind, const Mission& mission, const Situation& situation) {
   const double limit = mission.failsafes.threshold[static_cast<std::size_t>(kind)];
   const behaviors::Progress& progress = situation.progress;

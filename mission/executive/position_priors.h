@@ -8,8 +8,8 @@
 
 namespace dive::mission {
 
-/// Of a mission that uses fixes from the map, and a vehicle with that motion model: the slip
-/// of its worst axis counts, because a vehicle may lie on its side.
+/// Options for a mission that uses fixes from the map and a vehicle with that motion model. The
+/// slip of its worst axis counts, because a vehicle may lie on its side.
 [[nodiscard]] estimation::MapFixOptions map_fix_options(const Mission& mission,
                                                         const MotionModel& motion);
 

@@ -35,7 +35,7 @@ struct Situation {
   // Vehicle.
   SensorStatus sensors;
   HealthSample health;
-  MapAgreement map_agreement;  ///< Of the scans of the last seconds with the known map.
+  MapAgreement map_agreement;  ///< Agreement of the last seconds' scans with the known map.
   estimation::StateEstimate estimate;
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   bool position_corrected = false;  ///< The position has jumped to a fix in this tick.

@@ -18,8 +18,6 @@ namespace dive::mission {
 namespace {
 
 constexpr XmlLimits kLimits{};
-constexpr double kMinCapture = 0.05;  // m
-constexpr double kMaxCapture = 20.0;  // m
 constexpr std::size_t kMaxDescription = 3900;
 constexpr std::size_t kMaxWord = 60;  // length of a payload command: see as_id()
 constexpr std::array<std::string_view, 6> kRead = {"goto",         "leg",          "zambonie",
@@ -223,12 +221,12 @@ class Reader {
     if (const XmlElement* own = elements_.account().child(primitive, "drop_distance")) {
       drop_m = elements_.number(*own, {"m"}).value_or(drop_m);
     }
-    leg.capture_radius = std::clamp(drop_m, kMinCapture, kMaxCapture);
+    leg.capture_radius = std::clamp(drop_m, kMinCaptureRadius, kMaxCaptureRadius);
     if (leg.capture_radius == drop_m) return;
     report_.warning("IMP-CHANGED", primitive.span,
                     fmt::format("'drop_distance' m: {:g} m becomes a capture_radius of {:g} m: it "
                                 "may be {:g} to {:g} m",
-                                drop_m, leg.capture_radius, kMinCapture, kMaxCapture));
+                                drop_m, leg.capture_radius, kMinCaptureRadius, kMaxCaptureRadius));
   }
 
   void read_pace(const XmlElement& primitive, ForeignLeg& leg) {

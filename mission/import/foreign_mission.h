@@ -15,6 +15,10 @@
 
 namespace dive::mission {
 
+// Bounds of capture_radius in missions/mission.xsd, m.
+inline constexpr double kMinCaptureRadius = 0.05;
+inline constexpr double kMaxCaptureRadius = 20.0;
+
 /// A part of a foreign mission: positions to be reached in sequence.
 struct ForeignLeg {
   std::vector<Eigen::Vector2d> points;  ///< x east, y north, m; at least one.

@@ -18,8 +18,6 @@ namespace {
 constexpr std::size_t kMaxBytes = 4U << 20U;
 constexpr double kEquator = 6'378'137.0;       // m, WGS 84
 constexpr double kEccentricity2 = 0.00669438;  // its first eccentricity, squared
-constexpr double kMinCapture = 0.05;           // m
-constexpr double kMaxCapture = 20.0;           // m
 constexpr double kMaxDwell = 86400.0;          // s
 
 constexpr int kWaypoint = 16;
@@ -264,11 +262,12 @@ class Builder {
     leg.dwell_s = std::clamp(item.parameters[0].value_or(0.0), 0.0, kMaxDwell);
     if (leg.dwell_s != item.parameters[0].value_or(0.0)) left_out(item, 1);
     if (item.command == kWaypoint && item.parameters[1].value_or(0.0) > 0.0) {
-      leg.capture_radius = std::clamp(*item.parameters[1], kMinCapture, kMaxCapture);
+      leg.capture_radius = std::clamp(*item.parameters[1], kMinCaptureRadius, kMaxCaptureRadius);
       if (leg.capture_radius != *item.parameters[1]) {
         report_.warning(
             "IMP-CHANGED", item.span,
-            fmt::format("the acceptance radius may be {:g} to {:g} m", kMinCapture, kMaxCapture),
+            fmt::format("the acceptance radius may be {:g} to {:g} m", kMinCaptureRadius,
+                        kMaxCaptureRadius),
             fmt::format("{} m becomes {:g} m", *item.parameters[1], leg.capture_radius));
       }
     } else {

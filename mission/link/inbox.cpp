@@ -127,7 +127,7 @@ void Inbox::keep(const Request& request) {
 }
 
 std::optional<Inbox::Request> Inbox::take_request() {
-  std::optional<Request> request = take_from(requests_);
+  const std::optional<Request> request = take_from(requests_);
   return request ? request : take_from(anonymous_requests_);
 }
 

@@ -57,7 +57,7 @@ class Supervision {
   void receive(const ImuSample& sample, Utime now);
   void receive(const DepthSample& sample, Utime now);
 
-  /// Its own command, to be sent at once; empty while it watches.
+  /// The supervisor's own command, to be sent at once; empty while it watches.
   [[nodiscard]] std::optional<link::VehicleCommand> step(Utime now);
 
   /// True when the executive has finished, or the vehicle is at the surface.
@@ -79,7 +79,7 @@ class Supervision {
   const SupervisorLog& log_;
   link::CommandGate executive_;
   vehicle::ExitGuidance guidance_;
-  vehicle::OwnAutopilot autopilot_;          ///< As the vehicle's.
+  vehicle::OwnAutopilot autopilot_;          ///< Predicts the autopilot of the vehicle.
   vehicle::PseudoRates efforts_;             ///< What the vehicle executes.
   std::optional<link::VehicleCommand> own_;  ///< Last command of its own, while it commands.
   std::optional<Utime> finished_at_;  ///< Arrival of the executive's report that it has finished.

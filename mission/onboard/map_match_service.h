@@ -49,7 +49,7 @@ class MapMatchService {
  private:
   struct Result {
     MapFix fix;
-    Eigen::Vector3d from_W = Eigen::Vector3d::Zero();  ///< Of the rays.
+    Eigen::Vector3d from_W = Eigen::Vector3d::Zero();  ///< Origin of the rays, m.
     std::vector<planning::CellSighting> sightings;
   };
 

@@ -68,7 +68,7 @@ class MapperService {
   void launch(Submitted submitted);
 
   SteadyClock clock_;
-  /// Of the scan being mapped; used by the worker only.
+  /// Objects absent when the scan being mapped was taken; used by the worker only.
   std::shared_ptr<planning::AbsentObjects> absent_on_worker_;
   planning::Mapper mapper_;
   planning::AbsentObjects absent_;

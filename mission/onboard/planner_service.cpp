@@ -12,9 +12,9 @@ constexpr double kAround =
 }  // namespace
 
 PlannerService::PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                               planning::PlannerOptions options, Utime latency, OnLate late)
+                               const planning::PlannerOptions& options, Utime latency, OnLate late)
     : hull_(hull),
-      options_(std::move(options)),
+      options_(options),
       known_(world),
       world_(world),
       planner_(std::make_unique<planning::Planner>(world_, hull_, options_, clock_)),

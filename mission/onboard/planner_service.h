@@ -18,7 +18,8 @@ class PlannerService {
  public:
   /// `latency`: least time from query to answer, in dive time, us.
   PlannerService(const planning::World& world, const planning::RobotHull& hull,
-                 planning::PlannerOptions options, Utime latency, OnLate late = OnLate::kBlock);
+                 const planning::PlannerOptions& options, Utime latency,
+                 OnLate late = OnLate::kBlock);
 
   /// Sets the obstacles, besides the known map, for plans that start from now on.
   void set_map(const planning::ObservedMap& map) { map_ = map; }

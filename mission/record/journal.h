@@ -40,7 +40,7 @@ struct Journal {
   std::vector<behaviors::Trail::Breadcrumb> trail;
   double trail_spacing_m = behaviors::kTrailSpacing;
   std::int64_t commits = 0;
-  std::int64_t generation = 0;  ///< Of the bank it was read from.
+  std::int64_t generation = 0;  ///< Generation of the bank from which it was read.
 };
 
 /// The error is a sentence: no such file, not a journal.

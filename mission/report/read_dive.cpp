@@ -74,7 +74,7 @@ class DiveReader {
   estimation::StateEstimate last_estimate_;
   Status last_status_;
   FailsafeRecord last_failsafe_;
-  std::optional<ExecutiveResult> result_;  ///< Of the executive while it is run again.
+  std::optional<ExecutiveResult> result_;  ///< Result of the executive that is run again.
   bool is_rerun_to_end_ = false;
   std::optional<HealthSample> health_;
   std::optional<int> features_;

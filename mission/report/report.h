@@ -47,9 +47,10 @@ struct DiveVerdict {
 /// One moment of a dive. NaN: not known, or not applicable.
 struct DiveSample {
   double t_s = 0.0;
-  std::optional<Pose> truth;                             ///< True X_WB.
-  std::optional<Pose> estimate;                          ///< Estimated X_WB.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the estimated position in W, m^2.
+  std::optional<Pose> truth;     ///< True X_WB.
+  std::optional<Pose> estimate;  ///< Estimated X_WB.
+  Eigen::Matrix3d covariance =
+      Eigen::Matrix3d::Zero();                ///< Covariance of the estimated position in W, m^2.
   double cross_track_m = kUnknownValue;       ///< Estimated distance to the line p_{i-1} p_i.
   double true_cross_track_m = kUnknownValue;  ///< True distance to the same line.
   double clearance_m = kUnknownValue;  ///< Hull to map, of the true pose, else of the estimated.
@@ -128,7 +129,7 @@ struct DiveReport {
   std::vector<LocalGoal> local_goals;
   std::vector<NearMiss> near_misses;
   std::vector<ObservedPiece> observed;
-  std::size_t observed_pieces = 0;  ///< Of the whole observed map; `observed` may be a part of it.
+  std::size_t observed_pieces = 0;  ///< Pieces of the whole observed map; `observed` may be a part.
   /// Exit path, trail and overhead are not in a log: they are computed by running the executive
   /// again. They are known until this time.
   double rerun_until_s = 0.0;

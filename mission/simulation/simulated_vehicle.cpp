@@ -22,6 +22,62 @@ constexpr Utime kGiveUp = 120'000'000;
 constexpr double kAtSurface = 0.3;      // m
 constexpr double kRestAtSurface = 5.0;  // s
 
+/// The samples of one tick, as the link carries them.
+struct TickSamples {
+  StepInputs inputs;  ///< AHRS, depth and health.
+  std::optional<RangeScan> scan;
+  vehicle::StereoFrames images;
+  vehicle::InertialSamples inertial;
+
+  void shift(Utime by) {
+    if (inputs.imu) inputs.imu->utime += by;
+    if (inputs.depth) inputs.depth->utime += by;
+    if (inputs.health) inputs.health->utime += by;
+    if (scan) scan->utime += by;
+    for (ImuSample& sample : inertial.samples) sample.utime += by;
+    for (std::optional<ImageFrame>& image : images) {
+      if (image) image->utime += by;
+    }
+  }
+};
+
+class SamplePublisher {
+ public:
+  explicit SamplePublisher(link::Bus& bus) : bus_(bus) {}
+
+  template <typename Value>
+  void publish(const char* channel, const Value& value) {
+    if (link::encode(value, packet_)) bus_.publish(channel, packet_);
+  }
+
+  /// Returns which samples it has published.
+  link::SimTick publish(const TickSamples& samples, Utime now) {
+    link::SimTick tick;
+    tick.utime = now;
+    const auto add = [&](const char* channel, const auto& sample, std::optional<Utime>& time) {
+      if (!sample) return;
+      time = sample->utime;
+      publish(channel, *sample);
+    };
+    add(link::channel::kAhrs, samples.inputs.imu, tick.ahrs);
+    add(link::channel::kDepth, samples.inputs.depth, tick.depth);
+    add(link::channel::kHealth, samples.inputs.health, tick.health);
+    add(link::channel::kRange, samples.scan, tick.range);
+    for (const ImuSample& sample : samples.inertial.list()) {
+      publish(link::channel::kImu, sample);
+      ++tick.imu_samples;
+      tick.last_imu = sample.utime;
+    }
+    add(link::channel::kImage, samples.images[0], tick.left);
+    add(link::channel::kImage, samples.images[1], tick.right);
+    return tick;
+  }
+
+ private:
+  link::Bus& bus_;
+  link::Packet packet_;
+};
+
 class SimulatedVehicle {
  public:
   SimulatedVehicle(const planning::World& map, const vehicle::Model& model, const Pose& start,
@@ -36,7 +92,8 @@ class SimulatedVehicle {
       next += from_seconds(vehicle::Simulator::kTick);
       if (settings_.lockstep && !is_alone_) {
         wait_for_command(wanted);
-      } else if (!has_begun_ && !arbiter_.executive() && inputs_.imu && inputs_.depth) {
+      } else if (!has_begun_ && !arbiter_.executive() && samples_.inputs.imu &&
+                 samples_.inputs.depth) {
         wait_for_first_command(wanted);
         next = clock_.now();
       } else {
@@ -62,7 +119,8 @@ class SimulatedVehicle {
                    settings.seed),
         contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt),
         injector_(settings.faults),
-        arbiter_(make_arbiter()) {
+        arbiter_(make_arbiter()),
+        publisher_(bus) {
     if (settings.range_camera) {
       camera_.emplace(world,
                       vehicle::drawn_range_camera(*settings.range_camera,
@@ -118,22 +176,23 @@ class SimulatedVehicle {
       report_.refused += arbiter_.refused();
       arbiter_ = make_arbiter();
     }
-    shift_times(-from_seconds(restart->at_s + restart->away_s));
+    samples_.shift(-from_seconds(restart->at_s + restart->away_s));
   }
 
   void tick() {
     has_begun_ = has_begun_ || arbiter_.executive();
     const vehicle::SensorSamples samples = simulator_.step(rates_);
-    inputs_ = {};
-    inputs_.now = now();
-    inputs_.imu = samples.imu;
-    inputs_.depth = samples.depth;
-    inputs_.health = samples.health;
-    const StepInputs own = inputs_;  // faults of the link do not affect the vehicle's own autopilot
+    samples_.inputs = {};
+    samples_.inputs.now = now();
+    samples_.inputs.imu = samples.imu;
+    samples_.inputs.depth = samples.depth;
+    samples_.inputs.health = samples.health;
+    // Faults of the link do not affect the vehicle's own autopilot.
+    const StepInputs own = samples_.inputs;
     std::vector<AppearingObstacle> ignored;  // no message of the link could report them
-    injector_.apply(simulator_.truth(), inputs_, ignored);
-    inertial_ = samples.inertial;
-    injector_.apply(inertial_);
+    injector_.apply(simulator_.truth(), samples_.inputs, ignored);
+    samples_.inertial = samples.inertial;
+    injector_.apply(samples_.inertial);
     sense_surroundings();
     set_clock();
     restart_driver();
@@ -145,59 +204,26 @@ class SimulatedVehicle {
   }
 
   void sense_surroundings() {
-    if (cameras_) images_ = cameras_->render(simulator_.truth(), std::nullopt, injector_);
-    scan_.reset();
+    if (cameras_) samples_.images = cameras_->render(simulator_.truth(), std::nullopt, injector_);
+    samples_.scan.reset();
     if (!camera_ || !camera_->due(now())) return;
     camera_->set_frozen(injector_.is_on(FaultKind::kRangeFrozen));
-    scan_ = camera_->take(now(), simulator_.truth().X_WB);
-    if (injector_.is_on(FaultKind::kRangeSilent)) scan_.reset();
+    samples_.scan = camera_->take(now(), simulator_.truth().X_WB);
+    if (injector_.is_on(FaultKind::kRangeSilent)) samples_.scan.reset();
   }
 
   void set_clock() {
     const std::optional<ClockJump>& jump = settings_.clock_jump;
     if (!jump || to_seconds(now()) < jump->at_s) return;
-    shift_times(from_seconds(jump->by_s));
-  }
-
-  void shift_times(Utime by) {
-    if (inputs_.imu) inputs_.imu->utime += by;
-    if (inputs_.depth) inputs_.depth->utime += by;
-    if (inputs_.health) inputs_.health->utime += by;
-    if (scan_) scan_->utime += by;
-    for (ImuSample& sample : inertial_.samples) sample.utime += by;
-    for (std::optional<ImageFrame>& image : images_) {
-      if (image) image->utime += by;
-    }
-  }
-
-  template <typename Value>
-  void publish(const char* channel, const Value& value) {
-    if (link::encode(value, packet_)) bus_.publish(channel, packet_);
+    samples_.shift(from_seconds(jump->by_s));
   }
 
   void publish_samples() {
-    link::SimTick tick;
-    tick.utime = now();
-    const auto add = [&](const char* channel, const auto& sample, std::optional<Utime>& time) {
-      if (!sample) return;
-      time = sample->utime;
-      publish(channel, *sample);
-    };
-    add(link::channel::kAhrs, inputs_.imu, tick.ahrs);
-    add(link::channel::kDepth, inputs_.depth, tick.depth);
-    add(link::channel::kHealth, inputs_.health, tick.health);
-    add(link::channel::kRange, scan_, tick.range);
-    for (const ImuSample& sample : inertial_.list()) {
-      publish(link::channel::kImu, sample);
-      ++tick.imu_samples;
-      tick.last_imu = sample.utime;
-    }
-    add(link::channel::kImage, images_[0], tick.left);
-    add(link::channel::kImage, images_[1], tick.right);
+    const link::SimTick tick = publisher_.publish(samples_, now());
     const NearestApproach& nearest = contacts_.nearest();
-    publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_,
-                                               nearest.clearance_m, nearest.obstacle});
-    if (settings_.lockstep) publish(link::channel::kSimTick, tick);
+    publisher_.publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_,
+                                                          nearest.clearance_m, nearest.obstacle});
+    if (settings_.lockstep) publisher_.publish(link::channel::kSimTick, tick);
   }
 
   [[nodiscard]] bool is_answered() const {
@@ -273,14 +299,11 @@ class SimulatedVehicle {
   FaultInjector injector_;
   link::Arbiter arbiter_;
   vehicle::PseudoRates rates_;
-  StepInputs inputs_;
+  TickSamples samples_;
   std::optional<SimulatedCameras> cameras_;
-  std::vector<std::string> touched_;   ///< Obstacles touched in this tick.
-  std::optional<RangeScan> scan_;      ///< Scan of this tick.
-  vehicle::StereoFrames images_;       ///< Images of this tick.
-  vehicle::InertialSamples inertial_;  ///< IMU samples of this tick.
+  std::vector<std::string> touched_;  ///< Obstacles touched in this tick.
   OwnSamples own_;
-  link::Packet packet_;
+  SamplePublisher publisher_;
   bool finished_ = false;
   bool has_begun_ = false;      ///< The first command has arrived.
   bool has_restarted_ = false;  ///< The driver was restarted.

@@ -86,8 +86,8 @@ struct Certifier::Impl {
   void certify_candidate(std::span<const Pose> waypoints, const Candidate& candidate);
   void certify_segments(std::span<const Pose> waypoints);
   void certify_segment(const Piece& segment, int obstacle, double at_least);
-  void certify_pair(const Piece& piece, const MovingBody& body, int obstacle, Separator at_a,
-                    Separator at_b);
+  void certify_pair(const Piece& piece, const MovingBody& body, int obstacle, const Separator& at_a,
+                    const Separator& at_b);
   void certify_parts(const Piece& piece, int obstacle, const Separator& at_a,
                      const Separator& at_b);
 
@@ -276,7 +276,7 @@ void Certifier::Impl::certify_segment(const Piece& segment, int obstacle, double
 }
 
 void Certifier::Impl::certify_pair(const Piece& piece, const MovingBody& body, int obstacle,
-                                   Separator at_a, Separator at_b) {
+                                   const Separator& at_a, const Separator& at_b) {
   if (settled(bound(piece, body, obstacle, at_a, at_b), piece.halvings)) return;
   if (!is_exact(body)) {
     certify_parts(piece, obstacle, at_a, at_b);

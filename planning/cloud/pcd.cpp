@@ -27,7 +27,7 @@ struct Entry {
   std::size_t line = 0;
   std::vector<std::string> words;  ///< Words without the keyword.
 };
-using Header = std::map<std::string, Entry, std::less<>>;
+using PcdHeader = std::map<std::string, Entry, std::less<>>;
 
 struct Field {
   std::string name;
@@ -35,10 +35,8 @@ struct Field {
   std::uint64_t count = 1;
 };
 
-tl::unexpected<std::string> refuse(std::string reason) { return tl::unexpected(std::move(reason)); }
-
-tl::expected<Header, std::string> read_header(Input& input) {
-  Header header;
+tl::expected<PcdHeader, std::string> read_pcd_header(Input& input) {
+  PcdHeader header;
   while (!header.contains("DATA")) {
     const auto line = input.line();
     if (!line) return refuse("its header has no DATA line: " + input.failure());
@@ -59,7 +57,7 @@ tl::expected<Header, std::string> read_header(Input& input) {
   return header;
 }
 
-const Entry* find(const Header& header, std::string_view keyword) {
+const Entry* find(const PcdHeader& header, std::string_view keyword) {
   const auto found = header.find(keyword);
   return found == header.end() ? nullptr : &found->second;
 }
@@ -69,10 +67,11 @@ bool is_number_type(char type, std::uint64_t size) {
   return (type == 'I' || type == 'U') && (size == 1 || size == 2 || size == 4 || size == 8);
 }
 
-tl::expected<std::vector<Field>, std::string> read_fields(const Header& header) {
+tl::expected<std::vector<Field>, std::string> read_fields(const PcdHeader& header) {
   const Entry* names = find(header, "FIELDS");
   if (names == nullptr) return refuse("its header has no FIELDS line");
   std::vector<Field> fields;
+  fields.reserve(names->words.size());
   for (const std::string& name : names->words) fields.push_back({name, {}, 1});
 
   for (const std::string_view keyword : {"SIZE", "TYPE", "COUNT"}) {
@@ -140,7 +139,7 @@ tl::expected<RowLayout, std::string> lay_out(const std::vector<Field>& fields, s
   return layout;
 }
 
-tl::expected<std::uint64_t, std::string> count_points(const Header& header) {
+tl::expected<std::uint64_t, std::string> count_points(const PcdHeader& header) {
   std::map<std::string_view, std::uint64_t> numbers;
   for (const std::string_view keyword : {"WIDTH", "HEIGHT", "POINTS"}) {
     const Entry* entry = find(header, keyword);
@@ -248,7 +247,7 @@ bool looks_like_pcd(std::string_view head) {
 }
 
 tl::expected<RawCloud, std::string> read_pcd(Input& input, std::size_t max_points) {
-  const auto header = read_header(input);
+  const auto header = read_pcd_header(input);
   if (!header) return refuse(header.error());
   if (const Entry* version = find(*header, "VERSION")) {
     const std::string text = version->words.empty() ? "" : version->words[0];

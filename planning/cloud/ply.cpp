@@ -26,12 +26,10 @@ struct Element {
   bool has_lists = false;
 };
 
-struct Header {
+struct PlyHeader {
   std::string encoding;
   std::vector<Element> elements;
 };
-
-tl::unexpected<std::string> refuse(std::string reason) { return tl::unexpected(std::move(reason)); }
 
 std::optional<NumberType> type_of(std::string_view name) {
   struct Named {
@@ -61,7 +59,7 @@ std::optional<NumberType> type_of(std::string_view name) {
 }
 
 // Adds one line of the header; false if it is invalid.
-bool take_line(const std::vector<std::string_view>& words, Header& header) {
+bool take_line(const std::vector<std::string_view>& words, PlyHeader& header) {
   if (words[0] == "format") {
     if (words.size() != 3 || !header.encoding.empty() || words[2] != "1.0") return false;
     header.encoding = words[1];
@@ -85,8 +83,8 @@ bool take_line(const std::vector<std::string_view>& words, Header& header) {
   return type.has_value();
 }
 
-tl::expected<Header, std::string> read_header(Input& input) {
-  Header header;
+tl::expected<PlyHeader, std::string> read_ply_header(Input& input) {
+  PlyHeader header;
   for (;;) {
     const auto line = input.line();
     if (!line) return refuse("its header has no end_header: " + input.failure());
@@ -154,7 +152,7 @@ bool looks_like_ply(std::string_view head) {
 }
 
 tl::expected<RawCloud, std::string> read_ply(Input& input, std::size_t max_points) {
-  const auto header = read_header(input);
+  const auto header = read_ply_header(input);
   if (!header) return refuse(header.error());
   const bool is_text = header->encoding == "ascii";
   const bool is_big = header->encoding == "binary_big_endian";

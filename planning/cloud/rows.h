@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
+#include <tl/expected.hpp>
 
 #include "common/se3.h"
 #include "planning/cloud/input.h"
@@ -69,6 +71,10 @@ inline constexpr std::uint64_t kMaxHeaderLength = std::uint64_t{1} << 20;
 /// points can follow, and a warning in binary, where writers pad.
 [[nodiscard]] std::string expect_no_more_text(Input& input);
 void warn_of_more_bytes(const Input& input, RawCloud& cloud);
+
+[[nodiscard]] inline tl::unexpected<std::string> refuse(std::string reason) {
+  return tl::unexpected(std::move(reason));
+}
 
 /// The reason to refuse a cloud of that many points; empty if it is accepted.
 [[nodiscard]] std::string check_count(std::uint64_t promised, std::size_t most);

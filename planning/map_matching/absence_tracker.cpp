@@ -10,7 +10,7 @@ namespace {
 
 // More than the cells of one object.
 constexpr CellKey kKeysOfObject = 1024;
-// Of one cell, by which an object that was gone is back: one may show a fish.
+// Scans of one cell by which an object that was gone is back: one may show a fish.
 constexpr int kScansOccupied = 2;
 
 Polytope block(const Eigen::AlignedBox3d& box) {

@@ -31,7 +31,7 @@ class AbsenceTracker {
   static constexpr int kScans = 6;
   static constexpr std::size_t kPlaces = 3;
   static constexpr double kApart = 0.5;  ///< m between two places.
-  static constexpr double kShare = 0.4;  ///< Of the cells of an object.
+  static constexpr double kShare = 0.4;  ///< Share of an object's cells.
 
   /// Demands objects.
   explicit AbsenceTracker(std::shared_ptr<const ObjectCells> objects);
@@ -44,14 +44,14 @@ class AbsenceTracker {
  private:
   struct Cell {
     int free = 0;         ///< Scans that show it free, since two that showed it occupied.
-    int free_in_row = 0;  ///< The same, since one.
+    int free_in_row = 0;  ///< Scans that show it free, since one that showed it occupied.
     int occupied = 0;  ///< Scans that show it occupied, since three in a row that showed it free.
     bool is_remnant = false;  ///< An obstacle by itself: the object is gone, but not this cell.
   };
   struct Evidence {
     std::vector<Cell> cells;
-    std::vector<Eigen::Vector3d> places_W;  ///< From which scans saw through it.
-    int scans = 0;                          ///< That saw through it.
+    std::vector<Eigen::Vector3d> places_W;  ///< Places from which rays passed through it.
+    int scans = 0;                          ///< Number of scans whose rays passed through it.
     bool is_absent = false;
   };
 

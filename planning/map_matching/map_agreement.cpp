@@ -9,6 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "planning/map_matching/scan_limits.h"
+
 namespace dive::planning {
 namespace {
 
@@ -17,11 +19,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kRays = 160;     // of a scan
 constexpr double kPlace = 1.0;         // m, edge of a place
 constexpr int kMinRays = 2;            // of a place: one alone may be a particle
-constexpr double kMinRange = 0.3;      // m: nearer is the vehicle itself, or marine snow
-constexpr double kMaxRange = 8.0;      // m: beyond, an error of the attitude moves a ray too far
 constexpr double kAgrees = 0.25;       // m from a mapped surface, for a position without error
-constexpr double kRangeShare = 0.02;   // of the range, added to it
-constexpr double kSigmas = 2.0;        // of the position
 constexpr double kBeside = 0.1;        // m to each side of a ray, for a position without error
 constexpr double kNearSurface = -0.1;  // m: a ray that leaves the water ends there
 constexpr double kFreeStep = 1.0;      // m along a ray where no surface is within that distance

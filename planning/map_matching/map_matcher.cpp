@@ -22,7 +22,7 @@ constexpr double kHeightSigma = 0.1;   // m, of the map relative to the depth se
 constexpr double kNoHeight = 10.0;     // m, one sigma: nothing is known of the height
 constexpr double kMinPrior = 0.02;     // m and rad: the search begins with at least this
 constexpr double kAmbiguous = 0.02;    // of the best likelihood
-constexpr double kTooUncertain = 0.4;  // m, one sigma: what contradicts the map cannot be told
+constexpr double kTooUncertain = 0.4;  // m, one sigma: no contradiction of the map is certain
 constexpr double kGoodPosition = 0.1;  // m, one sigma: good enough to tell what is gone
 constexpr int kConfirmed = 3;          // places of a scan that may tell it
 

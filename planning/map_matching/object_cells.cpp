@@ -63,8 +63,9 @@ void ObjectCells::divide(const MapSurface& surface, Object& object) {
     if (!is_passed(low + Vector3d::Constant(0.5 * kEdge), kEdge)) continue;
     AlignedBox3d cell;
     for (int i = 0; i < kSamples * kSamples * kSamples; ++i) {
-      const Vector3d sample(i % kSamples, i / kSamples % kSamples, i / (kSamples * kSamples));
-      const Vector3d centre = low + kPitch * (sample + Vector3d::Constant(0.5));
+      const Eigen::Vector3i sample(i % kSamples, i / kSamples % kSamples,
+                                   i / (kSamples * kSamples));
+      const Vector3d centre = low + kPitch * (sample.cast<double>() + Vector3d::Constant(0.5));
       if (!is_passed(centre, kPitch)) continue;
       cell.extend(centre - Vector3d::Constant(0.5 * kPitch));
       cell.extend(centre + Vector3d::Constant(0.5 * kPitch));

@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "planning/map_matching/scan_limits.h"
+
 namespace dive::planning {
 namespace {
 
@@ -12,23 +14,19 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using Object = ObjectCells::Object;
 
-constexpr double kMinRange = 0.3;      // m: nearer is the vehicle itself, or marine snow
-constexpr double kMaxRange = 8.0;      // m: beyond, an error of the attitude moves a ray too far
-constexpr double kNear = 0.25;         // m from the object, for a position without error
-constexpr double kRangeShare = 0.02;   // of the range, added to it
-constexpr double kSigmas = 2.0;        // of the position
-constexpr double kBeside = 0.1;        // m: a ray without a return may have met the object
-constexpr double kHit = 0.01;          // m from the surface: the ray meets it
-constexpr double kMinStep = 0.02;      // m along a ray
-constexpr double kNearSurface = -0.1;  // m: the range of a ray that leaves the water is a wave's
-constexpr int kThrough = 3;            // rays through a free cell
+constexpr double kNear = 0.25;        // m from the object, for a position without error
+constexpr double kMayMiss = 0.1;      // m: a ray without a return may have met the object
+constexpr double kHitsObject = 0.01;  // m from the surface: the ray meets it
+constexpr double kObjectStep = 0.02;  // m along a ray
+constexpr double kAtWaves = -0.1;     // m: the range of a ray that leaves the water is a wave's
+constexpr int kThrough = 3;           // rays through a free cell
 // Rays that end at an occupied cell, in all, and one for each so many that pass through it: the
 // cell fills the view of a close camera, and particles of marine snow are before it.
 constexpr int kOnIt = 6;
 constexpr int kThroughForEachOnIt = 4;
 constexpr int kForEachLost = 3;  // rays through a free cell, for each without a return
 
-struct Ray {
+struct ObjectRay {
   Vector3d from_W;
   Vector3d direction_W;  // unit
   double range;          // m; of a ray without a return as far as it counts
@@ -37,14 +35,15 @@ struct Ray {
   [[nodiscard]] Vector3d at(double range_m) const { return from_W + range_m * direction_W; }
 };
 
-std::optional<Ray> ray_to(const Eigen::Vector3f& point_B, const RangeScan& scan, const Pose& X_WB) {
+std::optional<ObjectRay> ray_to(const Eigen::Vector3f& point_B, const RangeScan& scan,
+                                const Pose& X_WB) {
   const Vector3d origin_B = scan.origin_B.cast<double>();
   const Vector3d along_W = X_WB.q * (point_B.cast<double>() - origin_B);
   const double range = along_W.norm();
   if (!(range >= kMinRange)) return std::nullopt;
   const double reach = static_cast<double>(scan.reach);
-  Ray ray{X_WB * origin_B, along_W / range, std::min(range, reach), range <= reach};
-  if (ray.at(ray.range).z() > kNearSurface) ray.is_return = false;
+  ObjectRay ray{X_WB * origin_B, along_W / range, std::min(range, reach), range <= reach};
+  if (ray.at(ray.range).z() > kAtWaves) ray.is_return = false;
   return ray;
 }
 
@@ -53,7 +52,7 @@ struct Stretch {
   double from = kMinRange;
   double to = kMaxRange;
 };
-Stretch stretch_in(const AlignedBox3d& box, const Ray& ray) {
+Stretch stretch_in(const AlignedBox3d& box, const ObjectRay& ray) {
   Stretch stretch;
   for (int k = 0; k < 3; ++k) {
     const double a = (box.min()[k] - ray.from_W[k]) / ray.direction_W[k];
@@ -73,10 +72,10 @@ class ObjectScan {
         error_m_(kSigmas * sigma_m),
         counts_(object.cells.size()) {}
 
-  void add(const Ray& ray) {
+  void add(const ObjectRay& ray) {
     const double near = kNear + error_m_ + kRangeShare * ray.range;
     if (ray.is_return && ends_near(ray, near)) return;
-    const double beside = ray.is_return ? kHit : kBeside + error_m_;
+    const double beside = ray.is_return ? kHitsObject : kMayMiss + error_m_;
     const Vector3d margin = Vector3d::Constant(beside);
     Stretch stretch = stretch_in({object_.box.min() - margin, object_.box.max() + margin}, ray);
     stretch.to = std::min(stretch.to, ray.range);
@@ -90,7 +89,7 @@ class ObjectScan {
           ++(ray.is_return ? counts_[at(last)].through : counts_[at(last)].lost);
         }
       }
-      stretch.from += std::max(distance - beside, kMinStep);
+      stretch.from += std::max(distance - beside, kObjectStep);
     }
   }
 
@@ -117,7 +116,7 @@ class ObjectScan {
 
   static std::size_t at(int cell) { return static_cast<std::size_t>(cell); }
 
-  bool ends_near(const Ray& ray, double near) {
+  bool ends_near(const ObjectRay& ray, double near) {
     const Vector3d end = ray.at(ray.range);
     if (object_.box.squaredExteriorDistance(end) > near * near) return false;
     if (surface_.distance(object_.obstacles.first, end, near) >= near) return false;
@@ -141,7 +140,7 @@ class ObjectScan {
 
 std::vector<CellSighting> observe_objects(const MapSurface& surface, const ObjectCells& objects,
                                           const RangeScan& scan, const Pose& X_WB, double sigma_m) {
-  std::vector<Ray> rays;
+  std::vector<ObjectRay> rays;
   rays.reserve(scan.points_B.size());
   for (const Eigen::Vector3f& point_B : scan.points_B) {
     if (const auto ray = ray_to(point_B, scan, X_WB)) rays.push_back(*ray);
@@ -152,7 +151,7 @@ std::vector<CellSighting> observe_objects(const MapSurface& surface, const Objec
     const Object& object = objects.objects()[i];
     if (object.box.squaredExteriorDistance(from_W) > kMaxRange * kMaxRange) continue;
     ObjectScan one(surface, object, sigma_m);
-    for (const Ray& ray : rays) one.add(ray);
+    for (const ObjectRay& ray : rays) one.add(ray);
     one.append(static_cast<std::int32_t>(i), sightings);
   }
   return sightings;

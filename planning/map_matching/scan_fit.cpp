@@ -6,14 +6,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "planning/map_matching/scan_limits.h"
+
 namespace dive::planning {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kRays = 440;      // of a scan
-constexpr double kMinRange = 0.3;       // m: nearer is the vehicle itself, or marine snow
+constexpr std::size_t kFixRays = 440;   // of a scan
 constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
 constexpr double kAngleSigma = 0.004;   // rad, of a ray
 constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
@@ -22,9 +23,9 @@ constexpr double kOutlier = 9.0;        // squared sigmas: the most that one poi
 constexpr double kLargest = 16.0;       // squared sigmas of a point, for the variance
 constexpr double kMinGate = 0.15;       // m
 constexpr double kMaxGate = 0.6;        // m
-constexpr double kFacing = -0.15;       // n . d of a surface that a ray can have met
+constexpr double kMayFace = -0.15;      // n . d of a surface that a ray can have met
 constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
-constexpr double kNearSurface = -0.05;  // m: a point above is a wave or a reflection
+constexpr double kWaveHeight = -0.05;   // m: a point above is a wave or a reflection
 constexpr int kIterations = 4;
 constexpr double kConverged = 1e-3;       // m and rad
 constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
@@ -50,14 +51,14 @@ ScanFit::ScanFit(const MapSurface& surface, const RangeNoise& noise, const Range
     : surface_(surface), noise_(noise), p_W_(X_WB.p) {
   const Matrix3d R_WB = X_WB.q.toRotationMatrix();
   const Vector3d origin_B = scan.origin_B.cast<double>();
-  const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kRays);
+  const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kFixRays);
   for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
     const Vector3d b = scan.points_B[i].cast<double>();
     const Vector3d along_B = b - origin_B;
     const double range = along_B.norm();
     if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
     const Vector3d arm_W = R_WB * b;
-    if (X_WB.p.z() + arm_W.z() > kNearSurface) continue;
+    if (X_WB.p.z() + arm_W.z() > kWaveHeight) continue;
     rays_.push_back({arm_W, R_WB * along_B / range, range});
   }
 }
@@ -67,12 +68,12 @@ std::optional<MapSurface::Nearest> ScanFit::met(const Ray& ray, const Vector3d& 
                                                 const Vector3d& direction, double reach) const {
   const Vector3d from = x - ray.range * direction;
   std::optional<MapSurface::Nearest> nearest = surface_.nearest(x, from, reach);
-  if (nearest && nearest->normal_W.dot(direction) <= kFacing) return nearest;
+  if (nearest && nearest->normal_W.dot(direction) <= kMayFace) return nearest;
   // Behind a thin plate the nearest surface is its far side.
   nearest = surface_.nearest(x - kThinPlate * direction, from, reach);
   if (!nearest) return std::nullopt;
   const double along = nearest->normal_W.dot(direction);
-  if (along > kFacing) return std::nullopt;
+  if (along > kMayFace) return std::nullopt;
   nearest->height += kThinPlate * along;
   return nearest;
 }

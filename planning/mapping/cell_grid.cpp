@@ -12,6 +12,7 @@ using Eigen::Vector3f;
 using Eigen::Vector3i;
 
 constexpr int kMaxCellIndex = 1 << 20;  // in cells from the origin: a thousand kilometres
+constexpr int kMaxVoxelIndex = kMaxCellIndex * kSide / 2;
 
 }  // namespace
 
@@ -32,7 +33,7 @@ CellGrid::CellGrid(float voxel_m)
 
 std::optional<CellGrid::Place> CellGrid::locate(const Vector3f& p_W) const {
   const Vector3f at = p_W / voxel_m_;
-  if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kMaxCellIndex * kSide / 2))) {
+  if (!(at.cwiseAbs().maxCoeff() < static_cast<float>(kMaxVoxelIndex))) {
     return std::nullopt;
   }
   const Vector3i v(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),

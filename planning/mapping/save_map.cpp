@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMaxPieces = 1U << 20U;  // limit of the text format for pieces
-constexpr double kSliver = 1e-3;               // m: half the width given to a piece that is a line
+constexpr double kHalfSliver = 1e-3;           // m: half the width given to a piece that is a line
 
 using Corners = std::array<Vector3d, 3>;
 
@@ -43,7 +43,7 @@ void add_lone_point(const Vector3d& p, double radius, std::vector<Corners>& tria
 }
 
 void add_line(const Vector3d& a, const Vector3d& b, std::vector<Corners>& triangles) {
-  const Vector3d aside = kSliver * (b - a).unitOrthogonal();
+  const Vector3d aside = kHalfSliver * (b - a).unitOrthogonal();
   triangles.push_back({a - aside, b, a + aside});
   triangles.push_back({a, b - aside, b + aside});
 }
@@ -51,7 +51,7 @@ void add_line(const Vector3d& a, const Vector3d& b, std::vector<Corners>& triang
 void add_piece(const Polytope& piece, std::vector<Corners>& triangles) {
   const std::vector<Vector3d>& v = piece.vertices;
   if (v.size() == 1) {
-    add_lone_point(v[0], std::max(piece.radius, kSliver), triangles);
+    add_lone_point(v[0], std::max(piece.radius, kHalfSliver), triangles);
   } else if (v.size() == 2) {
     add_line(v[0], v[1], triangles);
   }

@@ -11,9 +11,9 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kSteps = 15;
-constexpr float kStep = static_cast<float>(SweptHull::kHorizon) / kSteps;  // s
-constexpr float kBeside = 0.06F;   // m between two points of one surface
-constexpr float kMinSize = 0.08F;  // m, diagonal of the box of a surface: larger than a particle
+constexpr float kTimeStep = static_cast<float>(SweptHull::kHorizon) / kSteps;  // s
+constexpr float kNeighbour = 0.06F;  // m between two points of one surface
+constexpr float kMinSize = 0.08F;    // m, diagonal of the box of a surface: larger than a particle
 
 // From B at the time of the scan to B later.
 struct Motion {
@@ -33,7 +33,7 @@ std::array<Motion, kSteps> predict(std::span<const Pose> way_W, double speed) {
   std::size_t next = 1;
   Pose at = way_W.front();
   for (Motion& later : motion) {
-    double left = speed * static_cast<double>(kStep);
+    double left = speed * static_cast<double>(kTimeStep);
     while (next < way_W.size()) {
       const double length = (way_W[next].p - at.p).norm();
       if (length > left) {
@@ -57,8 +57,9 @@ bool is_surface(const Vector3f& from, std::vector<Vector3f>& points) {
   std::vector<Vector3f> patch = {from};
   for (std::size_t i = 0; i < patch.size() && box.diagonal().norm() < kMinSize; ++i) {
     const Vector3f at = patch[i];
-    const auto beside = std::ranges::partition(
-        points, [&](const Vector3f& p) { return (p - at).squaredNorm() > kBeside * kBeside; });
+    const auto beside = std::ranges::partition(points, [&](const Vector3f& p) {
+      return (p - at).squaredNorm() > kNeighbour * kNeighbour;
+    });
     for (const Vector3f& p : beside) box.extend(p);
     patch.insert(patch.end(), beside.begin(), beside.end());
     points.erase(beside.begin(), beside.end());
@@ -91,7 +92,7 @@ std::optional<ObstacleAhead> SweptHull::first_obstacle(const RangeScan& scan,
     for (int i = 0; i < kSteps; ++i) {
       const Motion& later = motion[static_cast<std::size_t>(i)];
       if (box_B_.exteriorDistance(Vector3f(later.R * p_B + later.p)) > margin) continue;
-      hits.push_back({static_cast<float>(i + 1) * kStep, p_B});
+      hits.push_back({static_cast<float>(i + 1) * kTimeStep, p_B});
       break;
     }
   }

@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kMinPoints = 4;  // least number of points for a surface
+constexpr std::size_t kMinSurfacePoints = 4;  // least number of points for a surface
 constexpr int kMaxNeighbours = 40;
 constexpr int kStitchNeighbours = 10;
 constexpr std::size_t kStitches = 2;  // triangles from one point of a rim
@@ -129,7 +129,7 @@ void stitch(const Cloud::Ptr& cloud, const Tree& tree, float longest, SurfaceMes
 SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float> slack,
                         const TriangulationOptions& options) {
   SurfaceMesh mesh;
-  if (points.size() < kMinPoints) {
+  if (points.size() < kMinSurfacePoints) {
     mesh.points.assign(points.begin(), points.end());
     for (std::uint32_t i = 0; i < points.size(); ++i) mesh.stands_for.push_back(i);
     return mesh;
@@ -138,7 +138,7 @@ SurfaceMesh triangulate(std::span<const Vector3f> points, std::span<const float>
   const Cloud::Ptr cloud =
       thinned(*smoothed(points, slack, options.neighbours), options.apart_m, mesh.stands_for);
   for (const pcl::PointNormal& p : *cloud) mesh.points.emplace_back(p.getVector3fMap());
-  if (cloud->size() < kMinPoints) return mesh;
+  if (cloud->size() < kMinSurfacePoints) return mesh;
 
   pcl::GreedyProjectionTriangulation<pcl::PointNormal> greedy;
   greedy.setInputCloud(cloud);

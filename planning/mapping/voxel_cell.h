@@ -74,7 +74,7 @@ struct Cell {
  private:
   [[nodiscard]] Polytope everything() const;
 
-  std::array<std::int16_t, kSide * kSide * kSide> at_;  ///< Index in `voxels`, or -1.
+  std::array<std::int16_t, std::size_t{kSide} * kSide * kSide> at_;  ///< Index in `voxels`, or -1.
 };
 
 }  // namespace dive::planning

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix212 = Eigen::Matrix<double, 2, 12>;
 
-constexpr double kStill = 1e-6;  // m: a shorter motion has no direction
+constexpr double kNoDirection = 1e-6;  // m: a shorter motion has no direction
 
 Matrix3d relevant(AttitudeMode attitude) {
   return attitude == AttitudeMode::kHorizontal ? Matrix3d(Vector3d(1, 1, 0).asDiagonal())
@@ -71,7 +71,7 @@ Vector2d heading_error_model(const Pose& a, const Pose& b, int which, AttitudeMo
   const Matrix3d P = relevant(attitude);
   const Vector3d motion = P * (b.p - a.p);
   const double distance = motion.norm();
-  if (distance < kStill) return Vector2d::Zero();
+  if (distance < kNoDirection) return Vector2d::Zero();
   const Vector3d u = motion / distance;
   const Matrix3d R_BW = (which == 0 ? a.q : b.q).conjugate().toRotationMatrix();
   const Vector3d u_B = R_BW * u;
@@ -87,7 +87,7 @@ Vector2d heading_error_model(const Pose& a, const Pose& b, int which, AttitudeMo
 Vector2d heading_error(const Eigen::Quaterniond& q_WB, const Vector3d& motion_W,
                        AttitudeMode attitude) {
   const Vector3d motion = relevant(attitude) * motion_W;
-  if (motion.norm() < kStill) return Vector2d::Zero();
+  if (motion.norm() < kNoDirection) return Vector2d::Zero();
   Matrix23 unused;
   return off_axis(q_WB.conjugate() * motion.normalized(), unused);
 }

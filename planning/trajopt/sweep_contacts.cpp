@@ -130,8 +130,9 @@ void SweepContacts::add_corners_of(const Pose& pose, int side, double cutoff,
     SweepContact corner = contact;
     corner.distance = distance;
     corner.gradient.setZero();
-    corner.gradient.segment<3>(6 * side) = contact.normal_W;
-    corner.gradient.segment<3>(6 * side + 3) = vertex.cross(n_B);
+    const Eigen::Index first = Eigen::Index{6} * side;
+    corner.gradient.segment<3>(first) = contact.normal_W;
+    corner.gradient.segment<3>(first + 3) = vertex.cross(n_B);
     contacts.push_back(corner);
   }
 }

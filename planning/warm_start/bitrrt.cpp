@@ -83,6 +83,7 @@ std::shared_ptr<ob::RealVectorStateSpace> make_space(const Eigen::AlignedBox3d& 
 
 std::vector<Vector3d> positions_of(const ompl::geometric::PathGeometric& path) {
   std::vector<Vector3d> positions;
+  positions.reserve(path.getStateCount());
   for (std::size_t i = 0; i < path.getStateCount(); ++i) {
     positions.push_back(position(path.getState(static_cast<unsigned>(i))));
   }

@@ -219,6 +219,7 @@ class PartMaker {
     constexpr std::size_t kSample = 32;
     if (!tiny && vertices.size() > 2 * kSample) {
       std::vector<Vector3d> some;
+      some.reserve(kSample);
       for (std::size_t i = 0; i < kSample; ++i) {
         some.push_back(mesh_.vertices[vertices[i * vertices.size() / kSample]]);
       }

@@ -24,12 +24,12 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSmall = 4.0;            // in tolerances: smaller regions are left to boxes
-constexpr double kSliver = 1e-8;          // m: narrower regions result from rounding
-constexpr double kSlack = 1e-7;           // m: allowance for them
-constexpr std::size_t kMaxTriangles = 8;  // limit of triangles by which a region is cut
-constexpr double kMinWidth = 1e-3;        // m: least width of a projection worth testing
-constexpr double kSupporting = 1e-9;      // m: a plane may cut off this much before it is moved
+constexpr double kSmall = 4.0;               // in tolerances: smaller regions are left to boxes
+constexpr double kSliver = 1e-8;             // m: narrower regions result from rounding
+constexpr double kSlack = 1e-7;              // m: allowance for them
+constexpr std::size_t kMaxCutTriangles = 8;  // limit of triangles by which a region is cut
+constexpr double kMinWidth = 1e-3;           // m: least width of a projection worth testing
+constexpr double kSupporting = 1e-9;         // m: a plane may cut off this much before it is moved
 
 using Polygon = std::vector<Vector2d>;  // Convex, in the projection.
 
@@ -186,7 +186,7 @@ class HullFit {
       }
     }
     if (box_.sizes().y() < kMinWidth) return boxes_fit(box_);
-    std::vector<ProjectedTriangle> triangles = triangles_nearby();
+    const std::vector<ProjectedTriangle> triangles = triangles_nearby();
     const double small = kSmall * tolerance_;
     if (static_cast<double>(triangles.size()) * small * small > box_.sizes().head<2>().prod()) {
       return boxes_fit(box_);
@@ -281,7 +281,7 @@ class HullFit {
     for (const ProjectedTriangle& triangle : triangles) {
       if (triangle.box.intersects(box)) nearby.push_back(triangle);
     }
-    if (nearby.size() > kMaxTriangles) return halves_fit(region, nearby);
+    if (nearby.size() > kMaxCutTriangles) return halves_fit(region, nearby);
     const std::vector<Polygon> rest = uncovered(region, nearby);
     return std::ranges::all_of(rest, [&](const Polygon& fragment) {
       Vector2d middle = Vector2d::Zero();

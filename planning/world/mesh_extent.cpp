@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Place {
+struct TextPlace {
   std::size_t line = 0;
   // Number of the vertex in the file, counted from 1; 0 if it has no lines.
   std::size_t vertex = 0;
@@ -49,11 +49,11 @@ bool has_number(const std::string& line, float value) {
 }
 
 // The first line of a text file with `value` as a coordinate.
-std::optional<Place> place_of(const std::string& path, float value) {
+std::optional<TextPlace> place_of(const std::string& path, float value) {
   const std::string_view word = vertex_word(extension_of(path));
   const auto stream = open_input_stream(path);
   if (!stream) return std::nullopt;
-  Place place;
+  TextPlace place;
   for (std::string line; std::getline(**stream, line);) {
     ++place.line;
     if (line.find('\0') != std::string::npos) return std::nullopt;  // Not a text file.

@@ -35,12 +35,13 @@ bool take_prefix(std::string_view& text, std::string_view prefix) {
 MeshProblem problem(std::string message) { return {.message = std::move(message)}; }
 
 /// Where the file of a mesh may be, and the canonical folder that it must not leave.
-struct Place {
+struct FilePlace {
   fs::path path;
   fs::path root;
 };
 
-void add_search_path(const char* variable, const std::string& rest, std::vector<Place>& places) {
+void add_search_path(const char* variable, const std::string& rest,
+                     std::vector<FilePlace>& places) {
   const char* value = std::getenv(variable);
   std::istringstream folders(value != nullptr ? value : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
@@ -49,11 +50,12 @@ void add_search_path(const char* variable, const std::string& rest, std::vector<
   }
 }
 
-std::vector<Place> places_of(std::string_view uri, const fs::path& folder, const fs::path& root) {
+std::vector<FilePlace> places_of(std::string_view uri, const fs::path& folder,
+                                 const fs::path& root) {
   if (take_prefix(uri, "model://")) {
     const std::string rest(uri);
     const std::string below = rest.substr(std::min(rest.find('/') + 1, rest.size()));
-    std::vector<Place> places{{folder / rest, root}, {folder / ".." / rest, root}};
+    std::vector<FilePlace> places{{folder / rest, root}, {folder / ".." / rest, root}};
     add_search_path("GZ_SIM_RESOURCE_PATH", rest, places);
     add_search_path("GAZEBO_MODEL_PATH", rest, places);
     places.push_back({folder / below, root});
@@ -69,9 +71,9 @@ MeshProblem outside(const fs::path& path) {
           "copy it beneath the map's folder, or give --allow-outside if you trust the map"};
 }
 
-MeshProblem not_found(const std::vector<Place>& places) {
+MeshProblem not_found(const std::vector<FilePlace>& places) {
   std::vector<std::string> searched;
-  for (const Place& place : places) {
+  for (const FilePlace& place : places) {
     searched.push_back(place.path.lexically_normal().string());
     std::error_code ignored;
     const fs::file_status status = fs::status(place.path, ignored);
@@ -87,15 +89,15 @@ tl::expected<fs::path, MeshProblem> locate(const std::string& uri, const std::st
       !uri.starts_with("file://")) {
     return tl::unexpected(problem("is not on this machine: put its file beside the map"));
   }
-  const std::vector<Place> places =
+  const std::vector<FilePlace> places =
       places_of(uri, fs::path(map_path).parent_path(), canonical_folder_of(map_path));
   std::optional<fs::path> refused;
-  for (const Place& place : places) {
+  for (const FilePlace& place : places) {
     std::error_code ignored;
     if (!fs::is_regular_file(place.path, ignored)) continue;
-    const fs::path path = place.path.lexically_normal();
+    fs::path path = place.path.lexically_normal();
     if (resources == Resources::kAnywhere || is_beneath(path, place.root)) return path;
-    if (!refused) refused = path;
+    if (!refused) refused = std::move(path);
   }
   return tl::unexpected(refused ? outside(*refused) : not_found(places));
 }

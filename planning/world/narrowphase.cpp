@@ -133,9 +133,13 @@ Nearest gjk(Points points, const Vector3d& shift, const S& shape, double cutoff)
 std::array<Vector3d, 26> make_compass() {
   std::array<Vector3d, 26> compass;
   std::size_t count = 0;
-  for (int code = 0; code < 27; ++code) {
-    const Vector3d v(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
-    if (code != 13) compass[count++] = v.normalized();
+  for (const double z : {-1.0, 0.0, 1.0}) {
+    for (const double y : {-1.0, 0.0, 1.0}) {
+      for (const double x : {-1.0, 0.0, 1.0}) {
+        const Vector3d v(x, y, z);
+        if (!v.isZero()) compass[count++] = v.normalized();
+      }
+    }
   }
   return compass;
 }

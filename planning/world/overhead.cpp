@@ -86,6 +86,7 @@ void footprint(const Polytope& polytope, const Pose& X_WO, double low, double hi
 
 std::vector<Eigen::AlignedBox3d> boxes_of(const World& world) {
   std::vector<Eigen::AlignedBox3d> boxes;
+  boxes.reserve(world.obstacles.size());
   for (const Obstacle& obstacle : world.obstacles) boxes.push_back(bounding_box(obstacle));
   return boxes;
 }

@@ -10,7 +10,7 @@
 namespace dive::planning {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 template <class... Cases>
 struct Overloaded : Cases... {
@@ -96,7 +96,7 @@ Eigen::Vector3d half_extents(const Shape& shape) {
                           return {s.radius, s.radius, s.length / 2.0 + s.radius};
                         },
                         [](const Ellipsoid& s) -> Vector3d { return s.radii; },
-                        [](const HalfSpace&) -> Vector3d { return Vector3d::Constant(kInfinity); },
+                        [](const HalfSpace&) -> Vector3d { return Vector3d::Constant(kUnbounded); },
                         [](const Polytope& s) -> Vector3d {
                           Vector3d half = Vector3d::Zero();
                           for (const Vector3d& v : s.vertices) half = half.cwiseMax(v.cwiseAbs());
@@ -136,7 +136,7 @@ Eigen::AlignedBox3d bounding_box(const Obstacle& obstacle) {
                      [&](const Ellipsoid& s) -> Vector3d {
                        return (R_WO * s.radii.asDiagonal()).rowwise().norm();
                      },
-                     [](const auto&) -> Vector3d { return Vector3d::Constant(kInfinity); },
+                     [](const auto&) -> Vector3d { return Vector3d::Constant(kUnbounded); },
                  },
                  obstacle.shape);
   return {obstacle.X_WO.p - half, obstacle.X_WO.p + half};

@@ -43,8 +43,7 @@ std::optional<Eigen::VectorXd> SdfValues::numbers(const XmlElement& parent, cons
                       count == 1 ? "" : "s", element->text.substr(0, 60)));
     return std::nullopt;
   }
-  const Eigen::VectorXd result =
-      Eigen::VectorXd::Map(values->data(), static_cast<Eigen::Index>(count));
+  Eigen::VectorXd result = Eigen::VectorXd::Map(values->data(), static_cast<Eigen::Index>(count));
   if (result.cwiseAbs().maxCoeff() > kMaxValue) {
     error("MAP-NUMBER", element->span,
           fmt::format("<{}> holds a number beyond {:.0f}", name, kMaxValue),

@@ -14,7 +14,7 @@ constexpr double kMinClearance = 0.8;  // D_min, m: 65 % are 0.52 m, 85 % are 0.
 constexpr double kTick = 0.1;          // s
 
 // Clearance by pose; a motion has the least of its waypoints.
-class FakeJudge final : public PathEvaluator {
+class FakeClearance final : public PathEvaluator {
  public:
   double clearance(std::span<const Pose> waypoints) override {
     double least = 10.0;
@@ -104,11 +104,9 @@ class BackOffTest : public ::testing::Test {
   Utime now_ = 0;
   estimation::StateEstimate estimate_;
   Trail trail_;
-  FakeJudge evaluator_;
+  FakeClearance evaluator_;
   BackOff back_off_{kMinClearance};
 };
-
-double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
 TEST_F(BackOffTest, IsNeededOnlyWhenTheMapHasChangedAndWithBothMapAndTrail) {
   clearance_is(0.4);

@@ -188,7 +188,7 @@ bool decode(PacketView packet, ImageFrame& frame) {
   auto m = unpack<image_t>(packet, kImage);
   if (!m) return false;
   frame.utime = m->utime;
-  frame.camera = m->camera;
+  frame.camera = static_cast<int>(m->camera);
   frame.width = m->width;
   frame.height = m->height;
   frame.pixels = std::move(m->data);
@@ -305,7 +305,7 @@ bool decode(PacketView packet, SimTick& tick) {
   const auto m = unpack<sim_tick_t>(packet, kSimTick);
   if (!m) return false;
   tick.utime = m->utime;
-  tick.imu_samples = m->imu_samples;
+  tick.imu_samples = static_cast<int>(m->imu_samples);
   tick.last_imu = m->imu_utime;
   return is_count(tick.imu_samples, tick.last_imu) &&
          read_time(m->ahrs, m->ahrs_utime, tick.ahrs) &&

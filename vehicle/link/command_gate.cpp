@@ -30,7 +30,6 @@ CommandGate::Decision CommandGate::receive(const VehicleCommand& command, Utime 
   const Decision decision = evaluate(command, now);
   if (decision != Decision::kAccepted) {
     ++refused_;
-    if (decision == Decision::kOtherSession) ++other_sessions_;
     return decision;
   }
   if (!is_from(command.session_id)) ++sessions_;

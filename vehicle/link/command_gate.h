@@ -45,9 +45,8 @@ class CommandGate {
   }
   /// Number of sessions accepted so far: one more with every restart.
   [[nodiscard]] int sessions() const { return sessions_; }
-  /// Number of commands that were not accepted, and those among them of another session.
+  /// Number of commands that were not accepted.
   [[nodiscard]] std::int64_t refused() const { return refused_; }
-  [[nodiscard]] std::int64_t other_sessions() const { return other_sessions_; }
 
  private:
   [[nodiscard]] Decision evaluate(const VehicleCommand& command, Utime now) const;
@@ -57,7 +56,6 @@ class CommandGate {
   Utime arrived_at_ = 0;
   int sessions_ = 0;
   std::int64_t refused_ = 0;
-  std::int64_t other_sessions_ = 0;
 };
 
 }  // namespace dive::link

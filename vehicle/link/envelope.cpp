@@ -22,14 +22,14 @@ using Code = std::array<std::uint8_t, kCodeSize>;
 
 constexpr unsigned bit(Role role) { return 1U << static_cast<unsigned>(role); }
 
-struct Publisher {
+struct PublishedChannel {
   std::string_view channel;
   unsigned roles = 0;
 };
 
 constexpr unsigned kFromVehicle = bit(Role::kVehicle);
 constexpr unsigned kFromExecutive = bit(Role::kExecutive);
-constexpr Publisher kPublishers[] = {
+constexpr PublishedChannel kPublishedChannels[] = {
     {channel::kAhrs, kFromVehicle},
     {channel::kDepth, kFromVehicle},
     {channel::kHealth, kFromVehicle},
@@ -79,8 +79,8 @@ Code code_of(const Key& key, std::string_view channel, PacketView numbered, Pack
 }  // namespace
 
 bool may_publish(Role role, std::string_view channel) {
-  const auto* found = std::ranges::find(kPublishers, channel, &Publisher::channel);
-  return found == std::end(kPublishers) || (found->roles & bit(role)) != 0;
+  const auto* found = std::ranges::find(kPublishedChannels, channel, &PublishedChannel::channel);
+  return found == std::end(kPublishedChannels) || (found->roles & bit(role)) != 0;
 }
 
 void seal(const Key& key, std::string_view channel, const Trailer& trailer, Packet& packet) {

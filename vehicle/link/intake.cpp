@@ -30,7 +30,7 @@ void Intake::find_matches(std::string_view channel) {
   }
 }
 
-// Of its packet with a trailer; 0: the channel is not subscribed.
+// Greatest size of its packet with a trailer; 0: the channel is not subscribed.
 std::size_t Intake::max_bytes(std::string_view channel) const {
   if (key_ && channel == channel::kPresence) return kMaxPresenceSize + kTrailerSize;
   const auto largest = std::ranges::max_element(matches_, {}, &Match::max_bytes);

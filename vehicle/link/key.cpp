@@ -75,7 +75,7 @@ tl::expected<void, OutputError> write_key(const std::string& path, const Key& ke
     return tl::make_unexpected(
         OutputError{OutputError::Kind::kName, fmt::format("{}: {}", path, reason())});
   }
-  tl::expected<void, OutputError> written =
+  const tl::expected<void, OutputError> written =
       file->write(fmt::format("{:02x}\n", fmt::join(key, "")));
   return written ? file->close() : written;
 }

@@ -19,7 +19,6 @@ using Eigen::Vector3d;
 
 constexpr int kSubsteps = 2;  // per tick: the surface is stiff (5 rad/s), the rest is slower
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kGravity = 9.81;
 constexpr std::uint64_t kSpeedStream = 0x59eed;
 constexpr std::uint64_t kHullStream = 0x4011;
 constexpr std::uint64_t kPlaceStream = 0x97ace;

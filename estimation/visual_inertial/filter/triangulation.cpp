@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-constexpr double kMinDepth = 0.1;             // m
+constexpr double kMinFeatureDepth = 0.1;      // m
 constexpr double kMaxDepth = 60.0;            // m
 constexpr double kMaxDepthShare = 1.0 / 3.0;  // sigma of the depth over the depth
 constexpr int kMaxIterations = 10;
@@ -88,7 +88,7 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
   const auto begin_W = nearest_to_rays(views);
   if (!begin_W) return tl::make_unexpected(begin_W.error());
   const Vector3d begin_A = X_WA.q.conjugate() * *begin_W;
-  if (!(begin_A.z() > kMinDepth)) return tl::make_unexpected(Error::kBehind);
+  if (!(begin_A.z() > kMinFeatureDepth)) return tl::make_unexpected(Error::kBehind);
   std::vector<Relative> cameras;
   cameras.reserve(views.size());
   for (const View& view : views) {
@@ -109,7 +109,7 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
     if (i == kMaxIterations) return tl::make_unexpected(Error::kNotConverged);
   }
   if (!at.is_before_all || !(x.z() > 0.0)) return tl::make_unexpected(Error::kBehind);
-  if (x.z() > 1.0 / kMinDepth) return tl::make_unexpected(Error::kBehind);
+  if (x.z() > 1.0 / kMinFeatureDepth) return tl::make_unexpected(Error::kBehind);
   if (x.z() < 1.0 / kMaxDepth) return tl::make_unexpected(Error::kTooFar);
   const Matrix3d covariance = at.information.inverse();
   const double depth_share = std::sqrt(covariance(2, 2)) / x.z();

@@ -68,6 +68,7 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   const auto leaving = leaving_clone(state);
   const std::vector<Candidate> found = candidates(state, number, leaving);
   std::vector<std::int64_t> used;
+  used.reserve(found.size());
   for (const Candidate& candidate : found) used.push_back(candidate.track->id);
   correct_tracks(state, found, report);
   for (const std::int64_t id : used) tracks_.use_up(id);

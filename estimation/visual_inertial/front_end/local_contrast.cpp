@@ -151,7 +151,7 @@ void halve(const GrayView& image, std::vector<std::uint8_t>& out) {
     const std::uint8_t* upper = image.pixels + static_cast<std::ptrdiff_t>(2 * y) * image.width;
     const std::uint8_t* lower = upper + image.width;
     std::uint8_t* row = out.data() + static_cast<std::ptrdiff_t>(y) * width;
-    for (int x = 0; x < width; ++x) {
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
       const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
       row[x] = static_cast<std::uint8_t>((sum + 2) / 4);
     }

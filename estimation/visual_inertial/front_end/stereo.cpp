@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 using Eigen::Vector2f;
 using Eigen::Vector3d;
 
-constexpr int kLevels = 1;         // of the pyramid: the guess is good
-constexpr int kPatch = 4;          // pixels of the half-size image to each side
-constexpr int kMaxSteps = 400;     // along an epipolar line
-constexpr double kMinScore = 0.8;  // of the correlation
-constexpr double kMargin = 0.05;   // of the best position over all that are not beside it
+constexpr int kLevels = 1;              // of the pyramid: the guess is good
+constexpr int kPatch = 4;               // pixels of the half-size image to each side
+constexpr int kMaxEpipolarSteps = 400;  // along an epipolar line
+constexpr double kMinScore = 0.8;       // of the correlation
+constexpr double kMinLead = 0.05;       // of the best position over all that are not beside it
 constexpr int kSide = 2 * kPatch + 1;
 constexpr int kCount = kSide * kSide;
 
@@ -98,7 +98,7 @@ StereoMatcher::StereoMatcher(StereoOptions options, const CameraModel& left,
 
 std::optional<Vector2d> StereoMatcher::right_pixel(const Vector2d& left,
                                                    double inverse_depth) const {
-  const auto pixel = right_.project(R_RL_ * left.homogeneous() + inverse_depth * p_RL_);
+  auto pixel = right_.project(R_RL_ * left.homogeneous() + inverse_depth * p_RL_);
   if (!pixel || !right_.in_image(*pixel)) return std::nullopt;
   return pixel;
 }
@@ -110,7 +110,7 @@ std::optional<Vector2f> StereoMatcher::search(const ImagePair& left, const Image
   if (!has_patch(left.half, here)) return std::nullopt;
   const double nearest = 1.0 / options_.min_depth_m;
   const double shift_px = right_.fx * p_RL_.norm() * nearest;
-  const int steps = std::clamp(static_cast<int>(0.5 * shift_px), 1, kMaxSteps);
+  const int steps = std::clamp(static_cast<int>(0.5 * shift_px), 1, kMaxEpipolarSteps);
   double best = kMinScore;
   double second = 0.0;  // score of the best that is not beside it
   int best_step = -1;
@@ -135,7 +135,7 @@ std::optional<Vector2f> StereoMatcher::search(const ImagePair& left, const Image
       second = std::max(second, scores[static_cast<std::size_t>(k)]);
     }
   }
-  if (best < second + kMargin) return std::nullopt;
+  if (best < second + kMinLead) return std::nullopt;
   return at.cast<float>();
 }
 

@@ -100,6 +100,7 @@ struct Tracker::Impl {
   [[nodiscard]] std::string follow(const std::optional<Quaterniond>& q, double dt) {
     const std::vector<Vector2f> guesses = predict(q, dt);
     std::vector<Vector2f> from;
+    from.reserve(tracks.size());
     for (const Track& track : tracks) from.push_back(track.pixel);
     const auto found = klt.follow(last.full(), now.full(), from, guesses, options.levels);
     if (!found) return found.error();
@@ -168,6 +169,7 @@ struct Tracker::Impl {
   // Finds new features where there are few. Returns a library's exception as text, else empty.
   [[nodiscard]] std::string add_new(int& added) {
     std::vector<Vector2f> taken;
+    taken.reserve(tracks.size());
     for (const Track& track : tracks) taken.push_back(track.pixel);
     const int few = options.max_features / 2;
     const int have = static_cast<int>(tracks.size());

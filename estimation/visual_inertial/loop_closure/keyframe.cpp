@@ -27,7 +27,7 @@ constexpr int kFarApart = 257;
 // An equal number from each part of the image, the strongest of each first.
 std::vector<cv::KeyPoint> spread(const std::vector<cv::KeyPoint>& all, int width, int height,
                                  int most) {
-  std::vector<std::vector<const cv::KeyPoint*>> cells(kColumns * kRows);
+  std::vector<std::vector<const cv::KeyPoint*>> cells(std::size_t{kColumns} * kRows);
   for (const cv::KeyPoint& point : all) {
     const int column = std::clamp(static_cast<int>(point.pt.x) * kColumns / width, 0, kColumns - 1);
     const int row = std::clamp(static_cast<int>(point.pt.y) * kRows / height, 0, kRows - 1);
@@ -45,6 +45,7 @@ std::vector<cv::KeyPoint> spread(const std::vector<cv::KeyPoint>& all, int width
   }
   std::sort(kept.begin(), kept.end(), clearer);
   std::vector<cv::KeyPoint> result;
+  result.reserve(kept.size());
   for (const cv::KeyPoint* point : kept) result.push_back(*point);
   return result;
 }

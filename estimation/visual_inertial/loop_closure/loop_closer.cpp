@@ -144,6 +144,7 @@ std::vector<std::size_t> LoopCloser::candidates() const {
     alike.resize(static_cast<std::size_t>(options_.max_candidates));
   }
   std::vector<std::size_t> result;
+  result.reserve(alike.size());
   for (const auto& [count, i] : alike) result.push_back(i);
   return result;
 }

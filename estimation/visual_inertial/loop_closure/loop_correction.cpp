@@ -19,7 +19,7 @@ Matrix4d of_the_way(const Matrix4d& before, const Matrix4d& after, const Eigen::
   const Matrix4d F = carried(d);
   const Matrix4d grown = after - F * before * F.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix4d> eigen(0.5 * (grown + grown.transpose()));
-  const Matrix4d V = eigen.eigenvectors();
+  const Matrix4d& V = eigen.eigenvectors();
   return V * eigen.eigenvalues().cwiseAbs().asDiagonal() * V.transpose();
 }
 

@@ -36,8 +36,8 @@ Matrix4d at_least_least(const Matrix4d& growth) {
   const Vector4d least(kMinPositionSigma, kMinPositionSigma, kMinPositionSigma, kMinHeadingSigma);
   const Matrix4d scaled =
       least.cwiseInverse().asDiagonal() * growth * least.cwiseInverse().asDiagonal();
-  Eigen::SelfAdjointEigenSolver<Matrix4d> eigen(0.5 * (scaled + scaled.transpose()));
-  const Matrix4d V = eigen.eigenvectors();
+  const Eigen::SelfAdjointEigenSolver<Matrix4d> eigen(0.5 * (scaled + scaled.transpose()));
+  const Matrix4d& V = eigen.eigenvectors();
   const Matrix4d bounded = V * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() * V.transpose();
   return least.asDiagonal() * bounded * least.asDiagonal();
 }

@@ -27,11 +27,11 @@ constexpr int kSteps = 15;
 constexpr int kRounds = 3;  // each with the points that agreed in the one before
 constexpr int kPointSteps = 3;
 constexpr std::size_t kMinInitialPoints = 8;
-constexpr double kConverged = 1e-6;   // m and rad
-constexpr double kMinParallax = 3.0;  // sigma of a disparity, for a point to have a position
-constexpr double kMinDepth = 0.05;    // m
-constexpr int kColumns = 4;
-constexpr int kRows = 3;
+constexpr double kPoseConverged = 1e-6;  // m and rad
+constexpr double kMinParallax = 3.0;     // sigma of a disparity, for a point to have a position
+constexpr double kMinDepth = 0.05;       // m
+constexpr int kImageColumns = 4;
+constexpr int kImageRows = 3;
 // chi^2 exceeded with a probability of 1 %, by degrees of freedom.
 constexpr std::array<double, 6> kMaxChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
 
@@ -76,6 +76,7 @@ std::optional<Pose> begin(std::vector<MatchedPoint>& matched, const RelativePose
     return std::nullopt;
   }
   std::vector<MatchedPoint> agreeing;
+  agreeing.reserve(inliers.size());
   for (const int i : inliers) agreeing.push_back(matched[static_cast<std::size_t>(i)]);
   matched = std::move(agreeing);
   const Vector3d r(turn.at<double>(0), turn.at<double>(1), turn.at<double>(2));
@@ -163,7 +164,7 @@ std::optional<Matrix6d> adjust(std::vector<MatchedPoint>& matched, Pose& X, cons
       if (!p.is_before_all) continue;
       matched[k].f += p.H_ff.inverse() * (p.b_f - p.H_xf.transpose() * step);
     }
-    if (step.norm() < kConverged) return Matrix6d(llt.solve(Matrix6d::Identity()));
+    if (step.norm() < kPoseConverged) return Matrix6d(llt.solve(Matrix6d::Identity()));
   }
   return std::nullopt;
 }
@@ -184,14 +185,14 @@ std::vector<MatchedPoint> agreeing(std::vector<MatchedPoint> matched, const Pose
 }
 
 int cells(const std::vector<MatchedPoint>& matched, const RelativePoseOptions& options) {
-  std::array<bool, kColumns * kRows> has{};
+  std::array<bool, std::size_t{kImageColumns} * kImageRows> has{};
   for (const MatchedPoint& s : matched) {
     const auto part = [](double at, double half, int count) {
       return std::clamp(static_cast<int>((at + half) / (2.0 * half) * count), 0, count - 1);
     };
-    const int column = part(s.now.left.x(), options.half_width, kColumns);
-    const int row = part(s.now.left.y(), options.half_height, kRows);
-    has[static_cast<std::size_t>(row * kColumns + column)] = true;
+    const int column = part(s.now.left.x(), options.half_width, kImageColumns);
+    const int row = part(s.now.left.y(), options.half_height, kImageRows);
+    has[static_cast<std::size_t>(row * kImageColumns + column)] = true;
   }
   return static_cast<int>(std::count(has.begin(), has.end(), true));
 }

@@ -102,7 +102,6 @@ void VisionPipeline::begin(const StateEstimate& published) {
   began_at_ = newest_;
   has_begun_ = true;
   has_gap_ = false;
-  ++beginnings_;
   usable_since_ = last_image_ = newest_;
 }
 

@@ -67,8 +67,6 @@ class VisionPipeline {
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
-  /// Number of initialisations so far.
-  [[nodiscard]] int beginnings() const { return beginnings_; }
 
  private:
   void begin(const StateEstimate& published);
@@ -89,7 +87,6 @@ class VisionPipeline {
   std::vector<ImuSample> recent_;  ///< IMU samples for the rotation between images.
   bool has_begun_ = false;
   bool has_gap_ = false;  ///< True after a long gap in the IMU samples.
-  int beginnings_ = 0;
   Utime init_utime_ = 0;
   Utime began_at_ = 0;
   double proof_s_ = 0.0;         ///< Time with images before the filter is accepted.

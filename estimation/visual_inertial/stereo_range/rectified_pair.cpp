@@ -10,7 +10,6 @@ namespace dive::estimation {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 using Failure = tl::unexpected<std::string>;

@@ -279,8 +279,9 @@ bool StereoRange::fits(const CameraModel& left, const CameraModel& right) const 
   for (std::size_t camera = 0; camera < 2; ++camera) {
     for (int i = 0; i < kSamples * kSamples; ++i) {
       // Positions of the same ray by the maps of creation and by the new ones.
+      const int row = i / kSamples;
       const double u = (i % kSamples + 0.5) / kSamples * pair->width;
-      const double v = (i / kSamples + 0.5) / kSamples * pair->height;
+      const double v = (row + 0.5) / kSamples * pair->height;
       const auto seen_by = [&](const CameraModel& model, const RectifiedPair& rectified) {
         const Eigen::Vector3d ray = impl_->pair.ray(u, v);
         return model.project(model.X_BC.q.conjugate() * (rectified.X_BV.q * ray));

@@ -102,7 +102,7 @@ std::vector<DetectedTag> TagDetector::find(const ImageFrame& image) {
   std::vector<DetectedTag> result;
   for (int i = 0; i < zarray_size(found.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
-    zarray_get(found.get(), i, &detection);
+    zarray_get(found.get(), i, static_cast<void*>(&detection));
     if (const auto detected = impl_->taken(*detection)) result.push_back(*detected);
   }
   std::stable_sort(result.begin(), result.end(),

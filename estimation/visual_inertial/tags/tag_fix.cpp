@@ -307,6 +307,7 @@ TagObservation TagFix::add_one(const StateEstimate& filter, Known& known, int at
     return observation;
   }
   std::vector<Pose> poses_WB;
+  poses_WB.reserve(poses.size());
   for (const TagPose& pose : poses) {
     poses_WB.push_back(known.tag.X_WT * pose.X_CT.inverse() * camera_.X_BC.inverse());
   }

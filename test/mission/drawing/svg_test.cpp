@@ -17,7 +17,6 @@ namespace dive::mission {
 namespace {
 
 using planning::Box;
-using planning::Obstacle;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;

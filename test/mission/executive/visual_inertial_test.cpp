@@ -155,9 +155,9 @@ TEST_F(VisualInertialExecutiveTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
   run(1.0);
   loops_ = {1, 10'000'000, 95'000'000, 0.25, 0.02};
   run(1.0);
-  const std::string told =
+  const std::string note =
       "loop closed: recognised the place of 85 s before: corrected by 0.250 m and 1.15 deg";
-  EXPECT_THAT(notes_, Contains(told).Times(1));
+  EXPECT_THAT(notes_, Contains(note).Times(1));
   EXPECT_THAT(notes_, Contains("place recognised").Times(1));
   EXPECT_THAT(events_, Contains("loop.closed"));
   loops_ = {2, 11'500'000, 96'500'000, 0.004, 0.0};

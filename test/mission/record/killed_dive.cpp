@@ -89,13 +89,13 @@ DiveResult KilledDive::dive(const std::string& path) const {
 }
 
 DiveResult KilledDive::dive(JournalWriter& journal,
-                            const std::function<void(const StepOutputs&)>& told) const {
+                            const std::function<void(const StepOutputs&)>& observe) const {
   return simulate_dive(
       mission_, world_, model_, {},
       [](const StepInputs&, const StepOutputs&, const auto&, const auto&) {},
       [&](const Executive& executive, const StepOutputs& outputs) {
         journal.keep(executive, outputs);
-        told(outputs);
+        observe(outputs);
       });
 }
 

@@ -21,9 +21,9 @@ class KilledDive {
 
   /// Runs the dive to the end in this process, with a journal at `path`.
   DiveResult dive(const std::string& path) const;
-  /// The same with a given journal; `told` gets the outputs of every step after the journal.
+  /// The same with a given journal; `observe` gets the outputs of every step after the journal.
   DiveResult dive(JournalWriter& journal,
-                  const std::function<void(const StepOutputs&)>& told) const;
+                  const std::function<void(const StepOutputs&)>& observe) const;
   /// Continues from the journal at `path`; appends its payload commands to `payload`.
   DiveResult resume(const std::string& path, std::vector<std::string>& payload) const;
   /// In a child process, which dies by SIGKILL right after the journal's line number `line`.

@@ -16,7 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using testing::arbitrary_double;
 using testing::arbitrary_lengths;
-using testing::arbitrary_pose;
 using testing::arbitrary_rotation_vector;
 using testing::arbitrary_vector;
 using testing::box_corners;

@@ -299,9 +299,9 @@ TEST(Cloud, MillimetresAreGuessedWithAWarningAndOnlyThen) {
   EXPECT_EQ(depth->unit_m, 0.001);
   EXPECT_THAT(depth->warnings, Contains(HasSubstr("millimetres")));
 
-  const auto told = read_cloud(scratch.with(pcd(grid(1, 0), "binary")), kMetres);
-  expect_points(told, grid(1, 0), "as told");
-  EXPECT_THAT(told->warnings, IsEmpty());
+  const auto scaled = read_cloud(scratch.with(pcd(grid(1, 0), "binary")), kMetres);
+  expect_points(scaled, grid(1, 0), "in the unit given");
+  EXPECT_THAT(scaled->warnings, IsEmpty());
 
   // A lake in metres is as wide, but none of its depths is a whole number.
   const auto lake = read_cloud(scratch.with(pcd(grid(1, 0.37), "binary")), {});

@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;

@@ -75,8 +75,8 @@ class Eye {
                 .normalized();
         const double range = surface_(X_WB * scan.origin_B.cast<double>(), X_WB.q * way_B) +
                              noise_ * random_.normal();
-        const double told = range <= kReach ? range : 2.0 * kReach;
-        scan.points_B.push_back(scan.origin_B + (told * way_B).cast<float>());
+        const double measured = range <= kReach ? range : 2.0 * kReach;
+        scan.points_B.push_back(scan.origin_B + (measured * way_B).cast<float>());
       }
     }
     return scan;

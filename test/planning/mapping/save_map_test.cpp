@@ -189,10 +189,10 @@ TEST(SaveMapTest, WhatIsLoadedAgainIsWhatWasObserved) {
   EXPECT_EQ(scratch.files().size(), 4U) << "the pieces were made again";
   double apart = 0.0;
   for (const Vector3d& p : places()) {
-    const double told = to_loaded(p, *world);
+    const double measured = to_loaded(p, *world);
     const double truth = to_seen(p, seen.map);
-    apart = std::max(apart, std::abs(told - truth));
-    EXPECT_LE(told, truth + 1e-9) << "nearer is safe, farther is not";
+    apart = std::max(apart, std::abs(measured - truth));
+    EXPECT_LE(measured, truth + 1e-9) << "nearer is safe, farther is not";
   }
   EXPECT_LE(apart, 1e-5);
 

@@ -10,8 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGravity = 9.81;
-
 Vector6d wrench(const Vector3d& force, const Vector3d& moment) {
   Vector6d result;
   result << force, moment;

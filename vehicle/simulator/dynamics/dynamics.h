@@ -18,6 +18,8 @@
 
 namespace dive::vehicle {
 
+inline constexpr double kGravity = 9.81;  ///< m/s^2
+
 /// Force of each flipper on its hip, in B, N; columns in the order of Model::hips_B.
 using FlipperForces = Eigen::Matrix<double, 3, 6>;
 

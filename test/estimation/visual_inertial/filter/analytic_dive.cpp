@@ -66,9 +66,9 @@ CameraModel camera(double y) {
 
 AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
     : options_(options), random_(seed, 77) {
-  told_.push_back(camera(0.07));
-  if (options_.is_stereo) told_.push_back(camera(-0.07));
-  for (const CameraModel& model : told_) {
+  nominal_cameras_.push_back(camera(0.07));
+  if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07));
+  for (const CameraModel& model : nominal_cameras_) {
     true_.push_back({model.X_BC.p + normal3(options_.extrinsic_sigma_m),
                      model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))});
   }
@@ -136,14 +136,14 @@ bool AnalyticDive::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which
                         Vector2d& pixel) const {
   const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
   if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
-  const CameraModel& model = told_[which];
+  const CameraModel& model = nominal_cameras_[which];
   pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
   return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
          pixel.y() <= model.height - 1;
 }
 
 Vector3d AnalyticDive::random_point_before(const Pose& X_WB, double near, double far) {
-  const CameraModel& model = told_.front();
+  const CameraModel& model = nominal_cameras_.front();
   const double u = random_.uniform(0.0, model.width);
   const double v = random_.uniform(0.0, model.height);
   const double range = random_.uniform(near, far);
@@ -196,7 +196,7 @@ void AnalyticDive::observe(const Pose& X_WB, std::int64_t id, const Vector3d& p_
     if (!sees(X_WB, p_W, i, pixel)) continue;
     const double x = pixel.x() + options_.pixel_sigma * random_.normal();
     const double y = pixel.y() + options_.pixel_sigma * random_.normal();
-    const CameraModel& model = told_[i];
+    const CameraModel& model = nominal_cameras_[i];
     const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
     if (i == 0) {
       feature.left = image;

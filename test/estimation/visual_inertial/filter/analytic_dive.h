@@ -56,7 +56,7 @@ class AnalyticDive {
   [[nodiscard]] estimation::FeatureFrame frame(Utime utime);
 
   /// Cameras as configured in the filter.
-  [[nodiscard]] const std::vector<CameraModel>& cameras() const { return told_; }
+  [[nodiscard]] const std::vector<CameraModel>& cameras() const { return nominal_cameras_; }
   [[nodiscard]] const std::vector<Pose>& true_cameras_B() const { return true_; }
   [[nodiscard]] double true_time_offset_s() const { return time_offset_s_; }
   [[nodiscard]] const Eigen::Vector3d& gyro_bias() const { return gyro_bias_; }
@@ -86,7 +86,7 @@ class AnalyticDive {
 
   AnalyticDiveOptions options_;
   Random random_;
-  std::vector<CameraModel> told_;
+  std::vector<CameraModel> nominal_cameras_;
   std::vector<Pose> true_;
   double time_offset_s_;
   Eigen::Vector3d gyro_bias_;

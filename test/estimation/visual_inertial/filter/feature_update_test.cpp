@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using testing::numeric_jacobian;
 using testing::turn_by;
-using testing::turned;
 
 Pose disturbed(const Pose& pose, const VectorXd& e) {
   return {pose.p + e.segment<3>(3), turn_by(pose.q, e.segment<3>(0))};
@@ -66,7 +65,7 @@ TEST(Feature, IsNotSeenFromBehind) {
 // A state in motion with five clones, moved away from their first estimates.
 struct Window {
   testing::AnalyticDive dive{testing::AnalyticDiveOptions{}, 8};
-  FilterState state{testing::told(dive, {})};
+  FilterState state{testing::filter_options(dive, {})};
   Track track;
   Vector3d p_W;
 
@@ -162,7 +161,7 @@ TEST(Gate, IsTheQuantileOfTables) {
 
 RC_GTEST_PROP(ImuSystems, HaveTheJacobiansThatDifferencesGive, ()) {
   testing::AnalyticDive dive(testing::AnalyticDiveOptions{}, 8);
-  FilterState state(testing::told(dive, {}));
+  FilterState state(testing::filter_options(dive, {}));
   ImuState imu;
   const Pose pose = *testing::arbitrary_pose();
   imu.motion = {pose.q, pose.p, *testing::arbitrary_vector(1.0)};

@@ -29,8 +29,8 @@ class Beat {
 
 }  // namespace
 
-estimation::VisualInertialOptions told(const AnalyticDive& dive,
-                                       const AnalyticDiveOptions& options) {
+estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
+                                                 const AnalyticDiveOptions& options) {
   estimation::VisualInertialOptions result;
   result.cameras = dive.cameras();
   result.imu = {options.gyro_noise, options.accel_noise, options.gyro_walk, options.accel_walk};

@@ -29,8 +29,8 @@ struct FilterDiveResult {
 };
 
 /// The filter's configuration for the dive.
-[[nodiscard]] estimation::VisualInertialOptions told(const AnalyticDive& dive,
-                                                     const AnalyticDiveOptions& options);
+[[nodiscard]] estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
+                                                               const AnalyticDiveOptions& options);
 /// The truth at `t`, with errors drawn from the stated sigmas.
 [[nodiscard]] estimation::KnownStart known_start(const AnalyticDive& dive, double t,
                                                  Random& random);

@@ -16,7 +16,6 @@
 namespace dive::estimation {
 namespace {
 
-using Eigen::Vector3d;
 using testing::AnalyticDive;
 using testing::AnalyticDiveOptions;
 using ::testing::HasSubstr;
@@ -28,7 +27,7 @@ class SpoiledDive {
  public:
   explicit SpoiledDive(const AnalyticDiveOptions& of = {}) : options(of), dive(options, 61) {
     Random random(61);
-    filter.emplace(testing::told(dive, options), testing::known_start(dive, 0.0, random));
+    filter.emplace(testing::filter_options(dive, options), testing::known_start(dive, 0.0, random));
   }
 
   std::function<void(double, ImuSample&)> spoil_imu = [](double, ImuSample&) {};
@@ -187,14 +186,14 @@ TEST(Faults, EveryFaultIsReportedBeforeItIsFiveSigma) {
   for (const std::string& fault : testing::sensor_faults()) {
     const testing::FaultDive dive = testing::dive_with(fault, 71);
     EXPECT_GT(dive.seconds, 10) << fault;
-    EXPECT_EQ(dive.untold, 0) << fault << ": " << dive.far << " s far";
+    EXPECT_EQ(dive.unreported, 0) << fault << ": " << dive.far << " s far";
   }
 }
 
 TEST(Faults, NothingIsReportedWithoutFaults) {
   const testing::FaultDive dive = testing::dive_with("none", 72);
   EXPECT_EQ(dive.far, 0);
-  EXPECT_EQ(dive.flagged, 0) << dive.told;
+  EXPECT_EQ(dive.flagged, 0) << dive.reason;
 }
 
 TEST(Faults, FramesThatAreLateOrSpoiled) {

@@ -20,11 +20,11 @@ using Eigen::Vector3d;
 using testing::AnalyticDive;
 using testing::AnalyticDiveOptions;
 using testing::ErrorSample;
+using testing::filter_options;
 using testing::FilterDiveResult;
 using testing::Hooks;
 using testing::known_start;
 using testing::run;
-using testing::told;
 
 struct Consistency {
   double nees_position = 0.0;
@@ -40,7 +40,7 @@ Consistency ends(const AnalyticDiveOptions& options, int runs, double seconds) {
     AnalyticDive dive(options, seed);
     Random random(seed, 1);
     const double begin = random.uniform(0.0, 250.0);
-    VisualInertialFilter filter(told(dive, options), known_start(dive, begin, random));
+    VisualInertialFilter filter(filter_options(dive, options), known_start(dive, begin, random));
     const FilterDiveResult result = run(dive, options, filter, begin, begin + seconds);
     EXPECT_FALSE(filter.health().diverged) << filter.health().reason;
     const ErrorSample& last = result.errors.back();
@@ -86,7 +86,7 @@ struct Dived {
   explicit Dived(const AnalyticDiveOptions& of = {}, std::uint64_t seed = 21)
       : options(of),
         dive(options, seed),
-        filter(told(dive, options), known_start(dive, 0.0, random)) {}
+        filter(filter_options(dive, options), known_start(dive, 0.0, random)) {}
   FilterDiveResult go(double begin, double end, const Hooks& hooks = {}) {
     return run(dive, options, filter, begin, end, hooks);
   }
@@ -97,9 +97,9 @@ TEST(Calibration, FindsOffsetAndCamerasAndBiases) {
   options.time_offset_sigma_s = 0.01;
   Dived d(options, 22);
   ASSERT_GT(std::abs(d.dive.true_time_offset_s()), 0.004) << "or there is nothing to find";
-  auto told_options = told(d.dive, options);
-  told_options.time_offset_sigma_s = 0.01;
-  VisualInertialFilter filter(told_options, known_start(d.dive, 0.0, d.random));
+  auto filter_settings = filter_options(d.dive, options);
+  filter_settings.time_offset_sigma_s = 0.01;
+  VisualInertialFilter filter(filter_settings, known_start(d.dive, 0.0, d.random));
   static_cast<void>(run(d.dive, options, filter, 0.0, 40.0));
   const FilterState& state = filter.state();
   EXPECT_NEAR(state.time_offset_s, d.dive.true_time_offset_s(), 0.001);
@@ -109,7 +109,7 @@ TEST(Calibration, FindsOffsetAndCamerasAndBiases) {
   };
   const auto& truth = d.dive.true_cameras_B();
   const double told_off =
-      std::abs(stereo(told_options.cameras[0].X_BC, told_options.cameras[1].X_BC) -
+      std::abs(stereo(filter_settings.cameras[0].X_BC, filter_settings.cameras[1].X_BC) -
                stereo(truth[0], truth[1]));
   const Pose error = (state.cameras_B[0].inverse() * state.cameras_B[1]).inverse() *
                      (truth[0].inverse() * truth[1]);
@@ -121,7 +121,7 @@ TEST(Calibration, IsLeftOutWhereItIsSwitchedOff) {
   AnalyticDiveOptions options;
   options.extrinsic_sigma_deg = options.extrinsic_sigma_m = options.time_offset_sigma_s = 0.0;
   AnalyticDive dive(options, 5);
-  auto of = told(dive, options);
+  auto of = filter_options(dive, options);
   of.calibrate_extrinsics = of.calibrate_time_offset = false;
   of.max_landmarks = 0;
   Random random(5);
@@ -139,7 +139,7 @@ TEST(Start, InMotionTakesLessThanHalfASecond) {
   const auto truth = dive.truth(0.0);
   start.position_W = truth.X_WB.p + Vector3d(0.05, -0.05, 3.0);
   start.v_WB_B = {0.35, 0.0, 0.0};
-  VisualInertialFilter filter(told(dive, options), start);
+  VisualInertialFilter filter(filter_options(dive, options), start);
   double began = -1.0;
   Hooks hooks;
   hooks.each_tick = [&](double t, VisualInertialFilter& f) {
@@ -162,7 +162,7 @@ TEST(Start, AtRestFindsTheVerticalAndStandsStill) {
   RestStart start;
   start.position_W = dive.truth(0.0).X_WB.p;
   start.yaw = to_rpy(dive.truth(0.0).X_WB.q).z();
-  VisualInertialFilter filter(told(dive, options), start);
+  VisualInertialFilter filter(filter_options(dive, options), start);
   const auto result = run(dive, options, filter, 0.0, 10.0);
   ASSERT_FALSE(result.errors.empty());
   EXPECT_TRUE(filter.health().is_at_rest);
@@ -175,7 +175,7 @@ TEST(Start, AtRestFindsTheVerticalAndStandsStill) {
 TEST(Start, AtRestDoesNotBeginInMotion) {
   AnalyticDiveOptions options;
   AnalyticDive dive(options, 33);
-  VisualInertialFilter filter(told(dive, options), RestStart{});
+  VisualInertialFilter filter(filter_options(dive, options), RestStart{});
   EXPECT_TRUE(run(dive, options, filter, 0.0, 3.0).errors.empty());
   EXPECT_FALSE(filter.update(4'000'000).valid);
 }
@@ -308,15 +308,15 @@ TEST(Filter, PublishesInTheConventionsOfAllEstimators) {
 
 TEST(Filter, DemandsOptionsAndStartsThatHold) {
   AnalyticDive dive({}, 1);
-  VisualInertialOptions options = told(dive, {});
+  VisualInertialOptions options = filter_options(dive, {});
   EXPECT_EQ(options.validate(), "");
   options.pixel_sigma = std::nan("");
   EXPECT_THAT(options.validate(), ::testing::StartsWith("pixel_sigma is nan"));
   EXPECT_THROW(VisualInertialFilter(options, RestStart{}), AssertionFailure);
-  options = told(dive, {});
+  options = filter_options(dive, {});
   options.cameras.clear();
   EXPECT_THAT(options.validate(), ::testing::HasSubstr("one or two"));
-  options = told(dive, {});
+  options = filter_options(dive, {});
   MotionStart start;
   start.speed_sigma = 0.0;
   EXPECT_NE(validate(FilterStart{start}), "");

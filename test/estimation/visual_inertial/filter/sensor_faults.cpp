@@ -118,19 +118,20 @@ FaultDive dive_with(const std::string& fault, std::uint64_t seed) {
   AnalyticDive dive(options, seed);
   Random random(seed, 3);
   const double begin = random.uniform(0.0, 100.0);
-  estimation::VisualInertialFilter filter(told(dive, options), known_start(dive, begin, random));
+  estimation::VisualInertialFilter filter(filter_options(dive, options),
+                                          known_start(dive, begin, random));
   FaultDive result;
   Hooks hooks = spoiled_by(fault, begin + kOnset, random);
   hooks.each_second = [&](const ErrorSample& error) {
     if (error.t < begin + kOnset) return;
     const estimation::FilterHealth& health = filter.health();
-    const bool told_of = is_flagged(health);
+    const bool is_reported = is_flagged(health);
     ++result.seconds;
-    result.flagged += told_of ? 1 : 0;
-    if (told_of) result.told = health.diverged ? health.reason : health.suspicion;
+    result.flagged += is_reported ? 1 : 0;
+    if (is_reported) result.reason = health.diverged ? health.reason : health.suspicion;
     if (error.nees_position < kFar2 && error.nees_attitude < kFar2) return;
     ++result.far;
-    result.untold += told_of ? 0 : 1;
+    result.unreported += is_reported ? 0 : 1;
   };
   static_cast<void>(run(dive, options, filter, begin, begin + kEnd, hooks));
   return result;

@@ -15,11 +15,11 @@ namespace dive::testing {
 
 /// Results of one dive with a fault, one sample a second.
 struct FaultDive {
-  int far = 0;       ///< Seconds with a position or attitude error of more than five sigma.
-  int untold = 0;    ///< Seconds of those without any flag.
-  int flagged = 0;   ///< Seconds after the onset with a flag.
-  int seconds = 0;   ///< Seconds after the onset.
-  std::string told;  ///< Reason of the last flag.
+  int far = 0;         ///< Seconds with a position or attitude error of more than five sigma.
+  int unreported = 0;  ///< Seconds of those without any flag.
+  int flagged = 0;     ///< Seconds after the onset with a flag.
+  int seconds = 0;     ///< Seconds after the onset.
+  std::string reason;  ///< Reason of the last flag.
 };
 /// Twenty seconds in stereo, the fault after eight; "none" is a dive without one.
 [[nodiscard]] FaultDive dive_with(const std::string& fault, std::uint64_t seed);

@@ -16,7 +16,6 @@ namespace dive::estimation {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::looking_ahead;
 using testing::PaintedRoom;
 using testing::pixel_of;
 using testing::seen_at;

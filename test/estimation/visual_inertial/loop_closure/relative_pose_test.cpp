@@ -12,7 +12,6 @@ namespace dive::estimation {
 namespace {
 
 using dive::testing::MarkedWorld;
-using Eigen::Vector3d;
 using testing::PaintedRoom;
 
 constexpr int kMostBits = 60;

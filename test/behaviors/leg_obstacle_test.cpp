@@ -1,0 +1,209 @@
+// What a leg does when its path is blocked, opens again, or begins with a sharp turn.
+
+#include <gtest/gtest.h>
+
+#include "test/behaviors/leg_sample.h"
+
+namespace dive::behaviors {
+namespace {
+
+// A diver swims to within 0.3 m of a path that has 1.2 m, and away again; until then the planner
+// knows no other. What was certified with 0.3 m is swum.
+TEST(Leg, StopsBeforeWhereItsPathHasLostItsClearance) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  bool is_there = true;
+  ClearanceAlongX room([&](double x) { return is_there && x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
+  room.observe_from(20.0);
+  vehicle.set_map(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  is_there = false;
+  const planning::PlanResult answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  is_there = true;
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "blocked", {}, 0.0);
+  while (vehicle.seconds() < 40.0) {
+    output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
+    if (vehicle.position().x() < 7.0 && vehicle.position().x() > 1.0) {
+      EXPECT_GT(output.command.v, 0.3) << "far off there is no hurry";
+    }
+  }
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_NEAR(vehicle.position().x(), 9.0 - 1.2, 0.1);
+  EXPECT_GT(leg.progress().plan_failures, 10);
+
+  is_there = false;
+  while (!output.plan_request) output = vehicle.tick(leg);
+  const std::vector<Pose> on = straight(vehicle.position(), {20, 0, -3});
+  const planning::PlanResult again = success(on);
+  output = vehicle.tick(leg, &again);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+}
+
+// The map has the obstacle a scan or two later.
+TEST(Leg, StopsForAnObstacleInItsWayAndPlansAgainOnceTheMapMayHaveIt) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+  BehaviorInput scanned = vehicle.input(nullptr);
+  scanned.obstacle_ahead = true;
+  BehaviorOutput output = leg.step(scanned);
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_FALSE(output.plan_request);
+  EXPECT_TRUE(leg.progress().path_is_blocked);
+  const double stopped_at = vehicle.seconds();
+  while (!output.plan_request && vehicle.seconds() < 20.0) {
+    output = vehicle.tick(leg);
+    EXPECT_EQ(output.command.v, 0.0);
+  }
+  EXPECT_NEAR(vehicle.seconds() - stopped_at, 1.2, 0.05);
+  EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+  EXPECT_FALSE(leg.progress().path_is_blocked);
+}
+
+// Ticks with a bent or a straight path after a mapped object has gone: true if it plans again.
+bool plans_again_when_the_map_opens(bool is_bent, bool map_change = true) {
+  LegSettings with_trigger = settings();
+  with_trigger.replan.map_change = map_change;
+  Leg leg(with_trigger, goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  if (is_bent) path[2].p.y() = 4.0;
+  const planning::PlanResult answer = success(path);
+  vehicle.tick(leg, &answer);
+  BehaviorInput opened = vehicle.input(nullptr);
+  opened.map_opened = true;
+  bool plans = leg.step(opened).plan_request.has_value();
+  while (vehicle.seconds() < 6.0) plans |= vehicle.tick(leg).plan_request.has_value();
+  return plans;
+}
+
+TEST(Leg, PlansAgainWhereAMappedObjectHasGoneAndAShorterPathMayExist) {
+  EXPECT_TRUE(plans_again_when_the_map_opens(true));
+  EXPECT_FALSE(plans_again_when_the_map_opens(false)) << "no path is shorter than a straight line";
+  EXPECT_FALSE(plans_again_when_the_map_opens(true, false)) << "map_change is off";
+}
+
+// The answer to an earlier request does not know that the object has gone.
+TEST(Leg, PlansAgainAfterAnAnswerThatWasRequestedBeforeTheObjectWasGone) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  BehaviorInput opened = vehicle.input(nullptr);
+  opened.map_opened = true;
+  EXPECT_FALSE(leg.step(opened).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  path[2].p.y() = 4.0;
+  const planning::PlanResult answer = success(path);
+  bool plans = vehicle.tick(leg, &answer).plan_request.has_value();
+  while (vehicle.seconds() < 6.0) plans |= vehicle.tick(leg).plan_request.has_value();
+  EXPECT_TRUE(plans);
+}
+
+TEST(Leg, GivesUpIfNoPlanLeadsAroundAnObstacleInItsWay) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  int stops = 0;
+  Failure failed = Failure::kNone;
+  while (failed == Failure::kNone && stops < 20) {
+    while (!vehicle.tick(leg).plan_request) {
+    }
+    EXPECT_GT(vehicle.tick(leg, &answer).command.v, 0.0);
+    BehaviorInput scanned = vehicle.input(nullptr);
+    scanned.obstacle_ahead = true;
+    failed = leg.step(scanned).failed;
+    ++stops;
+  }
+  EXPECT_EQ(failed, Failure::kUnreachable);
+  EXPECT_EQ(stops, 5);
+  EXPECT_EQ(leg.progress().plan_failure,
+            "scans show an obstacle in the way that no plan leads around");
+}
+
+// Gives the leg a path to (20, 0) and swims on it as far as x.
+BehaviorOutput swim_east(Leg& leg, PerfectVehicle& vehicle, double x) {
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (vehicle.position().x() < x) output = vehicle.tick(leg);
+  return output;
+}
+
+// In a gap the planner may find that the way round is better. The gap is swum through.
+TEST(Leg, KeepsItsPathIfTheNextOneBeginsWithASharpTurn) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  ClearanceAlongX room([](double /*x*/) { return 1.2; });
+  vehicle.set_map(&room, nullptr);
+  BehaviorOutput output = swim_east(leg, vehicle, 4.0);
+  BehaviorInput demand = vehicle.input(nullptr);
+  demand.replan = true;
+  ASSERT_TRUE(leg.step(demand).plan_request);
+  const std::vector<Pose> around = straight(vehicle.position(), {-5, 1, -3});
+  const planning::PlanResult back = success(around);
+  output = vehicle.tick(leg, &back);
+  EXPECT_GT(output.command.v, 0.3);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+  EXPECT_GT(vehicle.position().x(), 19.0);
+}
+
+// The planner finds a way only back: it turns after it has stopped.
+TEST(Leg, StopsBeforeASharpTurnIfItsPathIsBlocked) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  ClearanceAlongX room([](double x) { return x > 9.0 ? 0.2 : 1.2; });
+  vehicle.set_map(&room, nullptr);
+  BehaviorOutput output = swim_east(leg, vehicle, 4.0);
+  room.observe_from(20.0);
+  for (int i = 0; i < 100 && !output.plan_request; ++i) output = vehicle.tick(leg);
+  ASSERT_TRUE(output.plan_request);
+  const std::vector<Pose> around = straight(vehicle.position(), {-5, 1, -3});
+  const planning::PlanResult back = success(around);
+  output = vehicle.tick(leg, &back);
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_TRUE(output.brakes);
+}
+
+// Come level it would hit what it passes on its side.
+TEST(Leg, StopsOnItsSideIfItSwamSo) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  for (Pose& pose : path) pose.q = from_rpy(1.2, 0.0, 0.0);
+  const planning::PlanResult answer = success(path);
+  vehicle.tick(leg, &answer);
+  for (int i = 0; i < 100; ++i) vehicle.tick(leg);
+  BehaviorInput scanned = vehicle.input(nullptr);
+  scanned.obstacle_ahead = true;
+  EXPECT_NEAR(to_rpy(leg.step(scanned).command.o).x(), 1.2, 0.1);
+}
+
+TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  ClearanceAlongX room([](double x) { return x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
+  room.observe_from(20.0);
+  vehicle.set_map(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  planning::PlanResult answer = success(path);
+  answer.clearance_m = 0.3;
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  while (!output.done && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_TRUE(output.done);
+}
+
+}  // namespace
+}  // namespace dive::behaviors
