@@ -32,6 +32,7 @@
 #include "bench/run_study.h"
 #include "planning/planner.h"
 #include "planning/world/primitives.h"
+#include "vehicle/simulator/drawn_world.h"
 
 namespace dive::bench {
 namespace {
