@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vehicle/exit_guidance.h"
+
 namespace dive::mission {
 namespace {
 
@@ -19,7 +21,6 @@ constexpr double kMinSpeed = 0.1;        // m/s
 constexpr double kAscentRate = 0.2;      // m/s
 constexpr double kDrift = 0.2;           // m of drift during an ascent in still water
 constexpr double kMaxRoom = 3.0;         // m
-constexpr double kMaxDrift = 0.4;        // m of drift during a hold without room
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d ab = b - a;
@@ -69,21 +70,21 @@ void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
   path_.hold_s = hold_s(situation, rung);
 }
 
-// Without position feedback a held vehicle drifts: with room for as long as that allows, elsewhere
-// for a share of the clearance.
+// Without position feedback a held vehicle drifts: where it has no room, within the distance from
+// the trail in which the water is free.
 double ExitPathKeeper::hold_s(const Situation& situation, Rung rung) const {
   if (situation.is_terminated || rung >= Rung::kEmergencySurface) return 0.0;
   if (rung >= Rung::kRetrace) return kMinHold;
   if (situation.open_above && from_room_ && points_.size() == 1) return kHoldInOpenWater;
   const double left = std::clamp(1.0 - situation.budget_used, 0.0, 1.0);
   const double most = situation.open_above ? kHoldInOpenWater : left * kMaxHold;
-  return std::max(kMinHold, std::min(most, kMaxDrift / drift_speed()));
+  return std::max(kMinHold, std::min(most, options_.link_m / drift_speed()));
 }
 
-// Two sigmas, or what is measured.
+// Two sigmas, or more where a current is measured.
 double ExitPathKeeper::drift_speed() const {
-  constexpr double kLeast = 1e-3;  // m/s
-  return std::max({2.0 * options_.current_sigma, path_.current_W.norm(), kLeast});
+  return std::max(2.0 * std::hypot(options_.current_sigma, vehicle::ExitGuidance::kStopSigma),
+                  path_.current_W.norm());
 }
 
 bool ExitPathKeeper::has_room(const Vector3d& p_W) const {
