@@ -112,7 +112,7 @@ TEST_F(ExitPathKeeperTest, ThroughAHatchWhereRoomIsFar) {
   EXPECT_NEAR(waypoints().back().p.y(), 31.0, 1.5);
 }
 
-// Where nobody knows of room the last places in open water have to do.
+// Without room on the trail the last places in open water have to do.
 TEST_F(ExitPathKeeperTest, WithoutRoomItAscendsWhereOpenWaterIs) {
   begin(world(), {0.0, -1.5, -12.0});
   swim(-1.2);
