@@ -116,8 +116,7 @@ class ExitWatch {
     if (sent.source != dive::link::Source::kSupervisor) return;
     const ExitPhase before = std::exchange(phase_, sent.phase);
     if (before != ExitPhase::kFollowing || phase_ != ExitPhase::kAscending) return;
-    const Eigen::Vector3d& end =
-        path_.open_above || path_.waypoints.empty() ? path_.X_WB.p : path_.waypoints.back().p;
+    const Eigen::Vector3d& end = path_.waypoints.empty() ? path_.X_WB.p : path_.waypoints.back().p;
     error_m_ = (p_W_ - end).head<2>().norm();
   }
 
@@ -314,6 +313,8 @@ int main(int argc, char** argv) {
   int jobs = 2;
   std::uint64_t seed = 1;
   std::string only;
+  std::uint64_t one_dive = 0;
+  app.add_option("--one", one_dive, "Only the dive with this seed");
   app.add_option("--only", only, "One disturbance of them")
       ->check(CLI::IsMember(std::vector<std::string>(kNames.begin(), kNames.end())));
   app.add_option("--dives", dives, "Half of each mission, before --only");
@@ -327,6 +328,7 @@ int main(int argc, char** argv) {
   if (!only.empty()) {
     std::erase_if(cases, [&](const Case& one) { return only != name_of(one.what); });
   }
+  if (one_dive != 0) std::erase_if(cases, [&](const Case& one) { return one.seed != one_dive; });
   std::vector<Outcome> outcomes(cases.size());
   std::string pattern = (std::filesystem::temp_directory_path() / "dive-disturbed-XXXXXX").string();
   const std::filesystem::path folder = mkdtemp(pattern.data());

@@ -122,6 +122,16 @@ function(dive_study name)
   dive_use_precompiled(${name} dive_precompiled_studies)
 endfunction()
 
+# dive_stalls_disk(NAME): the program can stall the disk of the processes that it starts.
+function(dive_stalls_disk name)
+  if(NOT TARGET stalled_disk)
+    add_library(stalled_disk MODULE ${CMAKE_SOURCE_DIR}/test/mission/link/stalled_disk.cpp)
+    target_link_libraries(stalled_disk PRIVATE dive_flags)
+  endif()
+  target_compile_definitions(${name} PRIVATE STALLED_DISK="$<TARGET_FILE:stalled_disk>")
+  add_dependencies(${name} stalled_disk)
+endfunction()
+
 # dive_embed(TARGET INPUT NAMESPACE NAME): compiles a text file into TARGET as a string constant.
 function(dive_embed target input namespace name)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)

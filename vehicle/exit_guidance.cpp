@@ -158,20 +158,20 @@ Command ExitGuidance::step(Utime now) {
   return compass;
 }
 
-// Where it held, open water may be above because the executive measured it there, or at the end of
-// the exit path; otherwise straight up is all that is left.
+// Open water is at the end of the exit path, or above where the executive measured it; otherwise
+// straight up is all that is left.
 void ExitGuidance::leave(Utime now) {
   if (!path_ || !estimate_.valid) return ascend(now, true);
   const Pose here{estimate_.X_WB.p, from_rpy(0.0, 0.0, station_yaw_)};
-  if (path_->open_above) {
-    if ((here.p - path_->X_WB.p).head<2>().norm() < kDisplaced) return ascend(now, false);
-    const Eigen::Vector3d back(path_->X_WB.p.x(), path_->X_WB.p.y(), here.p.z());
-    return follow({here, Pose{back, here.q}}, now);
+  if (!path_->waypoints.empty()) {
+    std::vector<Pose> path = {here};
+    path.insert(path.end(), path_->waypoints.begin(), path_->waypoints.end());
+    return follow(std::move(path), now);
   }
-  if (path_->waypoints.empty()) return ascend(now, true);
-  std::vector<Pose> path = {here};
-  path.insert(path.end(), path_->waypoints.begin(), path_->waypoints.end());
-  follow(std::move(path), now);
+  if (!path_->open_above) return ascend(now, true);
+  if ((here.p - path_->X_WB.p).head<2>().norm() < kDisplaced) return ascend(now, false);
+  const Eigen::Vector3d back(path_->X_WB.p.x(), path_->X_WB.p.y(), here.p.z());
+  follow({here, Pose{back, here.q}}, now);
 }
 
 void ExitGuidance::follow(std::vector<Pose> path, Utime now) {

@@ -29,6 +29,9 @@ enum class ExitPhase {
 class ExitGuidance {
  public:
   static constexpr double kUnknownHold = 30.0;  ///< Hold without an exit path or open water, s.
+  /// One sigma of the speed that is left when it has stopped, because the vehicle is not quite that
+  /// of the motion model, m/s. It decays slowly: half of it is left after half a minute.
+  static constexpr double kStopSigma = 0.03;
   static constexpr double kSurfaceDepth = 0.3;  ///< m
   static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
 

@@ -30,8 +30,8 @@ struct ExitPath {
   double speed = 0.0;   ///< Speed along the waypoints, m/s.
   /// Certified clearance along the waypoints, m; 0 until it is certified.
   double clearance_m = 0.0;
-  /// Level poses from the newest breadcrumb of the trail to a place with open water above. Empty in
-  /// open water, and where no exit path is known.
+  /// Level poses from the newest breadcrumb of the trail to a place with open water above, and room
+  /// to drift where that is near. Empty at such a place, and where no exit path is known.
   std::vector<Pose> waypoints = {};
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vehicle/exit_guidance.h"
+
 namespace dive::mission {
 namespace {
 
@@ -16,6 +18,9 @@ constexpr std::size_t kCapacity = 1024;  // points
 constexpr double kStraight = 0.1;        // m: points nearer to a segment are left out
 constexpr std::size_t kWindow = 20;      // maximum points of a segment
 constexpr double kMinSpeed = 0.1;        // m/s
+constexpr double kAscentRate = 0.2;      // m/s
+constexpr double kDrift = 0.2;           // m of drift during an ascent in still water
+constexpr double kMaxRoom = 3.0;         // m
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d ab = b - a;
@@ -30,20 +35,19 @@ bool is_straight(std::span<const Vector3d> points) {
   });
 }
 
-double hold_s(const Situation& situation, Rung rung) {
-  if (situation.is_terminated || rung >= Rung::kEmergencySurface) return 0.0;
-  if (rung >= Rung::kRetrace) return ExitPathKeeper::kMinHold;
-  if (situation.open_above) return ExitPathKeeper::kHoldInOpenWater;
-  const double left = std::clamp(1.0 - situation.budget_used, 0.0, 1.0);
-  return std::max(ExitPathKeeper::kMinHold, left * ExitPathKeeper::kMaxHold);
+double length(std::span<const Vector3d> points) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) length_m += (points[i] - points[i - 1]).norm();
+  return length_m;
 }
 
 }  // namespace
 
-ExitPathKeeper::ExitPathKeeper(double link_m, double speed) : link_m_(link_m) {
+ExitPathKeeper::ExitPathKeeper(const ExitPathOptions& options, MapView& map)
+    : options_(options), map_(map) {
   points_.reserve(kCapacity);
   path_.waypoints.reserve(vehicle::kMaxExitWaypoints);
-  path_.speed = std::max(speed, kMinSpeed);
+  path_.speed = std::max(options.speed, kMinSpeed);
 }
 
 void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail) {
@@ -62,40 +66,90 @@ void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
   path_.speed_scale = unmodelled.speed_scale;
   path_.current_W = unmodelled.current_W;
   path_.open_above = situation.open_above;
-  path_.hold_s = hold_s(situation, rung);
   add(estimate.X_WB.p, situation.open_above);
+  path_.hold_s = hold_s(situation, rung);
 }
 
-// In open water only the last points are kept; under an overhead a loop of the trail is cut out.
+// Without position feedback a held vehicle drifts: where it has no room, within the distance from
+// the trail in which the water is free.
+double ExitPathKeeper::hold_s(const Situation& situation, Rung rung) const {
+  if (situation.is_terminated || rung >= Rung::kEmergencySurface) return 0.0;
+  if (rung >= Rung::kRetrace) return kMinHold;
+  if (situation.open_above && from_room_ && points_.size() == 1) return kHoldInOpenWater;
+  const double left = std::clamp(1.0 - situation.budget_used, 0.0, 1.0);
+  const double most = situation.open_above ? kHoldInOpenWater : left * kMaxHold;
+  return std::max(kMinHold, std::min(most, options_.link_m / drift_speed()));
+}
+
+// Two sigmas, or more where a current is measured.
+double ExitPathKeeper::drift_speed() const {
+  return std::max(2.0 * std::hypot(options_.current_sigma, vehicle::ExitGuidance::kStopSigma),
+                  path_.current_W.norm());
+}
+
+bool ExitPathKeeper::has_room(const Vector3d& p_W) const {
+  const double ascent_s = std::max(-p_W.z(), 0.0) / kAscentRate;
+  return !map_.overhead(p_W, std::min(kDrift + drift_speed() * ascent_s, kMaxRoom));
+}
+
+// Worth the way: half the time of an ascent.
+bool ExitPathKeeper::is_room_near(const Vector3d& p_W) const {
+  const double ascent_s = std::max(-p_W.z(), 0.0) / kAscentRate;
+  return from_room_ && length(points_) <= 0.5 * ascent_s * path_.speed;
+}
+
 void ExitPathKeeper::add(const Vector3d& p_W, bool open_above) {
   const bool was_open = open_ == points_.size();
   const bool is_near = !points_.empty() && (p_W - points_.back()).norm() < kSpacing;
+  if (is_near && open_above == was_open) return;
   if (open_above) {
-    if (!was_open) leave_overhead(p_W);
-    if (is_near && was_open) return;
-    if (points_.size() >= kOpenPoints) points_.erase(points_.begin());
-    points_.push_back(p_W);
-    open_ = points_.size();
-    if (!path_.waypoints.empty()) {
-      path_.waypoints.clear();
-      ++path_.revision;
-    }
-    return;
+    if (!was_open && !from_room_) leave_overhead(p_W);
+    return add_open(p_W);
   }
-  if (is_near && !was_open) return;
+  add_point(p_W);
+  write_waypoints();
+}
+
+// With room only this point is kept; without, the way from the last place with room while it is
+// near, or else the last points.
+void ExitPathKeeper::add_open(const Vector3d& p_W) {
+  if (has_room(p_W)) {
+    points_.clear();
+    from_room_ = true;
+  }
+  add_point(p_W);
+  const bool is_near = is_room_near(p_W);
+  if (from_room_ && !is_near) points_.assign(1, p_W);
+  from_room_ = is_near;
+  if (!from_room_ && points_.size() > kOpenPoints) points_.erase(points_.begin());
+  open_ = points_.size();
+  if (from_room_ && points_.size() > 1) {
+    write_waypoints();
+  } else {
+    clear_waypoints();
+  }
+}
+
+// A loop of the trail is cut out.
+void ExitPathKeeper::add_point(const Vector3d& p_W) {
   const auto link = std::ranges::find_if(
-      points_, [&](const Vector3d& point) { return (point - p_W).norm() <= link_m_; });
+      points_, [&](const Vector3d& point) { return (point - p_W).norm() <= options_.link_m; });
   if (link != points_.end()) points_.erase(link + 1, points_.end());
   open_ = std::min(open_, points_.size());
   if (points_.size() == kCapacity) thin_out();
   points_.push_back(p_W);
-  write_waypoints();
 }
 
 // Where it came in the way out leads farther into open water than to the edge that it has reached.
 void ExitPathKeeper::leave_overhead(const Vector3d& p_W) {
   points_.resize(open_);
   std::erase_if(points_, [&](const Vector3d& point) { return (point - p_W).norm() > kBeyond; });
+}
+
+void ExitPathKeeper::clear_waypoints() {
+  if (path_.waypoints.empty()) return;
+  path_.waypoints.clear();
+  ++path_.revision;
 }
 
 void ExitPathKeeper::thin_out() {

@@ -1,6 +1,7 @@
 #pragma once
-// The exit path of each moment, kept while the vehicle swims: back along the trail to open water.
-// Private to mission/executive.
+// The exit path of each moment, kept while the vehicle swims: back along the trail to open water,
+// to a place with room to drift during the hold and the ascent where one is near. Private to
+// mission/executive.
 
 #include <cstddef>
 #include <span>
@@ -11,22 +12,29 @@
 #include "behaviors/failsafes.h"
 #include "behaviors/trail.h"
 #include "estimation/frame_correction.h"
+#include "mission/executive/map_view.h"
 #include "mission/executive/situation.h"
 #include "vehicle/exit_path.h"
 
 namespace dive::mission {
 
-/// Allocates nothing after construction. A tick costs a comparison of positions, and every half
-/// metre under an overhead a pass over the stored points.
+struct ExitPathOptions {
+  double link_m = 0.48;        ///< As in Trail::exit_path().
+  double speed = 0.4;          ///< Of the mission, m/s.
+  double current_sigma = 0.0;  ///< One sigma of the unknown current, per horizontal axis, m/s.
+};
+
+/// Allocates nothing after construction. A tick costs a comparison of positions; every half metre
+/// it costs a query of the map and, outside of open water with room, a pass over the stored points.
 class ExitPathKeeper {
  public:
   static constexpr double kHoldInOpenWater = 15.0;  ///< s
   static constexpr double kMaxHold = 20.0;          ///< Under an overhead, s.
-  static constexpr double kMinHold =
-      5.0;  ///< The same, near the end of the budget; while retreating.
+  /// The same near the end of the budget, while retreating, and where it could drift too far, s.
+  static constexpr double kMinHold = 5.0;
 
-  /// `link_m`: as in Trail::exit_path(). `speed`: of the mission, m/s.
-  ExitPathKeeper(double link_m, double speed);
+  /// The map must outlive it.
+  ExitPathKeeper(const ExitPathOptions& options, MapView& map);
 
   /// Before the first update(): the trail recorded by an earlier executive.
   void restore(std::span<const behaviors::Trail::Breadcrumb> trail);
@@ -38,13 +46,24 @@ class ExitPathKeeper {
 
  private:
   void add(const Eigen::Vector3d& p_W, bool open_above);
+  void add_open(const Eigen::Vector3d& p_W);
+  void add_point(const Eigen::Vector3d& p_W);
   void leave_overhead(const Eigen::Vector3d& p_W);
   void thin_out();
   void write_waypoints();
+  void clear_waypoints();
+  [[nodiscard]] bool has_room(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] bool is_room_near(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] double hold_s(const Situation& situation, behaviors::Rung rung) const;
+  [[nodiscard]] double drift_speed() const;
 
-  double link_m_;
-  std::vector<Eigen::Vector3d> points_;  ///< As swum: the first `open_` in open water.
+  ExitPathOptions options_;
+  MapView& map_;
+  /// As swum: those before `open_` lead from open water, with room if `from_room_`, to the last
+  /// point in open water, and the others from there on.
+  std::vector<Eigen::Vector3d> points_;
   std::size_t open_ = 0;
+  bool from_room_ = false;
   vehicle::ExitPath path_;
 };
 

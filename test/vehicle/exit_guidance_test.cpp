@@ -123,6 +123,23 @@ TEST(ExitGuidance, EndsWithinItsSigmaWhenItIsHandedOverInATurn) {
   EXPECT_LT(std::sqrt(mean_square), 0.03 * std::sqrt(mean_s)) << mean_s << " s";
 }
 
+// Efforts that stop the vehicle of the motion model leave others a speed.
+TEST(ExitGuidance, StopsWithARemainingSpeedOfTheStatedSigma) {
+  constexpr int kVehicles = 30;
+  double mean_square = 0.0;
+  for (int seed = 1; seed <= kVehicles; ++seed) {
+    Dive dive(Conditions{}, static_cast<std::uint64_t>(seed));
+    dive.lead(9.0);
+    dive.path.hold_s = 60.0;
+    ASSERT_TRUE(dive.guidance.set_exit_path(dive.path));
+    dive.leave(6.0);
+    ASSERT_EQ(dive.guidance.phase(), ExitPhase::kHolding);
+    mean_square += dive.sim.truth().v_WB_B.head<2>().squaredNorm() / kVehicles;
+  }
+  EXPECT_LT(std::sqrt(mean_square), ExitGuidance::kStopSigma);
+  EXPECT_GT(std::sqrt(mean_square), 0.5 * ExitGuidance::kStopSigma);
+}
+
 TEST(ExitGuidance, RefusesAVelocityThatIsNone) {
   ExitGuidance guidance;
   ExitPath path;

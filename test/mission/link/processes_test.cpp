@@ -96,11 +96,12 @@ class Processes : public ::testing::Test {
   [[nodiscard]] std::unique_ptr<Process> dive(const std::string& name,
                                               std::vector<std::string> words) const {
     words.insert(words.begin(), DIVE_COMMAND);
+    words.insert(words.begin(), launcher_.begin(), launcher_.end());
     if (std::ranges::find(words, "--lcm") == words.end()) {
       words.insert(words.end(), {"--lcm", url_});
     }
     // Some tests dive twice.
-    if (words[1] == "run") words.emplace_back("--force");
+    if (words[launcher_.size() + 1] == "run") words.emplace_back("--force");
     words.emplace_back("--json");
     return std::make_unique<Process>(words, folder_, name);
   }
@@ -141,6 +142,7 @@ class Processes : public ::testing::Test {
   std::string folder_;
   std::string url_;
   std::string far_url_;
+  std::vector<std::string> launcher_;  ///< Words before the command.
 };
 
 // The simulated dive and the dive over the link are bit-identical, with a key and without, and in a
@@ -735,6 +737,28 @@ TEST_F(Death, OfTheDiskDoesNotEndTheDive) {
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
   EXPECT_EQ(explain.wait(kLong), 0);
   EXPECT_THAT(explain.out(), HasSubstr("ticks of the log and"));
+}
+
+// The control thread goes on, so that the supervisor has nothing to do; what waited is written
+// later.
+TEST_F(Death, ADiskThatStallsUnderAnOverheadStallsNothingElse) {
+  DIVE_SKIP_UNDER_SANITIZERS("their libraries must be loaded first");
+  const std::string stalled = path("stalled");
+  launcher_ = {"/usr/bin/env", "LD_PRELOAD=" STALLED_DISK, "DIVE_STALLED_DISK=" + stalled};
+  begin_inside();
+  std::ofstream(stalled).put('\n');
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto size = fs::file_size(path("log"));
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  EXPECT_EQ(fs::file_size(path("log")), size) << "the disk did not stall";
+  fs::remove(stalled);
+  EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->out();
+  EXPECT_EQ(supervisor_->wait(kLong), 0) << supervisor_->err();
+  EXPECT_EQ(supervisor_->json().at("holds"), 0) << supervisor_->err();
+  EXPECT_EQ(vehicle_->json().at("collisions"), 0);
+  Process replay({DIVE_COMMAND, "replay", path("log")}, folder_, "replay");
+  EXPECT_EQ(replay.wait(kLong), 0) << replay.out();
 }
 
 TEST_F(Death, OfTheDiskEndsADiveWhoseMissionSaysSo) {
