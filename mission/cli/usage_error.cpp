@@ -56,13 +56,12 @@ std::string describe_start(const CLI::App& app, const CLI::ParseError& error,
 }
 
 // A value that is none of the words which its option takes.
-std::optional<std::string> describe_value(const CLI::App& command,
-                                          std::span<const std::string> words) {
+std::optional<std::string> describe_value(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     const std::vector<std::string> choices = choices_of(*option);
     if (choices.empty()) continue;
     for (const std::string& value : option->results()) {
-      if (std::ranges::count(choices, value) > 0 || std::ranges::count(words, value) == 0) continue;
+      if (std::ranges::count(choices, value) > 0) continue;
       return fmt::format("{} {}: must be one of {}{}", option->get_name(), value,
                          fmt::join(choices, ", "), suggestion(value, choices));
     }
@@ -82,7 +81,7 @@ std::string describe_usage_error(const CLI::App& app, const CLI::ParseError& err
                        suggestion(name_of(word), option_names(*command)));
   }
   if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) {
-    if (const auto described = describe_value(*command, words)) return *described;
+    if (const auto described = describe_value(*command)) return *described;
   }
   return error.what();
 }
