@@ -39,6 +39,8 @@ target_include_directories(dive_urdf_headers SYSTEM INTERFACE ${URDF_MODEL_INCLU
 add_library(dive_expected INTERFACE)
 find_path(TL_EXPECTED_INCLUDE tl/expected.hpp REQUIRED)
 target_include_directories(dive_expected SYSTEM INTERFACE ${TL_EXPECTED_INCLUDE})
+# Installed with our libraries: cmake/DiveInstall.cmake.
+set_property(GLOBAL APPEND PROPERTY DIVE_WRAPPED_LIBRARIES dive_urdf_headers dive_expected)
 
 # Debian's pkg-config files of OMPL and LCM ask for packages that their libraries do not need
 # (ode, glib's headers), so both are found by header and library.
@@ -49,6 +51,7 @@ function(dive_imported_library target header library)
   add_library(${target} INTERFACE)
   target_include_directories(${target} SYSTEM INTERFACE ${${target}_INCLUDE})
   target_link_libraries(${target} INTERFACE ${${target}_LIBRARY})
+  set_property(GLOBAL APPEND PROPERTY DIVE_WRAPPED_LIBRARIES ${target})
 endfunction()
 dive_imported_library(dive_ompl ompl/config.h ompl SUFFIXES ompl-1.5)
 dive_imported_library(dive_lcm lcm/lcm.h lcm)

@@ -67,9 +67,12 @@ endfunction()
 function(dive_library name)
   cmake_parse_arguments(LIBRARY "" "" "SOURCES;USES;LIBRARIES" ${ARGN})
   add_library(${name} STATIC ${LIBRARY_SOURCES})
-  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} PUBLIC Eigen3::Eigen ${LIBRARY_USES} PRIVATE dive_flags
-                                fmt::fmt ${LIBRARY_LIBRARIES})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+                                            $<INSTALL_INTERFACE:include/dive>)
+  target_compile_features(${name} INTERFACE $<INSTALL_INTERFACE:cxx_std_20>)
+  target_link_libraries(${name} PUBLIC Eigen3::Eigen ${LIBRARY_USES}
+                                PRIVATE $<BUILD_INTERFACE:dive_flags> fmt::fmt ${LIBRARY_LIBRARIES})
+  set_property(GLOBAL APPEND PROPERTY DIVE_LIBRARIES ${name})
   dive_use_precompiled(${name} dive_precompiled)
 endfunction()
 

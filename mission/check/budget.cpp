@@ -76,7 +76,29 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
   }
 }
 
+std::vector<TurningPoint> turning_points_of(const ExitPathProof& exit_path, const Mission& mission,
+                                            const vehicle::Conditions& conditions) {
+  const double power = power_w(mission) / kSecondsPerHour;
+  std::vector<TurningPoint> points;
+  for (const LegExit& leg : exit_path.legs) {
+    points.push_back({mission.limits.mission_timeout.value - leg.longest_s,
+                      mission.limits.battery_reserve.value +
+                          leg.longest_s * power / conditions.battery_capacity_wh});
+  }
+  return points;
+}
+
 }  // namespace
+
+std::optional<TurningPoint> Budget::first_turning_point() const {
+  std::optional<TurningPoint> first;
+  for (const TurningPoint& point : turning_points) {
+    if (!first) first = point;
+    first->latest_s = std::min(first->latest_s, point.latest_s);
+    first->least_charge = std::max(first->least_charge, point.least_charge);
+  }
+  return first;
+}
 
 Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                    const Mission& mission, const planning::World& world, double radius,
@@ -90,6 +112,7 @@ Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
   budget.worst_duration_s = mission.limits.mission_timeout.value + exit_path.longest_s;
   budget.worst_energy_wh = power * budget.worst_duration_s;
   find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
+  budget.turning_points = turning_points_of(exit_path, mission, conditions);
   return budget;
 }
 

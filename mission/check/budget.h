@@ -15,6 +15,12 @@
 
 namespace dive::mission {
 
+/// When the vehicle must turn back at the latest, wherever it is on a leg.
+struct TurningPoint {
+  double latest_s = 0.0;      ///< Time since the mission started, s.
+  double least_charge = 0.0;  ///< Fraction of the battery's charge; it leaves the reserve.
+};
+
 struct Budget {
   double distance_m = 0.0;
   double duration_s = 0.0;
@@ -33,6 +39,10 @@ struct Budget {
   /// used when the route turns back under it, and where. The divers' rule is a third.
   double budget_used_under_overhead = 0.0;
   std::string worst_overhead_state;
+  std::vector<TurningPoint> turning_points;  ///< Of each leg of the route.
+
+  /// The earliest of the turning points, with the largest of the charges.
+  [[nodiscard]] std::optional<TurningPoint> first_turning_point() const;
 };
 
 /// `radius` (m) is that of the hull's bounding sphere.

@@ -44,20 +44,29 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
   behaviors::Trail trail;
   ExitPathProof proof;
   const RouteTimes times = route_times(route, legs, mission);
-  const auto visit = [&](const Eigen::Vector3d& p_W, double t, const std::string& state) {
-    trail.add(p_W, !overheads.is_above(p_W, radius));
+  const auto visit = [&](const Eigen::Vector3d& p_W, double t, const std::string& state,
+                         LegExit& leg) {
+    const bool is_open = !overheads.is_above(p_W, radius);
+    trail.add(p_W, is_open);
+    (is_open ? leg.has_open_water : leg.has_overhead) = true;
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
     if (!path.arrives) proof.exists = false;
     const double seconds =
         path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
+    if (seconds > leg.longest_s) {
+      leg.longest_s = seconds;
+      leg.longest_m = path.length_m;
+    }
     if (seconds > proof.longest_s) {
       proof.longest_s = seconds;
       proof.longest_m = path.length_m;
       proof.state = state;
     }
   };
-  visit(route.start.p, 0.0, "start");
+  LegExit start;
+  visit(route.start.p, 0.0, "start", start);
   for (std::size_t l = 0; l < legs.size(); ++l) {
+    LegExit& leg = proof.legs.emplace_back();
     const std::vector<Pose>& waypoints = legs[l].plan.waypoints;
     const std::vector<double>& waypoint_s = times.legs[l].waypoint_s;
     for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
@@ -65,7 +74,7 @@ ExitPathProof prove_exit_path(const Route& route, const std::vector<PlannedRoute
       for (int k = 1; k <= kPieces; ++k) {
         const double share = static_cast<double>(k) / kPieces;
         visit(interpolate(waypoints[i], waypoints[i + 1], share).p,
-              waypoint_s[i] + share * (waypoint_s[i + 1] - waypoint_s[i]), legs[l].state);
+              waypoint_s[i] + share * (waypoint_s[i + 1] - waypoint_s[i]), legs[l].state, leg);
       }
     }
   }

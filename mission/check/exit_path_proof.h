@@ -12,14 +12,23 @@
 
 namespace dive::mission {
 
+/// The exit path from the point of a leg from which it takes longest.
+struct LegExit {
+  double longest_m = 0.0;       ///< Length back along the route to open water; 0: straight up.
+  double longest_s = 0.0;       ///< Time back along the route and up.
+  bool has_open_water = false;  ///< Some point of the leg has open water above it,
+  bool has_overhead = false;    ///< and some point has not.
+};
+
 /// The exit path from the point of the route where it is longest.
 struct ExitPathProof {
   double longest_m = 0.0;  ///< Length back along the route to open water.
   /// Time back along the route and up, at the mission's speed and in the current of that time.
   double longest_s = 0.0;
-  double clearance_m = 0.0;  ///< Certified clearance of the whole route swum backwards.
-  std::string state;         ///< State with the longest exit path.
-  bool exists = true;        ///< False: no open water precedes some point of the route.
+  double clearance_m = 0.0;   ///< Certified clearance of the whole route swum backwards.
+  std::string state;          ///< State with the longest exit path.
+  bool exists = true;         ///< False: no open water precedes some point of the route.
+  std::vector<LegExit> legs;  ///< From each leg of the route.
 };
 
 /// Longest gap (m) between breadcrumbs across which an exit path may take a short cut.

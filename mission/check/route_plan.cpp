@@ -31,8 +31,8 @@ void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const
 
 std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
                                         const planning::RobotHull& hull,
-                                        const planning::PlannerOptions& options,
-                                        std::uint64_t seed) {
+                                        const planning::PlannerOptions& options, std::uint64_t seed,
+                                        const RouteObserver& planned) {
   SteadyClock clock;
   planning::Planner planner(world, hull, options, clock);
   std::vector<PlannedRouteLeg> legs;
@@ -45,6 +45,7 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::Worl
     const planning::PlanRequest request = behaviors::leg_request(settings, leg.goal, at);
     planning::PlanResult plan = planner.plan(request);
     legs.push_back({leg.state, leg.goal.id, std::move(plan), planner.statistics()});
+    if (planned) planned(legs.size());
     const std::vector<Pose>& waypoints = legs.back().plan.waypoints;
     at = waypoints.empty() ? request.goal : waypoints.back();
   }

@@ -2,6 +2,7 @@
 // Paths for the legs of the nominal route.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -32,13 +33,17 @@ struct PlannedRouteLeg {
   PositionMargin margin = {};  ///< Margin of an accepted plan; see position_margin.h.
 };
 
+using RouteObserver = std::function<void(std::size_t legs)>;
+
 /// Plans every leg of the nominal route from the previous goal. A reduced path is accepted where
-/// the mission allows it: RouteLeg::reduced_clearance.
+/// the mission allows it: RouteLeg::reduced_clearance. `planned` is called after each leg with the
+/// number of legs that are planned; it may be empty.
 [[nodiscard]] std::vector<PlannedRouteLeg> plan_route(const Route& route,
                                                       const planning::World& world,
                                                       const planning::RobotHull& hull,
                                                       const planning::PlannerOptions& options,
-                                                      std::uint64_t seed);
+                                                      std::uint64_t seed,
+                                                      const RouteObserver& planned = nullptr);
 
 /// Reports legs without an accepted path (CHK-PLAN).
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,

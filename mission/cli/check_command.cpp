@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/parallel.h"
+#include "mission/card/card.h"
 #include "mission/check/check.h"
 #include "mission/check/rules.h"
 #include "mission/cli/check_progress.h"
@@ -12,6 +13,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/mesh_report.h"
+#include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
 #include "mission/simulation/simulated_conditions.h"
@@ -73,6 +75,10 @@ void print_report(const CheckReport& report) {
   print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh; at worst {:.0f} s and {:.1f} Wh",
                     budget.distance_m, budget.duration_s, budget.energy_wh, budget.worst_duration_s,
                     budget.worst_energy_wh));
+  if (const auto turn = budget.first_turning_point()) {
+    print(fmt::format("  turn   back after {:.0f} s or at {:.0f} % of the charge at the latest",
+                      turn->latest_s, 100.0 * turn->least_charge));
+  }
   if (budget.budget_used_under_overhead > 0.0) {
     print(
         fmt::format("  thirds {:.0f} % of the usable time or charge spent under the overhead "
@@ -97,6 +103,62 @@ void print_report(const CheckReport& report) {
   }
 }
 
+CheckOptions options_of(const CheckArguments& arguments) {
+  CheckOptions options;
+  options.simulate = !arguments.static_only;
+  options.dives = arguments.dives;
+  options.faults = arguments.faults || arguments.pairs;
+  options.instants = arguments.instants.value_or(options.instants);
+  if (arguments.pairs) options.pair_instants = arguments.instants.value_or(1);
+  options.fault_current = std::ranges::any_of(arguments.conditions, [](const std::string& each) {
+    return each.starts_with("current_sigma=");
+  });
+  options.threads = thread_count(arguments.jobs);
+  options.dive.seed = arguments.seed;
+  options.dive.vehicle_path = arguments.vehicle;
+  return options;
+}
+
+void print_result(const CheckArguments& arguments, const std::optional<LoadedMission>& loaded,
+                  const CheckReport& report, const Diagnostics& diagnostics) {
+  if (arguments.sarif) {
+    print_json(to_sarif(diagnostics, all_rules()));
+    return;
+  }
+  if (arguments.json) {
+    nlohmann::ordered_json json = to_json(report, diagnostics);
+    json["meshes"] = meshes_json(loaded ? loaded->world : planning::World{});
+    if (!arguments.card.empty()) {
+      json["card"] = diagnostics.ok() ? nlohmann::ordered_json(arguments.card) : nullptr;
+    }
+    print_json(json);
+    return;
+  }
+  print_diagnostics(diagnostics);
+  if (diagnostics.ok()) {
+    print(fmt::format("{}: ok", arguments.mission));
+    print_report(report);
+    if (!arguments.card.empty()) print(fmt::format("  card   {}", arguments.card));
+  } else {
+    print(fmt::format("{}: not ready to dive", arguments.mission));
+    if (report.dives) print_dives(*report.dives);
+  }
+  if (loaded) print_meshes(loaded->world);
+}
+
+// Writes the card of a mission that is ready; returns 0 or the exit status.
+int write_card(Result& card, const CheckArguments& arguments, const LoadedMission& loaded,
+               const CheckReport& report, const Diagnostics& diagnostics) {
+  if (!card) return kExitSuccess;
+  if (!diagnostics.ok()) {
+    note(fmt::format("dive: {}: no card is written, because the mission is not ready to dive",
+                     arguments.card));
+    return kExitSuccess;
+  }
+  return write_result(card, render_card({loaded.mission, report, diagnostics, loaded.map.content(),
+                                         loaded.vehicle.content(), DIVE_VERSION}));
+}
+
 }  // namespace
 
 int run_check(const CheckArguments& arguments) {
@@ -110,52 +172,30 @@ int run_check(const CheckArguments& arguments) {
     complain("--static skips simulated dives: leave out --dives, or --static");
     return kExitUsage;
   }
-  CheckOptions options;
-  options.simulate = !arguments.static_only;
-  options.dives = arguments.dives;
-  options.faults = arguments.faults || arguments.pairs;
-  options.instants = arguments.instants.value_or(options.instants);
-  if (arguments.pairs) options.pair_instants = arguments.instants.value_or(1);
-  options.threads = thread_count(arguments.jobs);
-  options.dive.seed = arguments.seed;
-
   Diagnostics diagnostics;
   CheckReport report;
   const std::optional<LoadedMission> loaded =
       load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
   if (loaded) {
+    CheckOptions options = options_of(arguments);
     const std::optional<vehicle::Conditions> conditions =
         parse_conditions(arguments.conditions, simulated_conditions(loaded->mission));
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
-    options.fault_current = std::ranges::any_of(arguments.conditions, [](const std::string& each) {
-      return each.starts_with("current_sigma=");
-    });
     options.dive.world = loaded->simulated_world;
-    options.dive.vehicle_path = arguments.vehicle;
+    tl::expected<Result, int> card = open_result(arguments.card, arguments.force);
+    if (!card) return card.error();
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
                            progress, clock);
+    diagnostics.sort();
+    if (const int status = write_card(*card, arguments, *loaded, report, diagnostics)) {
+      return status;
+    }
   }
   diagnostics.sort();
-  if (arguments.sarif) {
-    print_json(to_sarif(diagnostics, all_rules()));
-  } else if (arguments.json) {
-    nlohmann::ordered_json json = to_json(report, diagnostics);
-    json["meshes"] = meshes_json(loaded ? loaded->world : planning::World{});
-    print_json(json);
-  } else {
-    print_diagnostics(diagnostics);
-    if (diagnostics.ok()) {
-      print(fmt::format("{}: ok", arguments.mission));
-      print_report(report);
-    } else {
-      print(fmt::format("{}: not ready to dive", arguments.mission));
-      if (report.dives) print_dives(*report.dives);
-    }
-    if (loaded) print_meshes(loaded->world);
-  }
+  print_result(arguments, loaded, report, diagnostics);
   if (diagnostics.ok()) return kExitSuccess;
   // A valid mission that ends badly in simulation has failed; everything else is invalid input.
   return report.dive ? kExitFailed : kExitUsage;

@@ -35,9 +35,8 @@ void CheckProgress::on_step(const std::string& what) {
   if (!is_quiet_) line_.keep("check: " + what);
 }
 
-std::string CheckProgress::remaining(double share) const {
+std::string time_left(double share, double elapsed_s) {
   if (share <= 0.0 || share >= 1.0) return "";
-  const double elapsed_s = to_seconds(clock_.now() - step_began_);
   return fmt::format(", {} left", rounded_duration(elapsed_s * (1.0 - share) / share));
 }
 
@@ -51,7 +50,8 @@ void CheckProgress::on_progress(double done, double total, const std::string& un
   const std::string amount = done > total
                                  ? fmt::format("{:.0f} {}, expected {:.0f}", done, unit, total)
                                  : fmt::format("{:.0f} of {:.0f} {}", done, total, unit);
-  line_.show(fmt::format("check: {}{}{}{}", bar, amount, found, remaining(share)));
+  line_.show(fmt::format("check: {}{}{}{}", bar, amount, found,
+                         time_left(share, to_seconds(now - step_began_))));
 }
 
 void CheckProgress::on_finding(const FaultResult& result, const std::string& command) {

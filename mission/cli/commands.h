@@ -34,6 +34,8 @@ struct CheckArguments {
   std::vector<std::string> conditions;  ///< NAME=VALUE
   std::string vehicle;                  ///< Description of the vehicle; empty: the Aqua2's.
   bool allow_outside = false;           ///< Read meshes outside of the map's folder.
+  std::string card;                     ///< The dive card (HTML); empty: none.
+  bool force = false;                   ///< Replace results that exist.
 };
 
 struct PlanArguments {
@@ -110,8 +112,22 @@ struct SuperviseArguments {
   LinkArguments link;
 };
 
+struct NewArguments {
+  std::string kind;  ///< transect, penetration or goals
+  std::string file;  ///< Mission file; empty: KIND.xml. Its map lies beside it.
+  bool json = false;
+  bool force = false;  ///< Replace results that exist.
+};
+
+struct GenerateArguments {
+  std::string folder;
+  bool json = false;
+  bool force = false;  ///< Replace results that exist.
+};
+
 struct KeyArguments {
   std::string path;
+  bool json = false;
   bool force = false;  ///< Replace a key that exists.
 };
 
@@ -160,7 +176,8 @@ struct GraphArguments {
   std::string mission;
   std::string format = "dot";  ///< dot or scxml
   std::string output;          ///< Empty: stdout.
-  bool force = false;          ///< Replace results that exist.
+  bool json = false;
+  bool force = false;  ///< Replace results that exist.
 };
 
 struct ImportArguments {
@@ -196,6 +213,12 @@ struct EstimateArguments {
   bool force = false;  ///< Replace results that exist.
 };
 
+struct CommandTable;
+
+/// Writes a commented mission and its map.
+[[nodiscard]] int run_new(const NewArguments& arguments);
+/// Writes man pages and completions of all commands.
+[[nodiscard]] int run_generate(const GenerateArguments& arguments, const CommandTable& table);
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);

@@ -14,6 +14,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --dives 100 missions/window.xml   with exactly 100 of them\n"
       "  dive check --faults missions/window.xml   also dives with every fault in every state\n"
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
+      "  dive check missions/window.xml --card window.html   and a card to print for the dive\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
       "leg, time and energy, and simulated dives, each with different errors of vehicle, sensors\n"
@@ -47,6 +48,10 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
   command
+      ->add_option("--card", arguments.card,
+                   "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
+      ->type_name("FILE");
+  command
       ->add_option("--seed", arguments.seed,
                    "Seed of the plans and of the first simulated dive (default: 1)")
       ->type_name("N");
@@ -54,8 +59,9 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   command->add_option("--vehicle", arguments.vehicle, kVehicleHelp)->type_name("FILE");
+  command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_plan(CLI::App& app, PlanArguments& arguments) {
@@ -86,7 +92,7 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
           "--unit", arguments.unit,
           "Unit of the cloud: m, dm, cm, mm, km, ft or in (default: guessed from its size)")
       ->type_name("UNIT")
-      ->check(CLI::IsMember({"m", "dm", "cm", "mm", "km", "ft", "in"}).description(""));
+      ->check(CLI::IsMember({"m", "dm", "cm", "mm", "km", "ft", "in"}));
   command->add_option("--start", arguments.start, "Start pose in the map or cloud")
       ->type_name("POSE");
   command->add_option("--goal", arguments.goal, "Goal pose in the map or cloud")->type_name("POSE");
@@ -102,14 +108,14 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       ->add_option("--attitude", arguments.attitude,
                    "free, flat (no roll) or horizontal (neither roll nor pitch)")
       ->type_name("MODE")
-      ->check(CLI::IsMember({"free", "flat", "horizontal"}).description(""));
+      ->check(CLI::IsMember({"free", "flat", "horizontal"}));
   command->add_flag("--allow-reduced", arguments.allow_reduced,
                     "Accept a path with reduced clearance from a start that lacks it");
   command->add_option("--seed", arguments.seed, "Seed of the path search")->type_name("N");
   command->add_option("--svg", arguments.svg, "Write a drawing of map and path")->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_test(CLI::App& app, TestArguments& arguments) {
@@ -141,7 +147,7 @@ void add_test(CLI::App& app, TestArguments& arguments) {
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_graph(CLI::App& app, GraphArguments& arguments) {
@@ -156,10 +162,11 @@ void add_graph(CLI::App& app, GraphArguments& arguments) {
       ->required();
   command->add_option("--format", arguments.format, "dot (Graphviz) or scxml (default: dot)")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"dot", "scxml"}).description(""));
+      ->check(CLI::IsMember({"dot", "scxml"}));
   command->add_option("--output", arguments.output, "File to write (default: stdout)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_import(CLI::App& app, ImportArguments& arguments) {
@@ -176,7 +183,7 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
   command->add_option("FORMAT", arguments.format, "acfr or qgc")
       ->type_name("FORMAT")
       ->required()
-      ->check(CLI::IsMember({"acfr", "qgc"}).description(""));
+      ->check(CLI::IsMember({"acfr", "qgc"}));
   command->add_option("FILE", arguments.file, "The file")->type_name("FILE")->required();
   command->add_option("--output", arguments.output, "Folder for mission and map (default: here)")
       ->type_name("DIR");
@@ -195,7 +202,7 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 200.0).description(""));
   command->add_flag("--force", arguments.force, kForceHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_replay(CLI::App& app, ReplayArguments& arguments) {
@@ -214,7 +221,7 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       ->add_option("--mission", arguments.mission,
                    "Replay with this mission instead: what would it have done?")
       ->type_name("FILE");
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_explain(CLI::App& app, ExplainArguments& arguments) {
@@ -229,7 +236,7 @@ void add_explain(CLI::App& app, ExplainArguments& arguments) {
   command->add_option("LOG", arguments.log, "Log file (LCM event log)")
       ->type_name("FILE")
       ->required();
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_report(CLI::App& app, ReportArguments& arguments) {
@@ -253,7 +260,7 @@ void add_report(CLI::App& app, ReportArguments& arguments) {
   command->add_option("--seed", arguments.seed, "Mission: seed of the path search")->type_name("N");
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_fit(CLI::App& app, FitArguments& arguments) {
@@ -280,7 +287,7 @@ void add_fit(CLI::App& app, FitArguments& arguments) {
   command->add_option("--output", arguments.output, "Write the vehicle's description (URDF)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_estimate(CLI::App& app, EstimateArguments& arguments) {
@@ -303,12 +310,12 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
                     "Close loops where a place is recognised (two cameras)");
   command->add_option("--estimator", arguments.estimator, "visual_inertial (default) or primitive")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"primitive", "visual_inertial"}).description(""));
+      ->check(CLI::IsMember({"primitive", "visual_inertial"}));
   command
       ->add_option("--init", arguments.init,
                    "Initial motion: rest (default), motion (swimming), truth (from ground truth)")
       ->type_name("HOW")
-      ->check(CLI::IsMember({"rest", "motion", "truth"}).description(""));
+      ->check(CLI::IsMember({"rest", "motion", "truth"}));
   command
       ->add_option("--speed", arguments.speed,
                    "Expected forward speed, m/s, for primitive and --init motion (default: 0.4)")
@@ -318,7 +325,7 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   command->add_option("--output", arguments.output, "Write the trajectory (TUM format)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 }  // namespace dive::mission

@@ -137,7 +137,7 @@ void add_run(CLI::App& app, RunArguments& arguments) {
   add_vehicle(command, arguments);
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_sim(CLI::App& app, SimArguments& arguments) {
@@ -200,7 +200,7 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
   add_pace(command, arguments.link);
   command->add_flag("--force", arguments.force, kForceHelp);
   command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
@@ -221,7 +221,7 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
   add_key(command, arguments.link);
   add_insecure(command, arguments.link);
   add_pace(command, arguments.link);
-  command->add_flag("--json", arguments.json, "One JSON object on stdout");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 void add_topside(CLI::App& app, TopsideArguments& arguments) {
@@ -236,7 +236,7 @@ void add_topside(CLI::App& app, TopsideArguments& arguments) {
         ->check(CLI::Range(0.1, 600.0).description(""));
     add_url(command, arguments.link);
     add_key(command, arguments.link);
-    command->add_flag("--json", arguments.json, "One JSON object on stdout");
+    command->add_flag("--json", arguments.json, kJsonHelp);
     command->callback([&arguments, word] { arguments.command = word; });
   }
 }
@@ -250,6 +250,7 @@ void add_new_key(CLI::App& app, KeyArguments& arguments) {
                          "packets, and topside its requests.");
   command->add_option("FILE", arguments.path, "File to create")->type_name("FILE")->required();
   command->add_flag("--force", arguments.force, "Replace a key that exists");
+  command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
 }  // namespace dive::mission

@@ -17,6 +17,7 @@
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 
 namespace dive::mission {
 namespace {
@@ -226,15 +227,10 @@ int run_estimate(const EstimateArguments& arguments) {
   tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
   if (!file) return file.error();
   SteadyClock clock;
-  ProgressLine line;
-  int tenths = 0;
-  const auto progress = [&](double share) {
-    const int now = static_cast<int>(10.0 * share);
-    if (now == tenths && !line.on_terminal()) return;
-    tenths = now;
-    line.show(fmt::format("estimating: {:.0f} %", 100.0 * share));
-  };
-  const auto run = estimation::run_on(*dataset, *options, clock, progress);
+  WorkProgress progress(clock, "estimating", arguments.json);
+  const auto run =
+      estimation::run_on(*dataset, *options, clock, [&](double share) { progress.show(share); });
+  progress.clear();
   if (!run) {
     complain(run.error());
     return kExitUsage;

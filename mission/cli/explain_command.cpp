@@ -4,6 +4,7 @@
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 #include "mission/record/explain.h"
 
 namespace dive::mission {
@@ -14,6 +15,9 @@ int run_explain(const ExplainArguments& arguments) {
     complain(log.error());
     return kExitUsage;
   }
+  SteadyClock clock;
+  WorkProgress progress(clock, "reading", arguments.json);
+  log->observe([&](double share) { progress.show(share); });
   const Explanation explanation = explain(*log);
   if (arguments.json) {
     nlohmann::ordered_json events = nlohmann::ordered_json::array();

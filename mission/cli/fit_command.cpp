@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "mission/cli/check_progress.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
@@ -69,8 +70,12 @@ std::optional<MotionModel> model_before(const SourceText& urdf) {
 
 tl::expected<FitReport, std::string> fit(const Dives& dives, const MotionModel& before) {
   ProgressLine line;
+  SteadyClock clock;
+  const Utime began = clock.now();
   return fit_dives(dives.fitted, dives.held_out, before, {},
-                   [&](const std::string& step) { line.show(step); });
+                   [&](const std::string& step, double share) {
+                     line.show(step + time_left(share, to_seconds(clock.now() - began)));
+                   });
 }
 
 std::string in_unit(const char* unit) { return *unit == '\0' ? "" : fmt::format(" {}", unit); }

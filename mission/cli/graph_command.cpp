@@ -1,4 +1,7 @@
+#include <nlohmann/json.hpp>
+
 #include "mission/cli/commands.h"
+#include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
 #include "mission/executive/machine_graph.h"
@@ -17,7 +20,18 @@ int run_graph(const GraphArguments& arguments) {
   const Machine machine = build_machine(*mission);
   const std::string text =
       arguments.format == "dot" ? to_dot(machine, mission->id) : to_scxml(machine, mission->id);
-  if (*file) return write_result(*file, text);
+  if (const int status = write_result(*file, text)) return status;
+  if (arguments.json) {
+    nlohmann::ordered_json json = {{"format", arguments.format}};
+    if (*file) {
+      json["output"] = arguments.output;
+    } else {
+      json["text"] = text;
+    }
+    print_json(json);
+    return kExitSuccess;
+  }
+  if (*file) return kExitSuccess;
   print(std::string_view(text).substr(0, text.size() - 1));  // print() ends the line
   return kExitSuccess;
 }

@@ -193,6 +193,18 @@ Json times_of(const CheckReport& report, std::size_t leg) {
   return json;
 }
 
+// The longest way out from a leg, and when it must begin at the latest.
+Json way_out_of(const CheckReport& report, std::size_t leg) {
+  if (leg >= report.budget.turning_points.size()) return nullptr;
+  const LegExit& exit = report.exit_path.legs[leg];
+  const TurningPoint& turn = report.budget.turning_points[leg];
+  return {{"length_m", exit.longest_m},
+          {"duration_s", exit.longest_s},
+          {"overhead", exit.has_overhead},
+          {"latest_s", turn.latest_s},
+          {"least_battery_fraction", turn.least_charge}};
+}
+
 }  // namespace
 
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
@@ -213,6 +225,7 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
                          {"end_sigma_m", margin.end_sigma_m}};
     }
     entry.update(times_of(report, i));
+    entry["way_out"] = way_out_of(report, i);
     plans.push_back(std::move(entry));
   }
   Json json = {{"ok", diagnostics.ok()},

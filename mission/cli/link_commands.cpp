@@ -343,6 +343,10 @@ int run_key(const KeyArguments& arguments) {
   const tl::expected<void, OutputError> written =
       link::write_key(arguments.path, link::new_key(), existing(arguments.force));
   if (!written) return report(written.error());
+  if (arguments.json) {
+    print_json({{"key", arguments.path}});
+    return kExitSuccess;
+  }
   print(fmt::format("{}: a new key; copy it to the vehicle, and keep it unreadable for others",
                     arguments.path));
   return kExitSuccess;

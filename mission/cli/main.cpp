@@ -1,63 +1,28 @@
 #include <exception>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "common/suggest.h"
+#include "mission/cli/command_table.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/help_formatter.h"
 #include "mission/cli/options.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/usage_error.h"
 #include "vehicle/link/bus.h"
 
 namespace dive::mission {
 namespace {
 
-// A command's description is its examples, a blank line, and a sentence that summarises it: the
-// command's own help prints all of it, the list of commands only the sentence.
-class HelpFormatter final : public CLI::Formatter {
- public:
-  std::string make_subcommand(const CLI::App* command) const override {
-    const std::string description = command->get_description();
-    const std::size_t begin = description.rfind("\n\n") + 2;
-    std::string sentence = description.substr(begin, description.find('.', begin) - begin);
-    for (char& c : sentence) {
-      if (c == '\n') c = ' ';
-    }
-    return fmt::format("  {:<9} {}\n", command->get_name(), sentence);
-  }
-};
-
-// The probable meaning of a word that is neither a command nor an option.
-std::optional<std::string> meant(const CLI::App& app, const std::string& word) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    names.push_back(command->get_name());
-    if (!command->parsed()) continue;
-    for (const CLI::Option* option : command->get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    }
-  }
-  return closest_match(word, names);
-}
-
-int explain(const CLI::App& app, const CLI::ParseError& error, const char* first_word) {
+int explain(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
     return app.exit(error) == 0 ? kExitSuccess : kExitUsage;  // --help, --version
   }
-  std::string hint;
-  for (const std::string& word : app.remaining(true)) {
-    if (const auto name = meant(app, word)) hint = fmt::format(" (did you mean '{}'?)", *name);
-  }
-  if (hint.empty() && first_word != nullptr && app.get_subcommands().empty()) {
-    if (const auto name = meant(app, first_word)) {
-      hint = fmt::format(" (did you mean '{}'?)", *name);
-    }
-  }
-  complain(error.what() + hint);
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  complain(describe_usage_error(app, error, words));
   note("Try 'dive --help' or 'dive COMMAND --help'.");
   return kExitUsage;
 }
@@ -78,11 +43,14 @@ struct Arguments {
   TopsideArguments topside;
   KeyArguments key;
   TestArguments test;
+  NewArguments new_mission;
+  GenerateArguments generate;
 };
 
 void add_commands(CLI::App& app, Arguments& arguments) {
   arguments.sim.link.url = arguments.supervise.link.url = arguments.topside.link.url =
       link::kDefaultUrl;
+  add_new(app, arguments.new_mission);
   add_check(app, arguments.check);
   add_plan(app, arguments.plan);
   add_run(app, arguments.run);
@@ -98,6 +66,7 @@ void add_commands(CLI::App& app, Arguments& arguments) {
   add_topside(app, arguments.topside);
   add_new_key(app, arguments.key);
   add_test(app, arguments.test);
+  add_generate(app, arguments.generate);
 }
 
 int run_selected(const CLI::App& app, const Arguments& arguments) {
@@ -107,6 +76,10 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
       return kExitUsage;
     }
     return run_check(arguments.check);
+  }
+  if (app.got_subcommand("new")) return run_new(arguments.new_mission);
+  if (app.got_subcommand("generate")) {
+    return run_generate(arguments.generate, command_table(app, DIVE_VERSION));
   }
   if (app.got_subcommand("plan")) return run_plan(arguments.plan);
   if (app.got_subcommand("run")) return run_dive(arguments.run);
@@ -133,6 +106,7 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
 int dispatch(int argc, char** argv) {
   CLI::App app(
       "Examples:\n"
+      "  dive new transect survey.xml       write a mission to begin with\n"
       "  dive check missions/window.xml     can this mission work?\n"
       "  dive run missions/window.xml       dive it in the simulator\n"
       "  dive replay LOG                    re-run a log, bit for bit\n"
@@ -148,7 +122,7 @@ int dispatch(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return explain(app, error, argc > 1 ? argv[1] : nullptr);
+    return explain(app, error, argc, argv);
   }
   return run_selected(app, arguments);
 }

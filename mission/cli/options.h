@@ -13,6 +13,7 @@ class App;
 namespace dive::mission {
 
 // On deck, and afterwards.
+void add_new(CLI::App& app, NewArguments& arguments);
 void add_check(CLI::App& app, CheckArguments& arguments);
 void add_plan(CLI::App& app, PlanArguments& arguments);
 void add_test(CLI::App& app, TestArguments& arguments);
@@ -32,6 +33,10 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments);
 void add_topside(CLI::App& app, TopsideArguments& arguments);
 void add_new_key(CLI::App& app, KeyArguments& arguments);
 
+/// For packages: not in the list of commands.
+void add_generate(CLI::App& app, GenerateArguments& arguments);
+
+inline constexpr const char* kJsonHelp = "One JSON object on stdout";
 inline constexpr const char* kForceHelp = "Replace results that exist";
 inline constexpr const char* kOutsideHelp =
     "Also read meshes outside of the map's folder (for a map that you trust)";

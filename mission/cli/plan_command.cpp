@@ -17,6 +17,7 @@
 #include "mission/cli/mesh_report.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 #include "planning/mapping/cloud_world.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
@@ -74,8 +75,14 @@ int plan_mission(const PlanArguments& arguments) {
   if (arguments.allow_reduced) {
     for (RouteLeg& leg : route.legs) leg.reduced_clearance = 0.0;
   }
-  const std::vector<PlannedRouteLeg> legs = plan_route(route, loaded->world, loaded->model.hull,
-                                                       planning::PlannerOptions{}, arguments.seed);
+  SteadyClock clock;
+  WorkProgress progress(clock, "planning", arguments.json);
+  const std::vector<PlannedRouteLeg> legs = plan_route(
+      route, loaded->world, loaded->model.hull, planning::PlannerOptions{}, arguments.seed,
+      [&](std::size_t planned) {
+        progress.show(static_cast<double>(planned) / static_cast<double>(route.legs.size()));
+      });
+  progress.clear();
   if (arguments.json) {
     nlohmann::ordered_json plans = nlohmann::ordered_json::array();
     for (const PlannedRouteLeg& leg : legs) {

@@ -6,6 +6,7 @@
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 #include "mission/record/replay.h"
 
 namespace dive::mission {
@@ -94,6 +95,9 @@ int run_replay(const ReplayArguments& arguments) {
     complain(fmt::format("{}: {}", arguments.log, log.error()));
     return kExitUsage;
   }
+  SteadyClock clock;
+  WorkProgress progress(clock, "replaying", arguments.json);
+  log->observe([&](double share) { progress.show(share); });
   if (!arguments.mission.empty()) return print_what_if(arguments, *log);
   const tl::expected<ReplayReport, std::string> report = replay(*log);
   if (!report) {

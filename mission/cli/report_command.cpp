@@ -8,6 +8,7 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 #include "mission/report/page.h"
 #include "mission/report/plan_report.h"
 #include "mission/report/read_dive.h"
@@ -36,7 +37,11 @@ void warn_of_damage(const std::string& log, const DiveReport& dive) {
 tl::expected<Prepared, int> prepare_dive(const ReportArguments& arguments) {
   tl::expected<Result, int> result = open_result(arguments.output, arguments.force);
   if (!result) return tl::unexpected(result.error());
-  tl::expected<Report, std::string> report = read_dive(arguments.file);
+  SteadyClock clock;
+  WorkProgress progress(clock, "replaying", arguments.json);
+  ReadDiveOptions options;
+  options.progress = [&](double share) { progress.show(share); };
+  tl::expected<Report, std::string> report = read_dive(arguments.file, options);
   if (!report) {
     complain(report.error());
     return tl::unexpected<int>(kExitUsage);

@@ -86,9 +86,13 @@ void ProgressLine::show(std::string_view line) {
   }
 }
 
-void ProgressLine::keep(std::string_view line) {
+void ProgressLine::clear() {
   if (open_) std::fputs("\r\033[K", stderr);
   open_ = false;
+}
+
+void ProgressLine::keep(std::string_view line) {
+  clear();
   note(line);
 }
 

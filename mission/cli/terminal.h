@@ -38,6 +38,8 @@ class ProgressLine {
 
   [[nodiscard]] bool on_terminal() const { return on_terminal_; }
   void show(std::string_view line);
+  /// Removes the rewritten line.
+  void clear();
   /// Prints a permanent line above the rewritten one.
   void keep(std::string_view line);
 

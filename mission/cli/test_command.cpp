@@ -15,6 +15,7 @@
 #include "mission/cli/output.h"
 #include "mission/cli/recording.h"
 #include "mission/cli/terminal.h"
+#include "mission/cli/work_progress.h"
 #include "mission/record/log.h"
 #include "mission/scenario/dive_record.h"
 #include "mission/scenario/evaluation.h"
@@ -238,13 +239,18 @@ void print_trial(const Trial& trial, const TestArguments& arguments) {
 void try_all(std::vector<Trial>& trials, const TestArguments& arguments) {
   std::mutex telling;
   std::size_t printed = 0;
+  std::size_t ended = 0;
   std::vector<bool> done(trials.size(), false);
+  SteadyClock clock;
+  WorkProgress progress(clock, "testing", arguments.json);
   const auto tell = [&](std::size_t index) {
     const std::lock_guard lock(telling);
     done[index] = true;
+    progress.clear();
     for (; printed < trials.size() && done[printed]; ++printed) {
       if (!arguments.json) print_trial(trials[printed], arguments);
     }
+    progress.show(static_cast<double>(++ended) / static_cast<double>(trials.size()));
   };
   run_in_parallel(trials.size(), thread_count(arguments.jobs), [&](std::size_t i) {
     if (trials[i].is_valid()) try_out(trials[i], arguments);

@@ -30,7 +30,7 @@ class ExitPathKeeper {
  public:
   static constexpr double kHoldInOpenWater = 15.0;  ///< s
   static constexpr double kMaxHold = 20.0;          ///< Under an overhead, s.
-  /// The same near the end of the budget, while retreating, and where it could drift too far, s.
+  /// The same near the end of the budget, during a retrace, and where it could drift too far, s.
   static constexpr double kMinHold = 5.0;
 
   /// The map must outlive it.

@@ -27,11 +27,11 @@ void append(std::vector<OpenLoopError>& all, const std::vector<OpenLoopError>& m
 // Errors on each dive of a model that was fitted to all others.
 tl::expected<std::vector<OpenLoopError>, std::string> leave_one_out(
     std::span<const MotionRecord> dives, const MotionModel& before,
-    const estimation::MotionFitOptions& options,
-    const std::function<void(const std::string&)>& progress) {
+    const estimation::MotionFitOptions& options, const FitObserver& progress) {
   std::vector<OpenLoopError> errors;
   for (std::size_t out = 0; out < dives.size(); ++out) {
-    progress(fmt::format("fitting without {}", dives[out].name));
+    const double share = static_cast<double>(out + 1) / static_cast<double>(dives.size() + 1);
+    progress(fmt::format("fitting without {}", dives[out].name), share);
     std::vector<MotionRecord> others(dives.begin(), dives.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
     const tl::expected<MotionFit, std::string> fit =
@@ -49,12 +49,13 @@ bool FitReport::is_better() const {
   return errors.front().after.quantile(0.5) < errors.front().before.quantile(0.5);
 }
 
-tl::expected<FitReport, std::string> fit_dives(
-    std::span<const MotionRecord> dives, std::span<const MotionRecord> held_out,
-    const MotionModel& before, const estimation::MotionFitOptions& options,
-    const std::function<void(const std::string&)>& progress) {
+tl::expected<FitReport, std::string> fit_dives(std::span<const MotionRecord> dives,
+                                               std::span<const MotionRecord> held_out,
+                                               const MotionModel& before,
+                                               const estimation::MotionFitOptions& options,
+                                               const FitObserver& progress) {
   DIVE_DEMAND(dives.size() >= (held_out.empty() ? 2U : 1U));
-  progress(fmt::format("fitting {} dives", dives.size()));
+  progress(fmt::format("fitting {} dives", dives.size()), 0.0);
   tl::expected<MotionFit, std::string> fit = estimation::fit_motion(dives, before, options);
   if (!fit) return tl::unexpected(fit.error());
   FitReport report;

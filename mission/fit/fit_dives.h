@@ -38,13 +38,14 @@ inline constexpr std::array<double, 2> kFitHorizons_s{10.0, 30.0};
 /// Least slip that a description gets, m/s: dives to come are not quite those of the fit.
 inline constexpr double kMinSlip = 0.01;
 
-/// `progress` is called with a sentence before each step. Without `held_out` each dive is predicted
-/// by a fit to the others. The error is a sentence: too little to fit. Demands one dive or more,
-/// and two without `held_out`.
+using FitObserver = std::function<void(const std::string& step, double share)>;
+
+/// `progress` is called before each step, with the step and the share of the work that is done.
+/// Without `held_out` each dive is predicted by a fit to the others. The error is a sentence: too
+/// little to fit. Demands one dive or more, and two without `held_out`.
 [[nodiscard]] tl::expected<FitReport, std::string> fit_dives(
     std::span<const estimation::MotionRecord> dives,
     std::span<const estimation::MotionRecord> held_out, const MotionModel& before,
-    const estimation::MotionFitOptions& options,
-    const std::function<void(const std::string&)>& progress);
+    const estimation::MotionFitOptions& options, const FitObserver& progress);
 
 }  // namespace dive::mission

@@ -111,6 +111,8 @@ class LogReader {
   /// reported as a gap. Invalid data never throw; memory stays in proportion to the size of the
   /// file.
   [[nodiscard]] std::optional<LoggedTick> next();
+  /// `show` is called after each tick with the share of the file that was read.
+  void observe(std::function<void(double share)> show);
   /// The gaps before the tick that next() returned last; all gaps at the end.
   [[nodiscard]] const std::vector<LogGap>& gaps() const;
   /// True if the log ends within its last tick, as when the vehicle fails while writing; that is

@@ -136,6 +136,7 @@ struct LogReader::Impl {
       gaps.back().bytes = tick.offset() - gaps.back().offset;
       in_gap = false;
     }
+    if (show) show(static_cast<double>(tick.offset()) / static_cast<double>(file.size()));
     tick = {};
     return whole;
   }
@@ -150,6 +151,7 @@ struct LogReader::Impl {
   bool in_gap = false;
   bool ended = false;
   bool torn = false;
+  std::function<void(double)> show;  ///< May be empty.
 };
 
 LogReader::LogReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -205,6 +207,7 @@ std::optional<LoggedTick> LogReader::next() {
   return std::nullopt;
 }
 
+void LogReader::observe(std::function<void(double)> show) { impl_->show = std::move(show); }
 const std::optional<LogHeader>& LogReader::header() const { return impl_->header; }
 const std::vector<LogGap>& LogReader::gaps() const { return impl_->gaps; }
 bool LogReader::torn() const { return impl_->torn; }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/assert.h"
+#include "mission/report/html.h"
 #include "mission/report/page_data.h"
 
 namespace dive::mission {
@@ -17,29 +18,6 @@ extern const char kReportLibraries[];
 extern const char kReportLicences[];
 
 namespace {
-
-std::string escaped_html(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 // JSON that can stand in a script element: without '<' it can neither end the element nor begin a
 // comment. Bytes that are not UTF-8 are replaced.
@@ -68,10 +46,7 @@ std::string script(std::string_view code) {
 std::string text_for(std::string_view name, const Report& report) {
   if (name == "title") {
     // The title is the only text of the report outside of its JSON.
-    const nlohmann::ordered_json title = report.title;
-    const std::string valid =
-        title.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
-    return escaped_html(nlohmann::ordered_json::parse(valid).get<std::string>());
+    return escaped_html(report.title);
   }
   if (name == "style") return std::string("<style>\n") + kReportStyle + "</style>";
   if (name == "data") {
@@ -89,20 +64,7 @@ std::string text_for(std::string_view name, const Report& report) {
 }  // namespace
 
 std::string render_page(const Report& report) {
-  constexpr std::string_view kBegin = "<!--insert ";
-  constexpr std::string_view kEnd = "-->";
-  std::string page;
-  std::string_view rest = kReportPage;
-  for (std::size_t at = rest.find(kBegin); at != std::string_view::npos; at = rest.find(kBegin)) {
-    page += rest.substr(0, at);
-    rest.remove_prefix(at + kBegin.size());
-    const std::size_t end = rest.find(kEnd);
-    DIVE_DEMAND(end != std::string_view::npos);
-    page += text_for(rest.substr(0, end), report);
-    rest.remove_prefix(end + kEnd.size());
-  }
-  page += rest;
-  return page;
+  return filled_page(kReportPage, [&](std::string_view name) { return text_for(name, report); });
 }
 
 }  // namespace dive::mission

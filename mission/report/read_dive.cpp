@@ -402,6 +402,7 @@ tl::expected<Report, std::string> read_dive(const std::string& log_path,
   const auto error = [&](const std::string& what) {
     return tl::unexpected(fmt::format("{}: {}", log_path, what));
   };
+  log->observe(options.progress);
   if (!log->header()) return error("the log's header is damaged, so that its mission is not known");
   tl::expected<LoggedDive, std::string> logged = logged_dive(*log->header());
   if (!logged) return error(logged.error());

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "mission/cli/work_progress.h"
+
 namespace dive::mission {
 namespace {
 
@@ -80,6 +82,32 @@ TEST(CheckProgress, ShowsAFindingAtOnceAndIsSilentWhenQuiet) {
   EXPECT_THAT(lines, HasSubstr("leak at 12.34 s in 'in'"));
   EXPECT_THAT(lines, HasSubstr(": dive run m.xml --fault leak@12.34\n"));
   EXPECT_THAT(lines, HasSubstr("1 of 2 dives, 1 finding(s), 20 s left\n"));
+}
+
+TEST(WorkProgress, SaysWhatRemainsEveryTenSeconds) {
+  SetClock clock;
+  ::testing::internal::CaptureStderr();
+  {
+    WorkProgress progress(clock, "replaying");
+    for (int i = 1; i <= 25; ++i) {
+      clock.now_s += 1.0;
+      progress.show(0.01 * i);
+    }
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+            "replaying: 10 %, 1 min 30 s left\n"
+            "replaying: 20 %, 1 min 20 s left\n");
+}
+
+TEST(WorkProgress, IsSilentWhereItIsToBe) {
+  SetClock clock;
+  ::testing::internal::CaptureStderr();
+  {
+    WorkProgress progress(clock, "replaying", true);
+    clock.now_s = 100.0;
+    progress.show(0.5);
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 }  // namespace

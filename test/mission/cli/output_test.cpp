@@ -119,6 +119,8 @@ const ResultOption kOptions[] = {
     {"plan_svg", "plan m.xml --svg {}", "result", "m.xml"},
     {"plan_map_svg", "plan --map map.sdf --start -1,-2,-4 --goal 9.8,-2,-4.6 --svg {}", "result",
      "map.sdf"},
+    {"check_card", "check m.xml --static --card {}", "result", "m.xml"},
+    {"check_card_map", "check m.xml --static --card {}", "result", "maps/bay.sdf"},
     {"run_svg", "run m.xml --log run.lcmlog --svg {}", "result", "m.xml"},
     {"run_svg_map", "run m.xml --log run.lcmlog --svg {}", "result", "maps/bay.sdf"},
     {"run_log", "run m.xml --journal run.journal --log {}", "result", "m.xml"},

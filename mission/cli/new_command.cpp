@@ -1,0 +1,93 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "common/assert.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/json.h"
+#include "mission/cli/output.h"
+#include "mission/cli/terminal.h"
+
+namespace dive::mission {
+
+// Embedded from missions/templates/: CMakeLists.txt.
+extern const char kNewTransect[];
+extern const char kNewTransectMap[];
+extern const char kNewPenetration[];
+extern const char kNewPenetrationMap[];
+extern const char kNewGoals[];
+extern const char kNewGoalsMap[];
+
+namespace {
+
+struct Template {
+  std::string_view kind;
+  const char* mission;
+  const char* map;
+};
+
+const std::array<Template, 3> kTemplates = {{
+    {"transect", kNewTransect, kNewTransectMap},
+    {"penetration", kNewPenetration, kNewPenetrationMap},
+    {"goals", kNewGoals, kNewGoalsMap},
+}};
+
+// The text with the name of the mission in place of @NAME@.
+std::string named(std::string_view text, const std::string& name) {
+  constexpr std::string_view kPlace = "@NAME@";
+  std::string result;
+  for (std::size_t at = text.find(kPlace); at != std::string_view::npos; at = text.find(kPlace)) {
+    result += text.substr(0, at);
+    result += name;
+    text.remove_prefix(at + kPlace.size());
+  }
+  result += text;
+  return result;
+}
+
+// The schema's type Id.
+bool is_id(const std::string& name) {
+  constexpr std::size_t kMaxLength = 64;
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+  return !name.empty() && name.size() <= kMaxLength && is_letter(name.front()) &&
+         std::ranges::all_of(name, is_inner);
+}
+
+}  // namespace
+
+int run_new(const NewArguments& arguments) {
+  const auto* kind = std::ranges::find(kTemplates, arguments.kind, &Template::kind);
+  DIVE_DEMAND(kind != kTemplates.end());  // the option admits no other
+  const std::filesystem::path path =
+      arguments.file.empty() ? arguments.kind + ".xml" : arguments.file;
+  const std::string name = path.stem().string();
+  if (path.extension() != ".xml" || !is_id(name)) {
+    complain(fmt::format(
+        "{}: a mission file is NAME.xml, its name of at most 64 letters, digits, '-' and '_', and "
+        "beginning with a letter: it is the mission's id",
+        path.string()));
+    return kExitUsage;
+  }
+  const std::string map_path = std::filesystem::path(path).replace_extension(".sdf").string();
+  tl::expected<Result, int> mission = open_result(path.string(), arguments.force);
+  if (!mission) return mission.error();
+  tl::expected<Result, int> map = open_result(map_path, arguments.force);
+  if (!map) return map.error();
+  if (const int status = write_result(*map, named(kind->map, name))) return status;
+  if (const int status = write_result(*mission, named(kind->mission, name))) return status;
+  if (arguments.json) {
+    print_json({{"mission", path.string()}, {"map", map_path}});
+  } else {
+    print(fmt::format("{} and {}; next: dive check {}", path.string(), map_path, path.string()));
+  }
+  return kExitSuccess;
+}
+
+}  // namespace dive::mission

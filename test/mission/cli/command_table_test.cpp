@@ -1,0 +1,235 @@
+// What is made from the one definition of commands and options: every command and option of the
+// help is in man pages and completions, suggestions for what is mistyped, --json everywhere. The
+// help that these tests read is printed by CLI11, not by the code under test.
+
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "test/mission/cli/run_command.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::content_of;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Ran;
+
+std::string place() {
+  return fmt::format("table-{}", ::testing::UnitTest::GetInstance()->current_test_info()->name());
+}
+
+fs::path folder() {
+  fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place();
+  fs::create_directories(path);
+  return path;
+}
+
+Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
+
+std::set<std::string> all_matches(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> found;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), pattern);
+       it != std::sregex_iterator(); ++it) {
+    found.insert((*it)[1].str());
+  }
+  return found;
+}
+
+std::set<std::string> commands() {
+  const std::string help = dive("--help").out;
+  return all_matches(help.substr(help.find("Subcommands:")), std::regex("\n  ([a-z]+) "));
+}
+
+std::set<std::string> options_of(const std::string& command) {
+  const std::string help = dive(command + " --help").out;
+  return all_matches(help.substr(help.find("Options:")), std::regex("\n  (?:-h,)?(--[a-z-]+)"));
+}
+
+std::string share() {
+  EXPECT_EQ(dive("generate share --force").status, 0);
+  return (folder() / "share").string();
+}
+
+TEST(CommandTable, EveryCommandHasJson) {
+  const std::set<std::string> all = commands();
+  EXPECT_GE(all.size(), 20U);
+  for (const std::string& command : all) {
+    EXPECT_TRUE(options_of(command).contains("--json")) << command;
+  }
+}
+
+TEST(CommandTable, EveryCommandAndOptionHasItsPlaceInTheManPages) {
+  const std::string man = share() + "/man/man1/";
+  const std::string all = content_of(man + "dive.1");
+  for (const std::string& command : commands()) {
+    EXPECT_THAT(all, HasSubstr("\\fBdive " + command + "\\fR"));
+    const std::string page = content_of(man + "dive-" + command + ".1");
+    EXPECT_THAT(page, HasSubstr(".SH NAME\ndive\\-" + command + " \\- "));
+    for (const std::string& option : options_of(command)) {
+      const std::string escaped = std::regex_replace(option, std::regex("-"), "\\-");
+      EXPECT_THAT(page, HasSubstr("\\fB" + escaped + "\\fR")) << command;
+    }
+  }
+}
+
+// What bash offers for the last of the words.
+std::set<std::string> completed_by_bash(const std::string& share, const std::string& words) {
+  const std::string script = fmt::format(
+      "source '{}/bash-completion/completions/dive'; COMP_WORDS=({}); "
+      "COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _dive; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+      share, words);
+  const std::string file = (folder() / "try.sh").string();
+  std::FILE* out = std::fopen(file.c_str(), "w");
+  std::fputs(script.c_str(), out);
+  std::fclose(out);
+  const std::string command =
+      fmt::format("cd '{}' && bash '{}' >bash.txt 2>&1", folder().string(), file);
+  EXPECT_EQ(std::system(command.c_str()), 0) << content_of(folder() / "bash.txt");
+  const std::string printed = "\n" + content_of(folder() / "bash.txt");
+  return all_matches(printed, std::regex("\n([^\n]+)"));
+}
+
+TEST(CommandTable, BashOffersEveryCommandAndOption) {
+  const std::string files = share();
+  const std::set<std::string> offered = completed_by_bash(files, "dive ''");
+  for (const std::string& command : commands()) {
+    EXPECT_TRUE(offered.contains(command)) << command;
+    EXPECT_EQ(completed_by_bash(files, "dive " + command + " --"), options_of(command)) << command;
+  }
+}
+
+TEST(CommandTable, BashOffersValuesAndFiles) {
+  const std::string files = share();
+  EXPECT_EQ(completed_by_bash(files, "dive plan --attitude ''"),
+            (std::set<std::string>{"free", "flat", "horizontal"}));
+  EXPECT_EQ(completed_by_bash(files, "dive import q"), (std::set<std::string>{"qgc"}));
+  EXPECT_EQ(completed_by_bash(files, "dive check sha"), (std::set<std::string>{"share"}));
+  EXPECT_TRUE(completed_by_bash(files, "dive check --dives ''").empty()) << "a number";
+}
+
+TEST(CommandTable, ZshReadsItsCompletionAndFindsEveryOption) {
+  const std::string file = share() + "/zsh/vendor-completions/_dive";
+  const std::string text = content_of(file);
+  EXPECT_THAT(text.substr(0, 13), "#compdef dive");
+  for (const std::string& command : commands()) {
+    const std::size_t begin = text.find("    " + command + ")\n");
+    ASSERT_NE(begin, std::string::npos) << command;
+    const std::string part = text.substr(begin, text.find(";;", begin) - begin);
+    for (const std::string& option : options_of(command)) {
+      const bool is_there = part.find("'" + option + "[") != std::string::npos ||
+                            part.find(option + "=[") != std::string::npos;
+      EXPECT_TRUE(is_there) << command << " " << option;
+    }
+  }
+  if (std::system("command -v zsh >/dev/null 2>&1") != 0) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_EQ(std::system(fmt::format("zsh -n '{}'", file).c_str()), 0);
+}
+
+TEST(CommandTable, GenerateIsForPackagesAndOverwritesNothing) {
+  EXPECT_THAT(dive("--help").out, Not(HasSubstr("generate")));
+  share();
+  const Ran again = dive("generate share");
+  EXPECT_EQ(again.status, 2);
+  EXPECT_THAT(again.err, HasSubstr("--force"));
+  const Ran unwritable = dive("generate /dev/null/share");
+  EXPECT_EQ(unwritable.status, 2) << unwritable.err;
+  const json files = json::parse(dive("generate share --force --json").out).at("files");
+  EXPECT_EQ(files.size(), commands().size() + 3);
+}
+
+/// A command line with a mistake, and what is said of it.
+struct Mistake {
+  const char* words;
+  const char* answer;
+};
+
+TEST(UsageError, SuggestsWhatWasMeant) {
+  const Mistake mistakes[] = {
+      {"chek m.xml", "there is no command 'chek' (did you mean 'check'?)"},
+      {"chek --static m.xml", "there is no command 'chek' (did you mean 'check'?)"},
+      {"--verson", "there is no option --verson (did you mean '--version'?)"},
+      {"run --sed 3 m.xml", "run has no option --sed (did you mean '--seed'?)"},
+      {"run --sed=3 m.xml", "run has no option --sed (did you mean '--seed'?)"},
+      {"abort --timout 3", "abort has no option --timout (did you mean '--timeout'?)"},
+      {"plan m.xml --attitude fre",
+       "--attitude fre: must be one of free, flat, horizontal (did "
+       "you mean 'free'?)"},
+      {"import qcg f", "FORMAT qcg: must be one of acfr, qgc (did you mean 'qgc'?)"},
+      {"new transekt",
+       "KIND transekt: must be one of transect, penetration, goals (did you mean "
+       "'transect'?)"},
+      {"xyzzy", "there is no command 'xyzzy'\n"},
+      {"run --frobnicate m.xml", "run has no option --frobnicate\n"},
+      {"", "which command?"},
+  };
+  for (const Mistake& mistake : mistakes) {
+    const Ran ran = dive(mistake.words);
+    EXPECT_EQ(ran.status, 2) << mistake.words;
+    EXPECT_THAT(ran.err, HasSubstr(mistake.answer)) << mistake.words;
+    EXPECT_EQ(ran.out, "") << mistake.words;
+  }
+}
+
+TEST(Graph, PrintsJson) {
+  const std::string mission = "'" DIVE_SOURCE_DIR "/missions/window.xml'";
+  const json printed = json::parse(dive("graph --json " + mission).out);
+  EXPECT_EQ(printed.at("format"), "dot");
+  EXPECT_EQ(printed.at("text").get<std::string>(), dive("graph " + mission).out);
+  const json written =
+      json::parse(dive("graph --json --format scxml --output m.scxml --force " + mission).out);
+  EXPECT_EQ(written.at("output"), "m.scxml");
+  EXPECT_THAT(content_of(folder() / "m.scxml"), HasSubstr("<scxml"));
+}
+
+TEST(Key, PrintsJson) {
+  fs::remove(folder() / "dive.key");
+  EXPECT_EQ(json::parse(dive("key dive.key --json").out).at("key"), "dive.key");
+}
+
+class NewMission : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(NewMission, PassesTheCheck) {
+  const std::string kind = GetParam();
+  const std::string file = "my-" + kind + "_1.xml";
+  const Ran made = dive("new " + kind + " " + file + " --force --json");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out).at("map"), "my-" + kind + "_1.sdf");
+  EXPECT_THAT(content_of(folder() / file), HasSubstr("id=\"my-" + kind + "_1\""));
+  EXPECT_THAT(content_of(folder() / file), Not(HasSubstr("@NAME@")));
+  const Ran checked = dive("check --dives 10 --json " + file);
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  const json report = json::parse(checked.out);
+  EXPECT_EQ(report.at("dives").at("successes"), 10);
+  EXPECT_TRUE(report.at("diagnostics").empty()) << report.at("diagnostics");
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, NewMission, ::testing::Values("transect", "penetration", "goals"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(NewMissionFile, IsNamedByItsFileAndOverwritesNothing) {
+  EXPECT_EQ(dive("new goals 'my mission.xml'").status, 2);
+  EXPECT_EQ(dive("new goals 1st.xml").status, 2);
+  EXPECT_THAT(dive("new goals survey.txt").err, HasSubstr("a mission file is NAME.xml"));
+  ASSERT_EQ(dive("new goals --force").status, 0);
+  fs::remove(folder() / "goals.xml");
+  const std::string map = content_of(folder() / "goals.sdf");
+  const Ran refused = dive("new transect goals.xml");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, HasSubstr("goals.sdf"));
+  EXPECT_EQ(content_of(folder() / "goals.sdf"), map);
+  EXPECT_FALSE(fs::exists(folder() / "goals.xml")) << "what is refused leaves nothing";
+}
+
+}  // namespace
+}  // namespace dive::mission
