@@ -76,7 +76,7 @@ void Inbox::listen_to_cameras(link::Bus& bus, std::size_t image_bytes) {
 std::optional<Utime> Inbox::first_time() const {
   if (lockstep_) return is_whole(-1) ? std::optional(tick_->utime) : std::nullopt;
   if (!imu_ || !depth_) return std::nullopt;
-  return std::max(imu_->utime, depth_->utime);
+  return std::max({imu_->utime, depth_->utime, Utime{0}});  // a clock may be before its origin
 }
 
 bool Inbox::is_whole(Utime last) const {

@@ -89,6 +89,21 @@ class Processes : public ::testing::Test {
                           [&] { return first && to_seconds(last - *first) >= seconds; }));
   }
 
+  /// Waits until the vehicle's sensors have set their clock back, and some checkpoints longer.
+  void wait_until_clock_is_set_back() const {
+    tl::expected<link::Bus, std::string> bus = link::Bus::open(url_);
+    ASSERT_TRUE(bus) << bus.error();
+    Utime last = 0;
+    std::optional<Utime> set_back;
+    bus->listen<DepthSample>(link::channel::kDepth, [&](const DepthSample& sample) {
+      if (!set_back && sample.utime < last) set_back = sample.utime;
+      last = sample.utime;
+    });
+    SteadyClock clock;
+    ASSERT_TRUE(bus->wait(clock, clock.now() + from_seconds(kLong),
+                          [&] { return set_back && to_seconds(last - *set_back) >= 1.0; }));
+  }
+
   static std::string mission(const std::string& name) {
     return fmt::format("{}/missions/{}.xml", DIVE_SOURCE_DIR, name);
   }
@@ -673,6 +688,25 @@ TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
   EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
   EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
   EXPECT_EQ(executive_->json().at("transitions").at(0).at("cause"), "the executive was restarted");
+}
+
+// It does not know for how long it was down, so it aborts; to a time before the clock's origin too.
+TEST_F(Death, ARestartedExecutiveWhoseClockWasSetBackIsObeyed) {
+  const std::string pool = resumable();
+  const std::vector<std::string> pace = {"--time-factor", kPace};
+  vehicle_ = dive("sim", {"sim", pool, pace[0], pace[1], "--clock-jump=-20@6"});
+  executive_ = dive("run", {"run", pool, pace[0], pace[1], "--log", path("log")});
+  wait_until_clock_is_set_back();
+  executive_->kill(SIGKILL);
+  executive_ = dive("resumed", {"run", pool, pace[0], pace[1], "--resume", "--journal",
+                                path("log.journal"), "--log", path("log2")});
+  EXPECT_EQ(executive_->wait(kLong), 1) << executive_->err();
+  EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
+  EXPECT_EQ(executive_->json().at("final_state"), "dive.aborted");
+  EXPECT_THAT(executive_->json().at("cause").get<std::string>(), HasSubstr("restarted after"));
+  EXPECT_EQ(vehicle_->json().at("ended"), "finished");
+  EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.4);
+  EXPECT_LT(vehicle_->json().at("refused").get<int>(), 50);
 }
 
 // An operator's abort in every respect: executed, logged, replayed, and the end of the dive.
