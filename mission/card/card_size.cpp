@@ -18,9 +18,9 @@ constexpr double kPageWidth = 194.0;
 constexpr double kLine = 1.18;        // em
 constexpr double kRowPadding = 0.12;  // em
 constexpr double kBorder = 0.3;       // mm
-constexpr double kShareUsed = 0.97;   // of the page: the widths of letters are estimates
-constexpr double kLetter = 0.55;      // em, of a wide sans serif
-constexpr double kBoldLetter = 0.62;
+constexpr double kShareUsed = 1.0;    // of the page: the widths of letters are estimates
+constexpr double kLetter = 0.5;       // em, of a wide sans serif
+constexpr double kBoldLetter = 0.56;
 
 /// Lengths in mm of a card with one size of type.
 class Measure {

@@ -332,7 +332,7 @@ TEST_P(PrintedCard, IsOnePage) {
 INSTANTIATE_TEST_SUITE_P(Of, PrintedCard,
                          ::testing::Values("window", "survey", "penetration", "transect", "blocks",
                                            "wreck_unknown", "longest"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& each) { return std::string(each.param); });
 
 }  // namespace
 }  // namespace dive::mission

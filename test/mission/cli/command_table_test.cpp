@@ -215,7 +215,7 @@ TEST_P(NewMission, PassesTheCheck) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, NewMission, ::testing::Values("transect", "penetration", "goals"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& each) { return std::string(each.param); });
 
 TEST(NewMissionFile, IsNamedByItsFileAndOverwritesNothing) {
   EXPECT_EQ(dive("new goals 'my mission.xml'").status, 2);
