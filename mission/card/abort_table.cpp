@@ -75,8 +75,11 @@ bool is_possible(const Mission& mission, FailsafeKind kind) {
 }
 
 // A hold becomes an abort after a while, under an overhead only for lost range data:
-// FailsafeLadder.
+// FailsafeLadder. After an error in the program SurfacingFallback acts, whatever the rung.
 AbortRow row_of(const FailsafePolicy& policy, FailsafeKind kind) {
+  if (kind == FailsafeKind::kInternalError) {
+    return {{}, "straight up", "along its exit path to open water, then up"};
+  }
   const std::string later = fmt::format("; after {:g} s", policy.escalate_s);
   switch (policy.rung) {
     case Rung::kEmergencySurface:

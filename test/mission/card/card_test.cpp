@@ -134,16 +134,25 @@ std::vector<std::string> faults_of(const Mission& mission) {
   return faults;
 }
 
+AbortRow row_with(const std::vector<AbortRow>& rows, const std::string& fault) {
+  for (const AbortRow& row : rows) {
+    if (std::ranges::find(row.faults, fault) != row.faults.end()) return row;
+  }
+  ADD_FAILURE() << "no row has " << fault;
+  return {};
+}
+
 TEST(AbortTable, SaysOfEveryFailsafeWhatItDoes) {
   const Mission mission = loaded(shipped("penetration"));
   EXPECT_EQ(faults_of(mission).size(), behaviors::kFailsafeCount);
   const std::vector<AbortRow> rows = abort_table(mission);
   ASSERT_GE(rows.size(), 4U);
-  EXPECT_THAT(rows[0].faults, Contains("the exit path is blocked"));
-  EXPECT_EQ(rows[1].in_open_water, "straight up");
-  EXPECT_THAT(rows[1].under_overhead, HasSubstr("back along its trail"));
-  EXPECT_THAT(rows[1].faults, Contains("charge below 35 %"));
-  EXPECT_THAT(rows[1].faults, Contains("deeper than 14.8 m"));
+  EXPECT_THAT(row_with(rows, "the exit path is blocked").under_overhead, HasSubstr("straight up"));
+  EXPECT_THAT(row_with(rows, "error in the program").under_overhead, HasSubstr("exit path"));
+  const AbortRow low = row_with(rows, "charge below 35 %");
+  EXPECT_EQ(low.in_open_water, "straight up");
+  EXPECT_THAT(low.under_overhead, HasSubstr("back along its trail"));
+  EXPECT_THAT(low.faults, Contains("deeper than 14.8 m"));
   EXPECT_EQ(rows.back().in_open_water, "not watched");
   EXPECT_THAT(rows.back().faults, Contains(HasSubstr("topside silent")));
 }
@@ -153,11 +162,7 @@ TEST(AbortTable, FollowsTheMissionAndLeavesOutWhatCannotHappen) {
   mission.failsafes.policy(behaviors::FailsafeKind::kCommsLost).rung = behaviors::Rung::kRetrace;
   mission.allows_fixes = false;
   const std::vector<AbortRow> rows = abort_table(mission);
-  const auto row = std::ranges::find_if(rows, [](const AbortRow& one) {
-    return std::ranges::find(one.faults, "topside silent for 60 s") != one.faults.end();
-  });
-  ASSERT_NE(row, rows.end());
-  EXPECT_EQ(row->in_open_water, "waits 1 min, then up");
+  EXPECT_EQ(row_with(rows, "topside silent for 60 s").in_open_water, "waits 1 min, then up");
   EXPECT_THAT(faults_of(mission), Not(Contains(HasSubstr("range data"))));
   EXPECT_THAT(faults_of(mission), Not(Contains(HasSubstr("another place"))));
 }
