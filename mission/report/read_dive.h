@@ -13,8 +13,8 @@ namespace dive::mission {
 struct ReadDiveOptions {
   /// Samples are kept ten times a second, in longer dives correspondingly less often.
   std::size_t max_samples = 12'000;
-  std::size_t max_clearances = 4'000;  ///< Samples for which the clearance is measured.
-  std::size_t max_observed = 8'000;    ///< Pieces of the observed map; beyond, every n-th.
+  std::size_t max_clearances = 4'000;          ///< Samples for which the clearance is measured.
+  std::size_t max_observed = 8'000;            ///< Pieces of the observed map; beyond, every n-th.
   std::function<void(double share)> progress;  ///< Of reading the log; may be empty.
 };
 
