@@ -182,7 +182,7 @@ TEST(MapMatcher, APriorThatFixesHaveConfirmedDecidesBetweenPlacesThatFitAlike) {
   EXPECT_LT(std::abs(error_of(tracked).y()), 0.03);
 }
 
-// A row of pipes with gaps: it looks the same from 0.4 m aside, but for the gaps. The vehicle swims
+// A row of pipes with gaps: shifted by 0.4 m it looks the same, but for the gaps. The vehicle swims
 // along it, its position wrong by one pipe from the start.
 class RowWithGaps : public ::testing::Test {
  protected:
