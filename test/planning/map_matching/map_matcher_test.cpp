@@ -182,8 +182,8 @@ TEST(MapMatcher, APriorThatFixesHaveConfirmedDecidesBetweenPlacesThatFitAlike) {
   EXPECT_LT(std::abs(error_of(tracked).y()), 0.03);
 }
 
-// A row of pipes with gaps: shifted by 0.4 m it looks the same, but for the gaps. The vehicle swims
-// along it, its position wrong by one pipe from the start.
+// A row of pipes with gaps: shifted by 0.4 m it looks the same, apart from the gaps. The vehicle
+// swims along it, its position wrong by one pipe from the start.
 class RowWithGaps : public ::testing::Test {
  protected:
   RowWithGaps() {
