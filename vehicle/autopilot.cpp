@@ -67,7 +67,7 @@ Eigen::Vector3d righting_effort(const AutopilotOptions& options, const Eigen::Ve
   return {options.righting.x() * up_B.y(), -options.righting.y() * up_B.x(), 0.0};
 }
 
-Autopilot::Autopilot(AutopilotOptions options) : options_(options) {
+Autopilot::Autopilot(const AutopilotOptions& options) : options_(options) {
   DIVE_DEMAND(options_.validate().empty());
 }
 

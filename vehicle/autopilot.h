@@ -71,7 +71,7 @@ struct AutopilotOptions {
 /// Deterministic in its inputs; does not allocate.
 class Autopilot {
  public:
-  explicit Autopilot(AutopilotOptions options);
+  explicit Autopilot(const AutopilotOptions& options);
 
   /// `q_WB`, `omega_B` (rad/s) and `depth_m` are measurements; `dt` is the time since the last call
   /// (s, > 0).

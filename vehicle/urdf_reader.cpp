@@ -92,6 +92,7 @@ class Reader {
     const auto found = model_->links_.find(name);
     if (found != model_->links_.end()) return found->second;
     std::vector<std::string> names;
+    names.reserve(links_.size());
     for (const auto& [link, element] : links_) names.push_back(link->name);
     elements_.error("URDF-LINK", joint.child(end)->attribute("link")->value_span,
                     fmt::format("there is no link '{}'", name), did_you_mean(name, names));

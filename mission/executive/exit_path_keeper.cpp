@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mission/executive/overhead_monitor.h"
 #include "vehicle/exit_guidance.h"
 
 namespace dive::mission {
@@ -19,7 +20,6 @@ constexpr double kStraight = 0.1;        // m: points nearer to a segment are le
 constexpr std::size_t kWindow = 20;      // maximum points of a segment
 constexpr double kMinSpeed = 0.1;        // m/s
 constexpr double kAscentRate = 0.2;      // m/s
-constexpr double kDrift = 0.2;           // m of drift during an ascent in still water
 constexpr double kMaxRoom = 3.0;         // m
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -89,7 +89,7 @@ double ExitPathKeeper::drift_speed() const {
 
 bool ExitPathKeeper::has_room(const Vector3d& p_W) const {
   const double ascent_s = std::max(-p_W.z(), 0.0) / kAscentRate;
-  return !map_.overhead(p_W, std::min(kDrift + drift_speed() * ascent_s, kMaxRoom));
+  return !map_.overhead(p_W, std::min(kAscentDrift + drift_speed() * ascent_s, kMaxRoom));
 }
 
 // Worth the way: half the time of an ascent.

@@ -6,7 +6,6 @@ namespace dive::mission {
 namespace {
 
 constexpr double kSoundingPeriod = 0.5;  // s: finding the ground takes some time
-constexpr double kDrift = 0.2;           // m of possible drift during an ascent from rest
 
 }  // namespace
 
@@ -24,7 +23,7 @@ void OverheadMonitor::update(Utime now, const estimation::StateEstimate& estimat
                              std::optional<bool> declared_overhead, double battery_fraction) {
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
   has_overhead_ = is_declared_overhead(p_W, declared_overhead) || map_.overhead(p_W, 0.0);
-  const double margin = kDrift + estimation::horizontal_sigma(estimate);
+  const double margin = kAscentDrift + estimation::horizontal_sigma(estimate);
   open_above_ = !has_overhead_ && !map_.overhead(p_W, margin);
   trail_.add(p_W, open_above_);
   if (open_above_) usable_ = Usable{now, battery_fraction};

@@ -15,6 +15,9 @@
 
 namespace dive::mission {
 
+/// Possible drift during an ascent from rest in still water, m.
+inline constexpr double kAscentDrift = 0.2;
+
 /// Resources when the vehicle was last in open water.
 struct Usable {
   Utime at = 0;

@@ -4,7 +4,7 @@ namespace dive::link {
 
 using vehicle::ExitPhase;
 
-Arbiter::Arbiter(vehicle::AutopilotOptions autopilot, double session_timeout_s)
+Arbiter::Arbiter(const vehicle::AutopilotOptions& autopilot, double session_timeout_s)
     : executive_(session_timeout_s), supervisor_(session_timeout_s), autopilot_(autopilot) {}
 
 bool Arbiter::receive(const VehicleCommand& command, Utime now) {

@@ -27,7 +27,7 @@ class Arbiter {
   enum class CommandSource { kNone, kExecutive, kSupervisor };
 
   /// `session_timeout_s`: see CommandGate; 0 where the vehicle's time stops with the executive.
-  explicit Arbiter(vehicle::AutopilotOptions autopilot = {},
+  explicit Arbiter(const vehicle::AutopilotOptions& autopilot = {},
                    double session_timeout_s = kSessionTimeout);
 
   /// Receives a command; false if it is refused (CommandGate).
