@@ -63,7 +63,7 @@ FitMinimum minimum_at(const ScanFit& fit, const Vector2d& place, const Matrix6d&
   near.topRows<2>().setZero();
   near.leftCols<2>().setZero();
   near.topLeftCorner<2, 2>().diagonal().setConstant(kPlaceSigma * kPlaceSigma);
-  const FitMinimum here = fit.descend(at(place), at(place), near);
+  FitMinimum here = fit.descend(at(place), at(place), near);
   if (!here.is_usable()) return here;
   const Eigen::Matrix2d horizontal = horizontal_information(here, covariance);
   const double weakest =
