@@ -107,8 +107,7 @@ struct MapMatcher::Impl {
       placed.X_WB.p += best.shift.head<3>();
       placed.X_WB.q = turn_of(best.shift) * X_WB.q;
     }
-    placed.sigma_m =
-        std::sqrt(std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1)));
+    placed.sigma_m = std::sqrt(widest_variance(covariance));
   }
 
   // Of the height by the scan alone, with position and heading from the prior; 0: not constrained.

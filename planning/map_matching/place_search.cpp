@@ -15,7 +15,6 @@ namespace dive::planning {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kWorthSearch = 0.08;    // m, one sigma: below, no other minimum is within reach
 constexpr double kSearch = 3.0;          // sigmas around the prior
@@ -35,10 +34,6 @@ constexpr double kTurnAsWay = 1.0;       // m per rad: a turn shows another view
 constexpr double kNewcomer = -3.0;       // log-likelihood at best of a place not found before
 constexpr double kHopeless = -8.0;       // log-likelihood below which a place is dropped
 constexpr double kBetter = 3.0;          // log-likelihood by which another place is followed
-
-double widest_variance(const Matrix6d& covariance) {
-  return std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
-}
 
 Vector6d at(const Vector2d& shift) {
   Vector6d result = Vector6d::Zero();
@@ -137,7 +132,7 @@ std::vector<PlaceSearch::Candidate> PlaceSearch::candidates(const ScanFit& fit,
       return (other.minimum.shift - minimum.shift).head<2>().norm() < kSamePlace;
     });
     if (same == found.end()) {
-      found.push_back({minimum, from_prior, evidence, id < 0 ? next_id_++ : id, 0.0});
+      found.push_back({minimum, from_prior, evidence, id < 0 ? next_id_++ : id});
       return;
     }
     if (minimum.is_usable() && minimum.at.cost < same->minimum.at.cost) {
@@ -161,35 +156,28 @@ std::vector<PlaceSearch::Candidate> PlaceSearch::candidates(const ScanFit& fit,
 void PlaceSearch::score(std::vector<Candidate>& candidates, bool is_tracked) const {
   std::erase_if(candidates, [](const Candidate& one) { return !one.minimum.is_usable(); });
   if (candidates.empty()) return;
-  const auto fitting = std::ranges::min_element(
-      candidates, {}, [](const Candidate& one) { return one.minimum.at.cost; });
-  const double least = fitting->minimum.at.cost;
-  const double excess = fitting->minimum.at.excess();
+  const FitNormal& fitting = std::ranges::min_element(candidates, {}, [](const Candidate& one) {
+                               return one.minimum.at.cost;
+                             })->minimum.at;
+  const double least = fitting.cost;
+  const double excess = fitting.excess();
   const double share = is_tracked && hypotheses_.size() < 2 ? 1.0 : kDoubt;
   for (Candidate& one : candidates) {
-    one.score =
-        one.evidence - 0.5 * (one.minimum.at.cost - least) / excess - 0.5 * share * one.from_prior;
+    one.worse = 0.5 * (one.minimum.at.cost - least) / excess;
+    one.score = one.evidence - one.worse - 0.5 * share * one.from_prior;
   }
   std::ranges::sort(candidates, std::greater{}, &Candidate::score);
 }
 
 void PlaceSearch::remember(const std::vector<Candidate>& candidates, const PosePrior& prior,
                            double way) {
-  double least = candidates.front().minimum.at.cost;
-  double excess = candidates.front().minimum.at.excess();
-  for (const Candidate& one : candidates) {
-    if (one.minimum.at.cost >= least) continue;
-    least = one.minimum.at.cost;
-    excess = one.minimum.at.excess();
-  }
   const double gain = std::min(1.0, way / kView);
   const double kept = std::exp(-way / kMemory);
   hypotheses_.clear();
   double most = -std::numeric_limits<double>::infinity();
   for (const Candidate& one : candidates) {
     if (hypotheses_.size() == kFollowed) break;
-    const double worse = 0.5 * (one.minimum.at.cost - least) / excess;
-    const double evidence = kept * (one.evidence - gain * worse);
+    const double evidence = kept * (one.evidence - gain * one.worse);
     most = std::max(most, evidence);
     hypotheses_.push_back({prior.X_WB.p.head<2>() + one.minimum.shift.head<2>(), evidence, one.id});
   }

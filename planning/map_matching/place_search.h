@@ -14,7 +14,6 @@
 // over s metres of way, since two scans from one pose say the same: v is the way after which a view
 // is another one, L the memory.
 
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -51,6 +50,7 @@ class PlaceSearch {
     double from_prior = 0.0;  // squared Mahalanobis distance
     double evidence = 0.0;
     int id = 0;
+    double worse = 0.0;  // log-likelihood of this scan below that of the best fit
     double score = 0.0;
   };
 

@@ -46,6 +46,10 @@ Eigen::Quaterniond turn_of(const Vector6d& shift) {
   return so3_exp(Vector3d(shift[kShiftTilt], shift[kShiftTilt + 1], shift[kShiftYaw]));
 }
 
+double widest_variance(const Matrix6d& covariance) {
+  return std::max(covariance(0, 0), covariance(1, 1)) + std::abs(covariance(0, 1));
+}
+
 ScanFit::ScanFit(const MapSurface& surface, const RangeNoise& noise, const RangeScan& scan,
                  const Pose& X_WB)
     : surface_(surface), noise_(noise), p_W_(X_WB.p) {

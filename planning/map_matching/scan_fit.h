@@ -49,6 +49,9 @@ struct FitMinimum {
 
 [[nodiscard]] Eigen::Quaterniond turn_of(const Vector6d& shift);
 
+/// Variance of the horizontal position along its worst direction, at most, m^2.
+[[nodiscard]] double widest_variance(const Matrix6d& covariance);
+
 /// One scan, turned to W by the attitude of a prior pose. Refers to the surface.
 class ScanFit {
  public:
