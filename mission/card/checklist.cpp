@@ -1,7 +1,7 @@
 #include "mission/card/checklist.h"
 
-#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -24,10 +24,8 @@ std::string vertical(const Position& position) {
 // What the energy of the route and of the longest way out leave of a full battery is not known on
 // deck; what must be in it is.
 std::string battery(const CheckReport& report) {
-  double least = 0.0;
-  for (const TurningPoint& turn : report.budget.turning_points) {
-    least = std::max(least, turn.least_charge);
-  }
+  const std::optional<TurningPoint> turn = report.budget.first_turning_point();
+  const double least = turn ? turn->least_charge : 0.0;
   return fmt::format("Battery full: the route takes {:.1f} Wh, and the way out begins at {:.0f} %",
                      report.budget.energy_wh, std::ceil(100.0 * least));
 }

@@ -41,6 +41,8 @@ double length(std::span<const Vector3d> points) {
   return length_m;
 }
 
+double ascent_s(const Vector3d& p_W) { return std::max(-p_W.z(), 0.0) / kAscentRate; }
+
 }  // namespace
 
 ExitPathKeeper::ExitPathKeeper(const ExitPathOptions& options, MapView& map)
@@ -88,14 +90,12 @@ double ExitPathKeeper::drift_speed() const {
 }
 
 bool ExitPathKeeper::has_room(const Vector3d& p_W) const {
-  const double ascent_s = std::max(-p_W.z(), 0.0) / kAscentRate;
-  return !map_.overhead(p_W, std::min(kAscentDrift + drift_speed() * ascent_s, kMaxRoom));
+  return !map_.overhead(p_W, std::min(kAscentDrift + drift_speed() * ascent_s(p_W), kMaxRoom));
 }
 
 // Worth the way: half the time of an ascent.
 bool ExitPathKeeper::is_room_near(const Vector3d& p_W) const {
-  const double ascent_s = std::max(-p_W.z(), 0.0) / kAscentRate;
-  return from_room_ && length(points_) <= 0.5 * ascent_s * path_.speed;
+  return from_room_ && length(points_) <= 0.5 * ascent_s(p_W) * path_.speed;
 }
 
 void ExitPathKeeper::add(const Vector3d& p_W, bool open_above) {
