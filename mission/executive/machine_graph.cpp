@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/xml.h"
 #include "mission/document/guard.h"
 
 namespace dive::mission {
@@ -13,24 +14,6 @@ using statechart::State;
 using statechart::StateId;
 using statechart::StateKind;
 using statechart::Transition;
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
 
 /// In double quotes, for DOT.
 std::string in_quotes(std::string_view text) {
@@ -160,7 +143,7 @@ class ScxmlWriter : Writer {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
         "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" "
         "datamodel=\"ecmascript\" name=\"{}\" initial=\"{}\">\n  <datamodel>\n",
-        escaped(name), targets(transition(state(0).initial)));
+        escape_xml(name), targets(transition(state(0).initial)));
     for (const auto& [variable, value] : Guard::script_variables()) {
       text_ += fmt::format("    <data id=\"{}\" expr=\"{}\"/>\n", variable, value);
     }
@@ -229,7 +212,7 @@ class ScxmlWriter : Writer {
           if (c == '\'' || c == '\\') text += '\\';
           text += c == '\n' || c == '\r' ? ' ' : c;
         }
-        return line(depth, fmt::format("<log expr=\"'{}'\"/>", escaped(text)));
+        return line(depth, fmt::format("<log expr=\"'{}'\"/>", escape_xml(text)));
       }
       case ActionSpec::Kind::kRaise:
         return line(depth, fmt::format("<raise event=\"{}\"/>", action.text.value));
@@ -241,7 +224,7 @@ class ScxmlWriter : Writer {
   void write_transition(const Transition& t, int depth) {
     std::string open = "<transition";
     if (!t.events.empty()) open += fmt::format(" event=\"{}\"", fmt::join(t.events, " "));
-    if (const Guard* g = guard(t)) open += fmt::format(" cond=\"{}\"", escaped(g->script()));
+    if (const Guard* g = guard(t)) open += fmt::format(" cond=\"{}\"", escape_xml(g->script()));
     if (!t.targets.empty()) open += fmt::format(" target=\"{}\"", targets(t));
     if (t.internal) open += " type=\"internal\"";
     if (t.actions.empty()) return line(depth, open + "/>");

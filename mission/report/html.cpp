@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/assert.h"
+#include "common/xml.h"
 
 namespace dive::mission {
 namespace {
@@ -16,28 +17,7 @@ std::string valid_utf8(std::string_view text) {
 
 }  // namespace
 
-std::string escaped_html(std::string_view text) {
-  std::string escaped;
-  for (const char c : valid_utf8(text)) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
+std::string escaped_html(std::string_view text) { return escape_xml(valid_utf8(text)); }
 
 std::string filled_page(std::string_view page,
                         const std::function<std::string(std::string_view name)>& text_for) {
