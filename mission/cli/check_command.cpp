@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -147,16 +149,18 @@ void print_result(const CheckArguments& arguments, const std::optional<LoadedMis
 }
 
 // Writes the card of a mission that is ready; returns 0 or the exit status.
-int write_card(Result& card, const CheckArguments& arguments, const LoadedMission& loaded,
-               const CheckReport& report, const Diagnostics& diagnostics) {
-  if (!card) return kExitSuccess;
+int write_card(Result& card, const CheckArguments& arguments,
+               const std::optional<LoadedMission>& loaded, const CheckReport& report,
+               const Diagnostics& diagnostics) {
+  if (!card || !loaded) return kExitSuccess;
   if (!diagnostics.ok()) {
     note(fmt::format("dive: {}: no card is written, because the mission is not ready to dive",
                      arguments.card));
     return kExitSuccess;
   }
-  return write_result(card, render_card({loaded.mission, report, diagnostics, loaded.map.content(),
-                                         loaded.vehicle.content(), DIVE_VERSION}));
+  return write_result(card,
+                      render_card({loaded->mission, report, diagnostics, loaded->map.content(),
+                                   loaded->vehicle.content(), DIVE_VERSION}));
 }
 
 }  // namespace
@@ -174,6 +178,7 @@ int run_check(const CheckArguments& arguments) {
   }
   Diagnostics diagnostics;
   CheckReport report;
+  Result card;
   const std::optional<LoadedMission> loaded =
       load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
   if (loaded) {
@@ -183,18 +188,16 @@ int run_check(const CheckArguments& arguments) {
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
     options.dive.world = loaded->simulated_world;
-    tl::expected<Result, int> card = open_result(arguments.card, arguments.force);
-    if (!card) return card.error();
+    tl::expected<Result, int> opened = open_result(arguments.card, arguments.force);
+    if (!opened) return opened.error();
+    if (*opened) card.emplace(std::move(**opened));
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
                            progress, clock);
-    diagnostics.sort();
-    if (const int status = write_card(*card, arguments, *loaded, report, diagnostics)) {
-      return status;
-    }
   }
   diagnostics.sort();
+  if (const int status = write_card(card, arguments, loaded, report, diagnostics)) return status;
   print_result(arguments, loaded, report, diagnostics);
   if (diagnostics.ok()) return kExitSuccess;
   // A valid mission that ends badly in simulation has failed; everything else is invalid input.

@@ -9,8 +9,6 @@ namespace dive::mission {
 namespace {
 
 constexpr int kBarWidth = 24;
-constexpr Utime kTerminalPeriod = kMicrosecondsPerSecond / 10;
-constexpr Utime kPlainPeriod = 10 * kMicrosecondsPerSecond;
 
 }  // namespace
 
@@ -22,28 +20,16 @@ std::string progress_bar(double fraction, int width) {
   return "[" + bar + "]";
 }
 
-std::string rounded_duration(double seconds) {
-  const auto whole = std::lround(std::max(seconds, 0.0));
-  if (whole < 60) return fmt::format("{} s", whole);
-  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
-  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
-}
-
 void CheckProgress::on_step(const std::string& what) {
   step_began_ = clock_.now();
-  next_ = step_began_ + (line_.on_terminal() ? 0 : kPlainPeriod);
+  next_ = step_began_ + (line_.on_terminal() ? 0 : line_.period());
   if (!is_quiet_) line_.keep("check: " + what);
-}
-
-std::string time_left(double share, double elapsed_s) {
-  if (share <= 0.0 || share >= 1.0) return "";
-  return fmt::format(", {} left", rounded_duration(elapsed_s * (1.0 - share) / share));
 }
 
 void CheckProgress::on_progress(double done, double total, const std::string& unit, double share) {
   const Utime now = clock_.now();
   if (is_quiet_ || now < next_) return;
-  next_ = now + (line_.on_terminal() ? kTerminalPeriod : kPlainPeriod);
+  next_ = now + line_.period();
   const std::string found = findings_ > 0 ? fmt::format(", {} finding(s)", findings_) : "";
   const std::string bar = line_.on_terminal() ? progress_bar(share, kBarWidth) + " " : "";
   // The duration of a dive is an estimate and may be exceeded.

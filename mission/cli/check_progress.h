@@ -12,12 +12,6 @@ namespace dive::mission {
 /// "[=======>            ]", `width` characters within the brackets; fraction in [0, 1].
 [[nodiscard]] std::string progress_bar(double fraction, int width);
 
-/// "9 s", "3 min 20 s", "2 h 5 min".
-[[nodiscard]] std::string rounded_duration(double seconds);
-
-/// ", 12 s left" after `elapsed_s` with that share of the work done; empty if it says nothing.
-[[nodiscard]] std::string time_left(double share, double elapsed_s);
-
 /// Prints each step and finding on a line; below them a bar with the remaining time, rewritten ten
 /// times a second on a terminal, or a line every ten seconds elsewhere.
 class CheckProgress final : public CheckObserver {

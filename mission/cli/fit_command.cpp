@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "mission/cli/check_progress.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"

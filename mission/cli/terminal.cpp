@@ -1,6 +1,8 @@
 #include "mission/cli/terminal.h"
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -70,7 +72,23 @@ void print_diagnostics(const Diagnostics& diagnostics) {
   }
 }
 
+std::string rounded_duration(double seconds) {
+  const auto whole = std::lround(std::max(seconds, 0.0));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string time_left(double share, double elapsed_s) {
+  if (share <= 0.0 || share >= 1.0) return "";
+  return fmt::format(", {} left", rounded_duration(elapsed_s * (1.0 - share) / share));
+}
+
 ProgressLine::ProgressLine() : on_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+Utime ProgressLine::period() const {
+  return on_terminal_ ? kMicrosecondsPerSecond / 10 : 10 * kMicrosecondsPerSecond;
+}
 
 ProgressLine::~ProgressLine() {
   if (open_) std::fputc('\n', stderr);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/clock.h"
 #include "common/diagnostic.h"
 #include "mission/record/collision.h"
 
@@ -28,6 +29,12 @@ void complain(std::string_view message);
 /// All diagnostics on stderr, then a count.
 void print_diagnostics(const Diagnostics& diagnostics);
 
+/// "9 s", "3 min 20 s", "2 h 5 min".
+[[nodiscard]] std::string rounded_duration(double seconds);
+
+/// ", 12 s left" after `elapsed_s` with that share of the work done; empty if it says nothing.
+[[nodiscard]] std::string time_left(double share, double elapsed_s);
+
 /// A line on stderr that is rewritten in place on a terminal, and printed periodically elsewhere.
 class ProgressLine {
  public:
@@ -37,6 +44,8 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   [[nodiscard]] bool on_terminal() const { return on_terminal_; }
+  /// Time between two calls of show(), us.
+  [[nodiscard]] Utime period() const;
   void show(std::string_view line);
   /// Removes the rewritten line.
   void clear();
