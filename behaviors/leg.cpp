@@ -140,7 +140,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
     return false;
   }
   if (turn == TurnOnto::kNoRoom && recovery_.may_back_off(input.estimate->X_WB.p) &&
-      begin_back_off(input, LegRecovery::BackOffReason::kOtherPath))
+      begin_back_off(input, LegRecovery::BackOffReason::kNoRoom))
     return false;
   take_path(input, std::min(observed_m, plan.clearance_m));
   return false;
@@ -206,6 +206,7 @@ BehaviorOutput Leg::back_off(const BehaviorInput& input) {
   }
   BehaviorOutput output;
   output.command = *command;
+  output.brakes = true;  // there is no room to coast
   progress_.clearance_m = recovery_.clearance_m();
   progress_.cross_track_m = 0.0;
   return output;

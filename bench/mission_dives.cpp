@@ -149,6 +149,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
         for (const planning::ObstacleUpdate& update : in.obstacles) updated += update.cells.size();
         for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
         for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
+        for (const auto& a : out.actions) std::cout << fmt::format("  note: {}\n", a.text);
+        if (out.plan_query) std::cout << fmt::format("  asks: {}\n", out.plan_query->cause);
         if (in.plan) trace_plan(in.plan->plan);
         if (in.now < next) return;
         next = in.now + 500'000;

@@ -82,6 +82,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void follow_behavior();
   void take_obstacle(const planning::ObstacleAhead& obstacle);
   void stop_for_obstacle();
+  void hold_speed();
   void fail(statechart::StateId state, behaviors::Failure failure);
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
