@@ -31,6 +31,10 @@ class PathEvaluator {
   [[nodiscard]] virtual double clearance_to_all(std::span<const Pose> waypoints) = 0;
 };
 
+/// Time between two evaluations of the path ahead while the map does not change, us: what it shows
+/// of that path changes while the vehicle swims.
+inline constexpr Utime kPathCheckPeriod = 250'000;
+
 /// Time after which a request without an answer has failed.
 inline constexpr double kPlanTimeout = 10.0;  // s
 

@@ -160,7 +160,7 @@ void Leg::take_path(const BehaviorInput& input, double clearance_m) {
   } else {
     raise(leg::PathToObserve{plan.clearance_m});
   }
-  progress_.clearance_m = clearance_m;
+  progress_.clearance_m = rest_m_ = clearance_m;
   follower_.set_path(plan.waypoints, input.estimate->X_WB.p);
   if (progress_.expected_s == 0.0) {
     progress_.expected_s = progress_.elapsed_s +
@@ -258,8 +258,7 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
   }
   if (input.obstacle_ahead) return stop_for_obstacle(input);
   const ReplanSignals now = signals(input, certified_m);
-  if (status.finished ||
-      (now.new_clearance_m && is_cut_off(input, *now.new_clearance_m, certified_m))) {
+  if (status.finished || is_cut_off(input, certified_m)) {
     raise(leg::PathEnded{stop_here(estimate.X_WB)});
     return run(input);
   }
@@ -337,13 +336,14 @@ void Leg::way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) co
   follower_.way_ahead(X_WB, seconds * settings_.speed, way);
 }
 
-// Obstacles farther along the path are ignored: they may move, or another path may be found, before
-// the vehicle gets there.
-bool Leg::is_cut_off(const BehaviorInput& input, double rest_m, double certified_m) const {
-  if (rest_m <= 0.0) return true;
+// Obstacles farther along the path are ignored until the vehicle gets there: they may move, or
+// another path may be found.
+bool Leg::is_cut_off(const BehaviorInput& input, double certified_m) {
+  if (rest_m_ <= 0.0) return true;
   const double least =
       settings_.recovery.back_off.min_clearance * std::min(certified_m, settings_.limits.clearance);
-  if (rest_m >= least) return false;
+  if (rest_m_ >= least || (!input.map_changed && input.now < next_check_)) return false;
+  next_check_ = input.now + kPathCheckPeriod;
   std::vector<Pose> way;
   way_ahead(input.estimate->X_WB, kStopSeconds, way);
   return input.observed->clearance(way) < least;
@@ -362,7 +362,7 @@ ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {
       map_opened_ && progress_.distance_to_go_m > straight_m + kWorthReplanning;
   if (input.map_changed && input.observed != nullptr) {
     const double clearance = input.observed->clearance(rest_of_path());
-    signals.new_clearance_m = clearance;
+    signals.new_clearance_m = rest_m_ = clearance;
     signals.path_blocked = clearance < kept(settings_.limits.clearance);
     progress_.clearance_m = std::min(certified_m, clearance);
     progress_.path_is_blocked |= signals.path_blocked;

@@ -83,8 +83,7 @@ class Leg {
   [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input, double certified_m);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
-  [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double rest_m,
-                                double certified_m) const;
+  [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double certified_m);
 
   LegSettings settings_;
   LegGoal goal_;
@@ -100,6 +99,8 @@ class Leg {
   double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
   Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.
   std::optional<estimation::EstimatorKind> estimator_;  ///< Source of the estimate followed last.
+  double rest_m_ = 0.0;   ///< Clearance of the rest of the path when last evaluated, m.
+  Utime next_check_ = 0;  ///< Time of the next look at a path that is blocked farther on.
   bool map_opened_ =
       false;  ///< True if an obstacle has gone since the last request to the planner.
   bool alternative_requested_ = false;  ///< True if requested since the last tick.

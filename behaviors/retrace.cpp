@@ -210,7 +210,9 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   std::optional<retrace::Loss> loss;
   if (is_too_slow) loss = retrace::Loss::kNoProgress;
   if (wants_alternative) loss = retrace::Loss::kUnobservable;
-  if (input.map_changed && input.observed != nullptr && is_blocked(*input.observed)) {
+  const bool is_due = input.map_changed || input.now >= next_check_;
+  if (is_due) next_check_ = input.now + kPathCheckPeriod;
+  if (is_due && input.observed != nullptr && is_blocked(*input.observed)) {
     loss = retrace::Loss::kBlocked;
   }
   if (input.obstacle_ahead) loss = retrace::Loss::kBlocked;

@@ -43,6 +43,29 @@ TEST(Leg, StopsBeforeWhereItsPathHasLostItsClearance) {
   EXPECT_TRUE(output.done);
 }
 
+// It was mapped from afar, and nothing new is mapped when the vehicle gets there.
+TEST(Leg, StopsBeforeWhatWasMappedLongBefore) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  ClearanceAlongX room([&](double x) { return x > 9.0 && x < 11.0 ? 0.3 : 1.2; });
+  vehicle.set_map(&room, nullptr);
+  EXPECT_TRUE(vehicle.tick(leg).plan_request);
+  const std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
+  const planning::PlanResult answer = success(path);
+  const planning::PlanResult failure =
+      testing::plan_answer(planning::PlanStatus::kNoPath, "blocked", {}, 0.0);
+  BehaviorOutput output = vehicle.tick(leg, &answer);
+  room.observe_from(20.0);
+  output = vehicle.tick(leg);
+  vehicle.keep_map();
+  while (vehicle.seconds() < 40.0) {
+    output = vehicle.tick(leg, output.plan_request ? &failure : nullptr);
+  }
+  EXPECT_EQ(output.command.v, 0.0);
+  EXPECT_GT(vehicle.position().x(), 7.0);
+  EXPECT_LT(vehicle.position().x(), 9.0 - 1.0);
+}
+
 // The map has the obstacle a scan or two later.
 TEST(Leg, StopsForAnObstacleInItsWayAndPlansAgainOnceTheMapMayHaveIt) {
   Leg leg(settings(), goal_at(20, 0));

@@ -54,13 +54,14 @@ class PerfectVehicle {
     input.plan = plan;
     input.trail = trail_;
     input.observed = observed_;
-    input.map_changed = observed_ != nullptr;
+    input.map_changed = observed_ != nullptr && map_changes_;
     return input;
   }
   void set_map(PathEvaluator* observed, Trail* trail) {
     observed_ = observed;
     trail_ = trail;
   }
+  void keep_map() { map_changes_ = false; }
   void move_to(const Eigen::Vector3d& p_W) { estimate_.X_WB.p = p_W; }
   [[nodiscard]] const Eigen::Vector3d& position() const { return estimate_.X_WB.p; }
   [[nodiscard]] double seconds() const { return to_seconds(now_); }
@@ -69,6 +70,7 @@ class PerfectVehicle {
   Utime now_ = 0;
   PathEvaluator* observed_ = nullptr;
   Trail* trail_ = nullptr;
+  bool map_changes_ = true;
   estimation::StateEstimate estimate_;
 };
 

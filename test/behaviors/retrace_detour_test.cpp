@@ -107,6 +107,22 @@ TEST_F(RetraceTest, EvaluatesFifteenMetresOfTheTrailAhead) {
   }
 }
 
+TEST_F(RetraceTest, EvaluatesTheTrailAheadAlsoIfTheMapStaysAsItIs) {
+  trail_ = Trail();
+  swim_in({-4, 0, -4}, {40, 0, -4});
+  Retrace retrace = without_map();
+  block(4.1, 4.9);
+  BehaviorOutput output = tick(retrace);
+  turn_to(M_PI);
+  for (; p_W().x() > 4.0 && !output.plan_request; p_W().x() -= 0.05) {
+    now_ += from_seconds(0.1);
+    BehaviorInput unchanged = input();
+    unchanged.observed = &evaluator_;
+    output = retrace.step(unchanged);
+  }
+  EXPECT_NEAR(p_W().x(), 19.5, 0.3);
+}
+
 TEST_F(RetraceTest, FollowsThePathThatWasPlanned) {
   block(4.1, 4.9);
   const std::vector<Pose> north = {pose_at(10, 0), pose_at(10, 3), pose_at(-1, 3)};
