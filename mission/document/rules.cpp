@@ -26,6 +26,10 @@ constexpr Rule kRules[] = {
     {"XSD-VALUE", Severity::kError, "Every value is of its type and within its range."},
     {"XSD-TEXT", Severity::kError, "There is no text where only elements are allowed."},
     {"MIS-COND", Severity::kError, "Every condition can be parsed and has a Boolean value."},
+    {"MIS-ORIGIN", Severity::kError,
+     "A mission with latitudes and longitudes has an origin; magnetic headings have a declination."},
+    {"MIS-POSITION", Severity::kError,
+     "Every position is x and y, or latitude and longitude within 20 km of the origin."},
     {"MIS-MAP", Severity::kError,
      "The map is either a file or unknown; attributes of unknown environments belong to the "
      "latter."},
