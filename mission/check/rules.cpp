@@ -43,6 +43,8 @@ constexpr Rule kMapRules[] = {
     {"MAP-NUMBER", Severity::kError, "Numbers are finite, as many as required, and within 1e6."},
     {"MAP-SIZE", Severity::kError, "Sizes are greater than zero."},
     {"MAP-FRAME", Severity::kError, "Poses are relative to the parent element."},
+    {"MAP-ORIGIN", Severity::kWarning,
+     "The origin of a map is on EARTH_WGS84, its axes are east, north and up."},
     {"MAP-GEOMETRY", Severity::kError, "A collision has one known shape."},
     {"MAP-UNSUPPORTED", Severity::kError,
      "The map contains nothing solid that cannot be represented."},

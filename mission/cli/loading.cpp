@@ -11,6 +11,7 @@
 #include "common/suggest.h"
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
+#include "mission/document/map_file.h"
 #include "planning/world/sdf.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -93,6 +94,9 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
                              [](const std::string& what) { note("dive: " + what); });
   std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;
+  const std::size_t errors_before = diagnostics.error_count();
+  check_map_origin(loaded.mission, *map, diagnostics);
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
   loaded.map = std::move(*map);
   loaded.map_meshes = meshes.bundle();
   loaded.world = std::move(*world);

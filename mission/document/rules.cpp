@@ -27,7 +27,8 @@ constexpr Rule kRules[] = {
     {"XSD-TEXT", Severity::kError, "There is no text where only elements are allowed."},
     {"MIS-COND", Severity::kError, "Every condition can be parsed and has a Boolean value."},
     {"MIS-ORIGIN", Severity::kError,
-     "A mission with latitudes and longitudes has an origin; magnetic headings have a declination."},
+     "A mission with latitudes and longitudes has an origin; magnetic headings have a "
+     "declination."},
     {"MIS-POSITION", Severity::kError,
      "Every position is x and y, or latitude and longitude within 20 km of the origin."},
     {"MIS-MAP", Severity::kError,
@@ -36,6 +37,8 @@ constexpr Rule kRules[] = {
     {"MIS-MAP-OUTSIDE", Severity::kError,
      "The map is beneath the mission's folder, also after symbolic links."},
     {"MIS-MAP-NOT-FOUND", Severity::kError, "The map file exists."},
+    {"MIS-MAP-ORIGIN", Severity::kError,
+     "A map that states its origin has that of the mission, within 0.01 m."},
     {"MIS-CURRENT", Severity::kError,
      "A declared current is constant (speed and towards_deg) or a table with its start."},
     {"MIS-CURRENT-TABLE", Severity::kError,
