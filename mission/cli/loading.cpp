@@ -12,6 +12,7 @@
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
 #include "mission/document/map_file.h"
+#include "planning/world/grid.h"
 #include "planning/world/sdf.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -83,8 +84,10 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
                        std::move(described->urdf)};
   if (!has_simulation_map(loaded.mission)) return loaded;
-  tl::expected<SourceText, std::string> map =
-      read_source_text(loaded.mission.map_path, kMaxMapBytes);
+  const std::string& map_path = loaded.mission.map_path;
+  tl::expected<SourceText, std::string> map = planning::is_grid(map_path)
+                                                  ? planning::grid_as_map(map_path)
+                                                  : read_source_text(map_path, kMaxMapBytes);
   if (!map) {
     diagnostics.error("MIS-MAP-NOT-FOUND", loaded.mission.source, loaded.mission.map_file.span,
                       fmt::format("the map cannot be read: {}", map.error()));

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "common/xml.h"
+#include "planning/world/grid.h"
 #include "planning/world/mesh_facts.h"
 #include "planning/world/mesh_remarks.h"
 #include "planning/world/sdf_geometry.h"
@@ -219,6 +220,7 @@ std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, Mesh
 std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                               Resources resources) {
   MeshFiles meshes(path, resources);
+  if (is_grid(path)) return parse_sdf(grid_as_map(path), diagnostics, meshes);
   return read_tree(read_xml(path, kSdfLimits, diagnostics), diagnostics, meshes);
 }
 

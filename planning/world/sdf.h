@@ -31,7 +31,7 @@ namespace dive::planning {
 [[nodiscard]] std::optional<GeoPoint> sdf_origin(const SourceText& source,
                                                  Diagnostics& diagnostics);
 
-/// Reads the file and parses it, with MeshFiles.
+/// Reads the file, an SDF world or a bathymetric grid (grid.h), and parses it, with MeshFiles.
 [[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                                             Resources resources = Resources::kInFolder);
 

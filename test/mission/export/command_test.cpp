@@ -102,5 +102,35 @@ TEST(ExportCommand, AMissionWithAnOriginBecomesGeoJson) {
   EXPECT_GT(paths, 1U);
 }
 
+TEST(ExportCommand, AGridIsAMapOfAMissionItsLogAndItsShape) {
+  fs::create_directories(folder());
+  std::string grid = "ncols 15\nnrows 15\nxllcenter -14\nyllcenter -14\ncellsize 2\n";
+  for (int row = 0; row < 15; ++row) {
+    for (int column = 0; column < 15; ++column) grid += fmt::format("{} ", -8.0 - 0.1 * column);
+    grid += "\n";
+  }
+  std::ofstream(folder() / "bottom.asc") << grid;
+  std::ofstream(folder() / "over.xml")
+      << "<mission xmlns=\"urn:dive:mission:1\" id=\"over\"><vehicle model=\"aqua2\" "
+         "speed=\"0.4\"/>"
+         "<map file=\"bottom.asc\"/><start x=\"-6\" y=\"0\" z=\"1\" z_units=\"DEPTH\" "
+         "heading_deg=\"90\"/><limits max_depth=\"9\" min_altitude=\"0.5\" clearance=\"0.6\" "
+         "mission_timeout=\"300\" battery_reserve=\"0.3\"/><states initial=\"there\"><goto "
+         "id=\"there\" x=\"0\" y=\"0\" z=\"3\" z_units=\"ALTITUDE\" timeout=\"90\" "
+         "on_timeout=\"up\"><transition event=\"done.state.there\" target=\"up\"/></goto><surface "
+         "id=\"up\"><transition event=\"done.state.up\" target=\"end\"/></surface><final "
+         "id=\"end\"/></states></mission>";
+  const Ran dived = run("run over.xml --log over.lcmlog --force --json");
+  ASSERT_EQ(dived.status, 0) << dived.err << dived.out;
+  fs::rename(folder() / "bottom.asc", folder() / "elsewhere.asc");
+  EXPECT_EQ(run("replay over.lcmlog").status, 0) << "a log needs no other file";
+  const Ran shape = run("export elsewhere.asc --format ply --force");
+  EXPECT_EQ(shape.status, 0) << shape.err;
+  EXPECT_THAT(testing::content_of((folder() / "elsewhere.ply").string()),
+              HasSubstr("element face 392\n"));
+  const Ran plan = run("plan --map elsewhere.asc --start -6,0,-3 --goal 6,0,-3 --json");
+  EXPECT_EQ(plan.status, 0) << plan.err;
+}
+
 }  // namespace
 }  // namespace dive::mission
