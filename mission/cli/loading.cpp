@@ -106,6 +106,9 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
     if (!loaded.simulated_world) return std::nullopt;
+    const auto text = read_source_text(simulated, kMaxMapBytes);
+    if (text && !planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
+    if (diagnostics.error_count() != errors_before) return std::nullopt;
   }
   return loaded;
 }
