@@ -5,12 +5,12 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "mission/check/route_plan.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/output.h"
+#include "mission/cli/plan_legs.h"
 #include "mission/cli/terminal.h"
 #include "mission/cli/work_progress.h"
 #include "mission/export/export_format.h"
@@ -53,13 +53,8 @@ Read read_mission_file(const ExportArguments& arguments) {
   if (!loaded) return tl::unexpected<int>(kExitUsage);
   const planning::Scene scene(loaded->world);
   const Route route = nominal_route(loaded->mission, scene);
-  SteadyClock clock;
-  WorkProgress progress(clock, "planning", arguments.json);
-  const std::vector<PlannedRouteLeg> legs = plan_route(
-      route, loaded->world, loaded->model.hull, planning::PlannerOptions{}, arguments.seed,
-      [&](std::size_t planned) {
-        progress.show(static_cast<double>(planned) / static_cast<double>(route.legs.size()));
-      });
+  const std::vector<PlannedRouteLeg> legs =
+      plan_legs(*loaded, route, arguments.seed, arguments.json);
   Diagnostics failed;
   report_failed_plans(route, legs, loaded->mission, failed);
   print_diagnostics(failed);
