@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <vector>
 
@@ -5,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "common/input_file.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
@@ -109,6 +111,11 @@ Read read(ExportKind kind, const ExportArguments& arguments) {
 // Prints an error if this kind of file has not this format.
 bool can_export(FileKind file, ExportFormat format, const std::string& path) {
   const std::optional<ExportKind> kind = export_kind(file);
+  const auto readable = open_input_stream(path);
+  if (!readable) {
+    complain(fmt::format("{}: the file cannot be read: {}", path, readable.error()));
+    return false;
+  }
   if (!kind) {
     complain(fmt::format("{}: this is {}: missions, logs, maps and point clouds can be exported",
                          path, in_words(file)));

@@ -12,12 +12,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // 1e-9 degrees are 0.1 mm.
-double rounded(double value, double step) { return std::round(value / step) * step; }
+double rounded(double value, double scale) { return std::round(value * scale) / scale; }
 
 Json position(const GeoPoint& origin, const Eigen::Vector3d& p_W) {
   const GeoPoint point = to_geographic(origin, p_W.head<2>());
-  return {rounded(point.longitude_deg, 1e-9), rounded(point.latitude_deg, 1e-9),
-          rounded(p_W.z(), 1e-4)};
+  return {rounded(point.longitude_deg, 1e9), rounded(point.latitude_deg, 1e9),
+          rounded(p_W.z(), 1e4)};
 }
 
 Json feature(const char* type, Json coordinates, Json properties) {

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
+#include <istream>
 #include <optional>
 #include <string_view>
 
@@ -186,7 +188,7 @@ bool is_grid(const std::string& path) {
   const auto file = open_input_stream(path);
   if (!file) return false;
   std::string key;
-  **file >> key;
+  **file >> std::setw(16) >> key;  // of a file without blanks not all
   return lower(key.substr(0, 8)) == "ncols";
 }
 

@@ -1,5 +1,6 @@
 // `dive export`, as it is typed.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -47,6 +48,7 @@ TEST(ExportCommand, NamesTheFormatsThatAKindOfFileHas) {
   EXPECT_THAT(scenario.err, HasSubstr("this is a scenario"));
   const Ran none = run("export none.xml --format csv");
   EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("none.xml: the file cannot be read"));
 }
 
 TEST(ExportCommand, GeographicFormatsNeedAnOrigin) {
