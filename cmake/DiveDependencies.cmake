@@ -57,6 +57,7 @@ dive_imported_library(dive_ompl ompl/config.h ompl SUFFIXES ompl-1.5)
 dive_imported_library(dive_lcm lcm/lcm.h lcm)
 dive_imported_library(dive_sodium sodium.h sodium)
 dive_imported_library(dive_sleef sleef.h sleef)
+dive_imported_library(dive_geographiclib GeographicLib/LocalCartesian.hpp GeographicLib)
 dive_imported_library(dive_systemd systemd/sd-daemon.h systemd)
 
 # Of PCL only what is used: its CMake package would bring VTK, which takes longer to load than all

@@ -36,13 +36,15 @@ constexpr void (*kWayRules[])(CheckContext&) = {
 };
 
 constexpr Rule kMapRules[] = {
-    {"MAP-ROOT", Severity::kError, "A map is an SDF file."},
+    {"MAP-ROOT", Severity::kError, "A map is an SDF file, or a bathymetric grid (ESRI ASCII)."},
     {"MAP-VERSION", Severity::kError, "Its SDF version is from 1.4 to 1.11."},
     {"MAP-WORLDS", Severity::kError, "A map holds one world."},
     {"MAP-MISSING", Severity::kError, "Elements have the required names, shapes and values."},
     {"MAP-NUMBER", Severity::kError, "Numbers are finite, as many as required, and within 1e6."},
     {"MAP-SIZE", Severity::kError, "Sizes are greater than zero."},
     {"MAP-FRAME", Severity::kError, "Poses are relative to the parent element."},
+    {"MAP-ORIGIN", Severity::kWarning,
+     "The origin of a map is on EARTH_WGS84, its axes are east, north and up."},
     {"MAP-GEOMETRY", Severity::kError, "A collision has one known shape."},
     {"MAP-UNSUPPORTED", Severity::kError,
      "The map contains nothing solid that cannot be represented."},

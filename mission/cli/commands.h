@@ -191,6 +191,16 @@ struct ImportArguments {
   bool force = false;  ///< Replace results that exist.
 };
 
+struct ExportArguments {
+  std::string file;    ///< A mission, a log, a map or a point cloud.
+  std::string format;  ///< One of format_names().
+  std::string output;  ///< Empty: named after the file, in the working folder.
+  std::uint64_t seed = 1;
+  bool json = false;
+  bool force = false;          ///< Replace results that exist.
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
+};
+
 struct FitArguments {
   std::vector<std::string> logs;
   std::vector<std::string> validate;  ///< Logs that are not fitted; none: each dive in turn.
@@ -231,6 +241,7 @@ struct CommandTable;
 [[nodiscard]] int run_report(const ReportArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);
 [[nodiscard]] int run_import(const ImportArguments& arguments);
+[[nodiscard]] int run_export(const ExportArguments& arguments);
 [[nodiscard]] int run_fit(const FitArguments& arguments);
 [[nodiscard]] int run_estimate(const EstimateArguments& arguments);
 [[nodiscard]] int run_tests(const TestArguments& arguments);

@@ -17,8 +17,10 @@ constexpr std::string_view kBlanks = " \t\r\n";
 
 constexpr std::array<std::pair<std::string_view, FileKind>, 3> kRoots{
     {{"mission", FileKind::kMission}, {"scenario", FileKind::kScenario}, {"sdf", FileKind::kMap}}};
-constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
+constexpr std::array<std::pair<std::string_view, FileKind>, 8> kMagics{
     {{kLogMagic, FileKind::kLog},
+     {"ncols", FileKind::kMap},
+     {"NCOLS", FileKind::kMap},
      {"ply\n", FileKind::kCloud},
      {"ply\r\n", FileKind::kCloud},
      {"# .PCD", FileKind::kCloud},

@@ -11,6 +11,8 @@
 #include "common/suggest.h"
 #include "common/xml.h"
 #include "mission/cli/terminal.h"
+#include "mission/document/map_file.h"
+#include "planning/world/grid.h"
 #include "planning/world/sdf.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -82,8 +84,10 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
                        std::move(described->urdf)};
   if (!has_simulation_map(loaded.mission)) return loaded;
-  tl::expected<SourceText, std::string> map =
-      read_source_text(loaded.mission.map_path, kMaxMapBytes);
+  const std::string& map_path = loaded.mission.map_path;
+  tl::expected<SourceText, std::string> map = planning::is_grid(map_path)
+                                                  ? planning::grid_as_map(map_path)
+                                                  : read_source_text(map_path, kMaxMapBytes);
   if (!map) {
     diagnostics.error("MIS-MAP-NOT-FOUND", loaded.mission.source, loaded.mission.map_file.span,
                       fmt::format("the map cannot be read: {}", map.error()));
@@ -93,12 +97,18 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
                              [](const std::string& what) { note("dive: " + what); });
   std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
   if (!world) return std::nullopt;
+  const std::size_t errors_before = diagnostics.error_count();
+  check_map_origin(loaded.mission, *map, diagnostics);
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
   loaded.map = std::move(*map);
   loaded.map_meshes = meshes.bundle();
   loaded.world = std::move(*world);
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
     if (!loaded.simulated_world) return std::nullopt;
+    const auto text = read_source_text(simulated, kMaxMapBytes);
+    if (text && !planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
+    if (diagnostics.error_count() != errors_before) return std::nullopt;
   }
   return loaded;
 }

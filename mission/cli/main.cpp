@@ -36,6 +36,7 @@ struct Arguments {
   ReportArguments report;
   GraphArguments graph;
   ImportArguments import;
+  ExportArguments exported;
   FitArguments fit;
   EstimateArguments estimate;
   SimArguments sim;
@@ -59,6 +60,7 @@ void add_commands(CLI::App& app, Arguments& arguments) {
   add_report(app, arguments.report);
   add_graph(app, arguments.graph);
   add_import(app, arguments.import);
+  add_export(app, arguments.exported);
   add_fit(app, arguments.fit);
   add_estimate(app, arguments.estimate);
   add_sim(app, arguments.sim);
@@ -87,6 +89,7 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("report")) return run_report(arguments.report);
   if (app.got_subcommand("graph")) return run_graph(arguments.graph);
   if (app.got_subcommand("import")) return run_import(arguments.import);
+  if (app.got_subcommand("export")) return run_export(arguments.exported);
   if (app.got_subcommand("fit")) return run_fit(arguments.fit);
   if (app.got_subcommand("estimate")) return run_estimate(arguments.estimate);
   if (app.got_subcommand("sim")) return run_sim(arguments.sim);

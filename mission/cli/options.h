@@ -22,6 +22,7 @@ void add_import(CLI::App& app, ImportArguments& arguments);
 void add_replay(CLI::App& app, ReplayArguments& arguments);
 void add_explain(CLI::App& app, ExplainArguments& arguments);
 void add_report(CLI::App& app, ReportArguments& arguments);
+void add_export(CLI::App& app, ExportArguments& arguments);
 void add_fit(CLI::App& app, FitArguments& arguments);
 void add_estimate(CLI::App& app, EstimateArguments& arguments);
 

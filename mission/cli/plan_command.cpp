@@ -16,8 +16,8 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/mesh_report.h"
 #include "mission/cli/output.h"
+#include "mission/cli/plan_legs.h"
 #include "mission/cli/terminal.h"
-#include "mission/cli/work_progress.h"
 #include "planning/mapping/cloud_world.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
@@ -75,14 +75,8 @@ int plan_mission(const PlanArguments& arguments) {
   if (arguments.allow_reduced) {
     for (RouteLeg& leg : route.legs) leg.reduced_clearance = 0.0;
   }
-  SteadyClock clock;
-  WorkProgress progress(clock, "planning", arguments.json);
-  const std::vector<PlannedRouteLeg> legs = plan_route(
-      route, loaded->world, loaded->model.hull, planning::PlannerOptions{}, arguments.seed,
-      [&](std::size_t planned) {
-        progress.show(static_cast<double>(planned) / static_cast<double>(route.legs.size()));
-      });
-  progress.clear();
+  const std::vector<PlannedRouteLeg> legs =
+      plan_legs(*loaded, route, arguments.seed, arguments.json);
   if (arguments.json) {
     nlohmann::ordered_json plans = nlohmann::ordered_json::array();
     for (const PlannedRouteLeg& leg : legs) {

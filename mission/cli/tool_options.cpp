@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "mission/cli/options.h"
+#include "mission/export/export_format.h"
 
 namespace dive::mission {
 
@@ -20,6 +21,38 @@ void add_new(CLI::App& app, NewArguments& arguments) {
   command->add_option("FILE", arguments.file, "Mission file to write (default: KIND.xml)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--json", arguments.json, kJsonHelp);
+}
+
+void add_export(CLI::App& app, ExportArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "export",
+      "Examples:\n"
+      "  dive export missions/window.xml --format gltf                 map and planned path\n"
+      "  dive export survey.xml --format geojson --output survey.geojson   for a GIS\n"
+      "  dive export dive-runs/window-seed1.lcmlog --format mcap       Foxglove, PlotJuggler\n"
+      "  dive export dive-runs/window-seed1.lcmlog --format csv        the track as a table\n"
+      "  dive export missions/maps/wreck.sdf --format ply              CloudCompare, ParaView\n\n"
+      "Writes a mission with its plan, a log, a map or a point cloud for other tools. Missions: "
+      "geojson,\n"
+      "kml, csv, ply, gltf; logs: these and mcap; maps and clouds: ply, gltf. geojson and kml need "
+      "the\n"
+      "mission's <origin>.");
+  command->add_option("FILE", arguments.file, "Mission, log, map (SDF) or point cloud")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--format", arguments.format, "geojson, kml, csv, ply, gltf or mcap")
+      ->type_name("FORMAT")
+      ->required()
+      ->check(CLI::IsMember(format_names()));
+  command
+      ->add_option(
+          "--output", arguments.output,
+          "File to write (default: the name of FILE with the format, in the working folder)")
+      ->type_name("FILE");
+  command->add_option("--seed", arguments.seed, "Mission: seed of the path search")->type_name("N");
+  command->add_flag("--force", arguments.force, kForceHelp);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 

@@ -2,10 +2,15 @@
 
 #include <filesystem>
 
+#include <fmt/format.h>
+
 #include "mission/document/file_beneath.h"
+#include "planning/world/sdf.h"
 
 namespace dive::mission {
 namespace {
+
+constexpr double kSameOrigin = 0.01;  // m
 
 std::string resolve(const Located<std::string>& file, const Mission& mission,
                     Diagnostics& diagnostics) {
@@ -27,6 +32,21 @@ void resolve_maps(Mission& mission, Diagnostics& diagnostics) {
   if (mission.simulation_map) {
     mission.simulation_map_path = resolve(*mission.simulation_map, mission, diagnostics);
   }
+}
+
+void check_map_origin(const Mission& mission, const SourceText& map, Diagnostics& diagnostics) {
+  const std::optional<GeoPoint> stated = planning::sdf_origin(map, diagnostics);
+  if (!stated || !mission.origin) return;
+  const auto offset = to_plane(mission.origin->place, *stated);
+  if (offset && offset->norm() <= kSameOrigin) return;
+  diagnostics.error(
+      "MIS-MAP-ORIGIN", mission.source, mission.origin->span,
+      fmt::format("the map {} has its origin at latitude {}, longitude {}, {} from that of the "
+                  "mission",
+                  std::filesystem::path(map.path()).filename().string(), stated->latitude_deg,
+                  stated->longitude_deg,
+                  offset ? fmt::format("{:.2f} m", offset->norm()) : "more than 20 km"),
+      "x and y of map and mission must mean the same places: correct the origin that is wrong");
 }
 
 }  // namespace dive::mission

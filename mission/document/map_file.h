@@ -10,4 +10,8 @@ namespace dive::mission {
 /// MIS-MAP-OUTSIDE, MIS-MAP-NOT-FOUND.
 void resolve_maps(Mission& mission, Diagnostics& diagnostics);
 
+/// Reports a map (SDF, accepted by the reader of maps) whose stated origin is not that of the
+/// mission. Codes: MIS-MAP-ORIGIN, MAP-ORIGIN, MAP-NUMBER.
+void check_map_origin(const Mission& mission, const SourceText& map, Diagnostics& diagnostics);
+
 }  // namespace dive::mission

@@ -13,6 +13,7 @@
 #include "behaviors/failsafes.h"
 #include "common/declared_current.h"
 #include "common/diagnostic.h"
+#include "common/geodesy.h"
 #include "common/source_text.h"
 #include "mission/document/guard.h"
 #include "planning/attitude_mode.h"
@@ -147,6 +148,13 @@ enum class UnknownPolicy {
 /// Behaviour of an executive after a restart.
 enum class ResumePolicy { kContinue, kHold, kSurface };
 
+/// The place on the earth of x = y = 0.
+struct Origin {
+  GeoPoint place;
+  std::optional<double> declination_deg;  ///< Magnetic north, clockwise from true north.
+  Span span;
+};
+
 /// Whose abort is accepted on a link with a key.
 enum class AbortAuthority { kAnyone, kKey };
 
@@ -179,7 +187,8 @@ struct Mission {
   SourceText source;
   std::string id;
   std::string description;
-  Located<double> speed;  ///< m/s
+  std::optional<Origin> origin;  ///< If the mission states it.
+  Located<double> speed;         ///< m/s
   planning::AttitudeMode attitude = planning::AttitudeMode::kFree;
   /// Set: the environment is unknown when the dive begins, and `map_file` is the simulated world.
   /// The vehicle never receives it.

@@ -7,6 +7,7 @@
 #include "common/assert.h"
 #include "mission/document/attribute_reader.h"
 #include "mission/document/current_reader.h"
+#include "mission/document/geographic.h"
 #include "mission/document/state_reader.h"
 
 namespace dive::mission {
@@ -238,7 +239,10 @@ class Reader {
 
 Mission read_mission(XmlDocument document, const Language& language, Diagnostics& diagnostics) {
   language.add_defaults(document.root);
+  std::optional<Origin> origin =
+      resolve_positions(document.root, document.source, language, diagnostics);
   Mission mission = Reader(document.source, language, diagnostics).read(document.root);
+  mission.origin = std::move(origin);
   mission.source = std::move(document.source);
   return mission;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -168,12 +169,13 @@ class Reader {
     const auto latitude = elements_.number(element, {"lat"});
     const auto longitude = elements_.number(element, {"lon"});
     if (!latitude || !longitude) return;
-    mission.origin = fmt::format("latitude {}, longitude {}", element.attribute("lat")->value,
-                                 element.attribute("lon")->value);
+    if (std::abs(*latitude) > 90.0 || std::abs(*longitude) > 180.0) {
+      return elements_.error(element.span, fmt::format("{} is not on the earth", in_words(element)),
+                             "latitudes are -90 to 90 degrees, longitudes -180 to 180");
+    }
+    mission.origin = GeoPoint{*latitude, *longitude};
     report_.note("IMP-ORIGIN", element.span,
-                 fmt::format("{} is the origin of x and y: it goes into the description because "
-                             "missions are in metres",
-                             in_words(element)));
+                 fmt::format("{} is the origin of x and y", in_words(element)));
   }
 
   void add(const XmlElement& element, ForeignMission& mission) {

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "common/geodesy.h"
 #include "common/source_text.h"
 #include "mission/document/rules.h"
 #include "mission/import/import_report.h"
@@ -44,9 +45,9 @@ struct ForeignStart {
 struct ForeignMission {
   std::string id;
   std::string description;
-  std::string origin;                 ///< Origin of x and y, in words; empty where it is not given.
-  std::optional<ForeignStart> start;  ///< Absent: the first point of the first leg.
-  std::vector<ForeignLeg> legs;       ///< At least one.
+  std::optional<GeoPoint> origin;      ///< Origin of x and y, where the file gives it.
+  std::optional<ForeignStart> start;   ///< Absent: the first point of the first leg.
+  std::vector<ForeignLeg> legs;        ///< At least one.
   std::vector<Eigen::Vector2d> fence;  ///< Corners, x east, y north, m; empty: none.
   std::vector<std::string> payload;    ///< Payload commands after the last leg.
   std::string speed_name;              ///< The format's name for the speed of a leg, for findings.
@@ -89,9 +90,9 @@ void report_defects(const ForeignMission& mission, ImportReport& report);
 [[nodiscard]] std::optional<ForeignMission> read_acfr(const std::string& path,
                                                       ImportReport& report);
 
-/// Reads QGroundControl's .plan (JSON) or a waypoint file ("QGC WPL 110"). Positions are relative
-/// to the first one. Altitudes above the surface are rejected, unless `depth_m` gives the depth to
-/// swim at.
+/// Reads QGroundControl's .plan (JSON) or a waypoint file ("QGC WPL 110"). The first position
+/// is the origin; all others are within 20 km of it. Altitudes above the surface are rejected,
+/// unless `depth_m` gives the depth to swim at.
 [[nodiscard]] std::optional<ForeignMission> read_qgc(const std::string& path,
                                                      std::optional<double> depth_m,
                                                      ImportReport& report);

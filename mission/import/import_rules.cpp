@@ -33,7 +33,8 @@ constexpr Rule kRules[] = {
     {"IMP-SUBMERGED", Severity::kWarning, "The mission ends at the surface."},
     {"IMP-SCALED", Severity::kNote, "Where the speed changes, timeouts change by the same ratio."},
     {"IMP-PAYLOAD", Severity::kNote, "The payload accepts the commands of the mission."},
-    {"IMP-ORIGIN", Severity::kNote, "Latitudes and longitudes are metres about an origin."},
+    {"IMP-ORIGIN", Severity::kNote,
+     "Latitudes and longitudes become metres about the mission's origin."},
     {"IMP-LEFT-OUT", Severity::kNote, "Elements without a counterpart in a mission are left out."},
     {"IMP-ADDED", Severity::kNote, "Elements that a mission needs and the file lacks are added."},
 };

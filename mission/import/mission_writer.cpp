@@ -25,9 +25,9 @@ constexpr double kMaxDepthLimit = 200.0;
 
 using Eigen::Vector2d;
 
-// Millimetre resolution, without an exponent, which XML's decimals do not allow.
-std::string decimal(double value) {
-  std::string text = fmt::format("{:.3f}", value);
+// Millimetre resolution by default, without an exponent, which XML's decimals do not allow.
+std::string decimal(double value, int digits = 3) {
+  std::string text = fmt::format("{:.{}f}", value, digits);
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
   return text == "-0" ? "0" : text;
@@ -260,9 +260,11 @@ std::string write_leg(const ForeignLeg& leg, std::size_t number, std::size_t cou
                     number, next, single ? "goto" : "goal_sequence");
 }
 
-std::string write_description(const ForeignMission& mission) {
-  if (mission.origin.empty()) return escape_xml(mission.description);
-  return escape_xml(fmt::format("{} (origin of x and y: {})", mission.description, mission.origin));
+// 1e-9 degrees are 0.1 mm.
+std::string write_origin(const std::optional<GeoPoint>& origin) {
+  if (!origin) return {};
+  return fmt::format("  <origin latitude=\"{}\" longitude=\"{}\"/>\n",
+                     decimal(origin->latitude_deg, 9), decimal(origin->longitude_deg, 9));
 }
 
 std::string write_fence(const std::vector<Vector2d>& corners) {
@@ -333,16 +335,17 @@ Imported write_mission(const ForeignMission& mission, const ImportOptions& optio
           "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
           "<!-- From {}. The map is a flat seabed at {} m: put the real one in its place. -->\n"
           "<mission xmlns=\"urn:dive:mission:1\" id=\"{}\">\n"
-          "  <description>{}</description>\n"
+          "  <description>{}</description>\n{}"
           "  <vehicle model=\"aqua2\" speed=\"{}\"/>\n"
           "  <map file=\"{}\"/>\n"
           "  <start x=\"{}\" y=\"{}\" z=\"{}\" z_units=\"DEPTH\" heading_deg=\"{}\"/>\n"
           "  <limits max_depth=\"{}\" min_altitude=\"{:g}\" clearance=\"{:g}\"\n"
           "          mission_timeout=\"{}\" battery_reserve=\"{:g}\"/>\n",
-          in_comment(from), decimal(added.seabed_m), mission.id, write_description(mission),
-          decimal(added.speed), result.map_name, decimal(added.start.x()), decimal(added.start.y()),
-          kStartDepth, decimal(added.heading_deg), decimal(added.max_depth), kMinAltitude,
-          added.clearance, decimal(added.mission_timeout), kReserve) +
+          in_comment(from), decimal(added.seabed_m), mission.id, escape_xml(mission.description),
+          write_origin(mission.origin), decimal(added.speed), result.map_name,
+          decimal(added.start.x()), decimal(added.start.y()), kStartDepth,
+          decimal(added.heading_deg), decimal(added.max_depth), kMinAltitude, added.clearance,
+          decimal(added.mission_timeout), kReserve) +
       write_fence(mission.fence) + write_states(mission, added) + "</mission>\n";
   return result;
 }

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "common/se3.h"
 #include "mission/import/foreign_mission.h"
 #include "mission/import/qgc_items.h"
 
@@ -16,9 +15,10 @@ namespace dive::mission {
 namespace {
 
 constexpr std::size_t kMaxBytes = 4U << 20U;
-constexpr double kEquator = 6'378'137.0;       // m, WGS 84
-constexpr double kEccentricity2 = 0.00669438;  // its first eccentricity, squared
-constexpr double kMaxDwell = 86400.0;          // s
+constexpr double kMaxDwell = 86400.0;  // s
+
+constexpr const char* kTooFar = "more than 20 km from the first waypoint";
+constexpr const char* kTooFarHint = "divide the plan, or correct the position";
 
 constexpr int kWaypoint = 16;
 constexpr int kLoiterTime = 19;
@@ -105,7 +105,17 @@ class Builder {
       report_.error("IMP-QGC", Span{1, 1, 1}, "there is no waypoint that can be swum");
     }
     if (!report_.ok()) return std::nullopt;
-    for (const QgcPoint& corner : plan.fence) mission_.fence.push_back(in_world(corner));
+    for (const GeoPoint& corner : plan.fence) {
+      const auto p = to_plane(*mission_.origin, corner);
+      if (!p) {
+        report_.error("IMP-QGC", Span{1, 1, 1},
+                      fmt::format("the corner of the geofence at {}, {} is {}", corner.latitude_deg,
+                                  corner.longitude_deg, kTooFar),
+                      kTooFarHint);
+        return std::nullopt;
+      }
+      mission_.fence.push_back(*p);
+    }
     mission_.payload = std::move(payload_);
     return std::move(mission_);
   }
@@ -206,9 +216,11 @@ class Builder {
       return error(item, "latitude 0 and longitude 0 stand for where the vehicle is then",
                    "give the position");
     }
+    const auto p = in_world({*latitude, *longitude});
+    if (!p) return error(item, fmt::format("the waypoint is {}", kTooFar), kTooFarHint);
     ForeignLeg leg;
     leg.span = item.span;
-    leg.points = {in_world({*latitude, *longitude})};
+    leg.points = {*p};
     if (!set_height(item, *altitude, leg)) return;
     set_arrival(item, leg);
     leg.speed = speed_;
@@ -292,29 +304,21 @@ class Builder {
     leg.heading_deg = *yaw - 360.0 * std::floor(*yaw / 360.0);
   }
 
-  // Position east and north of the first waypoint, by the ellipsoid's radii of curvature there.
-  Eigen::Vector2d in_world(const QgcPoint& point) {
-    if (!home_) {
-      home_ = point;
-      mission_.origin = fmt::format("latitude {}, longitude {}", point.latitude, point.longitude);
+  // The first waypoint is the origin.
+  std::optional<Eigen::Vector2d> in_world(const GeoPoint& point) {
+    if (!mission_.origin) {
+      mission_.origin = point;
       report_.note("IMP-ORIGIN", Span{1, 1, 1},
-                   fmt::format("the first waypoint, {}, is the origin of x and y: it goes into the "
-                               "description because missions are in metres",
-                               mission_.origin));
+                   fmt::format("the first waypoint, latitude {}, longitude {}, is the origin of x "
+                               "and y",
+                               point.latitude_deg, point.longitude_deg));
     }
-    const double sine = std::sin(deg_to_rad(home_->latitude));
-    const double curvature = 1.0 - kEccentricity2 * sine * sine;
-    const double across = kEquator / std::sqrt(curvature);
-    const double along = kEquator * (1.0 - kEccentricity2) / std::pow(curvature, 1.5);
-    const double turn = std::remainder(point.longitude - home_->longitude, 360.0);
-    return {across * std::cos(deg_to_rad(home_->latitude)) * deg_to_rad(turn),
-            along * deg_to_rad(point.latitude - home_->latitude)};
+    return to_plane(*mission_.origin, point);
   }
 
   ImportReport& report_;
   std::optional<double> depth_m_;
   ForeignMission mission_;
-  std::optional<QgcPoint> home_;
   std::optional<double> speed_;
   Span speed_span_;
   bool yaw_zero_is_open_ = false;

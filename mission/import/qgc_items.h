@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/geodesy.h"
 #include "mission/import/import_report.h"
 
 namespace dive::mission {
@@ -20,15 +21,9 @@ struct QgcItem {
 
 inline constexpr std::size_t kMaxQgcItems = 990;  ///< Limit for one of our missions.
 
-/// Degrees.
-struct QgcPoint {
-  double latitude = 0.0;
-  double longitude = 0.0;
-};
-
 struct QgcPlan {
   std::vector<QgcItem> items;
-  std::vector<QgcPoint> fence;    ///< The single inclusion polygon; empty: none.
+  std::vector<GeoPoint> fence;    ///< The single inclusion polygon; empty: none.
   bool yaw_zero_is_open = false;  ///< A waypoint with param4 = 0 has no yaw, as in ArduPilot.
 };
 

@@ -186,7 +186,7 @@ class PlanReader {
 
   void read_fence(const json& fence) {
     report_keys(fence, "the geofence");
-    std::vector<std::vector<QgcPoint>> inside;
+    std::vector<std::vector<GeoPoint>> inside;
     if (fence.contains("polygon") && !fence["polygon"].empty()) {
       inside.push_back(corners(fence["polygon"]));
     }
@@ -224,8 +224,8 @@ class PlanReader {
     return object.contains(key) && object[key].is_array() ? object[key] : kNone;
   }
 
-  std::vector<QgcPoint> corners(const json& list) {
-    std::vector<QgcPoint> points;
+  std::vector<GeoPoint> corners(const json& list) {
+    std::vector<GeoPoint> points;
     for (const json& point : list) {
       if (point.is_array() && point.size() >= 2 && point[0].is_number() && point[1].is_number()) {
         points.push_back({point[0].get<double>(), point[1].get<double>()});

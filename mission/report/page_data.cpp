@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
 
-#include "mission/report/drawn_mesh.h"
+#include "mission/drawing/drawn_mesh.h"
 #include "mission/report/packed.h"
 #include "vehicle/convex_hull.h"
 

@@ -15,6 +15,7 @@
 #include "common/fnv.h"
 #include "common/input_file.h"
 #include "planning/world/assimp_files.h"
+#include "planning/world/grid.h"
 
 namespace dive::planning {
 namespace {
@@ -91,6 +92,11 @@ void read_collada_asset(const std::string& path, MeshFile& file) {
 }  // namespace
 
 tl::expected<MeshFile, std::string> read_mesh(const std::string& path) {
+  if (is_grid(path)) {
+    return read_grid(path).map([](TriangleMesh mesh) {
+      return MeshFile{std::move(mesh), {}, '\0'};
+    });
+  }
   Assimp::Importer importer;
   importer.SetIOHandler(new AssimpFiles(path));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

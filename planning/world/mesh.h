@@ -21,12 +21,12 @@ struct MeshFile {
   char up_axis = '\0';           ///< 'X', 'Y' or 'Z' as given in the file (COLLADA); not applied.
 };
 
-/// Reads STL, OBJ, PLY, COLLADA and the other formats of Assimp; units and node transforms are
-/// applied, COLLADA's up axis is not (as in Gazebo). Triangles may face either way, overlap, be
-/// unconnected or leave gaps. Vertices at the same position are merged, unused ones left out. Files
-/// that the mesh names are read only in its own folder or beneath it (assimp_files.h).
-/// Errors: an unreadable file, no triangles, numbers that are not finite, more than
-/// `kMaxTriangles`.
+/// Reads STL, OBJ, PLY, COLLADA and the other formats of Assimp, and bathymetric grids (grid.h);
+/// units and node transforms are applied, COLLADA's up axis is not (as in Gazebo). Triangles may
+/// face either way, overlap, be unconnected or leave gaps. Vertices at the same position are
+/// merged, unused ones left out. Files that the mesh names are read only in its own folder or
+/// beneath it (assimp_files.h). Errors: an unreadable file, no triangles, numbers that are not
+/// finite, more than `kMaxTriangles`.
 inline constexpr std::size_t kMaxTriangles = 4'000'000;
 [[nodiscard]] tl::expected<MeshFile, std::string> read_mesh(const std::string& path);
 

@@ -7,14 +7,13 @@
 #include <fmt/format.h>
 
 #include "common/xml.h"
+#include "planning/world/grid.h"
 #include "planning/world/mesh_facts.h"
 #include "planning/world/mesh_remarks.h"
 #include "planning/world/sdf_geometry.h"
 
 namespace dive::planning {
 namespace {
-
-constexpr XmlLimits kLimits{.max_bytes = 16U << 20U, .max_depth = 48, .max_elements = 300'000};
 
 // Gazebo's sun is a light; any other include may be a wall.
 constexpr std::array<std::string_view, 2> kLights{"model://sun", "model://sun_lamp"};
@@ -215,13 +214,14 @@ std::optional<World> read_tree(const std::optional<XmlDocument>& document, Diagn
 }  // namespace
 
 std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, MeshSource& meshes) {
-  return read_tree(parse_xml(std::move(source), kLimits, diagnostics), diagnostics, meshes);
+  return read_tree(parse_xml(std::move(source), kSdfLimits, diagnostics), diagnostics, meshes);
 }
 
 std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                               Resources resources) {
   MeshFiles meshes(path, resources);
-  return read_tree(read_xml(path, kLimits, diagnostics), diagnostics, meshes);
+  if (is_grid(path)) return parse_sdf(grid_as_map(path), diagnostics, meshes);
+  return read_tree(read_xml(path, kSdfLimits, diagnostics), diagnostics, meshes);
 }
 
 }  // namespace dive::planning

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/diagnostic.h"
+#include "common/geodesy.h"
 #include "common/source_text.h"
 #include "planning/world/mesh_source.h"
 #include "planning/world/world.h"
@@ -23,7 +24,14 @@ namespace dive::planning {
 [[nodiscard]] std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics,
                                              MeshSource& meshes);
 
-/// Reads the file and parses it, with MeshFiles.
+/// The origin that the world states in <spherical_coordinates>: EARTH_WGS84, latitude_deg and
+/// longitude_deg, axes ENU. The elevation is ignored, because z = 0 is the surface. Empty without
+/// it; also, with the warning MAP-ORIGIN, if the axes are others, and, with the error MAP-NUMBER,
+/// if it is no place on the earth. Requires a source that parse_sdf() has accepted.
+[[nodiscard]] std::optional<GeoPoint> sdf_origin(const SourceText& source,
+                                                 Diagnostics& diagnostics);
+
+/// Reads the file, an SDF world or a bathymetric grid (grid.h), and parses it, with MeshFiles.
 [[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                                             Resources resources = Resources::kInFolder);
 

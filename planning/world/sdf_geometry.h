@@ -12,6 +12,9 @@
 
 namespace dive::planning {
 
+inline constexpr XmlLimits kSdfLimits{
+    .max_bytes = 16U << 20U, .max_depth = 48, .max_elements = 300'000};
+
 struct SdfMesh {
   std::string uri;
   Eigen::Vector3d scale;

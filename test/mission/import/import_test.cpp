@@ -229,9 +229,30 @@ TEST_F(ImportTest, AWaypointFileIsSwumRelativeToItsFirstWaypoint) {
   ASSERT_EQ(mission->legs.size(), 2U);
   EXPECT_EQ(mission->legs[1].z, 3.0);
   // A thousandth of a degree on WGS 84, computed through earth-centred coordinates.
-  EXPECT_NEAR(mission->legs[1].points[0].y(), 111.171, 0.01);
-  EXPECT_NEAR(mission->legs[1].points[0].x(), 76.055, 0.01);
-  EXPECT_TRUE(ours(*mission, "harbour"));
+  EXPECT_NEAR(mission->legs[1].points[0].y(), 111.1713, 1e-3);
+  EXPECT_NEAR(mission->legs[1].points[0].x(), 76.0546, 1e-3);
+  const auto imported = ours(*mission, "harbour");
+  ASSERT_TRUE(imported);
+  ASSERT_TRUE(imported->origin);
+  EXPECT_EQ(imported->origin->place.latitude_deg, 47.0);
+  EXPECT_EQ(imported->origin->place.longitude_deg, -122.0);
+}
+
+TEST_F(ImportTest, PositionsFarFromTheOriginOrOffTheEarthAreRefused) {
+  EXPECT_FALSE(
+      qgc("QGC WPL 110\n1\t0\t3\t16\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1\n"
+          "2\t0\t3\t16\t0\t0\t0\t0\t47.0\t122.0\t-2\t1\n"));
+  EXPECT_THAT(messages(), HasSubstr("3 the waypoint is more than 20 km from the first waypoint"));
+  report_ = {};
+  EXPECT_FALSE(qgc(
+      "{\"geoFence\": {\"polygons\": [{\"polygon\": [[47, -122], [47.001, -122], [4.7, -122]], "
+      "\"inclusion\": true}]}, \"mission\": {\"items\": [\n{\"command\": 16, \"coordinate\": [47, "
+      "-122, -2]}]}}"));
+  EXPECT_THAT(messages(), HasSubstr("the corner of the geofence at 4.7, -122 is more than 20 km"));
+  report_ = {};
+  EXPECT_FALSE(acfr("<global><location lat=\"133.8\" lon=\"151.2\"/></global>" +
+                    primitive("goto", "<position x=\"10\" y=\"3\" z=\"2\"/>")));
+  EXPECT_THAT(messages(), HasSubstr("is not on the earth"));
 }
 
 TEST_F(ImportTest, APlanInTheAirNeedsADepth) {
@@ -320,7 +341,8 @@ stray
 )"),
                                  report_);
   ASSERT_TRUE(mission);
-  EXPECT_EQ(mission->origin, "latitude -33.839459, longitude 151.254380");
+  ASSERT_TRUE(mission->origin);
+  EXPECT_EQ(mission->origin->latitude_deg, -33.839459);
   ASSERT_EQ(mission->legs.size(), 1U);
   EXPECT_EQ(mission->legs[0].heading_deg, 225.0);
   EXPECT_EQ(mission->legs[0].payload, std::vector<std::string>{"camera_start_freq_2_0"});
@@ -328,8 +350,10 @@ stray
 
   const auto imported = ours(*mission, "reef");
   ASSERT_TRUE(imported);
-  EXPECT_EQ(imported->description,
-            "Reef (origin of x and y: latitude -33.839459, longitude 151.254380)");
+  EXPECT_EQ(imported->description, "Reef");
+  ASSERT_TRUE(imported->origin);
+  EXPECT_EQ(imported->origin->place.latitude_deg, -33.839459);
+  EXPECT_EQ(imported->origin->place.longitude_deg, 151.25438);
   const StateSpec& leg = imported->states.at(0);
   const Goal& go = *goals_of(leg).at(0);
   EXPECT_EQ(go.heading_deg.value().value, 225.0);

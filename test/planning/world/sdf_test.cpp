@@ -46,6 +46,45 @@ S only_shape(const std::string& text) {
   return std::get<S>(world->obstacles[0].shape);
 }
 
+// The origin of a world whose <spherical_coordinates> hold `inside`, and the codes of what is
+// reported.
+std::pair<std::optional<GeoPoint>, std::string> origin(const std::string& inside) {
+  Diagnostics diagnostics;
+  const SourceText source("map.sdf", "<sdf version='1.6'><world name='w'><spherical_coordinates>" +
+                                         inside + "</spherical_coordinates></world></sdf>\n");
+  const auto found = sdf_origin(source, diagnostics);
+  std::string codes;
+  for (const Diagnostic& d : diagnostics.list()) codes += d.code;
+  return {found, codes};
+}
+
+TEST(SdfOrigin, IsThePlaceThatTheWorldStates) {
+  const std::string place =
+      "<latitude_deg>44.65</latitude_deg><longitude_deg>-63.57</longitude_deg>";
+  const auto [found, codes] = origin(
+      "<surface_model>EARTH_WGS84</surface_model><elevation>12</elevation>"
+      "<heading_deg>0</heading_deg>" +
+      place);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->latitude_deg, 44.65);
+  EXPECT_EQ(found->longitude_deg, -63.57);
+  EXPECT_EQ(codes, "");
+  for (const char* other :
+       {"<surface_model>MOON_SCS</surface_model>", "<heading_deg>90</heading_deg>",
+        "<world_frame_orientation>NED</world_frame_orientation>"}) {
+    const auto [none, warning] = origin(other + place);
+    EXPECT_FALSE(none) << other;
+    EXPECT_EQ(warning, "MAP-ORIGIN") << other;
+  }
+  for (const char* wrong : {"<latitude_deg>44.65</latitude_deg>",
+                            "<latitude_deg>94</latitude_deg><longitude_deg>0</longitude_deg>",
+                            "<latitude_deg>N44</latitude_deg><longitude_deg>0</longitude_deg>"}) {
+    const auto [none, error] = origin(wrong);
+    EXPECT_FALSE(none) << wrong;
+    EXPECT_EQ(error, "MAP-NUMBER") << wrong;
+  }
+}
+
 TEST(ParseSdf, ReadsEveryPrimitive) {
   EXPECT_EQ(only_shape<Box>(geometry("<box><size>1 2 3</size></box>")).size, Vector3d(1, 2, 3));
   const auto cylinder =

@@ -1,5 +1,5 @@
 #pragma once
-// Triangles that draw the obstacles of a world. Private to mission/report.
+// Triangles that draw the obstacles of a world, for reports and exports.
 
 #include <array>
 #include <cstdint>
@@ -34,5 +34,9 @@ struct DrawnMesh {
 /// The meshes of a world: its surfaces if they have at most `max_triangles`, else the convex pieces
 /// that stand for them; and all other polytopes.
 [[nodiscard]] DrawnMesh drawn_meshes(const planning::World& world, std::size_t max_triangles);
+
+/// drawn_meshes() and the other shapes as triangles: round ones within 4 % of their radius,
+/// half-spaces as a square that extends 10 m beyond everything else.
+[[nodiscard]] DrawnMesh drawn_world(const planning::World& world, std::size_t max_triangles);
 
 }  // namespace dive::mission

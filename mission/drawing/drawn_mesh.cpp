@@ -1,4 +1,4 @@
-#include "mission/report/drawn_mesh.h"
+#include "mission/drawing/drawn_mesh.h"
 
 #include <algorithm>
 #include <cmath>
