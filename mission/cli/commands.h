@@ -35,6 +35,8 @@ struct CheckArguments {
   std::string vehicle;                  ///< Description of the vehicle; empty: the Aqua2's.
   bool allow_outside = false;           ///< Read meshes outside of the map's folder.
   std::string card;                     ///< The dive card (HTML); empty: none.
+  std::string bundle;                   ///< The verified bundle; empty: none.
+  std::string key;                      ///< File of the key that signs it; empty: not signed.
   bool force = false;                   ///< Replace results that exist.
 };
 
@@ -66,8 +68,9 @@ struct LinkArguments {
 };
 
 struct RunArguments {
-  std::string mission;
-  std::string vehicle;  ///< Description of the vehicle; empty: the Aqua2's.
+  std::string mission;     ///< A mission, or a verified bundle.
+  bool unchecked = false;  ///< Dive without verification.
+  std::string vehicle;     ///< Description of the vehicle; empty: the Aqua2's.
   bool json = false;
   std::uint64_t seed = 1;
   std::string log;      ///< Empty: an automatic name in dive-runs/.

@@ -15,6 +15,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --faults missions/window.xml   also dives with every fault in every state\n"
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check missions/window.xml --card window.html   and a card to print for the dive\n"
+      "  dive check missions/window.xml --bundle window.bundle --key dive.key   for dive run\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
       "leg, time and energy, and simulated dives, each with different errors of vehicle, sensors\n"
@@ -50,6 +51,13 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
   command
       ->add_option("--card", arguments.card,
                    "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
+      ->type_name("FILE");
+  command
+      ->add_option("--bundle", arguments.bundle,
+                   "Write the verified bundle of a mission that is ready: one file with mission, "
+                   "maps, vehicle, plans and the result of the check, for dive run")
+      ->type_name("FILE");
+  command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
       ->type_name("FILE");
   command
       ->add_option("--seed", arguments.seed,

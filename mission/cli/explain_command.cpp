@@ -29,6 +29,7 @@ int run_explain(const ExplainArguments& arguments) {
                         {"reason", event.reason}});
     }
     print_json({{"duration_s", explanation.duration_s},
+                {"check", log->header() ? log->header()->check : ""},
                 {"torn", explanation.torn},
                 {"gaps", to_json(explanation.gaps)},
                 {"collision_list", to_json(explanation.collisions)},
@@ -41,6 +42,9 @@ int run_explain(const ExplainArguments& arguments) {
   }
   if (!explanation.gaps.empty()) {
     note(fmt::format("the log is damaged: {} gap(s)", explanation.gaps.size()));
+  }
+  if (log->header() && !log->header()->check.empty()) {
+    note(fmt::format("how the mission was checked: {}", log->header()->check));
   }
   if (explanation.torn) note("the log is torn: it ends before the dive did");
   return kExitSuccess;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/input_file.h"
+#include "mission/bundle/bundle.h"
 
 namespace dive::mission {
 namespace {
@@ -65,6 +66,8 @@ const char* in_words(FileKind kind) {
       return "a point cloud";
     case FileKind::kLog:
       return "a log";
+    case FileKind::kBundle:
+      return "a verified bundle";
     case FileKind::kUnknown:
       break;
   }
@@ -74,6 +77,7 @@ const char* in_words(FileKind kind) {
 FileKind kind_of_file(const std::string& path) {
   const std::string head = head_of(path);
   std::string_view text = head;
+  if (begins_like_bundle(text)) return FileKind::kBundle;  // its records are those of a log
   for (const auto& [magic, kind] : kMagics) {
     if (text.starts_with(magic)) return kind;
   }

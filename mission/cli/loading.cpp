@@ -40,13 +40,16 @@ std::optional<Fault> parse_fault(const std::string& written) {
   return Fault{*kind, *seconds};
 }
 
-struct Vehicle {
-  SourceText urdf;
-  vehicle::Model model;
-};
+}  // namespace
 
-// The vehicle of a description; `path` empty: the compiled-in one.
-std::optional<Vehicle> read_vehicle(const std::string& path, Diagnostics& diagnostics) {
+vehicle::Model load_vehicle() {
+  Diagnostics diagnostics;
+  std::optional<vehicle::Model> model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  DIVE_DEMAND(model.has_value());
+  return std::move(*model);
+}
+
+std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& diagnostics) {
   SourceText urdf = vehicle::aqua2_urdf();
   if (!path.empty()) {
     std::optional<XmlDocument> document = read_xml(path, XmlLimits{}, diagnostics);
@@ -62,25 +65,18 @@ std::optional<Vehicle> read_vehicle(const std::string& path, Diagnostics& diagno
         "name its six hips left_front, left_mid, left_rear, right_front, ...");
     return std::nullopt;
   }
-  return Vehicle{std::move(urdf), std::move(*model)};
-}
-
-}  // namespace
-
-vehicle::Model load_vehicle() {
-  Diagnostics diagnostics;
-  std::optional<vehicle::Model> model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-  DIVE_DEMAND(model.has_value());
-  return std::move(*model);
+  return LoadedVehicle{std::move(urdf), std::move(*model)};
 }
 
 std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
                                   Diagnostics& diagnostics, const std::string& vehicle) {
-  std::optional<Vehicle> described = read_vehicle(vehicle, diagnostics);
+  std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission || !described) return std::nullopt;
-  LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
-                       std::move(described->urdf)};
+  LoadedMission loaded;
+  loaded.mission = std::move(*mission);
+  loaded.model = std::move(described->model);
+  loaded.vehicle = std::move(described->urdf);
   if (!has_simulation_map(loaded.mission)) return loaded;
   tl::expected<SourceText, std::string> map =
       read_source_text(loaded.mission.map_path, kMaxMapBytes);
@@ -98,7 +94,9 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   loaded.world = std::move(*world);
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
-    if (!loaded.simulated_world) return std::nullopt;
+    tl::expected<SourceText, std::string> text = read_source_text(simulated, kMaxMapBytes);
+    if (!loaded.simulated_world || !text) return std::nullopt;
+    loaded.simulation_map = std::move(*text);
   }
   return loaded;
 }
@@ -114,6 +112,7 @@ LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   header.map_xml = loaded.map.content();
   header.map_meshes = loaded.map_meshes;
   header.vehicle_urdf = loaded.vehicle.content();
+  header.check = loaded.check;
   return header;
 }
 
