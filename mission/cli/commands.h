@@ -161,6 +161,14 @@ struct ReplayArguments {
   bool json = false;
 };
 
+struct DiffArguments {
+  std::string a;  ///< Two missions or bundles, two plans, or two logs.
+  std::string b;
+  std::uint64_t seed = 1;
+  bool json = false;
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
+};
+
 struct ExplainArguments {
   std::string log;
   bool json = false;
@@ -230,6 +238,8 @@ struct CommandTable;
 [[nodiscard]] int run_topside(const TopsideArguments& arguments);
 /// Generates a key and writes it to the file.
 [[nodiscard]] int run_key(const KeyArguments& arguments);
+/// Exit status 0: equal, 1: different, 2: unreadable, or not of one kind.
+[[nodiscard]] int run_diff(const DiffArguments& arguments);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_report(const ReportArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);

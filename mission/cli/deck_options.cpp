@@ -232,6 +232,30 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
+void add_diff(CLI::App& app, DiffArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "diff",
+      "Examples:\n"
+      "  dive diff missions/window.xml window-changed.xml   legs, budgets and verdicts\n"
+      "  dive diff window.xml window.bundle                 is this what was checked?\n"
+      "  dive diff dive-runs/window-seed1.lcmlog dive-runs/window-seed2.lcmlog\n"
+      "  dive diff before.json after.json                   of dive plan --json\n\n"
+      "Compares two missions or bundles, two plans, or two logs by what they mean: layout and\n"
+      "comments of a file count for nothing. Of two logs it names the first decision that "
+      "differs,\n"
+      "and the inputs that differ before it. Missions are planned, not dived. Exit status 0: "
+      "equal;\n"
+      "1: different; 2: unreadable, or not of one kind.");
+  command->add_option("A", arguments.a, "Mission, bundle, plan or log")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("B", arguments.b, "Another of the same kind")->type_name("FILE")->required();
+  command->add_option("--seed", arguments.seed, "Seed of the plans of missions (default: 1)")
+      ->type_name("N");
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
+  command->add_flag("--json", arguments.json, kJsonHelp);
+}
+
 void add_explain(CLI::App& app, ExplainArguments& arguments) {
   CLI::App* command = app.add_subcommand("explain",
                                          "Examples:\n"

@@ -68,6 +68,8 @@ const char* in_words(FileKind kind) {
       return "a log";
     case FileKind::kBundle:
       return "a verified bundle";
+    case FileKind::kJson:
+      return "JSON";
     case FileKind::kUnknown:
       break;
   }
@@ -82,6 +84,8 @@ FileKind kind_of_file(const std::string& path) {
     if (text.starts_with(magic)) return kind;
   }
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first != std::string_view::npos && text[first] == '{') return FileKind::kJson;
   const std::string_view root = root_name(text);
   for (const auto& [name, kind] : kRoots) {
     if (root == name) return kind;
