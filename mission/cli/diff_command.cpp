@@ -99,13 +99,6 @@ std::optional<Json> read_plan(const std::string& path) {
   return std::nullopt;
 }
 
-std::optional<LogReader> read_log(const std::string& path) {
-  tl::expected<LogReader, std::string> log = LogReader::open(path);
-  if (log) return std::move(*log);
-  complain(fmt::format("{}: {}", path, log.error()));
-  return std::nullopt;
-}
-
 // The elements of both texts; text that is no XML counts as one value.
 std::vector<Difference> compare_texts(const std::string& what, const std::string& a,
                                       const std::string& b, const Language* language) {
@@ -182,8 +175,8 @@ int diff_plans(const DiffArguments& arguments) {
 }
 
 int diff_logs(const DiffArguments& arguments) {
-  std::optional<LogReader> a = read_log(arguments.a);
-  std::optional<LogReader> b = a ? read_log(arguments.b) : std::nullopt;
+  std::optional<LogReader> a = open_log(arguments.a);
+  std::optional<LogReader> b = a ? open_log(arguments.b) : std::nullopt;
   if (!a || !b) return kExitUsage;
   SteadyClock clock;
   WorkProgress progress(clock, "comparing", arguments.json);

@@ -3,6 +3,7 @@
 
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/loading.h"
 #include "mission/cli/terminal.h"
 #include "mission/cli/work_progress.h"
 #include "mission/record/explain.h"
@@ -10,11 +11,8 @@
 namespace dive::mission {
 
 int run_explain(const ExplainArguments& arguments) {
-  auto log = LogReader::open(arguments.log);
-  if (!log) {
-    complain(log.error());
-    return kExitUsage;
-  }
+  std::optional<LogReader> log = open_log(arguments.log);
+  if (!log) return kExitUsage;
   SteadyClock clock;
   WorkProgress progress(clock, "reading", arguments.json);
   log->observe([&](double share) { progress.show(share); });

@@ -10,6 +10,7 @@
 #include "common/mathematics.h"
 #include "common/suggest.h"
 #include "common/xml.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/terminal.h"
 #include "planning/world/sdf.h"
 #include "vehicle/simulator/water/named_waters.h"
@@ -70,6 +71,16 @@ std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& 
 
 std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
                                   Diagnostics& diagnostics, const std::string& vehicle) {
+  if (kind_of_file(path) == FileKind::kBundle) {
+    diagnostics.add({"FILE-KIND",
+                     Severity::kError,
+                     path,
+                     {},
+                     "this is a verified bundle, not a mission",
+                     "give the mission that it was made of; dive run and dive diff take a bundle",
+                     ""});
+    return std::nullopt;
+  }
   std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission || !described) return std::nullopt;
@@ -99,6 +110,17 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
     loaded.simulation_map = std::move(*text);
   }
   return loaded;
+}
+
+std::optional<LogReader> open_log(const std::string& path) {
+  if (kind_of_file(path) == FileKind::kBundle) {
+    complain(fmt::format("{}: this is a verified bundle, not a log", path));
+    return std::nullopt;
+  }
+  tl::expected<LogReader, std::string> log = LogReader::open(path);
+  if (log) return std::move(*log);
+  complain(fmt::format("{}: {}", path, log.error()));
+  return std::nullopt;
 }
 
 LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {

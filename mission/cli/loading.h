@@ -55,6 +55,10 @@ struct LoadedVehicle {
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
 
+/// Opens a log; prints an error if it cannot be read, or is a bundle, whose records look like those
+/// of a log.
+[[nodiscard]] std::optional<LogReader> open_log(const std::string& path);
+
 /// The compiled-in vehicle. Requires that it can be read.
 [[nodiscard]] vehicle::Model load_vehicle();
 

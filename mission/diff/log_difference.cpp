@@ -96,7 +96,7 @@ void add_decisions(const LoggedTick& tick, std::vector<Decision>& decisions) {
 }
 
 std::string clipped(const std::string& text) {
-  constexpr std::size_t kMaxShown = 60;
+  constexpr std::size_t kMaxShown = 100;
   if (text.find('\n') == std::string::npos && text.size() <= kMaxShown) return text;
   return fmt::format("{} bytes", text.size());
 }

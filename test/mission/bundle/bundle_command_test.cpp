@@ -174,6 +174,21 @@ TEST(BundleCommand, OverwritesNothingAndExistsOnlyForAMissionThatIsReady) {
   EXPECT_FALSE(fs::exists(own_folder() / "late.bundle"));
 }
 
+// The other commands say what the file is.
+TEST(BundleCommand, IsNeitherAMissionNorALog) {
+  ASSERT_EQ(run_here("check --static " + shipped("pool1") + " --bundle pool1.bundle").status, 0);
+  for (const char* command : {"check", "plan", "sim"}) {
+    const Ran ran = run_here(fmt::format("{} pool1.bundle", command));
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_THAT(ran.err, HasSubstr("verified bundle")) << command;
+  }
+  for (const char* command : {"replay", "explain"}) {
+    const Ran ran = run_here(fmt::format("{} pool1.bundle", command));
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_THAT(ran.err, HasSubstr("this is a verified bundle, not a log")) << command;
+  }
+}
+
 TEST(BundleCommand, UncheckedIsRecorded) {
   const Ran run = run_here("run " + shipped("pool1") + " --unchecked --log u.lcmlog");
   EXPECT_EQ(run.status, 0) << run.err;
