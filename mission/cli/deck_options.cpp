@@ -4,6 +4,24 @@
 #include "mission/cli/options.h"
 
 namespace dive::mission {
+namespace {
+
+/// The files that check writes for a mission that is ready.
+void add_check_results(CLI::App* command, CheckArguments& arguments) {
+  command
+      ->add_option("--card", arguments.card,
+                   "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
+      ->type_name("FILE");
+  command
+      ->add_option("--bundle", arguments.bundle,
+                   "Write the verified bundle of a mission that is ready: one file with mission, "
+                   "maps, vehicle, plans and the result of the check, for dive run")
+      ->type_name("FILE");
+  command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
+      ->type_name("FILE");
+}
+
+}  // namespace
 
 void add_check(CLI::App& app, CheckArguments& arguments) {
   CLI::App* command = app.add_subcommand(
@@ -48,17 +66,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
-  command
-      ->add_option("--card", arguments.card,
-                   "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
-      ->type_name("FILE");
-  command
-      ->add_option("--bundle", arguments.bundle,
-                   "Write the verified bundle of a mission that is ready: one file with mission, "
-                   "maps, vehicle, plans and the result of the check, for dive run")
-      ->type_name("FILE");
-  command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
-      ->type_name("FILE");
+  add_check_results(command, arguments);
   command
       ->add_option("--seed", arguments.seed,
                    "Seed of the plans and of the first simulated dive (default: 1)")
