@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "common/assert.h"
 #include "common/clock.h"
 
 namespace dive::mission {
@@ -29,6 +30,24 @@ void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const
 
 }  // namespace
 
+RouteRequests::RouteRequests(const Route& route, std::uint64_t seed)
+    : route_(route), settings_(route.settings), at_(route.start) {
+  settings_.seed = seed;
+}
+
+const planning::PlanRequest& RouteRequests::next() {
+  DIVE_DEMAND(leg_ < route_.legs.size());
+  const RouteLeg& leg = route_.legs[leg_++];
+  at_.p = leg.from_W;
+  settings_.limits.reduced_clearance = leg.reduced_clearance;
+  request_ = behaviors::leg_request(settings_, leg.goal, at_);
+  return request_;
+}
+
+void RouteRequests::arrive(const std::vector<Pose>& path) {
+  at_ = path.empty() ? request_.goal : path.back();
+}
+
 std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
                                         const planning::RobotHull& hull,
                                         const planning::PlannerOptions& options, std::uint64_t seed,
@@ -36,18 +55,12 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::Worl
   SteadyClock clock;
   planning::Planner planner(world, hull, options, clock);
   std::vector<PlannedRouteLeg> legs;
-  behaviors::LegSettings settings = route.settings;
-  settings.seed = seed;
-  Pose at = route.start;
+  RouteRequests requests(route, seed);
   for (const RouteLeg& leg : route.legs) {
-    at.p = leg.from_W;
-    settings.limits.reduced_clearance = leg.reduced_clearance;
-    const planning::PlanRequest request = behaviors::leg_request(settings, leg.goal, at);
-    planning::PlanResult plan = planner.plan(request);
+    planning::PlanResult plan = planner.plan(requests.next());
+    requests.arrive(plan.waypoints);
     legs.push_back({leg.state, leg.goal.id, std::move(plan), planner.statistics()});
     if (planned) planned(legs.size());
-    const std::vector<Pose>& waypoints = legs.back().plan.waypoints;
-    at = waypoints.empty() ? request.goal : waypoints.back();
   }
   return legs;
 }

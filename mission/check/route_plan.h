@@ -29,6 +29,24 @@ struct PlannedRouteLeg {
   LegMargin margin = {};  ///< Margin of an accepted plan; see position_margin.h.
 };
 
+/// The requests to the planner for the legs of a route, in turn.
+class RouteRequests {
+ public:
+  /// `route` must outlive this object.
+  RouteRequests(const Route& route, std::uint64_t seed);
+  /// The request for the next leg, which begins where the path of the one before ended.
+  [[nodiscard]] const planning::PlanRequest& next();
+  /// Takes the path of that leg; without one the next leg begins at its goal.
+  void arrive(const std::vector<Pose>& path);
+
+ private:
+  const Route& route_;
+  behaviors::LegSettings settings_;
+  planning::PlanRequest request_;
+  Pose at_;
+  std::size_t leg_ = 0;
+};
+
 using RouteObserver = std::function<void(std::size_t legs)>;
 
 /// Plans every leg of the nominal route from the previous goal. A reduced path is accepted where

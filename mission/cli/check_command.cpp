@@ -10,6 +10,7 @@
 #include "mission/card/card.h"
 #include "mission/check/check.h"
 #include "mission/check/rules.h"
+#include "mission/cli/bundle_file.h"
 #include "mission/cli/check_progress.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
@@ -133,6 +134,9 @@ void print_result(const CheckArguments& arguments, const std::optional<LoadedMis
     if (!arguments.card.empty()) {
       json["card"] = diagnostics.ok() ? nlohmann::ordered_json(arguments.card) : nullptr;
     }
+    if (!arguments.bundle.empty()) {
+      json["bundle"] = diagnostics.ok() ? nlohmann::ordered_json(arguments.bundle) : nullptr;
+    }
     print_json(json);
     return;
   }
@@ -141,6 +145,10 @@ void print_result(const CheckArguments& arguments, const std::optional<LoadedMis
     print(fmt::format("{}: ok", arguments.mission));
     print_report(report);
     if (!arguments.card.empty()) print(fmt::format("  card   {}", arguments.card));
+    if (!arguments.bundle.empty()) {
+      print(fmt::format("  bundle {}{}", arguments.bundle,
+                        arguments.key.empty() ? "" : ", signed with " + arguments.key));
+    }
   } else {
     print(fmt::format("{}: not ready to dive", arguments.mission));
     if (report.dives) print_dives(*report.dives);
@@ -163,6 +171,16 @@ int write_card(Result& card, const CheckArguments& arguments,
                                    loaded->vehicle.content(), DIVE_VERSION}));
 }
 
+// Opens card and bundle; returns 0 or the exit status.
+int open_results(const CheckArguments& arguments, Result& card, Result& bundle) {
+  for (auto [path, result] : {std::pair(&arguments.card, &card), {&arguments.bundle, &bundle}}) {
+    tl::expected<Result, int> opened = open_result(*path, arguments.force);
+    if (!opened) return opened.error();
+    if (*opened) result->emplace(std::move(**opened));
+  }
+  return kExitSuccess;
+}
+
 }  // namespace
 
 int run_check(const CheckArguments& arguments) {
@@ -176,9 +194,16 @@ int run_check(const CheckArguments& arguments) {
     complain("--static skips simulated dives: leave out --dives, or --static");
     return kExitUsage;
   }
+  if (!arguments.key.empty() && arguments.bundle.empty()) {
+    complain("--key signs the bundle: give --bundle FILE as well");
+    return kExitUsage;
+  }
+  const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.key);
+  if (!key) return key.error();
   Diagnostics diagnostics;
   CheckReport report;
   Result card;
+  Result bundle;
   const std::optional<LoadedMission> loaded =
       load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
   if (loaded) {
@@ -188,9 +213,7 @@ int run_check(const CheckArguments& arguments) {
     if (!conditions) return kExitUsage;
     options.dive.conditions = *conditions;
     options.dive.world = loaded->simulated_world;
-    tl::expected<Result, int> opened = open_result(arguments.card, arguments.force);
-    if (!opened) return opened.error();
-    if (*opened) card.emplace(std::move(**opened));
+    if (const int status = open_results(arguments, card, bundle)) return status;
     SteadyClock clock;
     CheckProgress progress(clock, arguments.json || arguments.sarif);
     report = check_mission(loaded->mission, loaded->world, loaded->model, options, diagnostics,
@@ -198,6 +221,11 @@ int run_check(const CheckArguments& arguments) {
   }
   diagnostics.sort();
   if (const int status = write_card(card, arguments, loaded, report, diagnostics)) return status;
+  if (loaded) {
+    if (const int status = write_bundle(bundle, arguments, *key, *loaded, report, diagnostics)) {
+      return status;
+    }
+  }
   print_result(arguments, loaded, report, diagnostics);
   if (diagnostics.ok()) return kExitSuccess;
   // A valid mission that ends badly in simulation has failed; everything else is invalid input.

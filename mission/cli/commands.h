@@ -35,6 +35,8 @@ struct CheckArguments {
   std::string vehicle;                  ///< Description of the vehicle; empty: the Aqua2's.
   bool allow_outside = false;           ///< Read meshes outside of the map's folder.
   std::string card;                     ///< The dive card (HTML); empty: none.
+  std::string bundle;                   ///< The verified bundle; empty: none.
+  std::string key;                      ///< File of the key that signs it; empty: not signed.
   bool force = false;                   ///< Replace results that exist.
 };
 
@@ -66,8 +68,9 @@ struct LinkArguments {
 };
 
 struct RunArguments {
-  std::string mission;
-  std::string vehicle;  ///< Description of the vehicle; empty: the Aqua2's.
+  std::string mission;     ///< A mission, or a verified bundle.
+  bool unchecked = false;  ///< Dive without verification.
+  std::string vehicle;     ///< Description of the vehicle; empty: the Aqua2's.
   bool json = false;
   std::uint64_t seed = 1;
   std::string log;      ///< Empty: an automatic name in dive-runs/.
@@ -158,6 +161,14 @@ struct ReplayArguments {
   bool json = false;
 };
 
+struct DiffArguments {
+  std::string a;  ///< Two missions or bundles, two plans, or two logs.
+  std::string b;
+  std::uint64_t seed = 1;
+  bool json = false;
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
+};
+
 struct ExplainArguments {
   std::string log;
   bool json = false;
@@ -237,6 +248,8 @@ struct CommandTable;
 [[nodiscard]] int run_topside(const TopsideArguments& arguments);
 /// Generates a key and writes it to the file.
 [[nodiscard]] int run_key(const KeyArguments& arguments);
+/// Exit status 0: equal, 1: different, 2: unreadable, or not of one kind.
+[[nodiscard]] int run_diff(const DiffArguments& arguments);
 [[nodiscard]] int run_explain(const ExplainArguments& arguments);
 [[nodiscard]] int run_report(const ReportArguments& arguments);
 [[nodiscard]] int run_graph(const GraphArguments& arguments);

@@ -4,6 +4,24 @@
 #include "mission/cli/options.h"
 
 namespace dive::mission {
+namespace {
+
+/// The files that check writes for a mission that is ready.
+void add_check_results(CLI::App* command, CheckArguments& arguments) {
+  command
+      ->add_option("--card", arguments.card,
+                   "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
+      ->type_name("FILE");
+  command
+      ->add_option("--bundle", arguments.bundle,
+                   "Write the verified bundle of a mission that is ready: one file with mission, "
+                   "maps, vehicle, plans and the result of the check, for dive run")
+      ->type_name("FILE");
+  command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
+      ->type_name("FILE");
+}
+
+}  // namespace
 
 void add_check(CLI::App& app, CheckArguments& arguments) {
   CLI::App* command = app.add_subcommand(
@@ -15,6 +33,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --faults missions/window.xml   also dives with every fault in every state\n"
       "  dive check --faults --instants 40 --seed 7 missions/window.xml   at more instants\n"
       "  dive check missions/window.xml --card window.html   and a card to print for the dive\n"
+      "  dive check missions/window.xml --bundle window.bundle --key dive.key   for dive run\n"
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
       "leg, time and energy, and simulated dives, each with different errors of vehicle, sensors\n"
@@ -47,10 +66,7 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--rules", arguments.list_rules, "List the rules and their codes");
   command->add_flag("--sarif", arguments.sarif, "The findings as SARIF 2.1.0 on stdout");
-  command
-      ->add_option("--card", arguments.card,
-                   "Write the dive card of a mission that is ready: one A4 page to print (HTML)")
-      ->type_name("FILE");
+  add_check_results(command, arguments);
   command
       ->add_option("--seed", arguments.seed,
                    "Seed of the plans and of the first simulated dive (default: 1)")
@@ -221,6 +237,30 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       ->add_option("--mission", arguments.mission,
                    "Replay with this mission instead: what would it have done?")
       ->type_name("FILE");
+  command->add_flag("--json", arguments.json, kJsonHelp);
+}
+
+void add_diff(CLI::App& app, DiffArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "diff",
+      "Examples:\n"
+      "  dive diff missions/window.xml window-changed.xml   legs, budgets and verdicts\n"
+      "  dive diff window.xml window.bundle                 is this what was checked?\n"
+      "  dive diff dive-runs/window-seed1.lcmlog dive-runs/window-seed2.lcmlog\n"
+      "  dive diff before.json after.json                   of dive plan --json\n\n"
+      "Compares two missions or bundles, two plans, or two logs by what they mean: layout and\n"
+      "comments of a file count for nothing. Of two logs it names the first decision that "
+      "differs,\n"
+      "and the inputs that differ before it. Missions are planned, not dived. Exit status 0: "
+      "equal;\n"
+      "1: different; 2: unreadable, or not of one kind.");
+  command->add_option("A", arguments.a, "Mission, bundle, plan or log")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("B", arguments.b, "Another of the same kind")->type_name("FILE")->required();
+  command->add_option("--seed", arguments.seed, "Seed of the plans of missions (default: 1)")
+      ->type_name("N");
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 

@@ -27,8 +27,10 @@ void add_pace(CLI::App* command, LinkArguments& arguments) {
 
 void add_key(CLI::App* command, LinkArguments& arguments) {
   command
-      ->add_option("--key", arguments.key,
-                   "Key file that all processes of the dive share: authenticates every packet")
+      ->add_option(
+          "--key", arguments.key,
+          "Key file that all processes of the dive share: authenticates every packet, and a "
+          "bundle")
       ->type_name("FILE");
 }
 
@@ -110,7 +112,8 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "  dive run missions/wreck.xml --record wreck-data --simulated-water dark_wreck\n"
       "  dive run missions/window.xml --set heading_bias_sigma_deg=1 --leak-at 40\n"
       "  dive run missions/wreck_unknown.xml --diver 20:4,5,-12:1,5,-12\n"
-      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key dive.key\n\n"
+      "  dive run missions/window.xml --lcm 'udpm://239.255.76.67:7667?ttl=0' --key dive.key\n"
+      "  dive run window.bundle --lcm 'udpm://239.255.76.67:7667?ttl=1' --key dive.key\n\n"
       "Dives a mission in the built-in simulator, or a vehicle over LCM. Exit status 0: it ended "
       "as\n"
       "planned; 1: it failed or was aborted; 4: the vehicle is silent or still diving. SIGTERM "
@@ -118,9 +121,14 @@ void add_run(CLI::App& app, RunArguments& arguments) {
       "SIGINT abort the dive; a second one ends the process. In an unknown environment the "
       "observed\n"
       "map is saved beside the log, as the known map of the next dive.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)")
+  command
+      ->add_option("MISSION", arguments.mission,
+                   "Mission file (XML), or the bundle that dive check --bundle made of it")
       ->type_name("FILE")
       ->required();
+  command->add_flag("--unchecked", arguments.unchecked,
+                    "Dive a mission without a bundle, or a bundle whose vehicle and plans are not "
+                    "verified again; the log records it");
   command->add_option("--seed", arguments.seed, "Seed of all random numbers")->type_name("N");
   command
       ->add_option("--log", arguments.log,

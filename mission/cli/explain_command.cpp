@@ -3,6 +3,7 @@
 
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/loading.h"
 #include "mission/cli/terminal.h"
 #include "mission/cli/work_progress.h"
 #include "mission/record/explain.h"
@@ -10,11 +11,8 @@
 namespace dive::mission {
 
 int run_explain(const ExplainArguments& arguments) {
-  auto log = LogReader::open(arguments.log);
-  if (!log) {
-    complain(log.error());
-    return kExitUsage;
-  }
+  std::optional<LogReader> log = open_log(arguments.log);
+  if (!log) return kExitUsage;
   SteadyClock clock;
   WorkProgress progress(clock, "reading", arguments.json);
   log->observe([&](double share) { progress.show(share); });
@@ -29,6 +27,7 @@ int run_explain(const ExplainArguments& arguments) {
                         {"reason", event.reason}});
     }
     print_json({{"duration_s", explanation.duration_s},
+                {"check", log->header() ? log->header()->check : ""},
                 {"torn", explanation.torn},
                 {"gaps", to_json(explanation.gaps)},
                 {"collision_list", to_json(explanation.collisions)},
@@ -41,6 +40,9 @@ int run_explain(const ExplainArguments& arguments) {
   }
   if (!explanation.gaps.empty()) {
     note(fmt::format("the log is damaged: {} gap(s)", explanation.gaps.size()));
+  }
+  if (log->header() && !log->header()->check.empty()) {
+    note(fmt::format("how the mission was checked: {}", log->header()->check));
   }
   if (explanation.torn) note("the log is torn: it ends before the dive did");
   return kExitSuccess;

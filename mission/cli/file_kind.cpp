@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/input_file.h"
+#include "mission/bundle/bundle.h"
 
 namespace dive::mission {
 namespace {
@@ -67,6 +68,10 @@ const char* in_words(FileKind kind) {
       return "a point cloud";
     case FileKind::kLog:
       return "a log";
+    case FileKind::kBundle:
+      return "a verified bundle";
+    case FileKind::kJson:
+      return "JSON";
     case FileKind::kUnknown:
       break;
   }
@@ -76,10 +81,13 @@ const char* in_words(FileKind kind) {
 FileKind kind_of_file(const std::string& path) {
   const std::string head = head_of(path);
   std::string_view text = head;
+  if (begins_like_bundle(text)) return FileKind::kBundle;  // its records are those of a log
   for (const auto& [magic, kind] : kMagics) {
     if (text.starts_with(magic)) return kind;
   }
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first != std::string_view::npos && text[first] == '{') return FileKind::kJson;
   const std::string_view root = root_name(text);
   for (const auto& [name, kind] : kRoots) {
     if (root == name) return kind;

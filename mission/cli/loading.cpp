@@ -10,6 +10,7 @@
 #include "common/mathematics.h"
 #include "common/suggest.h"
 #include "common/xml.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/terminal.h"
 #include "mission/document/map_file.h"
 #include "planning/world/grid.h"
@@ -42,13 +43,16 @@ std::optional<Fault> parse_fault(const std::string& written) {
   return Fault{*kind, *seconds};
 }
 
-struct Vehicle {
-  SourceText urdf;
-  vehicle::Model model;
-};
+}  // namespace
 
-// The vehicle of a description; `path` empty: the compiled-in one.
-std::optional<Vehicle> read_vehicle(const std::string& path, Diagnostics& diagnostics) {
+vehicle::Model load_vehicle() {
+  Diagnostics diagnostics;
+  std::optional<vehicle::Model> model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
+  DIVE_DEMAND(model.has_value());
+  return std::move(*model);
+}
+
+std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& diagnostics) {
   SourceText urdf = vehicle::aqua2_urdf();
   if (!path.empty()) {
     std::optional<XmlDocument> document = read_xml(path, XmlLimits{}, diagnostics);
@@ -64,25 +68,28 @@ std::optional<Vehicle> read_vehicle(const std::string& path, Diagnostics& diagno
         "name its six hips left_front, left_mid, left_rear, right_front, ...");
     return std::nullopt;
   }
-  return Vehicle{std::move(urdf), std::move(*model)};
-}
-
-}  // namespace
-
-vehicle::Model load_vehicle() {
-  Diagnostics diagnostics;
-  std::optional<vehicle::Model> model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
-  DIVE_DEMAND(model.has_value());
-  return std::move(*model);
+  return LoadedVehicle{std::move(urdf), std::move(*model)};
 }
 
 std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
                                   Diagnostics& diagnostics, const std::string& vehicle) {
-  std::optional<Vehicle> described = read_vehicle(vehicle, diagnostics);
+  if (kind_of_file(path) == FileKind::kBundle) {
+    diagnostics.add({"FILE-KIND",
+                     Severity::kError,
+                     path,
+                     {},
+                     "this is a verified bundle, not a mission",
+                     "give the mission that it was made of; dive run and dive diff take a bundle",
+                     ""});
+    return std::nullopt;
+  }
+  std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
   std::optional<Mission> mission = load_mission(path, diagnostics);
   if (!mission || !described) return std::nullopt;
-  LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
-                       std::move(described->urdf)};
+  LoadedMission loaded;
+  loaded.mission = std::move(*mission);
+  loaded.model = std::move(described->model);
+  loaded.vehicle = std::move(described->urdf);
   if (!has_simulation_map(loaded.mission)) return loaded;
   const std::string& map_path = loaded.mission.map_path;
   tl::expected<SourceText, std::string> map = planning::is_grid(map_path)
@@ -106,11 +113,26 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
     if (!loaded.simulated_world) return std::nullopt;
-    const auto text = read_source_text(simulated, kMaxMapBytes);
-    if (text && !planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
+    tl::expected<SourceText, std::string> text = planning::is_grid(simulated)
+                                                     ? planning::grid_as_map(simulated)
+                                                     : read_source_text(simulated, kMaxMapBytes);
+    if (!text) return std::nullopt;
+    if (!planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
     if (diagnostics.error_count() != errors_before) return std::nullopt;
+    loaded.simulation_map = std::move(*text);
   }
   return loaded;
+}
+
+std::optional<LogReader> open_log(const std::string& path) {
+  if (kind_of_file(path) == FileKind::kBundle) {
+    complain(fmt::format("{}: this is a verified bundle, not a log", path));
+    return std::nullopt;
+  }
+  tl::expected<LogReader, std::string> log = LogReader::open(path);
+  if (log) return std::move(*log);
+  complain(fmt::format("{}: {}", path, log.error()));
+  return std::nullopt;
 }
 
 LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
@@ -124,6 +146,7 @@ LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {
   header.map_xml = loaded.map.content();
   header.map_meshes = loaded.map_meshes;
   header.vehicle_urdf = loaded.vehicle.content();
+  header.check = loaded.check;
   return header;
 }
 

@@ -25,7 +25,14 @@ struct LoadedMission {
   planning::World world;   ///< The map; known_world() is the part available to the vehicle.
   std::optional<planning::World> simulated_world;  ///< If it is not the map.
   vehicle::Model model;
-  SourceText vehicle;  ///< The description of the model.
+  SourceText vehicle;         ///< The description of the model.
+  SourceText simulation_map;  ///< The simulated world, if it is not the map.
+  std::string check;          ///< LogHeader::check.
+};
+
+struct LoadedVehicle {
+  SourceText urdf;
+  vehicle::Model model;
 };
 
 /// The meaning of `--allow-outside`.
@@ -40,8 +47,17 @@ struct LoadedMission {
                                                 Diagnostics& diagnostics,
                                                 const std::string& vehicle = {});
 
+/// The vehicle of a description, which must be one that can be dived; `path` empty: the compiled-in
+/// one.
+[[nodiscard]] std::optional<LoadedVehicle> load_vehicle(const std::string& path,
+                                                        Diagnostics& diagnostics);
+
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
+
+/// Opens a log; prints an error if it cannot be read, or is a bundle, whose records look like those
+/// of a log.
+[[nodiscard]] std::optional<LogReader> open_log(const std::string& path);
 
 /// The compiled-in vehicle. Requires that it can be read.
 [[nodiscard]] vehicle::Model load_vehicle();

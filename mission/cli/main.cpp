@@ -32,6 +32,7 @@ struct Arguments {
   PlanArguments plan;
   RunArguments run;
   ReplayArguments replay;
+  DiffArguments diff;
   ExplainArguments explain;
   ReportArguments report;
   GraphArguments graph;
@@ -56,6 +57,7 @@ void add_commands(CLI::App& app, Arguments& arguments) {
   add_plan(app, arguments.plan);
   add_run(app, arguments.run);
   add_replay(app, arguments.replay);
+  add_diff(app, arguments.diff);
   add_explain(app, arguments.explain);
   add_report(app, arguments.report);
   add_graph(app, arguments.graph);
@@ -85,6 +87,7 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
   }
   if (app.got_subcommand("plan")) return run_plan(arguments.plan);
   if (app.got_subcommand("run")) return run_dive(arguments.run);
+  if (app.got_subcommand("diff")) return run_diff(arguments.diff);
   if (app.got_subcommand("explain")) return run_explain(arguments.explain);
   if (app.got_subcommand("report")) return run_report(arguments.report);
   if (app.got_subcommand("graph")) return run_graph(arguments.graph);

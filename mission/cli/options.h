@@ -20,6 +20,7 @@ void add_test(CLI::App& app, TestArguments& arguments);
 void add_graph(CLI::App& app, GraphArguments& arguments);
 void add_import(CLI::App& app, ImportArguments& arguments);
 void add_replay(CLI::App& app, ReplayArguments& arguments);
+void add_diff(CLI::App& app, DiffArguments& arguments);
 void add_explain(CLI::App& app, ExplainArguments& arguments);
 void add_report(CLI::App& app, ReportArguments& arguments);
 void add_export(CLI::App& app, ExportArguments& arguments);

@@ -5,6 +5,7 @@
 
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
+#include "mission/cli/loading.h"
 #include "mission/cli/terminal.h"
 #include "mission/cli/work_progress.h"
 #include "mission/record/replay.h"
@@ -90,11 +91,8 @@ int print_what_if(const ReplayArguments& arguments, LogReader& log) {
 }  // namespace
 
 int run_replay(const ReplayArguments& arguments) {
-  tl::expected<LogReader, std::string> log = LogReader::open(arguments.log);
-  if (!log) {
-    complain(fmt::format("{}: {}", arguments.log, log.error()));
-    return kExitUsage;
-  }
+  std::optional<LogReader> log = open_log(arguments.log);
+  if (!log) return kExitUsage;
   SteadyClock clock;
   WorkProgress progress(clock, "replaying", arguments.json);
   log->observe([&](double share) { progress.show(share); });

@@ -8,9 +8,11 @@
 #include "estimation/dataset/dataset_run.h"
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 #include "mission/check/check.h"
+#include "mission/cli/bundle_file.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/dive_progress.h"
 #include "mission/cli/drawing.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
@@ -353,6 +355,26 @@ bool fit_each_other(const RunArguments& arguments) {
   return true;
 }
 
+/// The mission or bundle of the command line.
+std::optional<LoadedMission> load_dive(const RunArguments& arguments,
+                                       const std::optional<link::Key>& key,
+                                       Diagnostics& diagnostics) {
+  if (kind_of_file(arguments.mission) == FileKind::kBundle) {
+    return load_bundle(arguments, key, diagnostics);
+  }
+  std::optional<LoadedMission> loaded =
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
+  if (loaded && arguments.unchecked) loaded->check = "unchecked";
+  if (loaded && loaded->check.empty() && !arguments.link.url.empty()) {
+    note(
+        fmt::format("dive: {}: not a verified bundle: nothing shows that mission, maps and vehicle "
+                    "are those that were checked; make one with dive check --bundle FILE, or give "
+                    "--unchecked",
+                    arguments.mission));
+  }
+  return loaded;
+}
+
 /// True if the mission can be dived with these options; else prints an error.
 bool fit_mission(const RunArguments& arguments, const Mission& mission) {
   const bool is_linked = !arguments.link.url.empty();
@@ -392,9 +414,10 @@ bool fit_mission(const RunArguments& arguments, const Mission& mission) {
 
 int run_dive(const RunArguments& arguments) {
   if (!fit_each_other(arguments)) return kExitUsage;
+  const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.link.key);
+  if (!key) return key.error();
   Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded =
-      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
+  const std::optional<LoadedMission> loaded = load_dive(arguments, *key, diagnostics);
   if (!loaded) {
     print_diagnostics(diagnostics);
     if (arguments.json) print_json({{"outcome", "failure"}, {"diagnostics", to_json(diagnostics)}});

@@ -12,6 +12,7 @@
 
 #include "mission/record/log.h"
 #include "mission/record/log_channels.h"
+#include "mission/record/output_difference.h"
 
 namespace dive::mission {
 namespace {
@@ -38,6 +39,8 @@ std::string shown(const T& value) {
 /// Keeps the first difference. Names are composed only then.
 class Comparison {
  public:
+  explicit Comparison(const OutputNames& names) : names_(names) {}
+
   template <typename T, typename... Name>
   void value(const T& logged, const T& replayed, const Name&... name) {
     if (!text_.empty() || same(logged, replayed)) return;
@@ -50,7 +53,7 @@ class Comparison {
         b += fmt::format(" ({:#x})", std::bit_cast<std::uint64_t>(replayed));
       }
     }
-    text_ += fmt::format(": logged {}, replayed {}", a, b);
+    text_ += fmt::format(": {} {}, {} {}", names_.first, a, names_.second, b);
   }
 
   template <typename... Name>
@@ -84,6 +87,7 @@ class Comparison {
   [[nodiscard]] std::string take() { return std::move(text_); }
 
  private:
+  OutputNames names_;
   std::string text_;
 };
 
@@ -233,12 +237,13 @@ void compare(Comparison& c, const std::vector<ActionRecord>& logged,
 
 }  // namespace
 
-std::string first_difference(const StepOutputs& logged, const StepOutputs& replayed) {
+std::string first_difference(const StepOutputs& logged, const StepOutputs& replayed,
+                             const OutputNames& names) {
   const auto& [command1, rates1, estimate1, status1, query1, transitions1, failsafes1, actions1] =
       logged;
   const auto& [command2, rates2, estimate2, status2, query2, transitions2, failsafes2, actions2] =
       replayed;
-  Comparison c;
+  Comparison c(names);
   compare(c, command1, command2);
   compare(c, rates1, rates2);
   compare(c, estimate1, estimate2);
@@ -248,6 +253,10 @@ std::string first_difference(const StepOutputs& logged, const StepOutputs& repla
   compare(c, failsafes1, failsafes2);
   compare(c, actions1, actions2);
   return c.take();
+}
+
+std::string first_difference(const StepOutputs& logged, const StepOutputs& replayed) {
+  return first_difference(logged, replayed, {});
 }
 
 }  // namespace dive::mission

@@ -36,6 +36,9 @@ struct LogHeader {
   std::string vehicle_urdf;
   std::string resume;  ///< Journal from which the dive continued; empty: a new dive.
   std::optional<double> resume_gap_s;  ///< Resume::gap_s.
+  /// How the mission was checked before the dive: "bundle" and its hash; "unchecked", by the
+  /// operator's choice, alone or after a bundle; empty: a mission file without a bundle.
+  std::string check = {};
 };
 
 using TruthRecord = link::Truth;

@@ -22,9 +22,9 @@ using namespace link::detail;
 namespace {
 
 constexpr Run kHeader[] = {
-    bytes(8 + sizeof(double)), text(kMaxText),    text(kMaxText),     text(kMaxText),
-    text(kMaxFileText),        text(kMaxText),    text(kMaxFileText), text(kMaxMeshText),
-    text(kMaxFileText),        text(kMaxFileText)};
+    bytes(8 + sizeof(double)), text(kMaxText),     text(kMaxText),     text(kMaxText),
+    text(kMaxFileText),        text(kMaxText),     text(kMaxFileText), text(kMaxMeshText),
+    text(kMaxFileText),        text(kMaxFileText), text(kMaxText)};
 constexpr Run kPlanReply[] = {bytes(8 + 8 + 2 + 4 + 2 * sizeof(double)), text(kMaxText),
                               bytes(1 + 4 * sizeof(double)), text(kMaxText),
                               array(kPoseSize, kMaxWaypoints)};
@@ -56,7 +56,7 @@ bool read_objects(const obstacle_update_t& m, std::vector<planning::ObjectChange
 
 bool encode(const LogHeader& header, Packet& packet) {
   const auto& [version, mathematics, seed, mission_name, mission_xml, map_name, map_xml, map_meshes,
-               urdf, resume, resume_gap_s] = header;
+               urdf, resume, resume_gap_s, check] = header;
   for (const std::string* file : {&mission_xml, &map_xml, &urdf, &resume}) {
     if (file->size() >= kMaxFileText) return false;  // Checked before LCM counts in int.
   }
@@ -73,6 +73,7 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.resume = resume;
   m.resume_gap = resume_gap_s.value_or(-1.0);
   m.vehicle_urdf = urdf;
+  m.check = check;
   return pack(m, kHeader, packet);
 }
 
@@ -89,7 +90,8 @@ bool decode(PacketView packet, LogHeader& header) {
             m->map_meshes,
             m->vehicle_urdf,
             m->resume,
-            {}};
+            {},
+            m->check};
   if (m->resume_gap >= 0.0) header.resume_gap_s = m->resume_gap;
   return true;
 }

@@ -20,7 +20,7 @@ namespace {
 
 tl::unexpected<std::string> unreadable(const char* what, const Diagnostics& diagnostics) {
   const std::string first = diagnostics.list().empty() ? "" : diagnostics.list().front().message;
-  return tl::unexpected(fmt::format("the {} in the log is not accepted: {}", what, first));
+  return tl::unexpected(fmt::format("its {} is not accepted: {}", what, first));
 }
 
 constexpr auto kUnobserved = [](const LoggedTick&, const auto&) {};
@@ -33,9 +33,9 @@ tl::expected<Mission, std::string> mission_of(const LogHeader& header) {
   return std::move(*mission);
 }
 
-tl::expected<planning::World, std::string> world_of(const LogHeader& header) {
+tl::expected<planning::World, std::string> world_of(const LogHeader& header,
+                                                    planning::MeshSource& meshes) {
   Diagnostics diagnostics;
-  planning::MeshBundle meshes(header.map_meshes);
   std::optional<planning::World> world =
       planning::parse_sdf(SourceText(header.map_name, header.map_xml), diagnostics, meshes);
   if (!world) return unreadable("map", diagnostics);
@@ -55,8 +55,7 @@ tl::expected<ExecutiveOptions, std::string> options_of(const LogHeader& header) 
   options.seed = header.seed;
   if (!header.resume.empty()) {
     tl::expected<Journal, std::string> journal = parse_journal(header.resume);
-    if (!journal)
-      return tl::unexpected("the journal in the log is not accepted: " + journal.error());
+    if (!journal) return tl::unexpected("its journal is not accepted: " + journal.error());
     if (journal->checkpoint) {
       options.resume = Resume{std::move(*journal->checkpoint), std::move(journal->trail),
                               journal->trail_spacing_m, header.resume_gap_s};
@@ -67,9 +66,9 @@ tl::expected<ExecutiveOptions, std::string> options_of(const LogHeader& header) 
 
 /// Mission, vehicle and options, and the map if `needs_map`.
 tl::expected<LoggedDive, std::string> read_dive(const LogHeader& header, Mission mission,
-                                                bool needs_map) {
+                                                bool needs_map, planning::MeshSource& meshes) {
   tl::expected<planning::World, std::string> map;
-  if (needs_map) map = world_of(header);
+  if (needs_map) map = world_of(header, meshes);
   if (!map) return tl::unexpected(map.error());
   tl::expected<vehicle::Model, std::string> model = model_of(header);
   if (!model) return tl::unexpected(model.error());
@@ -131,11 +130,17 @@ ReplayReport feed(LogReader& log, Executive& executive, Compare compare, Observe
 }  // namespace
 
 tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header) {
+  planning::MeshBundle meshes(header.map_meshes);
+  return logged_dive(header, meshes);
+}
+
+tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header,
+                                                  planning::MeshSource& meshes) {
   tl::expected<Mission, std::string> mission = mission_of(header);
   if (!mission) return tl::unexpected(mission.error());
   // Without a world to simulate there is no map in the log either.
   const bool has_map = !header.map_xml.empty();
-  return read_dive(header, std::move(*mission), has_map);
+  return read_dive(header, std::move(*mission), has_map, meshes);
 }
 
 ReplayReport replay(LogReader& log, const LoggedDive& dive, const ReplayObserver& observer) {
@@ -160,8 +165,9 @@ tl::expected<ReplayReport, std::string> replay(LogReader& log) {
   if (!mission) return tl::unexpected(mission.error());
   // The vehicle had no map of an unknown environment.
   const bool had_map = !mission->unknown;
+  planning::MeshBundle meshes(log.header()->map_meshes);
   const tl::expected<LoggedDive, std::string> dive =
-      read_dive(*log.header(), std::move(*mission), had_map);
+      read_dive(*log.header(), std::move(*mission), had_map, meshes);
   if (!dive) return tl::unexpected(dive.error());
   return replay(log, *dive, kUnobserved);
 }
@@ -171,8 +177,9 @@ tl::expected<WhatIf, std::string> replay_with(LogReader& log, const Mission& cha
   tl::expected<Mission, std::string> mission = mission_of(*log.header());
   if (!mission) return tl::unexpected(mission.error());
   const bool had_map = !mission->unknown;
+  planning::MeshBundle meshes(log.header()->map_meshes);
   const tl::expected<LoggedDive, std::string> dived =
-      read_dive(*log.header(), std::move(*mission), had_map);
+      read_dive(*log.header(), std::move(*mission), had_map, meshes);
   if (!dived) return tl::unexpected(dived.error());
   if (dived->options.resume) {
     return tl::unexpected(std::string(

@@ -15,6 +15,7 @@
 #include "mission/document/mission.h"
 #include "mission/executive/executive.h"
 #include "mission/record/log.h"
+#include "planning/world/mesh_source.h"
 #include "planning/world/world.h"
 #include "vehicle/model.h"
 
@@ -47,8 +48,11 @@ struct LoggedDive {
   vehicle::Model model;
   ExecutiveOptions options;
 };
-/// The error is a sentence: one of them cannot be read any more.
+/// The error is a sentence: one of them cannot be read any more. Without `meshes`, those of the
+/// header.
 [[nodiscard]] tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header);
+[[nodiscard]] tl::expected<LoggedDive, std::string> logged_dive(const LogHeader& header,
+                                                                planning::MeshSource& meshes);
 
 /// Called with every tick of the log, and with the executive after that tick; null from the first
 /// gap or divergence on.

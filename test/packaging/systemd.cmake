@@ -52,3 +52,7 @@ expect("${first}" "^run mission.xml --key dive.key --lcm udpm://239.255.76.67:76
 file(WRITE ${place}/dive.journal "content")
 run(again ${here})
 expect("${again}" "--cameras cameras --resume\n$")
+# A bundle is dived rather than the mission beside it.
+file(WRITE ${place}/mission.bundle "content")
+run(bundle ${here})
+expect("${bundle}" "^run mission.bundle --key dive.key ")

@@ -186,6 +186,31 @@ TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
   }
 }
 
+// The header of both logs names the bundle too. A mission file is dived with a warning.
+TEST_F(Processes, InLockStepASignedBundleIsDivedAsByTheBuiltInSimulator) {
+  ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
+  const std::string bundle = path("pool2.bundle");
+  Process check({DIVE_COMMAND, "check", "--static", mission("pool2"), "--bundle", bundle, "--key",
+                 path("key")},
+                folder_, "check");
+  ASSERT_EQ(check.wait(kLong), 0) << check.err();
+  for (const std::string& dived : {bundle, mission("pool2")}) {
+    const auto vehicle = dive("sim", {"sim", mission("pool2"), "--lockstep", "--key", path("key")});
+    const auto executive = dive(
+        "run", {"run", dived, "--lockstep", "--key", path("key"), "--log", path("linked.lcmlog")});
+    EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
+    EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
+    EXPECT_THAT(executive->err(),
+                HasSubstr(dived == bundle ? "signed with this key" : "not a verified bundle"));
+    if (dived != bundle) continue;
+    Process built_in({DIVE_COMMAND, "run", bundle, "--key", path("key"), "--log",
+                      path("built-in.lcmlog"), "--json"},
+                     folder_, "built-in");
+    EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
+    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+  }
+}
+
 // The simulated vehicle reports its contacts, and the executive's log contains them.
 TEST_F(Processes, InLockStepACollisionIsReportedAndLoggedAsByTheBuiltInSimulator) {
   const std::string quay = DIVE_SOURCE_DIR "/test/mission/collision/quay.xml";

@@ -204,8 +204,8 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   Packet packet;
   const std::string text(kMaxText - 1, 'x');
   const std::string file(kMaxFileText - 1, 'x');
-  ASSERT_TRUE(
-      encode(LogHeader{text, text, 0, text, file, text, file, file, file, file, 1.0}, packet));
+  ASSERT_TRUE(encode(LogHeader{text, text, 0, text, file, text, file, file, file, file, 1.0, text},
+                     packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
   ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text, text}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));

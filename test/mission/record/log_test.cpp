@@ -57,6 +57,7 @@ TEST(Log, GivesBackItsHeader) {
   EXPECT_EQ(log->header()->map_name, expected.map_name);
   EXPECT_EQ(log->header()->map_xml, expected.map_xml);
   EXPECT_EQ(log->header()->vehicle_urdf, expected.vehicle_urdf);
+  EXPECT_EQ(log->header()->check, expected.check);
   EXPECT_EQ(log->events_read(), 1);
 }
 

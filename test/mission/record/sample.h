@@ -28,7 +28,8 @@ inline LogHeader sample_header() {
           .map_meshes = "",
           .vehicle_urdf = "<robot/>",
           .resume = "a journal\n",
-          .resume_gap_s = 0.5};
+          .resume_gap_s = 0.5,
+          .check = "bundle 0123"};
 }
 
 // ---------------------------------------------------------------------------- every field

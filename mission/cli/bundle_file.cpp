@@ -1,0 +1,182 @@
+#include "mission/cli/bundle_file.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "common/clock.h"
+#include "mission/bundle/bundle.h"
+#include "mission/bundle/bundled_dive.h"
+#include "mission/bundle/plan_proof.h"
+#include "mission/bundle/vehicle_difference.h"
+#include "mission/cli/json.h"
+#include "mission/cli/terminal.h"
+#include "planning/world/scene.h"
+#include "planning/world/sdf.h"
+
+namespace dive::mission {
+namespace {
+
+constexpr const char* kCheckAgain = "check the mission again: dive check MISSION --bundle FILE";
+
+std::string verdict_of(const CheckArguments& arguments, const CheckReport& report,
+                       const Diagnostics& diagnostics) {
+  nlohmann::ordered_json json = to_json(report, diagnostics);
+  json["seed"] = arguments.seed;
+  json["conditions"] = arguments.conditions;
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Adds the triangles of a map's meshes. Returns the text of their pieces.
+std::string keep_meshes(const std::string& path, const SourceText& map, bool is_simulation,
+                        planning::Resources resources, Bundle& bundle) {
+  planning::MeshFiles files(path, resources);
+  MeshKeeper keeper(files, is_simulation, bundle.meshes);
+  Diagnostics reported_when_loaded;
+  const auto world = planning::parse_sdf(map, reported_when_loaded, keeper);
+  return world ? files.bundle() : std::string();
+}
+
+std::vector<BundledLeg> legs_of(const LoadedMission& loaded, const CheckReport& report,
+                                std::uint64_t seed) {
+  const planning::Scene scene(loaded.world);
+  const Route route = nominal_route(loaded.mission, scene);
+  RouteRequests requests(route, seed);
+  std::vector<BundledLeg> legs;
+  for (const PlannedRouteLeg& leg : report.legs) {
+    legs.push_back({leg.state, leg.goal, requests.next(), leg.plan});
+    requests.arrive(leg.plan.waypoints);
+  }
+  return legs;
+}
+
+/// The error is a sentence.
+tl::expected<Bundle, std::string> make_bundle(const CheckArguments& arguments,
+                                              const LoadedMission& loaded,
+                                              const CheckReport& report,
+                                              const Diagnostics& diagnostics) {
+  Bundle bundle;
+  bundle.header = header_of(loaded, arguments.seed);
+  bundle.verdict = verdict_of(arguments, report, diagnostics);
+  bundle.legs = legs_of(loaded, report, arguments.seed);
+  const planning::Resources where = resources(arguments.allow_outside);
+  const Mission& mission = loaded.mission;
+  if (!loaded.map_meshes.empty() &&
+      keep_meshes(mission.map_path, loaded.map, false, where, bundle) != loaded.map_meshes) {
+    return tl::unexpected(std::string("a mesh of the map was changed during the check"));
+  }
+  if (!loaded.simulated_world) return bundle;
+  bundle.simulation_name = mission.simulation_map->value;
+  bundle.simulation_xml = loaded.simulation_map.content();
+  bundle.simulation_meshes =
+      keep_meshes(mission.simulation_map_path, loaded.simulation_map, true, where, bundle);
+  return bundle;
+}
+
+void refuse(const RunArguments& arguments, const char* code, std::string why, std::string hint,
+            Diagnostics& diagnostics) {
+  Diagnostic diagnostic;
+  diagnostic.code = code;
+  diagnostic.file = arguments.mission;
+  diagnostic.message = std::move(why);
+  diagnostic.hint = std::move(hint);
+  diagnostics.add(std::move(diagnostic));
+}
+
+/// True if vehicle and plans are those of the check; else reports why not.
+bool is_verified(const RunArguments& arguments, const OpenedBundle& opened, const BundledDive& dive,
+                 const vehicle::Model& here, Diagnostics& diagnostics) {
+  SteadyClock clock;
+  const Utime begun = clock.now();
+  if (const std::string difference = vehicle_difference(dive.model, here); !difference.empty()) {
+    refuse(arguments, "BUNDLE-VEHICLE", "the bundle was made for " + difference,
+           "give the description that it was checked with (--vehicle FILE), or check the mission "
+           "again for this vehicle",
+           diagnostics);
+    return false;
+  }
+  const tl::expected<PlanProof, std::string> proof =
+      prove_plans(opened.bundle.legs, dive.mission, dive.world, here.hull);
+  if (!proof) {
+    refuse(arguments, "BUNDLE-PLAN", proof.error(), kCheckAgain, diagnostics);
+    return false;
+  }
+  const double took_ms = 1e3 * to_seconds(clock.now() - begun);
+  note(fmt::format("dive: {}: verified: {} plan(s) certified again in {:.0f} ms, made by dive {}{}",
+                   arguments.mission, proof->legs, took_ms, opened.bundle.header.version,
+                   opened.is_authentic ? ", signed with this key" : ""));
+  if (opened.is_signed && !opened.is_authentic) {
+    note(fmt::format("dive: {}: it is signed, but without --key nothing shows by whom",
+                     arguments.mission));
+  }
+  return true;
+}
+
+LoadedMission loaded_of(BundledDive dive, OpenedBundle opened, const RunArguments& arguments,
+                        LoadedVehicle here) {
+  Bundle& bundle = opened.bundle;
+  LoadedMission loaded;
+  loaded.mission = std::move(dive.mission);
+  loaded.map = SourceText(bundle.header.map_name, std::move(bundle.header.map_xml));
+  loaded.map_meshes = std::move(bundle.header.map_meshes);
+  loaded.world = std::move(dive.world);
+  loaded.simulated_world = std::move(dive.simulated_world);
+  loaded.model = std::move(here.model);
+  loaded.vehicle = std::move(here.urdf);
+  loaded.check = fmt::format("bundle {}{}", opened.hash, arguments.unchecked ? ", unchecked" : "");
+  return loaded;
+}
+
+}  // namespace
+
+tl::expected<std::optional<link::Key>, int> key_of(const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  tl::expected<link::Key, std::string> key = link::read_key(path);
+  if (key) return std::optional<link::Key>(*key);
+  complain(key.error());
+  return tl::unexpected<int>(kExitUsage);
+}
+
+int write_bundle(Result& file, const CheckArguments& arguments, const std::optional<link::Key>& key,
+                 const LoadedMission& loaded, const CheckReport& report,
+                 const Diagnostics& diagnostics) {
+  if (!file) return kExitSuccess;
+  if (!diagnostics.ok()) {
+    note(fmt::format("dive: {}: no bundle is written, because the mission is not ready to dive",
+                     arguments.bundle));
+    return kExitSuccess;
+  }
+  const tl::expected<std::vector<std::uint8_t>, std::string> bytes =
+      make_bundle(arguments, loaded, report, diagnostics).and_then([&](const Bundle& bundle) {
+        return pack_bundle(bundle, key);
+      });
+  if (!bytes) {
+    complain(fmt::format("{}: {}", arguments.bundle, bytes.error()));
+    return kExitUsage;
+  }
+  return write_result(file, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+}
+
+std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
+                                         const std::optional<link::Key>& key,
+                                         Diagnostics& diagnostics) {
+  tl::expected<OpenedBundle, std::string> opened = read_bundle(arguments.mission, key);
+  if (!opened) {
+    refuse(arguments, "BUNDLE-DAMAGED", opened.error(), kCheckAgain, diagnostics);
+    return std::nullopt;
+  }
+  std::optional<LoadedVehicle> here = load_vehicle(arguments.vehicle, diagnostics);
+  if (!here) return std::nullopt;
+  tl::expected<BundledDive, std::string> dive = bundled_dive(opened->bundle);
+  if (!dive) {
+    refuse(arguments, "BUNDLE-CONTENT", dive.error(), kCheckAgain, diagnostics);
+    return std::nullopt;
+  }
+  if (!arguments.unchecked && !is_verified(arguments, *opened, *dive, here->model, diagnostics)) {
+    return std::nullopt;
+  }
+  return loaded_of(std::move(*dive), std::move(*opened), arguments, std::move(*here));
+}
+
+}  // namespace dive::mission

@@ -1,0 +1,34 @@
+#pragma once
+// Verified bundles as files of `dive check` and `dive run` (mission/bundle/).
+
+#include <optional>
+
+#include <tl/expected.hpp>
+
+#include "common/diagnostic.h"
+#include "mission/check/check.h"
+#include "mission/cli/commands.h"
+#include "mission/cli/loading.h"
+#include "mission/cli/output.h"
+#include "vehicle/link/key.h"
+
+namespace dive::mission {
+
+/// The key in a file; none if `path` is empty. Prints an error and returns the exit status if it
+/// cannot be read.
+[[nodiscard]] tl::expected<std::optional<link::Key>, int> key_of(const std::string& path);
+
+/// Writes the bundle of a mission that is ready; returns 0 or, after printing an error, the exit
+/// status.
+[[nodiscard]] int write_bundle(Result& file, const CheckArguments& arguments,
+                               const std::optional<link::Key>& key, const LoadedMission& loaded,
+                               const CheckReport& report, const Diagnostics& diagnostics);
+
+/// Loads a bundle to dive it, and says on stderr what was verified. Errors: BUNDLE-DAMAGED,
+/// BUNDLE-CONTENT, BUNDLE-VEHICLE, BUNDLE-PLAN, and those of the vehicle's description. With
+/// `--unchecked` neither vehicle nor plans are verified.
+[[nodiscard]] std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
+                                                       const std::optional<link::Key>& key,
+                                                       Diagnostics& diagnostics);
+
+}  // namespace dive::mission
