@@ -217,7 +217,7 @@ struct CommandTable;
 
 /// Writes a commented mission and its map.
 [[nodiscard]] int run_new(const NewArguments& arguments);
-/// Writes man pages and completions of all commands.
+/// Writes man pages and completions of all commands, and the reference of the mission language.
 [[nodiscard]] int run_generate(const GenerateArguments& arguments, const CommandTable& table);
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);

@@ -29,7 +29,7 @@ void add_generate(CLI::App& app, GenerateArguments& arguments) {
       "Examples:\n"
       "  dive generate share\n\n"
       "Writes man pages, and completions for bash and zsh, of all commands into a folder like\n"
-      "/usr/share.");
+      "/usr/share, and the reference of the mission language: share/doc/dive/mission-language.md.");
   command->group("");
   command->add_option("DIR", arguments.folder, "Folder")->type_name("DIR")->required();
   command->add_flag("--force", arguments.force, kForceHelp);

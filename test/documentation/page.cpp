@@ -58,8 +58,8 @@ Ran run(const std::string& command, int last_status, const fs::path& folder,
   const fs::path script = folder / ".step";
   std::ofstream(script) << "(exit " << last_status << ")\n" << command << "\n";
   const std::string line = fmt::format(
-      "cd '{}' && PATH='{}':\"$PATH\" NO_COLOR=1 bash .step >.output 2>&1 </dev/null",
-      folder.string(), path);
+      "cd '{}' && PATH='{}':\"$PATH\" DIVE='{}' NO_COLOR=1 bash .step >.output 2>&1 </dev/null",
+      folder.string(), path, DIVE_SOURCE_DIR);
   const int status = std::system(line.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, content_of(folder / ".output")};
 }
@@ -85,6 +85,9 @@ std::vector<Step> steps_of(const std::string& page) {
       if (is_file) steps.push_back({number, "", {}, words[3]});
     } else if (is_console && line.starts_with("$ ")) {
       steps.push_back({number, line.substr(2), {}, ""});
+    } else if (is_console && line.starts_with("> ") && !steps.empty() &&
+               steps.back().expected.empty()) {
+      steps.back().command += "\n" + line.substr(2);
     } else if ((is_console || is_file) && !steps.empty()) {
       steps.back().expected.push_back(line);
     }

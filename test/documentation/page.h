@@ -2,9 +2,11 @@
 // The commands of a page of the documentation, and what it says that they print.
 //
 // In a block ```console a line that begins with "$ " is a command, the lines that follow it are
-// its output: exactly these lines, except that "..." inside a line stands for any text, and a line
-// "..." for any lines. The commands run one after the other in one folder; each must succeed, unless
-// `echo $?` follows it and states another status. A block ```LANGUAGE FILE is written into FILE.
+// its output (lines that begin with "> " right after it continue the command): exactly these lines,
+// except that "..." inside a line stands for any text, and a line
+// "..." for any lines. The commands run one after the other in one folder; each must succeed,
+// unless `echo $?` follows it and states another status. A block ```LANGUAGE FILE is written into
+// FILE.
 
 #include <filesystem>
 #include <string>

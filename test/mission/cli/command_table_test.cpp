@@ -145,7 +145,7 @@ TEST(CommandTable, GenerateIsForPackagesAndOverwritesNothing) {
   const Ran unwritable = dive("generate /dev/null/share");
   EXPECT_EQ(unwritable.status, 2) << unwritable.err;
   const json files = json::parse(dive("generate share --force --json").out).at("files");
-  EXPECT_EQ(files.size(), commands().size() + 3);
+  EXPECT_EQ(files.size(), commands().size() + 4);
 }
 
 /// A command line with a mistake, and what is said of it.
