@@ -74,10 +74,12 @@ vehicle::Model load_vehicle() {
   return std::move(*model);
 }
 
-std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
-                                  Diagnostics& diagnostics, const std::string& vehicle) {
-  std::optional<Vehicle> described = read_vehicle(vehicle, diagnostics);
-  std::optional<Mission> mission = load_mission(path, diagnostics);
+namespace {
+
+// Reads what the mission names.
+std::optional<LoadedMission> with_map(std::optional<Mission> mission,
+                                      std::optional<Vehicle> described,
+                                      planning::Resources resources, Diagnostics& diagnostics) {
   if (!mission || !described) return std::nullopt;
   LoadedMission loaded{std::move(*mission),       {}, {}, {}, {}, std::move(described->model),
                        std::move(described->urdf)};
@@ -101,6 +103,21 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
     if (!loaded.simulated_world) return std::nullopt;
   }
   return loaded;
+}
+
+}  // namespace
+
+std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
+                                  Diagnostics& diagnostics, const std::string& vehicle) {
+  std::optional<Vehicle> described = read_vehicle(vehicle, diagnostics);
+  return with_map(load_mission(path, diagnostics), std::move(described), resources, diagnostics);
+}
+
+std::optional<LoadedMission> load(SourceText mission, planning::Resources resources,
+                                  Diagnostics& diagnostics) {
+  std::optional<Vehicle> described = read_vehicle("", diagnostics);
+  return with_map(parse_mission(std::move(mission), diagnostics), std::move(described), resources,
+                  diagnostics);
 }
 
 LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed) {

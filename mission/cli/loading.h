@@ -40,6 +40,11 @@ struct LoadedMission {
                                                 Diagnostics& diagnostics,
                                                 const std::string& vehicle = {});
 
+/// The same for a mission in memory, with the compiled-in vehicle; `mission.path()` determines the
+/// folder of its files.
+[[nodiscard]] std::optional<LoadedMission> load(SourceText mission, planning::Resources resources,
+                                                Diagnostics& diagnostics);
+
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
 

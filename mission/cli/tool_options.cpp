@@ -23,6 +23,17 @@ void add_new(CLI::App& app, NewArguments& arguments) {
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
+void add_lsp(CLI::App& app, LspArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "lsp",
+      "Examples:\n"
+      "  dive lsp      an editor starts it: doc/how-to/set-up-an-editor.md\n\n"
+      "Serves an editor of missions over the Language Server Protocol on standard input and\n"
+      "output: the findings of dive check --static while you type, completion by the schema, and\n"
+      "on each leg its certified clearance.");
+  command->add_flag("--stdio", arguments.stdio, "Standard input and output, as always");
+}
+
 void add_generate(CLI::App& app, GenerateArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "generate",
