@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -46,26 +47,14 @@ std::string anchor(const std::string& type) {
 
 // Text in a cell of a table: as it is, not as markup.
 std::string cell(const std::string& text) {
+  constexpr std::string_view kMarkup = "|*_";
   std::string result;
   for (const char c : text) {
-    switch (c) {
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '&':
-        result += "&amp;";
-        break;
-      case '|':
-      case '*':
-      case '_':
-        result += '\\';
-        result += c;
-        break;
-      default:
-        result += c;
+    if (kMarkup.find(c) != std::string_view::npos) result += '\\';
+    if (c == '<' || c == '&') {
+      result += c == '<' ? "&lt;" : "&amp;";
+    } else {
+      result += c;
     }
   }
   return result;
