@@ -153,7 +153,7 @@ constexpr const char* kIntroduction =
     "- Numbers have a decimal point and no exponent. Ids begin with a letter or `_`.\n"
     "- `dive check --rules` lists the rules that go beyond this page, such as that a target must "
     "exist.\n"
-    "- `**required**`: the mission is refused without it. An empty place in *if absent*: the "
+    "- **required**: the mission is refused without it. An empty place in *if absent*: the "
     "meaning says what applies.\n\n";
 
 }  // namespace

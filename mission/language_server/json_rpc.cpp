@@ -75,7 +75,7 @@ IncomingMessage read_message(std::istream& input) {
   if (static_cast<std::size_t>(input.gcount()) != *length) return EndOfMessages{};
   nlohmann::json message = nlohmann::json::parse(body, nullptr, false);
   if (message.is_discarded()) return MalformedMessage{"the content is not JSON"};
-  return message;
+  return IncomingMessage(std::in_place_type<nlohmann::json>, std::move(message));
 }
 
 void MessageWriter::respond(const nlohmann::json& id, nlohmann::json result) {
