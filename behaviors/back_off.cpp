@@ -11,13 +11,15 @@ constexpr double kSpeed = 0.15;         // m/s, bow or stern first
 constexpr double kLookahead = 0.4;      // m
 constexpr double kArrived = 0.2;        // m
 constexpr double kOffCourse = 0.5;      // rad of heading error above which it turns first
+constexpr double kLevel = 0.2;          // rad of roll: less is levelled
 constexpr double kGraceSeconds = 15.0;  // s added to kSlow times the route's expected time
 constexpr double kSlow = 3.0;
 
 // A pose on the route: bow along `direction`, or opposite to it when astern.
-Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction, bool is_astern) {
+Pose pose_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction, bool is_astern,
+             double roll) {
   const Eigen::Vector3d bow = is_astern ? Eigen::Vector3d(-direction) : direction;
-  return {p_W, from_rpy(0.0, 0.0, std::atan2(bow.y(), bow.x()))};
+  return {p_W, from_rpy(roll, 0.0, std::atan2(bow.y(), bow.x()))};
 }
 
 }  // namespace
@@ -76,7 +78,16 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   route.points_W = std::move(path.points);
   route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
   route.until = input.now + from_seconds(kGraceSeconds + kSlow * path.length_m / kSpeed);
-  if (clearance_of_rest(route, input) <= 0.0) return false;
+  double clearance_m = clearance_of_rest(route, input);
+  Route on_its_side = route;
+  on_its_side.roll = to_rpy(X_WB.q).x();
+  const double on_its_side_m =
+      std::abs(on_its_side.roll) > kLevel ? clearance_of_rest(on_its_side, input) : 0.0;
+  if (on_its_side_m > clearance_m) {
+    clearance_m = on_its_side_m;
+    route = std::move(on_its_side);
+  }
+  if (clearance_m <= criteria.min_clearance_m) return false;
   route_ = std::move(route);
   last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
   return true;
@@ -87,7 +98,7 @@ double BackOff::clearance_of_rest(const Route& route, const BehaviorInput& input
   std::vector<Pose> poses = {input.estimate->X_WB};
   Eigen::Vector3d from = poses.front().p;
   for (std::size_t i = route.next; i < route.points_W.size(); ++i) {
-    poses.push_back(pose_at(from, route.points_W[i] - from, route.is_astern));
+    poses.push_back(pose_at(from, route.points_W[i] - from, route.is_astern, route.roll));
     from = route.points_W[i];
   }
   poses.push_back({from, poses.back().q});
@@ -110,7 +121,7 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
     return std::nullopt;
   }
   vehicle::Command command;
-  command.o = pose_at(X_WB.p, direction, route_->is_astern).q;
+  command.o = pose_at(X_WB.p, direction, route_->is_astern, route_->roll).q;
   command.d = std::max(-points_W[next].z(), 0.0);
   const double off = std::abs(wrap_angle(to_rpy(command.o).z() - to_rpy(X_WB.q).z()));
   const double speed = kSpeed * std::max(1.0 - off / kOffCourse, 0.0);

@@ -6,8 +6,9 @@
 // is free, and plans from there with the map as it is then.
 //
 // There is no clearance to turn around: the vehicle swims stern first if its bow points away from
-// the path. The course follows the line-of-sight law to the point of the path
-// `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
+// the path. A vehicle on its side may be there because it has no room to come level: it keeps its
+// roll where that leaves more clearance. The course follows the line-of-sight law to the point of
+// the path `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
 
 #include <cstddef>
 #include <optional>
@@ -38,6 +39,7 @@ class BackOff {
     /// Longest path along the trail, m; max_distance_m when absent.
     std::optional<double> max_distance_m = std::nullopt;
     bool needs_open_water = false;  ///< Only places with open water above.
+    double min_clearance_m = 0.0;   ///< More than this on the way there.
   };
   /// Starts along BehaviorInput::trail to the nearest place that has clearance and meets the
   /// conditions; if there is none, to the one with most clearance. False if no place has more than
@@ -58,6 +60,7 @@ class BackOff {
   struct Route {
     std::vector<Eigen::Vector3d> points_W;
     bool is_astern = false;
+    double roll = 0.0;     ///< rad
     Utime until = 0;       ///< Time at which it has taken too long.
     std::size_t next = 1;  ///< Index of the point that it steers to.
   };

@@ -95,11 +95,10 @@ class Behavior {
   /// True if it swims where the vehicle has not been: in an unknown environment its speed is
   /// limited by the observed free space ahead.
   [[nodiscard]] virtual bool needs_free_ahead() const { return false; }
-  /// The poses that it means to take from X_WB on, within `seconds` at full speed; empty if it does
-  /// not follow a path.
-  [[nodiscard]] virtual std::vector<Pose> way_ahead(const Pose& /*X_WB*/,
-                                                    double /*seconds*/) const {
-    return {};
+  /// Sets `way` to the poses that it means to take from X_WB on, within `seconds` at full speed;
+  /// empty if it does not follow a path.
+  virtual void way_ahead(const Pose& /*X_WB*/, double /*seconds*/, std::vector<Pose>& way) const {
+    way.clear();
   }
   /// True for a vertical ascent in open water.
   [[nodiscard]] virtual bool rises() const { return false; }

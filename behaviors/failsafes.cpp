@@ -34,7 +34,7 @@ constexpr std::array<FailsafeTraits, kFailsafeCount> kTraits = {{
     {Kind::kRangeLost, "range_lost", policy(Rung::kHold, 0.0, 2.0, 20.0), "after", 2.0},
     {Kind::kEstimatorDiverged, "estimator_diverged", policy(Rung::kAbortAndSurface, 2.0),
      "difference", 1.0},
-    {Kind::kLocalisationLost, "localisation_lost", policy(Rung::kWarn, 2.0), "sigma", 5.0},
+    {Kind::kLocalisationLost, "localisation_lost", policy(Rung::kWarn, 2.0), "margin", 1.5},
     {Kind::kWrongMap, "wrong_map", policy(Rung::kAbortAndSurface, 0.0), {}},
     {Kind::kPlannerFailure, "planner_failure", policy(Rung::kAbortAndSurface, 0.0), "failures",
      3.0},

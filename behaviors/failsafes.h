@@ -34,7 +34,7 @@ enum class FailsafeKind {
   kHealthLost,         ///< The same.
   kRangeLost,          ///< No new range data for a while, where the dive depends on them.
   kEstimatorDiverged,  ///< The estimate is not finite, or contradicts the depth sensor.
-  kLocalisationLost,   ///< The position is too uncertain.
+  kLocalisationLost,   ///< The position is too uncertain for the clearance ahead.
   kWrongMap,           ///< The scans show another place than the map.
   kPlannerFailure,     ///< Several plans failed in a row, or the replan budget is used up.
   kCommsLost,          ///< No heartbeat from topside.

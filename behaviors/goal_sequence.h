@@ -17,8 +17,8 @@ class GoalSequence final : public Behavior {
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   [[nodiscard]] bool needs_free_ahead() const override { return !leg_->is_backing_off(); }
-  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const override {
-    return leg_->way_ahead(X_WB, seconds);
+  void way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const override {
+    leg_->way_ahead(X_WB, seconds, way);
   }
   [[nodiscard]] bool request_alternative() override { return leg_->request_alternative(); }
   /// Continues with the next goal; false at the last one.

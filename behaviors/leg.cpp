@@ -140,7 +140,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
     return false;
   }
   if (turn == TurnOnto::kNoRoom && recovery_.may_back_off(input.estimate->X_WB.p) &&
-      begin_back_off(input, LegRecovery::BackOffReason::kOtherPath))
+      begin_back_off(input, LegRecovery::BackOffReason::kNoRoom))
     return false;
   take_path(input, std::min(observed_m, plan.clearance_m));
   return false;
@@ -206,6 +206,7 @@ BehaviorOutput Leg::back_off(const BehaviorInput& input) {
   }
   BehaviorOutput output;
   output.command = *command;
+  output.brakes = true;  // there is no room to coast
   progress_.clearance_m = recovery_.clearance_m();
   progress_.cross_track_m = 0.0;
   return output;
@@ -331,9 +332,9 @@ std::span<const Pose> Leg::rest_of_path() const {
   return follower_.path().subspan(static_cast<std::size_t>(segment) - 1);
 }
 
-std::vector<Pose> Leg::way_ahead(const Pose& X_WB, double seconds) const {
-  if (!is_following()) return {};
-  return follower_.way_ahead(X_WB, seconds * settings_.speed);
+void Leg::way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const {
+  if (!is_following()) return way.clear();
+  follower_.way_ahead(X_WB, seconds * settings_.speed, way);
 }
 
 // Obstacles farther along the path are ignored: they may move, or another path may be found, before
@@ -342,8 +343,10 @@ bool Leg::is_cut_off(const BehaviorInput& input, double rest_m, double certified
   if (rest_m <= 0.0) return true;
   const double least =
       settings_.recovery.back_off.min_clearance * std::min(certified_m, settings_.limits.clearance);
-  return rest_m < least &&
-         input.observed->clearance(way_ahead(input.estimate->X_WB, kStopSeconds)) < least;
+  if (rest_m >= least) return false;
+  std::vector<Pose> way;
+  way_ahead(input.estimate->X_WB, kStopSeconds, way);
+  return input.observed->clearance(way) < least;
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {

@@ -58,7 +58,7 @@ class Leg {
   /// often.
   [[nodiscard]] bool request_alternative();
   /// See Behavior::way_ahead().
-  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const;
+  void way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const;
   /// True while it backs off along the trail, where the vehicle has been.
   [[nodiscard]] bool is_backing_off() const;
 

@@ -175,7 +175,7 @@ void Monitors::watch_estimate(const MonitorInput& input) {
   set(FailsafeKind::kEstimatorDiverged,
       !estimate.X_WB.is_finite() || !estimate.covariance.allFinite() || denies);
   set(FailsafeKind::kLocalisationLost,
-      estimation::horizontal_sigma(estimate) > threshold(FailsafeKind::kLocalisationLost));
+      input.margin_sigma < threshold(FailsafeKind::kLocalisationLost));
   const MapEvidence::Sum evidence = map_evidence_.sum(input.now);
   map_agreement_ = evidence.places;
   set(FailsafeKind::kWrongMap, evidence.contradicts_map());

@@ -4,6 +4,7 @@
 // sensor and a silent one are treated alike.
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,11 +39,13 @@ struct MonitorInput {
   double elapsed_s = 0.0;  ///< Time since the mission started, s.
   const estimation::StateEstimate* estimate = nullptr;
   std::optional<double> altitude_m;  ///< Height above the ground; empty without ground below.
-  vehicle::Command command;          ///< Command of the previous tick.
-  double expected_climb = 0.0;       ///< Upward velocity expected from the efforts, m/s.
-  double leg_elapsed_s = 0.0;        ///< Time since the leg began, s.
-  double leg_expected_s = 0.0;       ///< Duration of the leg at the mission's speed, s; 0: no leg.
-  int plan_failures = 0;             ///< Number of failed plans in a row.
+  /// Margin of the position ahead (planning/certify/position_margin.h).
+  double margin_sigma = std::numeric_limits<double>::infinity();
+  vehicle::Command command;     ///< Command of the previous tick.
+  double expected_climb = 0.0;  ///< Upward velocity expected from the efforts, m/s.
+  double leg_elapsed_s = 0.0;   ///< Time since the leg began, s.
+  double leg_expected_s = 0.0;  ///< Duration of the leg at the mission's speed, s; 0: no leg.
+  int plan_failures = 0;        ///< Number of failed plans in a row.
   bool out_of_replans = false;
   bool operator_abort = false;
   bool rises = false;  ///< A vertical ascent in open water, for which no range data are needed.

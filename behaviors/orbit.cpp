@@ -123,9 +123,9 @@ bool Orbit::needs_free_ahead() const {
   return phase_ == Phase::kSwimming && !leg_->is_backing_off();
 }
 
-std::vector<Pose> Orbit::way_ahead(const Pose& X_WB, double seconds) const {
-  if (phase_ != Phase::kSwimming) return {};
-  return leg_->way_ahead(X_WB, seconds);
+void Orbit::way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const {
+  if (phase_ != Phase::kSwimming) return way.clear();
+  leg_->way_ahead(X_WB, seconds, way);
 }
 
 bool Orbit::request_alternative() {

@@ -34,7 +34,7 @@ class Orbit final : public Behavior {
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return leg_->progress(); }
   [[nodiscard]] bool needs_free_ahead() const override;
-  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const override;
+  void way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const override;
   [[nodiscard]] bool request_alternative() override;
   /// Continues with the next station; false at the last one.
   [[nodiscard]] bool skip() override;

@@ -136,7 +136,7 @@ bool LegRecovery::may_back_off(const Eigen::Vector3d& p_W) const {
 }
 
 LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
-                                             const BehaviorInput& input) const {
+                                             const BehaviorInput& input) {
   if (input.observed == nullptr) return TurnOnto::kPossible;
   const Pose& X_WB = input.estimate->X_WB;
   const Eigen::Vector3d& v_B = input.estimate->v_WB_B;
@@ -152,7 +152,8 @@ LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
   const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
                                       Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};
   const double least = options_.back_off.min_turn_clearance * d_min_m_;
-  return input.observed->clearance_to_all(motion) < least ? TurnOnto::kNoRoom : TurnOnto::kPossible;
+  turn_clearance_m_ = input.observed->clearance_to_all(motion);
+  return turn_clearance_m_ < least ? TurnOnto::kNoRoom : TurnOnto::kPossible;
 }
 
 void LegRecovery::path_refused(Utime now) { pause_until_ = now + from_seconds(options_.retry_s); }
@@ -162,8 +163,10 @@ void LegRecovery::path_refused(Utime now) { pause_until_ = now + from_seconds(op
 bool LegRecovery::begin_back_off(const BehaviorInput& input, BackOffReason reason) {
   const int count = back_off_.count_at(input.estimate->X_WB.p);
   BackOff::Criteria nearest;
-  if (reason == BackOffReason::kOtherPath)
+  if (reason != BackOffReason::kTooNear) {
     nearest.min_distance_m = options_.back_off.replan_distance_m;
+  }
+  if (reason == BackOffReason::kNoRoom) nearest.min_clearance_m = turn_clearance_m_;
   BackOff::Criteria farther = nearest;
   farther.min_distance_m += options_.back_off.farther_each_time_m * count;
   if (back_off_.begin(input, farther)) return true;

@@ -48,6 +48,7 @@ class LegRecovery {
   enum class BackOffReason {
     kTooNear,    ///< Too near to an obstacle: back to a place with clearance.
     kOtherPath,  ///< Alternative path requested: back to a place with another path.
+    kNoRoom,     ///< The same, if the way back leaves more clearance than the last turn_onto().
   };
   /// Called once per tick while the vehicle is not backing off.
   [[nodiscard]] bool is_too_near(const BehaviorInput& input);
@@ -59,7 +60,7 @@ class LegRecovery {
     kAfterStop,  ///< Too sharp for a vehicle under way.
     kNoRoom,     ///< Made almost on the spot, it leaves too little clearance.
   };
-  [[nodiscard]] TurnOnto turn_onto(std::span<const Pose> path, const BehaviorInput& input) const;
+  [[nodiscard]] TurnOnto turn_onto(std::span<const Pose> path, const BehaviorInput& input);
   /// A path was refused for that turn: the next is planned after a pause.
   void path_refused(Utime now);
   /// False when there is no path back to a place with more clearance.
@@ -79,6 +80,7 @@ class LegRecovery {
   int failures_to_approach_ = 0;  ///< Failed plans since the goal was last approached.
   bool is_reported_ = false;  ///< True if the goal was reported unreachable since the last path.
   std::optional<Utime> pause_until_;  ///< Time of the next plan.
+  double turn_clearance_m_ = 0.0;     ///< Clearance of the last turn_onto(), m.
   int stops_ = 0;                     ///< Stops in a row for an obstacle at about one place.
   Eigen::Vector3d stopped_at_W_ = Eigen::Vector3d::Zero();
 };

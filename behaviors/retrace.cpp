@@ -227,11 +227,11 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   if (status.finished) arrive(input, output);
 }
 
-std::vector<Pose> Retrace::way_ahead(const Pose& X_WB, double seconds) const {
+void Retrace::way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const {
   const bool follows = std::holds_alternative<retrace::FollowingTrail>(state_) ||
                        std::holds_alternative<retrace::FollowingDetour>(state_);
-  if (!follows) return {};
-  return follower_.way_ahead(X_WB, seconds * settings_.speed);
+  if (!follows) return way.clear();
+  follower_.way_ahead(X_WB, seconds * settings_.speed, way);
 }
 
 // Arrives if the vehicle comes to rest with open water above; else continues to open water.

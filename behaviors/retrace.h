@@ -37,7 +37,7 @@ class Retrace final : public Behavior {
   [[nodiscard]] BehaviorOutput step(const BehaviorInput& input) override;
   [[nodiscard]] const Progress& progress() const override { return progress_; }
   [[nodiscard]] bool needs_free_ahead() const override { return is_off_trail_; }
-  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double seconds) const override;
+  void way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const override;
   [[nodiscard]] bool request_alternative() override { return alternative_requested_ = true; }
 
  private:

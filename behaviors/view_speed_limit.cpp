@@ -44,6 +44,13 @@ bool ViewSpeedLimit::view_timed_out(Utime behavior_now) {
   return true;
 }
 
+void hold_speed(double surge, vehicle::Command& command) {
+  const double missing = command.v - surge;
+  if (std::abs(missing) < kSlack) return;
+  const double most = std::max(std::abs(command.v), kMaxDriftCompensation);
+  command.v = std::clamp(command.v + kPush * missing, -most, most);
+}
+
 void compensate_drift(double surge, double yaw, vehicle::Command& command) {
   const Eigen::Vector3d wanted = to_rpy(command.o);
   const bool turns = std::abs(wrap_angle(wanted.z() - yaw)) > kSharp;
@@ -51,12 +58,8 @@ void compensate_drift(double surge, double yaw, vehicle::Command& command) {
     command.v = std::clamp(command.v, -kTurnSpeed, kTurnSpeed);
     if (std::abs(surge) > kAllButStopped) command.o = from_rpy(wanted.x(), wanted.y(), yaw);
   }
-  const double missing = command.v - surge;
-  if (std::abs(missing) < kSlack) return;
-  const bool speeds_up = missing * surge >= 0.0;
-  if (speeds_up && turns) return;
-  const double most = std::max(std::abs(command.v), kMaxDriftCompensation);
-  command.v = std::clamp(command.v + kPush * missing, -most, most);
+  const bool speeds_up = (command.v - surge) * surge >= 0.0;
+  if (!speeds_up || !turns) hold_speed(surge, command);
 }
 
 }  // namespace dive::behaviors

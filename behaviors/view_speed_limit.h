@@ -48,11 +48,15 @@ class ViewSpeedLimit {
 };
 
 /// Compensates the difference between the commanded speed and the measured `surge` (m/s, negative:
-/// astern). The autopilot controls speed without feedback and the drag of a slow hull is very
-/// small, so that a vehicle pushed back would not recover. A vehicle that turns in motion slides
+/// astern), up to 0.3 m/s. The autopilot controls speed without feedback and the drag of a slow
+/// hull is very small, so that a vehicle that is pushed back, or drifts with the water, would not
+/// recover. Call it after all speed limits, because they must not prevent braking.
+void hold_speed(double surge, vehicle::Command& command);
+
+/// hold_speed(), and a stop before sharp turns. A vehicle that turns in motion slides
 /// stern first or sideways for seconds, and no flipper can stop a sideways slide: from `yaw` (rad)
 /// a sharp turn starts only when the vehicle has almost stopped, and there is no forward speed
-/// until it is over. Call it after all speed limits, because they must not prevent braking.
+/// until it is over.
 void compensate_drift(double surge, double yaw, vehicle::Command& command);
 
 }  // namespace dive::behaviors

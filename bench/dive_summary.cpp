@@ -71,6 +71,18 @@ void report_off_path(const std::vector<nlohmann::json>& results) {
                            distances[distances.size() / 2], distances.back());
 }
 
+// The least margin of the position in each dive, as the vehicle computes it.
+void report_margins(const std::vector<nlohmann::json>& results) {
+  std::vector<std::pair<double, int>> margins;
+  for (const nlohmann::json& r : results) margins.emplace_back(r["margin"], r["seed"]);
+  if (margins.empty()) return;
+  std::ranges::sort(margins);
+  std::cout << fmt::format(
+      "  least margin of a dive min {:.1f} (seed {}), p05 {:.1f}, median {:.1f} sigmas\n",
+      margins.front().first, margins.front().second, margins[margins.size() / 20].first,
+      margins[margins.size() / 2].first);
+}
+
 // The dives in which the failsafe for a wrong map was raised, and when.
 void report_wrong_map(const std::vector<nlohmann::json>& results) {
   std::vector<double> times;
@@ -119,6 +131,7 @@ void print_summary(const std::string& name, std::vector<nlohmann::json> results)
   report_clearance("clearance to the diver", "from_diver", results);
   report_errors(results);
   report_off_path(results);
+  report_margins(results);
   report_wrong_map(results);
 }
 

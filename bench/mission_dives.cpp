@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <ranges>
 #include <stdexcept>
@@ -59,6 +60,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   observe_with(distances, settings);
   std::optional<double> wrong_map_s;
   double off_path_m = 0.0;
+  double margin = std::numeric_limits<double>::infinity();
   ObjectsInView in_view(settings);
   std::size_t with_hidden = 0;
   bool is_over = false;
@@ -72,6 +74,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
         in_view.observe(truth.X_WB);
         is_over = is_over || (!draw.until.empty() && out.status.state == draw.until);
         if (!is_over) errors.observe(out.estimate, truth);
+        margin = std::min(margin, out.status.margin_sigma);
         off_path_m = std::max(off_path_m, out.status.cross_track_m);
         for (const mission::FailsafeRecord& failsafe : out.failsafes) {
           if (failsafe.cause == "wrong_map" && !wrong_map_s) wrong_map_s = to_seconds(truth.utime);
@@ -94,6 +97,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
           {"nees_in_map", errors.nees_in_map()},
           {"error_end", errors.last_m()},
           {"off_path", off_path_m},
+          {"margin", std::min(margin, 99.0)},
           {"wrong_map", wrong_map_s.value_or(-1.0)},
           {"replans", result.replans},
           {"pieces", result.observed_map.pieces()}};
@@ -145,6 +149,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
         for (const planning::ObstacleUpdate& update : in.obstacles) updated += update.cells.size();
         for (const auto& t : out.transitions) std::cout << "  " << t.to << ": " << t.cause << '\n';
         for (const auto& f : out.failsafes) std::cout << "  " << f.rung << ": " << f.why << '\n';
+        for (const auto& a : out.actions) std::cout << fmt::format("  note: {}\n", a.text);
+        if (out.plan_query) std::cout << fmt::format("  asks: {}\n", out.plan_query->cause);
         if (in.plan) trace_plan(in.plan->plan);
         if (in.now < next) return;
         next = in.now + 500'000;
@@ -160,7 +166,8 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
             "{:5.2f} {:5.2f} sigma {:.2f} v {:.2f} {:.2f} est "
             "{:.2f} {:.2f} of {:.2f}  clear "
             "{:5.2f} diver "
-            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} {}  pieces {} (+{}) fix {}/{} {} places "
+            "{:5.2f} map {:5.2f} path {:5.2f} cross {:.2f} margin {:.1f} {}  pieces {} (+{}) fix "
+            "{}/{} {} places "
             "{}/{}/{}\n",
             to_seconds(in.now), out.status.state, truth.X_WB.p.x(), truth.X_WB.p.y(),
             truth.X_WB.p.z(), rad_to_deg(to_rpy(truth.X_WB.q).x()),
@@ -172,9 +179,10 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
             out.estimate.v_WB_B.x(), out.estimate.v_WB_B.y(), out.command.v,
             distances.to_world_now_m(), distances.to_diver_now_m(),
             near.obstacles.empty() ? 9.99 : by_map.clearance(out.estimate.X_WB),
-            out.status.clearance_m, out.status.cross_track_m, out.status.rung,
-            in.observed_map.pieces(), updated, fix.used, fix.gated, static_cast<int>(fix.problem),
-            fix.agreement.confirmed, fix.agreement.missing, fix.agreement.unmapped);
+            out.status.clearance_m, out.status.cross_track_m, out.status.margin_sigma,
+            out.status.rung, in.observed_map.pieces(), updated, fix.used, fix.gated,
+            static_cast<int>(fix.problem), fix.agreement.confirmed, fix.agreement.missing,
+            fix.agreement.unmapped);
         updated = 0;
       });
   std::cout << fmt::format(

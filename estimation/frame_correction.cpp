@@ -275,6 +275,11 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
   covariance.block<3, 2>(3, 0) = covariance.block<2, 3>(0, 3).transpose();
 }
 
+std::optional<Eigen::Matrix2d> FrameCorrection::covariance_among_obstacles() const {
+  if (!filter_) return std::nullopt;
+  return filter_->covariance_among_obstacles() + offset_W_ * offset_W_.transpose();
+}
+
 UnmodelledMotion FrameCorrection::unmodelled() const {
   if (filter_) return {filter_->speed_scale(), filter_->current_W(), filter_->slip_W()};
   return {0.0, declared_W_ + drift_W_, Vector2d::Zero()};

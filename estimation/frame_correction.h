@@ -115,6 +115,9 @@ class FrameCorrection {
   [[nodiscard]] bool has_jumped() const { return has_jumped_; }
 
   [[nodiscard]] const StateEstimate& estimate() const { return estimate_; }
+  /// Covariance of the published horizontal position among the obstacles of the known map, as they
+  /// are drawn, m^2; empty without fixes.
+  [[nodiscard]] std::optional<Eigen::Matrix2d> covariance_among_obstacles() const;
   /// What dead reckoning from estimate() must add to stay true; zero if nothing measures it.
   [[nodiscard]] UnmodelledMotion unmodelled() const;
   /// Why vision is not used, as of its last update; kNone while it is.

@@ -198,9 +198,9 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B, const Vector2d&
   return command;
 }
 
-std::vector<Pose> Follower::way_ahead(const Pose& X_WB, double max_m) const {
+void Follower::way_ahead(const Pose& X_WB, double max_m, std::vector<Pose>& way) const {
   DIVE_DEMAND(has_path());
-  std::vector<Pose> way = {X_WB};
+  way.assign(1, X_WB);
   double left = max_m;
   const auto next = static_cast<std::size_t>(std::max(status_.segment, 1));
   for (const Pose& waypoint : path().subspan(next)) {
@@ -212,7 +212,6 @@ std::vector<Pose> Follower::way_ahead(const Pose& X_WB, double max_m) const {
     way.push_back(waypoint);
     left -= length;
   }
-  return way;
 }
 
 }  // namespace dive::vehicle

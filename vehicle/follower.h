@@ -69,9 +69,9 @@ class Follower {
                              const Eigen::Vector2d& current_W = Eigen::Vector2d::Zero());
   [[nodiscard]] const FollowerStatus& status() const { return status_; }
   [[nodiscard]] std::span<const Pose> path() const { return waypoints_; }
-  /// The path from X_WB onwards, up to a length of `max_m`: X_WB and the next waypoints, the last
-  /// one interpolated. Demands a path.
-  [[nodiscard]] std::vector<Pose> way_ahead(const Pose& X_WB, double max_m) const;
+  /// Sets `way` to the path from X_WB onwards, up to a length of `max_m`: X_WB and the next
+  /// waypoints, the last one interpolated. Demands a path.
+  void way_ahead(const Pose& X_WB, double max_m, std::vector<Pose>& way) const;
 
  private:
   /// The line from one waypoint to the next.

@@ -36,7 +36,7 @@ constexpr std::array<FaultWords, behaviors::kFailsafeCount> kFaultWords = {{
     {FailsafeKind::kHealthLost, "no battery and leak data for {:g} s"},
     {FailsafeKind::kRangeLost, "no range data for {:g} s"},
     {FailsafeKind::kEstimatorDiverged, "estimate off in depth by {:g} m"},
-    {FailsafeKind::kLocalisationLost, "position uncertain by {:g} m"},
+    {FailsafeKind::kLocalisationLost, "position too uncertain: {:g} \u03c3 left"},
     {FailsafeKind::kWrongMap, "the map is of another place"},
     {FailsafeKind::kPlannerFailure, "{:g} plans fail in a row"},
     {FailsafeKind::kCommsLost, "topside silent for {:g} s"},

@@ -14,6 +14,7 @@
 #include "estimation/primitive.h"
 #include "mission/check/route_times.h"
 #include "mission/executive/position_priors.h"
+#include "planning/certify/position_margin.h"
 #include "planning/map_matching/map_matcher.h"
 #include "planning/world/overhead.h"
 #include "planning/world/scene.h"
@@ -30,9 +31,6 @@ using Eigen::Vector3d;
 constexpr double kFixPeriod = 0.5;    // s between two fixes
 constexpr double kViewMoved = 0.4;    // m after which the view is another
 constexpr double kViewTurned = 0.25;  // rad
-constexpr double kNear = 3.0;         // m: farther obstacles are no danger
-constexpr double kDepthSigma = 0.05;  // m: offset of the sensor, and height of what is mapped
-constexpr double kFullyKnown = 1e-3;  // m: a smaller sigma counts as this
 
 // What the scans of the known map say along the route.
 class Views {
@@ -115,40 +113,6 @@ class Predicted {
   double elapsed_s_ = 0.0;
 };
 
-// The obstacles around the hull at poses of the route.
-class Surroundings {
- public:
-  Surroundings(const planning::World& map, const planning::RobotHull& hull)
-      : map_(map), scene_(map), hull_B_(hull.hull_vertices()), radius_(hull.radius()) {}
-
-  void reduce(const Pose& X_WB, const Matrix2d& P, PositionMargin& least) {
-    if (scene_.point_distance(X_WB.p) > kNear + radius_) return;
-    hull_W_.clear();
-    for (const Vector3d& vertex : hull_B_) hull_W_.push_back(X_WB * vertex);
-    scene_.contacts(hull_W_, kNear, contacts_);
-    for (const planning::Contact& contact : contacts_) {
-      const Vector3d& n = contact.normal_W;
-      const double variance = n.head<2>().dot(P * n.head<2>()) + std::pow(kDepthSigma * n.z(), 2);
-      const double sigma = std::max(std::sqrt(variance), kFullyKnown);
-      const double margin = (contact.distance - kFollowerTube) / sigma;
-      if (margin >= least.margin_sigma) continue;
-      least.margin_sigma = margin;
-      least.place_W = X_WB.p;
-      least.obstacle = map_.obstacles[static_cast<std::size_t>(contact.obstacle)].name;
-      least.clearance_m = contact.distance;
-      least.sigma_m = sigma;
-    }
-  }
-
- private:
-  const planning::World& map_;
-  planning::Scene scene_;
-  std::vector<Vector3d> hull_B_;
-  double radius_;
-  std::vector<Vector3d> hull_W_;
-  std::vector<planning::Contact> contacts_;
-};
-
 std::string remedy(const Mission& mission) {
   const std::string other = "plan another path (another goal between, a larger clearance)";
   if (uses_map_fixes(mission)) {
@@ -170,11 +134,12 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
                               const vehicle::Model& model) {
   DIVE_DEMAND(has_position_margins(mission));
   Predicted predicted(mission, map, model.motion, route.start.p);
-  Surroundings surroundings(map, model.hull);
+  planning::Scene scene(map);
+  planning::PositionMarginMeter meter(model.hull);
   const RouteTimes times = route_times(route, legs, mission);
   const double step_m = mission.speed.value * kFixPeriod;
   for (std::size_t l = 0; l < legs.size(); ++l) {
-    PositionMargin least;
+    LegMargin least;
     const std::vector<Pose>& path = legs[l].plan.waypoints;
     const std::vector<double>& waypoint_s = times.legs[l].waypoint_s;
     for (std::size_t i = 1; i < path.size(); ++i) {
@@ -186,7 +151,7 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
       for (int k = 1; k <= steps; ++k) {
         const Pose X_WB = interpolate(path[i - 1], path[i], static_cast<double>(k) / steps);
         predicted.advance(X_WB, moved, taken_s / steps, current_W);
-        surroundings.reduce(X_WB, predicted.covariance(), least);
+        meter.reduce(scene, X_WB, predicted.covariance(), least);
       }
     }
     const double dwell_s = route.legs[l].goal.dwell_s;
@@ -196,7 +161,10 @@ void predict_position_margins(const Route& route, std::vector<PlannedRouteLeg>& 
       for (double t = 0.0; t < dwell_s; t += kFixPeriod) {
         predicted.advance(X_WB, Vector2d::Zero(), kFixPeriod, Vector2d::Zero());
       }
-      surroundings.reduce(X_WB, predicted.covariance(), least);
+      meter.reduce(scene, X_WB, predicted.covariance(), least);
+    }
+    if (least.obstacle >= 0) {
+      least.obstacle_name = map.obstacles[static_cast<std::size_t>(least.obstacle)].name;
     }
     least.end_sigma_m = std::sqrt(
         Eigen::SelfAdjointEigenSolver<Matrix2d>(predicted.covariance()).eigenvalues().maxCoeff());
@@ -229,14 +197,14 @@ void check_dead_reckoning(const Route& route, const std::vector<PlannedRouteLeg>
 void check_position_margins(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                             const Mission& mission, Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < legs.size(); ++i) {
-    const PositionMargin& margin = legs[i].margin;
+    const LegMargin& margin = legs[i].margin;
     if (margin.margin_sigma >= kSafeMargin) continue;
     const std::string message = fmt::format(
         "on the way to '{}' the vehicle passes {} at {:.2f} m, at ({:.1f}, {:.1f}, {:.1f}), where "
         "its "
         "position is uncertain by {:.2f} m: {:.1f} sigmas are left, less than {:g}",
-        legs[i].goal, margin.obstacle, margin.clearance_m, margin.place_W.x(), margin.place_W.y(),
-        margin.place_W.z(), margin.sigma_m, margin.margin_sigma,
+        legs[i].goal, margin.obstacle_name, margin.clearance_m, margin.place_W.x(),
+        margin.place_W.y(), margin.place_W.z(), margin.sigma_m, margin.margin_sigma,
         margin.margin_sigma < kLeastMargin ? kLeastMargin : kSafeMargin);
     if (margin.margin_sigma < kLeastMargin) {
       diagnostics.error("CHK-MARGIN", mission.source, route.legs[i].span, message, remedy(mission));

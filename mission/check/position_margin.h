@@ -1,16 +1,11 @@
 #pragma once
-// How far the position may be off on a planned route, and what that leaves of the clearance.
+// How far the position may be off on a planned route, and what that leaves of the clearance: the
+// margin of planning/certify/position_margin.h.
 //
 // The filter of the fixes (estimation/map_fix_filter.h) is carried along the plans at the mission's
 // speed, with the fixes that scans of the known map would give there, and no errors: only its
-// covariance changes. At a pose with an obstacle at distance d in the direction n
-//
-//   margin = (d - t) / sqrt(n' P n)
-//
-// with t the distance by which the follower may leave the path, and P the predicted covariance of
-// the position among the obstacles as they are drawn. A margin of m means a collision with
-// probability Phi(-m) there, if the errors are normal. Not predicted: fixes that an ambiguous view
-// prevents, objects that the map lacks, and the position of cameras.
+// covariance changes. Not predicted: fixes that an ambiguous view prevents, objects that the map
+// lacks, and the position of cameras.
 
 #include <vector>
 
@@ -22,8 +17,6 @@
 
 namespace dive::mission {
 
-/// t, m: the follower's largest distance from a leg's path in dives with known position.
-inline constexpr double kFollowerTube = 0.1;
 /// A leg with a smaller margin is refused.
 inline constexpr double kLeastMargin = 3.5;
 /// A leg with a smaller margin is warned of.

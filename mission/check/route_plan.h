@@ -3,24 +3,20 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "common/diagnostic.h"
 #include "mission/check/route.h"
 #include "mission/document/mission.h"
+#include "planning/certify/position_margin.h"
 #include "planning/planner.h"
 
 namespace dive::mission {
 
 /// The least margin of a leg and where it is.
-struct PositionMargin {
-  double margin_sigma = std::numeric_limits<double>::infinity();  ///< Infinite: nothing is near.
-  Eigen::Vector3d place_W = Eigen::Vector3d::Zero();              ///< B's origin there, m.
-  std::string obstacle;      ///< Name of the obstacle nearest there.
-  double clearance_m = 0.0;  ///< d
-  double sigma_m = 0.0;      ///< sqrt(n' P n)
+struct LegMargin : planning::PositionMargin {
+  std::string obstacle_name;  ///< That of the obstacle nearest there.
   /// Standard deviation of the position at the end of the leg, along its worst horizontal axis, m.
   double end_sigma_m = 0.0;
 };
@@ -30,7 +26,7 @@ struct PlannedRouteLeg {
   std::string goal;
   planning::PlanResult plan;
   planning::PlannerStatistics statistics;
-  PositionMargin margin = {};  ///< Margin of an accepted plan; see position_margin.h.
+  LegMargin margin = {};  ///< Margin of an accepted plan; see position_margin.h.
 };
 
 using RouteObserver = std::function<void(std::size_t legs)>;

@@ -62,7 +62,7 @@ void print_report(const CheckReport& report) {
   for (const PlannedRouteLeg& leg : report.legs) {
     const std::string margin = std::isfinite(leg.margin.margin_sigma)
                                    ? fmt::format(", margin {:.1f} sigma at {}",
-                                                 leg.margin.margin_sigma, leg.margin.obstacle)
+                                                 leg.margin.margin_sigma, leg.margin.obstacle_name)
                                    : "";
     print(
         fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s){}",

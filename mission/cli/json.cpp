@@ -217,10 +217,10 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
     entry.update(plan);
     entry["margin_sigma"] = nullptr;
     if (std::isfinite(leg.margin.margin_sigma)) {
-      const PositionMargin& margin = leg.margin;
+      const LegMargin& margin = leg.margin;
       entry["margin_sigma"] = margin.margin_sigma;
       entry["margin"] = {{"x", margin.place_W.x()},           {"y", margin.place_W.y()},
-                         {"z", margin.place_W.z()},           {"obstacle", margin.obstacle},
+                         {"z", margin.place_W.z()},           {"obstacle", margin.obstacle_name},
                          {"clearance_m", margin.clearance_m}, {"sigma_m", margin.sigma_m},
                          {"end_sigma_m", margin.end_sigma_m}};
     }

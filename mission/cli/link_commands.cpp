@@ -187,11 +187,13 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                                    {"depth_m", status.depth_m},
                                    {"clearance_m", status.clearance_m},
                                    {"cross_track_m", status.cross_track_m},
+                                   {"margin_sigma", nullptr},
                                    {"estimator", estimator},
                                    {"position_sigma_m", sigma_m},
                                    {"finished", heartbeat.finished},
                                    {"has_key", heartbeat.has_key},
                                    {"battery_fraction", nullptr}};
+    if (std::isfinite(status.margin_sigma)) json["margin_sigma"] = status.margin_sigma;
     if (health) {
       json["battery_fraction"] = health->battery_fraction;
       json["voltage_v"] = health->voltage_v;
@@ -207,6 +209,9 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
   print(fmt::format("  {:.1f} m deep, to go {:.1f} m and {:.0f} s, failsafe rung {}",
                     status.depth_m, status.distance_to_go_m, status.time_to_go_s, status.rung));
   print(fmt::format("  where it is: {} estimator, one sigma {:.2f} m", estimator, sigma_m));
+  if (std::isfinite(status.margin_sigma)) {
+    print(fmt::format("  margin to the obstacles ahead: {:.1f} sigmas", status.margin_sigma));
+  }
   if (health) {
     print(fmt::format("  battery {:.0f} %, {:.1f} V, {:.1f} A, {:.0f} degrees, {}",
                       100.0 * health->battery_fraction, health->voltage_v, health->current_a,

@@ -32,6 +32,7 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
       machine(build_machine(mission_in)),
       runner(machine, *this, outputs),
       overhead_monitor(mission_in, map),
+      margin_monitor(model.hull, map.scene()),
       behavior(mission_in, machine, map, overhead_monitor.trail(), options.seed),
       localization(mission_in, model.motion, first_position(), first_sigma()),
       control(vehicle::autopilot_options(model.motion)),
@@ -41,7 +42,10 @@ Executive::Impl::Impl(const Mission& mission_in, const planning::World& world,
                 map),
       fallback(model.motion),
       monitors(monitor_limits(mission_in)),
-      ladder(mission_in.failsafes.policies) {}
+      ladder(mission_in.failsafes.policies) {
+  constexpr std::size_t kLongWay = 256;
+  way.reserve(kLongWay);
+}
 
 void Executive::Impl::step(const StepInputs& inputs) {
   begin_tick(inputs.now);
@@ -94,6 +98,7 @@ void Executive::Impl::fill_status() {
   status.depth_m = -situation.estimate.X_WB.p.z();
   status.clearance_m = progress.clearance_m;
   status.cross_track_m = progress.cross_track_m;
+  status.margin_sigma = situation.margin.margin_sigma;
   status.segment = progress.segment;
   status.rung = behaviors::to_string(ladder.rung());
   status.finished = started && !runner.is_running();
@@ -144,8 +149,11 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
 Checkpoint Executive::checkpoint() const { return impl_->checkpoint(); }
 const vehicle::ExitPath& Executive::exit_path() const { return impl_->exit_path.path(); }
 std::vector<Pose> Executive::way_ahead(double seconds) const {
-  if (!impl_->situation.estimate.valid || !impl_->behavior.state()) return {};
-  return impl_->behavior.behavior().way_ahead(impl_->situation.estimate.X_WB, seconds);
+  std::vector<Pose> way;
+  if (impl_->situation.estimate.valid && impl_->behavior.state()) {
+    impl_->behavior.behavior().way_ahead(impl_->situation.estimate.X_WB, seconds, way);
+  }
+  return way;
 }
 const behaviors::Trail& Executive::trail() const { return impl_->overhead_monitor.trail(); }
 ExecutiveResult Executive::result() const { return impl_->result(); }

@@ -31,9 +31,18 @@ void Executive::Impl::steer() {
     command = *held;
   }
   stop_for_obstacle();
-  if (brakes && situation.sensors.imu_is_fresh && measures_its_speed()) {
-    const estimation::StateEstimate& now = situation.estimate;
+  hold_speed();
+}
+
+// Where the velocity over ground is measured: fixes contain the current, which pushes a slow
+// vehicle off its path and towards what it has stopped for.
+void Executive::Impl::hold_speed() {
+  if (!situation.sensors.imu_is_fresh || !measures_its_speed()) return;
+  const estimation::StateEstimate& now = situation.estimate;
+  if (brakes) {
     behaviors::compensate_drift(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
+  } else if (uses_map_fixes(mission)) {
+    behaviors::hold_speed(now.v_WB_B.x(), command);
   }
 }
 

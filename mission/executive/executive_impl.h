@@ -18,6 +18,7 @@
 #include "mission/executive/machine.h"
 #include "mission/executive/machine_runner.h"
 #include "mission/executive/map_view.h"
+#include "mission/executive/margin_monitor.h"
 #include "mission/executive/missing_objects.h"
 #include "mission/executive/overhead_monitor.h"
 #include "mission/executive/sensing.h"
@@ -60,6 +61,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
 
   // Parts of stages.
   void estimate_over_gap();
+  void assess_margin();
   [[nodiscard]] Eigen::Vector3d first_position() const;
   [[nodiscard]] double first_sigma() const;
   /// Declared current at `now`, m/s; a restarted executive continues the mission's time.
@@ -80,6 +82,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void follow_behavior();
   void take_obstacle(const planning::ObstacleAhead& obstacle);
   void stop_for_obstacle();
+  void hold_speed();
   void fail(statechart::StateId state, behaviors::Failure failure);
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
@@ -105,6 +108,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Machine machine;
   MachineRunner runner;
   OverheadMonitor overhead_monitor;
+  MarginMonitor margin_monitor;
   ActiveBehavior behavior;
   Localization localization;
   ControlStage control;
@@ -115,6 +119,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   behaviors::FailsafeLadder ladder;
 
   Situation situation;
+  std::vector<Pose> way;                    ///< What the behaviour means to do, for assess().
   std::vector<Event> events;                ///< Events of this tick, in processing order.
   std::vector<std::string> object_changes;  ///< Objects of the map that are gone or back, in words.
   bool skip_requested = false;

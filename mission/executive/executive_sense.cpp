@@ -128,7 +128,20 @@ void Executive::Impl::assess() {
   situation.state_elapsed_s = runner.state_elapsed_s();
   situation.progress = behavior.progress();
   situation.ascends = behavior.state() && behavior.behavior().rises();
+  assess_margin();
   runner.set_variables(guard_variables(situation));
+}
+
+// Observed obstacles do not count: they are known from where the vehicle observed them, and not by
+// its position in the map.
+void Executive::Impl::assess_margin() {
+  if (mission.unknown || !margin_monitor.is_due(situation.now)) return;
+  const Pose& X_WB = situation.estimate.X_WB;
+  way.clear();
+  if (behavior.state()) behavior.behavior().way_ahead(X_WB, MarginMonitor::kAhead, way);
+  margin_monitor.update(situation.now, map.scene(), X_WB, way,
+                        localization.covariance_among_obstacles());
+  situation.margin = margin_monitor.least();
 }
 
 }  // namespace dive::mission

@@ -46,8 +46,12 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
       return fmt::format("estimated depth {:.1f} m, measured {:.1f} m",
                          -situation.estimate.X_WB.p.z(), situation.sensors.depth_m);
     case FailsafeKind::kLocalisationLost:
-      return fmt::format("position uncertain by {:.2f} m, more than {:g} m",
-                         estimation::horizontal_sigma(situation.estimate), limit);
+      return fmt::format(
+          "at ({:.1f}, {:.1f}, {:.1f}) {:.2f} m are left, and the position is uncertain by {:.2f} "
+          "m: {:.1f} sigmas, less than {:g}",
+          situation.margin.place_W.x(), situation.margin.place_W.y(), situation.margin.place_W.z(),
+          situation.margin.clearance_m, situation.margin.sigma_m, situation.margin.margin_sigma,
+          limit);
     case FailsafeKind::kWrongMap:
       return fmt::format(
           "the scans of {:g} s show another place than the map: of the places in view, {} lack the "

@@ -3,6 +3,7 @@
 // feeds the same inputs and compares the outputs.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -99,6 +100,8 @@ struct Status {
   double depth_m = 0.0;
   double clearance_m = 0.0;  ///< Certified clearance of the path being followed, m; 0 without one.
   double cross_track_m = 0.0;  ///< Distance to the line p_{i-1} p_i, m.
+  /// Margin of the position ahead (planning/certify/position_margin.h); infinite: nothing is near.
+  double margin_sigma = std::numeric_limits<double>::infinity();
   int segment = 0;
   std::string rung;  ///< Rung of the failsafe ladder.
   bool finished = false;

@@ -32,6 +32,7 @@ Localization::Localization(const Mission& mission, const MotionModel& motion,
                            const Eigen::Vector3d& position_W, double position_sigma_m)
     : uses_vision_(uses_visual_inertial(mission)),
       uses_fixes_(uses_map_fixes(mission)),
+      map_variance_(mission.priors.map_m * mission.priors.map_m),
       odometry_(odometry_options(mission, {.motion = motion}), position_W, position_sigma_m),
       correction_(correction_options(mission, motion), {.motion = motion}) {}
 
@@ -97,6 +98,12 @@ Eigen::Vector3d Localization::v_B() const {
 
 void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {
   odometry_.dead_reckon(by_W, sigma_m, surge);
+}
+
+Eigen::Matrix2d Localization::covariance_among_obstacles() const {
+  if (const auto covariance = correction_.covariance_among_obstacles()) return *covariance;
+  return correction_.estimate().covariance.topLeftCorner<2, 2>() +
+         map_variance_ * Eigen::Matrix2d::Identity();
 }
 
 const estimation::StateEstimate& Localization::update(Utime now) {

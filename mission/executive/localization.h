@@ -52,6 +52,9 @@ class Localization {
   [[nodiscard]] Eigen::Vector3d v_B() const;
   [[nodiscard]] double surge() const { return v_B().x(); }
 
+  /// Covariance of the horizontal position among the obstacles of the known map, m^2.
+  [[nodiscard]] Eigen::Matrix2d covariance_among_obstacles() const;
+
   /// See FrameCorrection.
   [[nodiscard]] estimation::UnmodelledMotion unmodelled() const { return correction_.unmodelled(); }
 
@@ -68,6 +71,7 @@ class Localization {
  private:
   bool uses_vision_;
   bool uses_fixes_;
+  double map_variance_;  ///< Of the position of the known map, per axis, m^2.
   estimation::PrimitiveEstimator odometry_;
   estimation::FrameCorrection correction_;
   estimation::EstimatorKind source_ = estimation::EstimatorKind::kPrimitive;

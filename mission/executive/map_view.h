@@ -45,6 +45,7 @@ class MapView final : public behaviors::PathEvaluator {
   [[nodiscard]] double clearance_to_all(std::span<const Pose> waypoints) override;
   /// What is there of the known map.
   [[nodiscard]] const planning::Scene& scene() const { return scene_; }
+  [[nodiscard]] planning::Scene& scene() { return scene_; }
 
  private:
   void take_absences(const planning::AbsentObjects& before);

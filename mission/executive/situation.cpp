@@ -33,6 +33,7 @@ behaviors::MonitorInput monitor_input(const Situation& situation) {
   input.elapsed_s = situation.elapsed_s;
   input.estimate = &estimate;
   input.altitude_m = situation.altitude_m;
+  input.margin_sigma = situation.margin.margin_sigma;
   input.command = command;
   input.expected_climb =
       (estimate.X_WB.q * Eigen::Vector3d(command.v, 0.0, situation.expected_heave)).z();

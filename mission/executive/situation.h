@@ -14,6 +14,7 @@
 #include "estimation/state_estimate.h"
 #include "mission/document/guard.h"
 #include "mission/executive/recording_loss.h"
+#include "planning/certify/position_margin.h"
 #include "vehicle/command.h"
 
 namespace dive::mission {
@@ -50,6 +51,8 @@ struct Situation {
   bool can_ascend = false;  ///< True if a vertical ascent is open, or the best remaining option.
   /// Height above the ground vertically below; empty without ground.
   std::optional<double> altitude_m;
+  /// What the uncertainty of the position leaves of the clearance to the known map.
+  planning::PositionMargin margin;
   double penetration_m = 0.0;  ///< Distance back along the trail to open water, m.
   /// Fraction used of the time or energy usable since open water.
   double budget_used = 0.0;

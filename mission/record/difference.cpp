@@ -133,10 +133,10 @@ void compare(Comparison& c, const estimation::StateEstimate& logged,
 
 void compare(Comparison& c, const Status& logged, const Status& replayed) {
   constexpr std::string_view kName = to_string(Channel::kStatus);
-  const auto& [state1, goal1, distance1, time1, depth1, clearance1, cross_track1, segment1, rung1,
-               finished1] = logged;
-  const auto& [state2, goal2, distance2, time2, depth2, clearance2, cross_track2, segment2, rung2,
-               finished2] = replayed;
+  const auto& [state1, goal1, distance1, time1, depth1, clearance1, cross_track1, margin1, segment1,
+               rung1, finished1] = logged;
+  const auto& [state2, goal2, distance2, time2, depth2, clearance2, cross_track2, margin2, segment2,
+               rung2, finished2] = replayed;
   c.value(state1, state2, kName, ".state");
   c.value(goal1, goal2, kName, ".goal");
   c.value(distance1, distance2, kName, ".distance_to_go_m");
@@ -144,6 +144,7 @@ void compare(Comparison& c, const Status& logged, const Status& replayed) {
   c.value(depth1, depth2, kName, ".depth_m");
   c.value(clearance1, clearance2, kName, ".clearance_m");
   c.value(cross_track1, cross_track2, kName, ".cross_track_m");
+  c.value(margin1, margin2, kName, ".margin_sigma");
   c.value(segment1, segment2, kName, ".segment");
   c.value(rung1, rung2, kName, ".rung");
   c.value(finished1, finished2, kName, ".finished");

@@ -17,7 +17,7 @@ using namespace link::detail;
 namespace {
 
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
-                           bytes(5 * sizeof(double) + 4 + 1)};
+                           bytes(6 * sizeof(double) + 4 + 1)};
 constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 6 * sizeof(double)), text(kMaxText),
                               text(kMaxText), array(kPoseSize, kMaxWaypoints)};
 constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
@@ -29,8 +29,8 @@ constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText), bytes(1)};
 }  // namespace
 
 bool encode(Utime now, const Status& status, Packet& packet) {
-  const auto& [state, goal, distance_to_go, time_to_go, depth, clearance, cross_track, segment,
-               rung, finished] = status;
+  const auto& [state, goal, distance_to_go, time_to_go, depth, clearance, cross_track, margin,
+               segment, rung, finished] = status;
   status_t m;
   m.utime = now;
   m.state = state;
@@ -41,6 +41,7 @@ bool encode(Utime now, const Status& status, Packet& packet) {
   m.depth = depth;
   m.clearance = clearance;
   m.cross_track = cross_track;
+  m.margin = margin;
   m.segment = segment;
   m.finished = finished ? 1 : 0;
   return pack(m, kStatus, packet);
@@ -49,8 +50,8 @@ bool encode(Utime now, const Status& status, Packet& packet) {
 bool decode(PacketView packet, Status& status) {
   const auto m = unpack<status_t>(packet, kStatus);
   if (!m) return false;
-  status = {m->state,     m->goal,        m->distance_to_go, m->time_to_go, m->depth,
-            m->clearance, m->cross_track, m->segment,        m->rung,       false};
+  status = {m->state,       m->goal,   m->distance_to_go, m->time_to_go, m->depth, m->clearance,
+            m->cross_track, m->margin, m->segment,        m->rung,       false};
   return read_flag(m->finished, status.finished);
 }
 

@@ -91,6 +91,13 @@ Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 
+void Scene::reserve(std::size_t points) {
+  const std::vector<Vector3d> solid(points, Vector3d::Zero());
+  impl_->points_W.assign(solid);
+  impl_->points_O.assign(solid);
+  impl_->nearby.reserve(impl_->solids->bodies.size());
+}
+
 void Scene::contacts(std::span<const Vector3d> points_W, double cutoff, std::vector<Contact>& out) {
   out.clear();
   if (points_W.empty()) return;

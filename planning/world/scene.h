@@ -33,6 +33,9 @@ class Scene {
   Scene& operator=(Scene&&) noexcept;
   ~Scene();
 
+  /// Grows the scratch memory for solids of `points` vertices, so that no later call allocates.
+  void reserve(std::size_t points);
+
   /// Every obstacle whose signed distance to the convex hull of `points_W` is below `cutoff`,
   /// in order of obstacle index. `out` is cleared first; no allocation once it has grown.
   void contacts(std::span<const Eigen::Vector3d> points_W, double cutoff,

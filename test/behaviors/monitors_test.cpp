@@ -335,12 +335,14 @@ TEST_F(MonitorsTest, AnEstimateThatDeniesTheDepthSensorHasDiverged) {
   EXPECT_TRUE(is(FailsafeKind::kEstimatorDiverged));
 }
 
-TEST_F(MonitorsTest, LocalisationIsLostAlongTheWorstAxis) {
-  // 4 m and 3 m along axes turned by 45 degrees: 12.5 each with a covariance of 3.5 between.
-  estimate_.covariance.topLeftCorner<2, 2>() << 12.5, 3.5, 3.5, 12.5;
+TEST_F(MonitorsTest, LocalisationIsLostWhereTheMarginAheadIsTooSmall) {
+  estimate_.covariance.topLeftCorner<2, 2>() = 400.0 * Eigen::Matrix2d::Identity();
   tick();
-  EXPECT_EQ(what(), Only{}) << "4 m is less than 5";
-  estimate_.covariance.topLeftCorner<2, 2>() << 18.5, 7.5, 7.5, 18.5;  // sqrt(26) m
+  EXPECT_EQ(what(), Only{}) << "20 m off, but nothing is near";
+  input_.margin_sigma = 1.6;
+  tick();
+  EXPECT_EQ(what(), Only{});
+  input_.margin_sigma = 1.4;
   tick();
   EXPECT_EQ(what(), Only{"localisation_lost"});
 }

@@ -34,7 +34,7 @@ planning::World wall_and_seabed() {
 
 // From (-10, 0) to (x, 0) at 0.5 m/s, 5 m deep.
 struct Swum {
-  PositionMargin margin;
+  LegMargin margin;
   Diagnostics diagnostics;
 };
 
@@ -75,7 +75,7 @@ TEST(PositionMargin, OfDeadReckoningIsThatOfItsClosedForm) {
   const double sigma =
       std::sqrt(0.1 * 0.1 + 0.05 * 0.05 + scale * scale + drift * drift + 0.03 * 0.03 * 36.0);
   EXPECT_NEAR(swum.margin.end_sigma_m, sigma, 0.01);
-  EXPECT_EQ(swum.margin.obstacle, "wall");
+  EXPECT_EQ(swum.margin.obstacle_name, "wall");
   EXPECT_NEAR(swum.margin.clearance_m, 1.5, 0.02) << "from the bow to the wall";
   EXPECT_NEAR(swum.margin.margin_sigma, (1.5 - 0.1) / sigma, 0.02);
   ASSERT_FALSE(swum.diagnostics.ok());
@@ -106,7 +106,7 @@ TEST(PositionMargin, DeadReckoningUnderAnOverheadIsRefusedUnlessTheWaterIsStill)
 TEST(PositionMargin, AFixConstrainsThePositionTowardsWhatItShows) {
   const Swum swum = swim_to(8.0, "");
   EXPECT_TRUE(swum.diagnostics.ok());
-  EXPECT_EQ(swum.margin.obstacle, "wall");
+  EXPECT_EQ(swum.margin.obstacle_name, "wall");
   EXPECT_LT(swum.margin.sigma_m, 0.08) << "the wall is in view";
   EXPECT_GT(swum.margin.end_sigma_m, 0.3) << "along the wall nothing is";
   EXPECT_GT(swum.margin.margin_sigma, kSafeMargin);

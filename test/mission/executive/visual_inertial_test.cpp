@@ -19,7 +19,7 @@ constexpr const char* kMission = R"(<mission xmlns="urn:dive:mission:1" id="test
   <limits max_depth="6" min_altitude="0.3" clearance="0.6" mission_timeout="100"
           battery_reserve="0.2"/>
   <estimation estimator="visual_inertial"/>
-  <failsafes><localisation_lost rung="hold" sigma="0.2" persistence="0.2"/></failsafes>
+  <failsafes><localisation_lost rung="hold" margin="3" persistence="0.2"/></failsafes>
   <states initial="far">
     <goto id="far" x="30" y="0" z="3" z_units="DEPTH" timeout="90" on_timeout="up">
       <transition event="estimator.switched" cond="estimator == primitive and elapsed &gt; 6 s"
@@ -169,10 +169,21 @@ TEST_F(VisualInertialExecutiveTest, ALoopClosureIsReportedOnceAndIsAnEvent) {
       << "but when it moves the vehicle, it is";
 }
 
+// A wall 1 m to port: some 0.75 m from the flippers.
 TEST_F(VisualInertialExecutiveTest, TheFailsafeOfAnUncertainPositionUsesThePublishedEstimate) {
+  world_.obstacles.push_back({"wall", planning::Box{{60, 1, 10}}, Pose{{0, 1.6, -5}}});
+  use(kMission);
+  run(2.0);
+  EXPECT_THAT(rungs_, ::testing::IsEmpty());
   sigma_ = 0.5;
   run(2.0);
   EXPECT_THAT(rungs_, Contains("hold localisation_lost"));
+}
+
+TEST_F(VisualInertialExecutiveTest, AnUncertainPositionIsNoFailureWhereNothingIsNear) {
+  sigma_ = 0.5;
+  run(2.0);
+  EXPECT_THAT(rungs_, ::testing::IsEmpty());
 }
 
 TEST_F(VisualInertialExecutiveTest, AMissionWithoutVisionIgnoresIt) {

@@ -199,6 +199,7 @@ void each_output(StepOutputs& out, F f) {
   f("DIVE_OUT_STATUS.depth_m", out.status.depth_m);
   f("DIVE_OUT_STATUS.clearance_m", out.status.clearance_m);
   f("DIVE_OUT_STATUS.cross_track_m", out.status.cross_track_m);
+  f("DIVE_OUT_STATUS.margin_sigma", out.status.margin_sigma);
   f("DIVE_OUT_STATUS.segment", out.status.segment);
   f("DIVE_OUT_STATUS.rung", out.status.rung);
   f("DIVE_OUT_STATUS.finished", out.status.finished);
