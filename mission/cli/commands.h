@@ -122,6 +122,10 @@ struct NewArguments {
   bool force = false;  ///< Replace results that exist.
 };
 
+struct LspArguments {
+  bool stdio = false;  ///< Has no effect: editors add it.
+};
+
 struct GenerateArguments {
   std::string folder;
   bool json = false;
@@ -238,8 +242,10 @@ struct CommandTable;
 
 /// Writes a commented mission and its map.
 [[nodiscard]] int run_new(const NewArguments& arguments);
-/// Writes man pages and completions of all commands.
+/// Writes man pages and completions of all commands, and the reference of the mission language.
 [[nodiscard]] int run_generate(const GenerateArguments& arguments, const CommandTable& table);
+/// Serves an editor on standard input and output until it says `exit`.
+[[nodiscard]] int run_lsp();
 [[nodiscard]] int run_check(const CheckArguments& arguments);
 [[nodiscard]] int run_plan(const PlanArguments& arguments);
 [[nodiscard]] int run_dive(const RunArguments& arguments);

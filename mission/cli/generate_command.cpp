@@ -10,6 +10,7 @@
 #include "mission/cli/man_page.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/document/language_reference.h"
 
 namespace dive::mission {
 namespace {
@@ -19,12 +20,13 @@ struct Generated {
   std::string text;
 };
 
-// Where Debian's shells and man look beneath /usr/share.
+// Where Debian's shells, man and readers look beneath /usr/share.
 std::vector<Generated> generated(const CommandTable& table) {
   std::vector<Generated> files = {
       {"bash-completion/completions/dive", bash_completion(table)},
       {"zsh/vendor-completions/_dive", zsh_completion(table)},
       {"man/man1/dive.1", man_page(table)},
+      {"doc/dive/mission-language.md", language_reference(Language(mission_schema()))},
   };
   for (const CommandEntry& command : table.commands) {
     files.push_back({fmt::format("man/man1/dive-{}.1", command.name), man_page(table, command)});

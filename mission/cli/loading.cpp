@@ -71,20 +71,12 @@ std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& 
   return LoadedVehicle{std::move(urdf), std::move(*model)};
 }
 
-std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
-                                  Diagnostics& diagnostics, const std::string& vehicle) {
-  if (kind_of_file(path) == FileKind::kBundle) {
-    diagnostics.add({"FILE-KIND",
-                     Severity::kError,
-                     path,
-                     {},
-                     "this is a verified bundle, not a mission",
-                     "give the mission that it was made of; dive run and dive diff take a bundle",
-                     ""});
-    return std::nullopt;
-  }
-  std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
-  std::optional<Mission> mission = load_mission(path, diagnostics);
+namespace {
+
+// Reads what the mission names.
+std::optional<LoadedMission> with_map(std::optional<Mission> mission,
+                                      std::optional<LoadedVehicle> described,
+                                      planning::Resources resources, Diagnostics& diagnostics) {
   if (!mission || !described) return std::nullopt;
   LoadedMission loaded;
   loaded.mission = std::move(*mission);
@@ -122,6 +114,31 @@ std::optional<LoadedMission> load(const std::string& path, planning::Resources r
     loaded.simulation_map = std::move(*text);
   }
   return loaded;
+}
+
+}  // namespace
+
+std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
+                                  Diagnostics& diagnostics, const std::string& vehicle) {
+  if (kind_of_file(path) == FileKind::kBundle) {
+    diagnostics.add({"FILE-KIND",
+                     Severity::kError,
+                     path,
+                     {},
+                     "this is a verified bundle, not a mission",
+                     "give the mission that it was made of; dive run and dive diff take a bundle",
+                     ""});
+    return std::nullopt;
+  }
+  std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
+  return with_map(load_mission(path, diagnostics), std::move(described), resources, diagnostics);
+}
+
+std::optional<LoadedMission> load(SourceText mission, planning::Resources resources,
+                                  Diagnostics& diagnostics) {
+  std::optional<LoadedVehicle> described = load_vehicle("", diagnostics);
+  return with_map(parse_mission(std::move(mission), diagnostics), std::move(described), resources,
+                  diagnostics);
 }
 
 std::optional<LogReader> open_log(const std::string& path) {

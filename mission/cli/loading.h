@@ -52,6 +52,11 @@ struct LoadedVehicle {
 [[nodiscard]] std::optional<LoadedVehicle> load_vehicle(const std::string& path,
                                                         Diagnostics& diagnostics);
 
+/// The same for a mission in memory, with the compiled-in vehicle; `mission.path()` determines the
+/// folder of its files.
+[[nodiscard]] std::optional<LoadedMission> load(SourceText mission, planning::Resources resources,
+                                                Diagnostics& diagnostics);
+
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);
 

@@ -46,6 +46,7 @@ struct Arguments {
   KeyArguments key;
   TestArguments test;
   NewArguments new_mission;
+  LspArguments lsp;
   GenerateArguments generate;
 };
 
@@ -70,6 +71,7 @@ void add_commands(CLI::App& app, Arguments& arguments) {
   add_topside(app, arguments.topside);
   add_new_key(app, arguments.key);
   add_test(app, arguments.test);
+  add_lsp(app, arguments.lsp);
   add_generate(app, arguments.generate);
 }
 
@@ -82,6 +84,7 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
     return run_check(arguments.check);
   }
   if (app.got_subcommand("new")) return run_new(arguments.new_mission);
+  if (app.got_subcommand("lsp")) return run_lsp();
   if (app.got_subcommand("generate")) {
     return run_generate(arguments.generate, command_table(app, DIVE_VERSION));
   }

@@ -14,6 +14,7 @@ namespace dive::mission {
 
 // On deck, and afterwards.
 void add_new(CLI::App& app, NewArguments& arguments);
+void add_lsp(CLI::App& app, LspArguments& arguments);
 void add_check(CLI::App& app, CheckArguments& arguments);
 void add_plan(CLI::App& app, PlanArguments& arguments);
 void add_test(CLI::App& app, TestArguments& arguments);

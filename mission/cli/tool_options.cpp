@@ -56,13 +56,24 @@ void add_export(CLI::App& app, ExportArguments& arguments) {
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
+void add_lsp(CLI::App& app, LspArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "lsp",
+      "Examples:\n"
+      "  dive lsp      an editor starts it: doc/how-to/set-up-an-editor.md\n\n"
+      "Serves an editor of missions over the Language Server Protocol on standard input and\n"
+      "output: the findings of dive check --static while you type, completion by the schema, and\n"
+      "on each leg its certified clearance.");
+  command->add_flag("--stdio", arguments.stdio, "Standard input and output, as always");
+}
+
 void add_generate(CLI::App& app, GenerateArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "generate",
       "Examples:\n"
       "  dive generate share\n\n"
       "Writes man pages, and completions for bash and zsh, of all commands into a folder like\n"
-      "/usr/share.");
+      "/usr/share, and the reference of the mission language: share/doc/dive/mission-language.md.");
   command->group("");
   command->add_option("DIR", arguments.folder, "Folder")->type_name("DIR")->required();
   command->add_flag("--force", arguments.force, kForceHelp);

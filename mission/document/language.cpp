@@ -1,6 +1,7 @@
 #include "mission/document/language.h"
 
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -29,6 +30,34 @@ std::string value_of(const XmlElement& element, std::string_view attribute) {
   return found == nullptr ? std::string() : found->value;
 }
 
+// The text of that part of an annotation, with single spaces between its words.
+std::string annotated(const XmlElement& declared, std::string_view part) {
+  const XmlElement* annotation = declared.child("annotation");
+  const XmlElement* words = annotation == nullptr ? nullptr : annotation->child(part);
+  if (words == nullptr) return {};
+  std::istringstream stream(words->text);
+  std::string text;
+  for (std::string word; stream >> word;) text += text.empty() ? word : " " + word;
+  return text;
+}
+
+// `part` is the model group that contains the element.
+ChildRule child_rule(const XmlElement& element, const XmlElement& part, bool is_in_loop) {
+  const std::string most = value_of(element, "maxOccurs");
+  const bool is_optional = value_of(element, "minOccurs") == "0" || part.name == "choice";
+  return {value_of(element, "name"),
+          value_of(element, "type"),
+          !is_optional,
+          is_in_loop || (!most.empty() && most != "1"),
+          annotated(element, "documentation"),
+          annotated(element, "appinfo")};
+}
+
+bool repeats(const XmlElement& part) {
+  const std::string most = value_of(part, "maxOccurs");
+  return !most.empty() && most != "1";
+}
+
 std::string one_of(const std::vector<std::string>& choices) {
   std::string text = choices.size() == 1 ? "" : "one of ";
   for (std::size_t i = 0; i < choices.size(); ++i) {
@@ -39,9 +68,7 @@ std::string one_of(const std::vector<std::string>& choices) {
 
 // The description in a simple type: its xs:appinfo, or the values of its enumeration.
 void describe(const XmlElement& simple_type, AttributeRule& rule) {
-  if (const XmlElement* annotation = simple_type.child("annotation")) {
-    if (const XmlElement* words = annotation->child("appinfo")) rule.expected = words->text;
-  }
+  rule.expected = annotated(simple_type, "appinfo");
   if (const XmlElement* restriction = simple_type.child("restriction")) {
     for (const XmlElement& facet : restriction->children) {
       if (facet.name == "enumeration") rule.choices.push_back(value_of(facet, "value"));
@@ -55,6 +82,7 @@ AttributeRule attribute_rule(const XmlElement& schema, const XmlElement& attribu
   rule.name = value_of(attribute, "name");
   rule.required = value_of(attribute, "use") == "required";
   rule.default_value = value_of(attribute, "default");
+  rule.documentation = annotated(attribute, "documentation");
   describe(declaration(schema, "simpleType", value_of(attribute, "type")), rule);
   return rule;
 }
@@ -97,6 +125,7 @@ Language::Language(const SchemaSource& source) : source_(source) {
     }
     if (element.name == "element") {
       top.children.emplace(value_of(element, "name"), value_of(element, "type"));
+      top.child_list.push_back(child_rule(element, schema->root, false));
     }
   }
   types_.emplace("", std::move(top));
@@ -104,25 +133,29 @@ Language::Language(const SchemaSource& source) : source_(source) {
 
 void Language::add_type(const XmlElement& schema, const XmlElement& type) {
   ElementRule rule;
-  collect(schema, type, rule);
+  rule.documentation = annotated(type, "documentation");
+  collect(schema, type, false, rule);
   types_.emplace(value_of(type, "name"), std::move(rule));
 }
 
 // Collects attributes and child elements, through groups, regardless of order and number.
-void Language::collect(const XmlElement& schema, const XmlElement& part, ElementRule& rule) const {
+void Language::collect(const XmlElement& schema, const XmlElement& part, bool is_in_loop,
+                       ElementRule& rule) const {
   for (const XmlElement& element : part.children) {
     if (element.name == "attribute") {
       rule.attributes.push_back(attribute_rule(schema, element));
     } else if (element.name == "element") {
       rule.children.emplace(value_of(element, "name"), value_of(element, "type"));
+      rule.child_list.push_back(child_rule(element, part, is_in_loop));
       const bool in_all = part.name == "all" || part.name == "sequence";
       if (in_all && value_of(element, "minOccurs").empty()) {
         rule.required_children.push_back(value_of(element, "name"));
       }
     } else if (element.name == "group" || element.name == "attributeGroup") {
-      collect(schema, declaration(schema, element.name, value_of(element, "ref")), rule);
+      collect(schema, declaration(schema, element.name, value_of(element, "ref")),
+              is_in_loop || repeats(element), rule);
     } else if (element.name == "all" || element.name == "choice" || element.name == "sequence") {
-      collect(schema, element, rule);
+      collect(schema, element, is_in_loop || repeats(element), rule);
       if (element.name == "choice" && part.name == "sequence" &&
           value_of(element, "minOccurs").empty()) {
         for (const XmlElement& one : element.children) rule.one_of.push_back(value_of(one, "name"));

@@ -18,9 +18,21 @@ struct AttributeRule {
   std::string default_value;         ///< Empty: none.
   std::string expected;              ///< In words: "a number from 0 to 100 (m)".
   std::vector<std::string> choices;  ///< Values of an enumeration, else empty.
+  std::string documentation;         ///< Its meaning, as one line of text.
+};
+
+struct ChildRule {
+  std::string name;
+  std::string type;
+  bool is_required = false;
+  bool may_repeat = false;
+  std::string documentation;  ///< Its meaning, as one line of text.
+  std::string example;        ///< As it may be written; may be empty.
 };
 
 struct ElementRule {
+  std::string documentation;          ///< Of the type, as one line of text; may be empty.
+  std::vector<ChildRule> child_list;  ///< In the order of the schema.
   std::vector<AttributeRule> attributes;
   std::map<std::string, std::string, std::less<>> children;  ///< Name to type.
   std::vector<std::string> required_children;
@@ -64,7 +76,8 @@ class Language {
 
  private:
   void add_type(const XmlElement& schema, const XmlElement& type);
-  void collect(const XmlElement& schema, const XmlElement& part, ElementRule& rule) const;
+  void collect(const XmlElement& schema, const XmlElement& part, bool is_in_loop,
+               ElementRule& rule) const;
 
   SchemaSource source_;
   std::map<std::string, ElementRule, std::less<>> types_;

@@ -1,0 +1,113 @@
+// The reference made from a schema, and the examples in ours.
+#include "mission/document/language_reference.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/xml.h"
+
+namespace dive::mission {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kSchema = R"(<?xml version="1.0"?>
+<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" xmlns="urn:t" targetNamespace="urn:t">
+  <xs:element name="buoy" type="Buoy">
+    <xs:annotation><xs:documentation>A buoy | mark.</xs:documentation>
+      <xs:appinfo>&lt;buoy depth="3"/&gt;</xs:appinfo></xs:annotation>
+  </xs:element>
+  <xs:complexType name="Buoy">
+    <xs:sequence>
+      <xs:element name="lamp" type="Lamp" minOccurs="0" maxOccurs="unbounded">
+        <xs:annotation><xs:documentation>Its
+          lamp.</xs:documentation></xs:annotation>
+      </xs:element>
+    </xs:sequence>
+    <xs:attribute name="depth" type="Depth" use="required">
+      <xs:annotation><xs:documentation>Of the anchor.</xs:documentation></xs:annotation>
+    </xs:attribute>
+    <xs:attribute name="colour" type="Colour" default="red"/>
+  </xs:complexType>
+  <xs:complexType name="Lamp"/>
+  <xs:simpleType name="Depth">
+    <xs:annotation><xs:appinfo>a number from 0 to 200 (m)</xs:appinfo></xs:annotation>
+    <xs:restriction base="xs:decimal"/>
+  </xs:simpleType>
+  <xs:simpleType name="Colour">
+    <xs:restriction base="xs:token">
+      <xs:enumeration value="red"/><xs:enumeration value="green"/>
+    </xs:restriction>
+  </xs:simpleType>
+</xs:schema>)";
+
+TEST(LanguageReference, StatesValueUnitDefaultAndChildren) {
+  const Language language({"t.xsd", kSchema, "buoy", "urn:t"});
+  const std::string page = language_reference(language);
+  EXPECT_THAT(page,
+              HasSubstr("## `buoy`\n\nA buoy \\| mark.\n\n```xml\n<buoy depth=\"3\"/>\n```\n"));
+  EXPECT_THAT(page,
+              HasSubstr("| `depth` | number from 0 to 200 | m | **required** | Of the anchor. |"));
+  EXPECT_THAT(page, HasSubstr("| `colour` | red, green |  | `red` |  |"));
+  EXPECT_THAT(page, HasSubstr("| [`lamp`](#element-lamp) | any number | Its lamp. |"));
+  EXPECT_THAT(page, HasSubstr("<a id=\"element-lamp\"></a>\n## `lamp`\n\nIn `buoy`.\n\n"));
+}
+
+// Every element and attribute of the example may stand there, and all required ones do.
+void expect_valid(const Language& language, const XmlElement& element, const std::string& type) {
+  const ElementRule& rule = language.type_rule(type);
+  for (const XmlAttribute& attribute : element.attributes) {
+    const AttributeRule* known = rule.attribute(attribute.name);
+    ASSERT_NE(known, nullptr) << element.name << " has no attribute " << attribute.name;
+    if (!known->choices.empty()) {
+      EXPECT_THAT(known->choices, ::testing::Contains(attribute.value)) << attribute.name;
+    }
+  }
+  for (const AttributeRule& attribute : rule.attributes) {
+    if (!attribute.required) continue;
+    EXPECT_NE(element.attribute(attribute.name), nullptr) << element.name << ": " << attribute.name;
+  }
+  for (const XmlElement& child : element.children) {
+    const std::string inner = language.type(type, child.name);
+    ASSERT_FALSE(inner.empty()) << child.name << " in " << element.name;
+    expect_valid(language, child, inner);
+  }
+}
+
+int expect_valid_examples(const Language& language, const std::string& type,
+                          std::set<std::string>& seen) {
+  int examples = 0;
+  if (!seen.insert(type).second) return examples;
+  for (const ChildRule& child : language.type_rule(type).child_list) {
+    if (!child.example.empty()) {
+      ++examples;
+      Diagnostics diagnostics;
+      const auto parsed =
+          parse_xml(SourceText(child.name, child.example), XmlLimits{}, diagnostics);
+      EXPECT_TRUE(parsed) << child.example;
+      if (parsed) {
+        EXPECT_EQ(parsed->root.name, child.name);
+        expect_valid(language, parsed->root, child.type);
+      }
+    }
+    examples += expect_valid_examples(language, child.type, seen);
+  }
+  return examples;
+}
+
+TEST(LanguageReference, ExamplesOfTheMissionLanguageAreValid) {
+  std::set<std::string> seen;
+  EXPECT_GT(expect_valid_examples(Language(mission_schema()), "", seen), 40);
+}
+
+TEST(LanguageReference, EveryAttributeOfTheMissionLanguageIsExplained) {
+  const std::string page = language_reference(Language(mission_schema()));
+  EXPECT_EQ(page.find("|  |\n"), std::string::npos) << "an empty meaning";
+}
+
+}  // namespace
+}  // namespace dive::mission
