@@ -35,6 +35,8 @@ std::optional<ExportKind> export_kind(FileKind kind) {
     case FileKind::kCloud:
       return ExportKind::kCloud;
     case FileKind::kScenario:
+    case FileKind::kBundle:
+    case FileKind::kJson:
     case FileKind::kUnknown:
       break;
   }

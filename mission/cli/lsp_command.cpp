@@ -43,7 +43,7 @@ CheckedLeg checked(const PlannedRouteLeg& leg, double required_m) {
           .required_m = required_m,
           .length_m = leg.plan.length_m,
           .margin_sigma = leg.margin.margin_sigma,
-          .obstacle = leg.margin.obstacle};
+          .obstacle = leg.margin.obstacle_name};
 }
 
 // As `dive check --static`.

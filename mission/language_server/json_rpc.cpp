@@ -1,9 +1,9 @@
 #include "mission/language_server/json_rpc.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <istream>
-#include <limits>
 #include <optional>
 #include <ostream>
 #include <string_view>
@@ -49,6 +49,16 @@ std::optional<std::size_t> length_in(std::string_view line) {
   return length;
 }
 
+// istream::ignore() waits for the byte after them.
+void skip(std::istream& input, std::size_t bytes) {
+  std::array<char, 4096> skipped;
+  while (bytes > 0 && input) {
+    const std::size_t count = std::min(bytes, skipped.size());
+    input.read(skipped.data(), static_cast<std::streamsize>(count));
+    bytes -= count;
+  }
+}
+
 }  // namespace
 
 IncomingMessage read_message(std::istream& input) {
@@ -65,8 +75,7 @@ IncomingMessage read_message(std::istream& input) {
     return MalformedMessage{wrong.empty() ? "the header lacks Content-Length" : wrong};
   }
   if (*length > kMaxMessageBytes) {
-    constexpr auto kMax = static_cast<std::size_t>(std::numeric_limits<std::streamsize>::max());
-    input.ignore(static_cast<std::streamsize>(std::min(*length, kMax)));
+    skip(input, *length);
     return MalformedMessage{
         fmt::format("a message of {} bytes; the most is {}", *length, kMaxMessageBytes)};
   }

@@ -54,7 +54,7 @@ TEST(Expansion, MakesTheStatesThatWouldHaveBeenWritten) {
   EXPECT_EQ(mission.states[0].children[0].timeout->on_timeout.value, "east");
   EXPECT_EQ(mission.failsafes
                 .threshold[static_cast<std::size_t>(behaviors::FailsafeKind::kLocalisationLost)],
-            3.0)
+            1.5)
       << "a default of the fragment";
 }
 

@@ -218,8 +218,8 @@ TEST(Mcap, ADiveHasPosesInFramesAndItsEventsInTheOrderOfTime) {
   ASSERT_EQ(by_topic["/events"].size(), 1U);
   EXPECT_EQ(by_topic["/events"][0].at("level"), 3);
   for (const auto& [channel, topic] : read.topics) {
-    if (topic == "/plan")
-      EXPECT_EQ(read.schemas.at(read.schema_of.at(channel)), "foxglove.PosesInFrame");
+    if (topic != "/plan") continue;
+    EXPECT_EQ(read.schemas.at(read.schema_of.at(channel)), "foxglove.PosesInFrame");
   }
 }
 
