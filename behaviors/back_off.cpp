@@ -11,7 +11,7 @@ constexpr double kSpeed = 0.15;         // m/s, bow or stern first
 constexpr double kLookahead = 0.4;      // m
 constexpr double kArrived = 0.2;        // m
 constexpr double kOffCourse = 0.5;      // rad of heading error above which it turns first
-constexpr double kLevel = 0.2;          // rad of roll: less is levelled
+constexpr double kSmallRoll = 0.2;      // rad of roll: less is levelled
 constexpr double kGraceSeconds = 15.0;  // s added to kSlow times the route's expected time
 constexpr double kSlow = 3.0;
 
@@ -82,7 +82,7 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   Route on_its_side = route;
   on_its_side.roll = to_rpy(X_WB.q).x();
   const double on_its_side_m =
-      std::abs(on_its_side.roll) > kLevel ? clearance_of_rest(on_its_side, input) : 0.0;
+      std::abs(on_its_side.roll) > kSmallRoll ? clearance_of_rest(on_its_side, input) : 0.0;
   if (on_its_side_m > clearance_m) {
     clearance_m = on_its_side_m;
     route = std::move(on_its_side);

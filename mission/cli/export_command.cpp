@@ -160,8 +160,7 @@ int run_export(const ExportArguments& arguments) {
   if (arguments.json) {
     print_json({{"output", output}, {"format", arguments.format}, {"bytes", text.size()}});
   } else {
-    print(fmt::format("{} {} ({:.1f} MB)", arguments.format, output,
-                      static_cast<double>(text.size()) / 1e6));
+    print(fmt::format("{} {} ({})", arguments.format, output, rounded_size(text.size())));
   }
   return kExitSuccess;
 }

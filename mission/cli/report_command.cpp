@@ -93,8 +93,7 @@ int run_report(const ReportArguments& arguments) {
   if (arguments.json) {
     print_json({{"report", arguments.output}, {"bytes", page.size()}});
   } else {
-    print(fmt::format("report {} ({:.1f} MB)", arguments.output,
-                      static_cast<double>(page.size()) / 1e6));
+    print(fmt::format("report {} ({})", arguments.output, rounded_size(page.size())));
   }
   return kExitSuccess;
 }

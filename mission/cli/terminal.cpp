@@ -79,6 +79,12 @@ std::string rounded_duration(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
 }
 
+std::string rounded_size(std::size_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  return size < 1e6 ? fmt::format("{:.0f} kB", std::ceil(size / 1e3))
+                    : fmt::format("{:.1f} MB", size / 1e6);
+}
+
 std::string time_left(double share, double elapsed_s) {
   if (share <= 0.0 || share >= 1.0) return "";
   return fmt::format(", {} left", rounded_duration(elapsed_s * (1.0 - share) / share));

@@ -2,6 +2,7 @@
 // Terminal output: results on stdout, everything else on stderr. Colour and rewritten lines only on
 // a terminal; NO_COLOR is respected.
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ void print_diagnostics(const Diagnostics& diagnostics);
 
 /// "9 s", "3 min 20 s", "2 h 5 min".
 [[nodiscard]] std::string rounded_duration(double seconds);
+
+/// "24 kB", "1.5 MB".
+[[nodiscard]] std::string rounded_size(std::size_t bytes);
 
 /// ", 12 s left" after `elapsed_s` with that share of the work done; empty if it says nothing.
 [[nodiscard]] std::string time_left(double share, double elapsed_s);

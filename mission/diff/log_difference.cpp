@@ -28,7 +28,7 @@ class InputReader {
     const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map,
                  free_ahead, obstacle_ahead, pose_correction, map_fix, vision, loss] = inputs;
     static_cast<void>(observed_map);  // made from the obstacles
-    if (imu) add(Channel::kAhrs, "there", *imu);
+    if (imu) add(Channel::kAhrs, words(*imu), *imu);
     if (depth) add(Channel::kDepth, fmt::format("{:.3f} m", depth->depth_m), *depth);
     if (health) {
       add(Channel::kHealth,
@@ -39,17 +39,37 @@ class InputReader {
     if (operator_command) {
       add(Channel::kOperator, to_string(*operator_command), now, *operator_command);
     }
-    for (const auto& update : obstacles) add(Channel::kObstacles, "there", now, update);
-    if (free_ahead) add(Channel::kFreeAhead, "there", now, *free_ahead);
-    if (obstacle_ahead) add(Channel::kObstacleAhead, "there", now, *obstacle_ahead);
-    if (pose_correction) add(Channel::kPoseCorrection, "there", now, *pose_correction);
-    if (map_fix) add(Channel::kMapFix, "there", now, *map_fix);
-    if (vision) add(Channel::kVision, "there", now, *vision);
-    if (loss) add(Channel::kLoss, "there", now, *loss);
+    for (const auto& update : obstacles) {
+      add(Channel::kObstacles, fmt::format("{} changed cells", update.cells.size()), now, update);
+    }
+    if (free_ahead) {
+      add(Channel::kFreeAhead, fmt::format("{:.3f} m", free_ahead->free_ahead_m), now, *free_ahead);
+    }
+    if (obstacle_ahead) {
+      add(Channel::kObstacleAhead, fmt::format("in {:.2f} s", obstacle_ahead->time_s), now,
+          *obstacle_ahead);
+    }
+    if (pose_correction) {
+      add(Channel::kPoseCorrection, words(pose_correction->correction_W), now, *pose_correction);
+    }
+    if (map_fix) add(Channel::kMapFix, words(map_fix->position_W), now, *map_fix);
+    if (vision) add(Channel::kVision, words(vision->estimate.X_WB.p.head<2>()), now, *vision);
+    if (loss) {
+      add(Channel::kLoss, fmt::format("{} ticks, {} commits", loss->ticks, loss->commits), now,
+          *loss);
+    }
   }
   [[nodiscard]] Inputs take() { return std::move(inputs_); }
 
  private:
+  static std::string words(const ImuSample& imu) {
+    const Eigen::Vector3d rpy = to_rpy(imu.q_WB);
+    return fmt::format("roll {:.2f}, pitch {:.2f}, yaw {:.2f} deg", rad_to_deg(rpy.x()),
+                       rad_to_deg(rpy.y()), rad_to_deg(rpy.z()));
+  }
+  static std::string words(const Eigen::Vector2d& W) {
+    return fmt::format("({:.3f}, {:.3f}) m", W.x(), W.y());
+  }
   static std::string words(const planning::PlanResult& plan) {
     if (!planning::has_path(plan.status)) {
       return fmt::format("{}: {}", planning::to_string(plan.status), plan.reason);

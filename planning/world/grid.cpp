@@ -20,8 +20,8 @@ namespace dive::planning {
 namespace {
 
 constexpr std::size_t kMaxBytes = 16U << 20U;
-constexpr double kMaxHeight = 12'000.0;  // m, of anything on earth
-constexpr double kMinCell = 0.01;        // m; smaller ones are degrees
+constexpr double kMaxElevation = 12'000.0;  // m, of anything on earth
+constexpr double kMinCell = 0.01;           // m; smaller ones are degrees
 constexpr std::string_view kBlanks = " \t\r\n";
 
 std::string lower(std::string_view text) {
@@ -97,7 +97,7 @@ class GridReader {
 
   std::optional<double> read_height(const Header& header, std::size_t row, std::size_t column) {
     const auto value = number(fmt::format("the value of row {}, column {}", row + 1, column + 1));
-    if (!value || *value == header.no_data || std::abs(*value) <= kMaxHeight) return value;
+    if (!value || *value == header.no_data || std::abs(*value) <= kMaxElevation) return value;
     fail(
         fmt::format("{:g} is no height in metres: is it the value of cells without data? Then "
                     "write NODATA_value {:g}",

@@ -28,6 +28,9 @@ TEST(RoundedDuration, HasTheUnitThatFits) {
   EXPECT_EQ(rounded_duration(8.6), "9 s");
   EXPECT_EQ(rounded_duration(200.0), "3 min 20 s");
   EXPECT_EQ(rounded_duration(7500.0), "2 h 5 min");
+  EXPECT_EQ(rounded_size(1), "1 kB");
+  EXPECT_EQ(rounded_size(23'400), "24 kB");
+  EXPECT_EQ(rounded_size(1'530'000), "1.5 MB");
 }
 
 TEST(CheckProgress, HasALineEveryTenSecondsWithTheTimeThatRemains) {
