@@ -41,7 +41,7 @@ void Executive::Impl::hold_speed() {
   const estimation::StateEstimate& now = situation.estimate;
   if (brakes) {
     behaviors::compensate_drift(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
-  } else if (uses_map_fixes(mission)) {
+  } else if (uses_map_fixes(mission) && command.v != 0.0) {
     behaviors::hold_speed(now.v_WB_B.x(), command);
   }
 }
@@ -66,8 +66,10 @@ vehicle::Command Executive::Impl::keep_station() const {
 // True if the map, or vision in use, provides the velocity: an outdated velocity must not close the
 // speed loop.
 bool Executive::Impl::measures_its_speed() const {
-  return !uses_visual_inertial(mission) ||
-         situation.estimate.source == estimation::EstimatorKind::kVisualInertial;
+  if (situation.estimate.source == estimation::EstimatorKind::kVisualInertial) return true;
+  const bool lacks_scans =
+      uses_map_fixes(mission) && monitors.is_true(behaviors::FailsafeKind::kRangeLost);
+  return !uses_visual_inertial(mission) && !lacks_scans;
 }
 
 void Executive::Impl::follow_behavior() {

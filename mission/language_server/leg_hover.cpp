@@ -8,11 +8,20 @@
 
 #include <fmt/format.h>
 
+#include "mission/states/state_elements.h"
+
 namespace dive::mission {
 namespace {
 
-constexpr std::array<std::string_view, 8> kMakers = {
-    "goto", "goal", "goal_sequence", "transect", "wreck_penetration", "orbit", "entry", "exit"};
+constexpr std::array<std::string_view, 3> kParts = {"goal", "entry", "exit"};
+// Atomic states without goals.
+constexpr std::array<std::string_view, 3> kStill = {"hold", "surface", "retrace"};
+
+bool holds_goals(std::string_view element) {
+  if (std::ranges::find(kParts, element) != kParts.end()) return true;
+  return find_state_element(element) != nullptr &&
+         std::ranges::find(kStill, element) == kStill.end();
+}
 
 // Entry and exit have no id: their goals are named after their state.
 std::string goal_at(const XmlCursor& cursor) {
@@ -26,8 +35,7 @@ std::string goal_at(const XmlCursor& cursor) {
 
 bool makes_legs(const XmlCursor& cursor) {
   return !cursor.elements.empty() && cursor.place != CursorPlace::kElsewhere &&
-         std::ranges::find(kMakers, cursor.elements.back().name) != kMakers.end() &&
-         !goal_at(cursor).empty();
+         holds_goals(cursor.elements.back().name) && !goal_at(cursor).empty();
 }
 
 std::vector<CheckedLeg> legs_at(const XmlCursor& cursor, const std::vector<CheckedLeg>& legs) {

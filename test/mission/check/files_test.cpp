@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "common/source_text.h"
 #include "mission/check/rules.h"
+#include "mission/document/map_file.h"
 #include "mission/executive/machine.h"
 #include "planning/world/sdf.h"
 #include "test/mission/check/mission_files.h"
@@ -30,6 +32,8 @@ Diagnostics check(const std::string& path) {
   if (!mission) return diagnostics;
   const std::optional<planning::World> world = planning::load_sdf(mission->map_path, diagnostics);
   if (!world) return diagnostics;
+  const auto map = read_source_text(mission->map_path, 1U << 20U);
+  if (map) check_map_origin(*mission, *map, diagnostics);
   Diagnostics of_vehicle;
   const std::optional<vehicle::Model> vehicle =
       vehicle::parse_urdf(vehicle::aqua2_urdf(), of_vehicle);
@@ -129,7 +133,7 @@ TEST(AllRules, AreExactlyThoseThatTheFilesBreak) {
 TEST(MapRules, AreThoseOfTheReader) {
   std::set<std::string> written;
   const std::regex code("\"(MAP-[A-Z-]+)\"");
-  for (const char* name : {"sdf", "sdf_geometry", "mesh_source", "mesh_remarks"}) {
+  for (const char* name : {"sdf", "sdf_geometry", "sdf_origin", "mesh_source", "mesh_remarks"}) {
     const std::string path = fmt::format("{}/planning/world/{}", DIVE_SOURCE_DIR, name);
     for (const char* extension : {".h", ".cpp"}) {
       std::ifstream stream(path + extension);
