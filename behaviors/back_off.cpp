@@ -79,13 +79,14 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
   route.until = input.now + from_seconds(kGraceSeconds + kSlow * path.length_m / kSpeed);
   double clearance_m = clearance_of_rest(route, input);
-  Route on_its_side = route;
-  on_its_side.roll = to_rpy(X_WB.q).x();
-  const double on_its_side_m =
-      std::abs(on_its_side.roll) > kSmallRoll ? clearance_of_rest(on_its_side, input) : 0.0;
-  if (on_its_side_m > clearance_m) {
-    clearance_m = on_its_side_m;
-    route = std::move(on_its_side);
+  if (const double roll = to_rpy(X_WB.q).x(); std::abs(roll) > kSmallRoll) {
+    const double level_m = clearance_m;
+    route.roll = roll;
+    clearance_m = clearance_of_rest(route, input);
+    if (clearance_m <= level_m) {
+      route.roll = 0.0;
+      clearance_m = level_m;
+    }
   }
   if (clearance_m <= criteria.min_clearance_m) return false;
   route_ = std::move(route);

@@ -15,8 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 double compass_deg(const Vector2d& velocity_W) {
-  const double heading = rad_to_deg(std::atan2(velocity_W.x(), velocity_W.y()));
-  return heading < 0.0 ? heading + 360.0 : heading;
+  return compass_heading_deg(rad_to_deg(std::atan2(velocity_W.x(), velocity_W.y())));
 }
 
 std::string describe(const Vector2d& current_W, double sigma) {

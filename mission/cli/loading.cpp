@@ -73,6 +73,11 @@ std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& 
 
 namespace {
 
+tl::expected<SourceText, std::string> read_map(const std::string& path) {
+  if (planning::is_grid(path)) return planning::grid_as_map(path);
+  return read_source_text(path, kMaxMapBytes);
+}
+
 // Reads what the mission names.
 std::optional<LoadedMission> with_map(std::optional<Mission> mission,
                                       std::optional<LoadedVehicle> described,
@@ -83,10 +88,7 @@ std::optional<LoadedMission> with_map(std::optional<Mission> mission,
   loaded.model = std::move(described->model);
   loaded.vehicle = std::move(described->urdf);
   if (!has_simulation_map(loaded.mission)) return loaded;
-  const std::string& map_path = loaded.mission.map_path;
-  tl::expected<SourceText, std::string> map = planning::is_grid(map_path)
-                                                  ? planning::grid_as_map(map_path)
-                                                  : read_source_text(map_path, kMaxMapBytes);
+  tl::expected<SourceText, std::string> map = read_map(loaded.mission.map_path);
   if (!map) {
     diagnostics.error("MIS-MAP-NOT-FOUND", loaded.mission.source, loaded.mission.map_file.span,
                       fmt::format("the map cannot be read: {}", map.error()));
@@ -105,9 +107,7 @@ std::optional<LoadedMission> with_map(std::optional<Mission> mission,
   if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
     loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
     if (!loaded.simulated_world) return std::nullopt;
-    tl::expected<SourceText, std::string> text = planning::is_grid(simulated)
-                                                     ? planning::grid_as_map(simulated)
-                                                     : read_source_text(simulated, kMaxMapBytes);
+    tl::expected<SourceText, std::string> text = read_map(simulated);
     if (!text) return std::nullopt;
     if (!planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
     if (diagnostics.error_count() != errors_before) return std::nullopt;

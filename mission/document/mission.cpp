@@ -1,5 +1,7 @@
 #include "mission/document/mission.h"
 
+#include <cmath>
+
 #include "common/assert.h"
 #include "common/se3.h"
 
@@ -22,6 +24,11 @@ int replans_per_leg(const Mission& mission, const ReplanPolicy& policy) {
   constexpr int kUnknown = 400;
   if (policy.max_replans) return static_cast<int>(policy.max_replans->value);
   return mission.unknown ? kUnknown : kKnown;
+}
+
+double compass_heading_deg(double degrees) {
+  const double wrapped = std::fmod(degrees, 360.0);
+  return wrapped < 0.0 ? wrapped + 360.0 : wrapped;
 }
 
 double heading_to_yaw(double heading_deg) { return wrap_angle(deg_to_rad(90.0 - heading_deg)); }

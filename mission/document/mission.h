@@ -272,6 +272,8 @@ enum class MapFile { kMustExist, kNotNeeded };
 /// The policy's value, or else a default for the environment: an unknown one needs more replans.
 [[nodiscard]] int replans_per_leg(const Mission& mission, const ReplanPolicy& policy);
 
+/// A heading or bearing in [0, 360); that of a yaw (rad) is 90 - rad_to_deg(yaw).
+[[nodiscard]] double compass_heading_deg(double degrees);
 /// Compass heading (deg, clockwise from north) to yaw (rad, counter-clockwise from east).
 [[nodiscard]] double heading_to_yaw(double heading_deg);
 

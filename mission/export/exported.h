@@ -12,6 +12,7 @@
 #include "common/clock.h"
 #include "common/geodesy.h"
 #include "common/se3.h"
+#include "mission/document/mission.h"
 #include "mission/drawing/drawn_mesh.h"
 
 namespace dive::mission {
@@ -75,8 +76,7 @@ struct Exported {
 
 /// Compass heading (true) of the bow, in [0, 360).
 [[nodiscard]] inline double heading_deg(const Pose& X_WB) {
-  const double heading = 90.0 - rad_to_deg(to_rpy(X_WB.q).z());
-  return heading < 0.0 ? heading + 360.0 : heading;
+  return compass_heading_deg(90.0 - rad_to_deg(to_rpy(X_WB.q).z()));
 }
 
 }  // namespace dive::mission

@@ -2,12 +2,13 @@
 
 #include <bit>
 #include <cstdint>
+#include <span>
 
 #include <nlohmann/json.hpp>
-#include <sodium.h>
 
 #include "mission/export/export_format.h"
 #include "mission/export/mesh_lines.h"
+#include "mission/report/base64.h"
 
 namespace dive::mission {
 namespace {
@@ -24,14 +25,6 @@ constexpr int kElementArrayBuffer = 34963;
 constexpr int kPoints = 0;
 constexpr int kLineStrip = 3;
 constexpr int kTriangles = 4;
-
-std::string base64(const std::string& bytes) {
-  std::string text(sodium_base64_ENCODED_LEN(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
-  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()),
-                    bytes.size(), sodium_base64_VARIANT_ORIGINAL);
-  text.pop_back();  // the zero byte at its end
-  return text;
-}
 
 // x east, y up, z south.
 Eigen::Vector3f turned(const Eigen::Vector3f& p_W) { return {p_W.x(), p_W.z(), -p_W.y()}; }
@@ -61,9 +54,9 @@ class Scene {
       json["materials"] = std::move(materials_);
       json["accessors"] = std::move(accessors_);
       json["bufferViews"] = std::move(views_);
-      json["buffers"] =
-          Json::array({{{"byteLength", bytes_.size()},
-                        {"uri", "data:application/octet-stream;base64," + base64(bytes_)}}});
+      json["buffers"] = Json::array({{{"byteLength", bytes_.size()},
+                                      {"uri", "data:application/octet-stream;base64," +
+                                                  base64(std::as_bytes(std::span(bytes_)))}}});
     }
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   }

@@ -1,10 +1,10 @@
 #include "mission/report/packed.h"
 
 #include <bit>
-#include <string>
 
 #include <nlohmann/json.hpp>
-#include <sodium.h>
+
+#include "mission/report/base64.h"
 
 namespace dive::mission {
 namespace {
@@ -13,13 +13,7 @@ static_assert(std::endian::native == std::endian::little);
 
 template <typename Value>
 nlohmann::ordered_json pack(const char* type, std::span<const Value> values) {
-  constexpr int kVariant = sodium_base64_VARIANT_ORIGINAL;
-  const std::size_t size = values.size_bytes();
-  std::string text(sodium_base64_ENCODED_LEN(size, kVariant), '\0');
-  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(values.data()),
-                    size, kVariant);
-  text.pop_back();  // the terminating zero
-  return {{type, std::move(text)}};
+  return {{type, base64(std::as_bytes(values))}};
 }
 
 }  // namespace

@@ -15,11 +15,6 @@ namespace {
 constexpr double kMaxSpacing = 90.0;
 constexpr double kSampleStep = 0.2;  // m along that line
 
-double compass_heading_deg(double degrees) {
-  const double wrapped = std::fmod(degrees, 360.0);
-  return wrapped < 0.0 ? wrapped + 360.0 : wrapped;
-}
-
 Eigen::Vector2d towards(double compass_deg) {
   const double yaw = heading_to_yaw(compass_deg);
   return {std::cos(yaw), std::sin(yaw)};
