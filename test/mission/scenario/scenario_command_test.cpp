@@ -142,7 +142,8 @@ TEST(ScenarioCommand, ShippedScenariosNoticeThatTheirScriptDoesNothing) {
   EXPECT_THAT(insensitive,
               ::testing::ElementsAre("depth_loses_half", "depth_silent_for_a_moment",
                                      "everything_loses_two_fifths", "health_silent_for_a_moment",
-                                     "imu_loses_a_third", "overheated_for_a_moment"));
+                                     "imu_loses_a_third", "overheated_for_a_moment",
+                                     "samples_lose_two_fifths"));
 }
 
 // Every script action and expectation occurs in a shipped scenario.
