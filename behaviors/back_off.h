@@ -7,8 +7,10 @@
 //
 // There is no clearance to turn around: the vehicle swims stern first if its bow points away from
 // the path. A vehicle on its side may be there because it has no room to come level: it keeps its
-// roll where that leaves more clearance. The course follows the line-of-sight law to the point of
-// the path `kLookahead` ahead (Fossen 2011, ch. 12.3), with the stern in place of the bow.
+// roll while coming level would leave less clearance, and less than a turn must leave. It does not
+// keep it longer, since flippers on edge hold neither depth nor course well. The course follows the
+// line-of-sight law to the point of the path `kLookahead` ahead (Fossen 2011, ch. 12.3), with the
+// stern in place of the bow.
 
 #include <cstddef>
 #include <optional>
@@ -71,6 +73,7 @@ class BackOff {
   };
 
   [[nodiscard]] Trail::Path find_path(const BehaviorInput& input, const Criteria& criteria) const;
+  void come_level_if_possible(Route& route, const BehaviorInput& input) const;
   [[nodiscard]] static double clearance_of_rest(const Route& route, const BehaviorInput& input);
 
   double d_min_m_;

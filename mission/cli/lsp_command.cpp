@@ -78,6 +78,8 @@ std::optional<CheckedText> check_text(const SourceText& text,
 
 int run_lsp() {
   std::ios::sync_with_stdio(false);
+  // A tied input flushes the output before each read, while the checking thread writes to it.
+  std::cin.tie(nullptr);
   return LanguageServer(std::cin, std::cout, DIVE_VERSION, check_text).serve();
 }
 

@@ -374,6 +374,45 @@ TEST_F(BackOffTest, IsSlowerTheFartherItIsOffCourse) {
   }
 }
 
+TEST_F(BackOffTest, KeepsItsRollOnlyWhereComingLevelLeavesLessAndTooLittle) {
+  const double on_its_side = 1.2;
+  const auto roll_kept = [&](double level_m, double rolled_m) {
+    back_off_ = BackOff(kMinClearance);
+    place_at(8);
+    estimate_.X_WB.q = from_rpy(on_its_side, 0, 0);
+    evaluator_.at = [=](const Pose& pose) {
+      if (pose.p.x() < 5.2) return 0.9;
+      return std::abs(to_rpy(pose.q).x()) < 0.1 ? level_m : rolled_m;
+    };
+    EXPECT_TRUE(begin());
+    const std::optional<vehicle::Command> command = back_off_.follow(input());
+    return command ? to_rpy(command->o).x() : -1.0;
+  };
+  EXPECT_NEAR(roll_kept(0.1, 0.5), on_its_side, 1e-9);
+  EXPECT_NEAR(roll_kept(-0.1, 0.2), on_its_side, 1e-9);
+  EXPECT_NEAR(roll_kept(0.1, 0.05), 0.0, 1e-9) << "it has more room when level";
+  EXPECT_NEAR(roll_kept(0.33, 0.5), 0.0, 1e-9) << "that is 0.4 of D_min: room enough to turn";
+}
+
+TEST_F(BackOffTest, ComesLevelOnItsWayAsSoonAsThereIsRoom) {
+  place_at(8);
+  estimate_.X_WB.q = from_rpy(1.2, 0, 0);
+  evaluator_.at = [](const Pose& pose) {
+    if (pose.p.x() < 5.2) return 0.9;
+    return pose.p.x() > 7.0 && std::abs(to_rpy(pose.q).x()) < 1.1 ? 0.1 : 0.5;
+  };
+  ASSERT_TRUE(begin());
+  while (p_W().x() > 7.1) {
+    const std::optional<vehicle::Command> command = tick();
+    ASSERT_TRUE(command);
+    EXPECT_NEAR(to_rpy(command->o).x(), 1.2, 1e-9) << p_W().x();
+  }
+  while (p_W().x() > 6.8) ASSERT_TRUE(tick());
+  const std::optional<vehicle::Command> command = tick();
+  ASSERT_TRUE(command);
+  EXPECT_NEAR(to_rpy(command->o).x(), 0.0, 1e-9);
+}
+
 TEST_F(BackOffTest, CommandsTheDepthOfThePointAheadAndNoneAboveTheSurface) {
   clearance_by_x([](double x) { return x > 5.2 ? 0.5 : 0.9; });
   for (const double rise : {0.0, 6.0}) {
