@@ -3,7 +3,9 @@
 //
 // The flippers have no effort sideways, so the vehicle cannot circle a point and face it at the
 // same time. It swims to a station bow ahead, comes to rest, turns its bow to the point and stays
-// for the dwell, turns to the next station, and swims on.
+// for the dwell, turns to the next station, and swims on. Nor can it stay in a current across its
+// bow: a vehicle that has drifted off its station swims back to it, where the dwell goes on, and
+// swims on to the next after three returns.
 
 #include <cstddef>
 #include <optional>
@@ -52,6 +54,8 @@ class Orbit final : public Behavior {
   [[nodiscard]] BehaviorOutput stop(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput face(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput depart(const BehaviorInput& input);
+  [[nodiscard]] BehaviorOutput start_leg(const BehaviorInput& input);
+  void begin_station();
   void begin_leg();
   [[nodiscard]] vehicle::Command station_command(double yaw) const;
 
@@ -64,6 +68,7 @@ class Orbit final : public Behavior {
   Utime stopping_since_ = 0;        ///< Time of arrival.
   double arrival_yaw_ = 0.0;        ///< Heading at arrival, rad.
   double faced_s_ = 0.0;            ///< Time with the bow to the centre at this station, s.
+  int returns_ = 0;                 ///< Number of returns to this station after a drift.
   std::optional<Utime> last_tick_;  ///< Time of the last tick of the dwell.
 };
 

@@ -13,7 +13,7 @@
 namespace {
 
 using dive::mission::read_journal;
-using dive::mission::testing::content_of;
+using dive::mission::testing::first_bank_of;
 using dive::mission::testing::KilledDive;
 
 std::int64_t commits_in(const std::string& text) {
@@ -25,7 +25,7 @@ std::int64_t commits_in(const std::string& text) {
 
 // True if the rest of the file is a prefix of the whole, and its last checkpoint is found.
 bool is_found(const std::string& path, const std::string& whole) {
-  const std::string kept = content_of(path);
+  const std::string kept = first_bank_of(path);
   if (!whole.starts_with(kept)) return false;
   const std::string lines = kept.substr(0, kept.rfind('\n') + 1);
   const auto journal = read_journal(path);
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   dive.dive((folder / "whole.journal").string());
   const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
-  const std::string whole = content_of((folder / "whole.journal").string());
+  const std::string whole = first_bank_of((folder / "whole.journal").string());
   const auto lines = std::ranges::count(whole, '\n');
 
   int lost = 0;
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
     std::filesystem::remove(path);
     const auto after = static_cast<std::int64_t>(random.uniform(0.0, 1.2 * took.count()));
     killed += dive.kill_after(path, after) ? 1 : 0;
-    const std::string kept = content_of(path);
+    const std::string kept = first_bank_of(path);
     torn += !kept.empty() && kept.back() != '\n' ? 1 : 0;
     lost += is_found(path, whole) ? 0 : 1;
   }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "estimation/planar.h"
+#include "vehicle/ascent_rates.h"
 
 namespace dive::vehicle {
 namespace {
@@ -22,7 +23,6 @@ constexpr double kMaxScale = 0.5;       // of a plausible relative error of the 
 constexpr double kMaxTurn = 7.0;        // rad
 constexpr double kMaxHold = 600.0;      // s
 constexpr double kDepthFresh = 1.0;     // s
-constexpr double kAscentRate = 0.15;    // m/s, of the autopilot's depth loop
 constexpr double kAscentSlack = 2.0;    // an ascent without depth lasts this many times as long
 constexpr double kAscentGraceSeconds = 10.0;
 
@@ -200,7 +200,7 @@ bool ExitGuidance::has_surfaced(Utime now) const {
 }
 
 bool ExitGuidance::is_presumed_surfaced(Utime now) const {
-  const double needed = kAscentSlack * station_depth_ / kAscentRate + kAscentGraceSeconds;
+  const double needed = kAscentSlack * station_depth_ / kSlowestAscentRate + kAscentGraceSeconds;
   return phase_ == ExitPhase::kAscending && !depth_is_fresh(now) &&
          to_seconds(now - since_) > needed;
 }

@@ -41,7 +41,7 @@ void Executive::Impl::hold_speed() {
   const estimation::StateEstimate& now = situation.estimate;
   if (brakes) {
     behaviors::compensate_drift(now.v_WB_B.x(), to_rpy(now.X_WB.q).z(), command);
-  } else if (uses_map_fixes(mission) && command.v != 0.0) {
+  } else if (uses_map_fixes(mission) && !situation.ascends) {
     behaviors::hold_speed(now.v_WB_B.x(), command);
   }
 }

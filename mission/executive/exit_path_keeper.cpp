@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mission/executive/overhead_monitor.h"
+#include "vehicle/ascent_rates.h"
 #include "vehicle/exit_guidance.h"
 
 namespace dive::mission {
@@ -19,7 +20,6 @@ constexpr std::size_t kCapacity = 1024;  // points
 constexpr double kStraight = 0.1;        // m: points nearer to a segment are left out
 constexpr std::size_t kWindow = 20;      // maximum points of a segment
 constexpr double kMinSpeed = 0.1;        // m/s
-constexpr double kAscentRate = 0.2;      // m/s
 constexpr double kMaxRoom = 3.0;         // m
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -41,7 +41,7 @@ double length(std::span<const Vector3d> points) {
   return length_m;
 }
 
-double ascent_s(const Vector3d& p_W) { return std::max(-p_W.z(), 0.0) / kAscentRate; }
+double ascent_s(const Vector3d& p_W) { return std::max(-p_W.z(), 0.0) / vehicle::kMeanAscentRate; }
 
 }  // namespace
 

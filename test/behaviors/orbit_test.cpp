@@ -67,11 +67,13 @@ class Vehicle {
     const double turned = yaw() + std::clamp(off, -kTurnRate * kTick, kTurnRate * kTick);
     estimate_.X_WB.q = from_rpy(0.0, 0.0, turned);
     estimate_.X_WB.p += estimate_.X_WB.q * Vector3d(kTick * output.command.v, 0.0, 0.0);
+    estimate_.X_WB.p.head<2>() += kTick * current_W;
     estimate_.X_WB.p.z() = -output.command.d;
     estimate_.v_WB_B = {output.command.v, 0.0, 0.0};
     return output;
   }
   void move_to(const Vector2d& p_W) { estimate_.X_WB.p.head<2>() = p_W; }
+  Vector2d current_W = Vector2d::Zero();  // m/s; not in the estimated velocity
   [[nodiscard]] const Vector3d& position() const { return estimate_.X_WB.p; }
   [[nodiscard]] double yaw() const { return to_rpy(estimate_.X_WB.q).z(); }
   [[nodiscard]] double off_bearing(const Vector2d& point) const {
@@ -136,21 +138,21 @@ struct AtStation {
 TEST(Orbit, KeepsTheRadiusWhileItFacesTheCentre) {
   AtStation at;
   EXPECT_EQ(at.vehicle.tick(at.orbit).command.v, 0.0);
-  at.vehicle.move_to({-4.6, 0.0});
+  at.vehicle.move_to({-4.5, 0.0});
   EXPECT_GT(at.vehicle.tick(at.orbit).command.v, 0.0) << "too far: ahead";
-  at.vehicle.move_to({-3.4, 0.0});
-  EXPECT_LT(at.vehicle.tick(at.orbit).command.v, 0.0) << "too near: astern";
-  at.vehicle.move_to({-2.0, 0.0});
-  EXPECT_GE(at.vehicle.tick(at.orbit).command.v, -0.1) << "not what counts as under way";
+  at.vehicle.move_to({-3.5, 0.0});
+  const double astern = at.vehicle.tick(at.orbit).command.v;
+  EXPECT_LT(astern, 0.0) << "too near";
+  EXPECT_GE(astern, -0.1) << "not what counts as under way";
 }
 
-// Two metres to the side of its station the centre is elsewhere.
+// To the side of its station the centre is elsewhere.
 TEST(Orbit, DwellsOnlyWhileItFacesTheCentre) {
   AtStation at;
   for (double t = 0.0; t < 20.0; t += kTick) EXPECT_FALSE(at.vehicle.tick(at.orbit).done);
   for (double t = 0.0; t < 20.0; t += kTick) {
     const Vector3d p_W = at.vehicle.position();
-    at.vehicle.move_to({-4.0, p_W.y() > 0.0 ? -2.0 : 2.0});
+    at.vehicle.move_to({-4.0, p_W.y() > 0.0 ? -0.5 : 0.5});
     static_cast<void>(at.vehicle.tick(at.orbit));
   }
   EXPECT_EQ(at.orbit.goals_done(), 0);
@@ -160,6 +162,34 @@ TEST(Orbit, DwellsOnlyWhileItFacesTheCentre) {
     static_cast<void>(at.vehicle.tick(at.orbit));
   }
   EXPECT_NEAR(left, 12.0, 2.5) << "the rest of the dwell, and the turns before and after it";
+}
+
+TEST(Orbit, ReturnsToAStationThatItDriftsOffAndFinishesTheDwellThere) {
+  AtStation at;
+  at.vehicle.current_W = {0.0, 0.05};  // across the bow, which points to the centre
+  double farthest = 0.0;
+  double faced = 0.0;
+  int plans = 0;
+  for (double t = 0.0; t < 120.0 && at.orbit.goals_done() == 0; t += kTick) {
+    plans += at.vehicle.tick(at.orbit).plan_request ? 1 : 0;
+    farthest = std::max(farthest, std::abs(at.vehicle.position().y()));
+    faced += at.vehicle.off_bearing({0.0, 0.0}) < kThreeDegrees ? kTick : 0.0;
+  }
+  EXPECT_EQ(at.orbit.goals_done(), 1);
+  EXPECT_GE(plans, 3) << "two returns, and the leg to the next station";
+  EXPECT_LT(farthest, 0.75);
+  EXPECT_GE(faced, 30.0);
+}
+
+TEST(Orbit, LeavesAStationWhereTheCurrentLetsItNotStay) {
+  AtStation at;
+  double t = 0.0;
+  for (; t < 200.0 && at.orbit.goals_done() == 0; t += kTick) {
+    at.vehicle.current_W = {0.0, at.orbit.needs_free_ahead() ? 0.0 : 0.3};
+    static_cast<void>(at.vehicle.tick(at.orbit));
+  }
+  EXPECT_EQ(at.orbit.goals_done(), 1);
+  EXPECT_LT(t, 100.0);
 }
 
 TEST(Orbit, IsDoneWithAStationWhenTopsideSkipsIt) {

@@ -10,10 +10,13 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include "test/common/file_content.h"
+
 namespace dive::documentation {
 namespace {
 
 namespace fs = std::filesystem;
+using dive::testing::content_of;
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -41,11 +44,6 @@ bool matches(std::string_view line, std::string_view pattern) {
     if (matches(line.substr(begin), rest)) return true;
   }
   return false;
-}
-
-std::string content_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 struct Ran {

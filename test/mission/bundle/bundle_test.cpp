@@ -19,20 +19,16 @@
 #include "mission/check/route_plan.h"
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
+#include "test/common/file_content.h"
 #include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 
 namespace dive::mission {
 namespace {
 
+using dive::testing::content_of;
 using ::testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
-
-std::string content_of(const std::string& path) {
-  const auto text = read_source_text(path, kMaxBundleBytes);
-  EXPECT_TRUE(text) << path;
-  return text->content();
-}
 
 link::Key key_of(std::uint8_t byte) {
   link::Key key;

@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "mission/check/check.h"
 #include "planning/world/sdf.h"
+#include "test/common/file_content.h"
 
 namespace dive::mission {
 namespace {
+
+using dive::testing::content_of;
 
 using ::testing::Contains;
 using ::testing::Not;
@@ -32,11 +33,6 @@ planning::World world_of(const Mission& mission) {
 vehicle::Model model() {
   Diagnostics diagnostics;
   return vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics).value();
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 std::vector<std::string> codes(const Diagnostics& diagnostics) {

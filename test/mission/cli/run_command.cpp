@@ -2,8 +2,6 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include <gtest/gtest.h>
@@ -38,11 +36,6 @@ class Scratch {
 const Scratch scratch;
 
 }  // namespace
-
-std::string content_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 Ran run_dive(const std::string& arguments, const std::string& place, const std::string& setup) {
   const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / place;

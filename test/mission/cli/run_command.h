@@ -1,8 +1,9 @@
 #pragma once
 // Runs the command as a user or a script does.
 
-#include <filesystem>
 #include <string>
+
+#include "test/common/file_content.h"
 
 namespace dive::mission::testing {
 
@@ -16,7 +17,6 @@ struct Ran {
 [[nodiscard]] Ran run_dive(const std::string& arguments, const std::string& place,
                            const std::string& setup = {});
 
-/// The content of a file; empty if it does not exist.
-[[nodiscard]] std::string content_of(const std::filesystem::path& path);
+using dive::testing::content_of;
 
 }  // namespace dive::mission::testing

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,11 +12,13 @@
 #include "mission/record/log.h"
 #include "mission/record/replay.h"
 #include "mission/simulation/simulated_dive.h"
+#include "test/common/file_content.h"
 
 namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
+using dive::testing::content_of;
 using ::testing::HasSubstr;
 
 const LoadedMission& window() {
@@ -31,11 +32,6 @@ const LoadedMission& window() {
     return std::move(*result);
   }();
   return loaded;
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 DiveResult dive_and_log(const DiveSettings& settings, const fs::path& path,
@@ -97,8 +93,8 @@ TEST(Window, SameSeedSameLogByteForByte) {
   dive_and_log(settings, b);
   settings.seed = 2;
   dive_and_log(settings, c);
-  EXPECT_TRUE(bytes_of(a) == bytes_of(b));
-  EXPECT_FALSE(bytes_of(a) == bytes_of(c));
+  EXPECT_TRUE(content_of(a) == content_of(b));
+  EXPECT_FALSE(content_of(a) == content_of(c));
 }
 
 TEST(Window, ASignalIsAnAbortAndReplays) {
@@ -137,7 +133,7 @@ TEST(Window, AReplayAgainstAnotherMissionNamesTheFirstDifference) {
 TEST(Window, ADamagedHeaderIsAGap) {
   const fs::path path = fs::path(::testing::TempDir()) / "window-damaged.lcmlog";
   dive_and_log({}, path);
-  std::string bytes = bytes_of(path);
+  std::string bytes = content_of(path);
   const std::size_t at = bytes.find("speed=\"0.4\"");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 9] = '3';

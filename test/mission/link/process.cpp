@@ -3,21 +3,18 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "test/common/file_content.h"
+
 namespace dive::mission::testing {
 namespace {
 
-std::string content(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+using dive::testing::content_of;
 
 }  // namespace
 
@@ -60,7 +57,7 @@ int Process::wait(double seconds) {
   return status_;
 }
 
-std::string Process::out() const { return content(output_ + ".out"); }
-std::string Process::err() const { return content(output_ + ".err"); }
+std::string Process::out() const { return content_of(output_ + ".out"); }
+std::string Process::err() const { return content_of(output_ + ".err"); }
 
 }  // namespace dive::mission::testing

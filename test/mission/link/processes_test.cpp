@@ -9,7 +9,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <thread>
 
@@ -21,6 +20,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "test/common/file_content.h"
 #include "test/common/sanitizers.h"
 #include "test/mission/link/attacker.h"
 #include "test/mission/link/process.h"
@@ -36,11 +36,7 @@ using ::testing::Not;
 using testing::Process;
 
 namespace fs = std::filesystem;
-
-std::string content(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+using dive::testing::content_of;
 
 // Factor on real time for tests that need real time: a tick of the executive then takes some 3 % of
 // its budget.
@@ -181,8 +177,8 @@ TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
                       "--log", path("built-in.lcmlog"), "--force", "--json"},
                      folder_, "built-in");
     EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
-    EXPECT_GT(content(path("linked.lcmlog")).size(), 1'000'000U);
-    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << name;
+    EXPECT_GT(content_of(path("linked.lcmlog")).size(), 1'000'000U);
+    EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog"))) << name;
   }
 }
 
@@ -207,7 +203,7 @@ TEST_F(Processes, InLockStepASignedBundleIsDivedAsByTheBuiltInSimulator) {
                       path("built-in.lcmlog"), "--json"},
                      folder_, "built-in");
     EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
-    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+    EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog")));
   }
 }
 
@@ -224,7 +220,7 @@ TEST_F(Processes, InLockStepACollisionIsReportedAndLoggedAsByTheBuiltInSimulator
                     path("built-in.lcmlog"), "--json"},
                    folder_, "built-in");
   EXPECT_EQ(built_in.wait(120.0), 1) << built_in.err();
-  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+  EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog")));
   auto expected = built_in.json().at("collision_list");
   ASSERT_FALSE(expected.empty());
   for (auto& collision : expected) {  // the vehicle has no access to the executive's estimates
@@ -237,7 +233,7 @@ TEST_F(Processes, InLockStepACollisionIsReportedAndLoggedAsByTheBuiltInSimulator
       {DIVE_COMMAND, "report", path("linked.lcmlog"), "--output", path("linked.html"), "--force"},
       folder_, "report");
   EXPECT_EQ(report.wait(60.0), 0) << report.err();
-  EXPECT_THAT(content(path("linked.html")), HasSubstr("\"obstacle\":\"harbour/ground/quay\""));
+  EXPECT_THAT(content_of(path("linked.html")), HasSubstr("\"obstacle\":\"harbour/ground/quay\""));
 }
 
 // With scans too; a sensor failure on the vehicle side gives the same dive.
@@ -256,7 +252,7 @@ TEST_F(Processes, InUnknownWaterTheLogIsThatOfTheBuiltInSimulatorToo) {
                      folder_, "built-in");
     EXPECT_EQ(built_in.wait(kLong), executive->wait(0.0)) << built_in.err();
     EXPECT_GT(built_in.json().at("replans").get<int>(), 0) << "nothing was seen";
-    EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog"))) << fault;
+    EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog"))) << fault;
   }
 }
 
@@ -320,7 +316,7 @@ TEST_F(Processes, WithImagesTheLogIsThatOfTheBuiltInSimulatorInSpiteOfOtherPacke
   Process built_in(run, folder_, "built-in");
   EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
   EXPECT_GT(built_in.json().at("estimator_switches").get<int>(), 0) << "nothing was seen";
-  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+  EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog")));
 }
 
 // The images are then the source of the map, without a range camera.
@@ -328,7 +324,7 @@ TEST_F(Processes, WithStereoMappingTheLogIsThatOfTheBuiltInSimulator) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of pictures are drawn and matched, twice");
   const fs::path missions =
       fs::path(mission("scenarios/missions/basin_visual_inertial")).parent_path();
-  std::string text = content((missions / "basin_visual_inertial.xml").string());
+  std::string text = content_of((missions / "basin_visual_inertial.xml").string());
   const std::string known = R"(map file="maps/basin.sdf" fixes="off")";
   ASSERT_NE(text.find(known), std::string::npos);
   text.replace(
@@ -348,7 +344,7 @@ TEST_F(Processes, WithStereoMappingTheLogIsThatOfTheBuiltInSimulator) {
       folder_, "built-in");
   EXPECT_EQ(built_in.wait(kLong), 0) << built_in.err();
   EXPECT_GT(fs::file_size(path("built-in.map.cloud.ply")), 5000U) << "nothing was seen";
-  EXPECT_TRUE(content(path("linked.lcmlog")) == content(path("built-in.lcmlog")));
+  EXPECT_TRUE(content_of(path("linked.lcmlog")) == content_of(path("built-in.lcmlog")));
 }
 
 TEST_F(Processes, WithAFifthOfAllImagesLostItStillUsesVision) {
@@ -493,7 +489,7 @@ TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
 
 TEST_F(Processes, WithAKeyNoForgedOrRepeatedPacketIsObeyed) {
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
-  std::string text = content(mission("pool3"));
+  std::string text = content_of(mission("pool3"));
   const std::size_t at = text.find("<failsafes>");
   ASSERT_NE(at, std::string::npos);
   text.insert(at, "<operator abort=\"key\"/>");
@@ -558,7 +554,7 @@ TEST_F(Processes, WithoutAKeyPacketsDoNotLeaveTheMachineUnlessItIsSaid) {
 }
 
 TEST_F(Processes, AMissionWhoseAbortNeedsTheKeyDoesNotStartWithoutOne) {
-  std::string text = content(mission("pool3"));
+  std::string text = content_of(mission("pool3"));
   text.insert(text.find("<failsafes>"), "<operator abort=\"key\"/>");
   std::ofstream(path("pool.xml")) << text;
   fs::copy(DIVE_SOURCE_DIR "/missions/maps", path("maps"));
@@ -602,7 +598,7 @@ class Death : public Processes {
 
   /// The mission pool3 with another element before `place`.
   [[nodiscard]] std::string pool_with(const std::string& element, const std::string& place) const {
-    std::string text = content(mission("pool3"));
+    std::string text = content_of(mission("pool3"));
     const std::size_t at = text.find(place);
     EXPECT_NE(at, std::string::npos);
     text.insert(at, element);
@@ -951,7 +947,7 @@ TEST_F(Processes, AVehicleOnAMapSendsScansWhenAsked) {
 }
 
 TEST_F(Processes, ThereIsNoVehicleInWaterThatNothingIsSaidOf) {
-  std::string text = content(murk());
+  std::string text = content_of(murk());
   const std::string simulation_map = " simulation_map=\"maps/bay.sdf\"";
   ASSERT_NE(text.find(simulation_map), std::string::npos);
   text.erase(text.find(simulation_map), simulation_map.size());

@@ -25,8 +25,8 @@ namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::content_of;
 using testing::FakeDisk;
+using testing::first_bank_of;
 using testing::KilledDive;
 
 class JournalTest : public ::testing::Test {
@@ -38,7 +38,7 @@ class JournalTest : public ::testing::Test {
     reference_ = (folder_ / "whole.journal").string();
     const DiveResult whole = dive_.dive(reference_);
     ASSERT_EQ(whole.outcome, "success") << whole.cause;
-    whole_ = content_of(reference_);
+    whole_ = first_bank_of(reference_);
     ASSERT_GT(std::ranges::count(whole_, '\n'), 50);
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -111,7 +111,7 @@ TEST_F(JournalTest, GoesOnAfterATornEndInTheOtherBank) {
   ASSERT_TRUE(before);
   std::vector<std::string> payload;
   dive_.resume(path_, payload);
-  EXPECT_EQ(content_of(path_), torn) << "untouched until the other bank is full";
+  EXPECT_EQ(first_bank_of(path_), torn) << "untouched until the other bank is full";
   const auto after = read_journal(path_);
   ASSERT_TRUE(after);
   EXPECT_EQ(after->generation, before->generation + 1);
@@ -136,7 +136,7 @@ TEST_F(JournalTest, KilledAfterEveryLineTheLastCommitIsThere) {
   const auto lines = std::ranges::count(whole_, '\n');
   for (std::int64_t line = 1; line <= lines; line += 3) {
     dive_.kill_after_line(path_, line);
-    const std::string kept = content_of(path_);
+    const std::string kept = first_bank_of(path_);
     ASSERT_EQ(std::ranges::count(kept, '\n'), line);
     ASSERT_TRUE(whole_.starts_with(kept)) << "the dive is the same, as far as it came";
     const auto journal = read_journal(path_);
@@ -149,7 +149,7 @@ TEST_F(JournalTest, KilledAtAnyMomentTheLastCommitIsThere) {
   Random random(11);
   for (int i = 0; i < 20; ++i) {
     dive_.kill_after(path_, static_cast<std::int64_t>(random.bits() % 30'000));
-    const std::string kept = content_of(path_);
+    const std::string kept = first_bank_of(path_);
     ASSERT_TRUE(whole_.starts_with(kept));
     const auto journal = read_journal(path_);
     ASSERT_EQ(journal.has_value(), !whole_lines(kept).empty());

@@ -136,7 +136,7 @@ bool KilledDive::kill_after(const std::string& path, std::int64_t microseconds) 
   return WIFSIGNALED(status);
 }
 
-std::string content_of(const std::string& path) {
+std::string first_bank_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string content(std::istreambuf_iterator<char>(file), {});
   content.resize(std::min(content.find('\0'), content.size()));

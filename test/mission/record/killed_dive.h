@@ -41,6 +41,6 @@ class KilledDive {
 };
 
 /// The text in the first bank of a journal; empty if the file does not exist.
-[[nodiscard]] std::string content_of(const std::string& path);
+[[nodiscard]] std::string first_bank_of(const std::string& path);
 
 }  // namespace dive::mission::testing

@@ -12,17 +12,15 @@
 
 #include <gtest/gtest.h>
 
+#include "test/common/file_content.h"
+
 namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
+using dive::testing::content_of;
 
 const fs::path kRoot = DIVE_SOURCE_DIR;
-
-std::string content_of(const fs::path& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 int lines_naming_orbit(const fs::path& path) {
   std::ifstream stream(path);

@@ -22,11 +22,13 @@
 #include <unistd.h>
 
 #include "test/common/allocations.h"
+#include "test/common/file_content.h"
 
 namespace dive::planning {
 namespace {
 
 namespace fs = std::filesystem;
+using dive::testing::content_of;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using ::testing::Contains;
@@ -59,11 +61,6 @@ class Scratch {
                      fmt::format("dive_cloud_{}_{}", getpid(),
                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
-
-std::string content_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 template <class T>
 std::string bytes_of(T value, bool big_endian = false) {

@@ -2,21 +2,18 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "test/common/file_content.h"
+
 namespace dive::planning {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+using dive::testing::content_of;
 
 TEST(GeneratedMaps, AreWhatTheScriptWrites) {
   if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no python3";
@@ -29,7 +26,7 @@ TEST(GeneratedMaps, AreWhatTheScriptWrites) {
   int written = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     ++written;
-    EXPECT_EQ(content(entry.path()), content(maps / entry.path().filename())) << entry.path();
+    EXPECT_EQ(content_of(entry.path()), content_of(maps / entry.path().filename())) << entry.path();
   }
   EXPECT_EQ(written, 4);
   fs::remove_all(folder);
