@@ -298,6 +298,7 @@ PlanResult PathSearch::run(const PlanRequest& request, double start_clearance,
                    : straight_line(request.start, request.goal, request.limits.attitude,
                                    options_.waypoint_spacing_m)) ||
       search_warm_starts() || search_widest();
+  if (found && options_.preferred_view) prefer_information();
   if (found) {
     classify();
   } else if (start_clearance_ < request.limits.clearance) {

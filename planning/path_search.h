@@ -63,6 +63,8 @@ class PathSearch {
   std::optional<std::vector<Pose>> warm_start(std::vector<VirtualObstacle>& avoid, int number);
   [[nodiscard]] bool search_widest();
   void search_best_clearance(std::vector<Pose> initial, double bound);
+  // path_search_information.cpp
+  void prefer_information();
   [[nodiscard]] std::string why_not(bool connected, double bound) const;
 
   // path_search_stretches.cpp

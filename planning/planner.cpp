@@ -35,6 +35,9 @@ std::string PlannerOptions::validate() const {
   if (!(waypoint_spacing_m >= 0.1 && waypoint_spacing_m <= 10.0)) {
     return "waypoint_spacing_m must be from 0.1 to 10 m";
   }
+  if (!(information_weight >= 0.0 && information_weight <= 100.0)) {
+    return "information_weight must be from 0 to 100";
+  }
   if (max_warm_starts < 0 || max_warm_starts > 100) return "max_warm_starts must be from 0 to 100";
   return {};
 }

@@ -15,8 +15,14 @@
 
 namespace dive::planning {
 
+class ExpectedView;
+
 struct PlannerOptions {
   double waypoint_spacing_m = 1.5;
+  /// Views of the known map: paths where they tell the position are preferred. Null: they are not.
+  std::shared_ptr<const ExpectedView> preferred_view;
+  /// Length of detour (m) that is worth a metre of path without information.
+  double information_weight = 1.0;
   int max_warm_starts = 12;
   TrajoptOptions trajopt;
   CertifyOptions certify;

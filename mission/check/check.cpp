@@ -163,8 +163,8 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   const Route route = nominal_route(mission, scene);
   observer.on_step(fmt::format("planning {} legs", route.legs.size()));
   const auto total = static_cast<double>(route.legs.size());
-  report.legs = plan_route(route, world, model.hull, options.dive.planner, options.dive.seed,
-                           [&](std::size_t planned) {
+  report.legs = plan_route(route, mission, world, model.hull, options.dive.planner,
+                           options.dive.seed, [&](std::size_t planned) {
                              const auto done = static_cast<double>(planned);
                              observer.on_progress(done, total, "legs", done / total);
                            });

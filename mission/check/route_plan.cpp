@@ -7,6 +7,7 @@
 
 #include "common/assert.h"
 #include "common/clock.h"
+#include "mission/executive/behavior_factory.h"
 
 namespace dive::mission {
 namespace {
@@ -48,12 +49,13 @@ void RouteRequests::arrive(const std::vector<Pose>& path) {
   at_ = path.empty() ? request_.goal : path.back();
 }
 
-std::vector<PlannedRouteLeg> plan_route(const Route& route, const planning::World& world,
+std::vector<PlannedRouteLeg> plan_route(const Route& route, const Mission& mission,
+                                        const planning::World& world,
                                         const planning::RobotHull& hull,
                                         const planning::PlannerOptions& options, std::uint64_t seed,
                                         const RouteObserver& planned) {
   SteadyClock clock;
-  planning::Planner planner(world, hull, options, clock);
+  planning::Planner planner(world, hull, planner_options(mission, world, options), clock);
   std::vector<PlannedRouteLeg> legs;
   RouteRequests requests(route, seed);
   for (const RouteLeg& leg : route.legs) {

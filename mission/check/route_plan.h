@@ -52,7 +52,7 @@ using RouteObserver = std::function<void(std::size_t legs)>;
 /// Plans every leg of the nominal route from the previous goal. A reduced path is accepted where
 /// the mission allows it: RouteLeg::reduced_clearance. `planned` is called after each leg with the
 /// number of legs that are planned; it may be empty.
-[[nodiscard]] std::vector<PlannedRouteLeg> plan_route(const Route& route,
+[[nodiscard]] std::vector<PlannedRouteLeg> plan_route(const Route& route, const Mission& mission,
                                                       const planning::World& world,
                                                       const planning::RobotHull& hull,
                                                       const planning::PlannerOptions& options,

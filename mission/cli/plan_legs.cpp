@@ -9,7 +9,7 @@ std::vector<PlannedRouteLeg> plan_legs(const LoadedMission& loaded, const Route&
   SteadyClock clock;
   WorkProgress progress(clock, "planning", is_quiet);
   std::vector<PlannedRouteLeg> legs = plan_route(
-      route, loaded.world, loaded.model.hull, planning::PlannerOptions{}, seed,
+      route, loaded.mission, loaded.world, loaded.model.hull, planning::PlannerOptions{}, seed,
       [&](std::size_t planned) {
         progress.show(static_cast<double>(planned) / static_cast<double>(route.legs.size()));
       });

@@ -60,8 +60,8 @@ tl::expected<Prepared, int> prepare_plan(const ReportArguments& arguments) {
   if (!result) return tl::unexpected(result.error());
   const planning::Scene scene(loaded->world);
   const std::vector<PlannedRouteLeg> legs =
-      plan_route(nominal_route(loaded->mission, scene), loaded->world, loaded->model.hull,
-                 planning::PlannerOptions{}, arguments.seed);
+      plan_route(nominal_route(loaded->mission, scene), loaded->mission, loaded->world,
+                 loaded->model.hull, planning::PlannerOptions{}, arguments.seed);
   return Prepared{report_of_plan(loaded->mission, loaded->map.content(), loaded->world,
                                  loaded->model, legs, arguments.seed),
                   std::move(*result)};

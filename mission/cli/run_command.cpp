@@ -138,10 +138,11 @@ int close_dataset(std::optional<DatasetRecorder>& dataset) {
 /// The plan of the mission, to which the dive is added.
 DiveDrawing planned_drawing(const LoadedMission& loaded, const DiveSettings& settings) {
   const planning::Scene scene(loaded.world);
-  return drawing_of_plan(fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed),
-                         loaded.world, loaded.model.hull, loaded.mission.limits.clearance.value,
-                         plan_route(nominal_route(loaded.mission, scene), loaded.world,
-                                    loaded.model.hull, settings.planner, settings.seed));
+  return drawing_of_plan(
+      fmt::format("{}: dive with seed {}", loaded.mission.id, settings.seed), loaded.world,
+      loaded.model.hull, loaded.mission.limits.clearance.value,
+      plan_route(nominal_route(loaded.mission, scene), loaded.mission, loaded.world,
+                 loaded.model.hull, settings.planner, settings.seed));
 }
 
 int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSettings settings,

@@ -197,7 +197,9 @@ struct Mission {
   bool allows_fixes = true;     ///< In a known map: position fixes from scans of the range camera.
   bool trusts_absence = false;  ///< Mapped objects that scans see through leave the map.
   Span trusts_absence_span;     ///< Position of `trust_absence`, if it is given.
-  double memory_s = 600.0;      ///< Time for which obstacles observed during the dive are kept.
+  /// Span of information="prefer", if that is given: paths where scans tell the position.
+  std::optional<Span> prefers_information;
+  double memory_s = 600.0;  ///< Time for which obstacles observed during the dive are kept.
   /// Path as written; empty: unknown environment without a simulated world.
   Located<std::string> map_file;
   std::string map_path;  ///< Resolved beneath the mission's folder; empty if `map_file` is.

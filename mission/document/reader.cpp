@@ -75,7 +75,7 @@ class Reader {
                          "write file=\"maps/NAME.sdf\", or unknown=\"cautious\"");
     }
     if (file != nullptr) mission.map_file = attributes_.path(element, "file");
-    for (const char* name : {"fixes", "sigma_m", "sigma_deg", "trust_absence"}) {
+    for (const char* name : {"fixes", "information", "sigma_m", "sigma_deg", "trust_absence"}) {
       const XmlAttribute* of_known = element.attribute(name);
       if (of_known == nullptr || unknown == nullptr) continue;
       diagnostics_.error(
@@ -84,6 +84,11 @@ class Reader {
     }
     if (element.attribute("fixes") != nullptr) {
       mission.allows_fixes = attributes_.name(element, "fixes").value != "off";
+    }
+    if (const XmlAttribute* information = element.attribute("information")) {
+      if (attributes_.name(element, "information").value == "prefer") {
+        mission.prefers_information = information->name_span;
+      }
     }
     if (const XmlAttribute* trust = element.attribute("trust_absence")) {
       mission.trusts_absence = attributes_.flag(element, "trust_absence");

@@ -54,6 +54,7 @@ void positions_respect_max_depth(const Subject& subject);
 void altitudes_are_in_open_water(const Subject& subject);
 void altitudes_have_known_ground(const Subject& subject);
 void mapping_cameras_are_used(const Subject& subject);
+void information_is_available(const Subject& subject);
 void absence_can_be_observed(const Subject& subject);
 void surfacing_is_in_open_water(const Subject& subject);
 void times_fit_into_the_mission(const Subject& subject);

@@ -74,8 +74,10 @@ constexpr Rule kRules[] = {
      "start."},
     {"MIS-MAPPING-SENSOR", Severity::kError,
      "Mapping with cameras requires estimator=\"visual_inertial\"."},
+    {"MIS-NEEDS-FIXES", Severity::kError,
+     "trust_absence and information=\"prefer\" require position fixes."},
     {"MIS-ABSENCE", Severity::kError,
-     "trust_absence requires position fixes, and a sensor that maps what the known map lacks."},
+     "trust_absence requires a sensor that maps what the known map lacks."},
     {"MIS-TAG-DUPLICATE", Severity::kError, "No two tags have the same id."},
     {"MIS-TAG-UNUSED", Severity::kError,
      "Tags require the visual-inertial estimator and a known map."},
@@ -115,13 +117,11 @@ constexpr DocumentRule kStructureRules[] = {
     histories_remember_their_own, someone_steers,
 };
 constexpr DocumentRule kValueRules[] = {
-    speed_suits_the_vehicle,     positions_are_under_water,
-    positions_respect_max_depth, altitudes_are_in_open_water,
-    altitudes_have_known_ground, mapping_cameras_are_used,
-    absence_can_be_observed,     surfacing_is_in_open_water,
-    times_fit_into_the_mission,  limits_leave_clearance,
-    reduced_clearances_are_less, failsafes_bring_it_up,
-    tags_are_distinct,           tags_can_be_used,
+    speed_suits_the_vehicle,     positions_are_under_water,   positions_respect_max_depth,
+    altitudes_are_in_open_water, altitudes_have_known_ground, mapping_cameras_are_used,
+    information_is_available,    absence_can_be_observed,     surfacing_is_in_open_water,
+    times_fit_into_the_mission,  limits_leave_clearance,      reduced_clearances_are_less,
+    failsafes_bring_it_up,       tags_are_distinct,           tags_can_be_used,
 };
 constexpr void (*kFlowRules[])(const Subject&, const Flow&) = {
     states_are_reachable, states_have_an_exit_path, done_is_noticed, machine_comes_to_rest,

@@ -30,6 +30,18 @@ void for_each_depth(const Subject& subject,
   }
 }
 
+// `name` is an attribute of <map> without effect unless fixes are used.
+bool has_fixes_for(const char* name, const Span& span, const Subject& subject) {
+  const Mission& mission = subject.mission;
+  if (uses_map_fixes(mission)) return true;
+  const bool has_tags = !mission.tags.empty();
+  subject.error("MIS-NEEDS-FIXES", span,
+                fmt::format("'{}' requires position fixes, which {}", name,
+                            has_tags ? "a mission with tags does not use" : "are turned off"),
+                fmt::format("remove {}, or '{}'", has_tags ? "the tags" : "fixes=\"off\"", name));
+  return false;
+}
+
 }  // namespace
 
 void speed_suits_the_vehicle(const Subject& subject) {
@@ -102,22 +114,21 @@ void mapping_cameras_are_used(const Subject& subject) {
                 "write <estimation estimator=\"visual_inertial\"/>, or remove 'mapping_sensor'");
 }
 
+void information_is_available(const Subject& subject) {
+  const std::optional<Span>& span = subject.mission.prefers_information;
+  if (span && !subject.mission.unknown) {
+    static_cast<void>(has_fixes_for("information", *span, subject));
+  }
+}
+
 // Without fixes an object seems to be gone where the vehicle is lost; unless obstacles are mapped,
 // nothing stops it where an object was removed by mistake.
 void absence_can_be_observed(const Subject& subject) {
   const Mission& mission = subject.mission;
   if (!mission.trusts_absence || mission.unknown) return;
-  const Span& span = mission.trusts_absence_span;
-  if (!mission.tags.empty()) {
-    subject.error("MIS-ABSENCE", span,
-                  "'trust_absence' requires position fixes, which a mission with tags does not use",
-                  "remove 'trust_absence', or the tags");
-  } else if (!uses_map_fixes(mission)) {
-    subject.error("MIS-ABSENCE", span,
-                  "'trust_absence' requires position fixes, which are turned off",
-                  "remove fixes=\"off\", or 'trust_absence'");
-  } else if (mapping_sensor(mission) == MappingSensor::kNone) {
-    subject.error("MIS-ABSENCE", span,
+  if (!has_fixes_for("trust_absence", mission.trusts_absence_span, subject)) return;
+  if (mapping_sensor(mission) == MappingSensor::kNone) {
+    subject.error("MIS-ABSENCE", mission.trusts_absence_span,
                   "'trust_absence' requires a range sensor that maps, but mapping_sensor is none",
                   "remove mapping_sensor=\"none\", or 'trust_absence'");
   }

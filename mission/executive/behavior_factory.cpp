@@ -1,9 +1,11 @@
 #include "mission/executive/behavior_factory.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "mission/document/state_index.h"
+#include "planning/map_matching/expected_view.h"
 
 namespace dive::mission {
 namespace {
@@ -107,7 +109,11 @@ planning::World known_world(const Mission& mission, planning::World world) {
   return mission.unknown ? planning::World{} : std::move(world);
 }
 
-planning::PlannerOptions planner_options(const Mission& mission, planning::PlannerOptions options) {
+planning::PlannerOptions planner_options(const Mission& mission, const planning::World& known,
+                                         planning::PlannerOptions options) {
+  if (mission.prefers_information) {
+    options.preferred_view = std::make_shared<planning::ExpectedView>(known);
+  }
   if (mission.unknown) {
     double& climb = options.trajopt.kinematics.max_climb_rad;
     climb = std::min(climb, kUnknownClimb);

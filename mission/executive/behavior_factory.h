@@ -43,6 +43,7 @@ struct BehaviorContext {
 
 /// In an unknown environment paths climb no steeper than the sensor's field of view allows.
 [[nodiscard]] planning::PlannerOptions planner_options(const Mission& mission,
+                                                       const planning::World& known,
                                                        planning::PlannerOptions options);
 
 /// Sets the memory of the observed map to the mission's value.

@@ -24,7 +24,7 @@ OnboardDive::OnboardDive(const Mission& mission, const planning::World& world,
       model_(model),
       settings_(settings),
       swept_hull_(model.hull),
-      planner_(world_, model.hull, planner_options(mission, settings.planner),
+      planner_(world_, model.hull, planner_options(mission, world_, settings.planner),
                settings.planner_latency_ticks * kControlPeriod, late) {
   planning::MapperOptions mapping = mapper_options(mission, settings.mapper);
   if (uses_visual_inertial(mission)) {

@@ -54,7 +54,7 @@ Bundle make_bundle(const std::string& name) {
   bundle.header.vehicle_urdf = vehicle::aqua2_urdf().content();
   bundle.verdict = R"({"ok":true})";
   RouteRequests requests(route, 1);
-  for (PlannedRouteLeg& leg : plan_route(route, *world, model->hull, {}, 1)) {
+  for (PlannedRouteLeg& leg : plan_route(route, *mission, *world, model->hull, {}, 1)) {
     bundle.legs.push_back({leg.state, leg.goal, requests.next(), leg.plan});
     requests.arrive(leg.plan.waypoints);
   }

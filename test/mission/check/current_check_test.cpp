@@ -66,7 +66,7 @@ Checked check(const std::string& current, double dwell_s = 0.0, bool has_roof = 
   const planning::Scene scene(world);
   const planning::RobotHull hull = brick();
   checked.route = nominal_route(*mission, scene);
-  checked.legs = plan_route(checked.route, world, hull, {}, 1);
+  checked.legs = plan_route(checked.route, *mission, world, hull, {}, 1);
   EXPECT_EQ(checked.legs.size(), 2U);
   checked.times = route_times(checked.route, checked.legs, *mission);
   checked.progress = least_progress(checked.route, checked.legs, *mission, world, hull.radius());

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -35,6 +36,7 @@ planning::World wall_and_seabed() {
 // From (-10, 0) to (x, 0) at 0.5 m/s, 5 m deep.
 struct Swum {
   LegMargin margin;
+  std::vector<Pose> path;
   Diagnostics diagnostics;
 };
 
@@ -57,7 +59,7 @@ Swum swim_to(double x, const std::string& map, const std::string& current = "",
   EXPECT_TRUE(mission) << text;
   const planning::Scene scene(world);
   const Route route = nominal_route(*mission, scene);
-  auto legs = plan_route(route, world, brick(), {}, 1);
+  auto legs = plan_route(route, *mission, world, brick(), {}, 1);
   vehicle::Model vehicle;
   vehicle.hull = brick();
   predict_position_margins(route, legs, *mission, world, vehicle);
@@ -65,6 +67,7 @@ Swum swim_to(double x, const std::string& map, const std::string& current = "",
   check_position_margins(route, legs, *mission, swum.diagnostics);
   EXPECT_EQ(legs.size(), 1U);
   swum.margin = legs.at(0).margin;
+  swum.path = legs.at(0).plan.waypoints;
   return swum;
 }
 
@@ -110,6 +113,41 @@ TEST(PositionMargin, AFixConstrainsThePositionTowardsWhatItShows) {
   EXPECT_LT(swum.margin.sigma_m, 0.08) << "the wall is in view";
   EXPECT_GT(swum.margin.end_sigma_m, 0.3) << "along the wall nothing is";
   EXPECT_GT(swum.margin.margin_sigma, kSafeMargin);
+}
+
+// A long smooth block in the way over a bare seabed: nearer past its south side, where nothing else
+// is; past its north side there is a row of pipes.
+planning::World two_passages() {
+  planning::World world;
+  Pose block;
+  block.p = {5.0, 0.5, -10.0};
+  world.obstacles.push_back({"block", planning::Box{Eigen::Vector3d(18.0, 4.0, 40.0)}, block});
+  for (int i = 0; i < 6; ++i) {
+    Pose pipe;
+    pipe.p = {-4.0 + 3.5 * i, 6.5, -10.0};
+    world.obstacles.push_back({fmt::format("pipe_{}", i), planning::Cylinder{0.2, 40.0}, pipe});
+  }
+  Pose seabed;
+  seabed.p = {0.0, 0.0, -8.0};
+  world.obstacles.push_back({"seabed", planning::HalfSpace{Eigen::Vector3d::UnitZ()}, seabed});
+  return world;
+}
+
+TEST(PositionMargin, IsLargerByThePassageThatTheMissionPrefersForItsInformation) {
+  const planning::World world = two_passages();
+  const auto side = [](const Swum& swum) {
+    double widest = 0.0;
+    for (const Pose& pose : swum.path) {
+      if (std::abs(pose.p.y()) > std::abs(widest)) widest = pose.p.y();
+    }
+    return widest;
+  };
+  const Swum shortest = swim_to(20.0, "", "", world);
+  const Swum preferred = swim_to(20.0, " information=\"prefer\"", "", world);
+  EXPECT_LT(side(shortest), -1.5);
+  EXPECT_GT(side(preferred), 2.5);
+  EXPECT_LT(preferred.margin.end_sigma_m, 0.5 * shortest.margin.end_sigma_m);
+  EXPECT_GT(preferred.margin.margin_sigma, shortest.margin.margin_sigma);
 }
 
 TEST(PositionMargin, FarFromEverythingThereIsNone) {

@@ -50,7 +50,7 @@ Dived dive(const Loaded& loaded, DiveSettings settings) {
   static const vehicle::Model kModel = dive::testing::aqua2();
   const planning::Scene scene(loaded.world);
   const Route route = nominal_route(loaded.mission, scene);
-  const auto legs = plan_route(route, loaded.world, kModel.hull, {}, 1);
+  const auto legs = plan_route(route, loaded.mission, loaded.world, kModel.hull, {}, 1);
   Dived dived;
   dived.budget_s =
       make_budget(route, legs, loaded.mission, loaded.world, kModel.hull.radius(), {}, {})

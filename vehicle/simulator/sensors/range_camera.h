@@ -18,19 +18,15 @@
 
 #include "common/clock.h"
 #include "common/range_scan.h"
+#include "common/range_view.h"
 #include "common/se3.h"
 #include "planning/world/world.h"
 
 namespace dive::vehicle {
 
-struct RangeCameraOptions {
+struct RangeCameraOptions : RangeView {
   int width = 100;
   int height = 75;
-  double horizontal_deg = 120.0;
-  double vertical_deg = 90.0;
-  double tilt_deg = 40.0;  ///< Tilt of the optical axis below x of B.
-  Eigen::Vector3d origin_B = {0.31, 0.0, 0.0};
-  double reach_m = 10.0;
   /// Roll, pitch and yaw by which the camera is turned in its mount, deg; its points are reported
   /// as if it were not.
   Eigen::Vector3d misalignment_deg = Eigen::Vector3d::Zero();

@@ -1,0 +1,82 @@
+#include "planning/map_matching/expected_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+namespace dive::planning {
+namespace {
+
+constexpr int kColumns = 16;  // rays
+constexpr int kRows = 12;
+constexpr double kStep = 2.0;        // m, longest step along a ray
+constexpr double kHit = 0.003;       // m from a surface at which the ray has met it
+constexpr int kMaxSteps = 120;       // a ray that grazes a surface is given up then
+constexpr double kNothing = 1.1;     // of the reach: the ray found nothing
+constexpr double kHeadingDeg = 2.0;  // one sigma of the heading before the scan
+
+std::vector<Eigen::Vector3d> rays_of(const RangeView& view) {
+  const double half_width = std::tan(0.5 * deg_to_rad(view.horizontal_deg));
+  const double half_height = std::tan(0.5 * deg_to_rad(view.vertical_deg));
+  const Eigen::Quaterniond q_BC = from_rpy(0.0, deg_to_rad(view.tilt_deg), 0.0);
+  std::vector<Eigen::Vector3d> rays_B;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const Eigen::Vector3d ray_C(1.0, half_width * (1.0 - (2.0 * column + 1.0) / kColumns),
+                                  half_height * (1.0 - (2.0 * row + 1.0) / kRows));
+      rays_B.push_back(q_BC * ray_C.normalized());
+    }
+  }
+  return rays_B;
+}
+
+}  // namespace
+
+ExpectedView::ExpectedView(const World& world, const RangeView& view)
+    : surface_(std::make_shared<MapSurface>(world)),
+      matcher_(surface_),
+      view_(view),
+      rays_B_(rays_of(view)) {}
+
+// Sphere tracing (Hart 1996): a step as long as the distance to the nearest surface meets none.
+double ExpectedView::range(const Eigen::Vector3d& origin_W,
+                           const Eigen::Vector3d& direction_W) const {
+  double far = view_.reach_m;
+  if (direction_W.z() > 0.0) far = std::min(far, -origin_W.z() / direction_W.z());
+  double along = 0.0;
+  for (int step = 0; step < kMaxSteps && along < far; ++step) {
+    const auto near = surface_->nearest(origin_W + along * direction_W, origin_W, kStep);
+    const double distance = near ? std::abs(near->height) : kStep;
+    if (distance < kHit) return along;
+    along += distance;
+  }
+  return kNothing * view_.reach_m;
+}
+
+RangeScan ExpectedView::scan_at(const Pose& X_WB) const {
+  RangeScan scan;
+  scan.origin_B = view_.origin_B.cast<float>();
+  scan.reach = static_cast<float>(view_.reach_m);
+  scan.points_B.reserve(rays_B_.size());
+  const Eigen::Vector3d origin_W = X_WB * view_.origin_B;
+  for (const Eigen::Vector3d& ray_B : rays_B_) {
+    const double along = range(origin_W, X_WB.q * ray_B);
+    scan.points_B.emplace_back((view_.origin_B + along * ray_B).cast<float>());
+  }
+  return scan;
+}
+
+double ExpectedView::worst_sigma(const Pose& X_WB) const {
+  const Eigen::Matrix3d information = matcher_.expected_information(scan_at(X_WB), X_WB);
+  const double heading = std::pow(deg_to_rad(kHeadingDeg), -2) + information(2, 2);
+  const Eigen::Vector2d cross = information.topRightCorner<2, 1>();
+  const Eigen::Matrix2d position =
+      information.topLeftCorner<2, 2>() - cross * cross.transpose() / heading;
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(position).eigenvalues().minCoeff();
+  return least > 0.0 ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace dive::planning
