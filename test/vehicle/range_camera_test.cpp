@@ -29,7 +29,9 @@ Pose at(double x, double y, double z, double yaw = 0.0) {
 }
 
 RangeCameraOptions exact() {
-  return {.noise_m = 0, .noise_share = 0, .dropout_share = 0, .particles_per_m3 = 0};
+  RangeCameraOptions options;
+  options.noise_m = options.noise_share = options.dropout_share = options.particles_per_m3 = 0.0;
+  return options;
 }
 
 World floor_at(double z) { return {{{"floor", HalfSpace{Eigen::Vector3d::UnitZ()}, at(0, 0, z)}}}; }
