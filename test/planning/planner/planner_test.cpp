@@ -4,12 +4,14 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "common/random.h"
+#include "planning/map_matching/expected_view.h"
 #include "planning/warm_start/warm_start.h"
 #include "planning/world/sdf.h"
 #include "test/common/arbitrary.h"
@@ -44,9 +46,10 @@ PlanRequest ask(const Vector3d& from, const Vector3d& to, double clearance) {
   return request;
 }
 
-PlanResult plan(const World& world, const PlanRequest& request, const RobotHull& hull = kVehicle) {
+PlanResult plan(const World& world, const PlanRequest& request, const RobotHull& hull = kVehicle,
+                const PlannerOptions& options = {}) {
   SteadyClock clock;
-  return Planner(world, hull, {}, clock).plan(request);
+  return Planner(world, hull, options, clock).plan(request);
 }
 
 // Least clearance of the true motion in steps of `step` metres, from the boxes' features and not
@@ -87,7 +90,8 @@ TEST(Planner, FindsTheWindowWithEverySeedAndKeepsWhatItCertifies) {
   }
 }
 
-// Random boxes: every success has the reported clearance, and most requests succeed.
+// Random boxes: every success has the reported clearance, also of a path that was preferred for its
+// information, and most requests succeed.
 TEST(Planner, NeverHandsOnAPathThatIsNotWhatItClaims) {
   int solved = 0;
   EXPECT_TRUE(rc::check([&] {
@@ -101,7 +105,11 @@ TEST(Planner, NeverHandsOnAPathThatIsNotWhatItClaims) {
                                  Pose{at, pose.q}});
     }
     const Vector3d from(-6, 0, -8);
-    const PlanResult result = plan(world, ask(from, {16, 0, -8}, 0.4));
+    PlannerOptions options;
+    if (testing::draw(rc::gen::arbitrary<bool>())) {
+      options.preferred_view = std::make_shared<ExpectedView>(world);
+    }
+    const PlanResult result = plan(world, ask(from, {16, 0, -8}, 0.4), kVehicle, options);
     if (!has_path(result.status)) return;
     ++solved;
     const bool is_reduced = result.status == PlanStatus::kReduced;
@@ -581,6 +589,9 @@ TEST(PlannerOptions, NameWhatIsOutOfRange) {
   options = {};
   options.max_warm_starts = 101;
   EXPECT_EQ(options.validate(), "max_warm_starts must be from 0 to 100");
+  options = {};
+  options.information_weight = -1.0;
+  EXPECT_EQ(options.validate(), "information_weight must be from 0 to 100");
 }
 
 }  // namespace
