@@ -173,7 +173,7 @@ void add_graph(CLI::App& app, GraphArguments& arguments) {
       "  dive graph missions/window.xml | dot -Tsvg > window.svg\n"
       "  dive graph missions/window.xml --format scxml --output window.scxml\n\n"
       "Writes the state machine built from a mission, including the executive's own states.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)")
+  command->add_option("MISSION", arguments.mission, "Mission file (XML), or a verified bundle")
       ->type_name("FILE")
       ->required();
   command->add_option("--format", arguments.format, "dot (Graphviz) or scxml (default: dot)")
@@ -235,7 +235,7 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       ->required();
   command
       ->add_option("--mission", arguments.mission,
-                   "Replay with this mission instead: what would it have done?")
+                   "Replay with this mission (or bundle) instead: what would it have done?")
       ->type_name("FILE");
   command->add_flag("--json", arguments.json, kJsonHelp);
 }

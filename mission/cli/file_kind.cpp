@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/input_file.h"
 #include "mission/bundle/bundle.h"
 
@@ -93,6 +95,21 @@ FileKind kind_of_file(const std::string& path) {
     if (root == name) return kind;
   }
   return FileKind::kUnknown;
+}
+
+bool is_text_of(FileKind expected, const std::string& path, Diagnostics& diagnostics) {
+  const FileKind kind = kind_of_file(path);
+  if (kind != FileKind::kBundle && kind != FileKind::kLog) return true;
+  Diagnostic diagnostic;
+  diagnostic.code = "FILE-KIND";
+  diagnostic.file = path;
+  diagnostic.message = fmt::format("this is {}, not {}", in_words(kind), in_words(expected));
+  diagnostic.hint = kind == FileKind::kBundle
+                        ? "dive run, graph and diff take a bundle; for all else give the mission "
+                          "that it was made of"
+                        : "dive explain, report, replay, diff and export take a log";
+  diagnostics.add(std::move(diagnostic));
+  return false;
 }
 
 }  // namespace dive::mission
