@@ -9,6 +9,7 @@
 
 #include "common/input_file.h"
 #include "mission/bundle/bundle.h"
+#include "planning/world/grid.h"
 
 namespace dive::mission {
 namespace {
@@ -20,10 +21,8 @@ constexpr std::string_view kBlanks = " \t\r\n";
 
 constexpr std::array<std::pair<std::string_view, FileKind>, 3> kRoots{
     {{"mission", FileKind::kMission}, {"scenario", FileKind::kScenario}, {"sdf", FileKind::kMap}}};
-constexpr std::array<std::pair<std::string_view, FileKind>, 8> kMagics{
+constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
     {{kLogMagic, FileKind::kLog},
-     {"ncols", FileKind::kMap},
-     {"NCOLS", FileKind::kMap},
      {"ply\n", FileKind::kCloud},
      {"ply\r\n", FileKind::kCloud},
      {"# .PCD", FileKind::kCloud},
@@ -84,6 +83,7 @@ FileKind kind_of_file(const std::string& path) {
   const std::string head = head_of(path);
   std::string_view text = head;
   if (begins_like_bundle(text)) return FileKind::kBundle;  // its records are those of a log
+  if (planning::begins_like_grid(text)) return FileKind::kMap;
   for (const auto& [magic, kind] : kMagics) {
     if (text.starts_with(magic)) return kind;
   }
