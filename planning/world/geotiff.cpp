@@ -7,6 +7,9 @@
 #include <limits>
 #include <memory>
 #include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include <cpl_error.h>
 #include <cpl_vsi.h>
@@ -151,7 +154,7 @@ class TiffInMemory {
 
   // Empty, or what is not in metres.
   std::string problem_of_units() const {
-    if (const OGRSpatialReferenceH projection = gdal_.projection(dataset_); projection != nullptr) {
+    if (OGRSpatialReferenceH projection = gdal_.projection(dataset_); projection != nullptr) {
       if (gdal_.is_geographic(projection) != 0) {
         return fmt::format("its coordinates are degrees of latitude and longitude: {}",
                            kProjectGrid);

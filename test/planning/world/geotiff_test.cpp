@@ -1,8 +1,6 @@
 // GeoTIFF grids, written here byte by byte, against the same grids as ESRI ASCII.
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,28 +11,18 @@
 
 #include "planning/world/grid.h"
 #include "planning/world/sdf.h"
+#include "test/planning/world/grid_folder.h"
 #include "test/planning/world/written_tiff.h"
 
 namespace dive::planning {
 namespace {
 
-namespace fs = std::filesystem;
 using dive::testing::Tiff;
 using dive::testing::tiff;
 using ::testing::HasSubstr;
 
-class GeoTiffTest : public ::testing::Test {
+class GeoTiffTest : public testing::GridFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "dive-geotiff-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string file(const std::string& name, const std::string& content) {
-    const fs::path path = folder_ / name;
-    std::ofstream(path, std::ios::binary) << content;
-    return path.string();
-  }
   void expect_same(const Tiff& tiff, const std::string& ascii) {
     const auto a = read_grid(file("bottom.tif", tiff.bytes()));
     const auto b = read_grid(file("bottom.asc", ascii));
@@ -43,7 +31,6 @@ class GeoTiffTest : public ::testing::Test {
     EXPECT_EQ(a->vertices, b->vertices);
     EXPECT_EQ(a->triangles, b->triangles);
   }
-  fs::path folder_;
 };
 
 TEST_F(GeoTiffTest, IsTheSameGroundAsInEsriAscii) {
