@@ -18,15 +18,19 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME dive)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "systemd")
+if(DIVE_GDAL_LIBRARY MATCHES "^libgdal\\.so\\.([0-9]+)$")
+  set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libgdal${CMAKE_MATCH_1}")
+endif()
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/packaging/debian/postinst)
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
 "mission executive for the Aqua2 underwater vehicle
  A mission is an XML file: dive checks on deck that it can work, dives it in
  a simulator or on the vehicle, replays the log bit for bit, and reports.")
 
-# The packages whose libraries ours are linked with: those that build dive, without those for tests.
+# The packages whose libraries ours are linked with: those that build dive, without those for tests
+# and GDAL, which is loaded.
 file(STRINGS ${CMAKE_SOURCE_DIR}/packages.txt packages REGEX "^lib.*-dev$")
-list(REMOVE_ITEM packages libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcli11-dev)
+list(REMOVE_ITEM packages libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcli11-dev libgdal-dev)
 list(APPEND packages "dive (= ${PROJECT_VERSION}-1)")
 list(JOIN packages ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libdive-dev)

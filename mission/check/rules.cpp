@@ -36,7 +36,8 @@ constexpr void (*kWayRules[])(CheckContext&) = {
 };
 
 constexpr Rule kMapRules[] = {
-    {"MAP-ROOT", Severity::kError, "A map is an SDF file, or a bathymetric grid (ESRI ASCII)."},
+    {"MAP-ROOT", Severity::kError,
+     "A map is an SDF file, or a bathymetric grid (GeoTIFF, ESRI ASCII)."},
     {"MAP-VERSION", Severity::kError, "Its SDF version is from 1.4 to 1.11."},
     {"MAP-WORLDS", Severity::kError, "A map holds one world."},
     {"MAP-MISSING", Severity::kError, "Elements have the required names, shapes and values."},

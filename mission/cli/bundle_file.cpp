@@ -10,6 +10,7 @@
 #include "mission/bundle/bundled_dive.h"
 #include "mission/bundle/plan_proof.h"
 #include "mission/bundle/vehicle_difference.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/terminal.h"
 #include "planning/world/scene.h"
@@ -74,14 +75,33 @@ tl::expected<Bundle, std::string> make_bundle(const CheckArguments& arguments,
   return bundle;
 }
 
-void refuse(const RunArguments& arguments, const char* code, std::string why, std::string hint,
+void refuse(const std::string& path, const char* code, std::string why, std::string hint,
             Diagnostics& diagnostics) {
   Diagnostic diagnostic;
   diagnostic.code = code;
-  diagnostic.file = arguments.mission;
+  diagnostic.file = path;
   diagnostic.message = std::move(why);
   diagnostic.hint = std::move(hint);
   diagnostics.add(std::move(diagnostic));
+}
+
+// Both report an error and return nothing if the bundle is not accepted.
+
+std::optional<OpenedBundle> open_bundle(const std::string& path,
+                                        const std::optional<link::Key>& key,
+                                        Diagnostics& diagnostics) {
+  tl::expected<OpenedBundle, std::string> opened = read_bundle(path, key);
+  if (opened) return std::move(*opened);
+  refuse(path, "BUNDLE-DAMAGED", opened.error(), kCheckAgain, diagnostics);
+  return std::nullopt;
+}
+
+std::optional<BundledDive> dive_of(const OpenedBundle& opened, const std::string& path,
+                                   Diagnostics& diagnostics) {
+  tl::expected<BundledDive, std::string> dive = bundled_dive(opened.bundle);
+  if (dive) return std::move(*dive);
+  refuse(path, "BUNDLE-CONTENT", dive.error(), kCheckAgain, diagnostics);
+  return std::nullopt;
 }
 
 /// True if vehicle and plans are those of the check; else reports why not.
@@ -90,7 +110,7 @@ bool is_verified(const RunArguments& arguments, const OpenedBundle& opened, cons
   SteadyClock clock;
   const Utime begun = clock.now();
   if (const std::string difference = vehicle_difference(dive.model, here); !difference.empty()) {
-    refuse(arguments, "BUNDLE-VEHICLE", "the bundle was made for " + difference,
+    refuse(arguments.mission, "BUNDLE-VEHICLE", "the bundle was made for " + difference,
            "give the description that it was checked with (--vehicle FILE), or check the mission "
            "again for this vehicle",
            diagnostics);
@@ -99,7 +119,7 @@ bool is_verified(const RunArguments& arguments, const OpenedBundle& opened, cons
   const tl::expected<PlanProof, std::string> proof =
       prove_plans(opened.bundle.legs, dive.mission, dive.world, here.hull);
   if (!proof) {
-    refuse(arguments, "BUNDLE-PLAN", proof.error(), kCheckAgain, diagnostics);
+    refuse(arguments.mission, "BUNDLE-PLAN", proof.error(), kCheckAgain, diagnostics);
     return false;
   }
   const double took_ms = 1e3 * to_seconds(clock.now() - begun);
@@ -161,22 +181,28 @@ int write_bundle(Result& file, const CheckArguments& arguments, const std::optio
 std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
                                          const std::optional<link::Key>& key,
                                          Diagnostics& diagnostics) {
-  tl::expected<OpenedBundle, std::string> opened = read_bundle(arguments.mission, key);
-  if (!opened) {
-    refuse(arguments, "BUNDLE-DAMAGED", opened.error(), kCheckAgain, diagnostics);
-    return std::nullopt;
-  }
+  std::optional<OpenedBundle> opened = open_bundle(arguments.mission, key, diagnostics);
+  if (!opened) return std::nullopt;
   std::optional<LoadedVehicle> here = load_vehicle(arguments.vehicle, diagnostics);
   if (!here) return std::nullopt;
-  tl::expected<BundledDive, std::string> dive = bundled_dive(opened->bundle);
-  if (!dive) {
-    refuse(arguments, "BUNDLE-CONTENT", dive.error(), kCheckAgain, diagnostics);
-    return std::nullopt;
-  }
+  std::optional<BundledDive> dive = dive_of(*opened, arguments.mission, diagnostics);
+  if (!dive) return std::nullopt;
   if (!arguments.unchecked && !is_verified(arguments, *opened, *dive, here->model, diagnostics)) {
     return std::nullopt;
   }
   return loaded_of(std::move(*dive), std::move(*opened), arguments, std::move(*here));
+}
+
+std::optional<Mission> load_mission_or_bundle(const std::string& path, Diagnostics& diagnostics) {
+  if (kind_of_file(path) != FileKind::kBundle) {
+    if (!is_text_of(FileKind::kMission, path, diagnostics)) return std::nullopt;
+    return load_mission(path, diagnostics);
+  }
+  const std::optional<OpenedBundle> opened = open_bundle(path, std::nullopt, diagnostics);
+  if (!opened) return std::nullopt;
+  std::optional<BundledDive> dive = dive_of(*opened, path, diagnostics);
+  if (!dive) return std::nullopt;
+  return std::move(dive->mission);
 }
 
 }  // namespace dive::mission

@@ -31,4 +31,9 @@ namespace dive::mission {
                                                        const std::optional<link::Key>& key,
                                                        Diagnostics& diagnostics);
 
+/// The mission of a file or of a bundle, for commands that need neither map nor vehicle. Errors:
+/// FILE-KIND, BUNDLE-DAMAGED, BUNDLE-CONTENT, and those of load_mission().
+[[nodiscard]] std::optional<Mission> load_mission_or_bundle(const std::string& path,
+                                                            Diagnostics& diagnostics);
+
 }  // namespace dive::mission

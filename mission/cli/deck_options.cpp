@@ -99,7 +99,7 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "With a cloud, poses and path are in its own axes (UTM, for instance); a cloud that extends\n"
       "above z = 0 has no water surface.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
-  command->add_option("--map", arguments.map, "Map file (SDF, or a grid .asc) instead of a mission")
+  command->add_option("--map", arguments.map, "Map file (SDF, or a grid .tif, .asc) instead of a mission")
       ->type_name("FILE");
   command->add_option("--cloud", arguments.cloud, "Point cloud (PCD, PLY) instead of a mission")
       ->type_name("FILE");
@@ -173,7 +173,7 @@ void add_graph(CLI::App& app, GraphArguments& arguments) {
       "  dive graph missions/window.xml | dot -Tsvg > window.svg\n"
       "  dive graph missions/window.xml --format scxml --output window.scxml\n\n"
       "Writes the state machine built from a mission, including the executive's own states.");
-  command->add_option("MISSION", arguments.mission, "Mission file (XML)")
+  command->add_option("MISSION", arguments.mission, "Mission file (XML), or a verified bundle")
       ->type_name("FILE")
       ->required();
   command->add_option("--format", arguments.format, "dot (Graphviz) or scxml (default: dot)")
@@ -235,7 +235,7 @@ void add_replay(CLI::App& app, ReplayArguments& arguments) {
       ->required();
   command
       ->add_option("--mission", arguments.mission,
-                   "Replay with this mission instead: what would it have done?")
+                   "Replay with this mission (or bundle) instead: what would it have done?")
       ->type_name("FILE");
   command->add_flag("--json", arguments.json, kJsonHelp);
 }

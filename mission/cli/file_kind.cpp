@@ -5,8 +5,11 @@
 #include <string_view>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/input_file.h"
 #include "mission/bundle/bundle.h"
+#include "planning/world/grid.h"
 
 namespace dive::mission {
 namespace {
@@ -18,10 +21,8 @@ constexpr std::string_view kBlanks = " \t\r\n";
 
 constexpr std::array<std::pair<std::string_view, FileKind>, 3> kRoots{
     {{"mission", FileKind::kMission}, {"scenario", FileKind::kScenario}, {"sdf", FileKind::kMap}}};
-constexpr std::array<std::pair<std::string_view, FileKind>, 8> kMagics{
+constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
     {{kLogMagic, FileKind::kLog},
-     {"ncols", FileKind::kMap},
-     {"NCOLS", FileKind::kMap},
      {"ply\n", FileKind::kCloud},
      {"ply\r\n", FileKind::kCloud},
      {"# .PCD", FileKind::kCloud},
@@ -82,6 +83,7 @@ FileKind kind_of_file(const std::string& path) {
   const std::string head = head_of(path);
   std::string_view text = head;
   if (begins_like_bundle(text)) return FileKind::kBundle;  // its records are those of a log
+  if (planning::begins_like_grid(text)) return FileKind::kMap;
   for (const auto& [magic, kind] : kMagics) {
     if (text.starts_with(magic)) return kind;
   }
@@ -93,6 +95,21 @@ FileKind kind_of_file(const std::string& path) {
     if (root == name) return kind;
   }
   return FileKind::kUnknown;
+}
+
+bool is_text_of(FileKind expected, const std::string& path, Diagnostics& diagnostics) {
+  const FileKind kind = kind_of_file(path);
+  if (kind != FileKind::kBundle && kind != FileKind::kLog) return true;
+  Diagnostic diagnostic;
+  diagnostic.code = "FILE-KIND";
+  diagnostic.file = path;
+  diagnostic.message = fmt::format("this is {}, not {}", in_words(kind), in_words(expected));
+  diagnostic.hint = kind == FileKind::kBundle
+                        ? "dive run, graph and diff take a bundle; for all else give the mission "
+                          "that it was made of"
+                        : "dive explain, report, replay, diff and export take a log";
+  diagnostics.add(std::move(diagnostic));
+  return false;
 }
 
 }  // namespace dive::mission

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "common/diagnostic.h"
+
 namespace dive::mission {
 
 enum class FileKind { kUnknown, kMission, kScenario, kMap, kCloud, kLog, kBundle, kJson };
@@ -14,5 +16,9 @@ enum class FileKind { kUnknown, kMission, kScenario, kMap, kCloud, kLog, kBundle
 /// cloud, a log or a bundle, or the brace of a JSON object. kUnknown if the file cannot be read.
 /// The rest of the file may be malformed.
 [[nodiscard]] FileKind kind_of_file(const std::string& path);
+
+/// For commands that read a text file of kind `expected`: false, with the error FILE-KIND, if the
+/// file is a bundle or a log, which a reader of text would report by its first odd byte.
+[[nodiscard]] bool is_text_of(FileKind expected, const std::string& path, Diagnostics& diagnostics);
 
 }  // namespace dive::mission

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "mission/cli/bundle_file.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
@@ -10,7 +11,7 @@ namespace dive::mission {
 
 int run_graph(const GraphArguments& arguments) {
   Diagnostics diagnostics;
-  const std::optional<Mission> mission = load_mission(arguments.mission, diagnostics);
+  const std::optional<Mission> mission = load_mission_or_bundle(arguments.mission, diagnostics);
   if (!mission) {
     print_diagnostics(diagnostics);
     return kExitUsage;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mission/cli/commands.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
@@ -54,13 +55,21 @@ void print_report(const ImportArguments& arguments, const Diagnostics& diagnosti
   }
 }
 
+std::optional<ForeignMission> read(const ImportArguments& arguments, ImportReport& report) {
+  Diagnostics diagnostics;
+  if (!is_text_of(FileKind::kMission, arguments.file, diagnostics)) {
+    report.add(diagnostics);
+    return std::nullopt;
+  }
+  if (arguments.format == "acfr") return read_acfr(arguments.file, report);
+  return read_qgc(arguments.file, arguments.depth_m, report);
+}
+
 }  // namespace
 
 int run_import(const ImportArguments& arguments) {
   ImportReport report;
-  std::optional<ForeignMission> foreign = arguments.format == "acfr"
-                                              ? read_acfr(arguments.file, report)
-                                              : read_qgc(arguments.file, arguments.depth_m, report);
+  std::optional<ForeignMission> foreign = read(arguments, report);
   tl::expected<Written, int> written = tl::unexpected<int>(kExitUsage);
   const std::size_t legs = foreign ? foreign->legs.size() : 0;
   if (foreign) {

@@ -116,7 +116,10 @@ std::optional<Place> place_on_map(const std::string& path, const std::string& wr
   const std::optional<WrittenPose> start = parse_pose("--start", written);
   if (!start) return std::nullopt;
   Diagnostics diagnostics;
-  std::optional<planning::World> world = planning::load_sdf(path, diagnostics, resources);
+  std::optional<planning::World> world;
+  if (is_text_of(FileKind::kMap, path, diagnostics)) {
+    world = planning::load_sdf(path, diagnostics, resources);
+  }
   if (world) return Place{std::move(*world), start->pose};
   print_diagnostics(diagnostics);
   return std::nullopt;

@@ -120,16 +120,7 @@ std::optional<LoadedMission> with_map(std::optional<Mission> mission,
 
 std::optional<LoadedMission> load(const std::string& path, planning::Resources resources,
                                   Diagnostics& diagnostics, const std::string& vehicle) {
-  if (kind_of_file(path) == FileKind::kBundle) {
-    diagnostics.add({"FILE-KIND",
-                     Severity::kError,
-                     path,
-                     {},
-                     "this is a verified bundle, not a mission",
-                     "give the mission that it was made of; dive run and dive diff take a bundle",
-                     ""});
-    return std::nullopt;
-  }
+  if (!is_text_of(FileKind::kMission, path, diagnostics)) return std::nullopt;
   std::optional<LoadedVehicle> described = load_vehicle(vehicle, diagnostics);
   return with_map(load_mission(path, diagnostics), std::move(described), resources, diagnostics);
 }

@@ -281,7 +281,13 @@ bool is_of_its_kind(const PlanArguments& arguments) {
   const auto* given = std::ranges::find_if(ways, [](const Way& way) { return !way.path.empty(); });
   const FileKind kind = kind_of_file(given->path);
   const auto* meant = std::ranges::find(ways, kind, &Way::kind);
-  if (meant == std::end(ways) || meant == given) return true;
+  if (meant == given) return true;
+  if (meant == std::end(ways)) {
+    Diagnostics diagnostics;
+    const bool is_text = is_text_of(given->kind, given->path, diagnostics);
+    print_diagnostics(diagnostics);
+    return is_text;
+  }
   complain(fmt::format("{}: this is {}, not {}: {}", given->path, in_words(kind),
                        in_words(given->kind), meant->instead));
   return false;

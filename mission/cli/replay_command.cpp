@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "mission/cli/bundle_file.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
@@ -58,7 +59,7 @@ std::string in_words(const TimedTransition& transition) {
 
 int print_what_if(const ReplayArguments& arguments, LogReader& log) {
   Diagnostics diagnostics;
-  const std::optional<Mission> mission = load_mission(arguments.mission, diagnostics);
+  const std::optional<Mission> mission = load_mission_or_bundle(arguments.mission, diagnostics);
   if (!mission) {
     print_diagnostics(diagnostics);
     return kExitUsage;

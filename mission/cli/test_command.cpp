@@ -10,6 +10,7 @@
 
 #include "common/parallel.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/loading.h"
 #include "mission/cli/output.h"
@@ -104,6 +105,7 @@ class Missions {
 };
 
 void read(Trial& trial, Missions& missions) {
+  if (!is_text_of(FileKind::kScenario, trial.path, trial.diagnostics)) return;
   trial.scenario = load_scenario(trial.path, trial.diagnostics);
   if (!trial.scenario) return;
   Scenario& scenario = *trial.scenario;

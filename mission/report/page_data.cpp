@@ -385,6 +385,7 @@ nlohmann::ordered_json page_data(const Report& report) {
           {"seed", report.seed},
           {"map_is_simulated", report.map_is_simulated},
           {"files", std::move(files)},
+          {"check", report.check},
           {"clearance_required_m", report.clearance_required_m},
           {"max_depth_m", report.max_depth_m},
           {"speed_mps", report.speed_mps},

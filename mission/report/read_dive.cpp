@@ -362,6 +362,7 @@ void describe_mission(const LogHeader& header, const LoggedDive& dive, Report& r
   report.description = mission.description;
   report.dived_by = header.version;
   report.seed = header.seed;
+  report.check = header.check;
   report.clearance_required_m = mission.limits.clearance.value;
   report.max_depth_m = mission.limits.max_depth.value;
   report.speed_mps = mission.speed.value;

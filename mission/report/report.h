@@ -148,6 +148,7 @@ struct Report {
   std::uint64_t seed = 0;
   bool map_is_simulated = false;  ///< The environment is unknown to the vehicle.
   std::vector<ReportFile> files;
+  std::string check;                  ///< LogHeader::check; empty for a plan.
   double clearance_required_m = 0.0;  ///< D_min
   double max_depth_m = kUnknownValue;
   double speed_mps = kUnknownValue;  ///< Speed of the mission in still water.

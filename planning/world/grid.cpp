@@ -6,22 +6,26 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <iomanip>
 #include <istream>
+#include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "common/input_file.h"
 #include "common/xml.h"
+#include "planning/world/geotiff.h"
+#include "planning/world/height_grid.h"
 
 namespace dive::planning {
 namespace {
 
-constexpr std::size_t kMaxBytes = 16U << 20U;
-constexpr double kMaxElevation = 12'000.0;  // m, of anything on earth
-constexpr double kMinCell = 0.01;           // m; smaller ones are degrees
+using namespace std::string_view_literals;
+
+// The first bytes of a TIFF or a BigTIFF, in either order of bytes.
+constexpr std::array<std::string_view, 4> kTiff{"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv};
 constexpr std::string_view kBlanks = " \t\r\n";
 
 std::string lower(std::string_view text) {
@@ -31,41 +35,45 @@ std::string lower(std::string_view text) {
 }
 
 struct Header {
-  std::size_t columns = 0;
-  std::size_t rows = 0;
-  double west = 0.0;  // x of the centres of the first column
-  double south = 0.0;
-  double cell = 0.0;
+  HeightGrid grid;  // without heights
   double no_data = -9999.0;
 };
+
+bool begins_like_tiff(std::string_view head) {
+  return std::ranges::any_of(kTiff,
+                             [&](std::string_view magic) { return head.starts_with(magic); });
+}
+
+// After blanks, as an ESRI ASCII grid may begin with them; empty if the file cannot be read.
+std::string head_of(const std::string& path) {
+  const auto file = open_input_stream(path);
+  if (!file) return {};
+  std::string head(16, '\0');
+  (**file >> std::ws).read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>((*file)->gcount()));
+  return head;
+}
 
 class GridReader {
  public:
   explicit GridReader(const SourceText& source) : rest_(source.content()) {}
 
-  tl::expected<TriangleMesh, std::string> read() {
-    const std::optional<Header> header = read_header();
+  tl::expected<HeightGrid, std::string> read() {
+    std::optional<Header> header = read_header();
     if (!header) return tl::unexpected(error_);
-    TriangleMesh mesh;
-    mesh.vertices.reserve(header->columns * header->rows);
-    bool has_data = false;
-    for (std::size_t row = 0; row < header->rows; ++row) {
-      const double y = header->south + static_cast<double>(header->rows - 1 - row) * header->cell;
-      for (std::size_t column = 0; column < header->columns; ++column) {
+    HeightGrid& grid = header->grid;
+    grid.heights.reserve(grid.columns * grid.rows);
+    for (std::size_t row = 0; row < grid.rows; ++row) {
+      for (std::size_t column = 0; column < grid.columns; ++column) {
         const std::optional<double> height = read_height(*header, row, column);
         if (!height) return tl::unexpected(error_);
-        has_data = has_data || *height != header->no_data;
-        const double x = header->west + static_cast<double>(column) * header->cell;
-        mesh.vertices.emplace_back(x, y, *height == header->no_data ? 0.0 : *height);
+        const bool is_known = *height != header->no_data;
+        grid.heights.push_back(is_known ? *height : std::numeric_limits<double>::quiet_NaN());
       }
     }
-    if (!word().empty()) {
-      fail(fmt::format("there are more values than {} rows of {}", header->rows, header->columns));
-      return tl::unexpected(error_);
-    }
-    if (!has_data) return tl::unexpected(std::string("no cell of the grid has data"));
-    add_triangles(*header, mesh);
-    return mesh;
+    if (word().empty()) return std::move(grid);
+    fail(fmt::format("there are more values than {} rows of {}", grid.rows, grid.columns));
+    return tl::unexpected(error_);
   }
 
  private:
@@ -97,7 +105,7 @@ class GridReader {
 
   std::optional<double> read_height(const Header& header, std::size_t row, std::size_t column) {
     const auto value = number(fmt::format("the value of row {}, column {}", row + 1, column + 1));
-    if (!value || *value == header.no_data || std::abs(*value) <= kMaxElevation) return value;
+    if (!value || *value == header.no_data || is_height(*value)) return value;
     fail(
         fmt::format("{:g} is no height in metres: is it the value of cells without data? Then "
                     "write NODATA_value {:g}",
@@ -129,52 +137,17 @@ class GridReader {
       fail("a grid begins with ncols, nrows, xllcorner, yllcorner and cellsize");
       return std::nullopt;
     }
-    return checked(
-        *columns, *rows, *cell,
-        Header{0, 0, west ? *west + 0.5 * *cell : *west_centre,
-               south ? *south + 0.5 * *cell : *south_centre, *cell, no_data.value_or(-9999.0)});
-  }
-
-  std::optional<Header> checked(double columns, double rows, double cell, Header header) {
-    const auto is_count = [](double value) {
-      return value >= 2.0 && value <= static_cast<double>(kMaxGridCells) &&
-             value == std::floor(value);
-    };
-    if (!is_count(columns) || !is_count(rows)) {
-      fail("ncols and nrows must be whole numbers of at least 2");
-    } else if (columns * rows > static_cast<double>(kMaxGridCells)) {
-      fail(
-          fmt::format("the grid has {:.0f} cells, and {} can be handled: cut out the area of the "
-                      "dive, or use larger cells",
-                      columns * rows, kMaxGridCells));
-    } else if (!(cell >= kMinCell)) {
-      fail(
-          fmt::format("a cell size of {:g} is in degrees: project the grid to metres about the "
-                      "origin, as with gdalwarp -t_srs \"+proj=ortho +lat_0=... +lon_0=...\"",
-                      cell));
-    } else {
-      header.columns = static_cast<std::size_t>(columns);
-      header.rows = static_cast<std::size_t>(rows);
-      return header;
+    if (const std::string problem = grid_problem(*columns, *rows, *cell); !problem.empty()) {
+      fail(problem);
+      return std::nullopt;
     }
-    return std::nullopt;
-  }
-
-  // Counter-clockwise from above; rows go south.
-  static void add_triangles(const Header& header, TriangleMesh& mesh) {
-    const auto at = [&](std::size_t row, std::size_t column) {
-      return static_cast<std::uint32_t>(row * header.columns + column);
-    };
-    for (std::size_t row = 0; row + 1 < header.rows; ++row) {
-      for (std::size_t column = 0; column + 1 < header.columns; ++column) {
-        const std::uint32_t north_west = at(row, column);
-        const std::uint32_t north_east = at(row, column + 1);
-        const std::uint32_t south_west = at(row + 1, column);
-        const std::uint32_t south_east = at(row + 1, column + 1);
-        mesh.triangles.push_back({north_west, south_west, north_east});
-        mesh.triangles.push_back({north_east, south_west, south_east});
-      }
-    }
+    return Header{{static_cast<std::size_t>(*columns),
+                   static_cast<std::size_t>(*rows),
+                   west ? *west + 0.5 * *cell : *west_centre,
+                   south ? *south + 0.5 * *cell : *south_centre,
+                   *cell,
+                   {}},
+                  no_data.value_or(-9999.0)};
   }
 
   std::string_view rest_;
@@ -184,18 +157,17 @@ class GridReader {
 
 }  // namespace
 
-bool is_grid(const std::string& path) {
-  const auto file = open_input_stream(path);
-  if (!file) return false;
-  std::string key;
-  **file >> std::setw(16) >> key;  // of a file without blanks not all
-  return lower(key.substr(0, 8)) == "ncols";
+bool begins_like_grid(std::string_view head) {
+  return lower(head.substr(0, 5)) == "ncols" || begins_like_tiff(head);
 }
 
+bool is_grid(const std::string& path) { return begins_like_grid(head_of(path)); }
+
 tl::expected<TriangleMesh, std::string> read_grid(const std::string& path) {
-  const tl::expected<SourceText, std::string> source = read_source_text(path, kMaxBytes);
+  if (begins_like_tiff(head_of(path))) return read_geotiff(path).and_then(ground_of);
+  const tl::expected<SourceText, std::string> source = read_source_text(path, kMaxGridBytes);
   if (!source) return tl::unexpected(source.error());
-  return GridReader(*source).read();
+  return GridReader(*source).read().and_then(ground_of);
 }
 
 SourceText grid_as_map(const std::string& path) {

@@ -60,6 +60,18 @@ function diveFacts(report, cursor) {
   ];
 }
 
+/** How the mission was checked before the dive (LogHeader::check). */
+function checkOf(check) {
+  if (check === '') return element('span', {}, 'mission file, not a verified bundle');
+  if (check === 'unchecked') return element('span', {}, 'unchecked: dived with --unchecked');
+  const [, hash, unchecked] = /^bundle ([0-9a-f]+)(, unchecked)?$/.exec(check) ?? [];
+  if (!hash) return element('span', {}, `check: ${check}`);
+  return element(
+      'span', {title: `BLAKE2b-256 ${hash}`},
+      unchecked ? 'bundle, dived with --unchecked ' : 'verified bundle ',
+      element('code', {}, hash.slice(0, 12)));
+}
+
 function madeOf(report) {
   const dived = report.dived_by && report.dived_by !== report.made_by ?
       `, dived with dive ${report.dived_by}` :
@@ -70,6 +82,7 @@ function madeOf(report) {
           (file) => element(
               'span', {title: `SHA-256 ${file.sha256}`}, `${file.role} ${file.name} `,
               element('code', {}, file.sha256.slice(0, 12)))),
+      ...(report.dive ? [checkOf(report.check)] : []),
       element('span', {}, `seed ${report.seed}`),
       element('span', {}, `report by dive ${report.made_by}${dived}`));
 }

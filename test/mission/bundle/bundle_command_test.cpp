@@ -182,10 +182,49 @@ TEST(BundleCommand, IsNeitherAMissionNorALog) {
     EXPECT_EQ(ran.status, 2) << command;
     EXPECT_THAT(ran.err, HasSubstr("verified bundle")) << command;
   }
+  for (const char* command :
+       {"test pool1.bundle", "import acfr pool1.bundle", "import qgc pool1.bundle",
+        "plan --map pool1.bundle --start 0,0,-1 --goal 1,0,-1", "sim pool1.bundle --start 0,0,-1",
+        "export pool1.bundle --format kml"}) {
+    const Ran ran = run_here(command);
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_THAT(ran.err, HasSubstr("this is a verified bundle")) << command;
+    EXPECT_THAT(ran.err, Not(HasSubstr("XML"))) << command;
+  }
   for (const char* command : {"replay", "explain"}) {
     const Ran ran = run_here(fmt::format("{} pool1.bundle", command));
     EXPECT_EQ(ran.status, 2) << command;
     EXPECT_THAT(ran.err, HasSubstr("this is a verified bundle, not a log")) << command;
+  }
+}
+
+TEST(BundleCommand, IsDrawnAndReplayedAsItsMission) {
+  const std::string pool1 = shipped("pool1");
+  ASSERT_EQ(run_here("check --static " + pool1 + " --bundle pool1.bundle").status, 0);
+  const Ran drawn = run_here("graph pool1.bundle --format scxml");
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_GT(drawn.out.size(), 1000U);
+  EXPECT_EQ(drawn.out, run_here("graph " + pool1 + " --format scxml").out);
+
+  ASSERT_EQ(run_here("run " + pool1 + " --log dive.lcmlog").status, 0);
+  const Ran replayed = run_here("replay dive.lcmlog --mission pool1.bundle");
+  EXPECT_EQ(replayed.status, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("identical"));
+
+  write("damaged.bundle", content_of(own_folder() / "pool1.bundle").substr(0, 5000));
+  const Ran damaged = run_here("graph damaged.bundle");
+  EXPECT_EQ(damaged.status, 2);
+  EXPECT_THAT(damaged.err, HasSubstr("BUNDLE-DAMAGED"));
+}
+
+TEST(BundleCommand, ALogIsNoMission) {
+  ASSERT_EQ(run_here("run " + shipped("pool1") + " --log dive.lcmlog").status, 0);
+  for (const char* command : {"check dive.lcmlog", "graph dive.lcmlog", "plan dive.lcmlog",
+                              "run dive.lcmlog", "test dive.lcmlog"}) {
+    const Ran ran = run_here(command);
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_THAT(ran.err, HasSubstr("this is a log, not a ")) << command;
+    EXPECT_THAT(ran.err, HasSubstr("dive explain, report, replay")) << command;
   }
 }
 

@@ -101,6 +101,31 @@ TEST_F(ReportPage, TellsWhatIsNotKnownWithoutGroundTruth) {
   EXPECT_THAT(dom, HasSubstr("<dt>Final position error</dt><dd>not known"));
 }
 
+TEST_F(ReportPage, SaysAtTheTopHowTheMissionWasChecked) {
+  const ReportedDive dived = dive_and_report(kWindow);
+  const std::string hash = "0123456789ab" + std::string(52, 'c');
+  const std::pair<std::string, const char*> checks[] = {
+      {"", "<span>mission file, not a verified bundle</span>"},
+      {"unchecked", "<span>unchecked: dived with --unchecked</span>"},
+      {"bundle " + hash, ">verified bundle <code>0123456789ab</code></span>"},
+      {"bundle " + hash + ", unchecked",
+       ">bundle, dived with --unchecked <code>0123456789ab</code></span>"},
+      {"<b>by hand</b>", "<span>check: &lt;b&gt;by hand&lt;/b&gt;</span>"}};
+  for (const auto& [check, shown] : checks) {
+    const std::string log = dived.folder + "/checked.lcmlog";
+    testing::rewrite_log(
+        dived.log, log, [&](LogHeader& header) { header.check = check; }, [](LoggedTick&) {});
+    const std::string page = dived.folder + "/checked.html";
+    ASSERT_EQ(
+        testing::run_dive("report '" + log + "' --output '" + page + "' --force", "checked").status,
+        0);
+    const std::string dom = rendered(page, dived.folder, kSoftwareGl);
+    const std::size_t top = dom.find("title=\"SHA-256 ");  // beside the hashes
+    ASSERT_NE(top, std::string::npos);
+    EXPECT_THAT(dom.substr(top, dom.find("</p>", top) - top), HasSubstr(shown)) << check;
+  }
+}
+
 TEST_F(ReportPage, ShowsAPlanWithoutATimeAxis) {
   const std::string folder = testing::folder_of_test();
   const std::string page = folder + "/plan.html";

@@ -3,7 +3,6 @@
 #include "planning/world/grid.h"
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include "planning/world/scene.h"
 #include "planning/world/sdf.h"
 #include "planning/world/sounding.h"
+#include "test/planning/world/grid_folder.h"
 
 namespace dive::planning {
 namespace {
@@ -20,19 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class GridTest : public ::testing::Test {
+class GridTest : public testing::GridFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "dive-grid-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string file(const std::string& text) {
-    const fs::path path = folder_ / "bottom.asc";
-    std::ofstream(path) << text;
-    return path.string();
-  }
-  fs::path folder_;
+  std::string file(const std::string& text) { return GridFolder::file("bottom.asc", text); }
 };
 
 const std::string kHead = "ncols 3\nnrows 2\nxllcorner -10\nyllcorner 4\ncellsize 2\n";
