@@ -73,9 +73,31 @@ std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& 
 
 namespace {
 
-tl::expected<SourceText, std::string> read_map(const std::string& path) {
-  if (planning::is_grid(path)) return planning::grid_as_map(path);
-  return read_source_text(path, kMaxMapBytes);
+struct WorldFile {
+  SourceText text;
+  std::string meshes;  // for the log
+  planning::World world;
+};
+
+// The world in the file that the mission names at `name`.
+std::optional<WorldFile> read_world(const Mission& mission, const std::string& path,
+                                    const Located<std::string>& name, planning::Resources resources,
+                                    Diagnostics& diagnostics) {
+  tl::expected<SourceText, std::string> text =
+      planning::is_grid(path) ? planning::grid_as_map(path) : read_source_text(path, kMaxMapBytes);
+  if (!text) {
+    diagnostics.error("MIS-MAP-NOT-FOUND", mission.source, name.span,
+                      fmt::format("the map cannot be read: {}", text.error()));
+    return std::nullopt;
+  }
+  planning::MeshFiles meshes(path, resources,
+                             [](const std::string& what) { note("dive: " + what); });
+  std::optional<planning::World> world = planning::parse_sdf(*text, diagnostics, meshes);
+  if (!world) return std::nullopt;
+  const std::size_t errors_before = diagnostics.error_count();
+  check_map_origin(mission, *text, diagnostics);
+  if (diagnostics.error_count() != errors_before) return std::nullopt;
+  return WorldFile{std::move(*text), meshes.bundle(), std::move(*world)};
 }
 
 // Reads what the mission names.
@@ -88,31 +110,19 @@ std::optional<LoadedMission> with_map(std::optional<Mission> mission,
   loaded.model = std::move(described->model);
   loaded.vehicle = std::move(described->urdf);
   if (!has_simulation_map(loaded.mission)) return loaded;
-  tl::expected<SourceText, std::string> map = read_map(loaded.mission.map_path);
-  if (!map) {
-    diagnostics.error("MIS-MAP-NOT-FOUND", loaded.mission.source, loaded.mission.map_file.span,
-                      fmt::format("the map cannot be read: {}", map.error()));
-    return std::nullopt;
-  }
-  planning::MeshFiles meshes(loaded.mission.map_path, resources,
-                             [](const std::string& what) { note("dive: " + what); });
-  std::optional<planning::World> world = planning::parse_sdf(*map, diagnostics, meshes);
-  if (!world) return std::nullopt;
-  const std::size_t errors_before = diagnostics.error_count();
-  check_map_origin(loaded.mission, *map, diagnostics);
-  if (diagnostics.error_count() != errors_before) return std::nullopt;
-  loaded.map = std::move(*map);
-  loaded.map_meshes = meshes.bundle();
-  loaded.world = std::move(*world);
-  if (const std::string& simulated = loaded.mission.simulation_map_path; !simulated.empty()) {
-    loaded.simulated_world = planning::load_sdf(simulated, diagnostics, resources);
-    if (!loaded.simulated_world) return std::nullopt;
-    tl::expected<SourceText, std::string> text = read_map(simulated);
-    if (!text) return std::nullopt;
-    if (!planning::is_grid(simulated)) check_map_origin(loaded.mission, *text, diagnostics);
-    if (diagnostics.error_count() != errors_before) return std::nullopt;
-    loaded.simulation_map = std::move(*text);
-  }
+  std::optional<WorldFile> map = read_world(loaded.mission, loaded.mission.map_path,
+                                            loaded.mission.map_file, resources, diagnostics);
+  if (!map) return std::nullopt;
+  loaded.map = std::move(map->text);
+  loaded.map_meshes = std::move(map->meshes);
+  loaded.world = std::move(map->world);
+  const std::string& simulated = loaded.mission.simulation_map_path;
+  if (simulated.empty()) return loaded;
+  std::optional<WorldFile> other =
+      read_world(loaded.mission, simulated, *loaded.mission.simulation_map, resources, diagnostics);
+  if (!other) return std::nullopt;
+  loaded.simulation_map = std::move(other->text);
+  loaded.simulated_world = std::move(other->world);
   return loaded;
 }
 
