@@ -82,7 +82,12 @@ TEST(Fit, SaysWhatALogLacks) {
   EXPECT_THAT(without.err, AllOf(HasSubstr("without.lcmlog: the log has no position fixes"),
                                  HasSubstr("known map with the range camera")));
 
-  swim("pool4", 1, "short.lcmlog", "--leak-at 4");
+  swim("pool4", 1, "shorter.lcmlog", "--leak-at 1");
+  const Ran shorter = dive("fit shorter.lcmlog shorter.lcmlog");
+  EXPECT_EQ(shorter.status, 2);
+  EXPECT_THAT(shorter.err, HasSubstr("shorter.lcmlog: the log is too short"));
+
+  swim("pool4", 1, "short.lcmlog", "--leak-at 8");
   const Ran brief = dive("fit short.lcmlog short.lcmlog");
   EXPECT_EQ(brief.status, 2);
   EXPECT_THAT(brief.err, HasSubstr("too little to fit"));
