@@ -175,7 +175,8 @@ PlanResult Planner::Impl::plan(PlanRequest request) {
   return result;
 }
 
-Planner::Planner(const World& world, const RobotHull& hull, PlannerOptions options, Clock& clock)
+Planner::Planner(const World& world, const RobotHull& hull, const PlannerOptions& options,
+                 Clock& clock)
     : impl_(std::make_unique<Impl>(world, hull, options, clock)) {}
 Planner::Planner(Planner&&) noexcept = default;
 Planner::~Planner() = default;

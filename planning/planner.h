@@ -46,7 +46,7 @@ class Planner {
  public:
   /// `clock` is for PlannerStatistics only: the same request and seed give the same path on any
   /// machine.
-  Planner(const World& world, const RobotHull& hull, PlannerOptions options, Clock& clock);
+  Planner(const World& world, const RobotHull& hull, const PlannerOptions& options, Clock& clock);
   Planner(Planner&&) noexcept;
   ~Planner();
 

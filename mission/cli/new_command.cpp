@@ -1,16 +1,20 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "common/assert.h"
+#include "common/diagnostic.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/document/mission.h"
 
 namespace dive::mission {
 
@@ -49,15 +53,12 @@ std::string named(std::string_view text, const std::string& name) {
   return result;
 }
 
-// The schema's type Id.
-bool is_id(const std::string& name) {
-  constexpr std::size_t kMaxLength = 64;
-  const auto is_letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-  };
-  const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
-  return !name.empty() && name.size() <= kMaxLength && is_letter(name.front()) &&
-         std::ranges::all_of(name, is_inner);
+// The schema says what a mission's id is.
+bool is_id(const std::string& name, const Template& kind) {
+  Diagnostics diagnostics;
+  const std::optional<Mission> mission =
+      parse_mission({name, named(kind.mission, name)}, diagnostics, MapFile::kNotNeeded);
+  return mission && mission->id == name;
 }
 
 }  // namespace
@@ -68,7 +69,7 @@ int run_new(const NewArguments& arguments) {
   const std::filesystem::path path =
       arguments.file.empty() ? arguments.kind + ".xml" : arguments.file;
   const std::string name = path.stem().string();
-  if (path.extension() != ".xml" || !is_id(name)) {
+  if (path.extension() != ".xml" || !is_id(name, *kind)) {
     complain(fmt::format(
         "{}: a mission file is NAME.xml, its name of at most 64 letters, digits, '-' and '_', and "
         "beginning with a letter: it is the mission's id",

@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kColumns = 16;  // rays
 constexpr int kRows = 12;
-constexpr double kStep = 2.0;        // m, longest step along a ray
-constexpr double kHit = 0.003;       // m from a surface at which the ray has met it
-constexpr int kMaxSteps = 120;       // a ray that grazes a surface is given up then
+constexpr double kRayStep = 2.0;     // m, longest step along a ray
+constexpr double kRayHit = 0.003;    // m from a surface at which the ray has met it
+constexpr int kMaxRaySteps = 120;    // a ray that grazes a surface is given up then
 constexpr double kNothing = 1.1;     // of the reach: the ray found nothing
 constexpr double kHeadingDeg = 2.0;  // one sigma of the heading before the scan
 
@@ -46,10 +46,10 @@ double ExpectedView::range(const Eigen::Vector3d& origin_W,
   double far = view_.reach_m;
   if (direction_W.z() > 0.0) far = std::min(far, -origin_W.z() / direction_W.z());
   double along = 0.0;
-  for (int step = 0; step < kMaxSteps && along < far; ++step) {
-    const auto near = surface_->nearest(origin_W + along * direction_W, origin_W, kStep);
-    const double distance = near ? std::abs(near->height) : kStep;
-    if (distance < kHit) return along;
+  for (int step = 0; step < kMaxRaySteps && along < far; ++step) {
+    const auto near = surface_->nearest(origin_W + along * direction_W, origin_W, kRayStep);
+    const double distance = near ? std::abs(near->height) : kRayStep;
+    if (distance < kRayHit) return along;
     along += distance;
   }
   return kNothing * view_.reach_m;

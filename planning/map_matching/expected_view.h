@@ -1,6 +1,7 @@
 #pragma once
 // How well a scan taken at a pose would tell the position, by the known map alone.
 
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>

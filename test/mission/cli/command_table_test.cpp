@@ -222,6 +222,11 @@ TEST(NewMissionFile, IsNamedByItsFileAndOverwritesNothing) {
   EXPECT_EQ(dive("new goals 'my mission.xml'").status, 2);
   EXPECT_EQ(dive("new goals 1st.xml").status, 2);
   EXPECT_THAT(dive("new goals survey.txt").err, HasSubstr("a mission file is NAME.xml"));
+  for (const char* name : {"2nd", "a.b", "'q\"'", "'a&b'"}) {
+    const Ran ran = dive(fmt::format("new goals {}.xml", name));
+    EXPECT_EQ(ran.status, 2) << name;
+    EXPECT_THAT(ran.err, HasSubstr("a mission file is NAME.xml")) << name;
+  }
   ASSERT_EQ(dive("new goals --force").status, 0);
   fs::remove(folder() / "goals.xml");
   const std::string map = content_of(folder() / "goals.sdf");
