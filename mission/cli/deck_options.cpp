@@ -99,7 +99,9 @@ void add_plan(CLI::App& app, PlanArguments& arguments) {
       "With a cloud, poses and path are in its own axes (UTM, for instance); a cloud that extends\n"
       "above z = 0 has no water surface.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
-  command->add_option("--map", arguments.map, "Map file (SDF, or a grid .tif, .asc) instead of a mission")
+  command
+      ->add_option("--map", arguments.map,
+                   "Map file (SDF, or a grid .tif, .asc) instead of a mission")
       ->type_name("FILE");
   command->add_option("--cloud", arguments.cloud, "Point cloud (PCD, PLY) instead of a mission")
       ->type_name("FILE");

@@ -82,8 +82,7 @@ function madeOf(report) {
           (file) => element(
               'span', {title: `SHA-256 ${file.sha256}`}, `${file.role} ${file.name} `,
               element('code', {}, file.sha256.slice(0, 12)))),
-      ...(report.dive ? [checkOf(report.check)] : []),
-      element('span', {}, `seed ${report.seed}`),
+      ...(report.dive ? [checkOf(report.check)] : []), element('span', {}, `seed ${report.seed}`),
       element('span', {}, `report by dive ${report.made_by}${dived}`));
 }
 
