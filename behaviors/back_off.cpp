@@ -79,22 +79,21 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
   route.until = input.now + from_seconds(kGraceSeconds + kSlow * path.length_m / kSpeed);
   if (const double roll = to_rpy(X_WB.q).x(); std::abs(roll) > kSmallRoll) route.roll = roll;
-  come_level_if_possible(route, input);
-  if (clearance_of_rest(route, input) <= criteria.min_clearance_m) return false;
+  if (come_level_if_possible(route, input) <= criteria.min_clearance_m) return false;
   route_ = std::move(route);
   last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
   return true;
 }
 
-void BackOff::come_level_if_possible(Route& route, const BehaviorInput& input) const {
-  if (route.roll == 0.0) return;
-  Route level = route;
-  level.roll = 0.0;
-  const double level_m = clearance_of_rest(level, input);
-  if (level_m >= options_.min_turn_clearance * d_min_m_ ||
-      level_m >= clearance_of_rest(route, input)) {
-    route.roll = 0.0;
-  }
+double BackOff::come_level_if_possible(Route& route, const BehaviorInput& input) const {
+  const double roll = std::exchange(route.roll, 0.0);
+  const double level_m = clearance_of_rest(route, input);
+  if (roll == 0.0 || level_m >= options_.min_turn_clearance * d_min_m_) return level_m;
+  route.roll = roll;
+  const double rolled_m = clearance_of_rest(route, input);
+  if (level_m < rolled_m) return rolled_m;
+  route.roll = 0.0;
+  return level_m;
 }
 
 // The rest of the route, with the turn on the spot at its start.
@@ -116,9 +115,8 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
   while (next + 1 < points_W.size() && (points_W[next] - X_WB.p).norm() < kLookahead) ++next;
   const Eigen::Vector3d direction = points_W[next] - X_WB.p;
   const bool has_arrived = next + 1 == points_W.size() && direction.norm() < kArrived;
-  const bool has_new_map = input.map_changed && input.observed != nullptr;
-  if (has_new_map) come_level_if_possible(*route_, input);
-  const bool is_blocked = has_new_map && clearance_of_rest(*route_, input) <= 0.0;
+  const bool is_blocked = input.map_changed && input.observed != nullptr &&
+                          come_level_if_possible(*route_, input) <= 0.0;
   if (has_arrived || is_blocked || input.now >= route_->until) {
     route_.reset();
     tight_m_ = 0.0;  // counted from here

@@ -73,7 +73,8 @@ class BackOff {
   };
 
   [[nodiscard]] Trail::Path find_path(const BehaviorInput& input, const Criteria& criteria) const;
-  void come_level_if_possible(Route& route, const BehaviorInput& input) const;
+  /// The clearance of the rest of the route, m, with the roll that it then has.
+  [[nodiscard]] double come_level_if_possible(Route& route, const BehaviorInput& input) const;
   [[nodiscard]] static double clearance_of_rest(const Route& route, const BehaviorInput& input);
 
   double d_min_m_;

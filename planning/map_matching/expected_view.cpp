@@ -18,15 +18,11 @@ constexpr double kNothing = 1.1;     // of the reach: the ray found nothing
 constexpr double kHeadingDeg = 2.0;  // one sigma of the heading before the scan
 
 std::vector<Eigen::Vector3d> rays_of(const RangeView& view) {
-  const double half_width = std::tan(0.5 * deg_to_rad(view.horizontal_deg));
-  const double half_height = std::tan(0.5 * deg_to_rad(view.vertical_deg));
-  const Eigen::Quaterniond q_BC = from_rpy(0.0, deg_to_rad(view.tilt_deg), 0.0);
+  const PixelGrid grid(view, kColumns, kRows);
   std::vector<Eigen::Vector3d> rays_B;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      const Eigen::Vector3d ray_C(1.0, half_width * (1.0 - (2.0 * column + 1.0) / kColumns),
-                                  half_height * (1.0 - (2.0 * row + 1.0) / kRows));
-      rays_B.push_back(q_BC * ray_C.normalized());
+      rays_B.push_back(view.q_BC() * grid.centre(column, row).normalized());
     }
   }
   return rays_B;

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +15,7 @@
 #include "common/input_file.h"
 #include "common/output_file.h"
 #include "common/path_beneath.h"
+#include "test/common/file_content.h"
 
 namespace dive {
 namespace {
@@ -39,8 +39,7 @@ class Files : public ::testing::Test {
     std::ofstream(path(name)) << text;
   }
   [[nodiscard]] std::string content(const std::string& name) const {
-    std::ifstream stream(path(name));
-    return {std::istreambuf_iterator<char>(stream), {}};
+    return dive::testing::content_of(path(name));
   }
   /// The kind of the error of creating that file; absent if it is created.
   [[nodiscard]] std::optional<Kind> refusal(const std::string& name, Existing existing) const {

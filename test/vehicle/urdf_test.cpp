@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,6 +15,7 @@
 #include <rapidcheck.h>
 
 #include "test/common/arbitrary.h"
+#include "test/common/file_content.h"
 #include "vehicle/model.h"
 
 namespace dive::vehicle {
@@ -122,8 +122,7 @@ TEST(Aqua2, HasItsHipsInTheOrderOfTheirNames) {
 
 // Corners of all triangles of a binary STL file.
 Points read_stl(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  const std::string bytes = dive::testing::content_of(path);
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + 80, sizeof count);
   Points corners;

@@ -2,7 +2,6 @@
 // test/mission/accepted is accepted.
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <regex>
 #include <set>
@@ -15,6 +14,7 @@
 #include "mission/document/map_file.h"
 #include "mission/executive/machine.h"
 #include "planning/world/sdf.h"
+#include "test/common/file_content.h"
 #include "test/mission/check/mission_files.h"
 #include "vehicle/model.h"
 
@@ -136,8 +136,7 @@ TEST(MapRules, AreThoseOfTheReader) {
   for (const char* name : {"sdf", "sdf_geometry", "sdf_origin", "mesh_source", "mesh_remarks"}) {
     const std::string path = fmt::format("{}/planning/world/{}", DIVE_SOURCE_DIR, name);
     for (const char* extension : {".h", ".cpp"}) {
-      std::ifstream stream(path + extension);
-      const std::string text(std::istreambuf_iterator<char>(stream), {});
+      const std::string text = dive::testing::content_of(path + extension);
       for (std::sregex_iterator at(text.begin(), text.end(), code), end; at != end; ++at) {
         written.insert((*at)[1]);
       }

@@ -1,7 +1,5 @@
 // `dive lsp`, driven as by an editor over pipes.
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "test/common/file_content.h"
 #include "test/mission/language_server/editor_process.h"
 
 namespace dive::mission::testing {
@@ -30,10 +29,7 @@ constexpr int kNotInitialized = -32002;
 const std::string kPath = DIVE_SOURCE_DIR "/missions/penetration.xml";
 const std::string kUri = "file://" + kPath;
 
-std::string mission_text() {
-  std::ifstream stream(kPath, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+std::string mission_text() { return dive::testing::content_of(kPath); }
 
 std::string replaced(std::string text, const std::string& old, const std::string& by) {
   const std::size_t at = text.find(old);

@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "mission/record/dataset_recorder.h"
+#include "test/common/file_content.h"
 #include "test/vehicle/aqua2.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -150,9 +151,8 @@ TEST_F(Dataset, DescribesTheSensors) {
   EXPECT_THAT(yaml("imu0")["gyroscope_noise_density"], ::testing::ElementsAre(8.7e-5));
   EXPECT_THAT(yaml("imu0")["accelerometer_random_walk"], ::testing::ElementsAre(4e-5));
   EXPECT_THAT(yaml("depth0")["noise_sigma"], ::testing::ElementsAre(0.01));
-  std::ifstream file(folder_ / "mav0/cam0/sensor.yaml");
-  const std::string text(std::istreambuf_iterator<char>(file), {});
-  EXPECT_THAT(text, ::testing::HasSubstr("\ncomment: \"of \\\"a\\\" test in two lines\"\n"));
+  EXPECT_THAT(dive::testing::content_of(folder_ / "mav0/cam0/sensor.yaml"),
+              ::testing::HasSubstr("\ncomment: \"of \\\"a\\\" test in two lines\"\n"));
 }
 
 TEST_F(Dataset, IsNotWrittenOverAnother) {
@@ -205,8 +205,7 @@ TEST_F(Dataset, OfASimulatedDive) {
   EXPECT_NEAR(dive("a"), 40, 1);
   static_cast<void>(dive("b"));
   const auto text = [&](const std::string& path) {
-    std::ifstream file(folder_ / path, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return dive::testing::content_of(folder_ / path);
   };
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "a")) {
     if (!entry.is_regular_file()) continue;

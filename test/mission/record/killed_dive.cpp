@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "test/common/file_content.h"
 
 namespace dive::mission::testing {
 namespace {
@@ -137,8 +137,7 @@ bool KilledDive::kill_after(const std::string& path, std::int64_t microseconds) 
 }
 
 std::string first_bank_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string content(std::istreambuf_iterator<char>(file), {});
+  std::string content = dive::testing::content_of(path);
   content.resize(std::min(content.find('\0'), content.size()));
   return content;
 }

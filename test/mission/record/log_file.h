@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,6 +15,7 @@
 
 #include "mission/record/log.h"
 #include "mission/record/log_codec.h"
+#include "test/common/file_content.h"
 #include "test/mission/record/sample.h"
 
 namespace dive::mission::testing {
@@ -31,10 +31,7 @@ class TemporaryFile {
   ~TemporaryFile() { std::filesystem::remove(path_); }
 
   [[nodiscard]] std::string path() const { return path_.string(); }
-  [[nodiscard]] std::string content() const {
-    std::ifstream file(path_, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  [[nodiscard]] std::string content() const { return dive::testing::content_of(path_); }
   void set_content(std::string_view content) const {
     std::ofstream(path_, std::ios::binary) << content;
   }

@@ -2,8 +2,6 @@
 // truth.
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -18,6 +16,7 @@
 #include "mission/document/state_index.h"
 #include "mission/simulation/simulated_dive.h"
 #include "planning/world/sdf.h"
+#include "test/common/file_content.h"
 
 namespace dive::mission {
 namespace {
@@ -28,8 +27,7 @@ const std::string kFile = DIVE_SOURCE_DIR "/missions/orbit.xml";
 
 // The shipped mission with other attributes of its orbit.
 std::optional<Mission> with_orbit(const std::string& attributes) {
-  std::ifstream stream(kFile);
-  std::string text(std::istreambuf_iterator<char>(stream), {});
+  std::string text = dive::testing::content_of(kFile);
   const std::size_t begin = text.find("<orbit id=\"boiler\"") + 18;
   text.replace(begin, text.find('>', begin) - begin, " " + attributes);
   Diagnostics diagnostics;

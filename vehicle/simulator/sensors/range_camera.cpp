@@ -69,12 +69,10 @@ struct RangeCamera::Impl {
   Impl(const planning::World& world, RangeCameraOptions options_, std::uint64_t seed)
       : options(std::move(options_)),
         noise(seed, kNoiseStream),
-        half_width(std::tan(0.5 * deg_to_rad(options.horizontal_deg))),
-        half_height(std::tan(0.5 * deg_to_rad(options.vertical_deg))),
-        q_BC(from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0) *
-             from_rpy(deg_to_rad(options.misalignment_deg.x()),
-                      deg_to_rad(options.misalignment_deg.y()),
-                      deg_to_rad(options.misalignment_deg.z()))),
+        grid(options, options.width, options.height),
+        q_BC(options.q_BC() * from_rpy(deg_to_rad(options.misalignment_deg.x()),
+                                       deg_to_rad(options.misalignment_deg.y()),
+                                       deg_to_rad(options.misalignment_deg.z()))),
         particles(snow(options, seed)),
         walls(world),
         diver_inside(placed_solid(Diver::shape()), Eigen::Vector3d::Zero()) {
@@ -84,21 +82,15 @@ struct RangeCamera::Impl {
   }
 
   void aim() {
-    const Eigen::Quaterniond q_reported = from_rpy(0.0, deg_to_rad(options.tilt_deg), 0.0);
+    const Eigen::Quaterniond q_reported = options.q_BC();
     for (int row = 0; row < options.height; ++row) {
       for (int column = 0; column < options.width; ++column) {
-        const Eigen::Vector3d ray_C = image_point(column, row).normalized();
+        const Eigen::Vector3d ray_C = grid.centre(column, row).normalized();
         rays_B.push_back(q_BC * ray_C);
         reported_B.push_back(q_reported * ray_C);
       }
     }
     ranges.resize(rays_B.size());
-  }
-
-  // The centre of a pixel on the image plane, x = 1 in C.
-  [[nodiscard]] Eigen::Vector3d image_point(int column, int row) const {
-    return {1.0, half_width * (1.0 - (2.0 * column + 1.0) / options.width),
-            half_height * (1.0 - (2.0 * row + 1.0) / options.height)};
   }
 
   [[nodiscard]] bool is_covered(const Eigen::Vector3d& lens_W,
@@ -169,8 +161,8 @@ struct RangeCamera::Impl {
   void drift_before(const Eigen::Vector3d& p_C) {
     const double depth = p_C.x();
     if (depth <= options.particle_radius) return;
-    const double pixel_width = 2.0 * half_width / options.width;
-    const double pixel_height = 2.0 * half_height / options.height;
+    const double pixel_width = 2.0 * grid.half_width() / options.width;
+    const double pixel_height = 2.0 * grid.half_height() / options.height;
     const double radius = options.particle_radius / depth + 0.5 * pixel_width;
     const Eigen::Vector3d image = p_C / depth;
     const auto first = [&](double edge, double p, double size, int count) {
@@ -181,13 +173,13 @@ struct RangeCamera::Impl {
       return static_cast<int>(
           std::clamp(std::floor((edge - p + radius) / size - 0.5) + 1.0, 0.0, 1.0 * count));
     };
-    const int last_row = end(half_height, image.z(), pixel_height, options.height);
-    const int last_column = end(half_width, image.y(), pixel_width, options.width);
-    for (int row = first(half_height, image.z(), pixel_height, options.height); row < last_row;
-         ++row) {
-      for (int column = first(half_width, image.y(), pixel_width, options.width);
+    const int last_row = end(grid.half_height(), image.z(), pixel_height, options.height);
+    const int last_column = end(grid.half_width(), image.y(), pixel_width, options.width);
+    for (int row = first(grid.half_height(), image.z(), pixel_height, options.height);
+         row < last_row; ++row) {
+      for (int column = first(grid.half_width(), image.y(), pixel_width, options.width);
            column < last_column; ++column) {
-        const Eigen::Vector3d pixel = image_point(column, row);
+        const Eigen::Vector3d pixel = grid.centre(column, row);
         if ((pixel - image).norm() > radius) continue;
         double& range = ranges[static_cast<std::size_t>(row * options.width + column)];
         const double nearer = depth * pixel.norm();
@@ -208,8 +200,7 @@ struct RangeCamera::Impl {
 
   RangeCameraOptions options;
   Random noise;
-  double half_width;  // of the image plane, x = 1 in C
-  double half_height;
+  PixelGrid grid;
   Eigen::Quaterniond q_BC;
   std::vector<Drifter> particles;
   std::vector<Eigen::Vector3d> rays_B;

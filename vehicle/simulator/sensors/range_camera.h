@@ -2,14 +2,9 @@
 // A simulated range camera, by tracing a ray per pixel (Embree). Only the simulator has the world;
 // in an unknown environment the vehicle has only these scans.
 //
-// Pinhole: the grid of pixels is uniform on the image plane. In the camera's frame C (x along the
-// optical axis, y left, z up) the ray of the pixel in column c and row r is
-//
-//   [1, tan(horizontal / 2) (1 - 2 (c + 1/2) / width), tan(vertical / 2) (1 - 2 (r + 1/2) /
-// height)]
-//
-// Mounted midway between the links camera_front_left and camera_front_right of vehicle/aqua2.urdf,
-// tilted down: p_BC = origin_B, R_BC = Ry(tilt_deg), and turned by misalignment_deg in the mount.
+// Its pixels are those of common/range_view.h. Mounted midway between the links camera_front_left
+// and camera_front_right of vehicle/aqua2.urdf, tilted down: p_BC = origin_B, R_BC = Ry(tilt_deg),
+// and turned by misalignment_deg in the mount.
 
 #include <cstdint>
 #include <memory>
