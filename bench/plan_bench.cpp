@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include <benchmark/benchmark.h>
 
@@ -10,6 +11,7 @@
 #include "bench/shipped_map.h"
 #include "common/assert.h"
 #include "common/random.h"
+#include "planning/map_matching/expected_view.h"
 #include "planning/planner.h"
 #include "vehicle/model.h"
 
@@ -25,6 +27,7 @@ struct Leg {
 constexpr double kClearance = 1.0;
 constexpr double kSmallClearance = 0.3;
 const Leg kToGate{{-4.0, -2.0, -3.0}, {-1.0, -2.0, -4.0}};
+const Leg kThroughCluttered{{0.0, 0.2, -3.0}, {29.0, 0.2, -3.0}};
 const Leg kIntoRoomB{{-1.0, -2.0, -4.0}, {9.8, -2.0, -4.6}};
 
 const World& window() {
@@ -52,9 +55,10 @@ PlanRequest request_for(const Leg& leg, double clearance) {
 }
 
 // Plans with consecutive seeds.
-void plan_in(benchmark::State& state, const World& world, PlanRequest request) {
+void plan_in(benchmark::State& state, const World& world, PlanRequest request,
+             const PlannerOptions& options = {}) {
   SteadyClock clock;
-  Planner planner(world, hull(), {}, clock);
+  Planner planner(world, hull(), options, clock);
   double warm_starts = 0.0;
   double iterations = 0.0;
   double waypoints_solved = 0.0;
@@ -180,6 +184,18 @@ BENCHMARK(plan_over_obstacles)
     ->Arg(600)
     ->Arg(2000)
     ->Unit(benchmark::kMillisecond);
+
+// From end to end of Cluttered, the path preferred along which scans tell the position or not.
+void plan_through_cluttered(benchmark::State& state, bool prefers_information) {
+  static const World world = bench::shipped_map("cluttered");
+  PlannerOptions options;
+  if (prefers_information) options.preferred_view = std::make_shared<ExpectedView>(world);
+  PlanRequest request = request_for(kThroughCluttered, kSmallClearance);
+  request.limits.attitude = AttitudeMode::kFree;
+  plan_in(state, world, request, options);
+}
+BENCHMARK_CAPTURE(plan_through_cluttered, shortest, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(plan_through_cluttered, informative, true)->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(plan, to_gate, kToGate, kClearance)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(plan, into_room_b, kIntoRoomB, kClearance)->Unit(benchmark::kMillisecond);
