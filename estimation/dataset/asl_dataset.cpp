@@ -139,7 +139,7 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& d
   });
 }
 
-// Reads positions, with attitude and velocity where there are fields for them. `X_BI`: pose of the
+// Reads positions, with attitude, velocity and biases where there are fields for them. `X_BI`: pose of the
 // IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
                                            AslDataset& dataset) {
@@ -154,8 +154,9 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
   }
   dataset.has_true_attitude = true;
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
-    std::array<double, 10> v{};
-    const std::size_t n = row.fields.size() >= 10 ? 10 : row.fields.size() >= 7 ? 7 : 3;
+    std::array<double, 16> v{};
+    const std::size_t fields = row.fields.size();
+    const std::size_t n = fields >= 16 ? 16 : fields >= 10 ? 10 : fields >= 7 ? 7 : 3;
     std::string wrong = to_numbers(row, 0, n, v.data());
     if (!wrong.empty()) return wrong;
     TruePose pose;
@@ -169,7 +170,8 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     } else {
       dataset.has_true_attitude = false;
     }
-    if (n == 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
+    if (n >= 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
+    if (n == 16) pose.bias = TruePose::Bias{{v[10], v[11], v[12]}, {v[13], v[14], v[15]}};
     dataset.truth.push_back(pose);
     return wrong;
   });

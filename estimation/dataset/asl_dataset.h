@@ -42,9 +42,15 @@ struct RecordedImuNoise {
 };
 
 struct TruePose {
+  struct Bias {
+    Eigen::Vector3d gyro;   ///< rad/s
+    Eigen::Vector3d accel;  ///< m/s^2
+  };
+
   Utime utime = 0;
   Pose X_WB;                           ///< True pose; the attitude is identity if not measured.
   std::optional<Eigen::Vector3d> v_W;  ///< m/s
+  std::optional<Bias> bias;            ///< Of the IMU.
 };
 
 struct AslDataset {

@@ -25,6 +25,10 @@ constexpr double kTruthGap = 0.2;      // s
 constexpr double kStartSigma = 0.01;   // m, of a position from the truth
 constexpr double kUnknownSigma = 0.1;  // m, of an assumed position
 constexpr double kLongStep = 0.1;      // s between two IMU samples
+constexpr double kUsualSpeed = 0.4;    // m/s, of the primitive estimator
+constexpr double kSpeedSigma = 0.1;    // m/s, of a speed that is given
+constexpr double kGyroBiasSigma = 0.005;  // rad/s, of a bias from the truth
+constexpr double kAccelBiasSigma = 0.05;  // m/s^2
 
 using Failure = tl::unexpected<std::string>;
 
@@ -58,6 +62,7 @@ struct Beginning {
   Pose X_WB;
   bool has_attitude = false;
   std::optional<Vector3d> v_WB_B;
+  std::optional<BiasPrior> bias;
 };
 
 std::optional<Beginning> true_beginning(const AslDataset& dataset, Utime utime) {
@@ -72,6 +77,10 @@ std::optional<Beginning> true_beginning(const AslDataset& dataset, Utime utime) 
   beginning.has_attitude = dataset.has_true_attitude;
   const TruePose& pose = dataset.truth[static_cast<std::size_t>(first - truth.begin())];
   const auto next = pose_at(truth, first->utime + 50'000, kTruthGap);
+  if (pose.bias) {
+    beginning.bias =
+        BiasPrior{pose.bias->gyro, pose.bias->accel, kGyroBiasSigma, kAccelBiasSigma};
+  }
   const Quaterniond q_BW = first->X_WB.q.conjugate();
   if (pose.v_W) {
     beginning.v_WB_B = q_BW * *pose.v_W;
@@ -93,19 +102,14 @@ tl::expected<FilterStart, std::string> start_of(const RunOptions& options,
     start.utime = truth->utime;
     start.X_WB = truth->X_WB;
     start.v_WB_B = *truth->v_WB_B;
+    if (truth->bias) start.bias = *truth->bias;
     return start;
   }
-  if (options.start == RunStart::kMotion) {
-    MotionStart start;
-    start.position_W = position;
-    start.position_sigma_m = sigma;
-    start.v_WB_B = {options.speed, 0.0, 0.0};
-    return start;
-  }
-  RestStart start;
+  ImageStart start;
   start.position_W = position;
   start.position_sigma_m = sigma;
-  if (truth && truth->has_attitude) start.yaw = to_rpy(truth->X_WB.q).z();
+  if (truth && truth->has_attitude) start.heading = truth->X_WB.q;
+  if (options.speed) start.speed = ImageStart::Speed{{*options.speed, 0.0, 0.0}, kSpeedSigma};
   return start;
 }
 
@@ -118,7 +122,7 @@ class Runner {
     if (options.estimator == EstimatorKind::kPrimitive) {
       primitive_.emplace(PrimitiveOptions{}, truth ? truth->X_WB.p : Vector3d::Zero().eval(),
                          truth ? kStartSigma : kUnknownSigma);
-      primitive_->set_commanded_speed(options.speed);
+      primitive_->set_commanded_speed(options.speed.value_or(kUsualSpeed));
       return;
     }
     const VisualInertialOptions of_filter = filter_options(dataset, options.mono ? 1 : 2);
@@ -161,6 +165,10 @@ class Runner {
 
   /// Camera poses as calibrated by the filter.
   [[nodiscard]] const std::vector<Pose>& cameras_B() const { return filter_->state().cameras_B; }
+
+  [[nodiscard]] std::string waits_for() const {
+    return filter_ ? filter_->health().waits_for : std::string();
+  }
 
   [[nodiscard]] std::string diverged() const {
     return filter_ && filter_->health().diverged ? filter_->health().reason : std::string();
@@ -316,7 +324,9 @@ Trajectory true_trajectory(const AslDataset& dataset) {
 }
 
 std::string RunOptions::validate() const {
-  if (!(std::abs(speed) <= 3.0)) return fmt::format("a speed of {} m/s; at most 3", speed);
+  if (speed && !(std::abs(*speed) <= 3.0)) {
+    return fmt::format("a speed of {} m/s; at most 3", *speed);
+  }
   return {};
 }
 
@@ -359,6 +369,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
     if (left) take_note(runner.add(*left, right ? &*right : nullptr), run);
     const StateEstimate& estimate = runner.update(image.utime);
     run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
+    if (estimate.valid && run.estimates.empty()) run.began_s = to_seconds(image.utime - begin);
     if (estimate.valid) run.estimates.push_back(estimate);
     if (loops && left && right) loops->add(*left, *right, estimate, runner.cameras_B(), clock, run);
     if (loops && estimate.valid) run.corrected.push_back(loops->corrected(estimate));
@@ -366,6 +377,7 @@ tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const Ru
   }
   if (run.frames > 0) run.mean_features /= run.frames;
   run.diverged = runner.diverged();
+  run.waits_for = run.estimates.empty() ? runner.waits_for() : std::string();
   return run;
 }
 

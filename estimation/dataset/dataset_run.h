@@ -3,6 +3,7 @@
 // and none later than the IMU sample that follows an image.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,18 +19,18 @@
 namespace dive::estimation {
 
 enum class RunStart {
-  kRest,    ///< At rest for half a second: roll and pitch from gravity.
-  kMotion,  ///< In motion at RunOptions::speed: attitude from gyro and gravity.
-  kTruth,   ///< Pose and velocity from the recording's ground truth.
+  kImages,  ///< From the images, at rest or in motion.
+  kTruth,   ///< Pose, velocity and biases from the recording's ground truth.
 };
 
 struct RunOptions {
   EstimatorKind estimator = EstimatorKind::kVisualInertial;
-  RunStart start = RunStart::kRest;
+  RunStart start = RunStart::kImages;
   bool mono = false;      ///< Only the left camera of two.
   bool use_depth = true;  ///< Depth samples are used where there are any.
   bool loops = false;     ///< Loop closure; needs two cameras.
-  double speed = 0.4;     ///< Expected forward speed for the primitive estimator and kMotion, m/s.
+  /// Expected forward speed, m/s: required by the primitive estimator, helps kImages.
+  std::optional<double> speed;
   std::uint64_t seed = 1;
 
   [[nodiscard]] std::string validate() const;
@@ -48,6 +49,8 @@ struct DatasetRun {
   int poor = 0;                       ///< Images with too few features to be reliable.
   int lost = 0;                       ///< Images in which tracking was lost.
   double mean_features = 0.0;
+  double began_s = 0.0;    ///< Time of the first estimate since the first image.
+  std::string waits_for;   ///< What the filter lacked at the end to begin; empty if it began.
   std::string last_fault;  ///< The last fault as a sentence; empty if there was none.
   std::string diverged;    ///< The filter's reason for divergence; empty if it did not diverge.
 };

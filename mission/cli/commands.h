@@ -227,11 +227,11 @@ struct FitArguments {
 struct EstimateArguments {
   std::string folder;
   std::string estimator = "visual_inertial";  ///< visual_inertial or primitive
-  std::string init = "rest";                  ///< rest, motion or truth
+  std::string init = "images";                ///< "images" or "truth"
   bool mono = false;
   bool no_depth = false;
   bool loops = false;
-  double speed = 0.4;
+  std::optional<double> speed;
   std::uint64_t seed = 1;
   std::string output;  ///< Empty: none.
   bool json = false;

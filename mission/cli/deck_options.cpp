@@ -336,8 +336,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "estimate",
       "Examples:\n"
-      "  dive estimate MH_01_easy                                 EuRoC, initially at rest\n"
-      "  dive estimate recording --init motion --output path.tum  initially swimming\n"
+      "  dive estimate MH_01_easy                                 EuRoC\n"
+      "  dive estimate recording --speed 0.3 --output path.tum    swimming at about 0.3 m/s at first\n"
       "  dive estimate recording --mono --no-depth --json\n"
       "  dive estimate recording --loops                          with loop closure\n\n"
       "Runs an estimator on a recording in the ASL (EuRoC) format: the trajectory, and its error "
@@ -355,12 +355,12 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->check(CLI::IsMember({"primitive", "visual_inertial"}));
   command
       ->add_option("--init", arguments.init,
-                   "Initial motion: rest (default), motion (swimming), truth (from ground truth)")
+                   "Initialise from images (default; at rest or in motion) or from ground truth")
       ->type_name("HOW")
-      ->check(CLI::IsMember({"rest", "motion", "truth"}));
+      ->check(CLI::IsMember({"images", "truth"}));
   command
       ->add_option("--speed", arguments.speed,
-                   "Expected forward speed, m/s, for primitive and --init motion (default: 0.4)")
+                   "Expected forward speed, m/s (primitive: 0.4; helps --init images)")
       ->type_name("M/S")
       ->check(CLI::Range(-3.0, 3.0).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");

@@ -123,6 +123,8 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
               {"poor_images", run.poor},
               {"lost_images", run.lost},
               {"mean_features", run.mean_features},
+              {"began_s", run.estimates.empty() ? Json(nullptr) : Json(run.began_s)},
+              {"waits_for", run.waits_for},
               {"diverged", run.diverged}});
   return all;
 }
@@ -170,15 +172,18 @@ void print_accuracy(const Accuracy& accuracy) {
 void print_report(const EstimateArguments& arguments, const DatasetRun& run,
                   const Accuracy& accuracy, double duration_s) {
   const Timing timing = timing_of(run.frame_ms);
-  print(fmt::format("{}: {} pictures in {:.1f} s, {} estimates along {:.2f} m", arguments.folder,
+  print(fmt::format("{}: {} images in {:.1f} s, {} estimates along {:.2f} m", arguments.folder,
                     run.frames, duration_s, run.estimates.size(), accuracy.distance_m));
   print_accuracy(accuracy);
+  if (!run.estimates.empty()) {
+    print(fmt::format("  began    {:.2f} s after the first image", run.began_s));
+  }
   if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
-  print(fmt::format("  time     {:.2f} ms per picture, 99 % within {:.2f} ms", timing.mean_ms,
+  print(fmt::format("  time     {:.2f} ms per image, 99 % within {:.2f} ms", timing.mean_ms,
                     timing.p99_ms));
   if (run.refused + run.poor + run.lost > 0) {
     print(fmt::format(
-        "  pictures {} refused, {} with few features, tracking lost in {}; the last: {}",
+        "  images   {} refused, {} with few features, tracking lost in {}; the last: {}",
         run.refused, run.poor, run.lost, run.last_fault));
   }
 }
@@ -199,9 +204,8 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
   options.estimator = arguments.estimator == "primitive"
                           ? estimation::EstimatorKind::kPrimitive
                           : estimation::EstimatorKind::kVisualInertial;
-  options.start = arguments.init == "truth"    ? estimation::RunStart::kTruth
-                  : arguments.init == "motion" ? estimation::RunStart::kMotion
-                                               : estimation::RunStart::kRest;
+  options.start = arguments.init == "truth" ? estimation::RunStart::kTruth
+                                            : estimation::RunStart::kImages;
   options.mono = arguments.mono;
   options.use_depth = !arguments.no_depth;
   options.loops = arguments.loops;
@@ -255,7 +259,7 @@ int run_estimate(const EstimateArguments& arguments) {
     if (with_loops) print_loops(*run, *with_loops, worst);
   }
   if (run->estimates.empty()) {
-    complain("the estimator has never started: what it starts from did not come");
+    complain(fmt::format("the estimator has never begun: it waits for {}", run->waits_for));
     return kExitFailed;
   }
   if (!run->diverged.empty()) {

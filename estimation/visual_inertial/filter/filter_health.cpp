@@ -24,17 +24,28 @@ constexpr double kMaxDepthRatio = 4.0;
 constexpr double kMaxCalibrationSigmas = 6.0;  // of calibrated values from their configured ones
 constexpr double kSuspectTime_s = 10.0;        // duration of the suspicion
 
-double norm_of_walk(double sigma, double walk, double seconds) {
-  return std::sqrt(sigma * sigma + walk * walk * seconds);
+Vector6d biases(const FilterState& state) {
+  Vector6d both;
+  both << state.imu.gyro_bias, state.imu.accel_bias;
+  return both;
+}
+
+// Largest difference from an initial bias in sigmas; the bias walks meanwhile.
+double sigmas_off(const Vector3d& difference, const Vector3d& sigma, double walk, double seconds) {
+  const Eigen::Array3d variance = sigma.array().square() + walk * walk * seconds;
+  return (difference.array().square() / variance).sqrt().maxCoeff();
 }
 
 }  // namespace
 
-void HealthWatch::reset(Utime utime) {
+void HealthWatch::reset(Utime utime, const FilterState& state) {
   const InputFaults faults = health.faults;
   health = {};
   health.faults = faults;
   visual_ = depth_ = begun_ = utime;
+  initial_bias_ = biases(state);
+  initial_sigma_ =
+      state.covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
   depth_refused_ = visual_refused_ = 0;
   refused_share_ = 0.0;
   suspected_at_.reset();
@@ -108,11 +119,12 @@ std::string HealthWatch::suspicion_of(Utime utime, const FilterState& state) con
                        std::sqrt(health.depth_innovation_ratio));
   }
   const double seconds = to_seconds(utime - begun_);
-  const double gyro = state.imu.gyro_bias.cwiseAbs().maxCoeff() /
-                      norm_of_walk(options_.gyro_bias_sigma, options_.imu.gyro_walk, seconds);
+  const Vector6d change = biases(state) - initial_bias_;
+  const double gyro = sigmas_off(change.head<3>(), initial_sigma_.head<3>(),
+                                 options_.imu.gyro_walk, seconds);
   if (gyro > kMaxCalibrationSigmas) return fmt::format("the gyro's bias is {:.0f} sigma off", gyro);
-  const double accel = state.imu.accel_bias.cwiseAbs().maxCoeff() /
-                       norm_of_walk(options_.accel_bias_sigma, options_.imu.accel_walk, seconds);
+  const double accel = sigmas_off(change.tail<3>(), initial_sigma_.tail<3>(),
+                                  options_.imu.accel_walk, seconds);
   if (accel > kMaxCalibrationSigmas) {
     return fmt::format("the accelerometer's bias is {:.0f} sigma off", accel);
   }

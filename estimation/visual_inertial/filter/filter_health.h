@@ -43,6 +43,7 @@ struct FilterHealth {
   std::string suspicion;  ///< Reason, a sentence; stays when the suspicion ends.
   bool diverged = false;  ///< Stays set until the filter is restarted.
   std::string reason;     ///< Reason for divergence, a sentence.
+  std::string waits_for;  ///< What the initialisation lacks, in words; empty once it has begun.
 };
 
 /// Decides from the innovations whether the filter has diverged.
@@ -50,7 +51,8 @@ class HealthWatch {
  public:
   explicit HealthWatch(const VisualInertialOptions& options) : options_(options) {}
 
-  void reset(Utime utime);
+  /// `state`: as initialised; its biases and their sigmas are what later ones are compared with.
+  void reset(Utime utime, const FilterState& state);
   void on_depth(Utime utime, const UpdateResult& result);
   void on_frame(Utime utime, VisualReport report);
   /// Called after every step: checks that the state is plausible for a vehicle.
@@ -72,6 +74,8 @@ class HealthWatch {
   double refused_share_ = 0.0;       ///< Smoothed fraction of rejected features.
   std::int64_t unmeasured_ = 0;      ///< Saturated or missing IMU samples so far.
   Utime begun_ = 0;
+  Vector6d initial_bias_ = Vector6d::Zero();   ///< Gyro, accelerometer.
+  Vector6d initial_sigma_ = Vector6d::Ones();  ///< Sigmas of these.
   std::optional<Utime> suspected_at_;  ///< Time of the last suspicion.
 };
 

@@ -21,8 +21,8 @@ struct VisualInertialOptions {
   std::vector<CameraModel> cameras;  ///< Left, or left and right; X_BC is the initial value.
   ImuNoise imu;
   double gravity = 9.81;                                     ///< m/s^2
-  double gyro_bias_sigma = 0.005;                            ///< Initial sigma, rad/s.
-  double accel_bias_sigma = 0.05;                            ///< Initial sigma, m/s^2.
+  double gyro_bias_sigma = 0.1;  ///< Turn-on bias of the gyro, rad/s. MEMS units reach 0.1.
+  double accel_bias_sigma = 0.2;  ///< Turn-on bias of the accelerometer, m/s^2.
   double pixel_sigma = 0.5;                                  ///< Noise of a feature, per axis.
   double depth_sigma_m = 0.02;                               ///< Noise of a depth sample.
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Position of the depth sensor, m.
@@ -45,8 +45,8 @@ struct VisualInertialOptions {
 
   double zero_velocity_sigma = 0.01;        ///< m/s, of a zero-velocity update.
   double zero_velocity_pixels = 0.8;        ///< Maximum image motion in half a second at rest.
-  double zero_velocity_gyro_sigma = 0.02;   ///< Maximum gyro scatter at rest, rad/s.
-  double zero_velocity_accel_sigma = 0.15;  ///< Maximum accelerometer scatter at rest, m/s^2.
+  double zero_velocity_gyro_sigma = 0.1;   ///< Maximum gyro scatter at rest, rad/s.
+  double zero_velocity_accel_sigma = 2.0;  ///< Maximum accelerometer scatter at rest, m/s^2.
 
   double gyro_limit = 5.2;           ///< rad/s; at or beyond it the gyro is saturated.
   double accel_limit = 78.0;         ///< m/s^2; at or beyond it the accelerometer is saturated.

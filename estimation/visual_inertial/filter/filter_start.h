@@ -1,5 +1,5 @@
 #pragma once
-// Initialisation of the filter: in motion, at rest, or at a given state.
+// How the filter is initialised: from images (image_start.h), or at a given state.
 
 #include <optional>
 #include <variant>
@@ -10,24 +10,28 @@
 
 namespace dive::estimation {
 
-/// Dynamic initialisation: attitude from the AHRS, height from depth, velocity from the expected
-/// speed. Within a tenth of a second of the first IMU and depth samples.
-struct MotionStart {
-  Eigen::Vector3d position_W = Eigen::Vector3d::Zero();  ///< m; z is taken from depth.
-  double position_sigma_m = 0.1;                         ///< Horizontal sigma.
-  Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();      ///< m/s
-  double speed_sigma = 0.1;                              ///< m/s, per axis.
-  double tilt_sigma_deg = 1.0;                           ///< Sigma of roll and of pitch.
-  double heading_sigma_deg = 2.0;
+/// What is known of the IMU's biases beforehand. Without sigmas they are those of turn-on biases in
+/// VisualInertialOptions; a restart knows more.
+struct BiasPrior {
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< rad/s
+  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< m/s^2
+  std::optional<double> gyro_sigma;
+  std::optional<double> accel_sigma;
 };
 
-/// Static initialisation: roll and pitch from gravity, gyro bias from its mean, after half a second
-/// at rest.
-struct RestStart {
-  Eigen::Vector3d position_W = Eigen::Vector3d::Zero();
+/// Initialisation from half a second to two seconds of images and IMU samples, at rest or in motion.
+struct ImageStart {
+  struct Speed {
+    Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();  ///< m/s
+    double sigma = 0.1;                                ///< m/s, per axis.
+  };
+  Eigen::Vector3d position_W = Eigen::Vector3d::Zero();  ///< m; z is taken from depth if there is.
   double position_sigma_m = 0.1;
-  double yaw = 0.0;  ///< rad
-  double yaw_sigma_deg = 1.0;
+  /// Attitude of that heading: the filter's is turned about the vertical to come nearest to it.
+  Eigen::Quaterniond heading = Eigen::Quaterniond::Identity();
+  double heading_sigma_deg = 1.0;
+  std::optional<Speed> speed;  ///< If it moves. Without it one camera needs a change of speed.
+  BiasPrior bias;
 };
 
 /// Initialisation at a given state and time.
@@ -35,15 +39,14 @@ struct KnownStart {
   Utime utime = 0;
   Pose X_WB;
   Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
+  BiasPrior bias;
   double position_sigma_m = 0.01;
   double tilt_sigma_deg = 0.2;
   double yaw_sigma_deg = 0.2;
   double speed_sigma = 0.02;
 };
 
-using FilterStart = std::variant<MotionStart, RestStart, KnownStart>;
+using FilterStart = std::variant<ImageStart, KnownStart>;
 
 /// Empty if usable, else a sentence.
 [[nodiscard]] std::string validate(const FilterStart& start);
@@ -54,10 +57,9 @@ struct InitialState {
   Matrix15d covariance;
 };
 
-/// Empty until the required samples have arrived.
-[[nodiscard]] std::optional<InitialState> begin(const FilterStart& start,
+/// Empty until the IMU has reached its time.
+[[nodiscard]] std::optional<InitialState> begin(const KnownStart& start,
                                                 const VisualInertialOptions& options,
-                                                const ImuBuffer& imu,
-                                                const std::optional<DepthSample>& depth);
+                                                const ImuBuffer& imu);
 
 }  // namespace dive::estimation

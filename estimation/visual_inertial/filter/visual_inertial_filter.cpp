@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kMaxEvents = 512;
 constexpr Utime kMaxPrediction = 2'000'000;  // us beyond the last IMU sample
 constexpr Utime kKeptImu = 1'000'000;        // us before the state
+constexpr Utime kInitialImu = 4'000'000;     // us before the newest sample, until it has begun
 constexpr double kStillPerSecond = 2.0;      // Hz, independent zero-velocity updates
 constexpr double kFrameRate = 20.0;          // Hz, usual
 constexpr double kStillRateSigma = 0.003;    // rad/s
@@ -30,7 +31,8 @@ VisualInertialFilter::VisualInertialFilter(VisualInertialOptions options, Filter
       state_(options_),
       visual_(options_),
       still_(options_),
-      watch_(options_) {
+      watch_(options_),
+      initialiser_(options_) {
   DIVE_DEMAND(validate(start_).empty());
   estimate_.source = EstimatorKind::kVisualInertial;
 }
@@ -41,9 +43,9 @@ void VisualInertialFilter::restart(FilterStart start) {
   started_ = false;
   estimate_.valid = false;
   events_.clear();
-  first_depth_.reset();
+  initialiser_.reset();
   ahead_.reset();
-  watch_.reset(utime_);
+  watch_.reset(utime_, state_);
 }
 
 void VisualInertialFilter::add(const ImuSample& sample) {
@@ -76,7 +78,6 @@ void VisualInertialFilter::add(const DepthSample& sample) {
     watch_.health.faults.last = "a depth sample is not finite";
     return;
   }
-  if (!started_) first_depth_ = sample;
   push({sample.utime, sample});
 }
 
@@ -129,16 +130,36 @@ const StateEstimate& VisualInertialFilter::update(Utime now) {
   return estimate_;
 }
 
+std::optional<InitialState> VisualInertialFilter::initial_state() {
+  if (imu_.empty()) return std::nullopt;
+  if (const auto* const known = std::get_if<KnownStart>(&start_)) {
+    return begin(*known, options_, imu_);
+  }
+  while (!events_.empty() && events_.front().utime <= imu_.newest().utime) {
+    Event event = std::move(events_.front());
+    events_.pop_front();
+    if (const auto* const depth = std::get_if<DepthSample>(&event.what)) initialiser_.add(*depth);
+    auto* const frame = std::get_if<FeatureFrame>(&event.what);
+    if (frame) initialiser_.add(event.utime, std::move(*frame));
+  }
+  imu_.forget_before(imu_.newest().utime - kInitialImu);
+  return initialiser_.begin(std::get<ImageStart>(start_), imu_, state_.cameras_B);
+}
+
 void VisualInertialFilter::try_to_start() {
-  const auto begun = begin(start_, options_, imu_, first_depth_);
-  if (!begun) return;
+  const auto begun = initial_state();
+  if (!begun) {
+    watch_.health.waits_for =
+        std::holds_alternative<ImageStart>(start_) ? initialiser_.waits_for() : "the IMU";
+    return;
+  }
   started_ = true;
   utime_ = begun->utime;
   last_frame_utime_ = std::numeric_limits<Utime>::min();
   state_.begin(begun->state, begun->covariance);
   visual_.reset();
   still_.reset();
-  watch_.reset(utime_);
+  watch_.reset(utime_, state_);
   // Older events are part of the initialisation, or came too early.
   while (!events_.empty() && events_.front().utime <= utime_) events_.pop_front();
 }

@@ -13,7 +13,7 @@
 
 #include "estimation/state_estimate.h"
 #include "estimation/visual_inertial/filter/filter_health.h"
-#include "estimation/visual_inertial/filter/filter_start.h"
+#include "estimation/visual_inertial/filter/image_start.h"
 #include "estimation/visual_inertial/filter/zero_velocity_detector.h"
 
 namespace dive::estimation {
@@ -66,6 +66,7 @@ class VisualInertialFilter {
   };
 
   void try_to_start();
+  [[nodiscard]] std::optional<InitialState> initial_state();
   void push(Event event);
   [[nodiscard]] bool is_due(const Event& event) const;
   void process(const Event& event);
@@ -84,7 +85,7 @@ class VisualInertialFilter {
   ZeroVelocityDetector still_;
   HealthWatch watch_;
   std::deque<Event> events_;  ///< Events by time.
-  std::optional<DepthSample> first_depth_;
+  ImageInitialiser initialiser_;
   bool started_ = false;
   Utime utime_ = 0;
   Utime last_frame_utime_ = 0;

@@ -1,0 +1,38 @@
+#include "estimation/visual_inertial/filter/image_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+namespace dive::estimation {
+namespace {
+
+constexpr std::size_t kMinFeatures = 10;
+constexpr double kMedianOfNoise = 1.177;  // of a distance, per sigma of each axis (Rayleigh)
+
+}  // namespace
+
+std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b) {
+  std::map<std::int64_t, Eigen::Vector2d> places;
+  for (const FeatureObservation& feature : a.features) {
+    if (feature.left.allFinite()) places[feature.id] = feature.left;
+  }
+  std::vector<double> distances;
+  for (const FeatureObservation& feature : b.features) {
+    const auto found = places.find(feature.id);
+    if (found == places.end() || !feature.left.allFinite()) continue;
+    distances.push_back((feature.left - found->second).norm());
+  }
+  if (distances.size() < kMinFeatures) return std::nullopt;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+double still_motion(const VisualInertialOptions& options) {
+  const double noise = kMedianOfNoise * std::sqrt(2.0) * options.pixel_sigma;  // two frames
+  return std::hypot(options.zero_velocity_pixels, noise) / options.cameras.front().fx;
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,17 @@
+#pragma once
+// Motion between two images, to tell rest from motion. Internal.
+
+#include <optional>
+
+#include "estimation/visual_inertial/filter/filter_options.h"
+#include "estimation/visual_inertial/front_end/feature_frame.h"
+
+namespace dive::estimation {
+
+/// Median distance of the features common to both, normalised; empty if they are fewer than ten.
+[[nodiscard]] std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b);
+
+/// The largest that may be noise alone.
+[[nodiscard]] double still_motion(const VisualInertialOptions& options);
+
+}  // namespace dive::estimation

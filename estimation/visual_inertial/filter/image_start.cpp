@@ -1,0 +1,273 @@
+#include "estimation/visual_inertial/filter/image_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include "estimation/visual_inertial/filter/gyro_bias_fit.h"
+#include "estimation/visual_inertial/filter/image_motion.h"
+#include "estimation/visual_inertial/filter/linear_start.h"
+#include "estimation/visual_inertial/filter/window_fit.h"
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kLeast_s = 0.45;        // of images, for any initialisation
+constexpr double kMost_s = 2.0;          // of images that are used
+constexpr double kRetry_s = 0.2;         // between two attempts
+constexpr double kLongGap_s = 0.5;       // between two images, after which it begins again
+constexpr double kDepthApart_s = 0.2;    // of a depth sample from a frame
+constexpr std::size_t kMinFeatures = 15;
+constexpr std::size_t kMaxFrames = 10;   // of a window
+constexpr std::size_t kMaxTracks = 60;
+constexpr std::size_t kMinViews = 3;     // frames that see a track
+// What a fit must reach:
+constexpr double kMaxSpeedSigma = 0.06;      // m/s, the largest of an axis
+constexpr double kMaxSpeedShare = 0.08;      // of the speed
+constexpr double kMaxTilt = 0.06;            // rad
+constexpr double kMaxGyroBias = 0.03;        // rad/s
+constexpr double kMaxCost = 2.5;             // per degree of freedom of the images
+constexpr double kMaxOutliers = 0.15;
+constexpr double kMaxBehind = 0.15;
+constexpr double kSafety = 1.5;  // of the sigmas: the cameras' calibration is taken as exact
+
+double largest_sigma(const Matrix15d& P, int at) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(P.block<3, 3>(at, at),
+                                                             Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
+}
+
+// The attitude with up_B upwards and the heading of `like`.
+Quaterniond upright(const Vector3d& up_B, const Quaterniond& like) {
+  const Quaterniond level = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
+  const Quaterniond turn = like * level.conjugate();
+  const double norm = std::hypot(turn.w(), turn.z());
+  if (!(norm > 1e-6)) return level;  // upside down: any heading is as near
+  return (Quaterniond(turn.w() / norm, 0.0, 0.0, turn.z() / norm) * level).normalized();
+}
+
+ImuReading mean_of(const StartWindow& window) {
+  ImuReading mean;
+  double seconds = 0.0;
+  for (const auto& imu : window.imu) {
+    for (const ImuInterval& interval : imu) {
+      mean.gyro_B += 0.5 * interval.dt * (interval.begin.gyro_B + interval.end.gyro_B);
+      mean.accel_B += 0.5 * interval.dt * (interval.begin.accel_B + interval.end.accel_B);
+      seconds += interval.dt;
+    }
+  }
+  mean.gyro_B /= seconds;
+  mean.accel_B /= seconds;
+  return mean;
+}
+
+// Empty if the fit determines the state, else what is missing.
+std::string shortcoming(const WindowFit& fit) {
+  if (fit.cost > kMaxCost || fit.outliers > kMaxOutliers || fit.behind > kMaxBehind) {
+    return fmt::format(
+        "features that agree with one motion ({:.0f} % do not, error {:.1f} times the noise)",
+        100.0 * std::max(fit.outliers, fit.behind), std::sqrt(fit.cost));
+  }
+  const double speed = largest_sigma(fit.covariance, imu_error::kVelocity);
+  if (speed > std::max(kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm())) {
+    return fmt::format("a change of speed, or a known speed: it is known to {:.2f} m/s only",
+                       speed);
+  }
+  const double tilt = largest_sigma(fit.covariance, imu_error::kAttitude);
+  const double gyro = largest_sigma(fit.covariance, imu_error::kGyroBias);
+  if (gyro > kMaxGyroBias || tilt > kMaxTilt) {
+    return fmt::format("more images: the gyro's bias is known to {:.3f} rad/s, tilt to {:.1f} deg",
+                       gyro, rad_to_deg(tilt));
+  }
+  return {};
+}
+
+}  // namespace
+
+void ImageInitialiser::reset() {
+  frames_.clear();
+  depth_.clear();
+  tried_ = 0;
+  waits_for_ = "images";
+}
+
+void ImageInitialiser::add(const DepthSample& sample) {
+  depth_.push_back(sample);
+  while (to_seconds(depth_.back().utime - depth_.front().utime) > 2.0 * kMost_s) {
+    depth_.pop_front();
+  }
+}
+
+void ImageInitialiser::add(Utime utime, FeatureFrame frame) {
+  if (!frames_.empty()) {
+    const double since = to_seconds(utime - frames_.back().utime);
+    if (since <= 0.0) return;
+    if (since > kLongGap_s) frames_.clear();
+  }
+  if (frame.features.size() < kMinFeatures) {
+    waits_for_ = fmt::format("images with at least {} features: the last one has {}", kMinFeatures,
+                             frame.features.size());
+    return;
+  }
+  frames_.push_back({utime, std::move(frame)});
+  while (to_seconds(utime - frames_.front().utime) > kMost_s) frames_.pop_front();
+}
+
+// By the images of the last half second.
+bool ImageInitialiser::is_still() const {
+  const Utime since = frames_.back().utime - from_seconds(kLeast_s);
+  const auto after = std::upper_bound(frames_.begin(), frames_.end(), since,
+                                      [](Utime t, const Seen& seen) { return t < seen.utime; });
+  if (after == frames_.begin()) return false;
+  const auto motion = motion_between(std::prev(after)->frame, frames_.back().frame);
+  return motion && *motion <= still_motion(options_);
+}
+
+std::optional<double> ImageInitialiser::depth_at(Utime utime) const {
+  const auto after = std::lower_bound(depth_.begin(), depth_.end(), utime,
+                                      [](const DepthSample& s, Utime t) { return s.utime < t; });
+  if (after == depth_.end() || after == depth_.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double span = to_seconds(after->utime - before->utime);
+  if (!(span > 0.0) || span > kDepthApart_s) return std::nullopt;
+  const double t = to_seconds(utime - before->utime) / span;
+  return before->depth_m + t * (after->depth_m - before->depth_m);
+}
+
+void ImageInitialiser::follow(const std::vector<const Seen*>& chosen, StartWindow& window) const {
+  std::map<std::int64_t, WindowTrack> tracks;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    for (const FeatureObservation& feature : chosen[k]->frame.features) {
+      if (!feature.left.allFinite()) continue;
+      WindowTrack& track = tracks[feature.id];
+      track.id = feature.id;
+      if (!track.views.empty() && track.views.back().frame == k) continue;
+      auto right = options_.cameras.size() > 1 ? feature.right : std::nullopt;
+      if (right && !right->allFinite()) right.reset();
+      track.views.push_back({k, feature.left, right});
+    }
+  }
+  for (auto& [id, track] : tracks) {
+    if (track.views.size() >= kMinViews) window.tracks.push_back(std::move(track));
+  }
+  std::stable_sort(window.tracks.begin(), window.tracks.end(),
+                   [](const WindowTrack& a, const WindowTrack& b) {
+                     return a.views.size() > b.views.size();
+                   });
+  if (window.tracks.size() > kMaxTracks) window.tracks.resize(kMaxTracks);
+}
+
+StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const {
+  const Utime since =
+      std::max(frames_.back().utime - from_seconds(seconds), imu.oldest());
+  std::vector<const Seen*> usable;
+  for (const Seen& seen : frames_) {
+    if (seen.utime >= since) usable.push_back(&seen);
+  }
+  const std::size_t count = std::min(usable.size(), kMaxFrames);
+  std::vector<const Seen*> chosen;
+  for (std::size_t i = 0; i < count; ++i) {
+    chosen.push_back(usable[count == 1 ? 0 : i * (usable.size() - 1) / (count - 1)]);
+  }
+  StartWindow window;
+  const CameraModel& left = options_.cameras.front();
+  window.sigma = options_.pixel_sigma / std::sqrt(left.fx * left.fy);
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    window.utimes.push_back(chosen[k]->utime);
+    window.depth_m.push_back(depth_at(chosen[k]->utime));
+    if (k == 0) continue;
+    window.imu.emplace_back();
+    imu.intervals(chosen[k - 1]->utime, chosen[k]->utime, window.imu.back());
+  }
+  follow(chosen, window);
+  return window;
+}
+
+std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool is_at_rest,
+                                                  const StartWindow& window,
+                                                  const std::vector<Pose>& cameras_B) {
+  ImuState first;
+  first.gyro_bias = start.bias.gyro;
+  first.accel_bias = start.bias.accel;
+  Vector3d v_B = Vector3d::Zero();
+  Vector3d up_B;
+  if (is_at_rest) {
+    const ImuReading mean = mean_of(window);
+    first.gyro_bias = mean.gyro_B;
+    up_B = mean.accel_B;
+  } else {
+    first.gyro_bias = fit_gyro_bias(window, cameras_B[0].q, start.bias.gyro,
+                                    start.bias.gyro_sigma.value_or(options_.gyro_bias_sigma));
+    LinearPrior prior;
+    if (start.speed) prior = {start.speed->v_WB_B, start.speed->sigma};
+    const LinearStart linear = solve_linear_start(window, cameras_B, first.gyro_bias, prior);
+    v_B = linear.v_B;
+    up_B = -linear.g_B;
+  }
+  if (!(up_B.norm() > 0.5 * options_.gravity)) {
+    waits_for_ = "an accelerometer that measures gravity";
+    return std::nullopt;
+  }
+  first.motion.q_WB = upright(up_B, start.heading);
+  first.motion.p_WB = start.position_W;
+  first.motion.v_WB = first.motion.q_WB * v_B;
+  if (window.depth_m.front()) {
+    first.motion.p_WB.z() =
+        -*window.depth_m.front() - (first.motion.q_WB * options_.depth_sensor_B).z();
+  }
+  WindowPriors priors;
+  priors.position_sigma_m = start.position_sigma_m;
+  priors.heading_sigma = deg_to_rad(start.heading_sigma_deg);
+  priors.bias.gyro_bias = start.bias.gyro;
+  priors.bias.accel_bias = start.bias.accel;
+  priors.gyro_bias_sigma = start.bias.gyro_sigma.value_or(options_.gyro_bias_sigma);
+  priors.accel_bias_sigma = start.bias.accel_sigma.value_or(options_.accel_bias_sigma);
+  priors.is_at_rest = is_at_rest;
+  if (start.speed && !is_at_rest) {
+    priors.speed = WindowPriors::Speed{start.speed->v_WB_B, start.speed->sigma};
+  }
+  const auto result = fit_window(window, options_, cameras_B, first, priors);
+  if (!result) {
+    waits_for_ = "features that determine a motion";
+    return std::nullopt;
+  }
+  if (waits_for_ = shortcoming(*result); !waits_for_.empty()) return std::nullopt;
+  InitialState state{window.utimes.back(), result->last, result->covariance};
+  state.covariance *= kSafety * kSafety;
+  return state;
+}
+
+std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, const ImuBuffer& imu,
+                                                    const std::vector<Pose>& cameras_B) {
+  if (imu.empty()) {
+    waits_for_ = "the IMU";
+    return std::nullopt;
+  }
+  if (frames_.empty()) return std::nullopt;
+  const Utime last = frames_.back().utime;
+  if (imu.newest().utime < last || to_seconds(last - tried_) < kRetry_s) return std::nullopt;
+  const double span = to_seconds(last - std::max(frames_.front().utime, imu.oldest()));
+  if (span < kLeast_s) {
+    waits_for_ = fmt::format("half a second of images; {:.2f} s have come", std::max(span, 0.0));
+    return std::nullopt;
+  }
+  tried_ = last;
+  const bool is_at_rest = is_still();
+  const StartWindow chosen = window(is_at_rest ? kLeast_s + 0.1 : kMost_s, imu);
+  if (chosen.tracks.size() < kMinFeatures) {
+    waits_for_ = fmt::format("features that last: {} of {} are seen long enough",
+                             chosen.tracks.size(), frames_.back().frame.features.size());
+    return std::nullopt;
+  }
+  return fit(start, is_at_rest, chosen, cameras_B);
+}
+
+}  // namespace dive::estimation

@@ -1,0 +1,55 @@
+#pragma once
+// Initialisation of the filter from images and IMU samples: at rest, in steady motion, accelerating,
+// in any attitude; with one camera or two, with or without depth. Images tell rest from steady
+// swimming; the IMU cannot. From the gyro's bias (gyro_bias_fit.h) to velocity and gravity
+// (linear_start.h) to the most likely motion and its covariance (window_fit.h).
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/measurements.h"
+#include "estimation/visual_inertial/filter/filter_start.h"
+#include "estimation/visual_inertial/filter/start_window.h"
+
+namespace dive::estimation {
+
+class ImageInitialiser {
+ public:
+  explicit ImageInitialiser(const VisualInertialOptions& options) : options_(options) {}
+
+  void reset();
+  void add(const DepthSample& sample);
+  /// `utime`: of the frame, by the IMU's clock.
+  void add(Utime utime, FeatureFrame frame);
+
+  /// The state at the last frame, as soon as the images determine it. `cameras_B`: poses of the
+  /// cameras as known, left first.
+  [[nodiscard]] std::optional<InitialState> begin(const ImageStart& start, const ImuBuffer& imu,
+                                                  const std::vector<Pose>& cameras_B);
+  /// What it waits for, in words.
+  [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
+
+ private:
+  struct Seen {
+    Utime utime = 0;
+    FeatureFrame frame;
+  };
+
+  [[nodiscard]] bool is_still() const;
+  [[nodiscard]] StartWindow window(double seconds, const ImuBuffer& imu) const;
+  [[nodiscard]] std::optional<double> depth_at(Utime utime) const;
+  void follow(const std::vector<const Seen*>& chosen, StartWindow& window) const;
+  [[nodiscard]] std::optional<InitialState> fit(const ImageStart& start, bool is_at_rest,
+                                                const StartWindow& window,
+                                                const std::vector<Pose>& cameras_B);
+
+  VisualInertialOptions options_;
+  std::deque<Seen> frames_;
+  std::deque<DepthSample> depth_;
+  Utime tried_ = 0;  ///< Last frame of the last attempt.
+  std::string waits_for_ = "images";
+};
+
+}  // namespace dive::estimation

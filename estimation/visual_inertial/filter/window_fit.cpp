@@ -1,0 +1,413 @@
+#include "estimation/visual_inertial/filter/window_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include <Eigen/Cholesky>
+
+namespace dive::estimation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using imu_error::kPosition;
+using imu_error::kVelocity;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+using Matrix26d = Eigen::Matrix<double, 2, 6>;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+constexpr int kFrame = 9;    // errors of a frame: attitude, position, velocity
+constexpr int kBiases = 6;   // after all frames
+constexpr int kMaxIterations = 25;
+constexpr int kMaxRetries = 6;
+constexpr double kConverged = 1e-4;       // relative change of the cost
+constexpr double kHuber = 2.0;            // sigmas of one image residual
+constexpr double kOutlier = 3.0;          // sigmas
+constexpr double kStillSpeed = 0.01;      // m/s
+constexpr double kUsualInverse = 0.3;     // 1/m
+constexpr double kInverseSigma = 10.0;    // 1/m: hardly a prior
+constexpr double kMinDepthShare = 1e-3;   // of the ray's depth coordinate, in front of a camera
+
+struct Point {
+  std::size_t anchor = 0;  // frame
+  Vector2d image = Vector2d::Zero();
+  double inverse_depth = kUsualInverse;
+};
+
+struct Values {
+  std::vector<Kinematics> frames;
+  Vector3d gyro_bias = Vector3d::Zero();
+  Vector3d accel_bias = Vector3d::Zero();
+  std::vector<Point> points;
+
+  [[nodiscard]] ImuState imu(std::size_t frame) const {
+    return {frames[frame], gyro_bias, accel_bias};
+  }
+};
+
+// The image of a point in a frame, and its change with the poses and the point.
+struct Projection {
+  Vector2d image;
+  Matrix26d by_anchor;  // [theta, p]
+  Matrix26d by_frame;
+  Matrix23d by_point;  // image in the anchor, inverse depth
+};
+
+// Scaled by the inverse depth rho: s = R_BC h + rho p_BC in the anchor's body, U = R_j^T (R_a s +
+// rho (p_a - p_j)) in the frame's body, m = R_BC^T (U - rho p_BC) in its camera.
+std::optional<Projection> project(const Point& point, const Kinematics& anchor,
+                                  const Kinematics& frame, const Pose& X_BA, const Pose& X_BC) {
+  const double rho = point.inverse_depth;
+  const Matrix3d R_a = anchor.q_WB.toRotationMatrix();
+  const Matrix3d R_jT = frame.q_WB.conjugate().toRotationMatrix();
+  const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
+  const Vector3d s = X_BA.q * point.image.homogeneous() + rho * X_BA.p;
+  const Vector3d U = R_jT * (R_a * s + rho * (anchor.p_WB - frame.p_WB));
+  const Vector3d m = R_CB * (U - rho * X_BC.p);
+  if (!(m.z() > kMinDepthShare)) return std::nullopt;
+  Matrix23d by_m;
+  by_m << 1.0 / m.z(), 0.0, -m.x() / (m.z() * m.z()), 0.0, 1.0 / m.z(), -m.y() / (m.z() * m.z());
+  const Matrix23d by_W = by_m * R_CB * R_jT;
+  Projection result;
+  result.image = m.head<2>() / m.z();
+  result.by_anchor << by_W * R_a * -skew(s), rho * by_W;
+  result.by_frame << by_m * R_CB * skew(U), -rho * by_W;
+  const Matrix3d R_WA = R_a * X_BA.q.toRotationMatrix();
+  result.by_point.leftCols<2>() = by_W * R_WA.leftCols<2>();
+  result.by_point.col(2) =
+      by_m * R_CB * (R_jT * (R_a * X_BA.p + anchor.p_WB - frame.p_WB) - X_BC.p);
+  return result;
+}
+
+// Half of Huber's loss times two, of a residual in sigmas; `weight`: of its least squares.
+double huber(double sigmas, double& weight) {
+  weight = sigmas <= kHuber ? 1.0 : kHuber / sigmas;
+  return sigmas <= kHuber ? sigmas * sigmas : kHuber * (2.0 * sigmas - kHuber);
+}
+
+// H x = g, with the points eliminated from it; what is needed to find their step afterwards.
+struct Eliminated {
+  Matrix3d inverse = Matrix3d::Zero();
+  Vector3d g = Vector3d::Zero();
+  MatrixXd cross;                   // 3 rows, 6 columns for each of `frames`
+  std::vector<std::size_t> frames;  // that see it, and its anchor
+};
+
+struct Normal {
+  MatrixXd H;
+  VectorXd g;
+  std::vector<Eliminated> points;
+  double cost = 0.0;
+  // Of the images alone:
+  double image_cost = 0.0;
+  int images = 0;
+  int outliers = 0;
+};
+
+class Problem {
+ public:
+  Problem(const StartWindow& window, const VisualInertialOptions& options,
+          const std::vector<Pose>& cameras_B, const WindowPriors& priors, const Kinematics& first)
+      : window_(window), options_(options), cameras_B_(cameras_B), priors_(priors), first_(first) {}
+
+  [[nodiscard]] Values begin(const ImuState& first) const;
+  [[nodiscard]] Normal linearise(const Values& at, double damping) const;
+  [[nodiscard]] Values moved(const Values& at, const Normal& normal, const VectorXd& step) const;
+
+ private:
+  void add_priors(const Values& at, Normal& normal) const;
+  void add_imu(const Values& at, std::size_t frame, Normal& normal) const;
+  void add_point(const Values& at, std::size_t index, double damping, Normal& normal) const;
+  [[nodiscard]] double usual_inverse_depth(const WindowTrack& track, const Values& at) const;
+  [[nodiscard]] Eigen::Index bias_column() const {
+    return static_cast<Eigen::Index>(kFrame * window_.size());
+  }
+  static Eigen::Index column(std::size_t frame) {
+    return static_cast<Eigen::Index>(kFrame * frame);
+  }
+
+  const StartWindow& window_;
+  const VisualInertialOptions& options_;
+  const std::vector<Pose>& cameras_B_;
+  const WindowPriors& priors_;
+  Kinematics first_;
+};
+
+Values Problem::begin(const ImuState& first) const {
+  Values values;
+  values.gyro_bias = first.gyro_bias;
+  values.accel_bias = first.accel_bias;
+  values.frames.push_back(first.motion);
+  for (std::size_t k = 0; k + 1 < window_.size(); ++k) {
+    values.frames.push_back(
+        propagate_over(values.imu(k), window_.imu[k], options_.imu, options_.gravity).state.motion);
+  }
+  for (const WindowTrack& track : window_.tracks) {
+    values.points.push_back(
+        {track.views.front().frame, track.views.front().left, usual_inverse_depth(track, values)});
+  }
+  return values;
+}
+
+// Gauss-Newton over the inverse depth alone.
+double Problem::usual_inverse_depth(const WindowTrack& track, const Values& at) const {
+  constexpr int kSteps = 8;
+  constexpr double kLeast = 0.01;  // 1/m
+  constexpr double kMost = 5.0;    // 1/m
+  Point point{track.views.front().frame, track.views.front().left, kUsualInverse};
+  const double prior = window_.sigma * window_.sigma;  // a sigma of 1/m
+  for (int i = 0; i < kSteps; ++i) {
+    double information = prior;
+    double gradient = prior * (kUsualInverse - point.inverse_depth);
+    for (const auto& view : track.views) {
+      for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
+        const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
+                                  cameras_B_[0], cameras_B_[camera]);
+        if (!seen) continue;
+        const Vector2d J = seen->by_point.col(2);
+        information += J.squaredNorm();
+        gradient += J.dot((camera == 0 ? view.left : *view.right) - seen->image);
+      }
+    }
+    point.inverse_depth = std::clamp(point.inverse_depth + gradient / information, kLeast, kMost);
+  }
+  return point.inverse_depth;
+}
+
+// A term r = J x of the unknowns of some columns, with a weight.
+template <typename Jacobian, typename Residual>
+void add_term(Eigen::Index at, const Jacobian& J, const Residual& r, double weight, Normal& n) {
+  n.H.block(at, at, J.cols(), J.cols()) += weight * J.transpose() * J;
+  n.g.segment(at, J.cols()) += weight * J.transpose() * r;
+  n.cost += weight * r.squaredNorm();
+}
+
+void Problem::add_priors(const Values& at, Normal& normal) const {
+  const auto weight = [](double sigma) { return 1.0 / (sigma * sigma); };
+  const Kinematics& first = at.frames.front();
+  const Matrix3d I = Matrix3d::Identity();
+  add_term(kPosition, I, Vector3d(first_.p_WB - first.p_WB), weight(priors_.position_sigma_m),
+           normal);
+  // Turned about the vertical since the beginning.
+  const Eigen::RowVector3d by_theta = first.q_WB.toRotationMatrix().row(2);
+  const Vector3d turned = so3_log(first.q_WB * first_.q_WB.conjugate());
+  add_term(0, by_theta, Eigen::Matrix<double, 1, 1>(-turned.z()), weight(priors_.heading_sigma),
+           normal);
+  add_term(bias_column(), I, Vector3d(priors_.bias.gyro_bias - at.gyro_bias),
+           weight(priors_.gyro_bias_sigma), normal);
+  add_term(bias_column() + 3, I, Vector3d(priors_.bias.accel_bias - at.accel_bias),
+           weight(priors_.accel_bias_sigma), normal);
+  for (std::size_t k = 0; k < window_.size(); ++k) {
+    const Kinematics& frame = at.frames[k];
+    if (priors_.is_at_rest) {
+      const double sigma = kStillSpeed * std::sqrt(static_cast<double>(window_.size()));
+      add_term(column(k) + kVelocity, I, Vector3d(-frame.v_WB), weight(sigma), normal);
+    }
+    if (!window_.depth_m[k]) continue;
+    const Vector3d sensor = frame.q_WB * options_.depth_sensor_B;
+    Eigen::Matrix<double, 1, 6> J = Eigen::Matrix<double, 1, 6>::Zero();
+    J.head<3>() = -(frame.q_WB.toRotationMatrix() * skew(options_.depth_sensor_B)).row(2);
+    J[kPosition + 2] = 1.0;
+    const double r = -*window_.depth_m[k] - frame.p_WB.z() - sensor.z();
+    add_term(column(k), J, Eigen::Matrix<double, 1, 1>(r), weight(options_.depth_sigma_m), normal);
+  }
+  if (!priors_.speed) return;
+  const Kinematics& last = at.frames.back();
+  const Vector3d v_B = last.q_WB.conjugate() * last.v_WB;
+  Eigen::Matrix<double, 3, kFrame> J = Eigen::Matrix<double, 3, kFrame>::Zero();
+  J.leftCols<3>() = skew(v_B);
+  J.rightCols<3>() = last.q_WB.conjugate().toRotationMatrix();
+  add_term(column(window_.size() - 1), J, Vector3d(priors_.speed->v_B - v_B),
+           weight(priors_.speed->sigma), normal);
+}
+
+void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const {
+  const ImuStep step =
+      propagate_over(at.imu(frame), window_.imu[frame], options_.imu, options_.gravity);
+  const Kinematics& predicted = step.state.motion;
+  const Kinematics& next = at.frames[frame + 1];
+  Vector9d r;  // of the prediction: the error that would make it the next frame
+  r << so3_log(predicted.q_WB.conjugate() * next.q_WB), next.p_WB - predicted.p_WB,
+      next.v_WB - predicted.v_WB;
+  const Eigen::LLT<Matrix9d> noise(step.noise.topLeftCorner<9, 9>());
+  if (noise.info() != Eigen::Success) return;
+  // Whitened; F x_k - x_{k+1} = r to first order.
+  Eigen::Matrix<double, 9, 2 * kFrame + kBiases> J;
+  J << step.transition.topLeftCorner<9, 9>(), -Matrix9d::Identity(),
+      step.transition.topRightCorner<9, kBiases>();
+  noise.matrixL().solveInPlace(J);
+  noise.matrixL().solveInPlace(r);
+  const Eigen::Matrix<double, 2 * kFrame + kBiases, 2 * kFrame + kBiases> H = J.transpose() * J;
+  const Eigen::Matrix<double, 2 * kFrame + kBiases, 1> g = J.transpose() * r;
+  const std::array<std::array<Eigen::Index, 3>, 2> parts{
+      {{0, column(frame), 2 * kFrame}, {2 * kFrame, bias_column(), kBiases}}};
+  for (const auto& [from, to, size] : parts) {
+    normal.g.segment(to, size) += g.segment(from, size);
+    for (const auto& [from2, to2, size2] : parts) {
+      normal.H.block(to, to2, size, size2) += H.block(from, from2, size, size2);
+    }
+  }
+  normal.cost += r.squaredNorm();
+}
+
+void Problem::add_point(const Values& at, std::size_t index, double damping, Normal& normal) const {
+  const WindowTrack& track = window_.tracks[index];
+  const Point& point = at.points[index];
+  Eliminated& out = normal.points[index];
+  out.frames.clear();
+  for (const auto& view : track.views) out.frames.push_back(view.frame);  // the anchor is the first
+  const Eigen::Index columns = static_cast<Eigen::Index>(6 * out.frames.size());
+  MatrixXd H = MatrixXd::Zero(columns, columns);
+  VectorXd g = VectorXd::Zero(columns);
+  out.cross = MatrixXd::Zero(3, columns);
+  Matrix3d own = Matrix3d::Zero();
+  own(2, 2) = 1.0 / (kInverseSigma * kInverseSigma);
+  out.g = Vector3d(0.0, 0.0, own(2, 2) * (kUsualInverse - point.inverse_depth));
+  for (std::size_t i = 0; i < track.views.size(); ++i) {
+    const auto& view = track.views[i];
+    const auto own_column = static_cast<Eigen::Index>(6 * i);
+    for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
+      ++normal.images;
+      const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
+                                cameras_B_[0], cameras_B_[camera]);
+      if (!seen) {
+        ++normal.outliers;
+        normal.cost += 100.0;
+        continue;
+      }
+      const Vector2d r = (camera == 0 ? view.left : *view.right) - seen->image;
+      const double sigmas = r.norm() / window_.sigma;
+      double weight = 1.0;
+      const double cost = huber(sigmas, weight);
+      normal.cost += cost;
+      normal.image_cost += cost;
+      normal.outliers += sigmas > kOutlier ? 1 : 0;
+      weight /= window_.sigma * window_.sigma;
+      Eigen::Matrix<double, 2, Eigen::Dynamic> J =
+          Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, columns);
+      J.leftCols<6>() += seen->by_anchor;
+      J.middleCols<6>(own_column) += seen->by_frame;
+      H.noalias() += weight * J.transpose() * J;
+      g.noalias() += weight * J.transpose() * r;
+      out.cross.noalias() += weight * seen->by_point.transpose() * J;
+      own.noalias() += weight * seen->by_point.transpose() * seen->by_point;
+      out.g.noalias() += weight * seen->by_point.transpose() * r;
+    }
+  }
+  own.diagonal() *= 1.0 + damping;
+  out.inverse = own.inverse();
+  H.noalias() -= out.cross.transpose() * out.inverse * out.cross;
+  g.noalias() -= out.cross.transpose() * (out.inverse * out.g);
+  for (std::size_t i = 0; i < out.frames.size(); ++i) {
+    const Eigen::Index row = column(out.frames[i]);
+    normal.g.segment<6>(row) += g.segment<6>(static_cast<Eigen::Index>(6 * i));
+    for (std::size_t j = 0; j < out.frames.size(); ++j) {
+      normal.H.block<6, 6>(row, column(out.frames[j])) +=
+          H.block<6, 6>(static_cast<Eigen::Index>(6 * i), static_cast<Eigen::Index>(6 * j));
+    }
+  }
+}
+
+Normal Problem::linearise(const Values& at, double damping) const {
+  Normal normal;
+  const Eigen::Index size = bias_column() + kBiases;
+  normal.H = MatrixXd::Zero(size, size);
+  normal.g = VectorXd::Zero(size);
+  normal.points.resize(window_.tracks.size());
+  add_priors(at, normal);
+  for (std::size_t k = 0; k + 1 < window_.size(); ++k) add_imu(at, k, normal);
+  for (std::size_t i = 0; i < window_.tracks.size(); ++i) add_point(at, i, damping, normal);
+  normal.H.diagonal() *= 1.0 + damping;
+  return normal;
+}
+
+Values Problem::moved(const Values& at, const Normal& normal, const VectorXd& step) const {
+  Values next = at;
+  for (std::size_t k = 0; k < next.frames.size(); ++k) {
+    Kinematics& frame = next.frames[k];
+    const Vector9d by = step.segment<kFrame>(column(k));
+    frame.q_WB = (frame.q_WB * so3_exp(by.head<3>())).normalized();
+    frame.p_WB += by.segment<3>(kPosition);
+    frame.v_WB += by.segment<3>(kVelocity);
+  }
+  next.gyro_bias += step.segment<3>(bias_column());
+  next.accel_bias += step.segment<3>(bias_column() + 3);
+  for (std::size_t i = 0; i < next.points.size(); ++i) {
+    const Eliminated& point = normal.points[i];
+    Vector3d g = point.g;
+    for (std::size_t j = 0; j < point.frames.size(); ++j) {
+      g -= point.cross.middleCols<6>(static_cast<Eigen::Index>(6 * j)) *
+           step.segment<6>(column(point.frames[j]));
+    }
+    const Vector3d by = point.inverse * g;
+    next.points[i].image += by.head<2>();
+    next.points[i].inverse_depth += by.z();
+  }
+  return next;
+}
+
+// The last frame and the biases from the inverse of H.
+std::optional<Matrix15d> covariance_of_last(const MatrixXd& H) {
+  const Eigen::LLT<MatrixXd> llt(H);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  MatrixXd last = MatrixXd::Zero(H.rows(), imu_error::kSize);
+  last.bottomRows<imu_error::kSize>().setIdentity();
+  const MatrixXd P = llt.solve(last);
+  const Matrix15d own = P.bottomRows<imu_error::kSize>();
+  return Matrix15d(0.5 * (own + own.transpose()));
+}
+
+}  // namespace
+
+std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInertialOptions& options,
+                                    const std::vector<Pose>& cameras_B, const ImuState& first,
+                                    const WindowPriors& priors) {
+  const Problem problem(window, options, cameras_B, priors, first.motion);
+  Values at = problem.begin(first);
+  double damping = 1e-3;
+  Normal normal = problem.linearise(at, damping);
+  bool has_converged = false;
+  for (int i = 0; i < kMaxIterations && !has_converged; ++i) {
+    bool is_better = false;
+    for (int retry = 0; retry < kMaxRetries && !is_better; ++retry) {
+      const VectorXd step = normal.H.ldlt().solve(normal.g);
+      if (!step.allFinite()) return std::nullopt;
+      Values next = problem.moved(at, normal, step);
+      const double lighter = std::max(damping / 10.0, 1e-9);
+      Normal there = problem.linearise(next, lighter);
+      is_better = there.cost < normal.cost;
+      if (is_better) {
+        has_converged = normal.cost - there.cost < kConverged * normal.cost;
+        at = std::move(next);
+        normal = std::move(there);
+        damping = lighter;
+      } else {
+        damping *= 10.0;
+        normal = problem.linearise(at, damping);
+      }
+    }
+    has_converged = has_converged || !is_better;
+  }
+  const Normal end = problem.linearise(at, 0.0);
+  const auto covariance = covariance_of_last(end.H);
+  if (!covariance || end.images == 0) return std::nullopt;
+  WindowFit fit;
+  fit.last = at.imu(window.size() - 1);
+  fit.covariance = *covariance;
+  const double unknowns =
+      3.0 * static_cast<double>(window.tracks.size()) + 6.0 * static_cast<double>(window.size());
+  fit.cost = end.image_cost / std::max(1.0, 2.0 * end.images - unknowns);
+  fit.outliers = static_cast<double>(end.outliers) / end.images;
+  int behind = 0;
+  for (const Point& point : at.points) behind += point.inverse_depth < 0.0 ? 1 : 0;
+  fit.behind = static_cast<double>(behind) / std::max<double>(1.0, static_cast<double>(at.points.size()));
+  return fit;
+}
+
+}  // namespace dive::estimation
