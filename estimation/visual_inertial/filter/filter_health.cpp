@@ -44,8 +44,7 @@ void HealthWatch::reset(Utime utime, const FilterState& state) {
   health.faults = faults;
   visual_ = depth_ = begun_ = utime;
   initial_bias_ = biases(state);
-  initial_sigma_ =
-      state.covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
+  initial_sigma_ = state.covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
   depth_refused_ = visual_refused_ = 0;
   refused_share_ = 0.0;
   suspected_at_.reset();
@@ -120,11 +119,11 @@ std::string HealthWatch::suspicion_of(Utime utime, const FilterState& state) con
   }
   const double seconds = to_seconds(utime - begun_);
   const Vector6d change = biases(state) - initial_bias_;
-  const double gyro = sigmas_off(change.head<3>(), initial_sigma_.head<3>(),
-                                 options_.imu.gyro_walk, seconds);
+  const double gyro =
+      sigmas_off(change.head<3>(), initial_sigma_.head<3>(), options_.imu.gyro_walk, seconds);
   if (gyro > kMaxCalibrationSigmas) return fmt::format("the gyro's bias is {:.0f} sigma off", gyro);
-  const double accel = sigmas_off(change.tail<3>(), initial_sigma_.tail<3>(),
-                                  options_.imu.accel_walk, seconds);
+  const double accel =
+      sigmas_off(change.tail<3>(), initial_sigma_.tail<3>(), options_.imu.accel_walk, seconds);
   if (accel > kMaxCalibrationSigmas) {
     return fmt::format("the accelerometer's bias is {:.0f} sigma off", accel);
   }

@@ -76,7 +76,7 @@ class HealthWatch {
   Utime begun_ = 0;
   Vector6d initial_bias_ = Vector6d::Zero();   ///< Gyro, accelerometer.
   Vector6d initial_sigma_ = Vector6d::Ones();  ///< Sigmas of these.
-  std::optional<Utime> suspected_at_;  ///< Time of the last suspicion.
+  std::optional<Utime> suspected_at_;          ///< Time of the last suspicion.
 };
 
 }  // namespace dive::estimation

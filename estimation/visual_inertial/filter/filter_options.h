@@ -9,22 +9,25 @@
 namespace dive::estimation {
 
 /// White noise as densities, biases as random walks. The defaults are those that EuRoC states for
-/// an ADIS16448.
+/// an ADIS16448, and usual scale errors of MEMS units. What scale, misalignment and g-sensitivity
+/// add while the vehicle turns is treated as noise in proportion to the rate.
 struct ImuNoise {
-  double gyro = 1.7e-4;        ///< rad/s/sqrt(Hz)
-  double accel = 2.0e-3;       ///< m/s^2/sqrt(Hz)
-  double gyro_walk = 2.0e-5;   ///< rad/s^2/sqrt(Hz)
-  double accel_walk = 3.0e-3;  ///< m/s^3/sqrt(Hz)
+  double gyro = 1.7e-4;           ///< rad/s/sqrt(Hz)
+  double accel = 2.0e-3;          ///< m/s^2/sqrt(Hz)
+  double gyro_walk = 2.0e-5;      ///< rad/s^2/sqrt(Hz)
+  double accel_walk = 3.0e-3;     ///< m/s^3/sqrt(Hz)
+  double scale = 0.005;           ///< Error of scale and misalignment, of both sensors.
+  double gyro_by_accel = 3.0e-5;  ///< g-sensitivity, rad/s per m/s^2
 };
 
 struct VisualInertialOptions {
   std::vector<CameraModel> cameras;  ///< Left, or left and right; X_BC is the initial value.
   ImuNoise imu;
-  double gravity = 9.81;                                     ///< m/s^2
-  double gyro_bias_sigma = 0.1;  ///< Turn-on bias of the gyro, rad/s. MEMS units reach 0.1.
+  double gravity = 9.81;          ///< m/s^2
+  double gyro_bias_sigma = 0.1;   ///< Turn-on bias of the gyro, rad/s. MEMS units reach 0.1.
   double accel_bias_sigma = 0.2;  ///< Turn-on bias of the accelerometer, m/s^2.
-  double pixel_sigma = 0.5;                                  ///< Noise of a feature, per axis.
-  double depth_sigma_m = 0.02;                               ///< Noise of a depth sample.
+  double pixel_sigma = 0.5;       ///< Noise of a feature, per axis.
+  double depth_sigma_m = 0.02;    ///< Noise of a depth sample.
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Position of the depth sensor, m.
 
   int max_clones = 11;                 ///< Number of poses in the window.
@@ -43,8 +46,8 @@ struct VisualInertialOptions {
   double time_offset_s = 0.0;  ///< IMU clock minus camera clock.
   double time_offset_sigma_s = 0.003;
 
-  double zero_velocity_sigma = 0.01;        ///< m/s, of a zero-velocity update.
-  double zero_velocity_pixels = 0.8;        ///< Maximum image motion in half a second at rest.
+  double zero_velocity_sigma = 0.01;       ///< m/s, of a zero-velocity update.
+  double zero_velocity_pixels = 0.8;       ///< Maximum image motion in half a second at rest.
   double zero_velocity_gyro_sigma = 0.1;   ///< Maximum gyro scatter at rest, rad/s.
   double zero_velocity_accel_sigma = 2.0;  ///< Maximum accelerometer scatter at rest, m/s^2.
 

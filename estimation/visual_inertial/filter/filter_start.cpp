@@ -50,8 +50,8 @@ std::string problem(const ImageStart& s) {
 }
 
 std::string problem(const KnownStart& s) {
-  const bool is_finite = s.X_WB.is_finite() && s.v_WB_B.allFinite() &&
-                         std::abs(s.X_WB.q.norm() - 1.0) < 0.01;
+  const bool is_finite =
+      s.X_WB.is_finite() && s.v_WB_B.allFinite() && std::abs(s.X_WB.q.norm() - 1.0) < 0.01;
   if (!is_finite) return "a known start is not finite, or its attitude is no unit quaternion";
   const bool holds = is_sigma(s.position_sigma_m) && is_sigma(s.tilt_sigma_deg) &&
                      is_sigma(s.yaw_sigma_deg) && is_sigma(s.speed_sigma);

@@ -19,7 +19,8 @@ struct BiasPrior {
   std::optional<double> accel_sigma;
 };
 
-/// Initialisation from half a second to two seconds of images and IMU samples, at rest or in motion.
+/// Initialisation from half a second to two seconds of images and IMU samples, at rest or in
+/// motion.
 struct ImageStart {
   struct Speed {
     Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();  ///< m/s

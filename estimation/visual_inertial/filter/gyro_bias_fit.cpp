@@ -16,10 +16,10 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int kMaxIterations = 12;
-constexpr double kConverged = 1e-6;         // rad/s
-constexpr std::size_t kMinPairs = 8;        // of rays, for one translation
-constexpr double kOutlierSigmas = 3.0;      // beyond it the weight falls
-constexpr double kUsualOfMedian = 1.48;     // sigma over median of the absolute values
+constexpr double kConverged = 1e-6;      // rad/s
+constexpr std::size_t kMinPairs = 8;     // of rays, for one translation
+constexpr double kOutlierSigmas = 3.0;   // beyond it the weight falls
+constexpr double kUsualOfMedian = 1.48;  // sigma over median of the absolute values
 
 struct RayPair {
   Vector3d before;
@@ -50,8 +50,7 @@ struct Turn {
 Turn turn_over(const std::vector<ImuInterval>& imu, const Vector3d& bias) {
   Turn turn;
   for (const ImuInterval& interval : imu) {
-    const Vector3d w =
-        (0.5 * (interval.begin.gyro_B + interval.end.gyro_B) - bias) * interval.dt;
+    const Vector3d w = (0.5 * (interval.begin.gyro_B + interval.end.gyro_B) - bias) * interval.dt;
     const Quaterniond step = so3_exp(w);
     turn.by_bias = step.conjugate() * turn.by_bias;
     turn.by_bias -= right_jacobian(w) * interval.dt;
@@ -65,8 +64,8 @@ struct Normal {
   Vector3d gradient = Vector3d::Zero();
 };
 
-void add(const std::vector<RayPair>& pairs, const Turn& turn, const Quaterniond& q_BC,
-         double sigma, Normal& normal) {
+void add(const std::vector<RayPair>& pairs, const Turn& turn, const Quaterniond& q_BC, double sigma,
+         Normal& normal) {
   const Quaterniond q_C1C0 = (q_BC.conjugate() * turn.q_B0B1.conjugate() * q_BC).normalized();
   const Matrix3d by_bias = q_BC.conjugate() * turn.by_bias;
   Matrix3d M = Matrix3d::Zero();

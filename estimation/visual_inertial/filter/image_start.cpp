@@ -9,9 +9,9 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
+#include "estimation/visual_inertial/filter/first_motion.h"
 #include "estimation/visual_inertial/filter/gyro_bias_fit.h"
 #include "estimation/visual_inertial/filter/image_motion.h"
-#include "estimation/visual_inertial/filter/linear_start.h"
 #include "estimation/visual_inertial/filter/window_fit.h"
 
 namespace dive::estimation {
@@ -20,24 +20,28 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kLeast_s = 0.45;        // of images, for any initialisation
-constexpr double kMost_s = 2.0;          // of images that are used
-constexpr double kRetry_s = 0.2;         // between two attempts
-constexpr double kLongGap_s = 0.5;       // between two images, after which it begins again
-constexpr double kDepthApart_s = 0.2;    // of a depth sample from a frame
+constexpr double kLeast_s = 0.45;              // of images, for any initialisation
+constexpr double kMost_s = 2.0;                // of images that are used
+constexpr double kRetry_s = 0.2;               // between two attempts
+constexpr double kLongGap_s = 0.5;             // between two images, after which it begins again
+constexpr double kDepthApart_s = 0.2;          // of a depth sample from a frame
+constexpr double kSpeeds[] = {0.1, 0.4, 1.5};  // m/s, where the fits of one camera begin
+constexpr double kUsualSpeed = 0.3;            // m/s, where that of two cameras begins
+constexpr double kAsGood = 9.0;                // of the cost: three sigma
+constexpr double kGravityShare = 0.3;          // difference of the mean specific force from gravity
 constexpr std::size_t kMinFeatures = 15;
-constexpr std::size_t kMaxFrames = 10;   // of a window
+constexpr std::size_t kMaxFrames = 10;  // of a window
 constexpr std::size_t kMaxTracks = 60;
-constexpr std::size_t kMinViews = 3;     // frames that see a track
+constexpr std::size_t kMinViews = 3;  // frames that see a track
 // What a fit must reach:
-constexpr double kMaxSpeedSigma = 0.06;      // m/s, the largest of an axis
-constexpr double kMaxSpeedShare = 0.08;      // of the speed
-constexpr double kMaxTilt = 0.06;            // rad
-constexpr double kMaxGyroBias = 0.03;        // rad/s
-constexpr double kMaxCost = 2.5;             // per degree of freedom of the images
+constexpr double kMaxSpeedSigma = 0.04;  // m/s, the largest of an axis
+constexpr double kMaxSpeedShare = 0.05;  // of the speed
+constexpr double kMaxTilt = 0.06;        // rad
+constexpr double kMaxGyroBias = 0.03;    // rad/s
+constexpr double kMaxCost = 2.5;         // per degree of freedom of the images
 constexpr double kMaxOutliers = 0.15;
 constexpr double kMaxBehind = 0.15;
-constexpr double kSafety = 1.5;  // of the sigmas: the cameras' calibration is taken as exact
+constexpr double kSafety = 1.2;  // of the sigmas: of a linearised problem
 
 double largest_sigma(const Matrix15d& P, int at) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(P.block<3, 3>(at, at),
@@ -158,16 +162,14 @@ void ImageInitialiser::follow(const std::vector<const Seen*>& chosen, StartWindo
   for (auto& [id, track] : tracks) {
     if (track.views.size() >= kMinViews) window.tracks.push_back(std::move(track));
   }
-  std::stable_sort(window.tracks.begin(), window.tracks.end(),
-                   [](const WindowTrack& a, const WindowTrack& b) {
-                     return a.views.size() > b.views.size();
-                   });
+  std::stable_sort(
+      window.tracks.begin(), window.tracks.end(),
+      [](const WindowTrack& a, const WindowTrack& b) { return a.views.size() > b.views.size(); });
   if (window.tracks.size() > kMaxTracks) window.tracks.resize(kMaxTracks);
 }
 
 StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const {
-  const Utime since =
-      std::max(frames_.back().utime - from_seconds(seconds), imu.oldest());
+  const Utime since = std::max(frames_.back().utime - from_seconds(seconds), imu.oldest());
   std::vector<const Seen*> usable;
   for (const Seen& seen : frames_) {
     if (seen.utime >= since) usable.push_back(&seen);
@@ -183,6 +185,7 @@ StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     window.utimes.push_back(chosen[k]->utime);
     window.depth_m.push_back(depth_at(chosen[k]->utime));
+    window.gyro_B.push_back(imu.at(chosen[k]->utime).gyro_B);
     if (k == 0) continue;
     window.imu.emplace_back();
     imu.intervals(chosen[k - 1]->utime, chosen[k]->utime, window.imu.back());
@@ -191,34 +194,52 @@ StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const
   return window;
 }
 
+// The best of the fits that begin at several speeds: one camera's images hardly distinguish them at
+// first, and a fit that begins far too slow ends there.
+std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start,
+                                                         const StartWindow& window,
+                                                         const std::vector<Pose>& cameras_B,
+                                                         const WindowPriors& priors,
+                                                         ImuState first) const {
+  first.gyro_bias = fit_gyro_bias(window, cameras_B[0].q, start.bias.gyro, priors.gyro_bias_sigma);
+  const auto motion = find_first_motion(window, cameras_B[0], first.gyro_bias);
+  if (!motion) return std::nullopt;
+  std::vector<double> speeds(std::begin(kSpeeds), std::end(kSpeeds));
+  if (start.speed) speeds = {start.speed->v_WB_B.norm()};
+  if (cameras_B.size() > 1) speeds = {kUsualSpeed};
+  std::vector<WindowFit> fits;
+  for (const double speed : speeds) {
+    first.motion.q_WB = upright(motion->up_B, start.heading);
+    first.motion.v_WB = first.motion.q_WB * motion->velocity(speed);
+    const auto fit = fit_window(window, options_, cameras_B, first, priors);
+    if (fit) fits.push_back(*fit);
+  }
+  if (fits.empty()) return std::nullopt;
+  WindowFit best = *std::min_element(
+      fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.total < b.total; });
+  for (const WindowFit& other : fits) {
+    if (other.total > best.total + kAsGood) continue;
+    const Vector3d apart = other.last.motion.v_WB - best.last.motion.v_WB;
+    best.covariance.block<3, 3>(imu_error::kVelocity, imu_error::kVelocity) +=
+        apart * apart.transpose();
+  }
+  return best;
+}
+
 std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool is_at_rest,
                                                   const StartWindow& window,
                                                   const std::vector<Pose>& cameras_B) {
-  ImuState first;
-  first.gyro_bias = start.bias.gyro;
-  first.accel_bias = start.bias.accel;
-  Vector3d v_B = Vector3d::Zero();
-  Vector3d up_B;
-  if (is_at_rest) {
-    const ImuReading mean = mean_of(window);
-    first.gyro_bias = mean.gyro_B;
-    up_B = mean.accel_B;
-  } else {
-    first.gyro_bias = fit_gyro_bias(window, cameras_B[0].q, start.bias.gyro,
-                                    start.bias.gyro_sigma.value_or(options_.gyro_bias_sigma));
-    LinearPrior prior;
-    if (start.speed) prior = {start.speed->v_WB_B, start.speed->sigma};
-    const LinearStart linear = solve_linear_start(window, cameras_B, first.gyro_bias, prior);
-    v_B = linear.v_B;
-    up_B = -linear.g_B;
-  }
-  if (!(up_B.norm() > 0.5 * options_.gravity)) {
-    waits_for_ = "an accelerometer that measures gravity";
+  const ImuReading mean = mean_of(window);
+  if (std::abs(mean.accel_B.norm() - options_.gravity) > kGravityShare * options_.gravity) {
+    waits_for_ = fmt::format("an accelerometer that measures gravity: its mean is {:.1f} m/s^2",
+                             mean.accel_B.norm());
     return std::nullopt;
   }
-  first.motion.q_WB = upright(up_B, start.heading);
+  ImuState first;
+  first.gyro_bias = is_at_rest ? mean.gyro_B : start.bias.gyro;
+  first.accel_bias = start.bias.accel;
+  first.motion.q_WB = upright(mean.accel_B, start.heading);
   first.motion.p_WB = start.position_W;
-  first.motion.v_WB = first.motion.q_WB * v_B;
   if (window.depth_m.front()) {
     first.motion.p_WB.z() =
         -*window.depth_m.front() - (first.motion.q_WB * options_.depth_sensor_B).z();
@@ -234,7 +255,8 @@ std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool 
   if (start.speed && !is_at_rest) {
     priors.speed = WindowPriors::Speed{start.speed->v_WB_B, start.speed->sigma};
   }
-  const auto result = fit_window(window, options_, cameras_B, first, priors);
+  const auto result = is_at_rest ? fit_window(window, options_, cameras_B, first, priors)
+                                 : fit_in_motion(start, window, cameras_B, priors, first);
   if (!result) {
     waits_for_ = "features that determine a motion";
     return std::nullopt;

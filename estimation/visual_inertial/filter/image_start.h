@@ -1,8 +1,8 @@
 #pragma once
-// Initialisation of the filter from images and IMU samples: at rest, in steady motion, accelerating,
-// in any attitude; with one camera or two, with or without depth. Images tell rest from steady
-// swimming; the IMU cannot. From the gyro's bias (gyro_bias_fit.h) to velocity and gravity
-// (linear_start.h) to the most likely motion and its covariance (window_fit.h).
+// Initialisation of the filter from images and IMU samples: at rest, in steady motion,
+// accelerating, in any attitude; with one camera or two, with or without depth. Images tell rest
+// from steady swimming; the IMU cannot. From the gyro's bias (gyro_bias_fit.h) to velocity and
+// gravity (linear_start.h) to the most likely motion and its covariance (window_fit.h).
 
 #include <deque>
 #include <optional>
@@ -11,7 +11,7 @@
 
 #include "common/measurements.h"
 #include "estimation/visual_inertial/filter/filter_start.h"
-#include "estimation/visual_inertial/filter/start_window.h"
+#include "estimation/visual_inertial/filter/window_fit.h"
 
 namespace dive::estimation {
 
@@ -41,6 +41,11 @@ class ImageInitialiser {
   [[nodiscard]] StartWindow window(double seconds, const ImuBuffer& imu) const;
   [[nodiscard]] std::optional<double> depth_at(Utime utime) const;
   void follow(const std::vector<const Seen*>& chosen, StartWindow& window) const;
+  [[nodiscard]] std::optional<WindowFit> fit_in_motion(const ImageStart& start,
+                                                       const StartWindow& window,
+                                                       const std::vector<Pose>& cameras_B,
+                                                       const WindowPriors& priors,
+                                                       ImuState first) const;
   [[nodiscard]] std::optional<InitialState> fit(const ImageStart& start, bool is_at_rest,
                                                 const StartWindow& window,
                                                 const std::vector<Pose>& cameras_B);

@@ -5,6 +5,12 @@
 #include "common/se3.h"
 
 namespace dive::estimation {
+namespace {
+
+constexpr double kTurn_s =
+    0.5;  // usual duration of a turn, in which an error of scale has one sign
+
+}  // namespace
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -63,15 +69,18 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
   // A reading's noise acts like an error of the bias; over dt its variance is density^2 / dt.
   const auto by_gyro = F.block<9, 3>(0, kGyroBias);
   const auto by_accel = F.block<9, 3>(0, kAccelBias);
-  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro;
+  const double rate = turn.norm() / dt;
+  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro +
+                      kTurn_s * std::pow(noise.scale * rate, 2);
   const double accel = noise.accel * noise.accel + interval.accel * interval.accel;
   step.noise.setZero();
   step.noise.topLeftCorner<9, 9>() =
       gyro / dt * by_gyro * by_gyro.transpose() + accel / dt * by_accel * by_accel.transpose();
-  step.noise.diagonal().segment<3>(kGyroBias).setConstant(noise.gyro_walk * noise.gyro_walk * dt);
-  step.noise.diagonal()
-      .segment<3>(kAccelBias)
-      .setConstant(noise.accel_walk * noise.accel_walk * dt);
+  // Gravity turns in B, and with it what it contributes by scale and g-sensitivity to the biases.
+  const double gyro_walk = std::hypot(noise.gyro_walk, noise.gyro_by_accel * gravity * rate);
+  const double accel_walk = std::hypot(noise.accel_walk, noise.scale * gravity * rate);
+  step.noise.diagonal().segment<3>(kGyroBias).setConstant(gyro_walk * gyro_walk * dt);
+  step.noise.diagonal().segment<3>(kAccelBias).setConstant(accel_walk * accel_walk * dt);
   return step;
 }
 

@@ -26,6 +26,7 @@ struct WindowTrack {
 struct StartWindow {
   std::vector<Utime> utimes;
   std::vector<std::vector<ImuInterval>> imu;   ///< One less than frames.
+  std::vector<Eigen::Vector3d> gyro_B;         ///< At each frame, rad/s.
   std::vector<std::optional<double>> depth_m;  ///< Of the depth sensor at each frame.
   std::vector<WindowTrack> tracks;
   double sigma = 0.0;  ///< Noise of an image coordinate, normalised.

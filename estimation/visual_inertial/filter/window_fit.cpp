@@ -22,17 +22,23 @@ using Matrix26d = Eigen::Matrix<double, 2, 6>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-constexpr int kFrame = 9;    // errors of a frame: attitude, position, velocity
-constexpr int kBiases = 6;   // after all frames
+// Unknowns: cameras 6 each, time offset 1, frames 9 each, biases 6.
+constexpr int kCamera = 6;  // attitude, position
+constexpr int kFrame = 9;   // attitude, position, velocity
+constexpr int kBiases = 6;
 constexpr int kMaxIterations = 25;
 constexpr int kMaxRetries = 6;
-constexpr double kConverged = 1e-4;       // relative change of the cost
-constexpr double kHuber = 2.0;            // sigmas of one image residual
-constexpr double kOutlier = 3.0;          // sigmas
-constexpr double kStillSpeed = 0.01;      // m/s
-constexpr double kUsualInverse = 0.3;     // 1/m
-constexpr double kInverseSigma = 10.0;    // 1/m: hardly a prior
-constexpr double kMinDepthShare = 1e-3;   // of the ray's depth coordinate, in front of a camera
+constexpr double kConverged = 0.01;  // change of the cost, which is in sigmas squared
+constexpr double kLeastDamping = 1e-9;
+constexpr double kHuber = 2.0;           // sigmas of one image residual
+constexpr double kOutlier = 3.0;         // sigmas
+constexpr double kStillSpeed = 0.01;     // m/s
+constexpr double kUsualInverse = 0.3;    // 1/m
+constexpr double kInverseSigma = 10.0;   // 1/m: hardly a prior
+constexpr double kExact = 1e-6;          // sigma of a calibration that is not estimated
+constexpr double kClearlyBehind = 3.0;   // sigmas of the inverse depth
+constexpr double kLost = 100.0;          // cost of a point that is not before a camera
+constexpr double kMinDepthShare = 1e-3;  // of the ray's depth coordinate, in front of a camera
 
 struct Point {
   std::size_t anchor = 0;  // frame
@@ -41,6 +47,8 @@ struct Point {
 };
 
 struct Values {
+  std::vector<Pose> cameras_B;
+  double time_offset_s = 0.0;  // change of the configured one
   std::vector<Kinematics> frames;
   Vector3d gyro_bias = Vector3d::Zero();
   Vector3d accel_bias = Vector3d::Zero();
@@ -51,35 +59,41 @@ struct Values {
   }
 };
 
-// The image of a point in a frame, and its change with the poses and the point.
+// The image of a point in a frame, and its change with all that it depends on. Attitude first.
 struct Projection {
   Vector2d image;
-  Matrix26d by_anchor;  // [theta, p]
+  Matrix26d by_anchor;
   Matrix26d by_frame;
+  Matrix26d by_anchor_camera;
+  Matrix26d by_camera;
   Matrix23d by_point;  // image in the anchor, inverse depth
 };
 
-// Scaled by the inverse depth rho: s = R_BC h + rho p_BC in the anchor's body, U = R_j^T (R_a s +
+// Scaled by the inverse depth rho: s = R_BA h + rho p_BA in the anchor's body, U = R_j^T (R_a s +
 // rho (p_a - p_j)) in the frame's body, m = R_BC^T (U - rho p_BC) in its camera.
 std::optional<Projection> project(const Point& point, const Kinematics& anchor,
                                   const Kinematics& frame, const Pose& X_BA, const Pose& X_BC) {
   const double rho = point.inverse_depth;
+  const Vector3d h = point.image.homogeneous();
   const Matrix3d R_a = anchor.q_WB.toRotationMatrix();
+  const Matrix3d R_BA = X_BA.q.toRotationMatrix();
   const Matrix3d R_jT = frame.q_WB.conjugate().toRotationMatrix();
   const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
-  const Vector3d s = X_BA.q * point.image.homogeneous() + rho * X_BA.p;
+  const Vector3d s = R_BA * h + rho * X_BA.p;
   const Vector3d U = R_jT * (R_a * s + rho * (anchor.p_WB - frame.p_WB));
   const Vector3d m = R_CB * (U - rho * X_BC.p);
   if (!(m.z() > kMinDepthShare)) return std::nullopt;
   Matrix23d by_m;
   by_m << 1.0 / m.z(), 0.0, -m.x() / (m.z() * m.z()), 0.0, 1.0 / m.z(), -m.y() / (m.z() * m.z());
   const Matrix23d by_W = by_m * R_CB * R_jT;
+  const Matrix23d by_s = by_W * R_a;
   Projection result;
   result.image = m.head<2>() / m.z();
-  result.by_anchor << by_W * R_a * -skew(s), rho * by_W;
+  result.by_anchor << by_s * -skew(s), rho * by_W;
   result.by_frame << by_m * R_CB * skew(U), -rho * by_W;
-  const Matrix3d R_WA = R_a * X_BA.q.toRotationMatrix();
-  result.by_point.leftCols<2>() = by_W * R_WA.leftCols<2>();
+  result.by_anchor_camera << by_s * R_BA * -skew(h), rho * by_s;
+  result.by_camera << by_m * skew(m), -rho * by_m * R_CB;
+  result.by_point.leftCols<2>() = (by_s * R_BA).leftCols<2>();
   result.by_point.col(2) =
       by_m * R_CB * (R_jT * (R_a * X_BA.p + anchor.p_WB - frame.p_WB) - X_BC.p);
   return result;
@@ -95,8 +109,8 @@ double huber(double sigmas, double& weight) {
 struct Eliminated {
   Matrix3d inverse = Matrix3d::Zero();
   Vector3d g = Vector3d::Zero();
-  MatrixXd cross;                   // 3 rows, 6 columns for each of `frames`
-  std::vector<std::size_t> frames;  // that see it, and its anchor
+  MatrixXd cross;  // 3 rows; columns of the calibration, then 6 for each of `frames`
+  std::vector<std::size_t> frames;  // that see it; the first is its anchor
 };
 
 struct Normal {
@@ -110,26 +124,39 @@ struct Normal {
   int outliers = 0;
 };
 
+// The terms of one point before it is eliminated, in the columns of Eliminated::cross.
+struct Scratch {
+  MatrixXd H;
+  VectorXd g;
+  Matrix3d own = Matrix3d::Zero();
+};
+
 class Problem {
  public:
   Problem(const StartWindow& window, const VisualInertialOptions& options,
           const std::vector<Pose>& cameras_B, const WindowPriors& priors, const Kinematics& first)
-      : window_(window), options_(options), cameras_B_(cameras_B), priors_(priors), first_(first) {}
+      : window_(window),
+        options_(options),
+        cameras_B_(cameras_B),
+        priors_(priors),
+        first_(first),
+        calibration_(kCamera * static_cast<Eigen::Index>(cameras_B.size()) + 1) {}
 
   [[nodiscard]] Values begin(const ImuState& first) const;
   [[nodiscard]] Normal linearise(const Values& at, double damping) const;
   [[nodiscard]] Values moved(const Values& at, const Normal& normal, const VectorXd& step) const;
 
  private:
+  void add_calibration(const Values& at, Normal& normal) const;
   void add_priors(const Values& at, Normal& normal) const;
+  void add_views(const Values& at, std::size_t index, Normal& normal, Scratch& sum) const;
   void add_imu(const Values& at, std::size_t frame, Normal& normal) const;
   void add_point(const Values& at, std::size_t index, double damping, Normal& normal) const;
-  [[nodiscard]] double usual_inverse_depth(const WindowTrack& track, const Values& at) const;
-  [[nodiscard]] Eigen::Index bias_column() const {
-    return static_cast<Eigen::Index>(kFrame * window_.size());
-  }
-  static Eigen::Index column(std::size_t frame) {
-    return static_cast<Eigen::Index>(kFrame * frame);
+  [[nodiscard]] double best_inverse_depth(const WindowTrack& track, const Values& at,
+                                          Point point) const;
+  [[nodiscard]] Eigen::Index bias_column() const { return column(window_.size()); }
+  [[nodiscard]] Eigen::Index column(std::size_t frame) const {
+    return calibration_ + kFrame * static_cast<Eigen::Index>(frame);
   }
 
   const StartWindow& window_;
@@ -137,10 +164,12 @@ class Problem {
   const std::vector<Pose>& cameras_B_;
   const WindowPriors& priors_;
   Kinematics first_;
+  Eigen::Index calibration_;  // columns of the cameras and of the time offset
 };
 
 Values Problem::begin(const ImuState& first) const {
   Values values;
+  values.cameras_B = cameras_B_;
   values.gyro_bias = first.gyro_bias;
   values.accel_bias = first.accel_bias;
   values.frames.push_back(first.motion);
@@ -149,26 +178,26 @@ Values Problem::begin(const ImuState& first) const {
         propagate_over(values.imu(k), window_.imu[k], options_.imu, options_.gravity).state.motion);
   }
   for (const WindowTrack& track : window_.tracks) {
-    values.points.push_back(
-        {track.views.front().frame, track.views.front().left, usual_inverse_depth(track, values)});
+    Point point{track.views.front().frame, track.views.front().left, kUsualInverse};
+    point.inverse_depth = best_inverse_depth(track, values, point);
+    values.points.push_back(point);
   }
   return values;
 }
 
-// Gauss-Newton over the inverse depth alone.
-double Problem::usual_inverse_depth(const WindowTrack& track, const Values& at) const {
+// Gauss-Newton over the inverse depth alone, which stays positive.
+double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, Point point) const {
   constexpr int kSteps = 8;
   constexpr double kLeast = 0.01;  // 1/m
   constexpr double kMost = 5.0;    // 1/m
-  Point point{track.views.front().frame, track.views.front().left, kUsualInverse};
-  const double prior = window_.sigma * window_.sigma;  // a sigma of 1/m
+  const double prior = window_.sigma * window_.sigma / (kInverseSigma * kInverseSigma);
   for (int i = 0; i < kSteps; ++i) {
     double information = prior;
     double gradient = prior * (kUsualInverse - point.inverse_depth);
     for (const auto& view : track.views) {
       for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
         const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
-                                  cameras_B_[0], cameras_B_[camera]);
+                                  at.cameras_B[0], at.cameras_B[camera]);
         if (!seen) continue;
         const Vector2d J = seen->by_point.col(2);
         information += J.squaredNorm();
@@ -180,6 +209,8 @@ double Problem::usual_inverse_depth(const WindowTrack& track, const Values& at) 
   return point.inverse_depth;
 }
 
+double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
+
 // A term r = J x of the unknowns of some columns, with a weight.
 template <typename Jacobian, typename Residual>
 void add_term(Eigen::Index at, const Jacobian& J, const Residual& r, double weight, Normal& n) {
@@ -188,26 +219,42 @@ void add_term(Eigen::Index at, const Jacobian& J, const Residual& r, double weig
   n.cost += weight * r.squaredNorm();
 }
 
+void Problem::add_calibration(const Values& at, Normal& normal) const {
+  const bool is_free = options_.calibrate_extrinsics;
+  const double turn = is_free ? deg_to_rad(options_.extrinsic_sigma_deg) : kExact;
+  const double shift = is_free ? options_.extrinsic_sigma_m : kExact;
+  const double offset = options_.calibrate_time_offset ? options_.time_offset_sigma_s : kExact;
+  const Matrix3d I = Matrix3d::Identity();
+  for (std::size_t i = 0; i < at.cameras_B.size(); ++i) {
+    const Eigen::Index column = kCamera * static_cast<Eigen::Index>(i);
+    const Vector3d turned = so3_log(at.cameras_B[i].q.conjugate() * cameras_B_[i].q);
+    add_term(column, I, turned, weight_of(turn), normal);
+    add_term(column + 3, I, Vector3d(cameras_B_[i].p - at.cameras_B[i].p), weight_of(shift),
+             normal);
+  }
+  add_term(calibration_ - 1, Eigen::Matrix<double, 1, 1>(1.0),
+           Eigen::Matrix<double, 1, 1>(-at.time_offset_s), weight_of(offset), normal);
+}
+
 void Problem::add_priors(const Values& at, Normal& normal) const {
-  const auto weight = [](double sigma) { return 1.0 / (sigma * sigma); };
   const Kinematics& first = at.frames.front();
   const Matrix3d I = Matrix3d::Identity();
-  add_term(kPosition, I, Vector3d(first_.p_WB - first.p_WB), weight(priors_.position_sigma_m),
-           normal);
+  add_term(column(0) + kPosition, I, Vector3d(first_.p_WB - first.p_WB),
+           weight_of(priors_.position_sigma_m), normal);
   // Turned about the vertical since the beginning.
   const Eigen::RowVector3d by_theta = first.q_WB.toRotationMatrix().row(2);
   const Vector3d turned = so3_log(first.q_WB * first_.q_WB.conjugate());
-  add_term(0, by_theta, Eigen::Matrix<double, 1, 1>(-turned.z()), weight(priors_.heading_sigma),
-           normal);
+  add_term(column(0), by_theta, Eigen::Matrix<double, 1, 1>(-turned.z()),
+           weight_of(priors_.heading_sigma), normal);
   add_term(bias_column(), I, Vector3d(priors_.bias.gyro_bias - at.gyro_bias),
-           weight(priors_.gyro_bias_sigma), normal);
+           weight_of(priors_.gyro_bias_sigma), normal);
   add_term(bias_column() + 3, I, Vector3d(priors_.bias.accel_bias - at.accel_bias),
-           weight(priors_.accel_bias_sigma), normal);
+           weight_of(priors_.accel_bias_sigma), normal);
   for (std::size_t k = 0; k < window_.size(); ++k) {
     const Kinematics& frame = at.frames[k];
     if (priors_.is_at_rest) {
       const double sigma = kStillSpeed * std::sqrt(static_cast<double>(window_.size()));
-      add_term(column(k) + kVelocity, I, Vector3d(-frame.v_WB), weight(sigma), normal);
+      add_term(column(k) + kVelocity, I, Vector3d(-frame.v_WB), weight_of(sigma), normal);
     }
     if (!window_.depth_m[k]) continue;
     const Vector3d sensor = frame.q_WB * options_.depth_sensor_B;
@@ -215,7 +262,8 @@ void Problem::add_priors(const Values& at, Normal& normal) const {
     J.head<3>() = -(frame.q_WB.toRotationMatrix() * skew(options_.depth_sensor_B)).row(2);
     J[kPosition + 2] = 1.0;
     const double r = -*window_.depth_m[k] - frame.p_WB.z() - sensor.z();
-    add_term(column(k), J, Eigen::Matrix<double, 1, 1>(r), weight(options_.depth_sigma_m), normal);
+    add_term(column(k), J, Eigen::Matrix<double, 1, 1>(r), weight_of(options_.depth_sigma_m),
+             normal);
   }
   if (!priors_.speed) return;
   const Kinematics& last = at.frames.back();
@@ -224,7 +272,7 @@ void Problem::add_priors(const Values& at, Normal& normal) const {
   J.leftCols<3>() = skew(v_B);
   J.rightCols<3>() = last.q_WB.conjugate().toRotationMatrix();
   add_term(column(window_.size() - 1), J, Vector3d(priors_.speed->v_B - v_B),
-           weight(priors_.speed->sigma), normal);
+           weight_of(priors_.speed->sigma), normal);
 }
 
 void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const {
@@ -256,29 +304,32 @@ void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const
   normal.cost += r.squaredNorm();
 }
 
-void Problem::add_point(const Values& at, std::size_t index, double damping, Normal& normal) const {
+void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scratch& sum) const {
   const WindowTrack& track = window_.tracks[index];
   const Point& point = at.points[index];
   Eliminated& out = normal.points[index];
-  out.frames.clear();
-  for (const auto& view : track.views) out.frames.push_back(view.frame);  // the anchor is the first
-  const Eigen::Index columns = static_cast<Eigen::Index>(6 * out.frames.size());
-  MatrixXd H = MatrixXd::Zero(columns, columns);
-  VectorXd g = VectorXd::Zero(columns);
-  out.cross = MatrixXd::Zero(3, columns);
-  Matrix3d own = Matrix3d::Zero();
-  own(2, 2) = 1.0 / (kInverseSigma * kInverseSigma);
-  out.g = Vector3d(0.0, 0.0, own(2, 2) * (kUsualInverse - point.inverse_depth));
+  const auto rate = [&](std::size_t frame) {  // change of a pose with the time offset
+    Vector6d by_offset;
+    by_offset << window_.gyro_B[frame] - at.gyro_bias, at.frames[frame].v_WB;
+    return by_offset;
+  };
+  const auto at_image = [&](std::size_t frame) {
+    const Vector6d by = at.time_offset_s * rate(frame);
+    Kinematics pose = at.frames[frame];
+    pose.q_WB = pose.q_WB * so3_exp(by.head<3>());
+    pose.p_WB += by.tail<3>();
+    return pose;
+  };
+  const Kinematics anchor = at_image(point.anchor);
   for (std::size_t i = 0; i < track.views.size(); ++i) {
     const auto& view = track.views[i];
-    const auto own_column = static_cast<Eigen::Index>(6 * i);
+    const Kinematics frame = at_image(view.frame);
     for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
       ++normal.images;
-      const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
-                                cameras_B_[0], cameras_B_[camera]);
+      const auto seen = project(point, anchor, frame, at.cameras_B[0], at.cameras_B[camera]);
       if (!seen) {
         ++normal.outliers;
-        normal.cost += 100.0;
+        normal.cost += kLost;
         continue;
       }
       const Vector2d r = (camera == 0 ? view.left : *view.right) - seen->image;
@@ -290,26 +341,47 @@ void Problem::add_point(const Values& at, std::size_t index, double damping, Nor
       normal.outliers += sigmas > kOutlier ? 1 : 0;
       weight /= window_.sigma * window_.sigma;
       Eigen::Matrix<double, 2, Eigen::Dynamic> J =
-          Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, columns);
-      J.leftCols<6>() += seen->by_anchor;
-      J.middleCols<6>(own_column) += seen->by_frame;
-      H.noalias() += weight * J.transpose() * J;
-      g.noalias() += weight * J.transpose() * r;
+          Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, sum.g.size());
+      J.leftCols<kCamera>() += seen->by_anchor_camera;
+      J.middleCols<kCamera>(kCamera * static_cast<Eigen::Index>(camera)) += seen->by_camera;
+      J.col(calibration_ - 1) =
+          seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(view.frame);
+      J.middleCols<6>(calibration_) += seen->by_anchor;
+      J.middleCols<6>(calibration_ + 6 * static_cast<Eigen::Index>(i)) += seen->by_frame;
+      sum.H.noalias() += weight * J.transpose() * J;
+      sum.g.noalias() += weight * J.transpose() * r;
+      sum.own.noalias() += weight * seen->by_point.transpose() * seen->by_point;
       out.cross.noalias() += weight * seen->by_point.transpose() * J;
-      own.noalias() += weight * seen->by_point.transpose() * seen->by_point;
       out.g.noalias() += weight * seen->by_point.transpose() * r;
     }
   }
-  own.diagonal() *= 1.0 + damping;
-  out.inverse = own.inverse();
-  H.noalias() -= out.cross.transpose() * out.inverse * out.cross;
-  g.noalias() -= out.cross.transpose() * (out.inverse * out.g);
+}
+
+void Problem::add_point(const Values& at, std::size_t index, double damping, Normal& normal) const {
+  Eliminated& out = normal.points[index];
+  for (const auto& view : window_.tracks[index].views) out.frames.push_back(view.frame);
+  const Eigen::Index columns = calibration_ + 6 * static_cast<Eigen::Index>(out.frames.size());
+  Scratch sum{MatrixXd::Zero(columns, columns), VectorXd::Zero(columns)};
+  out.cross = MatrixXd::Zero(3, columns);
+  sum.own(2, 2) = weight_of(kInverseSigma);
+  out.g.z() = sum.own(2, 2) * (kUsualInverse - at.points[index].inverse_depth);
+  add_views(at, index, normal, sum);
+  sum.own.diagonal() *= 1.0 + damping;
+  out.inverse = sum.own.inverse();
+  sum.H.noalias() -= out.cross.transpose() * out.inverse * out.cross;
+  sum.g.noalias() -= out.cross.transpose() * (out.inverse * out.g);
+  struct Part {
+    Eigen::Index from, to, size;
+  };
+  std::vector<Part> parts{{0, 0, calibration_}};
   for (std::size_t i = 0; i < out.frames.size(); ++i) {
-    const Eigen::Index row = column(out.frames[i]);
-    normal.g.segment<6>(row) += g.segment<6>(static_cast<Eigen::Index>(6 * i));
-    for (std::size_t j = 0; j < out.frames.size(); ++j) {
-      normal.H.block<6, 6>(row, column(out.frames[j])) +=
-          H.block<6, 6>(static_cast<Eigen::Index>(6 * i), static_cast<Eigen::Index>(6 * j));
+    parts.push_back({calibration_ + 6 * static_cast<Eigen::Index>(i), column(out.frames[i]), 6});
+  }
+  for (const Part& row : parts) {
+    normal.g.segment(row.to, row.size) += sum.g.segment(row.from, row.size);
+    for (const Part& other : parts) {
+      normal.H.block(row.to, other.to, row.size, other.size) +=
+          sum.H.block(row.from, other.from, row.size, other.size);
     }
   }
 }
@@ -320,6 +392,7 @@ Normal Problem::linearise(const Values& at, double damping) const {
   normal.H = MatrixXd::Zero(size, size);
   normal.g = VectorXd::Zero(size);
   normal.points.resize(window_.tracks.size());
+  add_calibration(at, normal);
   add_priors(at, normal);
   for (std::size_t k = 0; k + 1 < window_.size(); ++k) add_imu(at, k, normal);
   for (std::size_t i = 0; i < window_.tracks.size(); ++i) add_point(at, i, damping, normal);
@@ -329,6 +402,12 @@ Normal Problem::linearise(const Values& at, double damping) const {
 
 Values Problem::moved(const Values& at, const Normal& normal, const VectorXd& step) const {
   Values next = at;
+  for (std::size_t i = 0; i < next.cameras_B.size(); ++i) {
+    const Vector6d by = step.segment<kCamera>(kCamera * static_cast<Eigen::Index>(i));
+    next.cameras_B[i].q = (next.cameras_B[i].q * so3_exp(by.head<3>())).normalized();
+    next.cameras_B[i].p += by.tail<3>();
+  }
+  next.time_offset_s += step[calibration_ - 1];
   for (std::size_t k = 0; k < next.frames.size(); ++k) {
     Kinematics& frame = next.frames[k];
     const Vector9d by = step.segment<kFrame>(column(k));
@@ -340,14 +419,16 @@ Values Problem::moved(const Values& at, const Normal& normal, const VectorXd& st
   next.accel_bias += step.segment<3>(bias_column() + 3);
   for (std::size_t i = 0; i < next.points.size(); ++i) {
     const Eliminated& point = normal.points[i];
-    Vector3d g = point.g;
+    Vector3d g = point.g - point.cross.leftCols(calibration_) * step.head(calibration_);
     for (std::size_t j = 0; j < point.frames.size(); ++j) {
-      g -= point.cross.middleCols<6>(static_cast<Eigen::Index>(6 * j)) *
+      g -= point.cross.middleCols<6>(calibration_ + 6 * static_cast<Eigen::Index>(j)) *
            step.segment<6>(column(point.frames[j]));
     }
     const Vector3d by = point.inverse * g;
     next.points[i].image += by.head<2>();
     next.points[i].inverse_depth += by.z();
+    // Scale and depths change together along a curve, which a linear step leaves.
+    next.points[i].inverse_depth = best_inverse_depth(window_.tracks[i], next, next.points[i]);
   }
   return next;
 }
@@ -370,7 +451,7 @@ std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInert
                                     const WindowPriors& priors) {
   const Problem problem(window, options, cameras_B, priors, first.motion);
   Values at = problem.begin(first);
-  double damping = 1e-3;
+  double damping = 1e-5;
   Normal normal = problem.linearise(at, damping);
   bool has_converged = false;
   for (int i = 0; i < kMaxIterations && !has_converged; ++i) {
@@ -379,11 +460,12 @@ std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInert
       const VectorXd step = normal.H.ldlt().solve(normal.g);
       if (!step.allFinite()) return std::nullopt;
       Values next = problem.moved(at, normal, step);
-      const double lighter = std::max(damping / 10.0, 1e-9);
+      const double lighter = std::max(damping / 10.0, kLeastDamping);
       Normal there = problem.linearise(next, lighter);
       is_better = there.cost < normal.cost;
       if (is_better) {
-        has_converged = normal.cost - there.cost < kConverged * normal.cost;
+        // A damped step hardly moves along a direction that little determines, such as the scale.
+        has_converged = damping <= 10.0 * kLeastDamping && normal.cost - there.cost < kConverged;
         at = std::move(next);
         normal = std::move(there);
         damping = lighter;
@@ -400,13 +482,18 @@ std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInert
   WindowFit fit;
   fit.last = at.imu(window.size() - 1);
   fit.covariance = *covariance;
+  fit.total = end.cost;
   const double unknowns =
       3.0 * static_cast<double>(window.tracks.size()) + 6.0 * static_cast<double>(window.size());
   fit.cost = end.image_cost / std::max(1.0, 2.0 * end.images - unknowns);
   fit.outliers = static_cast<double>(end.outliers) / end.images;
   int behind = 0;
-  for (const Point& point : at.points) behind += point.inverse_depth < 0.0 ? 1 : 0;
-  fit.behind = static_cast<double>(behind) / std::max<double>(1.0, static_cast<double>(at.points.size()));
+  for (std::size_t i = 0; i < at.points.size(); ++i) {
+    const double sigma = std::sqrt(end.points[i].inverse(2, 2));
+    behind += at.points[i].inverse_depth < -kClearlyBehind * sigma ? 1 : 0;
+  }
+  fit.behind =
+      static_cast<double>(behind) / std::max<double>(1.0, static_cast<double>(at.points.size()));
   return fit;
 }
 

@@ -5,7 +5,8 @@
 //   - the IMU between frames, propagated as in the filter;
 //   - each point's images, in inverse depth from the first frame that sees it (Montiel, Civera,
 //     Davison 2006), so that a point without parallax is no special case;
-//   - depth, and priors of the first position, of the heading, of the biases, of the speed.
+//   - depth, and priors of the first position, of the heading, of the biases, of the speed, of the
+//     cameras' poses and of their clock.
 //
 // The points are eliminated (Schur complement); the covariance is the inverse of what remains.
 // Huber's weights (1964) limit the effect of points that move. Internal.
@@ -34,13 +35,14 @@ struct WindowPriors {
 struct WindowFit {
   ImuState last;          ///< At the last frame.
   Matrix15d covariance;   ///< Of `last`, in the order of imu_error.
+  double total = 0.0;     ///< Of all terms, in sigmas squared: compares fits of one window.
   double cost = 0.0;      ///< Squared image residual per degree of freedom: 1 on average.
   double outliers = 0.0;  ///< Share of the image residuals beyond three sigma.
   double behind = 0.0;    ///< Share of the points behind their camera.
 };
 
-/// `first`: pose, velocity and biases of the first frame to begin with; its position and heading are
-/// the priors' means. Empty if it does not converge.
+/// `first`: pose, velocity and biases of the first frame to begin with; its position and heading
+/// are the priors' means. Empty if it does not converge.
 [[nodiscard]] std::optional<WindowFit> fit_window(const StartWindow& window,
                                                   const VisualInertialOptions& options,
                                                   const std::vector<Pose>& cameras_B,

@@ -26,6 +26,8 @@ constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
+constexpr double kBiasPeriod_s = 5.0;      // between two biases that are remembered
+constexpr double kBiasSafety = 2.0;        // of their sigmas when it begins with them again
 
 std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
   return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
@@ -95,8 +97,34 @@ VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
   tag_detector_.emplace(options_.filter.cameras[0], options_.tag_detector);
 }
 
+// Called while the filter is healthy.
+void VisionPipeline::remember_bias() {
+  if (recent_bias_ && to_seconds(newest_ - recent_bias_->utime) < kBiasPeriod_s) return;
+  proven_bias_ = recent_bias_;
+  const ImuState& imu = filter_.state().imu;
+  const auto sigmas =
+      filter_.state().covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
+  recent_bias_ = KnownBias{newest_,
+                           {imu.gyro_bias, imu.accel_bias, sigmas.head<3>().maxCoeff(),
+                            sigmas.tail<3>().maxCoeff()}};
+}
+
 void VisionPipeline::begin(const StateEstimate& published) {
-  filter_.restart(start_from(published));
+  KnownStart start = start_from(published);
+  if (proven_bias_) {
+    start.bias = proven_bias_->prior;
+    const double seconds = std::max(to_seconds(published.utime - proven_bias_->utime), 0.0);
+    const auto grown = [seconds](double sigma, double walk, double most) {
+      return std::min(kBiasSafety * std::sqrt(sigma * sigma + walk * walk * seconds), most);
+    };
+    const VisualInertialOptions& filter = options_.filter;
+    start.bias.gyro_sigma =
+        grown(*start.bias.gyro_sigma, filter.imu.gyro_walk, filter.gyro_bias_sigma);
+    start.bias.accel_sigma =
+        grown(*start.bias.accel_sigma, filter.imu.accel_walk, filter.accel_bias_sigma);
+  }
+  recent_bias_.reset();
+  filter_.restart(start);
   tag_fix_.restart();
   init_utime_ = published.utime;
   began_at_ = newest_;
@@ -226,6 +254,7 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   if (newest_ - last_image_ > kInTheDark) usable_since_ = newest_;
   last_image_ = newest_;
   estimate.fault = check_filter(newest_);
+  if (estimate.fault == VisionFault::kNone) remember_bias();
   const Utime taken = input.left->utime + from_seconds(filter_.state().time_offset_s);
   const bool has_it = filter_.state_frames() > frames && taken <= newest_;
   if (estimate.is_good() && has_it) imaged_ = input.left->utime;

@@ -70,6 +70,7 @@ class VisionPipeline {
 
  private:
   void begin(const StateEstimate& published);
+  void remember_bias();
   void expect_speed(const StateEstimate& published);
   void add(const VisionInput& input);
   [[nodiscard]] ImageQuality track(const VisionInput& input);
@@ -85,6 +86,14 @@ class VisionPipeline {
   TagFix tag_fix_;
   Utime last_tag_detection_;
   std::vector<ImuSample> recent_;  ///< IMU samples for the rotation between images.
+  /// Biases to begin with again: as estimated while the filter was healthy, some time ago, because
+  /// the cause of a divergence acts on them first.
+  struct KnownBias {
+    Utime utime = 0;
+    BiasPrior prior;
+  };
+  std::optional<KnownBias> proven_bias_;
+  std::optional<KnownBias> recent_bias_;
   bool has_begun_ = false;
   bool has_gap_ = false;  ///< True after a long gap in the IMU samples.
   Utime init_utime_ = 0;

@@ -7,7 +7,6 @@ namespace dive::testing {
 namespace {
 
 using Eigen::Quaterniond;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kLength = 114.5;  // m, circumference of the ellipse with these half axes
@@ -75,21 +74,35 @@ AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
   time_offset_s_ = options_.time_offset_sigma_s * random_.normal();
   gyro_bias_ = normal3(options_.gyro_bias_sigma);
   accel_bias_ = normal3(options_.accel_bias_sigma);
+  gyro_scale_ = Eigen::Matrix3d::Identity() + normal33(options_.imu_scale_sigma);
+  accel_scale_ = Eigen::Matrix3d::Identity() + normal33(options_.imu_scale_sigma);
+  gyro_by_accel_ = normal33(options_.gyro_by_accel_sigma);
   const double tilt = deg_to_rad(options_.unit_tilt_deg);
   unit_error_ = so3_exp({tilt * random_.normal(), tilt * random_.normal(),
                          deg_to_rad(options_.unit_heading_deg) * random_.normal()});
+  MadeFeatureOptions of_features;
+  of_features.features = options_.features;
+  of_features.snow_share = options_.snow_share;
+  of_features.loss_share = options_.loss_share;
+  of_features.pixel_sigma = options_.pixel_sigma;
+  features_.emplace(of_features, nominal_cameras_, true_, random_);
   const double lap = kLength / 0.4;
   for (int i = 0; i < kPoints; ++i) {
     const double t = options_.speed > 0.0 ? lap * 0.4 / options_.speed * i / kPoints : 0.0;
-    points_.push_back(random_point_before(truth(t).X_WB, 2.0, 6.0));
+    features_->add_point_before(truth(t).X_WB);
   }
-  is_followed_.resize(points_.size(), false);
 }
 
 Vector3d AnalyticDive::normal3(double sigma) {
   const double x = random_.normal();
   const double y = random_.normal();
   return sigma * Vector3d(x, y, random_.normal());
+}
+
+Eigen::Matrix3d AnalyticDive::normal33(double sigma) {
+  Eigen::Matrix3d all;
+  for (int i = 0; i < 3; ++i) all.col(i) = normal3(sigma);
+  return all;
 }
 
 DiveTruth AnalyticDive::truth(double t) const {
@@ -122,9 +135,11 @@ ImuSample AnalyticDive::imu(Utime utime) {
   ImuSample sample;
   sample.utime = utime;
   sample.q_WB = now.X_WB.q * unit_error_;
-  sample.gyro_B = now.omega_WB_B + gyro_bias_ + normal3(options_.gyro_noise / std::sqrt(dt));
-  sample.accel_B = now.X_WB.q.conjugate() * (now.acceleration_W + Vector3d(0, 0, kGravity)) +
-                   accel_bias_ + normal3(options_.accel_noise / std::sqrt(dt));
+  const Vector3d force_B = now.X_WB.q.conjugate() * (now.acceleration_W + Vector3d(0, 0, kGravity));
+  sample.gyro_B = gyro_scale_ * now.omega_WB_B + gyro_by_accel_ * force_B + gyro_bias_ +
+                  normal3(options_.gyro_noise / std::sqrt(dt));
+  sample.accel_B =
+      accel_scale_ * force_B + accel_bias_ + normal3(options_.accel_noise / std::sqrt(dt));
   return sample;
 }
 
@@ -132,90 +147,10 @@ DepthSample AnalyticDive::depth(Utime utime) {
   return {utime, -truth(to_seconds(utime)).X_WB.p.z() + options_.depth_sigma_m * random_.normal()};
 }
 
-bool AnalyticDive::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which,
-                        Vector2d& pixel) const {
-  const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
-  if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
-  const CameraModel& model = nominal_cameras_[which];
-  pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
-  return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
-         pixel.y() <= model.height - 1;
-}
-
-Vector3d AnalyticDive::random_point_before(const Pose& X_WB, double near, double far) {
-  const CameraModel& model = nominal_cameras_.front();
-  const double u = random_.uniform(0.0, model.width);
-  const double v = random_.uniform(0.0, model.height);
-  const double range = random_.uniform(near, far);
-  const Vector3d ray((u - model.cx) / model.fx, (v - model.cy) / model.fy, 1.0);
-  return X_WB * (true_.front() * (range * ray));
-}
-
-void AnalyticDive::follow_points(const Pose& X_WB, std::size_t wanted) {
-  Vector2d pixel;
-  for (auto i = followed_.begin(); i != followed_.end();) {
-    const bool is_lost =
-        random_.uniform() < options_.loss_share || !sees(X_WB, points_[i->second], 0, pixel);
-    if (is_lost) is_followed_[i->second] = false;
-    i = is_lost ? followed_.erase(i) : std::next(i);
-  }
-  // Starts at a random point, so that the points are spread over the image.
-  const std::size_t begin = random_.bits() % points_.size();
-  for (std::size_t k = 0; k < points_.size() && followed_.size() < wanted; ++k) {
-    const std::size_t i = (begin + k * 7919) % points_.size();
-    if (is_followed_[i] || !sees(X_WB, points_[i], 0, pixel)) continue;
-    is_followed_[i] = true;
-    points_of_[next_id_] = i;
-    followed_[next_id_++] = i;
-  }
-}
-
-void AnalyticDive::follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted) {
-  Vector2d pixel;
-  for (auto& [id, flake] : flakes_) {
-    flake.p_W += to_seconds(utime - flake.utime) * flake.v_W;
-    flake.utime = utime;
-  }
-  std::erase_if(flakes_, [&](const auto& entry) {
-    const Flake& flake = entry.second;
-    return random_.uniform() < options_.loss_share || !sees(X_WB, flake.p_W, 0, pixel);
-  });
-  while (flakes_.size() < wanted) {
-    const Vector3d p_W = random_point_before(X_WB, 0.5, 3.0);
-    const Vector3d direction = normal3(1.0).normalized();
-    flakes_[kSnow + next_id_++] = {p_W, random_.uniform(0.05, 0.3) * direction, utime};
-  }
-}
-
-void AnalyticDive::observe(const Pose& X_WB, std::int64_t id, const Vector3d& p_W,
-                           estimation::FeatureFrame& frame) {
-  estimation::FeatureObservation feature;
-  feature.id = id;
-  for (std::size_t i = 0; i < true_.size(); ++i) {
-    Vector2d pixel;
-    if (!sees(X_WB, p_W, i, pixel)) continue;
-    const double x = pixel.x() + options_.pixel_sigma * random_.normal();
-    const double y = pixel.y() + options_.pixel_sigma * random_.normal();
-    const CameraModel& model = nominal_cameras_[i];
-    const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
-    if (i == 0) {
-      feature.left = image;
-    } else {
-      feature.right = image;
-    }
-  }
-  frame.features.push_back(feature);
-}
-
 estimation::FeatureFrame AnalyticDive::frame(Utime utime) {
-  const Pose X_WB = truth(to_seconds(utime)).X_WB;
-  const auto snow = static_cast<std::size_t>(options_.snow_share * options_.features);
-  follow_points(X_WB, static_cast<std::size_t>(options_.features) - snow);
-  follow_snow(X_WB, utime, snow);
   estimation::FeatureFrame frame;
   frame.utime = utime - from_seconds(time_offset_s_);
-  for (const auto& [id, point] : followed_) observe(X_WB, id, points_[point], frame);
-  for (const auto& [id, flake] : flakes_) observe(X_WB, id, flake.p_W, frame);
+  frame.features = features_->observe(truth(to_seconds(utime)).X_WB, utime);
   return frame;
 }
 

@@ -3,13 +3,14 @@
 // and roll, observed by a stereo pair; and its sensors' samples. Shares no code with the filter.
 
 #include <cstdint>
-#include <map>
+#include <optional>
 #include <vector>
 
 #include "common/camera_model.h"
 #include "common/measurements.h"
 #include "common/random.h"
 #include "estimation/visual_inertial/front_end/feature_frame.h"
+#include "test/estimation/visual_inertial/filter/made_features.h"
 
 namespace dive::testing {
 
@@ -21,14 +22,16 @@ struct AnalyticDiveOptions {
   double depth_hz = 10.0;
   double pixel_sigma = 0.7;
   double depth_sigma_m = 0.02;
-  double gyro_noise = 1.7e-4;   ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
-  double accel_noise = 2.0e-3;  ///< m/s^2/sqrt(Hz)
-  double gyro_walk = 2.0e-5;    ///< rad/s^2/sqrt(Hz)
-  double accel_walk = 1.0e-3;   ///< m/s^3/sqrt(Hz)
-  double gyro_bias_sigma = 0.005;
-  double accel_bias_sigma = 0.05;
-  double extrinsic_sigma_deg = 0.3;  ///< Error of the configured camera rotation.
-  double extrinsic_sigma_m = 0.005;  ///< Error of the configured camera position.
+  double gyro_noise = 1.7e-4;         ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
+  double accel_noise = 2.0e-3;        ///< m/s^2/sqrt(Hz)
+  double gyro_walk = 2.0e-5;          ///< rad/s^2/sqrt(Hz)
+  double accel_walk = 1.0e-3;         ///< m/s^3/sqrt(Hz)
+  double gyro_bias_sigma = 0.05;      ///< rad/s, turn-on: MEMS units have 0.02 to 0.1
+  double accel_bias_sigma = 0.15;     ///< m/s^2, turn-on: 0.05 to 0.3
+  double imu_scale_sigma = 0.005;     ///< Scale of each axis, and misalignment of each pair.
+  double gyro_by_accel_sigma = 3e-5;  ///< rad/s per m/s^2: 0.015 deg/s/g, an ADIS16448
+  double extrinsic_sigma_deg = 0.3;   ///< Error of the configured camera rotation.
+  double extrinsic_sigma_m = 0.005;   ///< Error of the configured camera position.
   double time_offset_sigma_s = 0.003;
   int features = 200;          ///< Features tracked at a time.
   double snow_share = 0.0;     ///< Fraction of them that drift through the water.
@@ -47,6 +50,8 @@ struct DiveTruth {
 class AnalyticDive {
  public:
   AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed);
+  AnalyticDive(const AnalyticDive&) = delete;  // features_ refers to random_
+  AnalyticDive& operator=(const AnalyticDive&) = delete;
 
   [[nodiscard]] DiveTruth truth(double t) const;
   /// Next samples, in order; t in s by the IMU's clock.
@@ -62,27 +67,12 @@ class AnalyticDive {
   [[nodiscard]] const Eigen::Vector3d& gyro_bias() const { return gyro_bias_; }
   [[nodiscard]] const Eigen::Vector3d& accel_bias() const { return accel_bias_; }
   /// True if a feature's id belongs to a moving object.
-  [[nodiscard]] static bool is_snow(std::int64_t id) { return id >= kSnow; }
-  [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const {
-    return points_[points_of_.at(id)];
-  }
+  [[nodiscard]] static bool is_snow(std::int64_t id) { return MadeFeatures::is_snow(id); }
+  [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const { return features_->landmark(id); }
 
  private:
-  static constexpr std::int64_t kSnow = 1'000'000'000;
-  struct Flake {
-    Eigen::Vector3d p_W;
-    Eigen::Vector3d v_W;
-    Utime utime;
-  };
-
   [[nodiscard]] Eigen::Vector3d normal3(double sigma);
-  [[nodiscard]] bool sees(const Pose& X_WB, const Eigen::Vector3d& p_W, std::size_t camera,
-                          Eigen::Vector2d& pixel) const;
-  [[nodiscard]] Eigen::Vector3d random_point_before(const Pose& X_WB, double near, double far);
-  void follow_points(const Pose& X_WB, std::size_t wanted);
-  void follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted);
-  void observe(const Pose& X_WB, std::int64_t id, const Eigen::Vector3d& p_W,
-               estimation::FeatureFrame& frame);
+  [[nodiscard]] Eigen::Matrix3d normal33(double sigma);
 
   AnalyticDiveOptions options_;
   Random random_;
@@ -91,13 +81,11 @@ class AnalyticDive {
   double time_offset_s_;
   Eigen::Vector3d gyro_bias_;
   Eigen::Vector3d accel_bias_;
+  Eigen::Matrix3d gyro_scale_;   ///< Scale and misalignment.
+  Eigen::Matrix3d accel_scale_;  ///< Scale and misalignment.
+  Eigen::Matrix3d gyro_by_accel_;
   Eigen::Quaterniond unit_error_;
-  std::vector<Eigen::Vector3d> points_;
-  std::vector<bool> is_followed_;
-  std::map<std::int64_t, std::size_t> points_of_;  ///< All ids used so far.
-  std::map<std::int64_t, std::size_t> followed_;
-  std::map<std::int64_t, Flake> flakes_;
-  std::int64_t next_id_ = 1;
+  std::optional<MadeFeatures> features_;
 };
 
 }  // namespace dive::testing

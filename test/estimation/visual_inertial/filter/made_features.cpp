@@ -1,0 +1,106 @@
+#include "test/estimation/visual_inertial/filter/made_features.h"
+
+#include <utility>
+
+namespace dive::testing {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+MadeFeatures::MadeFeatures(const MadeFeatureOptions& options, std::vector<CameraModel> nominal,
+                           std::vector<Pose> true_B, Random& random)
+    : options_(options), nominal_(std::move(nominal)), true_(std::move(true_B)), random_(random) {}
+
+void MadeFeatures::add_point_before(const Pose& X_WB) {
+  points_.push_back(random_point_before(X_WB, options_.near_m, options_.far_m));
+  is_followed_.push_back(false);
+}
+
+bool MadeFeatures::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which,
+                        Vector2d& pixel) const {
+  const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
+  if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
+  const CameraModel& model = nominal_[which];
+  pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
+  return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
+         pixel.y() <= model.height - 1;
+}
+
+Vector3d MadeFeatures::random_point_before(const Pose& X_WB, double near, double far) {
+  const CameraModel& model = nominal_.front();
+  const double u = random_.uniform(0.0, model.width);
+  const double v = random_.uniform(0.0, model.height);
+  const double range = random_.uniform(near, far);
+  const Vector3d ray((u - model.cx) / model.fx, (v - model.cy) / model.fy, 1.0);
+  return X_WB * (true_.front() * (range * ray));
+}
+
+void MadeFeatures::follow_points(const Pose& X_WB, std::size_t wanted) {
+  Vector2d pixel;
+  for (auto i = followed_.begin(); i != followed_.end();) {
+    const bool is_lost =
+        random_.uniform() < options_.loss_share || !sees(X_WB, points_[i->second], 0, pixel);
+    if (is_lost) is_followed_[i->second] = false;
+    i = is_lost ? followed_.erase(i) : std::next(i);
+  }
+  // Starts at a random point, so that the points are spread over the image.
+  const std::size_t begin = random_.bits() % points_.size();
+  for (std::size_t k = 0; k < points_.size() && followed_.size() < wanted; ++k) {
+    const std::size_t i = (begin + k * 7919) % points_.size();
+    if (is_followed_[i] || !sees(X_WB, points_[i], 0, pixel)) continue;
+    is_followed_[i] = true;
+    points_of_[next_id_] = i;
+    followed_[next_id_++] = i;
+  }
+}
+
+void MadeFeatures::follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted) {
+  Vector2d pixel;
+  for (auto& [id, flake] : flakes_) {
+    flake.p_W += to_seconds(utime - flake.utime) * flake.v_W;
+    flake.utime = utime;
+  }
+  std::erase_if(flakes_, [&](const auto& entry) {
+    const Flake& flake = entry.second;
+    return random_.uniform() < options_.loss_share || !sees(X_WB, flake.p_W, 0, pixel);
+  });
+  while (flakes_.size() < wanted) {
+    const Vector3d p_W = random_point_before(X_WB, 0.5, 3.0);
+    const double x = random_.normal();
+    const double y = random_.normal();
+    const Vector3d direction = Vector3d(x, y, random_.normal()).normalized();
+    flakes_[kSnow + next_id_++] = {p_W, random_.uniform(0.05, 0.3) * direction, utime};
+  }
+}
+
+estimation::FeatureObservation MadeFeatures::feature(const Pose& X_WB, std::int64_t id,
+                                                     const Vector3d& p_W) {
+  estimation::FeatureObservation feature;
+  feature.id = id;
+  for (std::size_t i = 0; i < true_.size(); ++i) {
+    Vector2d pixel;
+    if (!sees(X_WB, p_W, i, pixel)) continue;
+    const double x = pixel.x() + options_.pixel_sigma * random_.normal();
+    const double y = pixel.y() + options_.pixel_sigma * random_.normal();
+    const CameraModel& model = nominal_[i];
+    const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
+    if (i == 0) {
+      feature.left = image;
+    } else {
+      feature.right = image;
+    }
+  }
+  return feature;
+}
+
+std::vector<estimation::FeatureObservation> MadeFeatures::observe(const Pose& X_WB, Utime utime) {
+  const auto snow = static_cast<std::size_t>(options_.snow_share * options_.features);
+  follow_points(X_WB, static_cast<std::size_t>(options_.features) - snow);
+  follow_snow(X_WB, utime, snow);
+  std::vector<estimation::FeatureObservation> seen;
+  for (const auto& [id, point] : followed_) seen.push_back(feature(X_WB, id, points_[point]));
+  for (const auto& [id, flake] : flakes_) seen.push_back(feature(X_WB, id, flake.p_W));
+  return seen;
+}
+
+}  // namespace dive::testing
