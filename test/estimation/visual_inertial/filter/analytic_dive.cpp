@@ -48,13 +48,14 @@ Quaterniond attitude(double t, double w) {
   return from_rpy(roll, pitch, heading + is_moving * 0.05 * std::sin(0.9 * t));
 }
 
-CameraModel camera(double y) {
+CameraModel camera(double y, LensModel lens) {
   CameraModel model;
+  model.lens = lens;
   model.width = 752;
-  model.height = 480;
-  model.fx = model.fy = 240.0;
+  model.height = lens == LensModel::kPinhole ? 480 : 590;
+  model.fx = model.fy = lens == LensModel::kPinhole ? 240.0 : 375.0;
   model.cx = 375.5;
-  model.cy = 239.5;
+  model.cy = 0.5 * (model.height - 1);
   // The optical axis along x of B, then 40 degrees down; x of the image to the right.
   Eigen::Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -62,12 +63,27 @@ CameraModel camera(double y) {
   return model;
 }
 
+Vector2d pixel_of(const CameraModel& model, const Vector3d& p_C) {
+  Vector2d m = p_C.head<2>() / p_C.z();
+  if (model.lens == LensModel::kEquidistant && m.norm() > 0.0) {
+    m = std::atan2(p_C.head<2>().norm(), p_C.z()) * p_C.head<2>().normalized();
+  }
+  return {model.fx * m.x() + model.cx, model.fy * m.y() + model.cy};
+}
+
+// [x/z, y/z] of a pixel.
+Vector2d image_of(const CameraModel& model, double u, double v) {
+  const Vector2d m((u - model.cx) / model.fx, (v - model.cy) / model.fy);
+  if (model.lens == LensModel::kPinhole || m.norm() == 0.0) return m;
+  return std::tan(m.norm()) * m.normalized();
+}
+
 }  // namespace
 
 AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
     : options_(options), random_(seed, 77) {
-  nominal_cameras_.push_back(camera(0.07));
-  if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07));
+  nominal_cameras_.push_back(camera(0.07, options_.lens));
+  if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07, options_.lens));
   for (const CameraModel& model : nominal_cameras_) {
     true_.push_back({model.X_BC.p + normal3(options_.extrinsic_sigma_m),
                      model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))});
@@ -137,7 +153,7 @@ bool AnalyticDive::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which
   const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
   if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
   const CameraModel& model = nominal_cameras_[which];
-  pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
+  pixel = pixel_of(model, p_C);
   return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
          pixel.y() <= model.height - 1;
 }
@@ -147,8 +163,7 @@ Vector3d AnalyticDive::random_point_before(const Pose& X_WB, double near, double
   const double u = random_.uniform(0.0, model.width);
   const double v = random_.uniform(0.0, model.height);
   const double range = random_.uniform(near, far);
-  const Vector3d ray((u - model.cx) / model.fx, (v - model.cy) / model.fy, 1.0);
-  return X_WB * (true_.front() * (range * ray));
+  return X_WB * (true_.front() * (range * image_of(model, u, v).homogeneous()));
 }
 
 void AnalyticDive::follow_points(const Pose& X_WB, std::size_t wanted) {
@@ -197,7 +212,7 @@ void AnalyticDive::observe(const Pose& X_WB, std::int64_t id, const Vector3d& p_
     const double x = pixel.x() + options_.pixel_sigma * random_.normal();
     const double y = pixel.y() + options_.pixel_sigma * random_.normal();
     const CameraModel& model = nominal_cameras_[i];
-    const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
+    const Vector2d image = image_of(model, x, y);
     if (i == 0) {
       feature.left = image;
     } else {

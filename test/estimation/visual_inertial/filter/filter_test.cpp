@@ -65,6 +65,19 @@ TEST(Consistency, CovarianceIsConsistentInStereo) {
   EXPECT_LT(mean.worst_position, 0.15);
 }
 
+// With one sigma of n for the whole image the mean NEES of the position is 8.
+TEST(Consistency, CovarianceIsConsistentThroughAnEquidistantLens) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  AnalyticDiveOptions options;
+  options.lens = LensModel::kEquidistant;
+  const Consistency mean = ends(options, 12, 20.0);
+  EXPECT_GT(mean.nees_position, kLeastNees);
+  EXPECT_LT(mean.nees_position, kMostNees);
+  EXPECT_GT(mean.nees_attitude, kLeastNees);
+  EXPECT_LT(mean.nees_attitude, kMostNees);
+  EXPECT_LT(mean.worst_position, 0.15);
+}
+
 TEST(Consistency, CovarianceIsConsistentInMonoAt50Hz) {
   DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   AnalyticDiveOptions options;
