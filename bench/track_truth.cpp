@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "bench/quantile.h"
@@ -74,14 +75,16 @@ void TrackTruth::add(const estimation::FeatureFrame& frame, const Pose& X_WB) {
       const Observation here = first_observation(feature.left, X_WL);
       const Vector3d c = X_WR.inverse() * here.p_W;
       if (here.is_solid && c.z() > 0.05) {
-        stereo_.push_back({(X_WL.inverse() * here.p_W).z(),
-                           right_.fx * (*feature.right - Vector2d(c.hnormalized()))});
+        stereo_.push_back(
+            {(X_WL.inverse() * here.p_W).z(),
+             right_.jacobian(*feature.right) * (*feature.right - Vector2d(c.hnormalized()))});
       }
     }
     if (!it->second.is_solid) continue;
     const Vector3d c = X_WL.inverse() * it->second.p_W;
     if (c.z() < 0.05) continue;
-    const Vector2d error = left_.fx * (feature.left - Vector2d(c.hnormalized()));
+    const Vector2d error =
+        left_.jacobian(feature.left) * (feature.left - Vector2d(c.hnormalized()));
     std::vector<Vector2d>& history = now[feature.id];
     if (const auto before = now_.find(feature.id); before != now_.end()) {
       history = std::move(before->second);
@@ -108,7 +111,8 @@ estimation::FeatureFrame TrackTruth::moved_to_truth(const estimation::FeatureFra
     const Vector3d c = (X_WB * camera.X_BC).inverse() * p_W;
     const double x = random.normal();
     const double y = random.normal();
-    return Vector2d(c.hnormalized() + sigma / camera.fx * Vector2d(x, y));
+    const Vector2d n = c.hnormalized();
+    return Vector2d(n + sigma * camera.jacobian(n).inverse() * Vector2d(x, y));
   };
   for (const estimation::FeatureObservation& feature : frame.features) {
     const auto it = seen_.find(feature.id);

@@ -189,6 +189,7 @@ int main(int argc, char** argv) {
   CLI::App app("Drift and consistency of the visual-inertial filter.");
   Study study;
   bool is_mono = false;
+  bool is_equidistant = false;
   std::int64_t updates = 0;
   int faults = 0;
   app.add_option("--runs", study.runs, "Dives");
@@ -206,6 +207,7 @@ int main(int argc, char** argv) {
   app.add_option("--covariance", updates, "Nothing but so many random updates of a covariance");
   app.add_option("--faults", faults, "Nothing but so many dives with each fault of a sensor");
   app.add_flag("--mono", is_mono, "One camera");
+  app.add_flag("--equidistant", is_equidistant, "Equidistant lenses with the pinholes' view");
   app.add_flag("-v,--verbose", study.is_verbose, "A line per dive");
   CLI11_PARSE(app, argc, argv);
   if (updates > 0) {
@@ -215,6 +217,7 @@ int main(int argc, char** argv) {
   }
   if (faults > 0) return report_faults(study, faults);
   study.dive.is_stereo = !is_mono;
+  if (is_equidistant) study.dive.lens = LensModel::kEquidistant;
   Figures all;
   for (int i = 0; i < study.runs; ++i) {
     dive_once(study, study.first + static_cast<std::uint64_t>(i), all);

@@ -43,6 +43,7 @@ struct Study {
   std::uint64_t first = 1;
   double seconds = 20.0;
   bool is_mono = false;
+  bool is_wide = false;
   bool with_tracks = false;
   bool is_verbose = false;
   double white_px = 0.0;
@@ -69,6 +70,17 @@ Vector3d normal3(double sigma, Random& random) {
   const double x = random.normal();
   const double y = random.normal();
   return sigma * Vector3d(x, y, random.normal());
+}
+
+// The cameras of the water; wide: equidistant lenses of 120 x 90 degrees.
+vehicle::StereoCameraOptions camera_in(const std::string& water, const Study& study) {
+  vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(water);
+  if (!study.is_wide) return camera;
+  camera.lens = LensModel::kEquidistant;
+  camera.height = camera.width * 3 / 4;
+  camera.fx = camera.fy = 0.5 * camera.width / deg_to_rad(60.0);
+  camera.cy = 0.5 * (camera.height - 1);
+  return camera;
 }
 
 // Options of the estimator: every parameter with a sigma differs from the truth by a random error
@@ -169,7 +181,7 @@ class VisionRun {
 
 void dive_once(const Study& study, const bench::StudySetup& setup, const std::string& water,
                std::uint64_t seed, bench::TrackTruth& truth, Figures& all) {
-  const vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(water);
+  const vehicle::StereoCameraOptions camera = camera_in(water, study);
   const std::vector<DiveTick> stretch =
       bench::stretch_of(bench::swim(setup, seed), study.seconds, seed);
   Random random(seed, 5);
@@ -243,6 +255,7 @@ int main(int argc, char** argv) {
                  "The features tracked, where they truly are, with white noise of so many px");
   app.add_flag("--tracks", study.with_tracks, "Also how far the features are from the truth");
   app.add_flag("--mono", study.is_mono, "One camera");
+  app.add_flag("--wide", study.is_wide, "Equidistant lenses of 120 x 90 degrees");
   app.add_flag("-v,--verbose", study.is_verbose, "A line per dive");
   CLI11_PARSE(app, argc, argv);
   std::vector<Where> all{
@@ -250,7 +263,7 @@ int main(int argc, char** argv) {
   if (!only.mission.empty()) all = {only};
   for (const Where& where : all) {
     const bench::StudySetup setup = bench::load_shipped_setup(where.mission);
-    const vehicle::StereoCameraOptions camera = *vehicle::stereo_camera_in(where.water);
+    const vehicle::StereoCameraOptions camera = camera_in(where.water, study);
     bench::TrackTruth truth(setup.world, camera.camera(0), camera.camera(1));
     Figures figures;
     for (int i = 0; i < study.runs; ++i) {

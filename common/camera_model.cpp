@@ -1,6 +1,9 @@
 #include "common/camera_model.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -10,30 +13,257 @@ namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
+using Radtan = std::array<double, 8>;
 
 constexpr double kNear = 1e-6;    // minimum of z; nearer, the projection is singular
 constexpr double kExact = 1e-12;  // tolerance of n
 constexpr int kMaxIterations = 20;
+constexpr int kMaxHalvings = 12;
+constexpr int kBranchSamples = 16;     // on the way from the axis, to notice a fold
+constexpr double kMaxRadius = 11.43;   // tan(85 degrees)
+constexpr double kMaxAngle = 1.48353;  // rad, 85 degrees
+constexpr double kMaxRadtan = 100.0;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vector2d distorted(const std::array<double, 4>& k, const Vector2d& n) {
-  const double r2 = n.squaredNorm();
-  const double radial = 1.0 + k[0] * r2 + k[1] * r2 * r2;
-  const double xy = 2.0 * n.x() * n.y();
-  return {radial * n.x() + k[2] * xy + k[3] * (r2 + 2.0 * n.x() * n.x()),
-          radial * n.y() + k[2] * (r2 + 2.0 * n.y() * n.y()) + k[3] * xy};
+// --- the lens: rho = g r as a function of r ---
+
+struct Radius {
+  double rho;
+  double slope;  // d rho / d r
+};
+
+// theta_d and d theta_d / d theta.
+Radius equidistant_angle(const std::array<double, 4>& k, double theta) {
+  const double s = theta * theta;
+  return {theta * (1.0 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3])))),
+          1.0 + s * (3.0 * k[0] + s * (5.0 * k[1] + s * (7.0 * k[2] + s * 9.0 * k[3])))};
 }
 
-Matrix2d distortion_jacobian(const std::array<double, 4>& k, const Vector2d& n) {
-  const double x = n.x();
-  const double y = n.y();
-  const double r2 = n.squaredNorm();
-  const double radial = 1.0 + k[0] * r2 + k[1] * r2 * r2;
-  const double slope = 2.0 * (k[0] + 2.0 * k[1] * r2);
+Radius lens_radius(const CameraModel& camera, double r) {
+  const auto& p = camera.lens_parameters;
+  const double r2 = r * r;
+  switch (camera.lens) {
+    case LensModel::kPinhole:
+      break;
+    case LensModel::kEquidistant: {
+      const Radius angle = equidistant_angle(p, std::atan(r));
+      return {angle.rho, angle.slope / (1.0 + r2)};
+    }
+    case LensModel::kEucm: {
+      const auto [alpha, beta] = std::pair(p[0], p[1]);
+      const double d = std::sqrt(beta * r2 + 1.0);
+      const double below = alpha * d + 1.0 - alpha;
+      return {r / below, (below - alpha * beta * r2 / d) / (below * below)};
+    }
+    case LensModel::kDoubleSphere: {
+      const auto [xi, alpha] = std::pair(p[0], p[1]);
+      const double d1 = std::sqrt(r2 + 1.0);
+      const double w = xi * d1 + 1.0;
+      const double d2 = std::sqrt(r2 + w * w);
+      const double below = alpha * d2 + (1.0 - alpha) * w;
+      const double w_slope = xi * r / d1;
+      const double below_slope = alpha * (r + w * w_slope) / d2 + (1.0 - alpha) * w_slope;
+      return {r / below, (below - r * below_slope) / (below * below)};
+    }
+  }
+  return {r, 1.0};
+}
+
+// theta of theta_d on the branch that begins at the axis.
+std::optional<double> equidistant_inverse(const std::array<double, 4>& k, double rho) {
+  double theta = 0.0;
+  Radius at = equidistant_angle(k, theta);
+  for (int i = 1; at.rho < rho; ++i) {
+    if (i > kBranchSamples) return kInfinity;
+    theta = kMaxAngle * i / kBranchSamples;
+    at = equidistant_angle(k, theta);
+    if (!(at.slope > 0.0)) return std::nullopt;
+  }
+  const double above = theta;
+  for (int i = 0; i < kMaxIterations && std::abs(at.rho - rho) > kExact; ++i) {
+    theta = std::clamp(theta - (at.rho - rho) / at.slope, 0.0, above);
+    at = equidistant_angle(k, theta);
+    if (!(at.slope > 0.0)) return std::nullopt;
+  }
+  if (!(std::abs(at.rho - rho) <= kExact)) return std::nullopt;
+  return theta;
+}
+
+// r of rho: infinite where the lens images nothing within 85 degrees, empty where it folds over.
+std::optional<double> lens_inverse(const CameraModel& camera, double rho) {
+  const auto& p = camera.lens_parameters;
+  double r = rho;
+  switch (camera.lens) {
+    case LensModel::kPinhole:
+      break;
+    case LensModel::kEquidistant: {
+      const auto theta = equidistant_inverse(p, rho);
+      if (!theta) return std::nullopt;
+      r = *theta <= kMaxAngle ? std::tan(*theta) : kInfinity;
+      break;
+    }
+    case LensModel::kEucm: {  // eq. (4) of Khomutenko et al.
+      const auto [alpha, beta] = std::pair(p[0], p[1]);
+      const double root2 = 1.0 - (2.0 * alpha - 1.0) * beta * rho * rho;
+      if (!(root2 >= 0.0)) return kInfinity;
+      const double z =
+          (1.0 - beta * alpha * alpha * rho * rho) / (alpha * std::sqrt(root2) + 1.0 - alpha);
+      r = z > 0.0 ? rho / z : kInfinity;
+      break;
+    }
+    case LensModel::kDoubleSphere: {  // eqs. (46) to (50) of Usenko et al.
+      const auto [xi, alpha] = std::pair(p[0], p[1]);
+      const double root2 = 1.0 - (2.0 * alpha - 1.0) * rho * rho;
+      if (!(root2 >= 0.0)) return kInfinity;
+      const double mz =
+          (1.0 - alpha * alpha * rho * rho) / (alpha * std::sqrt(root2) + 1.0 - alpha);
+      const double length2 = mz * mz + rho * rho;
+      const double inner2 = mz * mz + (1.0 - xi * xi) * rho * rho;
+      if (!(inner2 >= 0.0)) return kInfinity;
+      const double scale = (mz * xi + std::sqrt(inner2)) / length2;
+      const double z = scale * mz - xi;
+      r = z > 0.0 ? scale * rho / z : kInfinity;
+      break;
+    }
+  }
+  return r <= kMaxRadius ? r : kInfinity;
+}
+
+bool is_on_first_branch(const CameraModel& camera, double r) {
+  if (camera.lens != LensModel::kEquidistant) return true;
+  const double theta = std::atan(r);
+  for (int i = 1; i <= kBranchSamples; ++i) {
+    const double part = theta * i / kBranchSamples;
+    if (!(equidistant_angle(camera.lens_parameters, part).slope > 0.0)) return false;
+  }
+  return true;
+}
+
+// --- radial-tangential distortion of m ---
+
+struct Radial {
+  double factor;  // of m
+  double slope;   // d factor / d s
+  bool is_finite;
+};
+
+Radial radial_of(const Radtan& k, double s) {
+  const double above = 1.0 + s * (k[0] + s * (k[1] + s * k[4]));
+  const double below = 1.0 + s * (k[5] + s * (k[6] + s * k[7]));
+  const double above_slope = k[0] + s * (2.0 * k[1] + s * 3.0 * k[4]);
+  const double below_slope = k[5] + s * (2.0 * k[6] + s * 3.0 * k[7]);
+  return {above / below, (above_slope - above / below * below_slope) / below, below > 0.0};
+}
+
+bool is_straight(const Radtan& k) {
+  return std::all_of(k.begin(), k.end(), [](double value) { return value == 0.0; });
+}
+
+Vector2d distorted(const Radtan& k, const Vector2d& m) {
+  const double s = m.squaredNorm();
+  const double radial = radial_of(k, s).factor;
+  const double xy = 2.0 * m.x() * m.y();
+  return {radial * m.x() + k[2] * xy + k[3] * (s + 2.0 * m.x() * m.x()),
+          radial * m.y() + k[2] * (s + 2.0 * m.y() * m.y()) + k[3] * xy};
+}
+
+Matrix2d distortion_jacobian(const Radtan& k, const Vector2d& m) {
+  const double x = m.x();
+  const double y = m.y();
+  const Radial radial = radial_of(k, m.squaredNorm());
+  const double slope = 2.0 * radial.slope;
   const double cross = slope * x * y + 2.0 * (k[2] * x + k[3] * y);
   Matrix2d J;
-  J << radial + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
-      radial + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
+  J << radial.factor + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
+      radial.factor + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
   return J;
+}
+
+// True if the radial part increases from the axis to |m|; the tangential part is small beside it.
+bool is_on_first_branch(const Radtan& k, const Vector2d& m) {
+  if (is_straight(k)) return true;
+  for (int i = 1; i <= kBranchSamples; ++i) {
+    const double s = m.squaredNorm() * i / kBranchSamples;
+    const Radial radial = radial_of(k, s);
+    if (!radial.is_finite || !(radial.factor + 2.0 * s * radial.slope > 0.0)) return false;
+  }
+  return true;
+}
+
+// m of d by Newton's method, each step halved until it improves.
+std::optional<Vector2d> straightened(const Radtan& k, const Vector2d& wanted) {
+  if (is_straight(k)) return wanted;
+  Vector2d m = wanted;
+  for (int i = 0; i < kMaxHalvings && !is_on_first_branch(k, m); ++i) m *= 0.5;
+  Vector2d error = distorted(k, m) - wanted;
+  for (int i = 0; i < kMaxIterations && error.norm() >= kExact; ++i) {
+    const Matrix2d J = distortion_jacobian(k, m);
+    if (!(J.determinant() > 0.0)) return std::nullopt;  // beyond the fold of the image
+    Vector2d step = J.inverse() * error;
+    Vector2d next = m - step;
+    for (int halving = 0; halving < kMaxHalvings; ++halving) {
+      if ((distorted(k, next) - wanted).norm() < error.norm()) break;
+      step *= 0.5;
+      next = m - step;
+    }
+    m = next;
+    error = distorted(k, m) - wanted;
+  }
+  if (!(error.norm() < kExact) || !is_on_first_branch(k, m)) return std::nullopt;
+  return m;
+}
+
+// --- all of it ---
+
+// n of a pixel: not finite where the lens images nothing, empty where it folds over.
+std::optional<Vector2d> ray_of(const CameraModel& camera, const Vector2d& pixel) {
+  const Vector2d d((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+  const auto m = straightened(camera.radtan, d);
+  if (!m) return std::nullopt;
+  const double rho = m->norm();
+  const auto r = lens_inverse(camera, rho);
+  if (!r) return std::nullopt;
+  if (camera.lens == LensModel::kPinhole && std::isfinite(*r)) return m;
+  return rho > 0.0 ? Vector2d(*m * (*r / rho)) : *m;
+}
+
+std::string lens_problem(const CameraModel& camera) {
+  const auto& p = camera.lens_parameters;
+  const bool is_in_range =
+      std::all_of(p.begin(), p.end(), [](double value) { return std::abs(value) <= kMaxRadtan; });
+  if (!is_in_range) {
+    return fmt::format("lens parameters of {}, {}, {}, {}; each must be within {}", p[0], p[1],
+                       p[2], p[3], kMaxRadtan);
+  }
+  if (camera.lens == LensModel::kEucm && !(p[0] >= 0.0 && p[0] <= 1.0 && p[1] > 0.0)) {
+    return fmt::format(
+        "an EUCM lens of alpha {} and beta {}; alpha must be from 0 to 1, beta above 0", p[0],
+        p[1]);
+  }
+  if (camera.lens == LensModel::kDoubleSphere &&
+      !(p[0] > -1.0 && p[0] <= 1.0 && p[1] >= 0.0 && p[1] <= 1.0)) {
+    return fmt::format(
+        "a double sphere lens of xi {} and alpha {}; xi must be above -1 and at most 1, alpha from "
+        "0 to 1",
+        p[0], p[1]);
+  }
+  return {};
+}
+
+// Along the ellipse that touches the edges of the image.
+std::string fold_problem(const CameraModel& camera) {
+  constexpr int kDirections = 16;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * M_PI * i / kDirections;
+    const Vector2d pixel(0.5 * (camera.width - 1) * (1.0 + std::cos(angle)),
+                         0.5 * (camera.height - 1) * (1.0 + std::sin(angle)));
+    if (ray_of(camera, pixel)) continue;
+    return fmt::format(
+        "its distortion folds over before pixel ({:.0f}, {:.0f}); check the order and number of "
+        "the coefficients",
+        pixel.x(), pixel.y());
+  }
+  return {};
 }
 
 }  // namespace
@@ -47,38 +277,62 @@ std::string CameraModel::validate() const {
   }
   if (!std::isfinite(cx) || !std::isfinite(cy)) return "its principal point is not a number";
   for (const double k : radtan) {
-    if (!(std::abs(k) <= 10.0)) return fmt::format("a distortion coefficient of {}", k);
+    if (!(std::abs(k) <= kMaxRadtan)) return fmt::format("a distortion coefficient of {}", k);
   }
   if (!X_BC.is_finite()) return "its pose in the body is not finite";
-  return {};
+  if (std::string problem = lens_problem(*this); !problem.empty()) return problem;
+  return fold_problem(*this);
 }
 
 Vector2d CameraModel::distort(const Vector2d& normalised) const {
-  const Vector2d d = distorted(radtan, normalised);
+  const double r = normalised.norm();
+  Vector2d m = normalised;
+  if (lens != LensModel::kPinhole && r > 0.0) m *= lens_radius(*this, r).rho / r;
+  const Vector2d d = distorted(radtan, m);
   return {fx * d.x() + cx, fy * d.y() + cy};
 }
 
-std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
-  const Vector2d wanted((pixel.x() - cx) / fx, (pixel.y() - cy) / fy);
-  Vector2d n = wanted;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const Vector2d error = distorted(radtan, n) - wanted;
-    if (error.norm() < kExact) return n;
-    const Matrix2d J = distortion_jacobian(radtan, n);
-    if (!(J.determinant() > 0.0)) return std::nullopt;  // beyond the fold of the image
-    n -= J.inverse() * error;
+Matrix2d CameraModel::jacobian(const Vector2d& normalised) const {
+  Vector2d m = normalised;
+  Matrix2d J = Matrix2d::Identity();
+  if (lens != LensModel::kPinhole) {
+    const double r = normalised.norm();
+    const Radius radius = lens_radius(*this, r);
+    const double g = r > 0.0 ? radius.rho / r : radius.slope;
+    m *= g;
+    J *= g;
+    if (r > 0.0) {
+      const Vector2d along = normalised / r;
+      J += (radius.slope - g) * along * along.transpose();
+    }
   }
-  return std::nullopt;
+  return Vector2d(fx, fy).asDiagonal() * distortion_jacobian(radtan, m) * J;
+}
+
+std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
+  auto n = ray_of(*this, pixel);
+  if (n && !n->allFinite()) return std::nullopt;
+  return n;
 }
 
 std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   if (!(p_C.z() > kNear)) return std::nullopt;
-  return distort(p_C.head<2>() / p_C.z());
+  const Vector2d n = p_C.head<2>() / p_C.z();
+  const double r = n.norm();
+  if (!(r <= kMaxRadius) || !is_on_first_branch(*this, r)) return std::nullopt;
+  if (!is_straight(radtan)) {
+    const Vector2d m =
+        lens == LensModel::kPinhole || r == 0.0 ? n : Vector2d(n * (lens_radius(*this, r).rho / r));
+    if (!is_on_first_branch(radtan, m)) return std::nullopt;
+  }
+  return distort(n);
 }
 
 bool CameraModel::in_image(const Vector2d& pixel, double border) const {
   return pixel.x() >= border - 0.5 && pixel.y() >= border - 0.5 &&
          pixel.x() <= width - 0.5 - border && pixel.y() <= height - 0.5 - border;
 }
+
+double CameraModel::focal() const { return std::sqrt(jacobian(Vector2d::Zero()).determinant()); }
 
 }  // namespace dive

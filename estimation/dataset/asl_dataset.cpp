@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "estimation/dataset/camera_calibration.h"
 #include "estimation/dataset/csv_table.h"
 #include "estimation/dataset/gray_png.h"
 #include "estimation/dataset/sensor_file.h"
@@ -20,53 +20,22 @@ namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
 
-// Recognises radial-tangential distortion by all its names.
-bool is_radtan(const std::string& word) {
-  return word == "radial-tangential" || word == "radtan" || word == "plumb_bob";
-}
-
 // Reads a camera's pose in the files' body frame, and its model.
 tl::expected<RecordedCamera, std::string> read_calibration(const std::string& path) {
   const auto file = SensorFile::open(path);
   if (!file) return Failure(file.error());
-  for (const auto& [key, wanted] :
-       {std::pair("camera_model", "pinhole"), {"distortion_model", "radial-tangential"}}) {
-    const auto word = file->word(key);
-    if (!word) return Failure(word.error());
-    if (!*word || **word == wanted ||
-        (std::string_view(wanted) != "pinhole" && is_radtan(**word))) {
-      continue;
-    }
-    return Failure(fmt::format("{}: {} is {}; only {} is known", path, key, **word, wanted));
-  }
-  const auto size = file->numbers("resolution", 2);
-  if (!size) return Failure(size.error());
-  const auto intrinsics = file->numbers("intrinsics", 4);
-  if (!intrinsics) return Failure(intrinsics.error());
-  const auto distortion = file->numbers("distortion_coefficients", 4);
-  if (!distortion) return Failure(distortion.error());
+  auto model = read_camera_model(*file);
+  if (!model) return Failure(model.error());
   const auto X_BC = file->X_BS();
   if (!X_BC) return Failure(X_BC.error());
   const auto rate = file->number("rate_hz");
   if (!rate) return Failure(rate.error());
 
-  for (const double side : *size) {
-    if (!(side >= 1.0 && side <= 20'000.0)) {
-      return Failure(fmt::format("{}: an image of {} x {} pixels", path, (*size)[0], (*size)[1]));
-    }
-  }
   RecordedCamera camera;
-  CameraModel& model = camera.model;
-  model.width = static_cast<int>((*size)[0]);
-  model.height = static_cast<int>((*size)[1]);
-  model.fx = (*intrinsics)[0];
-  model.fy = (*intrinsics)[1];
-  model.cx = (*intrinsics)[2];
-  model.cy = (*intrinsics)[3];
-  std::copy(distortion->begin(), distortion->end(), model.radtan.begin());
-  model.X_BC = *X_BC;
+  camera.model = *model;
+  camera.model.X_BC = *X_BC;
   camera.rate_hz = rate->value_or(0.0);
-  if (const std::string why = model.validate(); !why.empty()) {
+  if (const std::string why = camera.model.validate(); !why.empty()) {
     return Failure(fmt::format("{}: {}", path, why));
   }
   return camera;
@@ -226,7 +195,7 @@ tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder
     const auto read = read_depth(root / "depth0", dataset);
     if (!read) return Failure(read.error());
   }
-  for (const char* name : {"state_groundtruth_estimate0", "vicon0", "leica0"}) {
+  for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {
     if (!fs::is_directory(root / name)) continue;
     const auto read = read_truth(root / name, *X_BI, dataset);
     if (!read) return Failure(read.error());

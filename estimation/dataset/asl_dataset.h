@@ -2,11 +2,12 @@
 // Recordings in the ASL format, the format of EuRoC (Burri et al., "The EuRoC micro aerial vehicle
 // datasets", 2016). Contents of a folder, with or without mav0/ in it:
 //
-//   cam0/ cam1/                     sensor.yaml, data.csv: stamp [ns], file; data/*.png
+//   cam0/ cam1/                     sensor.yaml (its models: camera_calibration.h),
+//                                   data.csv: stamp [ns], file; data/*.png
 //   imu0/                           sensor.yaml, data.csv: stamp, w (rad/s), a (m/s^2)
 //   depth0/ (ours, optional)        data.csv: stamp, depth [m], positive down
 //   state_groundtruth_estimate0/    data.csv: stamp, p, q (w x y z)[, v, ...]   (either, optional)
-//   leica0/ vicon0/                 data.csv: stamp, p[, q (w x y z)]
+//   leica0/ vicon0/ mocap0/         data.csv: stamp, p[, q (w x y z)]; mocap0 is TUM-VI's
 //
 // B is the IMU's frame here: values in the files' own body frame are converted to it. Stamps become
 // microseconds.

@@ -1,10 +1,12 @@
 #include "estimation/dataset/sensor_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include "common/input_file.h"
@@ -14,10 +16,9 @@ namespace {
 
 constexpr double kRotation = 1e-3;  // tolerance of a written rotation matrix
 
-tl::unexpected<std::string> at(const std::string& path, const YAML::Mark& mark,
-                               const std::string& what) {
-  if (mark.is_null()) return tl::make_unexpected(fmt::format("{}: {}", path, what));
-  return tl::make_unexpected(fmt::format("{}:{}: {}", path, mark.line + 1, what));
+std::string located(const std::string& path, const YAML::Mark& mark, const std::string& what) {
+  if (mark.is_null()) return fmt::format("{}: {}", path, what);
+  return fmt::format("{}:{}: {}", path, mark.line + 1, what);
 }
 
 bool to_finite(const YAML::Node& node, double& value) {
@@ -33,7 +34,8 @@ struct SensorFile::Impl {
   [[nodiscard]] YAML::Node find(const std::string& key) const { return std::as_const(root)[key]; }
   [[nodiscard]] tl::unexpected<std::string> wrong(const YAML::Node& node,
                                                   const std::string& what) const {
-    return at(path, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark(), what);
+    return tl::make_unexpected(
+        located(path, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark(), what));
   }
 };
 
@@ -50,26 +52,33 @@ tl::expected<SensorFile, std::string> SensorFile::open(const std::string& path) 
   try {
     impl->root = YAML::Load(**file);
   } catch (const YAML::Exception& e) {
-    return at(path, e.mark, e.msg);
+    return tl::make_unexpected(located(path, e.mark, e.msg));
   }
   if (!impl->root.IsMap()) return impl->wrong(impl->root, "keys and values are expected");
   return SensorFile(std::move(impl));
 }
 
-tl::expected<std::vector<double>, std::string> SensorFile::numbers(const std::string& key,
-                                                                   std::size_t n) const {
+tl::expected<std::vector<double>, std::string> SensorFile::numbers(
+    const std::string& key, const std::vector<std::size_t>& counts) const {
   const YAML::Node node = impl_->find(key);
   if (!node.IsDefined()) return impl_->wrong(node, fmt::format("there is no {}", key));
-  if (!node.IsSequence() || node.size() != n) {
-    return impl_->wrong(node, fmt::format("{} must be a list of {} numbers", key, n));
+  if (!node.IsSequence() || std::find(counts.begin(), counts.end(), node.size()) == counts.end()) {
+    return impl_->wrong(
+        node, fmt::format("{} must be a list of {} numbers", key, fmt::join(counts, " or ")));
   }
-  std::vector<double> values(n);
-  for (std::size_t i = 0; i < n; ++i) {
+  std::vector<double> values(node.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
     if (!to_finite(node[i], values[i])) {
       return impl_->wrong(node[i], fmt::format("number {} of {} is none", i + 1, key));
     }
   }
   return values;
+}
+
+bool SensorFile::has(const std::string& key) const { return impl_->find(key).IsDefined(); }
+
+std::string SensorFile::at(const std::string& key, const std::string& what) const {
+  return impl_->wrong(impl_->find(key), what).value();
 }
 
 tl::expected<std::optional<double>, std::string> SensorFile::number(const std::string& key) const {

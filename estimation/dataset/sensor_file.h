@@ -22,9 +22,12 @@ class SensorFile {
   /// T_BS: pose of the sensor in the files' body frame; identity if not given. Errors are
   /// "FILE:LINE: what".
   [[nodiscard]] tl::expected<Pose, std::string> X_BS() const;
-  /// A list of exactly n finite numbers.
-  [[nodiscard]] tl::expected<std::vector<double>, std::string> numbers(const std::string& key,
-                                                                       std::size_t n) const;
+  /// A list of finite numbers, as many as one of `counts`.
+  [[nodiscard]] tl::expected<std::vector<double>, std::string> numbers(
+      const std::string& key, const std::vector<std::size_t>& counts) const;
+  [[nodiscard]] bool has(const std::string& key) const;
+  /// "FILE:LINE: what", with the line of the key's value, if there is one.
+  [[nodiscard]] std::string at(const std::string& key, const std::string& what) const;
   /// Empty if there is no such key.
   [[nodiscard]] tl::expected<std::optional<double>, std::string> number(
       const std::string& key) const;

@@ -12,6 +12,7 @@
 
 #include "common/assert.h"
 #include "common/input_file.h"
+#include "estimation/dataset/camera_calibration.h"
 #include "estimation/dataset/gray_png.h"
 
 namespace dive::mission {
@@ -60,15 +61,9 @@ std::string head(const std::string& type, const std::string& comment, const Pose
 }
 
 std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
-  const auto& k = camera.radtan;
   return head("camera", sensors.comment, camera.X_BC) +
-         fmt::format(
-             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
-             "intrinsics: [{}, {}, {}, {}]  # fu, fv, cu, cv\n"
-             "distortion_model: radial-tangential\n"
-             "distortion_coefficients: [{}, {}, {}, {}]\n",
-             sensors.camera_rate_hz, camera.width, camera.height, camera.fx, camera.fy, camera.cx,
-             camera.cy, k[0], k[1], k[2], k[3]);
+         fmt::format("rate_hz: {}\n", sensors.camera_rate_hz) +
+         estimation::camera_model_yaml(camera);
 }
 
 std::string imu_yaml(const AslSensors& sensors) {

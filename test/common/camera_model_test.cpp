@@ -79,12 +79,34 @@ TEST(CameraModel, ReportsWhatIsWrongWithIt) {
   camera = euroc();
   camera.X_BC.p.x() = std::numeric_limits<double>::infinity();
   EXPECT_THAT(camera.validate(), HasSubstr("pose"));
+  camera = euroc();
+  camera.lens = LensModel::kEucm;
+  camera.lens_parameters = {0.6, -1.0};
+  EXPECT_THAT(camera.validate(), HasSubstr("beta -1"));
+  camera.lens = LensModel::kDoubleSphere;
+  camera.lens_parameters = {-0.2, 1.5};
+  EXPECT_THAT(camera.validate(), HasSubstr("alpha 1.5"));
+  camera.lens_parameters[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(camera.validate(), HasSubstr("lens parameters"));
+}
+
+TEST(CameraModel, ReportsADistortionThatFoldsOverInTheImage) {
+  CameraModel camera = euroc();
+  camera.radtan = {-0.6, 0.0, 0.0, 0.0};  // folds over at r^2 = 1 / 1.8, before the left edge
+  EXPECT_THAT(camera.validate(), HasSubstr("folds over before pixel"));
+  camera = euroc();
+  camera.lens = LensModel::kEquidistant;
+  camera.radtan = {};
+  camera.lens_parameters = {0.0, -0.5, 0.0, 0.0};  // at theta^4 = 1 / 2.5
+  EXPECT_THAT(camera.validate(), HasSubstr("folds over before pixel"));
 }
 
 TEST(CameraModel, DoesNotInventWhereTheImageFoldsOver) {
   CameraModel camera = euroc();
   camera.radtan = {-0.9, 0.0, 0.0, 0.0};  // the distorted image folds over at r^2 = 1 / 2.7
   EXPECT_FALSE(camera.undistort({camera.cx + 2.0 * camera.fx, camera.cy}));
+  EXPECT_TRUE(camera.project({0.6, 0.0, 1.0}));
+  EXPECT_FALSE(camera.project({1.0, 0.0, 1.0})) << "the formula gives pixel (413, 248)";
 }
 
 }  // namespace

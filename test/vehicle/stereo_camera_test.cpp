@@ -77,10 +77,16 @@ Eigen::Vector3d ray(const StereoCameraOptions& o, double u, double v) {
 // own; the vehicle is pitched up by the tilt of the cameras.
 TEST(StereoCamera, EdgesLieWhereTheCameraModelHasThem) {
   const World world{{{"crate", Box{{1.0, 1.2, 0.8}}, at(3.5, 0.1, -5)}}};
-  for (const bool is_distorted : {false, true}) {
-    StereoCameraOptions options = exact();
+  std::vector<StereoCameraOptions> lenses(5, exact());
+  lenses[1].radtan = {-0.08, 0.01, 0.002, -0.001};
+  lenses[2].lens = LensModel::kEquidistant;
+  lenses[2].lens_parameters = {0.02, -0.01, 0.003, 0.0};
+  lenses[3].lens = LensModel::kEucm;
+  lenses[3].lens_parameters = {0.6, 1.1};
+  lenses[4].lens = LensModel::kDoubleSphere;
+  lenses[4].lens_parameters = {-0.2, 0.6};
+  for (StereoCameraOptions& options : lenses) {
     options.sensor.exposure_ms *= 5.0;
-    if (is_distorted) options.radtan = {-0.08, 0.01, 0.002, -0.001};
     const Pose X_WB = at(0, 0, -5, 0, deg_to_rad(-40));
     StereoCamera camera(world, options, 1);
     const StereoFrames frames = camera.take(0, X_WB);
@@ -106,10 +112,28 @@ TEST(StereoCamera, EdgesLieWhereTheCameraModelHasThem) {
       EXPECT_NEAR(last + 0.5, to.x(), 0.8) << k;
       left_edges[k] = first;
     }
-    if (is_distorted) continue;
+    if (&options != &lenses.front()) continue;
     const double depth = 3.0 - 0.31 * std::cos(deg_to_rad(40));
     EXPECT_NEAR(left_edges[0] - left_edges[1], 120.0 * 0.14 / depth, 1.0);
   }
+}
+
+TEST(StereoCamera, IsDarkOutsideTheImageOfAFisheye) {
+  StereoCameraOptions options = exact();
+  options.lens = LensModel::kEquidistant;
+  options.fx = options.fy = 0.4 * kHeight;  // 85 degrees off the axis at 0.59 of the height
+  const ImageFrame image = left(floor_at(-6.0), options, at(0, 0, -5));
+  const CameraModel model = options.camera(0);
+  int lit = 0;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const bool has_ray = std::hypot(u - model.cx, v - model.cy) < deg_to_rad(85.0) * model.fx;
+      lit += has_ray && grey(image, u, v) > 0 ? 1 : 0;
+      if (has_ray) continue;
+      EXPECT_EQ(grey(image, u, v), 0) << u << ", " << v;
+    }
+  }
+  EXPECT_GT(lit, kWidth * kHeight / 4);
 }
 
 TEST(StereoCamera, IsMountedAtTheBowAndPointsDown) {

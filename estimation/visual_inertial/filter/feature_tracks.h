@@ -2,6 +2,7 @@
 // Observations from the clones of each landmark that is not in the state. Bounded: as many tracks
 // as one frame has features, and those lost in it; as many observations each as there are clones.
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,10 +12,15 @@
 
 namespace dive::estimation {
 
+/// Normalised image coordinates in one frame.
 struct TrackObservation {
   std::int64_t frame = 0;
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right;
+  /// d pixel / d n of the left and of the right camera there: the noise of a pixel is the same all
+  /// over the image, that of n is not.
+  std::array<Eigen::Matrix2d, 2> to_pixels{Eigen::Matrix2d::Identity(),
+                                           Eigen::Matrix2d::Identity()};
 };
 
 struct Track {

@@ -67,8 +67,11 @@ std::vector<View> views_of(const FilterState& state, const Track& track) {
     const Clone* clone = clone_of(state, observation.frame, index);
     DIVE_DEMAND(clone != nullptr);
     // The last one is the anchor: a left one.
-    if (observation.right) views.push_back({clone->X_WB * state.cameras_B[1], *observation.right});
-    views.push_back({clone->X_WB * state.cameras_B[0], observation.left});
+    if (observation.right) {
+      views.push_back(
+          {clone->X_WB * state.cameras_B[1], *observation.right, observation.to_pixels[1]});
+    }
+    views.push_back({clone->X_WB * state.cameras_B[0], observation.left, observation.to_pixels[0]});
   }
   return views;
 }
@@ -90,11 +93,13 @@ std::optional<LinearSystem> track_system(const FilterState& state, const Track& 
       const auto expected = project(clone->X_WB, X_BC, p_W);
       const auto jacobians = view_jacobians(clone->first, X_BC, p_W);
       if (!expected || !jacobians) return std::nullopt;
-      system.r.segment<2>(row) = (camera == 0 ? observation.left : *observation.right) - *expected;
-      system.H_f.middleRows<2>(row) = jacobians->landmark;
-      system.H.block<2, 6>(row, at) = jacobians->clone;
+      const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
+      system.r.segment<2>(row) =
+          to_pixels * ((camera == 0 ? observation.left : *observation.right) - *expected);
+      system.H_f.middleRows<2>(row) = to_pixels * jacobians->landmark;
+      system.H.block<2, 6>(row, at) = to_pixels * jacobians->clone;
       if (const auto own = state.camera_columns(camera)) {
-        system.H.block<2, 6>(row, own->start - columns[0].start) = jacobians->camera;
+        system.H.block<2, 6>(row, own->start - columns[0].start) = to_pixels * jacobians->camera;
       }
     }
   }
@@ -116,12 +121,14 @@ std::optional<LinearSystem> landmark_system(const FilterState& state, std::size_
     const auto expected = project(clone.X_WB, X_BC, mark.p_W);
     const auto jacobians = view_jacobians(clone.first, X_BC, mark.first);
     if (!expected || !jacobians) return std::nullopt;
-    system.r.segment<2>(row) = (camera == 0 ? observation.left : *observation.right) - *expected;
+    const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
+    system.r.segment<2>(row) =
+        to_pixels * ((camera == 0 ? observation.left : *observation.right) - *expected);
     if (const auto own = state.camera_columns(camera)) {
-      system.H.block<2, 6>(row, own->start - calibration.start) = jacobians->camera;
+      system.H.block<2, 6>(row, own->start - calibration.start) = to_pixels * jacobians->camera;
     }
-    system.H.block<2, 3>(row, calibration.size) = jacobians->landmark;
-    system.H.block<2, 6>(row, calibration.size + 3) = jacobians->clone;
+    system.H.block<2, 3>(row, calibration.size) = to_pixels * jacobians->landmark;
+    system.H.block<2, 6>(row, calibration.size + 3) = to_pixels * jacobians->clone;
   }
   return system;
 }

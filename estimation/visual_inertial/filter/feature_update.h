@@ -4,7 +4,9 @@
 //   u = R_i^T (f - p_i),   c = R_BC^T (u - p_BC),   z = [c_x / c_z, c_y / c_z]
 //
 // with the Jacobians derived in doc/visual-inertial/features.md. They are evaluated at the first
-// estimates of clones and landmarks, residuals at the present ones.
+// estimates of clones and landmarks, residuals at the present ones. The rows of a system are in
+// pixels: those of z multiplied by d pixel / d z at the observation, which does not depend on the
+// state.
 
 #include <optional>
 #include <vector>
@@ -31,7 +33,7 @@ struct ViewJacobians {
 [[nodiscard]] std::optional<ViewJacobians> view_jacobians(const Pose& X_WB, const Pose& X_BC,
                                                           const Eigen::Vector3d& p_W);
 
-/// r = H x + H_f f + n, rows of equal noise.
+/// r = H x + H_f f + n, in pixels: rows of equal noise.
 struct LinearSystem {
   Eigen::MatrixXd H;
   Eigen::MatrixX3d H_f;

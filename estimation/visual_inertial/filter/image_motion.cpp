@@ -13,7 +13,8 @@ constexpr double kMedianOfNoise = 1.177;  // of a distance, per sigma of each ax
 
 }  // namespace
 
-std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b) {
+std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b,
+                                     const CameraModel& left) {
   std::map<std::int64_t, Eigen::Vector2d> places;
   for (const FeatureObservation& feature : a.features) {
     if (feature.left.allFinite()) places[feature.id] = feature.left;
@@ -22,7 +23,7 @@ std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& 
   for (const FeatureObservation& feature : b.features) {
     const auto found = places.find(feature.id);
     if (found == places.end() || !feature.left.allFinite()) continue;
-    distances.push_back((feature.left - found->second).norm());
+    distances.push_back((left.jacobian(feature.left) * (feature.left - found->second)).norm());
   }
   if (distances.size() < kMinFeatures) return std::nullopt;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
@@ -32,7 +33,7 @@ std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& 
 
 double still_motion(const VisualInertialOptions& options) {
   const double noise = kMedianOfNoise * std::sqrt(2.0) * options.pixel_sigma;  // two frames
-  return std::hypot(options.zero_velocity_pixels, noise) / options.cameras.front().fx;
+  return std::hypot(options.zero_velocity_pixels, noise);
 }
 
 }  // namespace dive::estimation

@@ -8,10 +8,11 @@
 
 namespace dive::estimation {
 
-/// Median distance of the features common to both, normalised; empty if they are fewer than ten.
-[[nodiscard]] std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b);
+/// Median distance of the features common to both, pixels; empty if they are fewer than ten.
+[[nodiscard]] std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& b,
+                                                   const CameraModel& left);
 
-/// The largest that may be noise alone.
+/// The largest that may be noise alone, pixels.
 [[nodiscard]] double still_motion(const VisualInertialOptions& options);
 
 }  // namespace dive::estimation

@@ -131,7 +131,8 @@ bool ImageInitialiser::is_still() const {
   const auto after = std::upper_bound(frames_.begin(), frames_.end(), since,
                                       [](Utime t, const Seen& seen) { return t < seen.utime; });
   if (after == frames_.begin()) return false;
-  const auto motion = motion_between(std::prev(after)->frame, frames_.back().frame);
+  const auto motion =
+      motion_between(std::prev(after)->frame, frames_.back().frame, options_.cameras.front());
   return motion && *motion <= still_motion(options_);
 }
 
@@ -156,7 +157,11 @@ void ImageInitialiser::follow(const std::vector<const Seen*>& chosen, StartWindo
       if (!track.views.empty() && track.views.back().frame == k) continue;
       auto right = options_.cameras.size() > 1 ? feature.right : std::nullopt;
       if (right && !right->allFinite()) right.reset();
-      track.views.push_back({k, feature.left, right});
+      const auto whitening = [this](std::size_t camera, const Eigen::Vector2d& image) {
+        return Eigen::Matrix2d(options_.cameras[camera].jacobian(image) / options_.pixel_sigma);
+      };
+      track.views.push_back({k, feature.left, right, {whitening(0, feature.left)}});
+      if (right) track.views.back().whitening[1] = whitening(1, *right);
     }
   }
   for (auto& [id, track] : tracks) {

@@ -1,6 +1,7 @@
 #pragma once
 // The images and IMU samples from which the filter is initialised: a second or two. Internal.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -17,6 +18,8 @@ struct WindowTrack {
     std::size_t frame = 0;
     Eigen::Vector2d left = Eigen::Vector2d::Zero();
     std::optional<Eigen::Vector2d> right;
+    /// From a difference of image coordinates to sigmas of a pixel, for left and right.
+    std::array<Eigen::Matrix2d, 2> whitening{Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
   };
   std::int64_t id = 0;
   std::vector<View> views;  ///< By frame, at least two.
@@ -29,7 +32,7 @@ struct StartWindow {
   std::vector<Eigen::Vector3d> gyro_B;         ///< At each frame, rad/s.
   std::vector<std::optional<double>> depth_m;  ///< Of the depth sensor at each frame.
   std::vector<WindowTrack> tracks;
-  double sigma = 0.0;  ///< Noise of an image coordinate, normalised.
+  double sigma = 0.0;  ///< Noise of a ray, rad.
 
   [[nodiscard]] std::size_t size() const { return utimes.size(); }
 };

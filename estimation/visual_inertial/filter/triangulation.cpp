@@ -26,6 +26,7 @@ struct Relative {
   Matrix3d rotation;
   Vector3d translation;
   Vector2d image;
+  Eigen::Matrix2d to_pixels;
 };
 
 Matrix23d projection_jacobian(const Vector3d& h) {
@@ -69,8 +70,8 @@ Linearised linearise(std::span<const Relative> cameras, const Vector3d& x) {
     }
     Matrix3d by_x = camera.rotation;
     by_x.col(2) = camera.translation;
-    const Matrix23d J = projection_jacobian(h) * by_x;
-    const Vector2d residual = camera.image - h.head<2>() / h.z();
+    const Matrix23d J = camera.to_pixels * projection_jacobian(h) * by_x;
+    const Vector2d residual = camera.to_pixels * (camera.image - h.head<2>() / h.z());
     sum.information.noalias() += J.transpose() * J;
     sum.gradient.noalias() += J.transpose() * residual;
     sum.cost += residual.squaredNorm();
@@ -93,8 +94,8 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
   cameras.reserve(views.size());
   for (const View& view : views) {
     const Matrix3d R_CW = view.X_WC.q.conjugate().toRotationMatrix();
-    cameras.push_back(
-        {R_CW * X_WA.q.toRotationMatrix(), R_CW * (X_WA.p - view.X_WC.p), view.image});
+    cameras.push_back({R_CW * X_WA.q.toRotationMatrix(), R_CW * (X_WA.p - view.X_WC.p), view.image,
+                       view.to_pixels});
   }
 
   Vector3d x(begin_A.x() / begin_A.z(), begin_A.y() / begin_A.z(), 1.0 / begin_A.z());

@@ -16,15 +16,17 @@ namespace dive::estimation {
 struct View {
   Pose X_WC;
   Eigen::Vector2d image;  ///< Normalised image coordinates.
+  /// d pixel / d image there; residuals and their noise are in pixels by it.
+  Eigen::Matrix2d to_pixels = Eigen::Matrix2d::Identity();
 };
 
 struct Triangulated {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
-  /// Covariance of p_W for poses without error and image noise of variance 1.
+  /// Covariance of p_W for poses without error and noise of 1 pixel along each axis.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// Relative sigma of the depth under the same assumptions.
   double depth_share = 0.0;
-  double cost = 0.0;  ///< Sum of squared image residuals.
+  double cost = 0.0;  ///< Sum of squared residuals, pixels^2.
 };
 
 enum class TriangulationError {
@@ -35,7 +37,7 @@ enum class TriangulationError {
   kNotConverged,
 };
 
-/// `sigma` is the noise of an image coordinate: a depth whose own sigma exceeds a third of it is
+/// `sigma` is the noise of a pixel coordinate: a depth whose own sigma exceeds a third of it is
 /// kNoParallax.
 [[nodiscard]] tl::expected<Triangulated, TriangulationError> triangulate(
     std::span<const View> views, double sigma);

@@ -30,8 +30,10 @@ std::size_t count_observations(const Track& track) {
   return count;
 }
 
-bool is_usable(const FeatureObservation& feature) {
-  return feature.left.allFinite() && (!feature.right || feature.right->allFinite());
+// d pixel / d n; empty if the camera has no image of n.
+std::optional<Eigen::Matrix2d> to_pixels(const CameraModel& camera, const Eigen::Vector2d& n) {
+  if (!n.allFinite() || !camera.project(n.homogeneous())) return std::nullopt;
+  return camera.jacobian(n);
 }
 
 // Covariance of p_W = p + R l, with l as triangulated: the triangulation's own, and the vehicle's.
@@ -54,9 +56,7 @@ struct VisualUpdate::Gated {
 };
 
 VisualUpdate::VisualUpdate(const VisualInertialOptions& options)
-    : options_(options),
-      sigma_(options.pixel_sigma /
-             std::sqrt(options.cameras.front().fx * options.cameras.front().fy)) {}
+    : options_(options), sigma_(options.pixel_sigma) {}
 
 VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
                                  std::int64_t number) {
@@ -77,28 +77,41 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   return report;
 }
 
+std::optional<TrackObservation> VisualUpdate::observed(const FeatureObservation& feature,
+                                                       std::int64_t number, bool is_stereo) const {
+  const auto left = to_pixels(options_.cameras[0], feature.left);
+  if (!left || (feature.right && !feature.right->allFinite())) return std::nullopt;
+  TrackObservation observation{number, feature.left, std::nullopt};
+  observation.to_pixels[0] = *left;
+  if (!is_stereo || !feature.right) return observation;
+  const auto right = to_pixels(options_.cameras[1], *feature.right);
+  if (!right) return std::nullopt;
+  observation.right = feature.right;
+  observation.to_pixels[1] = *right;
+  return observation;
+}
+
 void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
                           VisualReport& report) {
   landmark_observations_.clear();
   std::set<std::int64_t> seen_ids;
   const bool is_stereo = state.cameras_B.size() > 1;
   for (const FeatureObservation& feature : frame.features) {
-    if (!is_usable(feature) || report.followed >= options_.max_features ||
+    const auto observation = observed(feature, number, is_stereo);
+    if (!observation || report.followed >= options_.max_features ||
         !seen_ids.insert(feature.id).second) {
       ++report.ignored;
       continue;
     }
     ++report.followed;
-    TrackObservation observation{number, feature.left, std::nullopt};
-    if (is_stereo) observation.right = feature.right;
     const auto& marks = state.landmarks();
     const auto mark = std::find_if(marks.begin(), marks.end(),
                                    [&](const MapLandmark& m) { return m.id == feature.id; });
     if (mark == marks.end()) {
-      tracks_.add(feature.id, observation);
+      tracks_.add(feature.id, *observation);
     } else {
       landmark_observations_.emplace_back(static_cast<std::size_t>(mark - marks.begin()),
-                                          observation);
+                                          *observation);
     }
   }
 }

@@ -26,11 +26,11 @@ struct Landmark {
 };
 
 struct VisualReport {
-  int followed = 0;               ///< Tracked features of the frame.
-  int ignored = 0;                ///< Not finite, duplicate id, or beyond max_features.
-  int used = 0;                   ///< Tracks and landmarks that updated the state.
-  int rejected = 0;               ///< Rejected by the gate.
-  int untriangulated = 0;         ///< Tracks that could not be triangulated.
+  int followed = 0;        ///< Tracked features of the frame.
+  int ignored = 0;         ///< Outside the cameras' view, duplicate id, or beyond max_features.
+  int used = 0;            ///< Tracks and landmarks that updated the state.
+  int rejected = 0;        ///< Rejected by the gate.
+  int untriangulated = 0;  ///< Tracks that could not be triangulated.
   double innovation_ratio = 0.0;  ///< Mean r^T S^-1 r over degrees of freedom of those used.
   std::vector<Landmark> landmarks;
 };
@@ -50,6 +50,9 @@ class VisualUpdate {
   };
   struct Gated;
 
+  /// The observation with the cameras' Jacobians; empty if it is no image point of the cameras.
+  [[nodiscard]] std::optional<TrackObservation> observed(const FeatureObservation& feature,
+                                                         std::int64_t number, bool is_stereo) const;
   void follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
               VisualReport& report);
   void correct_landmarks(FilterState& state, std::int64_t number, VisualReport& report);
@@ -66,7 +69,7 @@ class VisualUpdate {
                             double& distance) const;
 
   VisualInertialOptions options_;
-  double sigma_;  ///< Sigma of an image coordinate, normalised.
+  double sigma_;  ///< Sigma of an image coordinate, pixels.
   FeatureTracks tracks_;
   std::vector<std::pair<std::size_t, TrackObservation>>
       landmark_observations_;  ///< Observations in this frame, by landmark.

@@ -40,6 +40,8 @@ constexpr double kClearlyBehind = 3.0;   // sigmas of the inverse depth
 constexpr double kLost = 100.0;          // cost of a point that is not before a camera
 constexpr double kMinDepthShare = 1e-3;  // of the ray's depth coordinate, in front of a camera
 
+double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
+
 struct Point {
   std::size_t anchor = 0;  // frame
   Vector2d image = Vector2d::Zero();
@@ -190,7 +192,7 @@ double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, P
   constexpr int kSteps = 8;
   constexpr double kLeast = 0.01;  // 1/m
   constexpr double kMost = 5.0;    // 1/m
-  const double prior = window_.sigma * window_.sigma / (kInverseSigma * kInverseSigma);
+  const double prior = weight_of(kInverseSigma);
   for (int i = 0; i < kSteps; ++i) {
     double information = prior;
     double gradient = prior * (kUsualInverse - point.inverse_depth);
@@ -199,17 +201,16 @@ double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, P
         const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
                                   at.cameras_B[0], at.cameras_B[camera]);
         if (!seen) continue;
-        const Vector2d J = seen->by_point.col(2);
+        const Vector2d J = view.whitening[camera] * seen->by_point.col(2);
         information += J.squaredNorm();
-        gradient += J.dot((camera == 0 ? view.left : *view.right) - seen->image);
+        gradient +=
+            J.dot(view.whitening[camera] * ((camera == 0 ? view.left : *view.right) - seen->image));
       }
     }
     point.inverse_depth = std::clamp(point.inverse_depth + gradient / information, kLeast, kMost);
   }
   return point.inverse_depth;
 }
-
-double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
 
 // A term r = J x of the unknowns of some columns, with a weight.
 template <typename Jacobian, typename Residual>
@@ -332,14 +333,14 @@ void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scr
         normal.cost += kLost;
         continue;
       }
-      const Vector2d r = (camera == 0 ? view.left : *view.right) - seen->image;
-      const double sigmas = r.norm() / window_.sigma;
+      const Eigen::Matrix2d& whitening = view.whitening[camera];
+      const Vector2d r = whitening * ((camera == 0 ? view.left : *view.right) - seen->image);
+      const double sigmas = r.norm();
       double weight = 1.0;
       const double cost = huber(sigmas, weight);
       normal.cost += cost;
       normal.image_cost += cost;
       normal.outliers += sigmas > kOutlier ? 1 : 0;
-      weight /= window_.sigma * window_.sigma;
       Eigen::Matrix<double, 2, Eigen::Dynamic> J =
           Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, sum.g.size());
       J.leftCols<kCamera>() += seen->by_anchor_camera;
@@ -348,11 +349,13 @@ void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scr
           seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(view.frame);
       J.middleCols<6>(calibration_) += seen->by_anchor;
       J.middleCols<6>(calibration_ + 6 * static_cast<Eigen::Index>(i)) += seen->by_frame;
+      J = (whitening * J).eval();
+      const Matrix23d by_point = whitening * seen->by_point;
       sum.H.noalias() += weight * J.transpose() * J;
       sum.g.noalias() += weight * J.transpose() * r;
-      sum.own.noalias() += weight * seen->by_point.transpose() * seen->by_point;
-      out.cross.noalias() += weight * seen->by_point.transpose() * J;
-      out.g.noalias() += weight * seen->by_point.transpose() * r;
+      sum.own.noalias() += weight * by_point.transpose() * by_point;
+      out.cross.noalias() += weight * by_point.transpose() * J;
+      out.g.noalias() += weight * by_point.transpose() * r;
     }
   }
 }

@@ -10,7 +10,7 @@ constexpr double kStill_s = 1.0;
 }  // namespace
 
 bool ZeroVelocityDetector::is_at_rest(const FeatureFrame& frame, const ImuBuffer& imu) {
-  const auto motion = motion_between(reference_, frame);
+  const auto motion = motion_between(reference_, frame, options_.cameras.front());
   if (!motion || *motion > still_motion(options_)) {
     reference_ = frame;
     return false;

@@ -5,34 +5,43 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 namespace dive::estimation {
 namespace {
 
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kMaxSamples = 100;
 constexpr std::size_t kMinMovedFeatures =
     8;                                  // minimum of moved points that determine a translation
 constexpr double kConfidence = 0.9999;  // probability of having drawn two static points
+constexpr double kMinNormal2 = 1e-6;    // of an epipolar line; less is at the epipole
 constexpr double kClear = 2.0;          // tolerances of parallax that separate front from behind
 
 struct Moved {
   Vector3d before;
-  Vector3d cross;  // b x f
-  Vector3d now;    // f
+  Vector3d cross;           // b x f
+  Vector3d now;             // f
+  Matrix2d line_in_pixels;  // J^-T
+  double parallax2;         // pixels^2
   std::size_t index;
 };
 
-// Squared distance of `now` from the epipolar line through `before`.
+// Squared length of the normal of the epipolar line for t through `before`, in 1/pixels.
+double normal2(const Moved& m, const Vector3d& t) {
+  const Vector2d line(t.y() - t.z() * m.before.y(), t.z() * m.before.x() - t.x());
+  return (m.line_in_pixels * line).squaredNorm();
+}
+
+// Squared distance of `now` from the epipolar line through `before`, pixels^2.
 double error2(const Moved& m, const Vector3d& t) {
-  const double lx = t.y() - t.z() * m.before.y();
-  const double ly = t.z() * m.before.x() - t.x();
   const double along = t.dot(m.cross);
-  const double line2 = lx * lx + ly * ly;
-  const double parallax2 = (m.now - m.before).squaredNorm();
+  const double line2 = normal2(m, t);
   // Every line passes through the epipole: no point is farther from its line than it has moved.
-  return along * along < parallax2 * line2 ? along * along / line2 : parallax2;
+  return along * along < m.parallax2 * line2 ? along * along / line2 : m.parallax2;
 }
 
 double cost(const std::vector<Moved>& moved, const Vector3d& t, double tolerance2) {
@@ -45,10 +54,8 @@ double cost(const std::vector<Moved>& moved, const Vector3d& t, double tolerance
 Vector3d refined(const std::vector<Moved>& moved, const Vector3d& t, double tolerance2) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   for (const Moved& m : moved) {
-    const double lx = t.y() - t.z() * m.before.y();
-    const double ly = t.z() * m.before.x() - t.x();
-    const double line2 = lx * lx + ly * ly;
-    if (error2(m, t) < tolerance2 && line2 > 1e-6) {
+    const double line2 = normal2(m, t);
+    if (error2(m, t) < tolerance2 && line2 > kMinNormal2 * m.line_in_pixels.squaredNorm()) {
       A += m.cross * m.cross.transpose() / line2;
     }
   }
@@ -97,15 +104,17 @@ bool is_ahead(const Moved& m, const Vector3d& t) { return -t.cross(m.now).dot(m.
 }  // namespace
 
 std::vector<bool> agree_with_one_translation(const std::vector<TurnedMatch>& matches,
-                                             double tolerance, Random& random) {
+                                             double tolerance_px, Random& random) {
   std::vector<bool> agrees(matches.size(), true);
-  const double tolerance2 = tolerance * tolerance;
+  const double tolerance2 = tolerance_px * tolerance_px;
   std::vector<Moved> moved;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Vector3d now = matches[i].now.homogeneous();
     const Vector3d& before = matches[i].before;
-    if ((now - before).squaredNorm() > tolerance2) {
-      moved.push_back({before, before.cross(now), now, i});
+    const Matrix2d& J = matches[i].to_pixels;
+    const double parallax2 = (J * (now - before).head<2>()).squaredNorm();
+    if (parallax2 > tolerance2) {
+      moved.push_back({before, before.cross(now), now, J.inverse().transpose(), parallax2, i});
     }
   }
   if (moved.size() < kMinMovedFeatures) return agrees;
@@ -116,14 +125,12 @@ std::vector<bool> agree_with_one_translation(const std::vector<TurnedMatch>& mat
   const double clear2 = kClear * kClear * tolerance2;
   for (const Moved& m : moved) {
     agrees[m.index] = error2(m, t) <= tolerance2;
-    if (!agrees[m.index] || (m.now - m.before).squaredNorm() < clear2) continue;
+    if (!agrees[m.index] || m.parallax2 < clear2) continue;
     ++(is_ahead(m, t) ? ahead : behind);
   }
   const Vector3d towards = ahead >= behind ? t : Vector3d(-t);
   for (const Moved& m : moved) {
-    if ((m.now - m.before).squaredNorm() >= clear2 && !is_ahead(m, towards)) {
-      agrees[m.index] = false;
-    }
+    if (m.parallax2 >= clear2 && !is_ahead(m, towards)) agrees[m.index] = false;
   }
   return agrees;
 }

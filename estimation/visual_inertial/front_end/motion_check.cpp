@@ -15,8 +15,8 @@ constexpr std::uint64_t kRansacStream = 31;
 
 }  // namespace
 
-MotionCheck::MotionCheck(Tolerances tolerances, std::uint64_t seed)
-    : tolerances_(tolerances), random_(seed, kRansacStream) {
+MotionCheck::MotionCheck(const CameraModel& camera, Tolerances tolerances, std::uint64_t seed)
+    : camera_(camera), tolerances_(tolerances), random_(seed, kRansacStream) {
   reset();
 }
 
@@ -44,7 +44,7 @@ int MotionCheck::remove_over(std::vector<Track>& tracks, std::size_t image, std:
     const Vector2d& before = tracks[i].past[(image - span) % Track::kPast];
     const Vector3d turned = q * before.homogeneous();
     if (!(turned.z() > 0.05)) continue;
-    matches.push_back({turned / turned.z(), tracks[i].n});
+    matches.push_back({turned / turned.z(), tracks[i].n, camera_.jacobian(tracks[i].n)});
     of.push_back(i);
   }
   const std::vector<bool> agrees = agree_with_one_translation(matches, tolerance, random_);

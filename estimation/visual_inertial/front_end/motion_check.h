@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "common/camera_model.h"
 #include "common/random.h"
 #include "estimation/visual_inertial/front_end/track.h"
 
@@ -16,13 +17,13 @@ namespace dive::estimation {
 
 class MotionCheck {
  public:
-  /// Tolerances in normalised image coordinates: since the last image, and over the longer spans.
+  /// Tolerances in pixels: since the last image, and over the longer spans.
   struct Tolerances {
     double last = 0.0;
     double drift = 0.0;
   };
 
-  MotionCheck(Tolerances tolerances, std::uint64_t seed);
+  MotionCheck(const CameraModel& camera, Tolerances tolerances, std::uint64_t seed);
 
   /// Forgets the rotations, when all tracks are dropped.
   void reset();
@@ -36,6 +37,7 @@ class MotionCheck {
   [[nodiscard]] int remove_over(std::vector<Track>& tracks, std::size_t image, std::size_t span,
                                 const Eigen::Quaterniond& q, double tolerance);
 
+  CameraModel camera_;
   Tolerances tolerances_;
   Random random_;
   /// Rotation of the left camera since each image, by image number modulo Track::kPast.

@@ -109,7 +109,7 @@ std::optional<Vector2f> StereoMatcher::search(const ImagePair& left, const Image
   const Place here = in_half(query.pixel.cast<double>());
   if (!has_patch(left.half, here)) return std::nullopt;
   const double nearest = 1.0 / options_.min_depth_m;
-  const double shift_px = right_.fx * p_RL_.norm() * nearest;
+  const double shift_px = right_.focal() * p_RL_.norm() * nearest;
   const int steps = std::clamp(static_cast<int>(0.5 * shift_px), 1, kMaxEpipolarSteps);
   double best = kMinScore;
   double second = 0.0;  // score of the best that is not beside it
@@ -139,8 +139,8 @@ std::optional<Vector2f> StereoMatcher::search(const ImagePair& left, const Image
   return at.cast<float>();
 }
 
-// With b = R [n, 1] and baseline p, the match f obeys f x (b + rho p) = 0: rho by least squares,
-// and the residual is the distance from the epipolar line.
+// With b = R [n, 1] and baseline p, the match f obeys f x (b + rho p) = 0: rho by least squares in
+// pixels, and the residual is the distance from the epipolar line.
 std::optional<StereoMatch> StereoMatcher::accepted(const StereoQuery& query,
                                                    const Vector2f& found) const {
   if (!right_.in_image(found.cast<double>(), 1.0)) return std::nullopt;
@@ -148,11 +148,13 @@ std::optional<StereoMatch> StereoMatcher::accepted(const StereoQuery& query,
   if (!n) return std::nullopt;
   const Vector3d b = R_RL_ * query.left.homogeneous();
   // x_R = (b.xy + rho p.xy) / (b.z + rho p.z): two equations, linear in rho.
-  const Vector2d a = p_RL_.head<2>() - *n * p_RL_.z();
-  const Vector2d c = *n * b.z() - b.head<2>();
-  if (a.squaredNorm() < 1e-12) return std::nullopt;
+  const Vector2d by_rho = p_RL_.head<2>() - *n * p_RL_.z();
+  if (by_rho.squaredNorm() < 1e-12) return std::nullopt;
+  const Eigen::Matrix2d J = right_.jacobian(*n);
+  const Vector2d a = J * by_rho;
+  const Vector2d c = J * (*n * b.z() - b.head<2>());
   const double rho = a.dot(c) / a.squaredNorm();
-  const double tolerance = options_.epipolar_px / right_.fx;
+  const double tolerance = options_.epipolar_px;
   const double depth_R = b.z() + rho * p_RL_.z();
   if (!(depth_R > 0.0)) return std::nullopt;
   if ((c - rho * a).norm() > tolerance * depth_R) return std::nullopt;

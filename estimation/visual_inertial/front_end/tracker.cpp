@@ -64,15 +64,13 @@ struct Tracker::Impl {
         grid({given.min_gradient, given.min_distance_px}, left_camera.width, left_camera.height,
              given.max_features, kBorder),
         check(left_camera, given.min_contrast),
-        motion({given.epipolar_px / focal(), given.drift_px / focal()}, seed) {
+        motion(left_camera, {given.epipolar_px, given.drift_px}, seed) {
     if (right_camera) {
       StereoOptions of_stereo;
       of_stereo.min_depth_m = options.min_depth_m;
       stereo.emplace(of_stereo, left, *right_camera, options.window_px, options.min_contrast);
     }
   }
-
-  [[nodiscard]] double focal() const { return 0.5 * (left.fx + left.fy); }
 
   // Predicted positions of the tracks, by the rotation and each one's last motion. Drops tracks
   // predicted outside the image.
@@ -86,9 +84,9 @@ struct Tracker::Impl {
         if (!(turned.z() > 0.05)) continue;
         n = turned.hnormalized();
       }
-      const Vector2d pixel = left.distort(n + dt * track.speed);
-      if (!left.in_image(pixel, kBorder)) continue;
-      guesses.push_back(pixel.cast<float>());
+      const auto pixel = left.project((n + dt * track.speed).homogeneous());
+      if (!pixel || !left.in_image(*pixel, kBorder)) continue;
+      guesses.push_back(pixel->cast<float>());
       kept.push_back(std::move(track));
     }
     tracks = std::move(kept);

@@ -72,14 +72,12 @@ LoopCloser::LoopCloser(LoopCloserOptions options, const CameraModel& left, const
       X_RL_(right.X_BC.inverse() * left.X_BC),
       graph_(options.has_depth) {
   DIVE_DEMAND(options.validate().empty() && left.validate().empty() && right.validate().empty());
-  const double f = std::sqrt(left.fx * left.fy);
-  relative_.sigma_then = options.pixels_then / f;
-  relative_.sigma_now = options.pixels_now / f;
+  relative_.cameras = {left, right};
+  relative_.pixels_then = options.pixels_then;
+  relative_.pixels_now = options.pixels_now;
   relative_.min_points = options.min_points;
   relative_.min_share = options.min_share;
   relative_.min_cells = options.min_cells;
-  relative_.half_width = 0.5 * left.width / left.fx;
-  relative_.half_height = 0.5 * left.height / left.fy;
 }
 
 bool LoopCloser::is_due(const StateEstimate& filter) const {

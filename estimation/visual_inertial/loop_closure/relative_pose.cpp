@@ -12,6 +12,7 @@
 namespace dive::estimation {
 namespace {
 
+using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -35,21 +36,35 @@ constexpr int kImageRows = 3;
 // chi^2 exceeded with a probability of 1 %, by degrees of freedom.
 constexpr std::array<double, 6> kMaxChiSquare{0.0, 6.63, 9.21, 11.34, 13.28, 15.09};
 
+// A point in one keyframe, with d pixel / d n of the left and of the right camera there.
+struct ObservedPoint {
+  Vector2d left;
+  std::optional<Vector2d> right;
+  std::array<Matrix2d, 2> to_pixels;
+};
+
 // A point in both keyframes; f: its position in the left camera then, m.
 struct MatchedPoint {
   Vector3d f;
-  KeyframePoint then;
-  KeyframePoint now;
+  ObservedPoint then;
+  ObservedPoint now;
 };
 
+ObservedPoint observed(const KeyframePoint& point, const RelativePoseOptions& options) {
+  ObservedPoint result{point.left, point.right, {}};
+  result.to_pixels[0] = options.cameras[0].jacobian(point.left);
+  if (point.right) result.to_pixels[1] = options.cameras[1].jacobian(*point.right);
+  return result;
+}
+
 // From two image points: (b + rho p) in the right camera, two equations linear in rho.
-std::optional<Vector3d> place(const KeyframePoint& point, const Pose& X_RL, double sigma) {
+std::optional<Vector3d> place(const ObservedPoint& point, const Pose& X_RL, double sigma_px) {
   if (!point.right) return std::nullopt;
   const Vector3d b = X_RL.q * point.left.homogeneous();
-  const Vector2d a = X_RL.p.head<2>() - *point.right * X_RL.p.z();
-  const Vector2d c = *point.right * b.z() - b.head<2>();
+  const Vector2d a = point.to_pixels[1] * (X_RL.p.head<2>() - *point.right * X_RL.p.z());
+  const Vector2d c = point.to_pixels[1] * (*point.right * b.z() - b.head<2>());
   const double rho = a.dot(c) / a.squaredNorm();
-  if (!(rho * a.norm() > kMinParallax * sigma) || rho > 1.0 / kMinDepth) return std::nullopt;
+  if (!(rho * a.norm() > kMinParallax * sigma_px) || rho > 1.0 / kMinDepth) return std::nullopt;
   return Vector3d(point.left.homogeneous() / rho);
 }
 
@@ -64,8 +79,10 @@ std::optional<Pose> begin(std::vector<MatchedPoint>& matched, const RelativePose
   cv::Mat turn, shift;
   std::vector<int> inliers;
   try {
-    // The earlier position has an error too, which grows with the camera's motion.
-    const double sigma = options.sigma_now + 2.0 * options.sigma_then;
+    // The earlier position has an error too, which grows with the camera's motion. Off the axis of
+    // a wide lens the tolerance is narrow: agreeing() takes the points that are missing then.
+    const double sigma =
+        (options.pixels_now + 2.0 * options.pixels_then) / options.cameras[0].focal();
     const float tolerance = static_cast<float>(kRansacSigma * sigma);
     if (!cv::solvePnPRansac(points, pixels, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn, shift,
                             false, kRansacRounds, tolerance, kRansacSure, inliers,
@@ -97,18 +114,19 @@ struct PointSystem {
   int rows = 0;
   bool is_before_all = true;
 
-  void add(const Vector3d& h, const Vector2d& measured, double sigma, const Matrix3d& by_f,
-           const Matrix36d& by_x) {
+  // `weight`: d pixel / d n over the sigma of a pixel.
+  void add(const Vector3d& h, const Vector2d& measured, const Matrix2d& weight,
+           const Matrix3d& by_f, const Matrix36d& by_x) {
     if (!(h.z() > kMinDepth)) {
       is_before_all = false;
       return;
     }
     Matrix23d E;
     E << 1.0, 0.0, -h.x() / h.z(), 0.0, 1.0, -h.y() / h.z();
-    E /= h.z() * sigma;
+    E = weight / h.z() * E;
     const Matrix23d F = E * by_f;
     const Matrix26d X = E * by_x;
-    const Vector2d r = (measured - h.head<2>() / h.z()) / sigma;
+    const Vector2d r = weight * (measured - h.head<2>() / h.z());
     H_xx += X.transpose() * X;
     H_xf += X.transpose() * F;
     H_ff += F.transpose() * F;
@@ -124,16 +142,22 @@ PointSystem system_of(const MatchedPoint& s, const Pose& X, const Pose& X_RL,
   const Matrix3d R_RL = X_RL.q.toRotationMatrix();
   const Matrix3d R_10 = X.q.conjugate().toRotationMatrix();
   PointSystem system;
-  system.add(s.f, s.then.left, options.sigma_then, Matrix3d::Identity(), Matrix36d::Zero());
+  const auto weight = [](const ObservedPoint& point, std::size_t camera, double sigma_px) {
+    return Matrix2d(point.to_pixels[camera] / sigma_px);
+  };
+  system.add(s.f, s.then.left, weight(s.then, 0, options.pixels_then), Matrix3d::Identity(),
+             Matrix36d::Zero());
   if (s.then.right) {
-    system.add(X_RL * s.f, *s.then.right, options.sigma_then, R_RL, Matrix36d::Zero());
+    system.add(X_RL * s.f, *s.then.right, weight(s.then, 1, options.pixels_then), R_RL,
+               Matrix36d::Zero());
   }
   const Vector3d f_1 = R_10 * (s.f - X.p);
   Matrix36d by_x;
   by_x << -R_10, skew(f_1);
-  system.add(f_1, s.now.left, options.sigma_now, R_10, by_x);
+  system.add(f_1, s.now.left, weight(s.now, 0, options.pixels_now), R_10, by_x);
   if (s.now.right) {
-    system.add(X_RL * f_1, *s.now.right, options.sigma_now, R_RL * R_10, R_RL * by_x);
+    system.add(X_RL * f_1, *s.now.right, weight(s.now, 1, options.pixels_now), R_RL * R_10,
+               R_RL * by_x);
   }
   return system;
 }
@@ -187,11 +211,13 @@ std::vector<MatchedPoint> agreeing(std::vector<MatchedPoint> matched, const Pose
 int cells(const std::vector<MatchedPoint>& matched, const RelativePoseOptions& options) {
   std::array<bool, std::size_t{kImageColumns} * kImageRows> has{};
   for (const MatchedPoint& s : matched) {
-    const auto part = [](double at, double half, int count) {
-      return std::clamp(static_cast<int>((at + half) / (2.0 * half) * count), 0, count - 1);
+    const auto part = [](double at, int size, int count) {
+      return std::clamp(static_cast<int>((at + 0.5) / size * count), 0, count - 1);
     };
-    const int column = part(s.now.left.x(), options.half_width, kImageColumns);
-    const int row = part(s.now.left.y(), options.half_height, kImageRows);
+    const CameraModel& left = options.cameras[0];
+    const Vector2d pixel = left.distort(s.now.left);
+    const int column = part(pixel.x(), left.width, kImageColumns);
+    const int row = part(pixel.y(), left.height, kImageRows);
     has[static_cast<std::size_t>(row * kImageColumns + column)] = true;
   }
   return static_cast<int>(std::count(has.begin(), has.end(), true));
@@ -205,9 +231,9 @@ std::optional<RelativePose> relative_pose(
     const RelativePoseOptions& options) {
   std::vector<MatchedPoint> matched;
   for (const auto& [i, j] : matches) {
-    const KeyframePoint& point = then.points.at(i);
-    if (const auto f = place(point, X_RL, options.sigma_then)) {
-      matched.push_back({*f, point, now.points.at(j)});
+    const ObservedPoint point = observed(then.points.at(i), options);
+    if (const auto f = place(point, X_RL, options.pixels_then)) {
+      matched.push_back({*f, point, observed(now.points.at(j), options)});
     }
   }
   const std::size_t min_points =

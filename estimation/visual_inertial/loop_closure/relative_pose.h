@@ -9,28 +9,31 @@
 //
 //   h_0 = f,   h_1 = R_RL f + p_RL,   h_2 = X^-1 f,   h_3 = R_RL h_2 + p_RL,
 //   z = [h_x/h_z, h_y/h_z]
+//
+// Residuals are in pixels: those of z multiplied by the camera's d pixel / d z.
 
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "common/camera_model.h"
 #include "common/se3.h"
 #include "estimation/visual_inertial/loop_closure/keyframe.h"
 
 namespace dive::estimation {
 
 struct RelativePoseOptions {
-  /// Sigmas of an image coordinate, normalised. The detector's error in the left camera now shifts
-  /// the match in the right one as well: so sigma_now is sqrt(2) times the detector's.
-  double sigma_then = 0.7 / 240.0;
-  double sigma_now = 2.0 / 240.0;
-  int min_points = 25;      ///< Minimum number of agreeing points.
-  double min_share = 0.4;   ///< Minimum agreeing fraction of the matches.
-  int min_cells = 5;        ///< Minimum of 4 x 3 image parts with agreeing points.
-  double half_width = 1.6;  ///< Half width of the field of view, normalised.
-  double half_height = 1.0;
+  std::array<CameraModel, 2> cameras;  ///< Left and right; their poses are not used.
+  /// Sigmas of an image coordinate, pixels. The detector's error in the left camera now shifts the
+  /// match in the right one as well: so pixels_now is sqrt(2) times the detector's.
+  double pixels_then = 0.7;
+  double pixels_now = 2.0;
+  int min_points = 25;     ///< Minimum number of agreeing points.
+  double min_share = 0.4;  ///< Minimum agreeing fraction of the matches.
+  int min_cells = 5;       ///< Minimum of 4 x 3 image parts with agreeing points.
 };
 
 struct RelativePose {

@@ -10,28 +10,30 @@ namespace dive::estimation {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 using Failure = tl::unexpected<std::string>;
 
 constexpr double kMinBaseline = 1e-3;  // m
+constexpr double kMaxHalfView = 2.1;   // tan(65 degrees): beyond it a plane image is mostly edge
 const double kMinAgreement = std::cos(deg_to_rad(45.0));
 
-// Beyond this squared radius (normalised) the radial distortion folds the image over itself.
-double fold(const CameraModel& camera) {
-  const double k1 = camera.radtan[0];
-  const double k2 = camera.radtan[1];
-  // d/dr of r (1 + k1 r^2 + k2 r^4), in s = r^2: 1 + 3 k1 s + 5 k2 s^2
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  if (k2 == 0.0) return k1 < 0.0 ? -1.0 / (3.0 * k1) : kNever;
-  const double root = 9.0 * k1 * k1 - 20.0 * k2;
-  if (root < 0.0) return kNever;
-  double least = kNever;
-  for (const double sign : {-1.0, 1.0}) {
-    const double s = (-3.0 * k1 + sign * std::sqrt(root)) / (10.0 * k2);
-    if (s > 0.0) least = std::min(least, s);
-  }
-  return least;
+// The focal length at which a plane image of the camera's size spans what the camera images on the
+// rows and columns through the principal point, up to kMaxHalfView to each side; at most the
+// camera's own.
+double covering_focal(const CameraModel& camera) {
+  double f = camera.focal();
+  const auto spans = [&](const Vector2d& pixel, int axis, double reach) {
+    const auto n = camera.undistort(pixel);
+    const double edge = n ? std::abs((*n)[axis]) : kMaxHalfView;
+    if (reach > 0.0) f = std::min(f, reach / std::min(edge, kMaxHalfView));
+  };
+  spans({0.0, camera.cy}, 0, camera.cx);
+  spans({camera.width - 1.0, camera.cy}, 0, camera.width - 1.0 - camera.cx);
+  spans({camera.cx, 0.0}, 1, camera.cy);
+  spans({camera.cx, camera.height - 1.0}, 1, camera.height - 1.0 - camera.cy);
+  return f;
 }
 
 }  // namespace
@@ -65,7 +67,7 @@ tl::expected<RectifiedPair, std::string> rectify(const CameraModel& left,
   RectifiedPair pair;
   pair.width = left.width;
   pair.height = left.height;
-  pair.f = std::min({left.fx, left.fy, right.fx, right.fy});
+  pair.f = std::min(covering_focal(left), covering_focal(right));
   pair.cx = 0.5 * (left.cx + right.cx);
   pair.cy = 0.5 * (left.cy + right.cy);
   pair.baseline_m = across.norm();
@@ -75,7 +77,6 @@ tl::expected<RectifiedPair, std::string> rectify(const CameraModel& left,
 
 std::vector<Eigen::Vector2f> seen_from(const RectifiedPair& pair, const CameraModel& camera) {
   const Matrix3d R_CV = (camera.X_BC.q.conjugate() * pair.X_BV.q).toRotationMatrix();
-  const double fold_at = fold(camera);
   const Eigen::Vector2f nowhere =
       Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
   std::vector<Eigen::Vector2f> map;
@@ -84,8 +85,7 @@ std::vector<Eigen::Vector2f> seen_from(const RectifiedPair& pair, const CameraMo
     for (int u = 0; u < pair.width; ++u) {
       const Vector3d ray_C = R_CV * pair.ray(u, v);
       const auto pixel = camera.project(ray_C);
-      const bool is_seen =
-          pixel && camera.in_image(*pixel) && (ray_C.head<2>() / ray_C.z()).squaredNorm() < fold_at;
+      const bool is_seen = pixel && camera.in_image(*pixel);
       map.push_back(is_seen ? Eigen::Vector2f(pixel->cast<float>()) : nowhere);
     }
   }

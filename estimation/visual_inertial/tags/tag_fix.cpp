@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "common/assert.h"
 #include "common/range_check.h"
@@ -120,8 +121,15 @@ struct TagFix::Solution {
   Eigen::Matrix4d left = Eigen::Matrix4d::Zero();  // posterior covariance of the vehicle
 };
 
+/// The corners as measured, normalised, and what their errors come from.
+struct TagFix::Corners {
+  Vector8d z = Vector8d::Zero();
+  Matrix8d noise = Matrix8d::Zero();  // covariance of z by the noise of a pixel
+  Matrix2d tilt = Matrix2d::Zero();   // covariance of the vehicle's roll and pitch, about x, y of W
+};
+
 TagFix::TagFix(std::vector<Tag> tags, const CameraModel& camera, const TagFixOptions& options)
-    : camera_(camera), options_(options), sigma_(options.corner_sigma_px / camera.fx) {
+    : camera_(camera), options_(options) {
   DIVE_DEMAND(options_.validate().empty() && camera_.validate().empty());
   const int size = kVehicle + kTag * static_cast<int>(tags.size());
   P_ = MatrixXd::Zero(size, size);
@@ -190,8 +198,8 @@ TagObservation TagFix::add(const StateEstimate& filter, std::span<const Detected
 
 // Gauss-Newton on both (Bell and Cathey 1993, "The iterated Kalman filter update as a Gauss-Newton
 // method"), from the given initial value; a step that increases the cost is halved.
-std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const Vector8d& z,
-                                              const Matrix2d& tilt, Solution from) const {
+std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const Corners& measured,
+                                              Solution from) const {
   Matrix10d P;
   P << P_.topLeftCorner<kVehicle, kVehicle>(), P_.block(0, at, kVehicle, kTag),
       P_.block(at, 0, kTag, kVehicle), P_.block(at, at, kTag, kTag);
@@ -203,12 +211,10 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
                     camera_.X_BC);
   };
   const auto noise = [&](const TagView& view) {
-    Matrix8d R = view.by_tilt * tilt * view.by_tilt.transpose();
-    R.diagonal().array() += sigma_ * sigma_;
-    return R;
+    return Matrix8d(measured.noise + view.by_tilt * measured.tilt * view.by_tilt.transpose());
   };
   const auto cost = [&](const Vector10d& x, const TagView& view, const Matrix8d& R) {
-    const Vector8d r = z - view.z;
+    const Vector8d r = measured.z - view.z;
     return x.dot(before.solve(x)) + r.dot(R.llt().solve(r));
   };
 
@@ -222,7 +228,7 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
     result.S = result.H * P * result.H.transpose() + R;
     const Eigen::LLT<Matrix8d> llt(result.S);
     if (llt.info() != Eigen::Success) return std::nullopt;
-    result.weighed = llt.solve(z - view->z + result.H * result.error);
+    result.weighed = llt.solve(measured.z - view->z + result.H * result.error);
     Vector10d by = P * result.H.transpose() * result.weighed - result.error;
     if (!by.allFinite()) return std::nullopt;
     if (by.cwiseAbs().maxCoeff() < kSettled) {
@@ -247,24 +253,33 @@ std::optional<TagFix::Solution> TagFix::solve(const Known& known, int at, const 
   return std::nullopt;
 }
 
+TagFix::Corners TagFix::corners_of(const StateEstimate& filter, const DetectedTag& detected) const {
+  Corners corners;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    const Matrix2d per_pixel = camera_.jacobian(detected.corners[k]).inverse();
+    corners.z.segment<2>(row) = detected.corners[k];
+    corners.noise.block<2, 2>(row, row) =
+        options_.corner_sigma_px * options_.corner_sigma_px * per_pixel * per_pixel.transpose();
+  }
+  const Matrix3d R_WF = vehicle().q.toRotationMatrix();
+  corners.tilt =
+      (R_WF * filter.covariance.bottomRightCorner<3, 3>() * R_WF.transpose()).topLeftCorner<2, 2>();
+  return corners;
+}
+
 // Starts from the present estimate, from the vehicle pose of either pose of the square, and from
 // that of the likeliest of these mirrored. Returns the likeliest first.
 std::vector<TagFix::Solution> TagFix::solve_all(const StateEstimate& filter, const Known& known,
                                                 int at, const DetectedTag& detected,
                                                 std::span<const Pose> poses_WB) const {
-  Vector8d z;
-  for (std::size_t k = 0; k < 4; ++k) {
-    z.segment<2>(static_cast<Eigen::Index>(2 * k)) = detected.corners[k];
-  }
-  const Matrix3d R_WF = vehicle().q.toRotationMatrix();
-  const Matrix2d tilt =
-      (R_WF * filter.covariance.bottomRightCorner<3, 3>() * R_WF.transpose()).topLeftCorner<2, 2>();
+  const Corners measured = corners_of(filter, detected);
   std::vector<Solution> found;
   const auto begin_at = [&](const Pose& X_WB) {
     Solution begin;
     begin.error.head<3>() = X_WB.p - vehicle().p;
     begin.error[3] = to_rpy(X_WB.q * vehicle().q.conjugate()).z();
-    if (auto solution = solve(known, at, z, tilt, std::move(begin))) found.push_back(*solution);
+    if (auto solution = solve(known, at, measured, std::move(begin))) found.push_back(*solution);
   };
   const auto likelier = [](const Solution& a, const Solution& b) { return a.cost < b.cost; };
   begin_at(vehicle());
@@ -302,7 +317,8 @@ TagObservation TagFix::add_one(const StateEstimate& filter, Known& known, int at
   const bool is_news = !known.used || to_seconds(filter.utime - *known.used) >= options_.apart_s;
   if (!is_news) return observation;
   const std::vector<TagPose> poses = tag_poses(detected, known.tag.size_m);
-  if (poses.empty() || poses.front().error * camera_.fx > options_.misshapen_px) {
+  const double scale = std::sqrt(camera_.jacobian(detected.corners[0]).determinant());
+  if (poses.empty() || poses.front().error * scale > options_.misshapen_px) {
     observation.result = TagResult::kMisshapen;
     return observation;
   }

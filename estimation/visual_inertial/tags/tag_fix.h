@@ -66,12 +66,14 @@ class TagFix {
     std::optional<Utime> used;
   };
   struct Solution;
+  struct Corners;
 
   void carry_to(const StateEstimate& filter);
   [[nodiscard]] TagObservation add_one(const StateEstimate& filter, Known& known, int at,
                                        const DetectedTag& detected);
-  [[nodiscard]] std::optional<Solution> solve(const Known& known, int at, const Vector8d& z,
-                                              const Eigen::Matrix2d& tilt, Solution from) const;
+  [[nodiscard]] Corners corners_of(const StateEstimate& filter, const DetectedTag& detected) const;
+  [[nodiscard]] std::optional<Solution> solve(const Known& known, int at, const Corners& measured,
+                                              Solution from) const;
   [[nodiscard]] std::vector<Solution> solve_all(const StateEstimate& filter, const Known& known,
                                                 int at, const DetectedTag& detected,
                                                 std::span<const Pose> poses_WB) const;
@@ -82,7 +84,6 @@ class TagFix {
   std::vector<Known> tags_;
   CameraModel camera_;
   TagFixOptions options_;
-  double sigma_;  ///< Sigma of a corner, normalised.
   /// Covariance of the errors [p, heading of the vehicle | p, rotation vector in W per tag].
   Eigen::MatrixXd P_;
   LoopCorrection correction_;  ///< Correction as of the last add().

@@ -45,15 +45,14 @@ std::string camera_yaml(const CameraModel& camera) {
   for (int i = 0; i < 3; ++i) {
     text += fmt::format("{}, {}, {}, {},\n         ", R(i, 0), R(i, 1), R(i, 2), p[i]);
   }
-  const auto [k1, k2, p1, p2] = camera.radtan;
   return text + fmt::format(
                     "0.0, 0.0, 0.0, 1.0]\n\n# Camera specific definitions.\nrate_hz: 20\n"
                     "resolution: [{}, {}]\ncamera_model: pinhole\n"
                     "intrinsics: [{}, {}, {}, {}] #fu, fv, cu, cv\n"
                     "distortion_model: radial-tangential\n"
                     "distortion_coefficients: [{}, {}, {}, {}]\n",
-                    camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, k1, k2,
-                    p1, p2);
+                    camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                    camera.radtan[0], camera.radtan[1], camera.radtan[2], camera.radtan[3]);
 }
 
 std::string imu_yaml() {

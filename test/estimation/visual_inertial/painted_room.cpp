@@ -12,7 +12,21 @@ using Eigen::Vector3d;
 
 constexpr int kTable = 256;
 
-// The rays of all pixels, by fixed-point iteration on the distortion.
+// Radial-tangential distortion by the formulas of the ASL format.
+Vector2d distorted(const CameraModel& camera, const Vector2d& m) {
+  const double x = m.x();
+  const double y = m.y();
+  const double r2 = x * x + y * y;
+  const double k1 = camera.radtan[0];
+  const double k2 = camera.radtan[1];
+  const double p1 = camera.radtan[2];
+  const double p2 = camera.radtan[3];
+  const double radial = 1 + k1 * r2 + k2 * r2 * r2;
+  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+}
+
+// The rays of all pixels, by fixed-point iteration on the distortion; an equidistant lens is ideal.
 std::vector<Vector2d> rays_of(const CameraModel& camera) {
   std::vector<Vector2d> rays;
   rays.reserve(static_cast<std::size_t>(camera.width * camera.height));
@@ -20,9 +34,9 @@ std::vector<Vector2d> rays_of(const CameraModel& camera) {
     for (int u = 0; u < camera.width; ++u) {
       const Vector2d d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
       Vector2d n = d;
-      for (int k = 0; k < 12; ++k) {
-        const Vector2d pixel = pixel_of(camera, n);
-        n += d - Vector2d((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+      for (int k = 0; k < 12; ++k) n += d - distorted(camera, n);
+      if (camera.lens == LensModel::kEquidistant && n.norm() > 0.0) {
+        n *= std::tan(n.norm()) / n.norm();
       }
       rays.push_back(n);
     }
@@ -33,7 +47,8 @@ std::vector<Vector2d> rays_of(const CameraModel& camera) {
 const std::vector<Vector2d>& cached_rays(const CameraModel& camera) {
   static CameraModel last;
   static std::vector<Vector2d> rays;
-  if (last.width != camera.width || last.fx != camera.fx || last.radtan != camera.radtan) {
+  if (last.width != camera.width || last.fx != camera.fx || last.radtan != camera.radtan ||
+      last.lens != camera.lens) {
     rays = rays_of(camera);
     last = camera;
   }
@@ -159,6 +174,13 @@ CameraModel pinhole_camera(double y, int width, int height, double f) {
   return camera;
 }
 
+CameraModel wide_camera(double y, int width, int height) {
+  const double f = 0.5 * width / deg_to_rad(60.0);
+  CameraModel camera = pinhole_camera(y, width, height, f);
+  camera.lens = LensModel::kEquidistant;
+  return camera;
+}
+
 Eigen::Quaterniond looking_ahead() {
   Eigen::Matrix3d R_BC;  // columns: x of C to the right (-y), y down (-z), z ahead (x)
   R_BC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -172,13 +194,12 @@ std::optional<Vector2d> seen_at(const Pose& X_WC, const Vector3d& p_W) {
 }
 
 Vector2d pixel_of(const CameraModel& camera, const Vector2d& n) {
-  const double x = n.x();
-  const double y = n.y();
-  const double r2 = x * x + y * y;
-  const auto [k1, k2, p1, p2] = camera.radtan;
-  const double radial = 1 + k1 * r2 + k2 * r2 * r2;
-  return {camera.fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + camera.cx,
-          camera.fy * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + camera.cy};
+  Vector2d m = n;
+  if (camera.lens == LensModel::kEquidistant && n.norm() > 0.0) {
+    m *= std::atan(n.norm()) / n.norm();
+  }
+  const Vector2d d = distorted(camera, m);
+  return {camera.fx * d.x() + camera.cx, camera.fy * d.y() + camera.cy};
 }
 
 }  // namespace dive::estimation::testing

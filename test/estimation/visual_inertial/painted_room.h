@@ -53,13 +53,16 @@ class PaintedRoom {
 /// The same without distortion and of another size; f in pixels.
 [[nodiscard]] CameraModel pinhole_camera(double y, int width, int height, double f);
 
+/// An ideal equidistant lens, 120 degrees across: 120 x 90 degrees where the sides are as 4 to 3.
+[[nodiscard]] CameraModel wide_camera(double y, int width, int height);
+
 /// Optical axis along x of B.
 [[nodiscard]] Eigen::Quaterniond looking_ahead();
 
 /// [x/z, y/z] of a point in the camera; empty for one behind it.
 [[nodiscard]] std::optional<Eigen::Vector2d> seen_at(const Pose& X_WC, const Eigen::Vector3d& p_W);
 
-/// Pixels, by the formulas of the ASL format.
+/// Pixels, by the formulas of the ASL format, or through an ideal equidistant lens.
 [[nodiscard]] Eigen::Vector2d pixel_of(const CameraModel& camera, const Eigen::Vector2d& n);
 
 }  // namespace dive::estimation::testing

@@ -72,7 +72,14 @@ class Dataset : public ::testing::Test {
 };
 
 CameraModel small(double y) {
-  CameraModel camera{32, 20, 10.5, 11.5, 15.5, 9.5, {-0.1, 0.01, 0.001, -0.002}, {}};
+  CameraModel camera;
+  camera.width = 32;
+  camera.height = 20;
+  camera.fx = 10.5;
+  camera.fy = 11.5;
+  camera.cx = 15.5;
+  camera.cy = 9.5;
+  camera.radtan = {-0.1, 0.01, 0.001, -0.002};
   camera.X_BC = {{0.31, y, 0.02}, from_rpy(0.1, 0.7, -1.2)};
   return camera;
 }

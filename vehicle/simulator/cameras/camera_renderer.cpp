@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <Eigen/LU>
+
 namespace dive::vehicle {
 namespace {
 
@@ -71,7 +73,7 @@ void CameraRenderer::render(const VisibleScene& scene, WaterLight& light, const 
 }
 
 void CameraRenderer::shade_rays(const View& view) {
-  view.scene.meet(view.lens_W, 1.0 / std::min(camera_.fx, camera_.fy), view.X_DW, rays_, ids_);
+  view.scene.meet(view.lens_W, 1.0 / camera_.focal(), view.X_DW, rays_, ids_);
   lamp_veil_.fill(rays_);
   paint(rays_);
   view.light.shade(rays_);
@@ -124,17 +126,16 @@ void CameraRenderer::find_edges(const View& view) {
 void CameraRenderer::smooth_edges(const View& view) {
   constexpr std::size_t kPixels = RayBatch::kSize / kSamples.size();
   const auto width = static_cast<std::size_t>(camera_.width);
-  const auto fx = static_cast<float>(camera_.fx);
-  const auto fy = static_cast<float>(camera_.fy);
   for (std::size_t first = 0; first < edges_.size(); first += kPixels) {
     const std::size_t pixels = std::min(kPixels, edges_.size() - first);
     std::size_t k = 0;
     for (std::size_t j = 0; j < pixels; ++j) {
       const std::size_t i = edges_[first + j];
+      const Eigen::Vector2d n(x_C_[i] / z_C_[i], y_C_[i] / z_C_[i]);
+      const Eigen::Matrix2f per_pixel = camera_.jacobian(n).inverse().cast<float>();
       for (const auto& [du, dv] : kSamples) {
-        // Distortion is neglected within a pixel.
-        const Eigen::Vector3f d_C(x_C_[i] + du / fx * z_C_[i], y_C_[i] + dv / fy * z_C_[i],
-                                  z_C_[i]);
+        const Eigen::Vector2f step = z_C_[i] * (per_pixel * Eigen::Vector2f(du, dv));
+        const Eigen::Vector3f d_C(x_C_[i] + step.x(), y_C_[i] + step.y(), z_C_[i]);
         const Eigen::Vector3f d_W = view.R_WC * d_C.normalized();
         rays_.dx[k] = d_W.x();
         rays_.dy[k] = d_W.y();

@@ -81,10 +81,10 @@ ImageSensor::ImageSensor(const CameraModel& camera, ImageSensorOptions options)
     : options_(options) {
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      const Eigen::Vector2d n =
-          camera.undistort({1.0 * u, 1.0 * v}).value_or(Eigen::Vector2d::Zero());
-      const double cosine = 1.0 / std::sqrt(1.0 + n.squaredNorm());
-      vignette_.push_back(static_cast<float>(std::pow(cosine, 4.0 * options_.vignetting)));
+      const auto n = camera.undistort({1.0 * u, 1.0 * v});
+      const double cosine = n ? 1.0 / std::sqrt(1.0 + n->squaredNorm()) : 0.0;
+      const double share = n ? std::pow(cosine, 4.0 * options_.vignetting) : 0.0;
+      vignette_.push_back(static_cast<float>(share));
     }
   }
 }

@@ -4,8 +4,9 @@
 //   electrons = electrons_per_ms * exposure * radiance * cos^(4 vignetting) of the off-axis angle
 //   grey = 255 * gain * (electrons + noise) / full_well,  noise^2 = electrons + read_noise^2
 //
-// as in the EMVA 1288 model of a linear camera; no gamma. The figures are those of a global shutter
-// sensor of this resolution (On Semiconductor MT9V034 class).
+// as in the EMVA 1288 model of a linear camera; no gamma. Pixels to which no ray belongs are dark.
+// The figures are those of a global shutter sensor of this resolution (On Semiconductor MT9V034
+// class).
 
 #include <cstdint>
 #include <string>

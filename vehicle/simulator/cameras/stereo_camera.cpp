@@ -57,6 +57,8 @@ CameraModel StereoCameraOptions::camera(int index) const {
   model.fy = fy;
   model.cx = cx;
   model.cy = cy;
+  model.lens = lens;
+  model.lens_parameters = lens_parameters;
   model.radtan = radtan;
   model.X_BC.p = index == 0 ? left_B : right_B;
   model.X_BC.q = from_rpy(0.0, deg_to_rad(tilt_deg), 0.0) * ahead();

@@ -31,8 +31,10 @@ struct StereoCameraOptions {
   double fy = 240.0;
   double cx = 375.5;
   double cy = 239.5;
-  std::array<double, 4> radtan{};  ///< Distortion as in CameraModel.
-  double tilt_deg = 40.0;          ///< Tilt of the optical axes below x of B.
+  LensModel lens = LensModel::kPinhole;     ///< Lens as in CameraModel.
+  std::array<double, 4> lens_parameters{};  ///< Parameters of the lens as in CameraModel.
+  std::array<double, 8> radtan{};           ///< Distortion as in CameraModel.
+  double tilt_deg = 40.0;                   ///< Tilt of the optical axes below x of B.
   Eigen::Vector3d left_B = {0.31, 0.07, 0.0};
   Eigen::Vector3d right_B = {0.31, -0.07, 0.0};
   double rate_hz = 20.0;

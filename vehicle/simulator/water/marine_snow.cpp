@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 #include "common/random.h"
 
 namespace dive::vehicle {
@@ -44,8 +47,9 @@ void MarineSnow::draw(const CameraModel& camera, const Pose& X_WC, const WaterLi
     if (p_C.z() < kMinDepth || X_WC.p.z() + from_lens_W.z() > 0.0) continue;
     const std::optional<Eigen::Vector2d> centre = camera.project(p_C);
     if (!centre) continue;
-    const double sharp = camera.fx * particle.radius / p_C.z();
-    const double blurred = 0.5 * camera.fx * kAperture * std::abs(1.0 / p_C.z() - 1.0 / kFocus);
+    const double scale = std::sqrt(camera.jacobian(p_C.hnormalized()).determinant());
+    const double sharp = scale * particle.radius / p_C.z();
+    const double blurred = 0.5 * scale * kAperture * std::abs(1.0 / p_C.z() - 1.0 / kFocus);
     const double radius = std::max(0.6, std::hypot(sharp, blurred));
     if (!camera.in_image(*centre, -radius)) continue;
     const float share = std::min(1.0F, static_cast<float>(sharp * sharp / (radius * radius)));

@@ -47,13 +47,14 @@ Quaterniond attitude(double t, double w) {
   return from_rpy(roll, pitch, heading + is_moving * 0.05 * std::sin(0.9 * t));
 }
 
-CameraModel camera(double y) {
+CameraModel camera(double y, LensModel lens) {
   CameraModel model;
+  model.lens = lens;
   model.width = 752;
-  model.height = 480;
-  model.fx = model.fy = 240.0;
+  model.height = lens == LensModel::kPinhole ? 480 : 590;
+  model.fx = model.fy = lens == LensModel::kPinhole ? 240.0 : 375.0;
   model.cx = 375.5;
-  model.cy = 239.5;
+  model.cy = 0.5 * (model.height - 1);
   // The optical axis along x of B, then 40 degrees down; x of the image to the right.
   Eigen::Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -65,8 +66,8 @@ CameraModel camera(double y) {
 
 AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
     : options_(options), random_(seed, 77) {
-  nominal_cameras_.push_back(camera(0.07));
-  if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07));
+  nominal_cameras_.push_back(camera(0.07, options_.lens));
+  if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07, options_.lens));
   for (const CameraModel& model : nominal_cameras_) {
     true_.push_back({model.X_BC.p + normal3(options_.extrinsic_sigma_m),
                      model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))});

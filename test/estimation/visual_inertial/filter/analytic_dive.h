@@ -17,6 +17,8 @@ namespace dive::testing {
 struct AnalyticDiveOptions {
   double speed = 0.4;  ///< Mean speed over the oval, m/s; 0 is at rest.
   bool is_stereo = true;
+  /// Pinhole, or an ideal equidistant lens with the same field of view: 115 x 90 degrees.
+  LensModel lens = LensModel::kPinhole;
   double imu_hz = 200.0;
   double frame_hz = 20.0;
   double depth_hz = 10.0;

@@ -30,6 +30,7 @@ struct Consistency {
   double nees_position = 0.0;
   double nees_attitude = 0.0;
   double worst_position = 0.0;
+  double innovation_ratio = 0.0;
 };
 
 // The errors at the end of short dives: one draw each.
@@ -47,6 +48,7 @@ Consistency ends(const AnalyticDiveOptions& options, int runs, double seconds) {
     mean.nees_position += last.nees_position / runs;
     mean.nees_attitude += last.nees_attitude / runs;
     mean.worst_position = std::max(mean.worst_position, last.position.norm());
+    mean.innovation_ratio += filter.health().visual_innovation_ratio / runs;
   }
   return mean;
 }
@@ -58,6 +60,21 @@ constexpr double kMostNees = 5.14;
 TEST(Consistency, CovarianceIsConsistentInStereo) {
   DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   const Consistency mean = ends({}, 12, 20.0);
+  EXPECT_GT(mean.nees_position, kLeastNees);
+  EXPECT_LT(mean.nees_position, kMostNees);
+  EXPECT_GT(mean.nees_attitude, kLeastNees);
+  EXPECT_LT(mean.nees_attitude, kMostNees);
+  EXPECT_LT(mean.worst_position, 0.15);
+}
+
+// With one sigma of n for the whole image the ratio of the innovations is 1.15, and the worst error
+// 0.19 m.
+TEST(Consistency, CovarianceIsConsistentThroughAnEquidistantLens) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  AnalyticDiveOptions options;
+  options.lens = LensModel::kEquidistant;
+  const Consistency mean = ends(options, 12, 20.0);
+  EXPECT_NEAR(mean.innovation_ratio, 0.97, 0.08);  // the gate takes the tail away
   EXPECT_GT(mean.nees_position, kLeastNees);
   EXPECT_LT(mean.nees_position, kMostNees);
   EXPECT_GT(mean.nees_attitude, kLeastNees);

@@ -1,11 +1,30 @@
 #include "test/estimation/visual_inertial/filter/made_features.h"
 
+#include <cmath>
 #include <utility>
 
 namespace dive::testing {
+namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+Vector2d pixel_of(const CameraModel& model, const Vector3d& p_C) {
+  Vector2d m = p_C.head<2>() / p_C.z();
+  if (model.lens == LensModel::kEquidistant && m.norm() > 0.0) {
+    m = std::atan2(p_C.head<2>().norm(), p_C.z()) * p_C.head<2>().normalized();
+  }
+  return {model.fx * m.x() + model.cx, model.fy * m.y() + model.cy};
+}
+
+// [x/z, y/z] of a pixel.
+Vector2d image_of(const CameraModel& model, double u, double v) {
+  const Vector2d m((u - model.cx) / model.fx, (v - model.cy) / model.fy);
+  if (model.lens == LensModel::kPinhole || m.norm() == 0.0) return m;
+  return std::tan(m.norm()) * m.normalized();
+}
+
+}  // namespace
 
 MadeFeatures::MadeFeatures(const MadeFeatureOptions& options, std::vector<CameraModel> nominal,
                            std::vector<Pose> true_B, Random& random)
@@ -21,7 +40,7 @@ bool MadeFeatures::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which
   const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
   if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
   const CameraModel& model = nominal_[which];
-  pixel = {model.fx * p_C.x() / p_C.z() + model.cx, model.fy * p_C.y() / p_C.z() + model.cy};
+  pixel = pixel_of(model, p_C);
   return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
          pixel.y() <= model.height - 1;
 }
@@ -31,8 +50,7 @@ Vector3d MadeFeatures::random_point_before(const Pose& X_WB, double near, double
   const double u = random_.uniform(0.0, model.width);
   const double v = random_.uniform(0.0, model.height);
   const double range = random_.uniform(near, far);
-  const Vector3d ray((u - model.cx) / model.fx, (v - model.cy) / model.fy, 1.0);
-  return X_WB * (true_.front() * (range * ray));
+  return X_WB * (true_.front() * (range * image_of(model, u, v).homogeneous()));
 }
 
 void MadeFeatures::follow_points(const Pose& X_WB, std::size_t wanted) {
@@ -83,7 +101,7 @@ estimation::FeatureObservation MadeFeatures::feature(const Pose& X_WB, std::int6
     const double x = pixel.x() + options_.pixel_sigma * random_.normal();
     const double y = pixel.y() + options_.pixel_sigma * random_.normal();
     const CameraModel& model = nominal_[i];
-    const Vector2d image((x - model.cx) / model.fx, (y - model.cy) / model.fy);
+    const Vector2d image = image_of(model, x, y);
     if (i == 0) {
       feature.left = image;
     } else {

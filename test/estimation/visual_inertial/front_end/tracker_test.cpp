@@ -20,6 +20,7 @@ using testing::PaintedRoom;
 using testing::pixel_of;
 using testing::seen_at;
 using testing::test_camera;
+using testing::wide_camera;
 
 using Path = std::function<Pose(double)>;  // X_WB at a time, s
 
@@ -67,10 +68,15 @@ double median(const std::map<std::int64_t, double>& errors, double share = 0.5) 
   return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
+// The left camera of EuRoC, and 120 x 90 degrees.
+class Lens : public ::testing::TestWithParam<CameraModel> {};
+INSTANTIATE_TEST_SUITE_P(Tracker, Lens,
+                         ::testing::Values(test_camera(), wide_camera(0.0, 752, 564)));
+
 // A tracker that uses only the last image is off by half a pixel after forty.
-TEST(Tracker, StaysOnWhatItSawFirst) {
+TEST_P(Lens, StaysOnWhatItSawFirst) {
   PaintedRoom room({4, 3, 2});
-  const CameraModel camera = test_camera();
+  const CameraModel& camera = GetParam();
   Tracker tracker({}, camera, std::nullopt, 1);
   Truth truth(room, camera);
   TrackedImage last;
@@ -106,10 +112,12 @@ TEST(Tracker, SpreadsFeaturesOverTheImage) {
   EXPECT_GT(tracked_image.quality.added, 150);
 }
 
-TEST(Tracker, FindsDepthInStereo) {
+TEST_P(Lens, FindsDepthInStereo) {
   PaintedRoom room({4, 3, 2});
-  const CameraModel left = test_camera(0.06);
-  CameraModel right = test_camera(-0.06);
+  CameraModel left = GetParam();
+  CameraModel right = GetParam();
+  left.X_BC.p.y() = 0.06;
+  right.X_BC.p.y() = -0.06;
   right.X_BC.q = right.X_BC.q * from_rpy(0.01, -0.008, 0.005);
   Tracker tracker({}, left, right, 1);
   for (int k = 0; k < 6; ++k) {
@@ -131,6 +139,27 @@ TEST(Tracker, FindsDepthInStereo) {
     EXPECT_GT(errors.size(), 0.75 * static_cast<double>(tracked_image.frame.features.size())) << k;
     EXPECT_LT(median(errors), 0.15) << k;
     EXPECT_LT(median(errors, 0.99), 2.0) << k;
+  }
+}
+
+// From the smallest to the largest images, of 120 x 90 degrees.
+TEST(Tracker, WorksAtEveryResolution) {
+  for (const auto& [width, height] : {std::pair(320, 240), {1600, 1200}}) {
+    PaintedRoom room({4, 3, 2});
+    const CameraModel camera = wide_camera(0.0, width, height);
+    Tracker tracker({}, camera, std::nullopt, 1);
+    Truth truth(room, camera);
+    TrackedImage last;
+    for (int k = 0; k < 5; ++k) {
+      const Pose X_WC = camera_pose(camera, swimming, k);
+      last = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr,
+                          turn(camera, swimming, std::max(0, k - 1), k));
+      ASSERT_EQ(last.quality.fault, ImageFault::kNone) << last.quality.reason;
+      const auto errors = truth.errors(last.frame, X_WC);
+      if (k == 0) continue;
+      EXPECT_LT(median(errors), 0.3) << width << " image " << k;
+    }
+    EXPECT_GT(last.quality.tracked, 90) << width;
   }
 }
 

@@ -20,7 +20,8 @@ Pose X_RL() { return MarkedWorld::camera(1).X_BC.inverse() * MarkedWorld::camera
 
 RelativePoseOptions options() {
   RelativePoseOptions result;
-  result.sigma_then = result.sigma_now = 0.7 / 240.0;
+  result.cameras = {MarkedWorld::camera(0), MarkedWorld::camera(1)};
+  result.pixels_then = result.pixels_now = 0.7;
   return result;
 }
 
@@ -131,10 +132,7 @@ struct Cameras {
   [[nodiscard]] std::optional<RelativePose> solve(const KeyframeView& then,
                                                   const KeyframeView& now) const {
     RelativePoseOptions with;
-    with.sigma_then = 0.7 / left.fx;
-    with.sigma_now = 2.0 / left.fx;
-    with.half_width = 0.5 * left.width / left.fx;
-    with.half_height = 0.5 * left.height / left.fy;
+    with.cameras = {left, right};
     return relative_pose(then, now, match(then, now, kMostBits), right.X_BC.inverse() * left.X_BC,
                          with);
   }

@@ -16,11 +16,15 @@ using testing::PaintedRoom;
 using testing::test_camera;
 
 struct Eyes {
-  CameraModel left = test_camera(0.06);
-  CameraModel right = test_camera(-0.06);
+  CameraModel left;
+  CameraModel right;
 
   // Not exactly parallel, as in any real pair.
-  Eyes() { right.X_BC.q = right.X_BC.q * so3_exp({0.01, -0.02, 0.015}); }
+  explicit Eyes(const CameraModel& one = test_camera(0.06),
+                const CameraModel& other = test_camera(-0.06))
+      : left(one), right(other) {
+    right.X_BC.q = right.X_BC.q * so3_exp({0.01, -0.02, 0.015});
+  }
 
   [[nodiscard]] StereoRange ranges(const StereoRangeOptions& options = {}) const {
     return *StereoRange::create(options, left, right);
@@ -81,6 +85,27 @@ TEST(StereoRange, ErrorsAreAsLargeAsItsSigmas) {
   EXPECT_LT(accuracy.share(accuracy.nearer), 0.002);
   EXPECT_LE(accuracy.worst_sigma, ranges.noise_square() * 1.001);
   EXPECT_GT(ranges.reach(), 4.0);
+}
+
+// 120 x 90 degrees: the ranges reach as far to the sides as the lens does.
+TEST(StereoRange, SpansTheViewOfAWideLens) {
+  PaintedRoom room({4, 3, 2});
+  const Eyes eyes(testing::wide_camera(0.06, 752, 564), testing::wide_camera(-0.06, 752, 564));
+  StereoRange ranges = eyes.ranges();
+  const StereoScan result = measure(room, eyes, ranges);
+  const Accuracy accuracy = accuracy_of(result, room, kHere);
+  EXPECT_GT(result.measured, 2000);
+  EXPECT_GT(accuracy.share(accuracy.in_1), 0.60);
+  EXPECT_GT(accuracy.share(accuracy.in_3), 0.985);
+  EXPECT_LT(accuracy.share(accuracy.nearer), 0.002);
+  double widest = 0.0;
+  for (std::size_t i = 0; i < result.scan.points_B.size(); ++i) {
+    const Eigen::Vector3f ray = result.scan.points_B[i] - result.scan.origin_B;
+    if (std::isfinite(result.sigma_m[i])) {
+      widest = std::max(widest, std::abs(std::atan2(ray.y(), ray.x())) * 1.0);
+    }
+  }
+  EXPECT_GT(rad_to_deg(widest), 52.0);
 }
 
 TEST(StereoRange, FlakesThatDriftStayRare) {
