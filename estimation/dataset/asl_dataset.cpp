@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "estimation/dataset/csv_table.h"
-#include "estimation/dataset/gray_png.h"
 #include "estimation/dataset/sensor_file.h"
 
 namespace dive::estimation {
@@ -89,7 +88,7 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
 }
 
 // Returns the pose of the IMU in the files' body frame.
-tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDataset& dataset) {
+tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, Recording& dataset) {
   const auto file = SensorFile::open((folder / "sensor.yaml").string());
   if (!file) return Failure(file.error());
   RecordedImuNoise& noise = dataset.imu_noise;
@@ -112,7 +111,7 @@ tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDatase
   return file->X_BS();
 }
 
-tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dataset) {
+tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& dataset) {
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 6> v{};
     std::string wrong = to_numbers(row, 0, v.size(), v.data());
@@ -130,7 +129,7 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dat
   return rows;
 }
 
-tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& dataset) {
+tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& dataset) {
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
@@ -142,7 +141,7 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& d
 // Reads positions, with attitude and velocity where there are fields for them. `X_BI`: pose of the
 // IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
-                                           AslDataset& dataset) {
+                                           Recording& dataset) {
   Pose X_BS = X_BI;
   const fs::path calibration = folder / "sensor.yaml";
   if (fs::exists(calibration)) {
@@ -182,7 +181,7 @@ fs::path root_of(const std::string& folder) {
 
 // Returns the pose of the IMU in the files' body frame, and fills `dataset` from the sensors'
 // files.
-tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDataset& dataset) {
+tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recording& dataset) {
   const fs::path root = root_of(folder);
   if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {
     return Failure(fmt::format(
@@ -203,16 +202,16 @@ tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDatas
 
 }  // namespace
 
-tl::expected<AslDataset, std::string> read_asl_calibration(const std::string& folder) {
-  AslDataset dataset;
+tl::expected<Recording, std::string> read_asl_calibration(const std::string& folder) {
+  Recording dataset;
   const auto X_BI = read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
   return dataset;
 }
 
-tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder) {
+tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder) {
   const fs::path root = root_of(folder);
-  AslDataset dataset;
+  Recording dataset;
   const auto X_BI = read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
   if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
@@ -231,14 +230,6 @@ tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder
     break;
   }
   return dataset;
-}
-
-tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image, int camera) {
-  auto frame = read_gray_png(image.path);
-  if (!frame) return frame;
-  frame->utime = image.utime;
-  frame->camera = camera;
-  return frame;
 }
 
 }  // namespace dive::estimation

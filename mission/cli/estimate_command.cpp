@@ -24,8 +24,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using estimation::Alignment;
-using estimation::AslDataset;
 using estimation::DatasetRun;
+using estimation::Recording;
 using estimation::RelativeError;
 using estimation::Trajectory;
 using Estimates = std::vector<estimation::StateEstimate>;
@@ -61,7 +61,7 @@ Trajectory estimated(const Estimates& estimates) {
   return trajectory;
 }
 
-Accuracy accuracy_of(const AslDataset& dataset, const Estimates& estimates) {
+Accuracy accuracy_of(const Recording& dataset, const Estimates& estimates) {
   const Trajectory estimate = estimated(estimates);
   Accuracy accuracy;
   accuracy.distance_m = estimation::length_of(estimate);
@@ -128,7 +128,7 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
 }
 
 // The largest error of a loop closure, m.
-std::optional<double> worst_closure(const AslDataset& dataset, const DatasetRun& run) {
+std::optional<double> worst_closure(const Recording& dataset, const DatasetRun& run) {
   const auto errors =
       estimation::closure_errors(run.closures, estimation::true_trajectory(dataset));
   if (errors.empty() || !dataset.has_true_attitude) return std::nullopt;

@@ -204,10 +204,10 @@ TEST(DatasetRun, ReportsWhatARecordingLacks) {
   EXPECT_THAT(run_on(*dataset, options, clock, nothing).error(), HasSubstr("30 m/s"));
   options = {};
   options.start = RunStart::kTruth;
-  AslDataset blind = *dataset;
+  Recording blind = *dataset;
   blind.has_true_attitude = false;
   EXPECT_THAT(run_on(blind, options, clock, nothing).error(), HasSubstr("no true poses"));
-  AslDataset torn = *dataset;
+  Recording torn = *dataset;
   torn.cameras[0].images[3].path = "/nowhere.png";
   EXPECT_THAT(run_on(torn, {}, clock, nothing).error(), HasSubstr("/nowhere.png"));
 }
