@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "estimation/dataset/csv_table.h"
+#include "estimation/dataset/sample_screen.h"
 #include "estimation/dataset/sensor_file.h"
 
 namespace dive::estimation {
@@ -65,6 +66,8 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
   std::copy(distortion->begin(), distortion->end(), model.radtan.begin());
   model.X_BC = *X_BC;
   camera.rate_hz = rate->value_or(0.0);
+  camera.calibration_file = path;
+  camera.resolution_line = file->line_of("resolution");
   if (const std::string why = model.validate(); !why.empty()) {
     return Failure(fmt::format("{}: {}", path, why));
   }
@@ -72,6 +75,7 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
 }
 
 tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
+  camera.images_origin.file = (folder / "data.csv").string();
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     if (row.fields.empty() || row.fields[0].empty()) return std::string("no file name of an image");
     const fs::path name(row.fields[0]);
@@ -79,6 +83,7 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
     }
     camera.images.push_back({row.utime, (folder / "data" / name).string()});
+    camera.images_origin.lines.push_back(row.line);
     return std::string();
   });
   if (rows && camera.images.empty()) {
@@ -112,6 +117,7 @@ tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, Recording
 }
 
 tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& dataset) {
+  dataset.imu_origin.file = (folder / "data.csv").string();
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 6> v{};
     std::string wrong = to_numbers(row, 0, v.size(), v.data());
@@ -121,6 +127,7 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& data
     sample.gyro_B = {v[0], v[1], v[2]};
     sample.accel_B = {v[3], v[4], v[5]};
     dataset.imu.push_back(sample);
+    dataset.imu_origin.lines.push_back(row.line);
     return wrong;
   });
   if (rows && dataset.imu.empty()) {
@@ -130,10 +137,13 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& data
 }
 
 tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& dataset) {
+  dataset.depth_origin.file = (folder / "data.csv").string();
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
-    if (wrong.empty()) dataset.depth.push_back({row.utime, depth});
+    if (!wrong.empty()) return wrong;
+    dataset.depth.push_back({row.utime, depth});
+    dataset.depth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
@@ -152,6 +162,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     X_BS = X_BR->inverse() * X_BI;
   }
   dataset.has_true_attitude = true;
+  dataset.truth_origin.file = (folder / "data.csv").string();
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 10> v{};
     const std::size_t n = row.fields.size() >= 10 ? 10 : row.fields.size() >= 7 ? 7 : 3;
@@ -170,6 +181,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     }
     if (n == 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
     dataset.truth.push_back(pose);
+    dataset.truth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
@@ -212,6 +224,7 @@ tl::expected<Recording, std::string> read_asl_calibration(const std::string& fol
 tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder) {
   const fs::path root = root_of(folder);
   Recording dataset;
+  dataset.source = folder;
   const auto X_BI = read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
   if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
@@ -229,6 +242,7 @@ tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder)
     if (!read) return Failure(read.error());
     break;
   }
+  screen_samples(dataset);
   return dataset;
 }
 

@@ -4,6 +4,8 @@
 //
 // B is the IMU's frame here. Stamps are microseconds.
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +13,7 @@
 #include <tl/expected.hpp>
 
 #include "common/camera_model.h"
+#include "common/diagnostic.h"
 #include "common/measurements.h"
 
 namespace dive::estimation {
@@ -20,10 +23,26 @@ struct RecordedImage {
   std::string path;  ///< Path of a PNG file.
 };
 
+/// Where the samples of one sensor were read.
+struct SampleOrigin {
+  std::string file;
+  std::vector<std::uint32_t> lines;  ///< Line of each sample, from 1.
+
+  /// A diagnostic at sample `index`; at the whole file if that sample has no line.
+  [[nodiscard]] Diagnostic at(std::size_t index, Severity severity, std::string code,
+                              std::string message, std::string hint) const;
+  /// A diagnostic of the whole file.
+  [[nodiscard]] Diagnostic of_all(Severity severity, std::string code, std::string message,
+                                  std::string hint) const;
+};
+
 struct RecordedCamera {
   CameraModel model;  ///< Camera model with X_BC in the IMU's frame.
   double rate_hz = 0.0;
   std::vector<RecordedImage> images;  ///< Images by time.
+  SampleOrigin images_origin;
+  std::string calibration_file;
+  int resolution_line = 0;  ///< Line of its resolution there, from 1; 0 if unknown.
 };
 
 /// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
@@ -49,6 +68,12 @@ struct Recording {
   std::vector<DepthSample> depth;  ///< Depth samples by time; empty without a depth sensor.
   std::vector<TruePose> truth;     ///< True poses by time; empty if there are none.
   bool has_true_attitude = false;
+
+  std::string source;  ///< File or folder that it was read from.
+  SampleOrigin imu_origin;
+  SampleOrigin depth_origin;
+  SampleOrigin truth_origin;
+  Diagnostics diagnostics;  ///< What is wrong with the recording, as far as it was noticed.
 };
 
 /// Decodes an image to grey. `camera`: its index, for ImageFrame::camera.

@@ -88,6 +88,11 @@ tl::expected<std::optional<std::string>, std::string> SensorFile::word(
   return node.Scalar();
 }
 
+int SensorFile::line_of(const std::string& key) const {
+  const YAML::Node node = impl_->find(key);
+  return node.IsDefined() ? node.Mark().line + 1 : 0;
+}
+
 tl::expected<Pose, std::string> SensorFile::X_BS() const {
   const YAML::Node node = impl_->find("T_BS");
   if (!node.IsDefined()) return Pose{};

@@ -30,6 +30,8 @@ class SensorFile {
       const std::string& key) const;
   [[nodiscard]] tl::expected<std::optional<std::string>, std::string> word(
       const std::string& key) const;
+  /// Line of a key's value, from 1; 0 if there is none.
+  [[nodiscard]] int line_of(const std::string& key) const;
 
  private:
   struct Impl;

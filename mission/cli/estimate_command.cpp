@@ -11,6 +11,7 @@
 #include "common/clock.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/dataset_run.h"
+#include "estimation/dataset/recording_check.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/dataset/trajectory_error.h"
 #include "mission/cli/commands.h"
@@ -214,16 +215,31 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
   return options;
 }
 
+// Why there is no estimate, and what to do.
+std::string never_started(const estimation::RunOptions& options) {
+  const char* const what =
+      options.estimator == estimation::EstimatorKind::kPrimitive
+          ? "no depth and IMU samples at the time of an image"
+      : options.start == estimation::RunStart::kRest
+          ? "the vehicle was never at rest for half a second; initialise it in motion, or from the "
+            "ground truth: --init motion, --init truth"
+          : "the samples that it starts from are missing";
+  return fmt::format("the estimator has never started: {}", what);
+}
+
 }  // namespace
 
 int run_estimate(const EstimateArguments& arguments) {
   const auto options = options_of(arguments);
   if (!options) return kExitUsage;
-  const auto dataset = estimation::read_asl_dataset(arguments.folder);
+  auto dataset = estimation::read_asl_dataset(arguments.folder);
   if (!dataset) {
     complain(dataset.error());
     return kExitUsage;
   }
+  if (dataset->diagnostics.ok()) estimation::check_recording(*dataset, *options);
+  print_diagnostics(dataset->diagnostics);
+  if (!dataset->diagnostics.ok()) return kExitUsage;
   tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
   if (!file) return file.error();
   SteadyClock clock;
@@ -248,6 +264,7 @@ int run_estimate(const EstimateArguments& arguments) {
   const std::optional<double> worst = worst_closure(*dataset, *run);
   if (arguments.json) {
     Json all = to_json(*run, accuracy, duration_s);
+    all["warnings"] = to_json(dataset->diagnostics);
     if (with_loops) all["loops"] = loops_to_json(*run, *with_loops, worst);
     print_json(all);
   } else {
@@ -255,8 +272,8 @@ int run_estimate(const EstimateArguments& arguments) {
     if (with_loops) print_loops(*run, *with_loops, worst);
   }
   if (run->estimates.empty()) {
-    complain("the estimator has never started: what it starts from did not come");
-    return kExitFailed;
+    complain(never_started(*options));
+    return kExitUsage;
   }
   if (!run->diverged.empty()) {
     complain(fmt::format("the filter has diverged: {}", run->diverged));

@@ -32,6 +32,7 @@ Ran dive(const std::string& arguments) { return testing::run_dive(arguments, pla
 void write(const std::string& name, const std::string& text) {
   const fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place() / name;
   fs::create_directories(path.parent_path());
+  fs::remove(path);  // a copy of a recording may be read-only
   std::ofstream(path) << text;
 }
 
@@ -145,6 +146,68 @@ TEST(Estimate, RefusesWhatItCannotRead) {
   const Ran bad = dive("estimate swim");
   EXPECT_EQ(bad.status, 2);
   EXPECT_THAT(bad.err, HasSubstr("depth0/data.csv:1: field 2 is \"deep\""));
+}
+
+/// Replaces `from`, once, in a file of the test's folder.
+void replace(const std::string& name, const std::string& from, const std::string& to) {
+  std::string text = content_of(fs::path(::testing::TempDir()) / "dive-command" / place() / name);
+  ASSERT_NE(text.find(from), std::string::npos) << from;
+  write(name, text.replace(text.find(from), from.size(), to));
+}
+
+TEST(Estimate, WarnsOfASampleThatIsIgnored) {
+  write_swim();
+  const Ran intact = dive("estimate swim --estimator primitive --json");
+  EXPECT_EQ(nlohmann::json::parse(intact.out).at("warnings"), nlohmann::json::array());
+  replace("swim/mav0/imu0/data.csv", "10000000,0,0,0", "10000000,0,0,1e300");
+  const Ran ran = dive("estimate swim --estimator primitive --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("imu0/data.csv:2: warning: an angular rate of 1e+300 rad/s"));
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_EQ(json["warnings"].size(), 1U);
+  EXPECT_EQ(json["warnings"][0]["code"], "IMU-RANGE");
+  EXPECT_EQ(json["warnings"][0]["line"], 2);
+  EXPECT_EQ(json["ate_m"], nlohmann::json::parse(intact.out).at("ate_m"));
+}
+
+// A recording of EuRoC (V1_01_easy), with one thing wrong at a time.
+TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
+  const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving";
+  if (!fs::exists(real)) GTEST_SKIP() << "no real recordings: " << real;
+  DIVE_SKIP_UNDER_SANITIZERS("it estimates from 40 images, twice");
+  const fs::path copy = fs::path(::testing::TempDir()) / "dive-command" / place() / "V1_01";
+  fs::remove_all(copy);
+  fs::create_directories(copy.parent_path());
+  fs::copy(real, copy, fs::copy_options::recursive);
+  const auto estimate = [] { return dive("estimate V1_01 --init truth --no-depth --json"); };
+  const Ran intact = estimate();
+  ASSERT_EQ(intact.status, 0) << intact.err;
+  const double intact_m = nlohmann::json::parse(intact.out).at("ate_m").get<double>();
+
+  const std::string imu = content_of(real / "mav0/imu0/data.csv");
+  const std::string stamp = "\n1403715286262142976,";
+  ASSERT_NE(imu.find(stamp), std::string::npos);
+  const std::size_t field = imu.find(stamp) + stamp.size();
+  std::string wild = imu;
+  wild.replace(field, wild.find(',', field) - field, "5000");
+  write("V1_01/mav0/imu0/data.csv", wild);
+  const Ran ran = estimate();
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("warning: an angular rate of 5000 rad/s"));
+  EXPECT_LT(nlohmann::json::parse(ran.out).at("ate_m").get<double>(), 2.5 * intact_m);
+  write("V1_01/mav0/imu0/data.csv", imu);
+
+  const std::string yaml = content_of(real / "mav0/cam0/sensor.yaml");
+  for (const auto& [size, words] :
+       {std::pair{"[640, 480]", "an image of 752 x 480 pixels; V1_01/mav0/cam0/sensor.yaml:16"},
+        std::pair{"[32, 32]", "sensor.yaml:16: error: images of 32 x 32 pixels"}}) {
+    replace("V1_01/mav0/cam0/sensor.yaml", "[752, 480]", size);
+    const Ran refused = estimate();
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+    write("V1_01/mav0/cam0/sensor.yaml", yaml);
+  }
 }
 
 }  // namespace
