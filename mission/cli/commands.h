@@ -233,7 +233,8 @@ struct EstimateArguments {
   bool loops = false;
   double speed = 0.4;
   std::uint64_t seed = 1;
-  std::string output;  ///< Empty: none.
+  std::string against;  ///< Another estimator's trajectory (TUM); empty: none.
+  std::string output;   ///< Empty: none.
   bool json = false;
   bool force = false;  ///< Replace results that exist.
 };

@@ -339,7 +339,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "  dive estimate MH_01_easy                                 EuRoC, initially at rest\n"
       "  dive estimate recording --init motion --output path.tum  initially swimming\n"
       "  dive estimate recording --mono --no-depth --json\n"
-      "  dive estimate recording --loops                          with loop closure\n\n"
+      "  dive estimate recording --loops                          with loop closure\n"
+      "  dive estimate recording --against openvins.tum           beside another estimator\n\n"
       "Runs an estimator on a recording in the ASL (EuRoC) format: the trajectory, and its error "
       "if\n"
       "the recording has ground truth.");
@@ -364,6 +365,10 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->type_name("M/S")
       ->check(CLI::Range(-3.0, 3.0).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");
+  command
+      ->add_option("--against", arguments.against,
+                   "Compare with another estimator's trajectory of the recording (TUM format)")
+      ->type_name("FILE");
   command->add_option("--output", arguments.output, "Write the trajectory (TUM format)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);

@@ -2,6 +2,7 @@
 // the recording has none; test/estimation/dataset tests the visual one, and this file runs it on
 // the output of `dive run --record`.
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -168,6 +169,64 @@ TEST(Estimate, WarnsOfASampleThatIsIgnored) {
   EXPECT_EQ(json["warnings"][0]["code"], "IMU-RANGE");
   EXPECT_EQ(json["warnings"][0]["line"], 2);
   EXPECT_EQ(json["ate_m"], nlohmann::json::parse(intact.out).at("ate_m"));
+}
+
+/// The swim as another estimator could have written it: turned by 90 degrees, half a metre off at
+/// its end, from the fifth second on.
+std::string other_swim() {
+  std::string text = "# t x y z qx qy qz qw\n";
+  for (int k = 50; k <= 200; ++k) {
+    const double along = 0.4 * 0.1 * k;
+    text += fmt::format("{} {} {} -2 0 0 {} {}\n", 0.005 + 0.1 * k, -0.0025 * k, along,
+                        std::sqrt(0.5), std::sqrt(0.5));
+  }
+  return text;
+}
+
+TEST(Estimate, ComparesWithAnotherEstimator) {
+  write_swim();
+  write("other.tum", other_swim());
+  const std::string command = "estimate swim --estimator primitive --speed 0.4 --against ";
+  const Ran ran = dive(command + "other.tum --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto against = nlohmann::json::parse(ran.out).at("against");
+  EXPECT_EQ(against["file"], "other.tum");
+  EXPECT_NEAR(against["begin_s"].get<double>(), 5.005, 1e-6);
+  EXPECT_EQ(against["theirs"]["poses"], 151);
+  // By the definition: 6 m of straight line, off by 6 % in the direction across.
+  EXPECT_NEAR(against["theirs"]["drift_percent"].get<double>(), 6.25, 0.05);
+  EXPECT_NEAR(against["theirs"]["distance_m"].get<double>(), 6.0, 0.01);
+  EXPECT_TRUE(against["theirs"]["nees_position"].is_null());
+  EXPECT_LT(against["ours"]["poses"].get<int>(), 305) << "only in the time of both";
+  EXPECT_NEAR(against["ours"]["distance_m"].get<double>(), 6.0, 0.05);
+  EXPECT_GT(against["ours"]["ate_m"].get<double>(), 0.0);
+
+  const Ran text = dive(command + "other.tum");
+  EXPECT_THAT(text.out, HasSubstr("against other.tum, over the 15.0 s that both cover:"));
+  EXPECT_THAT(text.out, ::testing::ContainsRegex("drift +[0-9.]+ % +6.2.. %"));
+
+  const struct {
+    std::string content;
+    const char* words;
+  } bad[] = {{"5.005 1 2 3\n", "bad.tum:1: 4 numbers; 8 are expected"},
+             {"5005000000 0 0 0 0 0 0 1\n5005000001 0 0 0 0 0 0 1\n5005000002 0 0 0 0 0 0 1\n",
+              "bad.tum: its poses are from 5005000000.000 s to 5005000002.000 s, the recording's "
+              "images with ground truth from 0.005 s to 20.005 s"},
+             {"1e18 0 0 0 0 0 0 1\n", "bad.tum:1: its time is not from 0 to 9e12; seconds"},
+             {"# nothing\n", "bad.tum: 0 poses; at least 3"}};
+  for (const auto& [content, words] : bad) {
+    write("bad.tum", content);
+    const Ran refused = dive(command + "bad.tum");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+  }
+  EXPECT_THAT(dive(command + "nowhere.tum").err, HasSubstr("nowhere.tum: no such file"));
+  fs::remove_all(fs::path(::testing::TempDir()) / "dive-command" / place() /
+                 "swim/mav0/state_groundtruth_estimate0");
+  const Ran blind = dive(command + "other.tum");
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr("other.tum: there is nothing to compare it with"));
 }
 
 // A recording of EuRoC (V1_01_easy), with one thing wrong at a time.
