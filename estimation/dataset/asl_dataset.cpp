@@ -25,13 +25,13 @@ bool is_radtan(const std::string& word) {
   return word == "radial-tangential" || word == "radtan" || word == "plumb_bob";
 }
 
-// Reads a camera's pose in the files' body frame, and its model.
-tl::expected<RecordedCamera, std::string> read_calibration(const std::string& path) {
-  const auto file = SensorFile::open(path);
-  if (!file) return Failure(file.error());
+}  // namespace
+
+tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
+                                                      const std::string& path) {
   for (const auto& [key, wanted] :
        {std::pair("camera_model", "pinhole"), {"distortion_model", "radial-tangential"}}) {
-    const auto word = file->word(key);
+    const auto word = file.word(key);
     if (!word) return Failure(word.error());
     if (!*word || **word == wanted ||
         (std::string_view(wanted) != "pinhole" && is_radtan(**word))) {
@@ -39,15 +39,15 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
     }
     return Failure(fmt::format("{}: {} is {}; only {} is known", path, key, **word, wanted));
   }
-  const auto size = file->numbers("resolution", 2);
+  const auto size = file.numbers("resolution", 2);
   if (!size) return Failure(size.error());
-  const auto intrinsics = file->numbers("intrinsics", 4);
+  const auto intrinsics = file.numbers("intrinsics", 4);
   if (!intrinsics) return Failure(intrinsics.error());
-  const auto distortion = file->numbers("distortion_coefficients", 4);
+  const auto distortion = file.numbers("distortion_coefficients", 4);
   if (!distortion) return Failure(distortion.error());
-  const auto X_BC = file->X_BS();
+  const auto X_BC = file.X_BS();
   if (!X_BC) return Failure(X_BC.error());
-  const auto rate = file->number("rate_hz");
+  const auto rate = file.number("rate_hz");
   if (!rate) return Failure(rate.error());
 
   for (const double side : *size) {
@@ -67,12 +67,14 @@ tl::expected<RecordedCamera, std::string> read_calibration(const std::string& pa
   model.X_BC = *X_BC;
   camera.rate_hz = rate->value_or(0.0);
   camera.calibration_file = path;
-  camera.resolution_line = file->line_of("resolution");
+  camera.resolution_line = file.line_of("resolution");
   if (const std::string why = model.validate(); !why.empty()) {
     return Failure(fmt::format("{}: {}", path, why));
   }
   return camera;
 }
+
+namespace {
 
 tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
   camera.images_origin.file = (folder / "data.csv").string();
@@ -92,10 +94,10 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
   return rows;
 }
 
-// Returns the pose of the IMU in the files' body frame.
-tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, Recording& dataset) {
-  const auto file = SensorFile::open((folder / "sensor.yaml").string());
-  if (!file) return Failure(file.error());
+}  // namespace
+
+tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const std::string& path,
+                                                Recording& dataset) {
   RecordedImuNoise& noise = dataset.imu_noise;
   std::optional<double> rate;
   const std::pair<const char*, std::optional<double>*> keys[] = {
@@ -105,16 +107,18 @@ tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, Recording
       {"accelerometer_random_walk", &noise.accel_walk},
       {"rate_hz", &rate}};
   for (const auto& [key, value] : keys) {
-    const auto number = file->number(key);
+    const auto number = file.number(key);
     if (!number) return Failure(number.error());
     if (*number && !(**number >= 0.0)) {
-      return Failure(fmt::format("{}: {} is negative", (folder / "sensor.yaml").string(), key));
+      return Failure(fmt::format("{}: {} is negative", path, key));
     }
     *value = *number;
   }
   dataset.imu_rate_hz = rate.value_or(0.0);
-  return file->X_BS();
+  return file.X_BS();
 }
+
+namespace {
 
 tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& dataset) {
   dataset.imu_origin.file = (folder / "data.csv").string();
@@ -200,11 +204,17 @@ tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recordin
         "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
         folder));
   }
-  auto X_BI = read_imu_noise(root / "imu0", dataset);
+  const std::string imu = (root / "imu0" / "sensor.yaml").string();
+  const auto imu_file = SensorFile::open(imu);
+  if (!imu_file) return Failure(imu_file.error());
+  auto X_BI = read_imu_sensor(*imu_file, imu, dataset);
   if (!X_BI) return X_BI;
   for (const char* name : {"cam0", "cam1"}) {
     if (!fs::is_directory(root / name)) continue;
-    auto camera = read_calibration((root / name / "sensor.yaml").string());
+    const std::string path = (root / name / "sensor.yaml").string();
+    const auto file = SensorFile::open(path);
+    if (!file) return Failure(file.error());
+    auto camera = read_camera(*file, path);
     if (!camera) return Failure(camera.error());
     camera->model.X_BC = X_BI->inverse() * camera->model.X_BC;
     dataset.cameras.push_back(std::move(*camera));

@@ -16,12 +16,22 @@
 #include <tl/expected.hpp>
 
 #include "estimation/dataset/recording.h"
+#include "estimation/dataset/sensor_file.h"
 
 namespace dive::estimation {
 
 /// Reads everything but the images themselves. An error gives the file, the line, and what is
 /// expected there.
 [[nodiscard]] tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder);
+
+/// Reads a camera's model, and its pose in the file's body frame. `path`: the file's name.
+[[nodiscard]] tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
+                                                                    const std::string& path);
+/// Reads noise and rate of the IMU into the recording; returns the IMU's pose in the file's body
+/// frame.
+[[nodiscard]] tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file,
+                                                              const std::string& path,
+                                                              Recording& recording);
 
 /// Reads only the sensors' sensor.yaml files; images, samples and truth may be absent. Errors as
 /// above.

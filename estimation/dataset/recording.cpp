@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "estimation/dataset/gray_png.h"
 
 namespace dive::estimation {
@@ -25,7 +27,10 @@ Diagnostic SampleOrigin::of_all(Severity severity, std::string code, std::string
 }
 
 tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image, int camera) {
-  auto frame = read_gray_png(image.path);
+  auto frame = image.read ? image.read() : read_gray_png(image.path);
+  if (!frame && image.read) {
+    return tl::make_unexpected(fmt::format("{}: {}", image.path, frame.error()));
+  }
   if (!frame) return frame;
   frame->utime = image.utime;
   frame->camera = camera;

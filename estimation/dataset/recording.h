@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,13 +21,15 @@ namespace dive::estimation {
 
 struct RecordedImage {
   Utime utime = 0;
-  std::string path;  ///< Path of a PNG file.
+  std::string path;  ///< Path of a PNG file, or the image's place in a bag.
+  /// Reads the image from a bag; empty for a PNG file. An error is a clause.
+  std::function<tl::expected<ImageFrame, std::string>()> read = nullptr;
 };
 
 /// Where the samples of one sensor were read.
 struct SampleOrigin {
-  std::string file;
-  std::vector<std::uint32_t> lines;  ///< Line of each sample, from 1.
+  std::string file;                  ///< In a bag: "FILE /topic".
+  std::vector<std::uint32_t> lines;  ///< Line, or message of the topic, of each sample, from 1.
 
   /// A diagnostic at sample `index`; at the whole file if that sample has no line.
   [[nodiscard]] Diagnostic at(std::size_t index, Severity severity, std::string code,
@@ -76,7 +79,8 @@ struct Recording {
   Diagnostics diagnostics;  ///< What is wrong with the recording, as far as it was noticed.
 };
 
-/// Decodes an image to grey. `camera`: its index, for ImageFrame::camera.
+/// Decodes an image to grey. An error begins with its path. `camera`: its index, for
+/// ImageFrame::camera.
 [[nodiscard]] tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image,
                                                                int camera);
 

@@ -1,16 +1,21 @@
 // Runs an estimator on a recording and reports its error if there is ground truth.
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "common/clock.h"
 #include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/bag/bag_recording.h"
 #include "estimation/dataset/dataset_run.h"
 #include "estimation/dataset/recording_check.h"
 #include "estimation/dataset/trajectory.h"
@@ -144,10 +149,56 @@ struct Inputs {
   Trajectory other;  // another estimator's; empty: none
 };
 
+// The file to read: a folder of ROS 2's recorder contains one.
+std::string file_in(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(path) || fs::is_directory(fs::path(path) / "mav0") ||
+      fs::is_directory(fs::path(path) / "cam0")) {
+    return path;
+  }
+  std::vector<std::string> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path, error)) {
+    const fs::path extension = entry.path().extension();
+    if (extension == ".mcap" || extension == ".bag") found.push_back(entry.path().string());
+  }
+  return found.size() == 1 ? found.front() : path;
+}
+
+tl::expected<Recording, std::string> read_recording(const EstimateArguments& arguments) {
+  const std::string path = file_in(arguments.folder);
+  if (!std::filesystem::is_regular_file(path)) {
+    if (arguments.calibration.empty() && arguments.preset.empty() && arguments.topics.empty()) {
+      return estimation::read_asl_dataset(path);
+    }
+    return tl::make_unexpected(
+        path + ": --calibration, --preset and --topic are for a bag, and this is none");
+  }
+  estimation::BagOptions options;
+  options.calibration = arguments.calibration;
+  options.preset = arguments.preset;
+  for (const std::string& given : arguments.topics) {
+    const std::size_t equals = given.find('=');
+    const std::string sensor = given.substr(0, equals);
+    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "truth"};
+    if (equals == std::string::npos ||
+        std::find(kSensors.begin(), kSensors.end(), sensor) == kSensors.end()) {
+      return tl::make_unexpected(
+          fmt::format("--topic {}: SENSOR=NAME is expected, SENSOR one of {}", given,
+                      fmt::join(kSensors, ", ")));
+    }
+    options.topics[sensor] = given.substr(equals + 1);
+  }
+  if (options.calibration.empty()) {
+    return tl::make_unexpected(path + ": a bag has no calibration; give it with --calibration");
+  }
+  return estimation::read_bag(path, options);
+}
+
 // Prints what is wrong; nothing if the estimator cannot run.
 std::optional<Inputs> read_inputs(const EstimateArguments& arguments,
                                   const estimation::RunOptions& options) {
-  auto recording = estimation::read_asl_dataset(arguments.folder);
+  auto recording = read_recording(arguments);
   if (!recording) {
     complain(recording.error());
     return std::nullopt;

@@ -3,10 +3,13 @@
 // the output of `dive run --record`.
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "test/common/sanitizers.h"
+#include "test/estimation/dataset/bag_writer.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -267,6 +271,110 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
     EXPECT_THAT(refused.err, HasSubstr(words));
     write("V1_01/mav0/cam0/sensor.yaml", yaml);
   }
+}
+
+using estimation::testing::Wire;
+using estimation::testing::Written;
+
+/// The swim as messages.
+std::vector<Written> swim_messages(Wire wire) {
+  std::vector<Written> all;
+  const std::string pixels(4, 'x');
+  for (std::uint64_t k = 0; k <= 4000; ++k) {
+    const std::uint64_t ns = 5'000'000 * (k + 1);
+    all.push_back(estimation::testing::imu_message(wire, "/imu", ns, {0, 0, 0}, {0, 0, 9.81}));
+    if (k % 10 != 0) continue;
+    all.push_back(
+        estimation::testing::image_message(wire, "/camera", ns, "mono8", 2, 2, 2, pixels));
+    const double pressure = 101'325.0 + 2.0 * 1025.0 * 9.81;
+    all.push_back(estimation::testing::pressure_message(wire, "/pressure", ns, pressure));
+    const double x = 0.002 * static_cast<double>(k);
+    all.push_back(estimation::testing::pose_message(wire, "/truth", ns,
+                                                    {{x, 0, -2}, Eigen::Quaterniond::Identity()}));
+  }
+  return all;
+}
+
+TEST(Estimate, ReadsBagsAsItReadsFolders) {
+  write_swim();
+  const std::string of_estimator = " --estimator primitive --json";
+  const Ran folder = dive("estimate swim" + of_estimator);
+  ASSERT_EQ(folder.status, 0) << folder.err;
+  const auto expected = nlohmann::json::parse(folder.out);
+  write("swim.bag", estimation::testing::ros1_bag(swim_messages(Wire::kRos1), "lz4", 500));
+  write("ros2/swim_0.mcap", estimation::testing::mcap(swim_messages(Wire::kCdr), "zstd", 500));
+  write("ros2/metadata.yaml", "rosbag2_bagfile_information: {}\n");
+  const std::string calibration = " --calibration swim/mav0/cam0/sensor.yaml";
+  for (const char* const bag : {"swim.bag", "ros2/swim_0.mcap", "ros2"}) {
+    const Ran ran = dive(std::string("estimate ") + bag + calibration + of_estimator);
+    ASSERT_EQ(ran.status, 0) << bag << ran.err;
+    const auto json = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(json["frames"], expected["frames"]);
+    EXPECT_NEAR(json["ate_m"].get<double>(), expected["ate_m"].get<double>(), 1e-6) << bag;
+  }
+  const std::pair<std::string, const char*> bad[] = {
+      {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
+      {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
+      {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
+      {"swim --preset euroc", "swim: --calibration, --preset and --topic are for a bag"},
+      {"swim.bag --preset moon" + calibration, "moon"}};
+  for (const auto& [arguments, words] : bad) {
+    const Ran refused = dive("estimate " + arguments);
+    EXPECT_EQ(refused.status, 2) << arguments;
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+  }
+}
+
+/// The rows of a data.csv without its comments, each split at commas.
+std::vector<std::vector<std::string>> rows_of(const fs::path& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(content_of(csv));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    std::istringstream fields(line);
+    rows.emplace_back();
+    for (std::string field; std::getline(fields, field, ',');) {
+      const std::size_t end = field.find_last_not_of(" \r");
+      rows.back().push_back(field.substr(0, end + 1));
+    }
+  }
+  return rows;
+}
+
+// The images too: the same real recording as a folder, and as a bag.
+TEST(Estimate, EstimatesFromABagWhatItEstimatesFromTheFolder) {
+  const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving/mav0";
+  if (!fs::exists(real)) GTEST_SKIP() << "no real recordings: " << real;
+  DIVE_SKIP_UNDER_SANITIZERS("it estimates from 40 images, twice");
+  std::vector<Written> all;
+  const auto number = [](const std::string& text) { return std::stod(text); };
+  for (const auto& row : rows_of(real / "imu0/data.csv")) {
+    all.push_back(estimation::testing::imu_message(
+        Wire::kRos1, "/imu0", std::stoull(row[0]), {number(row[1]), number(row[2]), number(row[3])},
+        {number(row[4]), number(row[5]), number(row[6])}));
+  }
+  for (const auto& row : rows_of(real / "cam0/data.csv")) {
+    all.push_back(estimation::testing::compressed_message(Wire::kRos1, "/cam0/image_raw",
+                                                          std::stoull(row[0]),
+                                                          content_of(real / "cam0/data" / row[1])));
+  }
+  for (const auto& row : rows_of(real / "state_groundtruth_estimate0/data.csv")) {
+    all.push_back(estimation::testing::pose_message(
+        Wire::kRos1, "/truth", std::stoull(row[0]),
+        {{number(row[1]), number(row[2]), number(row[3])},
+         Eigen::Quaterniond(number(row[4]), number(row[5]), number(row[6]), number(row[7]))}));
+  }
+  write("V1_01.bag", estimation::testing::ros1_bag(all, "bz2", 30));
+  const std::string how = " --init truth --no-depth --json";
+  const Ran bag =
+      dive(fmt::format("estimate V1_01.bag --preset euroc --calibration {}{}", real.string(), how));
+  ASSERT_EQ(bag.status, 0) << bag.err;
+  EXPECT_THAT(bag.err, HasSubstr("preset euroc is untested"));
+  const Ran folder = dive("estimate " + real.string() + how);
+  ASSERT_EQ(folder.status, 0) << folder.err;
+  const double expected_m = nlohmann::json::parse(folder.out).at("ate_m").get<double>();
+  EXPECT_NEAR(nlohmann::json::parse(bag.out).at("ate_m").get<double>(), expected_m, 0.01);
 }
 
 }  // namespace
