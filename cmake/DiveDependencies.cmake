@@ -88,6 +88,11 @@ dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
 dive_imported_library(dive_apriltag apriltag/apriltag.h apriltag)
 dive_imported_library(dive_png png.h png)
 dive_imported_library(dive_yaml yaml-cpp/yaml.h yaml-cpp)
+# Not OpenCV's imgcodecs: it brings GDAL (doc/decisions/gdal-when-needed.md).
+dive_imported_library(dive_jpeg jpeglib.h jpeg)
+dive_imported_library(dive_bz2 bzlib.h bz2)
+dive_imported_library(dive_lz4 lz4frame.h lz4)
+dive_imported_library(dive_zstd zstd.h zstd)
 
 # JavaScript that reports contain (dive_embed): the classic builds, which a page can contain as they
 # are, and their licences. DIVE_REPORT_LIBRARIES is in the order of loading.

@@ -10,7 +10,7 @@
 
 #include "estimation/dataset/camera_calibration.h"
 #include "estimation/dataset/csv_table.h"
-#include "estimation/dataset/gray_png.h"
+#include "estimation/dataset/sample_screen.h"
 #include "estimation/dataset/sensor_file.h"
 
 namespace dive::estimation {
@@ -20,28 +20,33 @@ namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
 
-// Reads a camera's pose in the files' body frame, and its model.
-tl::expected<RecordedCamera, std::string> read_calibration(const std::string& path) {
-  const auto file = SensorFile::open(path);
-  if (!file) return Failure(file.error());
-  auto model = read_camera_model(*file);
+}  // namespace
+
+tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
+                                                      const std::string& path) {
+  auto model = read_camera_model(file);
   if (!model) return Failure(model.error());
-  const auto X_BC = file->X_BS();
+  const auto X_BC = file.X_BS();
   if (!X_BC) return Failure(X_BC.error());
-  const auto rate = file->number("rate_hz");
+  const auto rate = file.number("rate_hz");
   if (!rate) return Failure(rate.error());
 
   RecordedCamera camera;
   camera.model = *model;
   camera.model.X_BC = *X_BC;
   camera.rate_hz = rate->value_or(0.0);
+  camera.calibration_file = path;
+  camera.resolution_line = file.line_of("resolution");
   if (const std::string why = camera.model.validate(); !why.empty()) {
     return Failure(fmt::format("{}: {}", path, why));
   }
   return camera;
 }
 
+namespace {
+
 tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
+  camera.images_origin.file = (folder / "data.csv").string();
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     if (row.fields.empty() || row.fields[0].empty()) return std::string("no file name of an image");
     const fs::path name(row.fields[0]);
@@ -49,6 +54,7 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
     }
     camera.images.push_back({row.utime, (folder / "data" / name).string()});
+    camera.images_origin.lines.push_back(row.line);
     return std::string();
   });
   if (rows && camera.images.empty()) {
@@ -57,10 +63,10 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
   return rows;
 }
 
-// Returns the pose of the IMU in the files' body frame.
-tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDataset& dataset) {
-  const auto file = SensorFile::open((folder / "sensor.yaml").string());
-  if (!file) return Failure(file.error());
+}  // namespace
+
+tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const std::string& path,
+                                                Recording& dataset) {
   RecordedImuNoise& noise = dataset.imu_noise;
   std::optional<double> rate;
   const std::pair<const char*, std::optional<double>*> keys[] = {
@@ -70,18 +76,21 @@ tl::expected<Pose, std::string> read_imu_noise(const fs::path& folder, AslDatase
       {"accelerometer_random_walk", &noise.accel_walk},
       {"rate_hz", &rate}};
   for (const auto& [key, value] : keys) {
-    const auto number = file->number(key);
+    const auto number = file.number(key);
     if (!number) return Failure(number.error());
     if (*number && !(**number >= 0.0)) {
-      return Failure(fmt::format("{}: {} is negative", (folder / "sensor.yaml").string(), key));
+      return Failure(fmt::format("{}: {} is negative", path, key));
     }
     *value = *number;
   }
   dataset.imu_rate_hz = rate.value_or(0.0);
-  return file->X_BS();
+  return file.X_BS();
 }
 
-tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dataset) {
+namespace {
+
+tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& dataset) {
+  dataset.imu_origin.file = (folder / "data.csv").string();
   const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 6> v{};
     std::string wrong = to_numbers(row, 0, v.size(), v.data());
@@ -91,6 +100,7 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dat
     sample.gyro_B = {v[0], v[1], v[2]};
     sample.accel_B = {v[3], v[4], v[5]};
     dataset.imu.push_back(sample);
+    dataset.imu_origin.lines.push_back(row.line);
     return wrong;
   });
   if (rows && dataset.imu.empty()) {
@@ -99,19 +109,22 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, AslDataset& dat
   return rows;
 }
 
-tl::expected<void, std::string> read_depth(const fs::path& folder, AslDataset& dataset) {
+tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& dataset) {
+  dataset.depth_origin.file = (folder / "data.csv").string();
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
-    if (wrong.empty()) dataset.depth.push_back({row.utime, depth});
+    if (!wrong.empty()) return wrong;
+    dataset.depth.push_back({row.utime, depth});
+    dataset.depth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
 
-// Reads positions, with attitude, velocity and biases where there are fields for them. `X_BI`: pose of the
-// IMU in the files' body frame; the measured frame may be yet another one.
+// Reads positions, with attitude, velocity and biases where there are fields for them. `X_BI`: pose
+// of the IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
-                                           AslDataset& dataset) {
+                                           Recording& dataset) {
   Pose X_BS = X_BI;
   const fs::path calibration = folder / "sensor.yaml";
   if (fs::exists(calibration)) {
@@ -122,6 +135,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     X_BS = X_BR->inverse() * X_BI;
   }
   dataset.has_true_attitude = true;
+  dataset.truth_origin.file = (folder / "data.csv").string();
   return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
     std::array<double, 16> v{};
     const std::size_t fields = row.fields.size();
@@ -142,6 +156,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     if (n >= 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
     if (n == 16) pose.bias = TruePose::Bias{{v[10], v[11], v[12]}, {v[13], v[14], v[15]}};
     dataset.truth.push_back(pose);
+    dataset.truth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
@@ -153,18 +168,24 @@ fs::path root_of(const std::string& folder) {
 
 // Returns the pose of the IMU in the files' body frame, and fills `dataset` from the sensors'
 // files.
-tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDataset& dataset) {
+tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recording& dataset) {
   const fs::path root = root_of(folder);
   if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {
     return Failure(fmt::format(
         "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
         folder));
   }
-  auto X_BI = read_imu_noise(root / "imu0", dataset);
+  const std::string imu = (root / "imu0" / "sensor.yaml").string();
+  const auto imu_file = SensorFile::open(imu);
+  if (!imu_file) return Failure(imu_file.error());
+  auto X_BI = read_imu_sensor(*imu_file, imu, dataset);
   if (!X_BI) return X_BI;
   for (const char* name : {"cam0", "cam1"}) {
     if (!fs::is_directory(root / name)) continue;
-    auto camera = read_calibration((root / name / "sensor.yaml").string());
+    const std::string path = (root / name / "sensor.yaml").string();
+    const auto file = SensorFile::open(path);
+    if (!file) return Failure(file.error());
+    auto camera = read_camera(*file, path);
     if (!camera) return Failure(camera.error());
     camera->model.X_BC = X_BI->inverse() * camera->model.X_BC;
     dataset.cameras.push_back(std::move(*camera));
@@ -174,16 +195,17 @@ tl::expected<Pose, std::string> read_sensors(const std::string& folder, AslDatas
 
 }  // namespace
 
-tl::expected<AslDataset, std::string> read_asl_calibration(const std::string& folder) {
-  AslDataset dataset;
+tl::expected<Recording, std::string> read_asl_calibration(const std::string& folder) {
+  Recording dataset;
   const auto X_BI = read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
   return dataset;
 }
 
-tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder) {
+tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder) {
   const fs::path root = root_of(folder);
-  AslDataset dataset;
+  Recording dataset;
+  dataset.source = folder;
   const auto X_BI = read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
   if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
@@ -201,15 +223,8 @@ tl::expected<AslDataset, std::string> read_asl_dataset(const std::string& folder
     if (!read) return Failure(read.error());
     break;
   }
+  screen_samples(dataset);
   return dataset;
-}
-
-tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image, int camera) {
-  auto frame = read_gray_png(image.path);
-  if (!frame) return frame;
-  frame->utime = image.utime;
-  frame->camera = camera;
-  return frame;
 }
 
 }  // namespace dive::estimation

@@ -2,6 +2,7 @@
 // Tables of a data.csv in the ASL format: a stamp in nanoseconds, then fields, separated by commas.
 // Empty lines and those that begin with # are ignored.
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -14,7 +15,7 @@
 namespace dive::estimation {
 
 struct CsvRow {
-  std::size_t line = 0;  ///< Line number from 1.
+  std::uint32_t line = 0;  ///< Line number from 1.
   Utime utime = 0;
   std::vector<std::string_view> fields;  ///< Fields after the stamp, blanks trimmed.
 };

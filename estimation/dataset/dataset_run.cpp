@@ -65,7 +65,7 @@ struct Beginning {
   std::optional<BiasPrior> bias;
 };
 
-std::optional<Beginning> true_beginning(const AslDataset& dataset, Utime utime) {
+std::optional<Beginning> true_beginning(const Recording& dataset, Utime utime) {
   const Trajectory truth = true_trajectory(dataset);
   // The truth may begin later than the images.
   const auto first = std::find_if(truth.begin(), truth.end(),
@@ -116,7 +116,7 @@ tl::expected<FilterStart, std::string> start_of(const RunOptions& options,
 // Either estimator behind the calls for a recording.
 class Runner {
  public:
-  Runner(const AslDataset& dataset, const RunOptions& options, const FilterStart& start,
+  Runner(const Recording& dataset, const RunOptions& options, const FilterStart& start,
          const std::optional<Beginning>& truth)
       : dataset_(dataset), options_(options) {
     if (options.estimator == EstimatorKind::kPrimitive) {
@@ -175,7 +175,7 @@ class Runner {
   }
 
  private:
-  const AslDataset& dataset_;
+  const Recording& dataset_;
   RunOptions options_;
   std::optional<PrimitiveEstimator> primitive_;
   std::optional<VisualInertialFilter> filter_;
@@ -186,7 +186,7 @@ class Runner {
 // Loop closure on a recording: each keyframe is processed before the next image.
 class Loops {
  public:
-  Loops(const AslDataset& dataset, bool has_depth)
+  Loops(const Recording& dataset, bool has_depth)
       : viewer_({}, dataset.cameras[0].model, dataset.cameras[1].model),
         closer_(options_of(has_depth), dataset.cameras[0].model, dataset.cameras[1].model) {}
 
@@ -237,7 +237,7 @@ struct Exposure {
   std::optional<ImageFrame> right;
 };
 
-tl::expected<Exposure, std::string> read_exposure(const AslDataset& dataset,
+tl::expected<Exposure, std::string> read_exposure(const Recording& dataset,
                                                   const RecordedImage& image, bool mono) {
   Exposure exposure;
   auto left = read_image(image, 0);
@@ -256,8 +256,7 @@ tl::expected<Exposure, std::string> read_exposure(const AslDataset& dataset,
 class SampleFeed {
  public:
   /// `begin`: time of the initial attitude `q_WB`; earlier IMU samples are left out.
-  SampleFeed(const AslDataset& dataset, bool use_depth, Utime begin,
-             std::optional<Quaterniond> q_WB)
+  SampleFeed(const Recording& dataset, bool use_depth, Utime begin, std::optional<Quaterniond> q_WB)
       : dataset_(dataset),
         use_depth_(use_depth),
         begin_(begin),
@@ -285,7 +284,7 @@ class SampleFeed {
     }
   }
 
-  const AslDataset& dataset_;
+  const Recording& dataset_;
   bool use_depth_;
   Utime begin_;
   PredictedAttitude attitude_;
@@ -304,7 +303,7 @@ void take_note(const ImageQuality& quality, DatasetRun& run) {
 
 }  // namespace
 
-VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t cameras) {
+VisualInertialOptions filter_options(const Recording& dataset, std::size_t cameras) {
   VisualInertialOptions options;
   for (std::size_t i = 0; i < std::min(cameras, dataset.cameras.size()); ++i) {
     options.cameras.push_back(dataset.cameras[i].model);
@@ -317,7 +316,7 @@ VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t came
   return options;
 }
 
-Trajectory true_trajectory(const AslDataset& dataset) {
+Trajectory true_trajectory(const Recording& dataset) {
   Trajectory trajectory;
   for (const TruePose& pose : dataset.truth) trajectory.push_back({pose.utime, pose.X_WB});
   return trajectory;
@@ -330,7 +329,7 @@ std::string RunOptions::validate() const {
   return {};
 }
 
-tl::expected<DatasetRun, std::string> run_on(const AslDataset& dataset, const RunOptions& options,
+tl::expected<DatasetRun, std::string> run_on(const Recording& dataset, const RunOptions& options,
                                              Clock& clock,
                                              const std::function<void(double)>& progress) {
   if (const std::string why = options.validate(); !why.empty()) return Failure(why);

@@ -56,15 +56,15 @@ struct DatasetRun {
 };
 
 /// Options for at most `cameras` of the dataset's cameras.
-[[nodiscard]] VisualInertialOptions filter_options(const AslDataset& dataset, std::size_t cameras);
+[[nodiscard]] VisualInertialOptions filter_options(const Recording& dataset, std::size_t cameras);
 
 /// Empty if the recording has no ground truth.
-[[nodiscard]] Trajectory true_trajectory(const AslDataset& dataset);
+[[nodiscard]] Trajectory true_trajectory(const Recording& dataset);
 
 /// `clock` is used for timing only; `progress` receives the completed fraction from time to time.
 /// An error is an unreadable file, or a recording that lacks required data.
 [[nodiscard]] tl::expected<DatasetRun, std::string> run_on(
-    const AslDataset& dataset, const RunOptions& options, Clock& clock,
+    const Recording& dataset, const RunOptions& options, Clock& clock,
     const std::function<void(double)>& progress);
 
 }  // namespace dive::estimation

@@ -10,17 +10,16 @@
 
 namespace dive::estimation {
 
-tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
-  constexpr png_uint_32 kMaxSide_px = 20'000;
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
+namespace {
+
+constexpr png_uint_32 kMaxSide_px = 20'000;
+
+// Reads the image whose header has been read; frees `image`. The error is a clause.
+tl::expected<ImageFrame, std::string> finish(png_image& image) {
   const auto fail = [&](const std::string& what) {
     png_image_free(&image);
-    return tl::make_unexpected(fmt::format("{}: {}", path, what));
+    return tl::make_unexpected(what);
   };
-  const auto file = open_input_stdio(path);
-  if (!file) return fail(file.error());
-  if (png_image_begin_read_from_stdio(&image, file->get()) == 0) return fail(image.message);
   if (image.width > kMaxSide_px || image.height > kMaxSide_px) {
     return fail(fmt::format("a picture of {} x {} pixels is too large", image.width, image.height));
   }
@@ -33,6 +32,33 @@ tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
     return fail(image.message);
   }
   return frame;
+}
+
+}  // namespace
+
+tl::expected<ImageFrame, std::string> read_gray_png(const std::string& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  const auto fail = [&](const std::string& what) {
+    png_image_free(&image);
+    return tl::make_unexpected(fmt::format("{}: {}", path, what));
+  };
+  const auto file = open_input_stdio(path);
+  if (!file) return fail(file.error());
+  if (png_image_begin_read_from_stdio(&image, file->get()) == 0) return fail(image.message);
+  auto frame = finish(image);
+  if (!frame) return fail(frame.error());
+  return frame;
+}
+
+tl::expected<ImageFrame, std::string> decode_gray_png(std::span<const std::uint8_t> data) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, data.data(), data.size()) == 0) {
+    png_image_free(&image);
+    return tl::make_unexpected(std::string("damaged PNG data: ") + image.message);
+  }
+  return finish(image);
 }
 
 tl::expected<std::string, std::string> to_gray_png(const ImageFrame& frame) {

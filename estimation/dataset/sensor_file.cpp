@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <Eigen/LU>
@@ -14,7 +15,8 @@
 namespace dive::estimation {
 namespace {
 
-constexpr double kRotation = 1e-3;  // tolerance of a written rotation matrix
+constexpr double kRotation = 1e-3;      // tolerance of a written rotation matrix
+constexpr double kMaxLever_m = 1000.0;  // from the body frame to a sensor
 
 std::string located(const std::string& path, const YAML::Mark& mark, const std::string& what) {
   if (mark.is_null()) return fmt::format("{}: {}", path, what);
@@ -31,7 +33,15 @@ struct SensorFile::Impl {
   std::string path;
   YAML::Node root;
 
-  [[nodiscard]] YAML::Node find(const std::string& key) const { return std::as_const(root)[key]; }
+  [[nodiscard]] YAML::Node find(const std::string& key) const {
+    const YAML::Node node = std::as_const(root)[key];
+    if (node.IsDefined()) return node;
+    for (const auto& [ours, kalibr] :
+         {std::pair("distortion_coefficients", "distortion_coeffs"), {"rate_hz", "update_rate"}}) {
+      if (key == ours) return std::as_const(root)[kalibr];
+    }
+    return node;
+  }
   [[nodiscard]] tl::unexpected<std::string> wrong(const YAML::Node& node,
                                                   const std::string& what) const {
     return tl::make_unexpected(
@@ -49,8 +59,11 @@ tl::expected<SensorFile, std::string> SensorFile::open(const std::string& path) 
   impl->path = path;
   const auto file = open_input_stream(path);
   if (!file) return tl::make_unexpected(fmt::format("{}: {}", path, file.error()));
+  std::string text(std::istreambuf_iterator<char>(**file), {});
+  // OpenCV's directive "%YAML:1.0" is none of YAML.
+  if (text.starts_with("%YAML:")) text.front() = '#';
   try {
-    impl->root = YAML::Load(**file);
+    impl->root = YAML::Load(text);
   } catch (const YAML::Exception& e) {
     return tl::make_unexpected(located(path, e.mark, e.msg));
   }
@@ -97,26 +110,54 @@ tl::expected<std::optional<std::string>, std::string> SensorFile::word(
   return node.Scalar();
 }
 
+int SensorFile::line_of(const std::string& key) const {
+  const YAML::Node node = impl_->find(key);
+  return node.IsDefined() ? node.Mark().line + 1 : 0;
+}
+
+std::optional<SensorFile> SensorFile::section(const std::string& key) const {
+  const YAML::Node node = impl_->find(key);
+  if (!node.IsDefined() || !node.IsMap()) return std::nullopt;
+  auto impl = std::make_unique<Impl>();
+  impl->path = impl_->path;
+  impl->root = node;
+  return SensorFile(std::move(impl));
+}
+
 tl::expected<Pose, std::string> SensorFile::X_BS() const {
-  const YAML::Node node = impl_->find("T_BS");
+  const bool is_kalibr = has("T_cam_imu");
+  const char* const key = is_kalibr ? "T_cam_imu" : "T_BS";
+  const YAML::Node node = impl_->find(key);
   if (!node.IsDefined()) return Pose{};
   const YAML::Node data = node.IsMap() ? std::as_const(node)["data"] : node;
-  if (!data.IsDefined() || !data.IsSequence() || data.size() != 16) {
-    return impl_->wrong(node, "T_BS must have data of 16 numbers, row by row");
+  std::vector<YAML::Node> numbers;
+  if (data.IsDefined() && data.IsSequence()) {
+    for (const YAML::Node& row : data) {
+      if (!row.IsSequence()) numbers.push_back(row);
+      if (!row.IsSequence()) continue;
+      for (const YAML::Node& number : row) numbers.push_back(number);
+    }
+  }
+  if (numbers.size() != 16) {
+    return impl_->wrong(node, fmt::format("{} must have data of 16 numbers, row by row", key));
   }
   Eigen::Matrix4d T;
   for (int i = 0; i < 16; ++i) {
-    if (!to_finite(data[i], T(i / 4, i % 4))) {
-      return impl_->wrong(data[i], fmt::format("number {} of T_BS is none", i + 1));
+    const YAML::Node& number = numbers[static_cast<std::size_t>(i)];
+    if (!to_finite(number, T(i / 4, i % 4))) {
+      return impl_->wrong(number, fmt::format("number {} of {} is none", i + 1, key));
     }
   }
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const bool is_rotation =
       (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kRotation && R.determinant() > 0.0;
-  if (!is_rotation || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
-    return impl_->wrong(node, "T_BS is no pose: rotation, translation and a row 0 0 0 1");
+  const bool is_near = T.topRightCorner<3, 1>().cwiseAbs().maxCoeff() <= kMaxLever_m;
+  if (!is_rotation || !is_near || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
+    return impl_->wrong(
+        node, fmt::format("{} is no pose: rotation, translation (m) and a row 0 0 0 1", key));
   }
-  return Pose{T.topRightCorner<3, 1>(), Eigen::Quaterniond(R).normalized()};
+  const Pose X{T.topRightCorner<3, 1>(), Eigen::Quaterniond(R).normalized()};
+  return is_kalibr ? X.inverse() : X;
 }
 
 }  // namespace dive::estimation

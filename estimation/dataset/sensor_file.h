@@ -1,5 +1,7 @@
 #pragma once
-// A sensor.yaml in the ASL format.
+// A sensor.yaml in the ASL format, or a section of a calibration by Kalibr (Furgale et al. 2013),
+// whose keys for the same values are known too: distortion_coeffs for distortion_coefficients,
+// update_rate for rate_hz, and T_cam_imu, the inverse of T_BS with the IMU as body frame.
 
 #include <memory>
 #include <optional>
@@ -19,6 +21,10 @@ class SensorFile {
   SensorFile& operator=(SensorFile&&) noexcept;
   ~SensorFile();
 
+  /// The section of that name; empty if there is none.
+  [[nodiscard]] std::optional<SensorFile> section(const std::string& key) const;
+  [[nodiscard]] bool has(const std::string& key) const { return line_of(key) > 0; }
+
   /// T_BS: pose of the sensor in the files' body frame; identity if not given. Errors are
   /// "FILE:LINE: what".
   [[nodiscard]] tl::expected<Pose, std::string> X_BS() const;
@@ -33,6 +39,8 @@ class SensorFile {
       const std::string& key) const;
   [[nodiscard]] tl::expected<std::optional<std::string>, std::string> word(
       const std::string& key) const;
+  /// Line of a key's value, from 1; 0 if there is none.
+  [[nodiscard]] int line_of(const std::string& key) const;
 
  private:
   struct Impl;

@@ -44,7 +44,8 @@ tl::expected<Trajectory, std::string> from_tum(const std::string& text, const st
         return fail(fmt::format("\"{}\" is no finite number", fields[i]));
       }
     }
-    if (!(v[0] >= 0.0 && v[0] < 9e12)) return fail("its time is not from 0 to 9e12 s");
+    if (!(v[0] >= 0.0 && v[0] < 9e12))
+      return fail("its time is not from 0 to 9e12; seconds are expected");
     const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
     if (std::abs(q.norm() - 1.0) > 1e-2) return fail("its quaternion is not of length 1");
     const Utime utime = from_seconds(v[0]);

@@ -225,7 +225,10 @@ struct FitArguments {
 };
 
 struct EstimateArguments {
-  std::string folder;
+  std::string folder;                    ///< Or a bag.
+  std::vector<std::string> calibration;  ///< Of a bag.
+  std::string preset;                    ///< Of a bag; empty: none.
+  std::vector<std::string> topics;       ///< "ROLE=NAME", of a bag.
   std::string estimator = "visual_inertial";  ///< visual_inertial or primitive
   std::string init = "images";                ///< "images" or "truth"
   bool mono = false;
@@ -233,7 +236,8 @@ struct EstimateArguments {
   bool loops = false;
   std::optional<double> speed;
   std::uint64_t seed = 1;
-  std::string output;  ///< Empty: none.
+  std::string against;  ///< Another estimator's trajectory (TUM); empty: none.
+  std::string output;   ///< Empty: none.
   bool json = false;
   bool force = false;  ///< Replace results that exist.
 };

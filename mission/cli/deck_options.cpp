@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include "estimation/dataset/bag/bag_preset.h"
 #include "mission/check/dive_series.h"
 #include "mission/cli/options.h"
 
@@ -19,6 +20,29 @@ void add_check_results(CLI::App* command, CheckArguments& arguments) {
       ->type_name("FILE");
   command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
       ->type_name("FILE");
+}
+
+/// What a bag does not say itself.
+void add_bag_options(CLI::App* command, EstimateArguments& arguments) {
+  command
+      ->add_option("--calibration", arguments.calibration,
+                   "Calibration of a bag's sensors; may be given again")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  std::vector<std::string> presets;
+  for (const auto& preset : estimation::bag_presets()) presets.push_back(preset.name);
+  command
+      ->add_option("--preset", arguments.preset,
+                   "Topics of a published data set: euroc, tum-vi, aqualoc, ntnu-underwater, afrl")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(presets));
+  command
+      ->add_option(
+          "--topic", arguments.topics,
+          "Topic of a bag's sensor, imu=/name; also cam0, cam1, depth, truth; may be given "
+          "again")
+      ->type_name("SENSOR=NAME")
+      ->allow_extra_args(false);
 }
 
 }  // namespace
@@ -339,13 +363,18 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "  dive estimate MH_01_easy                                 EuRoC\n"
       "  dive estimate recording --speed 0.3 --output path.tum    swimming at about 0.3 m/s at first\n"
       "  dive estimate recording --mono --no-depth --json\n"
-      "  dive estimate recording --loops                          with loop closure\n\n"
-      "Runs an estimator on a recording in the ASL (EuRoC) format: the trajectory, and its error "
-      "if\n"
-      "the recording has ground truth.");
-  command->add_option("DIR", arguments.folder, "Folder with mav0, or with cam0 and imu0")
-      ->type_name("DIR")
+      "  dive estimate recording --loops                          with loop closure\n"
+      "  dive estimate recording --against openvins.tum           beside another estimator\n"
+      "  dive estimate dive.mcap --calibration camchain.yaml --calibration imu.yaml\n"
+      "  dive estimate V1_01.bag --preset euroc --calibration V1_01_easy\n\n"
+      "Runs an estimator on a recording: the trajectory, and its error if the recording has "
+      "ground\n"
+      "truth. A recording is a folder in the ASL (EuRoC) format, a ROS 1 bag, or an MCAP file of\n"
+      "ROS 2; a bag needs a calibration: by Kalibr, a sensor.yaml, or a folder with those.");
+  command->add_option("RECORDING", arguments.folder, "Folder with mav0, or with cam0 and imu0; bag")
+      ->type_name("PATH")
       ->required();
+  add_bag_options(command, arguments);
   command->add_flag("--mono", arguments.mono, "Use the left camera only");
   command->add_flag("--no-depth", arguments.no_depth, "Do not use the depth sensor");
   command->add_flag("--loops", arguments.loops,
@@ -364,6 +393,10 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->type_name("M/S")
       ->check(CLI::Range(-3.0, 3.0).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");
+  command
+      ->add_option("--against", arguments.against,
+                   "Compare with another estimator's trajectory of the recording (TUM format)")
+      ->type_name("FILE");
   command->add_option("--output", arguments.output, "Write the trajectory (TUM format)")
       ->type_name("FILE");
   command->add_flag("--force", arguments.force, kForceHelp);

@@ -1,19 +1,28 @@
 // Runs an estimator on a recording and reports its error if there is ground truth.
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "common/clock.h"
 #include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/bag/bag_recording.h"
 #include "estimation/dataset/dataset_run.h"
+#include "estimation/dataset/recording_check.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/dataset/trajectory_error.h"
 #include "mission/cli/commands.h"
+#include "mission/cli/estimate_accuracy.h"
+#include "mission/cli/estimate_comparison.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
@@ -23,23 +32,10 @@ namespace dive::mission {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using estimation::Alignment;
-using estimation::AslDataset;
 using estimation::DatasetRun;
-using estimation::RelativeError;
+using estimation::Recording;
 using estimation::Trajectory;
 using Estimates = std::vector<estimation::StateEstimate>;
-
-constexpr double kStretches_m[] = {1.0, 5.0, 10.0, 25.0, 50.0, 100.0};
-
-struct Accuracy {
-  double distance_m = 0.0;  // ground-truth distance if present, else estimated
-  std::optional<estimation::AbsoluteError> yaw_aligned;
-  std::optional<estimation::AbsoluteError> rigidly_aligned;
-  std::optional<double> drift_percent;
-  std::optional<estimation::Nees> nees;
-  std::vector<RelativeError> relative;
-};
 
 struct Timing {
   double mean_ms = 0.0;
@@ -55,64 +51,7 @@ Timing timing_of(std::vector<double> ms) {
   return timing;
 }
 
-Trajectory estimated(const Estimates& estimates) {
-  Trajectory trajectory;
-  for (const estimation::StateEstimate& e : estimates) trajectory.push_back({e.utime, e.X_WB});
-  return trajectory;
-}
-
-Accuracy accuracy_of(const AslDataset& dataset, const Estimates& estimates) {
-  const Trajectory estimate = estimated(estimates);
-  Accuracy accuracy;
-  accuracy.distance_m = estimation::length_of(estimate);
-  const Trajectory truth = estimation::true_trajectory(dataset);
-  const std::vector<estimation::PosePair> pairs = estimation::pair_up(estimate, truth);
-  if (pairs.empty()) return accuracy;
-
-  Trajectory followed;
-  for (const estimation::PosePair& pair : pairs) followed.push_back({pair.utime, pair.truth});
-  accuracy.distance_m = estimation::length_of(followed);
-  if (const auto X = estimation::align(pairs, Alignment::kYawAndTranslation)) {
-    accuracy.yaw_aligned = estimation::absolute_error(pairs, *X);
-  }
-  if (const auto X = estimation::align(pairs, Alignment::kRigid)) {
-    accuracy.rigidly_aligned = estimation::absolute_error(pairs, *X);
-  }
-  if (!dataset.has_true_attitude) return accuracy;
-  accuracy.drift_percent = estimation::drift_percent(pairs);
-  accuracy.nees = estimation::nees(estimates, truth);
-  for (const double distance : kStretches_m) {
-    const RelativeError error = estimation::relative_error(pairs, distance);
-    if (error.stretches > 0) accuracy.relative.push_back(error);
-  }
-  return accuracy;
-}
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json to_json(const Accuracy& accuracy) {
-  Json relative = Json::array();
-  for (const RelativeError& error : accuracy.relative) {
-    relative.push_back({{"distance_m", error.distance_m},
-                        {"mean_m", error.mean_m},
-                        {"percent", error.percent},
-                        {"mean_deg", error.mean_deg}});
-  }
-  const auto rmse = [](const std::optional<estimation::AbsoluteError>& error) {
-    return error ? Json(error->rmse_m) : Json(nullptr);
-  };
-  return {{"ate_m", rmse(accuracy.yaw_aligned)},
-          {"ate_rigid_m", rmse(accuracy.rigidly_aligned)},
-          {"drift_percent", or_null(accuracy.drift_percent)},
-          {"rpe", std::move(relative)},
-          {"nees_position", accuracy.nees ? Json(accuracy.nees->position) : Json(nullptr)},
-          {"nees_orientation", accuracy.nees ? Json(accuracy.nees->orientation) : Json(nullptr)}};
-}
-
-Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
+Json run_to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
   const Timing timing = timing_of(run.frame_ms);
   Json all = {
       {"frames", run.frames}, {"duration_s", duration_s}, {"distance_m", accuracy.distance_m}};
@@ -130,7 +69,7 @@ Json to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s)
 }
 
 // The largest error of a loop closure, m.
-std::optional<double> worst_closure(const AslDataset& dataset, const DatasetRun& run) {
+std::optional<double> worst_closure(const Recording& dataset, const DatasetRun& run) {
   const auto errors =
       estimation::closure_errors(run.closures, estimation::true_trajectory(dataset));
   if (errors.empty() || !dataset.has_true_attitude) return std::nullopt;
@@ -142,31 +81,10 @@ Json loops_to_json(const DatasetRun& run, const Accuracy& accuracy,
   const Timing timing = timing_of(run.loop_ms);
   Json all = {{"keyframes", run.keyframes},
               {"closures", run.closures.size()},
-              {"worst_closure_m", or_null(worst)}};
+              {"worst_closure_m", worst ? Json(*worst) : Json(nullptr)}};
   all.update(to_json(accuracy));
   all["ms_per_keyframe"] = {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}};
   return all;
-}
-
-void print_accuracy(const Accuracy& accuracy) {
-  if (accuracy.yaw_aligned) {
-    print(fmt::format(
-        "  ATE      {:.3f} m, {:.2f} deg (yaw and translation aligned), at most "
-        "{:.3f} m",
-        accuracy.yaw_aligned->rmse_m, accuracy.yaw_aligned->rmse_deg, accuracy.yaw_aligned->max_m));
-  }
-  if (accuracy.rigidly_aligned) {
-    print(fmt::format("           {:.3f} m (rigidly aligned)", accuracy.rigidly_aligned->rmse_m));
-  }
-  for (const RelativeError& error : accuracy.relative) {
-    print(fmt::format("  RPE      {:.3f} m ({:.2f} %), {:.2f} deg in {:g} m", error.mean_m,
-                      error.percent, error.mean_deg, error.distance_m));
-  }
-  if (accuracy.drift_percent) print(fmt::format("  drift    {:.2f} %", *accuracy.drift_percent));
-  if (accuracy.nees) {
-    print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
-                      accuracy.nees->position, accuracy.nees->orientation));
-  }
 }
 
 void print_report(const EstimateArguments& arguments, const DatasetRun& run,
@@ -204,8 +122,8 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
   options.estimator = arguments.estimator == "primitive"
                           ? estimation::EstimatorKind::kPrimitive
                           : estimation::EstimatorKind::kVisualInertial;
-  options.start = arguments.init == "truth" ? estimation::RunStart::kTruth
-                                            : estimation::RunStart::kImages;
+  options.start =
+      arguments.init == "truth" ? estimation::RunStart::kTruth : estimation::RunStart::kImages;
   options.mono = arguments.mono;
   options.use_depth = !arguments.no_depth;
   options.loops = arguments.loops;
@@ -218,22 +136,119 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
   return options;
 }
 
+// Why there is no estimate, and what to do.
+struct Inputs {
+  Recording recording;
+  Trajectory other;  // another estimator's; empty: none
+};
+
+// The file to read: a folder of ROS 2's recorder contains one.
+std::string file_in(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(path) || fs::is_directory(fs::path(path) / "mav0") ||
+      fs::is_directory(fs::path(path) / "cam0")) {
+    return path;
+  }
+  std::vector<std::string> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path, error)) {
+    const fs::path extension = entry.path().extension();
+    if (extension == ".mcap" || extension == ".bag") found.push_back(entry.path().string());
+  }
+  return found.size() == 1 ? found.front() : path;
+}
+
+tl::expected<Recording, std::string> read_recording(const EstimateArguments& arguments) {
+  const std::string path = file_in(arguments.folder);
+  if (!std::filesystem::is_regular_file(path)) {
+    if (arguments.calibration.empty() && arguments.preset.empty() && arguments.topics.empty()) {
+      return estimation::read_asl_dataset(path);
+    }
+    return tl::make_unexpected(
+        path + ": --calibration, --preset and --topic are for a bag, and this is none");
+  }
+  estimation::BagOptions options;
+  options.calibration = arguments.calibration;
+  options.preset = arguments.preset;
+  for (const std::string& given : arguments.topics) {
+    const std::size_t equals = given.find('=');
+    const std::string sensor = given.substr(0, equals);
+    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "truth"};
+    if (equals == std::string::npos ||
+        std::find(kSensors.begin(), kSensors.end(), sensor) == kSensors.end()) {
+      return tl::make_unexpected(
+          fmt::format("--topic {}: SENSOR=NAME is expected, SENSOR one of {}", given,
+                      fmt::join(kSensors, ", ")));
+    }
+    options.topics[sensor] = given.substr(equals + 1);
+  }
+  if (options.calibration.empty()) {
+    return tl::make_unexpected(path + ": a bag has no calibration; give it with --calibration");
+  }
+  return estimation::read_bag(path, options);
+}
+
+// Prints what is wrong; nothing if the estimator cannot run.
+std::optional<Inputs> read_inputs(const EstimateArguments& arguments,
+                                  const estimation::RunOptions& options) {
+  auto recording = read_recording(arguments);
+  if (!recording) {
+    complain(recording.error());
+    return std::nullopt;
+  }
+  if (recording->diagnostics.ok()) estimation::check_recording(*recording, options);
+  print_diagnostics(recording->diagnostics);
+  if (!recording->diagnostics.ok()) return std::nullopt;
+  Inputs inputs{std::move(*recording), {}};
+  if (arguments.against.empty()) return inputs;
+  auto other = read_other(arguments.against, inputs.recording);
+  if (!other) {
+    complain(other.error());
+    return std::nullopt;
+  }
+  inputs.other = std::move(*other);
+  return inputs;
+}
+
+void report_run(const EstimateArguments& arguments, const Inputs& inputs, const DatasetRun& run) {
+  const Recording& recording = inputs.recording;
+  const auto& images = recording.cameras[0].images;
+  const double duration_s = to_seconds(images.back().utime - images.front().utime);
+  const Accuracy accuracy = accuracy_of(recording, run.estimates);
+  std::optional<Accuracy> with_loops;
+  if (arguments.loops) with_loops = accuracy_of(recording, run.corrected);
+  const std::optional<double> worst = worst_closure(recording, run);
+  std::optional<Comparison> comparison;
+  if (!inputs.other.empty()) {
+    const Estimates& ours = arguments.loops ? run.corrected : run.estimates;
+    comparison = compare(recording, trajectory_of(ours), inputs.other);
+  }
+  if (arguments.json) {
+    Json all = run_to_json(run, accuracy, duration_s);
+    all["warnings"] = to_json(recording.diagnostics);
+    if (with_loops) all["loops"] = loops_to_json(run, *with_loops, worst);
+    if (comparison) all["against"] = to_json(*comparison, arguments.against);
+    print_json(all);
+    return;
+  }
+  print_report(arguments, run, accuracy, duration_s);
+  if (with_loops) print_loops(run, *with_loops, worst);
+  if (comparison) print_comparison(*comparison, arguments.against);
+}
+
 }  // namespace
 
 int run_estimate(const EstimateArguments& arguments) {
   const auto options = options_of(arguments);
   if (!options) return kExitUsage;
-  const auto dataset = estimation::read_asl_dataset(arguments.folder);
-  if (!dataset) {
-    complain(dataset.error());
-    return kExitUsage;
-  }
+  const std::optional<Inputs> inputs = read_inputs(arguments, *options);
+  if (!inputs) return kExitUsage;
   tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
   if (!file) return file.error();
   SteadyClock clock;
   WorkProgress progress(clock, "estimating", arguments.json);
-  const auto run =
-      estimation::run_on(*dataset, *options, clock, [&](double share) { progress.show(share); });
+  const auto run = estimation::run_on(inputs->recording, *options, clock,
+                                      [&](double share) { progress.show(share); });
   progress.clear();
   if (!run) {
     complain(run.error());
@@ -241,26 +256,14 @@ int run_estimate(const EstimateArguments& arguments) {
   }
   if (*file) {
     const Estimates& estimates = options->loops ? run->corrected : run->estimates;
-    const int status = write_result(*file, estimation::to_tum(estimated(estimates)));
+    const int status = write_result(*file, estimation::to_tum(trajectory_of(estimates)));
     if (status != kExitSuccess) return status;
   }
-  const auto& images = dataset->cameras[0].images;
-  const double duration_s = to_seconds(images.back().utime - images.front().utime);
-  const Accuracy accuracy = accuracy_of(*dataset, run->estimates);
-  std::optional<Accuracy> with_loops;
-  if (options->loops) with_loops = accuracy_of(*dataset, run->corrected);
-  const std::optional<double> worst = worst_closure(*dataset, *run);
-  if (arguments.json) {
-    Json all = to_json(*run, accuracy, duration_s);
-    if (with_loops) all["loops"] = loops_to_json(*run, *with_loops, worst);
-    print_json(all);
-  } else {
-    print_report(arguments, *run, accuracy, duration_s);
-    if (with_loops) print_loops(*run, *with_loops, worst);
-  }
+  report_run(arguments, *inputs, *run);
   if (run->estimates.empty()) {
-    complain(fmt::format("the estimator has never begun: it waits for {}", run->waits_for));
-    return kExitFailed;
+    complain(fmt::format("the estimator has never begun: it waits for {}",
+                         run->waits_for.empty() ? "depth and IMU samples" : run->waits_for));
+    return kExitUsage;
   }
   if (!run->diverged.empty()) {
     complain(fmt::format("the filter has diverged: {}", run->diverged));

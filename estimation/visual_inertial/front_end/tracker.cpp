@@ -285,7 +285,7 @@ struct Tracker::Impl {
 Tracker::Tracker(TrackerOptions options, const CameraModel& left,
                  const std::optional<CameraModel>& right, std::uint64_t seed) {
   DIVE_DEMAND(options.validate().empty() && left.validate().empty());
-  DIVE_DEMAND(left.width >= 64 && left.height >= 64);
+  DIVE_DEMAND(left.width >= kMinSide_px && left.height >= kMinSide_px);
   impl_ = std::make_unique<Impl>(options, left, right, seed);
 }
 Tracker::Tracker(Tracker&&) noexcept = default;

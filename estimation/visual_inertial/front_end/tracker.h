@@ -51,7 +51,9 @@ struct TrackedImage {
 /// Equal options, cameras, seed and calls give bit-identical features on one machine.
 class Tracker {
  public:
-  /// Demands options and cameras that validate; a right camera of the same size as the left one and
+  static constexpr int kMinSide_px = 64;  ///< Minimum width and height of an image.
+
+  /// Demands options and cameras that validate, of at least the minimum size; a right camera of the same size as the left one and
   /// apart from it. Only their relative pose is used.
   Tracker(TrackerOptions options, const CameraModel& left, const std::optional<CameraModel>& right,
           std::uint64_t seed);

@@ -2,10 +2,14 @@
 // the recording has none; test/estimation/dataset tests the visual one, and this file runs it on
 // the output of `dive run --record`.
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -13,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "test/common/sanitizers.h"
+#include "test/estimation/dataset/bag_writer.h"
 #include "test/mission/cli/run_command.h"
 
 namespace dive::mission {
@@ -32,6 +37,7 @@ Ran dive(const std::string& arguments) { return testing::run_dive(arguments, pla
 void write(const std::string& name, const std::string& text) {
   const fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place() / name;
   fs::create_directories(path.parent_path());
+  fs::remove(path);  // a copy of a recording may be read-only
   std::ofstream(path) << text;
 }
 
@@ -145,6 +151,230 @@ TEST(Estimate, RefusesWhatItCannotRead) {
   const Ran bad = dive("estimate swim");
   EXPECT_EQ(bad.status, 2);
   EXPECT_THAT(bad.err, HasSubstr("depth0/data.csv:1: field 2 is \"deep\""));
+}
+
+/// Replaces `from`, once, in a file of the test's folder.
+void replace(const std::string& name, const std::string& from, const std::string& to) {
+  std::string text = content_of(fs::path(::testing::TempDir()) / "dive-command" / place() / name);
+  ASSERT_NE(text.find(from), std::string::npos) << from;
+  write(name, text.replace(text.find(from), from.size(), to));
+}
+
+TEST(Estimate, WarnsOfASampleThatIsIgnored) {
+  write_swim();
+  const Ran intact = dive("estimate swim --estimator primitive --json");
+  EXPECT_EQ(nlohmann::json::parse(intact.out).at("warnings"), nlohmann::json::array());
+  replace("swim/mav0/imu0/data.csv", "10000000,0,0,0", "10000000,0,0,1e300");
+  const Ran ran = dive("estimate swim --estimator primitive --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("imu0/data.csv:2: warning: an angular rate of 1e+300 rad/s"));
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_EQ(json["warnings"].size(), 1U);
+  EXPECT_EQ(json["warnings"][0]["code"], "IMU-RANGE");
+  EXPECT_EQ(json["warnings"][0]["line"], 2);
+  EXPECT_EQ(json["ate_m"], nlohmann::json::parse(intact.out).at("ate_m"));
+}
+
+/// The swim as another estimator could have written it: turned by 90 degrees, half a metre off at
+/// its end, from the fifth second on.
+std::string other_swim() {
+  std::string text = "# t x y z qx qy qz qw\n";
+  for (int k = 50; k <= 200; ++k) {
+    const double along = 0.4 * 0.1 * k;
+    text += fmt::format("{} {} {} -2 0 0 {} {}\n", 0.005 + 0.1 * k, -0.0025 * k, along,
+                        std::sqrt(0.5), std::sqrt(0.5));
+  }
+  return text;
+}
+
+TEST(Estimate, ComparesWithAnotherEstimator) {
+  write_swim();
+  write("other.tum", other_swim());
+  const std::string command = "estimate swim --estimator primitive --speed 0.4 --against ";
+  const Ran ran = dive(command + "other.tum --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto against = nlohmann::json::parse(ran.out).at("against");
+  EXPECT_EQ(against["file"], "other.tum");
+  EXPECT_NEAR(against["begin_s"].get<double>(), 5.005, 1e-6);
+  EXPECT_EQ(against["theirs"]["poses"], 151);
+  // By the definition: 6 m of straight line, off by 6 % in the direction across.
+  EXPECT_NEAR(against["theirs"]["drift_percent"].get<double>(), 6.25, 0.05);
+  EXPECT_NEAR(against["theirs"]["distance_m"].get<double>(), 6.0, 0.01);
+  EXPECT_TRUE(against["theirs"]["nees_position"].is_null());
+  EXPECT_LT(against["ours"]["poses"].get<int>(), 305) << "only in the time of both";
+  EXPECT_NEAR(against["ours"]["distance_m"].get<double>(), 6.0, 0.05);
+  EXPECT_GT(against["ours"]["ate_m"].get<double>(), 0.0);
+
+  const Ran text = dive(command + "other.tum");
+  EXPECT_THAT(text.out, HasSubstr("against other.tum, over the 15.0 s that both cover:"));
+  EXPECT_THAT(text.out, ::testing::ContainsRegex("drift +[0-9.]+ % +6.2.. %"));
+
+  const struct {
+    std::string content;
+    const char* words;
+  } bad[] = {{"5.005 1 2 3\n", "bad.tum:1: 4 numbers; 8 are expected"},
+             {"5005000000 0 0 0 0 0 0 1\n5005000001 0 0 0 0 0 0 1\n5005000002 0 0 0 0 0 0 1\n",
+              "bad.tum: its poses are from 5005000000.000 s to 5005000002.000 s, the recording's "
+              "images with ground truth from 0.005 s to 20.005 s"},
+             {"1e18 0 0 0 0 0 0 1\n", "bad.tum:1: its time is not from 0 to 9e12; seconds"},
+             {"# nothing\n", "bad.tum: 0 poses; at least 3"}};
+  for (const auto& [content, words] : bad) {
+    write("bad.tum", content);
+    const Ran refused = dive(command + "bad.tum");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+  }
+  EXPECT_THAT(dive(command + "nowhere.tum").err, HasSubstr("nowhere.tum: no such file"));
+  fs::remove_all(fs::path(::testing::TempDir()) / "dive-command" / place() /
+                 "swim/mav0/state_groundtruth_estimate0");
+  const Ran blind = dive(command + "other.tum");
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr("other.tum: there is nothing to compare it with"));
+}
+
+// A recording of EuRoC (V1_01_easy), with one thing wrong at a time.
+TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
+  const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving";
+  if (!fs::exists(real)) GTEST_SKIP() << "no real recordings: " << real;
+  DIVE_SKIP_UNDER_SANITIZERS("it estimates from 40 images, twice");
+  const fs::path copy = fs::path(::testing::TempDir()) / "dive-command" / place() / "V1_01";
+  fs::remove_all(copy);
+  fs::create_directories(copy.parent_path());
+  fs::copy(real, copy, fs::copy_options::recursive);
+  const auto estimate = [] { return dive("estimate V1_01 --init truth --no-depth --json"); };
+  const Ran intact = estimate();
+  ASSERT_EQ(intact.status, 0) << intact.err;
+  const double intact_m = nlohmann::json::parse(intact.out).at("ate_m").get<double>();
+
+  const std::string imu = content_of(real / "mav0/imu0/data.csv");
+  const std::string stamp = "\n1403715286262142976,";
+  ASSERT_NE(imu.find(stamp), std::string::npos);
+  const std::size_t field = imu.find(stamp) + stamp.size();
+  std::string wild = imu;
+  wild.replace(field, wild.find(',', field) - field, "5000");
+  write("V1_01/mav0/imu0/data.csv", wild);
+  const Ran ran = estimate();
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("warning: an angular rate of 5000 rad/s"));
+  EXPECT_LT(nlohmann::json::parse(ran.out).at("ate_m").get<double>(), 2.5 * intact_m);
+  write("V1_01/mav0/imu0/data.csv", imu);
+
+  const std::string yaml = content_of(real / "mav0/cam0/sensor.yaml");
+  for (const auto& [size, words] :
+       {std::pair{"[640, 480]", "an image of 752 x 480 pixels; V1_01/mav0/cam0/sensor.yaml:16"},
+        std::pair{"[32, 32]", "sensor.yaml:16: error: images of 32 x 32 pixels"}}) {
+    replace("V1_01/mav0/cam0/sensor.yaml", "[752, 480]", size);
+    const Ran refused = estimate();
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+    write("V1_01/mav0/cam0/sensor.yaml", yaml);
+  }
+}
+
+using estimation::testing::Wire;
+using estimation::testing::Written;
+
+/// The swim as messages.
+std::vector<Written> swim_messages(Wire wire) {
+  std::vector<Written> all;
+  const std::string pixels(4, 'x');
+  for (std::uint64_t k = 0; k <= 4000; ++k) {
+    const std::uint64_t ns = 5'000'000 * (k + 1);
+    all.push_back(estimation::testing::imu_message(wire, "/imu", ns, {0, 0, 0}, {0, 0, 9.81}));
+    if (k % 10 != 0) continue;
+    all.push_back(
+        estimation::testing::image_message(wire, "/camera", ns, "mono8", 2, 2, 2, pixels));
+    const double pressure = 101'325.0 + 2.0 * 1025.0 * 9.81;
+    all.push_back(estimation::testing::pressure_message(wire, "/pressure", ns, pressure));
+    const double x = 0.002 * static_cast<double>(k);
+    all.push_back(estimation::testing::pose_message(wire, "/truth", ns,
+                                                    {{x, 0, -2}, Eigen::Quaterniond::Identity()}));
+  }
+  return all;
+}
+
+TEST(Estimate, ReadsBagsAsItReadsFolders) {
+  write_swim();
+  const std::string of_estimator = " --estimator primitive --json";
+  const Ran folder = dive("estimate swim" + of_estimator);
+  ASSERT_EQ(folder.status, 0) << folder.err;
+  const auto expected = nlohmann::json::parse(folder.out);
+  write("swim.bag", estimation::testing::ros1_bag(swim_messages(Wire::kRos1), "lz4", 500));
+  write("ros2/swim_0.mcap", estimation::testing::mcap(swim_messages(Wire::kCdr), "zstd", 500));
+  write("ros2/metadata.yaml", "rosbag2_bagfile_information: {}\n");
+  const std::string calibration = " --calibration swim/mav0/cam0/sensor.yaml";
+  for (const char* const bag : {"swim.bag", "ros2/swim_0.mcap", "ros2"}) {
+    const Ran ran = dive(std::string("estimate ") + bag + calibration + of_estimator);
+    ASSERT_EQ(ran.status, 0) << bag << ran.err;
+    const auto json = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(json["frames"], expected["frames"]);
+    EXPECT_NEAR(json["ate_m"].get<double>(), expected["ate_m"].get<double>(), 1e-6) << bag;
+  }
+  const std::pair<std::string, const char*> bad[] = {
+      {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
+      {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
+      {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
+      {"swim --preset euroc", "swim: --calibration, --preset and --topic are for a bag"},
+      {"swim.bag --preset moon" + calibration, "moon"}};
+  for (const auto& [arguments, words] : bad) {
+    const Ran refused = dive("estimate " + arguments);
+    EXPECT_EQ(refused.status, 2) << arguments;
+    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(refused.err, HasSubstr(words));
+  }
+}
+
+/// The rows of a data.csv without its comments, each split at commas.
+std::vector<std::vector<std::string>> rows_of(const fs::path& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(content_of(csv));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    std::istringstream fields(line);
+    rows.emplace_back();
+    for (std::string field; std::getline(fields, field, ',');) {
+      const std::size_t end = field.find_last_not_of(" \r");
+      rows.back().push_back(field.substr(0, end + 1));
+    }
+  }
+  return rows;
+}
+
+// The images too: the same real recording as a folder, and as a bag.
+TEST(Estimate, EstimatesFromABagWhatItEstimatesFromTheFolder) {
+  const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving/mav0";
+  if (!fs::exists(real)) GTEST_SKIP() << "no real recordings: " << real;
+  DIVE_SKIP_UNDER_SANITIZERS("it estimates from 40 images, twice");
+  std::vector<Written> all;
+  const auto number = [](const std::string& text) { return std::stod(text); };
+  for (const auto& row : rows_of(real / "imu0/data.csv")) {
+    all.push_back(estimation::testing::imu_message(
+        Wire::kRos1, "/imu0", std::stoull(row[0]), {number(row[1]), number(row[2]), number(row[3])},
+        {number(row[4]), number(row[5]), number(row[6])}));
+  }
+  for (const auto& row : rows_of(real / "cam0/data.csv")) {
+    all.push_back(estimation::testing::compressed_message(Wire::kRos1, "/cam0/image_raw",
+                                                          std::stoull(row[0]),
+                                                          content_of(real / "cam0/data" / row[1])));
+  }
+  for (const auto& row : rows_of(real / "state_groundtruth_estimate0/data.csv")) {
+    all.push_back(estimation::testing::pose_message(
+        Wire::kRos1, "/truth", std::stoull(row[0]),
+        {{number(row[1]), number(row[2]), number(row[3])},
+         Eigen::Quaterniond(number(row[4]), number(row[5]), number(row[6]), number(row[7]))}));
+  }
+  write("V1_01.bag", estimation::testing::ros1_bag(all, "bz2", 30));
+  const std::string how = " --init truth --no-depth --json";
+  const Ran bag =
+      dive(fmt::format("estimate V1_01.bag --preset euroc --calibration {}{}", real.string(), how));
+  ASSERT_EQ(bag.status, 0) << bag.err;
+  EXPECT_THAT(bag.err, HasSubstr("preset euroc is untested"));
+  const Ran folder = dive("estimate " + real.string() + how);
+  ASSERT_EQ(folder.status, 0) << folder.err;
+  const double expected_m = nlohmann::json::parse(folder.out).at("ate_m").get<double>();
+  EXPECT_NEAR(nlohmann::json::parse(bag.out).at("ate_m").get<double>(), expected_m, 0.01);
 }
 
 }  // namespace

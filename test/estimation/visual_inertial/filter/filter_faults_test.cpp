@@ -243,7 +243,7 @@ TEST(Faults, AreForgivenByAStart) {
   };
   d.go(5.0);
   ASSERT_TRUE(d.health().diverged);
-  d.filter->restart(RestStart{});
+  d.filter->restart(ImageStart{});
   EXPECT_FALSE(d.health().diverged);
   EXPECT_FALSE(d.filter->update(6'000'000).valid);
 }

@@ -1,0 +1,106 @@
+// Images in messages.
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "estimation/dataset/bag/message_reader.h"
+#include "estimation/dataset/bag/ros_message.h"
+#include "estimation/dataset/gray_jpeg.h"
+#include "estimation/dataset/gray_png.h"
+
+namespace dive::estimation {
+namespace {
+
+using Failure = tl::unexpected<std::string>;
+
+constexpr std::uint32_t kMaxSide_px = 20'000;
+constexpr const char* kCompressed = "sensor_msgs/CompressedImage";
+
+// How the pixels of an encoding become grey.
+struct Encoding {
+  std::size_t bytes = 0;  ///< Bytes of a pixel.
+  bool is_wide = false;   ///< 16 bits, of which the upper eight are kept.
+  int red = 0;            ///< Positions of colours; all zero for grey.
+  int green = 0;
+  int blue = 0;
+};
+
+tl::expected<Encoding, std::string> encoding_of(std::string_view name) {
+  if (name == "mono8" || name == "8UC1") return Encoding{1, false, 0, 0, 0};
+  if (name == "mono16" || name == "16UC1") return Encoding{2, true, 0, 0, 0};
+  if (name == "bgr8" || name == "8UC3") return Encoding{3, false, 2, 1, 0};
+  if (name == "rgb8") return Encoding{3, false, 0, 1, 2};
+  if (name == "bgra8") return Encoding{4, false, 2, 1, 0};
+  if (name == "rgba8") return Encoding{4, false, 0, 1, 2};
+  return Failure(
+      fmt::format("images encoded as \"{}\" are not read; mono8, mono16, bgr8, rgb8, "
+                  "bgra8 and rgba8 are",
+                  name));
+}
+
+// Weights of ITU-R BT.601, times 1000.
+std::uint8_t grey(const std::uint8_t* pixel, const Encoding& encoding) {
+  const unsigned sum = 299U * pixel[encoding.red] + 587U * pixel[encoding.green] +
+                       114U * pixel[encoding.blue] + 500U;
+  return static_cast<std::uint8_t>(sum / 1000U);
+}
+
+tl::expected<ImageFrame, std::string> read_raw(MessageReader& reader, Utime utime) {
+  const auto height = reader.take<std::uint32_t>();
+  const auto width = reader.take<std::uint32_t>();
+  const std::string_view name = reader.take_text();
+  const bool is_big_endian = reader.take<std::uint8_t>() != 0;
+  const auto step = reader.take<std::uint32_t>();
+  const Bytes data = reader.take_array();
+  if (!reader.ok()) return Failure("the image is shorter than it states");
+  const auto encoding = encoding_of(name);
+  if (!encoding) return Failure(encoding.error());
+  if (width == 0 || height == 0 || width > kMaxSide_px || height > kMaxSide_px ||
+      step < width * encoding->bytes || data.size() < std::uint64_t{step} * height) {
+    return Failure(fmt::format("an image of {} x {} pixels, rows of {} bytes, in {} bytes", width,
+                               height, step, data.size()));
+  }
+  ImageFrame frame;
+  frame.utime = utime;
+  frame.width = static_cast<int>(width);
+  frame.height = static_cast<int>(height);
+  frame.pixels.reserve(static_cast<std::size_t>(width) * height);
+  for (std::size_t y = 0; y < height; ++y) {
+    const std::uint8_t* pixel = data.data() + y * step;
+    for (std::size_t x = 0; x < width; ++x, pixel += encoding->bytes) {
+      frame.pixels.push_back(encoding->is_wide      ? pixel[is_big_endian ? 0 : 1]
+                             : encoding->bytes == 1 ? *pixel
+                                                    : grey(pixel, *encoding));
+    }
+  }
+  return frame;
+}
+
+tl::expected<ImageFrame, std::string> read_compressed(MessageReader& reader, Utime utime) {
+  static_cast<void>(reader.take_text());  // the format, which writers state in many ways
+  const Bytes data = reader.take_array();
+  if (!reader.ok()) return Failure("the image is shorter than it states");
+  constexpr std::uint8_t kJpegStart[] = {0xFF, 0xD8};
+  const bool is_jpeg =
+      data.size() > 2 && std::equal(std::begin(kJpegStart), std::end(kJpegStart), data.begin());
+  auto frame = is_jpeg ? decode_gray_jpeg(data) : decode_gray_png(data);
+  if (frame) frame->utime = utime;
+  return frame;
+}
+
+}  // namespace
+
+bool is_image_type(std::string_view type) {
+  return type == "sensor_msgs/Image" || type == kCompressed;
+}
+
+tl::expected<ImageFrame, std::string> decode_image(Bytes bytes, std::string_view type,
+                                                   Serialization kind) {
+  MessageReader reader(bytes, kind);
+  const Utime utime = reader.take_header();
+  if (!reader.ok() || utime < 0) return Failure("the image has no header");
+  return type == kCompressed ? read_compressed(reader, utime) : read_raw(reader, utime);
+}
+
+}  // namespace dive::estimation

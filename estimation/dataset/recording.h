@@ -1,0 +1,93 @@
+#pragma once
+// A recording in memory, whatever format it was read from: what the estimators need of it. Images
+// are read when they are needed.
+//
+// B is the IMU's frame here. Stamps are microseconds.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "common/camera_model.h"
+#include "common/diagnostic.h"
+#include "common/measurements.h"
+
+namespace dive::estimation {
+
+struct RecordedImage {
+  Utime utime = 0;
+  std::string path;  ///< Path of a PNG file, or the image's place in a bag.
+  /// Reads the image from a bag; empty for a PNG file. An error is a clause.
+  std::function<tl::expected<ImageFrame, std::string>()> read = nullptr;
+};
+
+/// Where the samples of one sensor were read.
+struct SampleOrigin {
+  std::string file;                  ///< In a bag: "FILE /topic".
+  std::vector<std::uint32_t> lines;  ///< Line, or message of the topic, of each sample, from 1.
+
+  /// A diagnostic at sample `index`; at the whole file if that sample has no line.
+  [[nodiscard]] Diagnostic at(std::size_t index, Severity severity, std::string code,
+                              std::string message, std::string hint) const;
+  /// A diagnostic of the whole file.
+  [[nodiscard]] Diagnostic of_all(Severity severity, std::string code, std::string message,
+                                  std::string hint) const;
+};
+
+struct RecordedCamera {
+  CameraModel model;  ///< Camera model with X_BC in the IMU's frame.
+  double rate_hz = 0.0;
+  std::vector<RecordedImage> images;  ///< Images by time.
+  SampleOrigin images_origin;
+  std::string calibration_file;
+  int resolution_line = 0;  ///< Line of its resolution there, from 1; 0 if unknown.
+};
+
+/// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
+struct RecordedImuNoise {
+  std::optional<double> gyro;        ///< rad/s/sqrt(Hz)
+  std::optional<double> accel;       ///< m/s^2/sqrt(Hz)
+  std::optional<double> gyro_walk;   ///< rad/s^2/sqrt(Hz)
+  std::optional<double> accel_walk;  ///< m/s^3/sqrt(Hz)
+};
+
+struct TruePose {
+  struct Bias {
+    Eigen::Vector3d gyro;   ///< rad/s
+    Eigen::Vector3d accel;  ///< m/s^2
+  };
+
+  Utime utime = 0;
+  Pose X_WB;                           ///< True pose; the attitude is identity if not measured.
+  std::optional<Eigen::Vector3d> v_W;  ///< m/s
+  std::optional<Bias> bias;            ///< Of the IMU.
+};
+
+struct Recording {
+  std::vector<RecordedCamera> cameras;  ///< Left camera, or left and right.
+  RecordedImuNoise imu_noise;
+  double imu_rate_hz = 0.0;
+  std::vector<ImuSample>
+      imu;  ///< IMU samples by time; q_WB is identity: recordings have no attitude.
+  std::vector<DepthSample> depth;  ///< Depth samples by time; empty without a depth sensor.
+  std::vector<TruePose> truth;     ///< True poses by time; empty if there are none.
+  bool has_true_attitude = false;
+
+  std::string source;  ///< File or folder that it was read from.
+  SampleOrigin imu_origin;
+  SampleOrigin depth_origin;
+  SampleOrigin truth_origin;
+  Diagnostics diagnostics;  ///< What is wrong with the recording, as far as it was noticed.
+};
+
+/// Decodes an image to grey. An error begins with its path. `camera`: its index, for
+/// ImageFrame::camera.
+[[nodiscard]] tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image,
+                                                               int camera);
+
+}  // namespace dive::estimation

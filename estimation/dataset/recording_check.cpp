@@ -1,0 +1,226 @@
+#include "estimation/dataset/recording_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "estimation/dataset/camera_check.h"
+
+namespace dive::estimation {
+namespace {
+
+constexpr double kMinImuRate_hz = 50.0;           // of the visual-inertial estimator
+constexpr double kMinPrimitiveImuRate_hz = 10.0;  // of the primitive one
+constexpr double kGoodImuRate_hz = 100.0;         // below it, motion between samples is lost
+constexpr double kRateTolerance = 0.2;            // of the rate that sensor.yaml states
+constexpr double kMaxEndGap_s = 0.1;              // of images without IMU samples
+
+struct Interval {
+  Utime begin = 0;
+  Utime end = 0;
+};
+
+template <typename Sample>
+Interval interval_of(const std::vector<Sample>& samples) {
+  return {samples.front().utime, samples.back().utime};
+}
+
+bool overlap(const Interval& a, const Interval& b) { return a.begin <= b.end && b.begin <= a.end; }
+
+std::string to_string(const Interval& interval) {
+  return fmt::format("from {:.3f} s to {:.3f} s", to_seconds(interval.begin),
+                     to_seconds(interval.end));
+}
+
+// Median time between samples, s; 0 for fewer than two.
+double median_step(const std::vector<ImuSample>& imu) {
+  if (imu.size() < 2) return 0.0;
+  std::vector<Utime> steps;
+  for (std::size_t i = 1; i < imu.size(); ++i) steps.push_back(imu[i].utime - imu[i - 1].utime);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return to_seconds(*middle);
+}
+
+// The checks of one recording, in the order of its sensors.
+class RecordingCheck {
+ public:
+  RecordingCheck(Recording& recording, const RunOptions& options)
+      : recording_(recording),
+        visual_(options.estimator == EstimatorKind::kVisualInertial),
+        options_(options) {}
+
+  void run() {
+    check_times();
+    check_imu_rate();
+    if (visual_) {
+      check_saturation();
+      check_cameras(recording_, options_.mono ? 1 : 2);
+    }
+    check_depth();
+    check_truth();
+  }
+
+ private:
+  void add(Diagnostic diagnostic) { recording_.diagnostics.add(std::move(diagnostic)); }
+
+  [[nodiscard]] Interval images() const { return interval_of(recording_.cameras[0].images); }
+
+  void check_times() {
+    const Interval imu = interval_of(recording_.imu);
+    const SampleOrigin& origin = recording_.cameras[0].images_origin;
+    if (!overlap(imu, images())) {
+      add(origin.of_all(
+          Severity::kError, "NO-OVERLAP",
+          fmt::format("its images are {}, the IMU's samples ({}) {}: at no time "
+                      "are there both",
+                      to_string(images()), recording_.imu_origin.file, to_string(imu)),
+          "stamp all sensors by one clock, in nanoseconds"));
+      return;
+    }
+    const Utime gap = from_seconds(kMaxEndGap_s);
+    const auto& list = recording_.cameras[0].images;
+    const auto is_outside = [&](const RecordedImage& image) {
+      return image.utime < imu.begin - gap || image.utime > imu.end + gap;
+    };
+    const auto outside = std::count_if(list.begin(), list.end(), is_outside);
+    if (outside == 0) return;
+    const auto first = std::find_if(list.begin(), list.end(), is_outside) - list.begin();
+    add(origin.at(static_cast<std::size_t>(first), Severity::kWarning, "NO-IMU",
+                  fmt::format("{} of {} images are at times without IMU samples, which are {}",
+                              outside, list.size(), to_string(imu)),
+                  ""));
+  }
+
+  void check_imu_rate() {
+    const double step = median_step(recording_.imu);
+    if (step <= 0.0) return;
+    const double rate_hz = 1.0 / step;
+    const double min_hz = visual_ ? kMinImuRate_hz : kMinPrimitiveImuRate_hz;
+    const SampleOrigin& origin = recording_.imu_origin;
+    if (rate_hz < min_hz) {
+      add(origin.of_all(
+          Severity::kError, "IMU-RATE",
+          fmt::format("the IMU was recorded at {:.3g} Hz; the {} estimator needs at "
+                      "least {:g} Hz, and {:g} Hz for its accuracy",
+                      rate_hz, visual_ ? "visual-inertial" : "primitive", min_hz, kGoodImuRate_hz),
+          "record every sample of the IMU"));
+      return;
+    }
+    if (const double stated_hz = recording_.imu_rate_hz;
+        stated_hz > 0.0 && std::abs(rate_hz - stated_hz) > kRateTolerance * stated_hz) {
+      add(origin.of_all(
+          Severity::kWarning, "IMU-RATE",
+          fmt::format("the IMU was recorded at {:.3g} Hz; its calibration states {:g} Hz", rate_hz,
+                      stated_hz),
+          ""));
+    } else if (visual_ && rate_hz < 0.95 * kGoodImuRate_hz) {
+      add(origin.of_all(Severity::kWarning, "IMU-RATE",
+                        fmt::format("the IMU was recorded at {:.3g} Hz; below {:g} Hz the estimate "
+                                    "gets worse with every fast motion",
+                                    rate_hz, kGoodImuRate_hz),
+                        ""));
+    }
+    check_gaps();
+  }
+
+  void check_gaps() {
+    const auto longest = from_seconds(VisualInertialOptions{}.longest_imu_step_s);
+    const std::vector<ImuSample>& imu = recording_.imu;
+    std::size_t gaps = 0;
+    std::size_t first = 0;
+    Utime worst = 0;
+    for (std::size_t i = 1; i < imu.size(); ++i) {
+      const Utime step = imu[i].utime - imu[i - 1].utime;
+      if (step <= longest) continue;
+      if (gaps++ == 0) first = i;
+      worst = std::max(worst, step);
+    }
+    if (gaps == 0) return;
+    add(recording_.imu_origin.at(
+        first, Severity::kWarning, "IMU-GAP",
+        fmt::format("{} gap(s) without IMU samples, the longest of {:.3f} s; the first ends here",
+                    gaps, to_seconds(worst)),
+        ""));
+  }
+
+  void check_saturation() {
+    const VisualInertialOptions limits;
+    const std::vector<ImuSample>& imu = recording_.imu;
+    const auto is_saturated = [&](const ImuSample& sample) {
+      return sample.gyro_B.cwiseAbs().maxCoeff() >= limits.gyro_limit ||
+             sample.accel_B.cwiseAbs().maxCoeff() >= limits.accel_limit;
+    };
+    const auto count = std::count_if(imu.begin(), imu.end(), is_saturated);
+    if (count == 0) return;
+    const auto first = std::find_if(imu.begin(), imu.end(), is_saturated);
+    add(recording_.imu_origin.at(
+        static_cast<std::size_t>(first - imu.begin()), Severity::kWarning, "IMU-SATURATED",
+        fmt::format("{} sample(s) at or beyond {:g} rad/s or {:g} m/s^2 are taken as saturated; "
+                    "the first: {:.3g} rad/s, {:.3g} m/s^2",
+                    count, limits.gyro_limit, limits.accel_limit,
+                    first->gyro_B.cwiseAbs().maxCoeff(), first->accel_B.cwiseAbs().maxCoeff()),
+        "give angular rates in rad/s and specific forces in m/s^2"));
+  }
+
+  void check_depth() {
+    if (!visual_ && !options_.use_depth) {
+      add(of_recording(Severity::kError, "the primitive estimator needs the depth", ""));
+    }
+    if (!options_.use_depth) return;
+    if (recording_.depth.empty()) {
+      add(visual_ ? of_recording(Severity::kWarning,
+                                 "the recording has no depth: nothing bounds the height's error",
+                                 "without a depth sensor, say so: --no-depth")
+                  : of_recording(Severity::kError,
+                                 "the recording has no depth, which the primitive estimator needs",
+                                 ""));
+      return;
+    }
+    const Interval depth = interval_of(recording_.depth);
+    if (overlap(depth, images())) return;
+    add(recording_.depth_origin.of_all(
+        visual_ ? Severity::kWarning : Severity::kError, "NO-OVERLAP",
+        fmt::format("its samples are {}, the images {}: the depth is not used", to_string(depth),
+                    to_string(images())),
+        ""));
+  }
+
+  [[nodiscard]] Diagnostic of_recording(Severity severity, std::string message,
+                                        std::string hint) const {
+    SampleOrigin whole;
+    whole.file = recording_.source;
+    return whole.of_all(severity, "NO-DEPTH", std::move(message), std::move(hint));
+  }
+
+  void check_truth() {
+    if (recording_.truth.empty()) return;
+    const Interval truth = interval_of(recording_.truth);
+    if (overlap(truth, images())) return;
+    add(recording_.truth_origin.of_all(
+        options_.start == RunStart::kTruth ? Severity::kError : Severity::kWarning, "NO-OVERLAP",
+        fmt::format("its poses are {}, the images {}: there is no truth to compare with",
+                    to_string(truth), to_string(images())),
+        ""));
+    recording_.truth.clear();
+    recording_.truth_origin.lines.clear();
+    recording_.has_true_attitude = false;
+  }
+
+  Recording& recording_;
+  bool visual_;
+  const RunOptions& options_;
+};
+
+}  // namespace
+
+void check_recording(Recording& recording, const RunOptions& options) {
+  RecordingCheck(recording, options).run();
+}
+
+}  // namespace dive::estimation
