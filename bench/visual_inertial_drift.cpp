@@ -206,6 +206,8 @@ int main(int argc, char** argv) {
   app.add_option("--gate", study.gate, "sigma");
   app.add_option("--covariance", updates, "Nothing but so many random updates of a covariance");
   app.add_option("--faults", faults, "Nothing but so many dives with each fault of a sensor");
+  app.add_option("--imu-scale", study.dive.imu_scale_sigma, "Scale and misalignment of the IMU");
+  app.add_option("--g-sensitivity", study.dive.gyro_by_accel_sigma, "Of the gyro, rad/s per m/s^2");
   app.add_flag("--mono", is_mono, "One camera");
   app.add_flag("--equidistant", is_equidistant, "Equidistant lenses with the pinholes' view");
   app.add_flag("-v,--verbose", study.is_verbose, "A line per dive");

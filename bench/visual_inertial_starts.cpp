@@ -39,6 +39,8 @@ struct Settings {
   bool has_depth = true;  // analytic dives only
   double dark_s = 0.0;    // so long without images, from a third of the stretch on
   double pixel_sigma = 0.7;
+  double imu_scale = 0.005;     // of the analytic dives: scale and misalignment of the IMU
+  double gyro_by_accel = 3e-5;  // rad/s per m/s^2, g-sensitivity of its gyro
   bool is_verbose = false;
 };
 
@@ -156,6 +158,8 @@ void dive_once(const Settings& settings, double speed, std::uint64_t seed, Figur
   options.speed = speed;
   options.is_stereo = !settings.is_mono;
   options.pixel_sigma = settings.pixel_sigma;
+  options.imu_scale_sigma = settings.imu_scale;
+  options.gyro_by_accel_sigma = settings.gyro_by_accel;
   AnalyticDive dive(options, seed);
   Random random(seed, 6);
   const double begin = random.uniform(0.0, 100.0);
@@ -163,9 +167,7 @@ void dive_once(const Settings& settings, double speed, std::uint64_t seed, Figur
     const DiveTruth truth = dive.truth(t);
     return Truth{truth.X_WB, truth.X_WB.q * truth.v_WB_B};
   };
-  VisualInertialOptions of_filter = filter_options(dive, options);
-  of_filter.gyro_bias_sigma = VisualInertialOptions{}.gyro_bias_sigma;
-  of_filter.accel_bias_sigma = VisualInertialOptions{}.accel_bias_sigma;
+  const VisualInertialOptions of_filter = filter_options(dive, options);
   VisualInertialFilter filter(of_filter, start_at(settings, truth_at(begin), random));
   Run run(settings, begin, all);
   double next = begin;
@@ -252,6 +254,8 @@ int main(int argc, char** argv) {
   app.add_option("--names", flights, "NAME of each: NAME_imu.txt and NAME_truth.txt");
   app.add_option("--dark", settings.dark_s, "s without images, after a third");
   app.add_option("--pixels", settings.pixel_sigma, "Noise of a feature");
+  app.add_option("--imu-scale", settings.imu_scale, "Scale and misalignment of an analytic IMU");
+  app.add_option("--g-sensitivity", settings.gyro_by_accel, "Of its gyro, rad/s per m/s^2");
   app.add_flag("--mono", settings.is_mono, "One camera");
   app.add_flag("--speed-known", settings.has_speed, "To 0.1 m/s");
   app.add_flag("--no-depth", has_no_depth, "No depth in the analytic dives");

@@ -23,7 +23,6 @@ class SensorFile {
 
   /// The section of that name; empty if there is none.
   [[nodiscard]] std::optional<SensorFile> section(const std::string& key) const;
-  [[nodiscard]] bool has(const std::string& key) const { return line_of(key) > 0; }
 
   /// T_BS: pose of the sensor in the files' body frame; identity if not given. Errors are
   /// "FILE:LINE: what".

@@ -136,7 +136,6 @@ std::optional<estimation::RunOptions> options_of(const EstimateArguments& argume
   return options;
 }
 
-// Why there is no estimate, and what to do.
 struct Inputs {
   Recording recording;
   Trajectory other;  // another estimator's; empty: none

@@ -22,8 +22,7 @@ constexpr Utime kAhead = 100'000;          // us
 constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is re-initialised
 constexpr double kMinSigma = 0.01;         // m
 constexpr double kMinYawSigma = 0.1;       // deg
-constexpr double kTiltSigma = 0.5;         // deg
-constexpr double kSpeedSigma = 0.05;       // m/s
+constexpr double kSpeedSigma = 0.15;       // m/s, of the published speed: it includes currents
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
 constexpr double kBiasPeriod_s = 5.0;      // between two biases that are remembered
@@ -33,17 +32,16 @@ std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
   return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
 }
 
-KnownStart start_from(const StateEstimate& published) {
-  KnownStart start;
-  start.utime = published.utime;
-  start.X_WB = published.X_WB;
-  start.v_WB_B = published.v_WB_B;
+ImageStart start_from(const StateEstimate& published) {
+  ImageStart start;
+  start.position_W = published.X_WB.p;
   start.position_sigma_m = std::max(horizontal_sigma(published), kMinSigma);
+  start.heading = published.X_WB.q;
   const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
   const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
-  start.yaw_sigma_deg = std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
-  start.tilt_sigma_deg = kTiltSigma;
-  start.speed_sigma = kSpeedSigma;
+  start.heading_sigma_deg =
+      std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
+  start.speed = ImageStart::Speed{published.v_WB_B, kSpeedSigma};
   return start;
 }
 
@@ -88,7 +86,7 @@ std::string VisionOptions::validate() const {
 
 VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
     : options_((DIVE_DEMAND(options.validate().empty()), options)),
-      filter_(options_.filter, KnownStart{}),
+      filter_(options_.filter, ImageStart{}),
       tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
                seed),
       tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
@@ -104,13 +102,13 @@ void VisionPipeline::remember_bias() {
   const ImuState& imu = filter_.state().imu;
   const auto sigmas =
       filter_.state().covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
-  recent_bias_ = KnownBias{newest_,
-                           {imu.gyro_bias, imu.accel_bias, sigmas.head<3>().maxCoeff(),
-                            sigmas.tail<3>().maxCoeff()}};
+  recent_bias_ = KnownBias{
+      newest_,
+      {imu.gyro_bias, imu.accel_bias, sigmas.head<3>().maxCoeff(), sigmas.tail<3>().maxCoeff()}};
 }
 
 void VisionPipeline::begin(const StateEstimate& published) {
-  KnownStart start = start_from(published);
+  ImageStart start = start_from(published);
   if (proven_bias_) {
     start.bias = proven_bias_->prior;
     const double seconds = std::max(to_seconds(published.utime - proven_bias_->utime), 0.0);

@@ -27,6 +27,12 @@ class Beat {
   double next_;
 };
 
+Eigen::Vector3d normal3(Random& random, double sigma) {
+  const double x = random.normal();
+  const double y = random.normal();
+  return sigma * Eigen::Vector3d(x, y, random.normal());
+}
+
 }  // namespace
 
 estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
@@ -36,8 +42,6 @@ estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
   result.imu = {options.gyro_noise, options.accel_noise, options.gyro_walk, options.accel_walk};
   result.pixel_sigma = options.pixel_sigma;
   result.depth_sigma_m = options.depth_sigma_m;
-  result.gyro_bias_sigma = options.gyro_bias_sigma;
-  result.accel_bias_sigma = options.accel_bias_sigma;
   if (options.extrinsic_sigma_m > 0.0) {
     result.extrinsic_sigma_deg = options.extrinsic_sigma_deg;
     result.extrinsic_sigma_m = options.extrinsic_sigma_m;
@@ -46,18 +50,16 @@ estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
 }
 
 estimation::KnownStart known_start(const AnalyticDive& dive, double t, Random& random) {
+  constexpr double kGyroBias = 0.002;
+  constexpr double kAccelBias = 0.02;
   const DiveTruth truth = dive.truth(t);
   estimation::KnownStart start;
-  const auto normal3 = [&random](double sigma) {
-    const double x = random.normal();
-    const double y = random.normal();
-    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, random.normal()));
-  };
   start.utime = from_seconds(t);
-  start.X_WB.p = truth.X_WB.p + normal3(start.position_sigma_m);
-  const Eigen::Vector3d turn = normal3(deg_to_rad(start.tilt_sigma_deg));
-  start.X_WB.q = so3_exp(turn) * truth.X_WB.q;
-  start.v_WB_B = truth.v_WB_B + normal3(start.speed_sigma);
+  start.X_WB.p = truth.X_WB.p + normal3(random, start.position_sigma_m);
+  start.X_WB.q = so3_exp(normal3(random, deg_to_rad(start.tilt_sigma_deg))) * truth.X_WB.q;
+  start.v_WB_B = truth.v_WB_B + normal3(random, start.speed_sigma);
+  start.bias = {dive.gyro_bias() + normal3(random, kGyroBias),
+                dive.accel_bias() + normal3(random, kAccelBias), kGyroBias, kAccelBias};
   return start;
 }
 

@@ -31,7 +31,7 @@ struct FilterDiveResult {
 /// The filter's configuration for the dive.
 [[nodiscard]] estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
                                                                const AnalyticDiveOptions& options);
-/// The truth at `t`, with errors drawn from the stated sigmas.
+/// The truth at `t`, with errors drawn from the stated sigmas; biases as known after a restart.
 [[nodiscard]] estimation::KnownStart known_start(const AnalyticDive& dive, double t,
                                                  Random& random);
 [[nodiscard]] ErrorSample compare(const estimation::StateEstimate& estimate,

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -150,7 +151,7 @@ TEST(Calibration, IsLeftOutWhereItIsSwitchedOff) {
 }
 
 // A start from images, with errors of position and heading within their sigmas.
-ImageStart image_start(const AnalyticDive& dive, double t) {
+ImageStart start_near(const AnalyticDive& dive, double t) {
   ImageStart start;
   const Pose truth = dive.truth(t).X_WB;
   start.position_W = truth.p + Vector3d(0.05, -0.05, 0.05);
@@ -167,10 +168,7 @@ struct Began {
 
 Began begin_from_images(AnalyticDive& dive, const AnalyticDiveOptions& options,
                         const ImageStart& start, double t, double seconds) {
-  VisualInertialOptions of_filter = filter_options(dive, options);
-  of_filter.gyro_bias_sigma = VisualInertialOptions{}.gyro_bias_sigma;
-  of_filter.accel_bias_sigma = VisualInertialOptions{}.accel_bias_sigma;
-  VisualInertialFilter filter(of_filter, start);
+  VisualInertialFilter filter(filter_options(dive, options), start);
   Began began;
   Hooks hooks;
   hooks.each_tick = [&](double now, VisualInertialFilter& f) {
@@ -180,7 +178,7 @@ Began begin_from_images(AnalyticDive& dive, const AnalyticDiveOptions& options,
       return;
     }
     began.after_s = now - t;
-    const DiveTruth truth = dive.truth(now);
+    const auto truth = dive.truth(now);
     began.velocity_error = f.state().imu.motion.v_WB - truth.X_WB.q * truth.v_WB_B;
   };
   const auto result = run(dive, options, filter, t, t + seconds, hooks);
@@ -198,9 +196,11 @@ TEST(Start, FromImagesIsRightAtRestAndInMotion) {
         AnalyticDiveOptions options;
         options.speed = speed;
         options.is_stereo = is_stereo;
+        options.imu_scale_sigma = 0.005;
+        options.gyro_by_accel_sigma = 3e-5;
         AnalyticDive dive(options, seed);
         const double t = 10.0 * static_cast<double>(seed);
-        const Began began = begin_from_images(dive, options, image_start(dive, t), t, 5.0);
+        const Began began = begin_from_images(dive, options, start_near(dive, t), t, 5.0);
         ASSERT_GE(began.after_s, 0.0) << began.waited_for;
         EXPECT_LT(began.after_s, is_stereo ? 0.8 : 3.0);
         EXPECT_LT(began.velocity_error.norm(), 0.2);
@@ -216,7 +216,7 @@ TEST(Start, FromImagesIsImmediateWithOneCameraWhereTheSpeedIsKnown) {
   AnalyticDiveOptions options;
   options.is_stereo = false;
   AnalyticDive dive(options, 34);
-  ImageStart start = image_start(dive, 20.0);
+  ImageStart start = start_near(dive, 20.0);
   start.speed = ImageStart::Speed{dive.truth(20.5).v_WB_B + Vector3d(0.02, 0.01, -0.02), 0.03};
   const Began began = begin_from_images(dive, options, start, 20.0, 5.0);
   EXPECT_GE(began.after_s, 0.0);
@@ -227,7 +227,7 @@ TEST(Start, FromImagesIsImmediateWithOneCameraWhereTheSpeedIsKnown) {
 TEST(Start, FromImagesWaitsInTheDarkAndSaysSo) {
   AnalyticDiveOptions options;
   AnalyticDive dive(options, 35);
-  VisualInertialFilter filter(filter_options(dive, options), image_start(dive, 0.0));
+  VisualInertialFilter filter(filter_options(dive, options), start_near(dive, 0.0));
   Hooks hooks;
   hooks.has_frame = [](double t) { return t > 3.0; };
   std::string in_the_dark;
