@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
 constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
+constexpr std::string_view kSqliteMagic = "SQLite format";
 constexpr std::size_t kKeptChunks = 2;  // messages of two cameras may alternate between two
 
 bool begins_with(const std::vector<std::uint8_t>& bytes, std::string_view magic) {
@@ -76,6 +77,10 @@ tl::expected<std::shared_ptr<BagFile>, std::string> BagFile::open(const std::str
   if (!file) return fail(file.error());
   const auto begin = file->read(0, std::min<std::uint64_t>(file->size(), kRos1Magic.size()));
   if (!begin) return fail(begin.error());
+  if (begins_with(*begin, kSqliteMagic)) {
+    return fail(
+        "a bag of ROS 2 in sqlite3, which is not read; ros2 bag convert makes an MCAP file");
+  }
   const bool is_ros1 = begins_with(*begin, kRos1Magic);
   if (!is_ros1 && !begins_with(*begin, kMcapMagic)) {
     return fail("neither a ROS 1 bag (format 2.0) nor an MCAP file");
