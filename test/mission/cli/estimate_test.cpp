@@ -314,10 +314,10 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
   }
   write("two/a.mcap", "");
   write("two/b.mcap", "");
-  write("old/a.db3", "SQLite format 3");
+  write("old/a.db3", "SQLite format 3, and no more");
   const std::pair<std::string, const char*> bad[] = {
       {"two" + calibration, "two: it has 2 bags; give one of them"},
-      {"old" + calibration, "a bag of ROS 2 in sqlite3, which is not read"},
+      {"old" + calibration, "old/a.db3: sqlite3: "},
       {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
       {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
       {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
