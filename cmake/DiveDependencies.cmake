@@ -93,6 +93,7 @@ dive_imported_library(dive_jpeg jpeglib.h jpeg)
 dive_imported_library(dive_bz2 bzlib.h bz2)
 dive_imported_library(dive_lz4 lz4frame.h lz4)
 dive_imported_library(dive_zstd zstd.h zstd)
+dive_imported_library(dive_sqlite sqlite3.h sqlite3)
 
 # JavaScript that reports contain (dive_embed): the classic builds, which a page can contain as they
 # are, and their licences. DIVE_REPORT_LIBRARIES is in the order of loading.

@@ -369,8 +369,9 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "  dive estimate V1_01.bag --preset euroc --calibration V1_01_easy\n\n"
       "Runs an estimator on a recording: the trajectory, and its error if the recording has "
       "ground\n"
-      "truth. A recording is a folder in the ASL (EuRoC) format, a ROS 1 bag, or an MCAP file of\n"
-      "ROS 2; a bag needs a calibration: by Kalibr, a sensor.yaml, or a folder with those.");
+      "truth. A recording is a folder in the ASL (EuRoC) format, a ROS 1 bag, or a bag of ROS 2\n"
+      "(MCAP or sqlite3); a bag needs a calibration: by Kalibr, a sensor.yaml, or a folder of "
+      "them.");
   command->add_option("RECORDING", arguments.folder, "Folder with mav0, or with cam0 and imu0; bag")
       ->type_name("PATH")
       ->required();

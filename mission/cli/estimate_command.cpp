@@ -142,7 +142,7 @@ struct Inputs {
 };
 
 // The file to read: a folder of ROS 2's recorder contains one.
-std::string file_in(const std::string& path) {
+tl::expected<std::string, std::string> file_in(const std::string& path) {
   namespace fs = std::filesystem;
   if (!fs::is_directory(path) || fs::is_directory(fs::path(path) / "mav0") ||
       fs::is_directory(fs::path(path) / "cam0")) {
@@ -152,13 +152,20 @@ std::string file_in(const std::string& path) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path, error)) {
     const fs::path extension = entry.path().extension();
-    if (extension == ".mcap" || extension == ".bag") found.push_back(entry.path().string());
+    if (extension == ".mcap" || extension == ".bag" || extension == ".db3") {
+      found.push_back(entry.path().string());
+    }
   }
-  return found.size() == 1 ? found.front() : path;
+  if (found.empty()) return path;
+  if (found.size() == 1) return found.front();
+  return tl::make_unexpected(
+      fmt::format("{}: it has {} bags; give one of them", path, found.size()));
 }
 
 tl::expected<Recording, std::string> read_recording(const EstimateArguments& arguments) {
-  const std::string path = file_in(arguments.folder);
+  const auto file = file_in(arguments.folder);
+  if (!file) return tl::make_unexpected(file.error());
+  const std::string& path = *file;
   if (!std::filesystem::is_regular_file(path)) {
     if (arguments.calibration.empty() && arguments.preset.empty() && arguments.topics.empty()) {
       return estimation::read_asl_dataset(path);

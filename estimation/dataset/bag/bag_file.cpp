@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
 constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
+constexpr std::string_view kSqliteMagic = "SQLite format";
 constexpr std::size_t kKeptChunks = 2;  // messages of two cameras may alternate between two
 
 bool begins_with(const std::vector<std::uint8_t>& bytes, std::string_view magic) {
@@ -65,8 +66,15 @@ tl::expected<std::vector<std::uint8_t>, std::string> read_chunk(const FileRange&
   return decompress(chunk.compression, *stored, chunk.size);
 }
 
-BagFile::BagFile(std::string path, FileRange file, BagIndex index)
-    : path_(std::move(path)), file_(std::move(file)), index_(std::move(index)) {}
+std::string ros1_name(std::string_view type) {
+  constexpr std::string_view kInfix = "/msg/";
+  const std::size_t at = type.find(kInfix);
+  if (at == std::string_view::npos) return std::string(type);
+  return fmt::format("{}/{}", type.substr(0, at), type.substr(at + kInfix.size()));
+}
+
+BagFile::BagFile(std::string path, BagIndex index, ChunkLoader load)
+    : path_(std::move(path)), index_(std::move(index)), load_(std::move(load)) {}
 
 tl::expected<std::shared_ptr<BagFile>, std::string> BagFile::open(const std::string& path) {
   const auto fail = [&](const std::string& what) {
@@ -76,21 +84,31 @@ tl::expected<std::shared_ptr<BagFile>, std::string> BagFile::open(const std::str
   if (!file) return fail(file.error());
   const auto begin = file->read(0, std::min<std::uint64_t>(file->size(), kRos1Magic.size()));
   if (!begin) return fail(begin.error());
+  const auto opened = [&](BagIndex index, ChunkLoader load) {
+    for (const BagMessage& message : index.messages) ++index.topics[message.topic].messages;
+    return std::shared_ptr<BagFile>(new BagFile(path, std::move(index), std::move(load)));
+  };
+  if (begins_with(*begin, kSqliteMagic)) {
+    auto database = scan_sqlite(path);
+    if (!database) return fail(database.error());
+    return opened(std::move(database->index), std::move(database->load));
+  }
   const bool is_ros1 = begins_with(*begin, kRos1Magic);
   if (!is_ros1 && !begins_with(*begin, kMcapMagic)) {
-    return fail("neither a ROS 1 bag (format 2.0) nor an MCAP file");
+    return fail("neither a ROS 1 bag (format 2.0), an MCAP file nor a bag of ROS 2 in sqlite3");
   }
   auto index = is_ros1 ? scan_ros1_bag(*file) : scan_mcap(*file);
   if (!index) return fail(index.error());
-  for (const BagMessage& message : index->messages) ++index->topics[message.topic].messages;
-  return std::shared_ptr<BagFile>(new BagFile(path, std::move(*file), std::move(*index)));
+  const auto kept = std::make_shared<FileRange>(std::move(*file));
+  return opened(std::move(*index),
+                [kept](const BagChunk& chunk) { return read_chunk(*kept, chunk); });
 }
 
 tl::expected<Bytes, std::string> BagFile::read(const BagMessage& message) {
   auto at = std::find_if(kept_.begin(), kept_.end(),
                          [&](const Kept& kept) { return kept.chunk == message.chunk; });
   if (at == kept_.end()) {
-    auto bytes = read_chunk(file_, index_.chunks[message.chunk]);
+    auto bytes = load_(index_.chunks[message.chunk]);
     if (!bytes) return tl::make_unexpected(fmt::format("{}: {}", path_, bytes.error()));
     if (kept_.size() >= kKeptChunks) kept_.erase(kept_.begin());
     kept_.push_back({message.chunk, std::move(*bytes)});

@@ -1,11 +1,13 @@
 #pragma once
-// Messages of a recording file: ROS 1 bags (format 2.0) and MCAP files. The whole file is scanned
-// when it is opened, so that neither an index nor a summary is needed; a message's bytes are read
-// when they are asked for.
+// Messages of a recording file: ROS 1 bags (format 2.0), MCAP files, and bags of ROS 2 in sqlite3.
+// The whole file is scanned when it is opened, so that neither an index nor a summary is needed; a
+// message's bytes are read when they are asked for.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tl/expected.hpp>
@@ -34,7 +36,7 @@ struct BagMessage {
 
 /// A run of messages, perhaps compressed.
 struct BagChunk {
-  std::uint64_t offset = 0;  ///< In the file.
+  std::uint64_t offset = 0;  ///< In the file; in a database, the message's row.
   std::uint64_t stored = 0;  ///< Bytes in the file.
   std::uint64_t size = 0;    ///< Bytes decompressed.
   std::string compression;
@@ -65,9 +67,21 @@ class FileRange {
 [[nodiscard]] tl::expected<std::vector<std::uint8_t>, std::string> read_chunk(
     const FileRange& file, const BagChunk& chunk);
 
-/// Scans a file of that format. The error is "byte N: what".
+/// Reads and decompresses a chunk; the error is a clause.
+using ChunkLoader =
+    std::function<tl::expected<std::vector<std::uint8_t>, std::string>(const BagChunk&)>;
+
+/// Scans a file of that format. The error is "byte N: what", or of a database a clause.
 [[nodiscard]] tl::expected<BagIndex, std::string> scan_ros1_bag(const FileRange& file);
 [[nodiscard]] tl::expected<BagIndex, std::string> scan_mcap(const FileRange& file);
+struct ScannedDatabase {
+  BagIndex index;
+  ChunkLoader load;  ///< Keeps the database open.
+};
+[[nodiscard]] tl::expected<ScannedDatabase, std::string> scan_sqlite(const std::string& path);
+
+/// "sensor_msgs/msg/Imu" of ROS 2 as "sensor_msgs/Imu" of ROS 1.
+[[nodiscard]] std::string ros1_name(std::string_view type);
 
 class BagFile {
  public:
@@ -84,7 +98,7 @@ class BagFile {
   [[nodiscard]] tl::expected<Bytes, std::string> read(const BagMessage& message);
 
  private:
-  BagFile(std::string path, FileRange file, BagIndex index);
+  BagFile(std::string path, BagIndex index, ChunkLoader load);
 
   struct Kept {
     std::uint32_t chunk = 0;
@@ -92,8 +106,8 @@ class BagFile {
   };
 
   std::string path_;
-  FileRange file_;
   BagIndex index_;
+  ChunkLoader load_;
   std::vector<Kept> kept_;  // the most recent last
 };
 

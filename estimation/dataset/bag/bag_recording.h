@@ -1,5 +1,5 @@
 #pragma once
-// A recording from a bag: ROS 1 bags and MCAP files.
+// A recording from a bag: ROS 1 bags, MCAP files, and bags of ROS 2 in sqlite3.
 
 #include <map>
 #include <string>

@@ -31,14 +31,6 @@ enum Op : std::uint8_t {
 
 using Failure = tl::unexpected<std::string>;
 
-// "sensor_msgs/msg/Imu" of ROS 2 is "sensor_msgs/Imu" of ROS 1.
-std::string ros1_name(std::string_view type) {
-  constexpr std::string_view kInfix = "/msg/";
-  const std::size_t at = type.find(kInfix);
-  if (at == std::string_view::npos) return std::string(type);
-  return fmt::format("{}/{}", type.substr(0, at), type.substr(at + kInfix.size()));
-}
-
 class Scan {
  public:
   explicit Scan(const FileRange& file) : file_(file) {}

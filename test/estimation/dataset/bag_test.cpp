@@ -13,6 +13,7 @@
 #include "estimation/dataset/bag/bag_file.h"
 #include "estimation/dataset/bag/bag_recording.h"
 #include "estimation/dataset/gray_png.h"
+#include "test/common/file_content.h"
 #include "test/estimation/dataset/asl_folder.h"
 #include "test/estimation/dataset/bag_writer.h"
 #include "test/estimation/visual_inertial/painted_room.h"
@@ -158,6 +159,14 @@ TEST_F(Bag, ReadsMcapFilesOfEachCompression) {
       expect_the_messages(*read);
     }
   }
+}
+
+TEST_F(Bag, ReadsBagsInSqlite) {
+  const std::string path = folder + "/recording's 1%20?.db3";
+  testing::write_sqlite_bag(path, messages(Wire::kCdr));
+  const auto read = read_bag(path, options);
+  ASSERT_TRUE(read) << read.error();
+  expect_the_messages(*read);
 }
 
 TEST_F(Bag, ListsWhatItDoesNotUse) {
@@ -378,19 +387,39 @@ TEST_F(Bag, ReportsEveryTruncation) {
   }
 }
 
-TEST_F(Bag, SurvivesEveryFlippedByte) {
-  const std::string files[] = {testing::ros1_bag(few(Wire::kRos1), "none", 5),
-                               testing::ros1_bag(few(Wire::kRos1), "bz2", 99),
-                               testing::mcap(few(Wire::kCdr), "no chunks", 5),
-                               testing::mcap(few(Wire::kCdr), "lz4", 99)};
-  for (const std::string& file : files) {
-    for (std::size_t i = 0; i < file.size(); ++i) {
-      constexpr char kFlips[] = {'\x01', '\x80', '\xFF'};
-      std::string damaged = file;
-      damaged[i] = static_cast<char>(damaged[i] ^ kFlips[i % std::size(kFlips)]);
-      static_cast<void>(reads(write(damaged), options));
-    }
+std::string sqlite_bag(const std::string& path) {
+  testing::write_sqlite_bag(path, few(Wire::kCdr));
+  return dive::testing::content_of(path);
+}
+
+TEST_F(Bag, ReportsTruncatedDatabases) {
+  const std::string file = sqlite_bag(folder + "/intact.db3");
+  ASSERT_TRUE(reads(write(file), options));
+  for (std::size_t size = 0; size < file.size(); size += 64) {
+    EXPECT_FALSE(reads(write(file.substr(0, size)), options)) << size;
   }
+}
+
+void flip_bytes(const std::string& path, const std::string& file, std::size_t step,
+                const BagOptions& options) {
+  constexpr char kFlips[] = {'\x01', '\x80', '\xFF'};
+  for (std::size_t i = 0; i < file.size(); i += step) {
+    std::string damaged = file;
+    damaged[i] = static_cast<char>(damaged[i] ^ kFlips[i % std::size(kFlips)]);
+    testing::write_text(path, damaged);
+    static_cast<void>(reads(path, options));
+  }
+}
+
+TEST_F(Bag, SurvivesEveryFlippedByte) {
+  for (const std::string& file : {testing::ros1_bag(few(Wire::kRos1), "none", 5),
+                                  testing::ros1_bag(few(Wire::kRos1), "bz2", 99),
+                                  testing::mcap(few(Wire::kCdr), "no chunks", 5),
+                                  testing::mcap(few(Wire::kCdr), "lz4", 99)}) {
+    flip_bytes(folder + "/flipped.bag", file, 1, options);
+  }
+  // Most of a database is empty.
+  flip_bytes(folder + "/flipped.bag", sqlite_bag(folder + "/intact.db3"), 7, options);
 }
 
 TEST_F(Bag, NoticesDamageByTheChecksum) {

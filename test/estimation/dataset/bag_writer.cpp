@@ -1,12 +1,14 @@
 #include "test/estimation/dataset/bag_writer.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
 #include <bzlib.h>
 #include <lz4frame.h>
+#include <sqlite3.h>
 #include <zlib.h>
 #include <zstd.h>
 
@@ -244,6 +246,46 @@ std::string mcap(const std::vector<Written>& messages, const std::string& compre
   file += mcap_record('\x0F', le(std::uint32_t{0}));
   file += mcap_record('\x02', le(std::uint64_t{0}) + le(std::uint64_t{0}) + le(std::uint32_t{0}));
   return file + magic;
+}
+
+void write_sqlite_bag(const std::string& path, const std::vector<Written>& messages) {
+  const auto must = [](bool done) {
+    if (!done) throw std::runtime_error("sqlite3");
+  };
+  std::remove(path.c_str());
+  sqlite3* database = nullptr;
+  must(sqlite3_open(path.c_str(), &database) == SQLITE_OK);
+  const auto run = [&](const std::string& sql, const std::string& blob) {
+    sqlite3_stmt* statement = nullptr;
+    must(sqlite3_prepare_v2(database, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK);
+    if (!blob.empty()) {
+      must(sqlite3_bind_blob(statement, 1, blob.data(), static_cast<int>(blob.size()),
+                             SQLITE_STATIC) == SQLITE_OK);
+    }
+    must(sqlite3_step(statement) == SQLITE_DONE);
+    sqlite3_finalize(statement);
+  };
+  run("BEGIN", "");
+  run("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+      "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)",
+      "");
+  run("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER "
+      "NOT NULL, data BLOB NOT NULL)",
+      "");
+  std::map<std::string, std::size_t> topics;
+  for (const Written& message : messages) {
+    const auto [topic, is_new] = topics.emplace(message.topic, topics.size() + 1);
+    if (is_new) {
+      run("INSERT INTO topics VALUES(" + std::to_string(topic->second) + ", '" + message.topic +
+              "', '" + ros2_type(message.type) + "', 'cdr', '')",
+          "");
+    }
+    run("INSERT INTO messages(topic_id, timestamp, data) VALUES(" + std::to_string(topic->second) +
+            ", " + std::to_string(message.ns) + ", ?1)",
+        message.bytes);
+  }
+  run("COMMIT", "");
+  sqlite3_close(database);
 }
 
 }  // namespace dive::estimation::testing

@@ -67,4 +67,7 @@ struct Written {
 [[nodiscard]] std::string mcap(const std::vector<Written>& messages, const std::string& compression,
                                std::size_t per_chunk, const std::string& encoding = "cdr");
 
+/// A bag of ROS 2 in sqlite3 as a new file.
+void write_sqlite_bag(const std::string& path, const std::vector<Written>& messages);
+
 }  // namespace dive::estimation::testing

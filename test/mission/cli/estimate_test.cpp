@@ -312,7 +312,12 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
     EXPECT_EQ(json["frames"], expected["frames"]);
     EXPECT_NEAR(json["ate_m"].get<double>(), expected["ate_m"].get<double>(), 1e-6) << bag;
   }
+  write("two/a.mcap", "");
+  write("two/b.mcap", "");
+  write("old/a.db3", "SQLite format 3, and no more");
   const std::pair<std::string, const char*> bad[] = {
+      {"two" + calibration, "two: it has 2 bags; give one of them"},
+      {"old" + calibration, "old/a.db3: sqlite3: "},
       {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
       {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
       {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
