@@ -141,18 +141,22 @@ bool is_on_first_branch(const CameraModel& camera, double r) {
 
 // --- radial-tangential distortion of m ---
 
-struct Radial {
-  double factor;  // of m
-  double slope;   // d factor / d s
-  bool is_finite;
+// A function of s and its derivative.
+struct ValueAndSlope {
+  double value;
+  double slope;
 };
 
-Radial radial_of(const Radtan& k, double s) {
-  const double above = 1.0 + s * (k[0] + s * (k[1] + s * k[4]));
-  const double below = 1.0 + s * (k[5] + s * (k[6] + s * k[7]));
-  const double above_slope = k[0] + s * (2.0 * k[1] + s * 3.0 * k[4]);
-  const double below_slope = k[5] + s * (2.0 * k[6] + s * 3.0 * k[7]);
-  return {above / below, (above_slope - above / below * below_slope) / below, below > 0.0};
+ValueAndSlope polynomial(double a, double b, double c, double s) {
+  return {1.0 + s * (a + s * (b + s * c)), a + s * (2.0 * b + s * 3.0 * c)};
+}
+
+// The factor of m, and its derivative by s.
+ValueAndSlope radial_of(const Radtan& k, double s) {
+  const ValueAndSlope above = polynomial(k[0], k[1], k[4], s);
+  const ValueAndSlope below = polynomial(k[5], k[6], k[7], s);
+  const double factor = above.value / below.value;
+  return {factor, (above.slope - factor * below.slope) / below.value};
 }
 
 bool is_straight(const Radtan& k) {
@@ -161,7 +165,7 @@ bool is_straight(const Radtan& k) {
 
 Vector2d distorted(const Radtan& k, const Vector2d& m) {
   const double s = m.squaredNorm();
-  const double radial = radial_of(k, s).factor;
+  const double radial = radial_of(k, s).value;
   const double xy = 2.0 * m.x() * m.y();
   return {radial * m.x() + k[2] * xy + k[3] * (s + 2.0 * m.x() * m.x()),
           radial * m.y() + k[2] * (s + 2.0 * m.y() * m.y()) + k[3] * xy};
@@ -170,12 +174,12 @@ Vector2d distorted(const Radtan& k, const Vector2d& m) {
 Matrix2d distortion_jacobian(const Radtan& k, const Vector2d& m) {
   const double x = m.x();
   const double y = m.y();
-  const Radial radial = radial_of(k, m.squaredNorm());
+  const ValueAndSlope radial = radial_of(k, m.squaredNorm());
   const double slope = 2.0 * radial.slope;
   const double cross = slope * x * y + 2.0 * (k[2] * x + k[3] * y);
   Matrix2d J;
-  J << radial.factor + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
-      radial.factor + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
+  J << radial.value + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
+      radial.value + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
   return J;
 }
 
@@ -184,8 +188,12 @@ bool is_on_first_branch(const Radtan& k, const Vector2d& m) {
   if (is_straight(k)) return true;
   for (int i = 1; i <= kBranchSamples; ++i) {
     const double s = m.squaredNorm() * i / kBranchSamples;
-    const Radial radial = radial_of(k, s);
-    if (!radial.is_finite || !(radial.factor + 2.0 * s * radial.slope > 0.0)) return false;
+    const ValueAndSlope above = polynomial(k[0], k[1], k[4], s);
+    const ValueAndSlope below = polynomial(k[5], k[6], k[7], s);
+    // The slope of r radial(r^2), times below^2.
+    const double slope = above.value * below.value +
+                         2.0 * s * (above.slope * below.value - above.value * below.slope);
+    if (!(below.value > 0.0 && slope > 0.0)) return false;
   }
   return true;
 }
