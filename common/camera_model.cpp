@@ -129,16 +129,6 @@ std::optional<double> lens_inverse(const CameraModel& camera, double rho) {
   return r <= kMaxRadius ? r : kInfinity;
 }
 
-bool is_on_first_branch(const CameraModel& camera, double r) {
-  if (camera.lens != LensModel::kEquidistant) return true;
-  const double theta = std::atan(r);
-  for (int i = 1; i <= kBranchSamples; ++i) {
-    const double part = theta * i / kBranchSamples;
-    if (!(equidistant_angle(camera.lens_parameters, part).slope > 0.0)) return false;
-  }
-  return true;
-}
-
 // --- radial-tangential distortion of m ---
 
 // A function of s and its derivative.
@@ -185,9 +175,15 @@ Matrix2d distortion_jacobian(const Radtan& k, const Vector2d& m) {
 
 // True if the radial part increases from the axis to |m|; the tangential part is small beside it.
 bool is_on_first_branch(const Radtan& k, const Vector2d& m) {
-  if (is_straight(k)) return true;
+  const double last = m.squaredNorm();
+  // Near the axis the bound decides, without samples: the slope is 1 + 3 k1 s + 5 k2 s^2 + 7 k3
+  // s^3.
+  const bool is_rational = k[5] != 0.0 || k[6] != 0.0 || k[7] != 0.0;
+  const double bound =
+      last * (3.0 * std::abs(k[0]) + last * (5.0 * std::abs(k[1]) + last * 7.0 * std::abs(k[4])));
+  if (!is_rational && bound < 1.0) return true;
   for (int i = 1; i <= kBranchSamples; ++i) {
-    const double s = m.squaredNorm() * i / kBranchSamples;
+    const double s = last * i / kBranchSamples;
     const ValueAndSlope above = polynomial(k[0], k[1], k[4], s);
     const ValueAndSlope below = polynomial(k[5], k[6], k[7], s);
     // The slope of r radial(r^2), times below^2.
@@ -222,6 +218,23 @@ std::optional<Vector2d> straightened(const Radtan& k, const Vector2d& wanted) {
 }
 
 // --- all of it ---
+
+Vector2d through_lens(const CameraModel& camera, const Vector2d& n) {
+  if (camera.lens == LensModel::kPinhole) return n;
+  const double r = n.norm();
+  return r > 0.0 ? Vector2d(n * (lens_radius(camera, r).rho / r)) : n;
+}
+
+bool is_on_first_branch(const CameraModel& camera, const Vector2d& n) {
+  if (camera.lens == LensModel::kEquidistant) {
+    const double theta = std::atan(n.norm());
+    for (int i = 1; i <= kBranchSamples; ++i) {
+      const double part = theta * i / kBranchSamples;
+      if (!(equidistant_angle(camera.lens_parameters, part).slope > 0.0)) return false;
+    }
+  }
+  return is_straight(camera.radtan) || is_on_first_branch(camera.radtan, through_lens(camera, n));
+}
 
 // n of a pixel: not finite where the lens images nothing, empty where it folds over.
 std::optional<Vector2d> ray_of(const CameraModel& camera, const Vector2d& pixel) {
@@ -293,10 +306,8 @@ std::string CameraModel::validate() const {
 }
 
 Vector2d CameraModel::distort(const Vector2d& normalised) const {
-  const double r = normalised.norm();
-  Vector2d m = normalised;
-  if (lens != LensModel::kPinhole && r > 0.0) m *= lens_radius(*this, r).rho / r;
-  const Vector2d d = distorted(radtan, m);
+  const Vector2d m = through_lens(*this, normalised);
+  const Vector2d d = is_straight(radtan) ? m : distorted(radtan, m);
   return {fx * d.x() + cx, fy * d.y() + cy};
 }
 
@@ -326,13 +337,8 @@ std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
 std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   if (!(p_C.z() > kNear)) return std::nullopt;
   const Vector2d n = p_C.head<2>() / p_C.z();
-  const double r = n.norm();
-  if (!(r <= kMaxRadius) || !is_on_first_branch(*this, r)) return std::nullopt;
-  if (!is_straight(radtan)) {
-    const Vector2d m =
-        lens == LensModel::kPinhole || r == 0.0 ? n : Vector2d(n * (lens_radius(*this, r).rho / r));
-    if (!is_on_first_branch(radtan, m)) return std::nullopt;
-  }
+  if (!(n.squaredNorm() <= kMaxRadius * kMaxRadius)) return std::nullopt;
+  if (!is_on_first_branch(*this, n)) return std::nullopt;
   return distort(n);
 }
 
