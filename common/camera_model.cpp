@@ -129,30 +129,24 @@ std::optional<double> lens_inverse(const CameraModel& camera, double rho) {
   return r <= kMaxRadius ? r : kInfinity;
 }
 
-bool is_on_first_branch(const CameraModel& camera, double r) {
-  if (camera.lens != LensModel::kEquidistant) return true;
-  const double theta = std::atan(r);
-  for (int i = 1; i <= kBranchSamples; ++i) {
-    const double part = theta * i / kBranchSamples;
-    if (!(equidistant_angle(camera.lens_parameters, part).slope > 0.0)) return false;
-  }
-  return true;
-}
-
 // --- radial-tangential distortion of m ---
 
-struct Radial {
-  double factor;  // of m
-  double slope;   // d factor / d s
-  bool is_finite;
+// A function of s and its derivative.
+struct ValueAndSlope {
+  double value;
+  double slope;
 };
 
-Radial radial_of(const Radtan& k, double s) {
-  const double above = 1.0 + s * (k[0] + s * (k[1] + s * k[4]));
-  const double below = 1.0 + s * (k[5] + s * (k[6] + s * k[7]));
-  const double above_slope = k[0] + s * (2.0 * k[1] + s * 3.0 * k[4]);
-  const double below_slope = k[5] + s * (2.0 * k[6] + s * 3.0 * k[7]);
-  return {above / below, (above_slope - above / below * below_slope) / below, below > 0.0};
+ValueAndSlope polynomial(double a, double b, double c, double s) {
+  return {1.0 + s * (a + s * (b + s * c)), a + s * (2.0 * b + s * 3.0 * c)};
+}
+
+// The factor of m, and its derivative by s.
+ValueAndSlope radial_of(const Radtan& k, double s) {
+  const ValueAndSlope above = polynomial(k[0], k[1], k[4], s);
+  const ValueAndSlope below = polynomial(k[5], k[6], k[7], s);
+  const double factor = above.value / below.value;
+  return {factor, (above.slope - factor * below.slope) / below.value};
 }
 
 bool is_straight(const Radtan& k) {
@@ -161,7 +155,7 @@ bool is_straight(const Radtan& k) {
 
 Vector2d distorted(const Radtan& k, const Vector2d& m) {
   const double s = m.squaredNorm();
-  const double radial = radial_of(k, s).factor;
+  const double radial = radial_of(k, s).value;
   const double xy = 2.0 * m.x() * m.y();
   return {radial * m.x() + k[2] * xy + k[3] * (s + 2.0 * m.x() * m.x()),
           radial * m.y() + k[2] * (s + 2.0 * m.y() * m.y()) + k[3] * xy};
@@ -170,22 +164,32 @@ Vector2d distorted(const Radtan& k, const Vector2d& m) {
 Matrix2d distortion_jacobian(const Radtan& k, const Vector2d& m) {
   const double x = m.x();
   const double y = m.y();
-  const Radial radial = radial_of(k, m.squaredNorm());
+  const ValueAndSlope radial = radial_of(k, m.squaredNorm());
   const double slope = 2.0 * radial.slope;
   const double cross = slope * x * y + 2.0 * (k[2] * x + k[3] * y);
   Matrix2d J;
-  J << radial.factor + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
-      radial.factor + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
+  J << radial.value + slope * x * x + 2.0 * k[2] * y + 6.0 * k[3] * x, cross, cross,
+      radial.value + slope * y * y + 6.0 * k[2] * y + 2.0 * k[3] * x;
   return J;
 }
 
 // True if the radial part increases from the axis to |m|; the tangential part is small beside it.
 bool is_on_first_branch(const Radtan& k, const Vector2d& m) {
-  if (is_straight(k)) return true;
+  const double last = m.squaredNorm();
+  // Near the axis the bound decides, without samples: the slope is 1 + 3 k1 s + 5 k2 s^2 + 7 k3
+  // s^3.
+  const bool is_rational = k[5] != 0.0 || k[6] != 0.0 || k[7] != 0.0;
+  const double bound =
+      last * (3.0 * std::abs(k[0]) + last * (5.0 * std::abs(k[1]) + last * 7.0 * std::abs(k[4])));
+  if (!is_rational && bound < 1.0) return true;
   for (int i = 1; i <= kBranchSamples; ++i) {
-    const double s = m.squaredNorm() * i / kBranchSamples;
-    const Radial radial = radial_of(k, s);
-    if (!radial.is_finite || !(radial.factor + 2.0 * s * radial.slope > 0.0)) return false;
+    const double s = last * i / kBranchSamples;
+    const ValueAndSlope above = polynomial(k[0], k[1], k[4], s);
+    const ValueAndSlope below = polynomial(k[5], k[6], k[7], s);
+    // The slope of r radial(r^2), times below^2.
+    const double slope = above.value * below.value +
+                         2.0 * s * (above.slope * below.value - above.value * below.slope);
+    if (!(below.value > 0.0 && slope > 0.0)) return false;
   }
   return true;
 }
@@ -214,6 +218,23 @@ std::optional<Vector2d> straightened(const Radtan& k, const Vector2d& wanted) {
 }
 
 // --- all of it ---
+
+Vector2d through_lens(const CameraModel& camera, const Vector2d& n) {
+  if (camera.lens == LensModel::kPinhole) return n;
+  const double r = n.norm();
+  return r > 0.0 ? Vector2d(n * (lens_radius(camera, r).rho / r)) : n;
+}
+
+bool is_on_first_branch(const CameraModel& camera, const Vector2d& n) {
+  if (camera.lens == LensModel::kEquidistant) {
+    const double theta = std::atan(n.norm());
+    for (int i = 1; i <= kBranchSamples; ++i) {
+      const double part = theta * i / kBranchSamples;
+      if (!(equidistant_angle(camera.lens_parameters, part).slope > 0.0)) return false;
+    }
+  }
+  return is_straight(camera.radtan) || is_on_first_branch(camera.radtan, through_lens(camera, n));
+}
 
 // n of a pixel: not finite where the lens images nothing, empty where it folds over.
 std::optional<Vector2d> ray_of(const CameraModel& camera, const Vector2d& pixel) {
@@ -285,10 +306,8 @@ std::string CameraModel::validate() const {
 }
 
 Vector2d CameraModel::distort(const Vector2d& normalised) const {
-  const double r = normalised.norm();
-  Vector2d m = normalised;
-  if (lens != LensModel::kPinhole && r > 0.0) m *= lens_radius(*this, r).rho / r;
-  const Vector2d d = distorted(radtan, m);
+  const Vector2d m = through_lens(*this, normalised);
+  const Vector2d d = is_straight(radtan) ? m : distorted(radtan, m);
   return {fx * d.x() + cx, fy * d.y() + cy};
 }
 
@@ -318,13 +337,8 @@ std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
 std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   if (!(p_C.z() > kNear)) return std::nullopt;
   const Vector2d n = p_C.head<2>() / p_C.z();
-  const double r = n.norm();
-  if (!(r <= kMaxRadius) || !is_on_first_branch(*this, r)) return std::nullopt;
-  if (!is_straight(radtan)) {
-    const Vector2d m =
-        lens == LensModel::kPinhole || r == 0.0 ? n : Vector2d(n * (lens_radius(*this, r).rho / r));
-    if (!is_on_first_branch(radtan, m)) return std::nullopt;
-  }
+  if (!(n.squaredNorm() <= kMaxRadius * kMaxRadius)) return std::nullopt;
+  if (!is_on_first_branch(*this, n)) return std::nullopt;
   return distort(n);
 }
 

@@ -45,14 +45,16 @@ std::string camera_yaml(const CameraModel& camera) {
   for (int i = 0; i < 3; ++i) {
     text += fmt::format("{}, {}, {}, {},\n         ", R(i, 0), R(i, 1), R(i, 2), p[i]);
   }
+  const bool is_equidistant = camera.lens == LensModel::kEquidistant;
+  const double* const k = is_equidistant ? camera.lens_parameters.data() : camera.radtan.data();
   return text + fmt::format(
                     "0.0, 0.0, 0.0, 1.0]\n\n# Camera specific definitions.\nrate_hz: 20\n"
                     "resolution: [{}, {}]\ncamera_model: pinhole\n"
                     "intrinsics: [{}, {}, {}, {}] #fu, fv, cu, cv\n"
-                    "distortion_model: radial-tangential\n"
+                    "distortion_model: {}\n"
                     "distortion_coefficients: [{}, {}, {}, {}]\n",
                     camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                    camera.radtan[0], camera.radtan[1], camera.radtan[2], camera.radtan[3]);
+                    is_equidistant ? "equidistant" : "radial-tangential", k[0], k[1], k[2], k[3]);
 }
 
 std::string imu_yaml() {

@@ -2,6 +2,7 @@
 
 #include "estimation/dataset/dataset_run.h"
 
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -57,51 +58,53 @@ CameraModel small_camera(double y) {
   return camera;
 }
 
-const std::string& recording() {
-  static const std::string folder = [] {
-    const std::string made = testing::fresh_folder();
-    testing::PaintedRoom room({4, 3, 2});
-    const CameraModel cameras[] = {small_camera(0.06), small_camera(-0.06)};
-    const auto ns = [](double t) { return std::llround((kStart + t) * 1e9); };
-    std::string csv[2];
-    std::string imu;
-    std::string depth;
-    std::string truth;
-    for (int k = 0; k <= 20 * kSeconds; ++k) {
-      const double t = 0.05 * k;
-      for (std::size_t c = 0; c < 2; ++c) {
-        csv[c] += fmt::format("{},{}.png\n", ns(t), ns(t));
-        testing::write_png(fmt::format("{}/cam{}/data/{}.png", made, c, ns(t)),
-                           room.image(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
-      }
-    }
-    Random random(5);
-    for (int k = -2; k <= 200 * kSeconds + 4; ++k) {
-      const double t = 0.005 * k;
-      const Imu at = imu_at(t);
-      const Pose X = pose_at_time(t);
-      const auto noisy = [&](const Vector3d& v, double sigma) {
-        return fmt::format(",{},{},{}", v.x() + sigma * random.normal(),
-                           v.y() + sigma * random.normal(), v.z() + sigma * random.normal());
-      };
-      imu += fmt::format("{}", ns(t)) + noisy(at.gyro, 2e-3) + noisy(at.accel, 2e-2) + "\n";
-      truth += fmt::format("{},{},{},{},{},{},{},{}\n", ns(t), X.p.x(), X.p.y(), X.p.z(), X.q.w(),
-                           X.q.x(), X.q.y(), X.q.z());
-      if (k % 10 == 0) {
-        depth += fmt::format("{},{}\n", ns(t), -X.p.z() + 0.01 * random.normal());
-      }
-    }
+// Writes a recording, and returns its folder.
+std::string record(const std::array<CameraModel, 2>& cameras) {
+  const std::string made = testing::fresh_folder();
+  testing::PaintedRoom room({4, 3, 2});
+  const auto ns = [](double t) { return std::llround((kStart + t) * 1e9); };
+  std::string csv[2];
+  std::string imu;
+  std::string depth;
+  std::string truth;
+  for (int k = 0; k <= 20 * kSeconds; ++k) {
+    const double t = 0.05 * k;
     for (std::size_t c = 0; c < 2; ++c) {
-      testing::write_text(fmt::format("{}/cam{}/data.csv", made, c), csv[c]);
-      testing::write_text(fmt::format("{}/cam{}/sensor.yaml", made, c),
-                          testing::camera_yaml(cameras[c]));
+      csv[c] += fmt::format("{},{}.png\n", ns(t), ns(t));
+      testing::write_png(fmt::format("{}/cam{}/data/{}.png", made, c, ns(t)),
+                         room.image(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
     }
-    testing::write_text(made + "/imu0/data.csv", imu);
-    testing::write_text(made + "/imu0/sensor.yaml", testing::imu_yaml());
-    testing::write_text(made + "/depth0/data.csv", depth);
-    testing::write_text(made + "/state_groundtruth_estimate0/data.csv", truth);
-    return made;
-  }();
+  }
+  Random random(5);
+  for (int k = -2; k <= 200 * kSeconds + 4; ++k) {
+    const double t = 0.005 * k;
+    const Imu at = imu_at(t);
+    const Pose X = pose_at_time(t);
+    const auto noisy = [&](const Vector3d& v, double sigma) {
+      return fmt::format(",{},{},{}", v.x() + sigma * random.normal(),
+                         v.y() + sigma * random.normal(), v.z() + sigma * random.normal());
+    };
+    imu += fmt::format("{}", ns(t)) + noisy(at.gyro, 2e-3) + noisy(at.accel, 2e-2) + "\n";
+    truth += fmt::format("{},{},{},{},{},{},{},{}\n", ns(t), X.p.x(), X.p.y(), X.p.z(), X.q.w(),
+                         X.q.x(), X.q.y(), X.q.z());
+    if (k % 10 == 0) {
+      depth += fmt::format("{},{}\n", ns(t), -X.p.z() + 0.01 * random.normal());
+    }
+  }
+  for (std::size_t c = 0; c < 2; ++c) {
+    testing::write_text(fmt::format("{}/cam{}/data.csv", made, c), csv[c]);
+    testing::write_text(fmt::format("{}/cam{}/sensor.yaml", made, c),
+                        testing::camera_yaml(cameras[c]));
+  }
+  testing::write_text(made + "/imu0/data.csv", imu);
+  testing::write_text(made + "/imu0/sensor.yaml", testing::imu_yaml());
+  testing::write_text(made + "/depth0/data.csv", depth);
+  testing::write_text(made + "/state_groundtruth_estimate0/data.csv", truth);
+  return made;
+}
+
+const std::string& recording() {
+  static const std::string folder = record({small_camera(0.06), small_camera(-0.06)});
   return folder;
 }
 
@@ -111,8 +114,8 @@ struct Judged {
   double nees_position = 1e9;
 };
 
-Judged judged(const RunOptions& options) {
-  const auto dataset = read_asl_dataset(recording());
+Judged judged(const RunOptions& options, const std::string& folder = recording()) {
+  const auto dataset = read_asl_dataset(folder);
   EXPECT_TRUE(dataset) << dataset.error();
   SteadyClock clock;
   double share = 0.0;
@@ -135,6 +138,17 @@ TEST(DatasetRun, LocalisesInStereoFromRest) {
   EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
   EXPECT_EQ(stereo.run.diverged, "");
   EXPECT_GT(stereo.run.estimates.size(), 60U);
+  EXPECT_GT(stereo.run.mean_features, 150.0);
+  EXPECT_LT(stereo.rmse_m, 0.03);
+  EXPECT_LT(stereo.nees_position, 12.0);
+}
+
+TEST(DatasetRun, LocalisesThroughLensesOf120Degrees) {
+  const std::string folder =
+      record({testing::wide_camera(0.06, 376, 282), testing::wide_camera(-0.06, 376, 282)});
+  const Judged stereo = judged({}, folder);
+  EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
+  EXPECT_EQ(stereo.run.diverged, "");
   EXPECT_GT(stereo.run.mean_features, 150.0);
   EXPECT_LT(stereo.rmse_m, 0.03);
   EXPECT_LT(stereo.nees_position, 12.0);
