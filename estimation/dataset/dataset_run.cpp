@@ -20,15 +20,17 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kGravityRate = 0.05;  // 1/s, gain towards gravity of the integrated attitude
-constexpr double kTruthGap = 0.2;      // s
-constexpr double kStartSigma = 0.01;   // m, of a position from the truth
-constexpr double kUnknownSigma = 0.1;  // m, of an assumed position
-constexpr double kLongStep = 0.1;      // s between two IMU samples
-constexpr double kUsualSpeed = 0.4;    // m/s, of the primitive estimator
-constexpr double kSpeedSigma = 0.1;    // m/s, of a speed that is given
-constexpr double kGyroBiasSigma = 0.005;  // rad/s, of a bias from the truth
-constexpr double kAccelBiasSigma = 0.05;  // m/s^2
+constexpr double kGravityRate = 0.05;      // 1/s, gain towards gravity of the integrated attitude
+constexpr double kTruthGap = 0.2;          // s
+constexpr double kStartSigma = 0.01;       // m, of a position from the truth
+constexpr double kUnknownSigma = 0.1;      // m, of an assumed position
+constexpr double kLongStep = 0.1;          // s between two IMU samples
+constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
+constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
+constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
+constexpr double kMemsScale = 0.005;       // scale and misalignment: no file states them
+constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
+constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 
 using Failure = tl::unexpected<std::string>;
 
@@ -78,8 +80,7 @@ std::optional<Beginning> true_beginning(const Recording& dataset, Utime utime) {
   const TruePose& pose = dataset.truth[static_cast<std::size_t>(first - truth.begin())];
   const auto next = pose_at(truth, first->utime + 50'000, kTruthGap);
   if (pose.bias) {
-    beginning.bias =
-        BiasPrior{pose.bias->gyro, pose.bias->accel, kGyroBiasSigma, kAccelBiasSigma};
+    beginning.bias = BiasPrior{pose.bias->gyro, pose.bias->accel, kGyroBiasSigma, kAccelBiasSigma};
   }
   const Quaterniond q_BW = first->X_WB.q.conjugate();
   if (pose.v_W) {
@@ -313,6 +314,8 @@ VisualInertialOptions filter_options(const Recording& dataset, std::size_t camer
   options.imu.accel = noise.accel.value_or(options.imu.accel);
   options.imu.gyro_walk = noise.gyro_walk.value_or(options.imu.gyro_walk);
   options.imu.accel_walk = noise.accel_walk.value_or(options.imu.accel_walk);
+  options.imu.scale = kMemsScale;
+  options.imu.gyro_by_accel = kMemsGyroByAccel;
   return options;
 }
 

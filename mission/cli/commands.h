@@ -225,10 +225,10 @@ struct FitArguments {
 };
 
 struct EstimateArguments {
-  std::string folder;                    ///< Or a bag.
-  std::vector<std::string> calibration;  ///< Of a bag.
-  std::string preset;                    ///< Of a bag; empty: none.
-  std::vector<std::string> topics;       ///< "ROLE=NAME", of a bag.
+  std::string folder;                         ///< Or a bag.
+  std::vector<std::string> calibration;       ///< Of a bag.
+  std::string preset;                         ///< Of a bag; empty: none.
+  std::vector<std::string> topics;            ///< "ROLE=NAME", of a bag.
   std::string estimator = "visual_inertial";  ///< visual_inertial or primitive
   std::string init = "images";                ///< "images" or "truth"
   bool mono = false;

@@ -361,7 +361,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "estimate",
       "Examples:\n"
       "  dive estimate MH_01_easy                                 EuRoC\n"
-      "  dive estimate recording --speed 0.3 --output path.tum    swimming at about 0.3 m/s at first\n"
+      "  dive estimate recording --speed 0.3 --output path.tum    swimming at about 0.3 m/s at "
+      "first\n"
       "  dive estimate recording --mono --no-depth --json\n"
       "  dive estimate recording --loops                          with loop closure\n"
       "  dive estimate recording --against openvins.tum           beside another estimator\n"

@@ -8,16 +8,16 @@
 
 namespace dive::estimation {
 
-/// White noise as densities, biases as random walks. The defaults are those that EuRoC states for
-/// an ADIS16448, and usual scale errors of MEMS units. What scale, misalignment and g-sensitivity
-/// add while the vehicle turns is treated as noise in proportion to the rate.
+/// White noise as densities, biases as random walks; what scale, misalignment and g-sensitivity add
+/// while the vehicle turns is noise in proportion to the rate. The defaults are those that EuRoC
+/// states for an ADIS16448, with exact scales.
 struct ImuNoise {
-  double gyro = 1.7e-4;           ///< rad/s/sqrt(Hz)
-  double accel = 2.0e-3;          ///< m/s^2/sqrt(Hz)
-  double gyro_walk = 2.0e-5;      ///< rad/s^2/sqrt(Hz)
-  double accel_walk = 3.0e-3;     ///< m/s^3/sqrt(Hz)
-  double scale = 0.005;           ///< Error of scale and misalignment, of both sensors.
-  double gyro_by_accel = 3.0e-5;  ///< g-sensitivity, rad/s per m/s^2
+  double gyro = 1.7e-4;        ///< rad/s/sqrt(Hz)
+  double accel = 2.0e-3;       ///< m/s^2/sqrt(Hz)
+  double gyro_walk = 2.0e-5;   ///< rad/s^2/sqrt(Hz)
+  double accel_walk = 3.0e-3;  ///< m/s^3/sqrt(Hz)
+  double scale = 0.0;          ///< Error of scale and misalignment, as noise in turns.
+  double gyro_by_accel = 0.0;  ///< g-sensitivity, rad/s per m/s^2, as noise in turns.
 };
 
 struct VisualInertialOptions {

@@ -53,8 +53,8 @@ class Tracker {
  public:
   static constexpr int kMinSide_px = 64;  ///< Minimum width and height of an image.
 
-  /// Demands options and cameras that validate, of at least the minimum size; a right camera of the same size as the left one and
-  /// apart from it. Only their relative pose is used.
+  /// Demands options and cameras that validate, of at least the minimum size; a right camera of the
+  /// same size as the left one and apart from it. Only their relative pose is used.
   Tracker(TrackerOptions options, const CameraModel& left, const std::optional<CameraModel>& right,
           std::uint64_t seed);
   Tracker(Tracker&&) noexcept;

@@ -22,7 +22,10 @@ constexpr Utime kAhead = 100'000;          // us
 constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is re-initialised
 constexpr double kMinSigma = 0.01;         // m
 constexpr double kMinYawSigma = 0.1;       // deg
-constexpr double kSpeedSigma = 0.15;       // m/s, of the published speed: it includes currents
+constexpr double kTiltSigma = 0.5;         // deg
+constexpr double kSpeedSigma = 0.05;       // m/s
+constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a unit that its own filter has corrected
+constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
 constexpr double kBiasPeriod_s = 5.0;      // between two biases that are remembered
@@ -32,16 +35,19 @@ std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
   return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
 }
 
-ImageStart start_from(const StateEstimate& published) {
-  ImageStart start;
-  start.position_W = published.X_WB.p;
+KnownStart start_from(const StateEstimate& published) {
+  KnownStart start;
+  start.utime = published.utime;
+  start.X_WB = published.X_WB;
+  start.v_WB_B = published.v_WB_B;
   start.position_sigma_m = std::max(horizontal_sigma(published), kMinSigma);
-  start.heading = published.X_WB.q;
   const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
   const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
-  start.heading_sigma_deg =
-      std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
-  start.speed = ImageStart::Speed{published.v_WB_B, kSpeedSigma};
+  start.yaw_sigma_deg = std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
+  start.tilt_sigma_deg = kTiltSigma;
+  start.speed_sigma = kSpeedSigma;
+  start.bias.gyro_sigma = kGyroBiasSigma;
+  start.bias.accel_sigma = kAccelBiasSigma;
   return start;
 }
 
@@ -86,7 +92,7 @@ std::string VisionOptions::validate() const {
 
 VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
     : options_((DIVE_DEMAND(options.validate().empty()), options)),
-      filter_(options_.filter, ImageStart{}),
+      filter_(options_.filter, KnownStart{}),
       tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
                seed),
       tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
@@ -108,7 +114,7 @@ void VisionPipeline::remember_bias() {
 }
 
 void VisionPipeline::begin(const StateEstimate& published) {
-  ImageStart start = start_from(published);
+  KnownStart start = start_from(published);
   if (proven_bias_) {
     start.bias = proven_bias_->prior;
     const double seconds = std::max(to_seconds(published.utime - proven_bias_->utime), 0.0);

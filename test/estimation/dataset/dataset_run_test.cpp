@@ -75,6 +75,8 @@ std::string record(const std::array<CameraModel, 2>& cameras) {
                          room.image(cameras[c], pose_at_time(t) * cameras[c].X_BC, 0));
     }
   }
+  const Vector3d gyro_bias(0.02, -0.05, 0.08);  // as MEMS units have
+  const Vector3d accel_bias(0.1, -0.2, 0.15);
   Random random(5);
   for (int k = -2; k <= 200 * kSeconds + 4; ++k) {
     const double t = 0.005 * k;
@@ -84,9 +86,12 @@ std::string record(const std::array<CameraModel, 2>& cameras) {
       return fmt::format(",{},{},{}", v.x() + sigma * random.normal(),
                          v.y() + sigma * random.normal(), v.z() + sigma * random.normal());
     };
-    imu += fmt::format("{}", ns(t)) + noisy(at.gyro, 2e-3) + noisy(at.accel, 2e-2) + "\n";
-    truth += fmt::format("{},{},{},{},{},{},{},{}\n", ns(t), X.p.x(), X.p.y(), X.p.z(), X.q.w(),
-                         X.q.x(), X.q.y(), X.q.z());
+    imu += fmt::format("{}", ns(t)) + noisy(at.gyro + gyro_bias, 2e-3) +
+           noisy(at.accel + accel_bias, 2e-2) + "\n";
+    const Vector3d v = (pose_at_time(t + 1e-4).p - pose_at_time(t - 1e-4).p) / 2e-4;
+    truth += fmt::format("{},{},{},{},{},{},{},{}", ns(t), X.p.x(), X.p.y(), X.p.z(), X.q.w(),
+                         X.q.x(), X.q.y(), X.q.z()) +
+             noisy(v, 0.0) + noisy(gyro_bias, 0.0) + noisy(accel_bias, 0.0) + "\n";
     if (k % 10 == 0) {
       depth += fmt::format("{},{}\n", ns(t), -X.p.z() + 0.01 * random.normal());
     }

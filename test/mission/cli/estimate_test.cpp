@@ -128,7 +128,7 @@ TEST(Estimate, PrintsTheErrorAsText) {
   write_swim();
   const Ran ran = dive("estimate swim --estimator primitive");
   EXPECT_EQ(ran.status, 0) << ran.err;
-  for (const char* words : {"401 pictures in 20.0 s", "ATE", "RPE", "drift", "NEES", "time"}) {
+  for (const char* words : {"401 images in 20.0 s", "ATE", "RPE", "drift", "NEES", "time"}) {
     EXPECT_THAT(ran.out, HasSubstr(words));
   }
 }

@@ -75,6 +75,10 @@ AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
   time_offset_s_ = options_.time_offset_sigma_s * random_.normal();
   gyro_bias_ = normal3(options_.gyro_bias_sigma);
   accel_bias_ = normal3(options_.accel_bias_sigma);
+  Random of_scale(seed, 78);
+  const auto normal33 = [&of_scale](double sigma) {
+    return Eigen::Matrix3d(Eigen::Matrix3d::NullaryExpr([&] { return sigma * of_scale.normal(); }));
+  };
   gyro_scale_ = Eigen::Matrix3d::Identity() + normal33(options_.imu_scale_sigma);
   accel_scale_ = Eigen::Matrix3d::Identity() + normal33(options_.imu_scale_sigma);
   gyro_by_accel_ = normal33(options_.gyro_by_accel_sigma);
@@ -98,12 +102,6 @@ Vector3d AnalyticDive::normal3(double sigma) {
   const double x = random_.normal();
   const double y = random_.normal();
   return sigma * Vector3d(x, y, random_.normal());
-}
-
-Eigen::Matrix3d AnalyticDive::normal33(double sigma) {
-  Eigen::Matrix3d all;
-  for (int i = 0; i < 3; ++i) all.col(i) = normal3(sigma);
-  return all;
 }
 
 DiveTruth AnalyticDive::truth(double t) const {

@@ -74,7 +74,6 @@ class AnalyticDive {
 
  private:
   [[nodiscard]] Eigen::Vector3d normal3(double sigma);
-  [[nodiscard]] Eigen::Matrix3d normal33(double sigma);
 
   AnalyticDiveOptions options_;
   Random random_;
