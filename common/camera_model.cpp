@@ -239,7 +239,7 @@ bool is_on_first_branch(const CameraModel& camera, const Vector2d& n) {
 // n of a pixel: not finite where the lens images nothing, empty where it folds over.
 std::optional<Vector2d> ray_of(const CameraModel& camera, const Vector2d& pixel) {
   const Vector2d d((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
-  const auto m = straightened(camera.radtan, d);
+  auto m = straightened(camera.radtan, d);
   if (!m) return std::nullopt;
   const double rho = m->norm();
   const auto r = lens_inverse(camera, rho);

@@ -74,6 +74,10 @@ tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const st
       {"gyroscope_random_walk", &noise.gyro_walk},
       {"accelerometer_noise_density", &noise.accel},
       {"accelerometer_random_walk", &noise.accel_walk},
+      {"gyroscope_turn_on_bias", &noise.gyro_bias},
+      {"accelerometer_turn_on_bias", &noise.accel_bias},
+      {"scale_error", &noise.scale},
+      {"gyroscope_g_sensitivity", &noise.gyro_by_accel},
       {"rate_hz", &rate}};
   for (const auto& [key, value] : keys) {
     const auto number = file.number(key);

@@ -28,7 +28,7 @@ constexpr double kLongStep = 0.1;          // s between two IMU samples
 constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
 constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
 constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
-constexpr double kMemsScale = 0.005;       // scale and misalignment: no file states them
+constexpr double kMemsScale = 0.005;       // scale and misalignment: unless the file states it
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
 constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 
@@ -314,8 +314,10 @@ VisualInertialOptions filter_options(const Recording& dataset, std::size_t camer
   options.imu.accel = noise.accel.value_or(options.imu.accel);
   options.imu.gyro_walk = noise.gyro_walk.value_or(options.imu.gyro_walk);
   options.imu.accel_walk = noise.accel_walk.value_or(options.imu.accel_walk);
-  options.imu.scale = kMemsScale;
-  options.imu.gyro_by_accel = kMemsGyroByAccel;
+  options.imu.scale = noise.scale.value_or(kMemsScale);
+  options.imu.gyro_by_accel = noise.gyro_by_accel.value_or(kMemsGyroByAccel);
+  options.gyro_bias_sigma = noise.gyro_bias.value_or(options.gyro_bias_sigma);
+  options.accel_bias_sigma = noise.accel_bias.value_or(options.accel_bias_sigma);
   return options;
 }
 

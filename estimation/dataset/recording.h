@@ -50,10 +50,14 @@ struct RecordedCamera {
 
 /// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
 struct RecordedImuNoise {
-  std::optional<double> gyro;        ///< rad/s/sqrt(Hz)
-  std::optional<double> accel;       ///< m/s^2/sqrt(Hz)
-  std::optional<double> gyro_walk;   ///< rad/s^2/sqrt(Hz)
-  std::optional<double> accel_walk;  ///< m/s^3/sqrt(Hz)
+  std::optional<double> gyro;           ///< rad/s/sqrt(Hz)
+  std::optional<double> accel;          ///< m/s^2/sqrt(Hz)
+  std::optional<double> gyro_walk;      ///< rad/s^2/sqrt(Hz)
+  std::optional<double> accel_walk;     ///< m/s^3/sqrt(Hz)
+  std::optional<double> gyro_bias;      ///< Turn-on bias, one sigma, rad/s
+  std::optional<double> accel_bias;     ///< Turn-on bias, one sigma, m/s^2
+  std::optional<double> scale;          ///< Relative error of scale and misalignment
+  std::optional<double> gyro_by_accel;  ///< g-sensitivity, rad/s per m/s^2
 };
 
 struct TruePose {

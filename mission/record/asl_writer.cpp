@@ -70,7 +70,8 @@ std::string imu_yaml(const AslSensors& sensors) {
   return head("imu", sensors.comment, {}) +
          fmt::format(
              "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
-             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n"
+             "scale_error: 0.0\ngyroscope_g_sensitivity: 0.0\n",  // the simulated unit has none
              sensors.imu_rate_hz, sensors.gyro_density, sensors.gyro_walk, sensors.accel_density,
              sensors.accel_walk);
 }

@@ -15,9 +15,9 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr int kMaxIterations = 12;
-constexpr double kConverged = 1e-6;      // rad/s
-constexpr std::size_t kMinPairs = 8;     // of rays, for one translation
+constexpr int kMaxBiasSteps = 12;
+constexpr double kBiasSettled = 1e-6;    // rad/s
+constexpr std::size_t kMinRayPairs = 8;  // of rays, for one translation
 constexpr double kOutlierSigmas = 3.0;   // beyond it the weight falls
 constexpr double kUsualOfMedian = 1.48;  // sigma over median of the absolute values
 
@@ -59,13 +59,13 @@ Turn turn_over(const std::vector<ImuInterval>& imu, const Vector3d& bias) {
   return turn;
 }
 
-struct Normal {
+struct BiasSystem {
   Matrix3d information = Matrix3d::Zero();
   Vector3d gradient = Vector3d::Zero();
 };
 
 void add(const std::vector<RayPair>& pairs, const Turn& turn, const Quaterniond& q_BC, double sigma,
-         Normal& normal) {
+         BiasSystem& normal) {
   const Quaterniond q_C1C0 = (q_BC.conjugate() * turn.q_B0B1.conjugate() * q_BC).normalized();
   const Matrix3d by_bias = q_BC.conjugate() * turn.by_bias;
   Matrix3d M = Matrix3d::Zero();
@@ -105,18 +105,18 @@ Vector3d fit_gyro_bias(const StartWindow& window, const Quaterniond& q_BC, const
   const double sigma = std::sqrt(2.0) * window.sigma;  // two images
   const double prior_weight = 1.0 / (prior_sigma * prior_sigma);
   Vector3d bias = prior;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    Normal normal;
+  for (int i = 0; i < kMaxBiasSteps; ++i) {
+    BiasSystem normal;
     normal.information = prior_weight * Matrix3d::Identity();
     normal.gradient = prior_weight * (prior - bias);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      if (pairs[k].size() < kMinPairs) continue;
+      if (pairs[k].size() < kMinRayPairs) continue;
       add(pairs[k], turn_over(window.imu[k], bias), q_BC, sigma, normal);
     }
     const Vector3d step = normal.information.ldlt().solve(normal.gradient);
     if (!step.allFinite()) return prior;
     bias += step;
-    if (step.norm() < kConverged) break;
+    if (step.norm() < kBiasSettled) break;
   }
   return bias;
 }

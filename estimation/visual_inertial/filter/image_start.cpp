@@ -26,19 +26,19 @@ constexpr double kRetry_s = 0.2;               // between two attempts
 constexpr double kLongGap_s = 0.5;             // between two images, after which it begins again
 constexpr double kDepthApart_s = 0.2;          // of a depth sample from a frame
 constexpr double kSpeeds[] = {0.1, 0.4, 1.5};  // m/s, where the fits of one camera begin
-constexpr double kUsualSpeed = 0.3;            // m/s, where that of two cameras begins
+constexpr double kStereoSpeed = 0.3;           // m/s, where that of two cameras begins
 constexpr double kAsGood = 9.0;                // of the cost: three sigma
 constexpr double kGravityShare = 0.3;          // difference of the mean specific force from gravity
-constexpr std::size_t kMinFeatures = 15;
+constexpr std::size_t kMinStartFeatures = 15;
 constexpr std::size_t kMaxFrames = 10;  // of a window
 constexpr std::size_t kMaxTracks = 60;
 constexpr std::size_t kMinViews = 3;  // frames that see a track
 // What a fit must reach:
-constexpr double kMaxSpeedSigma = 0.04;  // m/s, the largest of an axis
-constexpr double kMaxSpeedShare = 0.05;  // of the speed
-constexpr double kMaxTilt = 0.06;        // rad
-constexpr double kMaxGyroBias = 0.03;    // rad/s
-constexpr double kMaxCost = 2.5;         // per degree of freedom of the images
+constexpr double kMaxSpeedSigma = 0.04;     // m/s, the largest of an axis
+constexpr double kMaxSpeedShare = 0.05;     // of the speed
+constexpr double kMaxTilt = 0.06;           // rad
+constexpr double kMaxGyroBiasSigma = 0.03;  // rad/s
+constexpr double kMaxCost = 2.5;            // per degree of freedom of the images
 constexpr double kMaxOutliers = 0.15;
 constexpr double kMaxBehind = 0.15;
 constexpr double kSafety = 1.2;  // of the sigmas: of a linearised problem
@@ -51,14 +51,14 @@ double largest_sigma(const Matrix15d& P, int at) {
 
 // The attitude with up_B upwards and the heading of `like`.
 Quaterniond upright(const Vector3d& up_B, const Quaterniond& like) {
-  const Quaterniond level = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
+  Quaterniond level = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
   const Quaterniond turn = like * level.conjugate();
   const double norm = std::hypot(turn.w(), turn.z());
   if (!(norm > 1e-6)) return level;  // upside down: any heading is as near
   return (Quaterniond(turn.w() / norm, 0.0, 0.0, turn.z() / norm) * level).normalized();
 }
 
-ImuReading mean_of(const StartWindow& window) {
+ImuReading mean_reading(const StartWindow& window) {
   ImuReading mean;
   double seconds = 0.0;
   for (const auto& imu : window.imu) {
@@ -87,7 +87,7 @@ std::string shortcoming(const WindowFit& fit) {
   }
   const double tilt = largest_sigma(fit.covariance, imu_error::kAttitude);
   const double gyro = largest_sigma(fit.covariance, imu_error::kGyroBias);
-  if (gyro > kMaxGyroBias || tilt > kMaxTilt) {
+  if (gyro > kMaxGyroBiasSigma || tilt > kMaxTilt) {
     return fmt::format("more images: the gyro's bias is known to {:.3f} rad/s, tilt to {:.1f} deg",
                        gyro, rad_to_deg(tilt));
   }
@@ -116,9 +116,9 @@ void ImageInitialiser::add(Utime utime, FeatureFrame frame) {
     if (since <= 0.0) return;
     if (since > kLongGap_s) frames_.clear();
   }
-  if (frame.features.size() < kMinFeatures) {
-    waits_for_ = fmt::format("images with at least {} features: the last one has {}", kMinFeatures,
-                             frame.features.size());
+  if (frame.features.size() < kMinStartFeatures) {
+    waits_for_ = fmt::format("images with at least {} features: the last one has {}",
+                             kMinStartFeatures, frame.features.size());
     return;
   }
   frames_.push_back({utime, std::move(frame)});
@@ -181,6 +181,7 @@ StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const
   }
   const std::size_t count = std::min(usable.size(), kMaxFrames);
   std::vector<const Seen*> chosen;
+  chosen.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     chosen.push_back(usable[count == 1 ? 0 : i * (usable.size() - 1) / (count - 1)]);
   }
@@ -211,7 +212,7 @@ std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start
   if (!motion) return std::nullopt;
   std::vector<double> speeds(std::begin(kSpeeds), std::end(kSpeeds));
   if (start.speed) speeds = {start.speed->v_WB_B.norm()};
-  if (cameras_B.size() > 1) speeds = {kUsualSpeed};
+  if (cameras_B.size() > 1) speeds = {kStereoSpeed};
   std::vector<WindowFit> fits;
   for (const double speed : speeds) {
     first.motion.q_WB = upright(motion->up_B, start.heading);
@@ -234,7 +235,7 @@ std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start
 std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool is_at_rest,
                                                   const StartWindow& window,
                                                   const std::vector<Pose>& cameras_B) {
-  const ImuReading mean = mean_of(window);
+  const ImuReading mean = mean_reading(window);
   if (std::abs(mean.accel_B.norm() - options_.gravity) > kGravityShare * options_.gravity) {
     waits_for_ = fmt::format("an accelerometer that measures gravity: its mean is {:.1f} m/s^2",
                              mean.accel_B.norm());
@@ -289,7 +290,7 @@ std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, con
   tried_ = last;
   const bool is_at_rest = is_still();
   const StartWindow chosen = window(is_at_rest ? kLeast_s + 0.1 : kMost_s, imu);
-  if (chosen.tracks.size() < kMinFeatures) {
+  if (chosen.tracks.size() < kMinStartFeatures) {
     waits_for_ = fmt::format("features that last: {} of {} are seen long enough",
                              chosen.tracks.size(), frames_.back().frame.features.size());
     return std::nullopt;

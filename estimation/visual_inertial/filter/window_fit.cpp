@@ -26,12 +26,13 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 constexpr int kCamera = 6;  // attitude, position
 constexpr int kFrame = 9;   // attitude, position, velocity
 constexpr int kBiases = 6;
-constexpr int kMaxIterations = 25;
-constexpr int kMaxRetries = 6;
-constexpr double kConverged = 0.01;  // change of the cost, which is in sigmas squared
+constexpr Eigen::Index kTwoFrames = 18;
+constexpr int kMaxFitSteps = 25;
+constexpr int kMaxDampings = 6;
+constexpr double kSettled = 0.01;  // change of the cost, which is in sigmas squared
 constexpr double kLeastDamping = 1e-9;
 constexpr double kHuber = 2.0;           // sigmas of one image residual
-constexpr double kOutlier = 3.0;         // sigmas
+constexpr double kOutlierOfFit = 3.0;    // sigmas
 constexpr double kStillSpeed = 0.01;     // m/s
 constexpr double kUsualInverse = 0.3;    // 1/m
 constexpr double kInverseSigma = 10.0;   // 1/m: hardly a prior
@@ -42,7 +43,7 @@ constexpr double kMinDepthShare = 1e-3;  // of the ray's depth coordinate, in fr
 
 double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
 
-struct Point {
+struct FittedPoint {
   std::size_t anchor = 0;  // frame
   Vector2d image = Vector2d::Zero();
   double inverse_depth = kUsualInverse;
@@ -54,7 +55,7 @@ struct Values {
   std::vector<Kinematics> frames;
   Vector3d gyro_bias = Vector3d::Zero();
   Vector3d accel_bias = Vector3d::Zero();
-  std::vector<Point> points;
+  std::vector<FittedPoint> points;
 
   [[nodiscard]] ImuState imu(std::size_t frame) const {
     return {frames[frame], gyro_bias, accel_bias};
@@ -62,7 +63,7 @@ struct Values {
 };
 
 // The image of a point in a frame, and its change with all that it depends on. Attitude first.
-struct Projection {
+struct FittedView {
   Vector2d image;
   Matrix26d by_anchor;
   Matrix26d by_frame;
@@ -73,7 +74,7 @@ struct Projection {
 
 // Scaled by the inverse depth rho: s = R_BA h + rho p_BA in the anchor's body, U = R_j^T (R_a s +
 // rho (p_a - p_j)) in the frame's body, m = R_BC^T (U - rho p_BC) in its camera.
-std::optional<Projection> project(const Point& point, const Kinematics& anchor,
+std::optional<FittedView> view_of(const FittedPoint& point, const Kinematics& anchor,
                                   const Kinematics& frame, const Pose& X_BA, const Pose& X_BC) {
   const double rho = point.inverse_depth;
   const Vector3d h = point.image.homogeneous();
@@ -89,7 +90,7 @@ std::optional<Projection> project(const Point& point, const Kinematics& anchor,
   by_m << 1.0 / m.z(), 0.0, -m.x() / (m.z() * m.z()), 0.0, 1.0 / m.z(), -m.y() / (m.z() * m.z());
   const Matrix23d by_W = by_m * R_CB * R_jT;
   const Matrix23d by_s = by_W * R_a;
-  Projection result;
+  FittedView result;
   result.image = m.head<2>() / m.z();
   result.by_anchor << by_s * -skew(s), rho * by_W;
   result.by_frame << by_m * R_CB * skew(U), -rho * by_W;
@@ -115,7 +116,7 @@ struct Eliminated {
   std::vector<std::size_t> frames;  // that see it; the first is its anchor
 };
 
-struct Normal {
+struct FitSystem {
   MatrixXd H;
   VectorXd g;
   std::vector<Eliminated> points;
@@ -145,17 +146,17 @@ class Problem {
         calibration_(kCamera * static_cast<Eigen::Index>(cameras_B.size()) + 1) {}
 
   [[nodiscard]] Values begin(const ImuState& first) const;
-  [[nodiscard]] Normal linearise(const Values& at, double damping) const;
-  [[nodiscard]] Values moved(const Values& at, const Normal& normal, const VectorXd& step) const;
+  [[nodiscard]] FitSystem linearise(const Values& at, double damping) const;
+  [[nodiscard]] Values moved(const Values& at, const FitSystem& normal, const VectorXd& step) const;
 
  private:
-  void add_calibration(const Values& at, Normal& normal) const;
-  void add_priors(const Values& at, Normal& normal) const;
-  void add_views(const Values& at, std::size_t index, Normal& normal, Scratch& sum) const;
-  void add_imu(const Values& at, std::size_t frame, Normal& normal) const;
-  void add_point(const Values& at, std::size_t index, double damping, Normal& normal) const;
+  void add_calibration(const Values& at, FitSystem& normal) const;
+  void add_priors(const Values& at, FitSystem& normal) const;
+  void add_views(const Values& at, std::size_t index, FitSystem& normal, Scratch& sum) const;
+  void add_imu(const Values& at, std::size_t frame, FitSystem& normal) const;
+  void add_point(const Values& at, std::size_t index, double damping, FitSystem& normal) const;
   [[nodiscard]] double best_inverse_depth(const WindowTrack& track, const Values& at,
-                                          Point point) const;
+                                          FittedPoint point) const;
   [[nodiscard]] Eigen::Index bias_column() const { return column(window_.size()); }
   [[nodiscard]] Eigen::Index column(std::size_t frame) const {
     return calibration_ + kFrame * static_cast<Eigen::Index>(frame);
@@ -180,7 +181,7 @@ Values Problem::begin(const ImuState& first) const {
         propagate_over(values.imu(k), window_.imu[k], options_.imu, options_.gravity).state.motion);
   }
   for (const WindowTrack& track : window_.tracks) {
-    Point point{track.views.front().frame, track.views.front().left, kUsualInverse};
+    FittedPoint point{track.views.front().frame, track.views.front().left, kUsualInverse};
     point.inverse_depth = best_inverse_depth(track, values, point);
     values.points.push_back(point);
   }
@@ -188,7 +189,8 @@ Values Problem::begin(const ImuState& first) const {
 }
 
 // Gauss-Newton over the inverse depth alone, which stays positive.
-double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, Point point) const {
+double Problem::best_inverse_depth(const WindowTrack& track, const Values& at,
+                                   FittedPoint point) const {
   constexpr int kSteps = 8;
   constexpr double kLeast = 0.01;  // 1/m
   constexpr double kMost = 5.0;    // 1/m
@@ -198,7 +200,7 @@ double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, P
     double gradient = prior * (kUsualInverse - point.inverse_depth);
     for (const auto& view : track.views) {
       for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
-        const auto seen = project(point, at.frames[point.anchor], at.frames[view.frame],
+        const auto seen = view_of(point, at.frames[point.anchor], at.frames[view.frame],
                                   at.cameras_B[0], at.cameras_B[camera]);
         if (!seen) continue;
         const Vector2d J = view.whitening[camera] * seen->by_point.col(2);
@@ -214,13 +216,13 @@ double Problem::best_inverse_depth(const WindowTrack& track, const Values& at, P
 
 // A term r = J x of the unknowns of some columns, with a weight.
 template <typename Jacobian, typename Residual>
-void add_term(Eigen::Index at, const Jacobian& J, const Residual& r, double weight, Normal& n) {
+void add_term(Eigen::Index at, const Jacobian& J, const Residual& r, double weight, FitSystem& n) {
   n.H.block(at, at, J.cols(), J.cols()) += weight * J.transpose() * J;
   n.g.segment(at, J.cols()) += weight * J.transpose() * r;
   n.cost += weight * r.squaredNorm();
 }
 
-void Problem::add_calibration(const Values& at, Normal& normal) const {
+void Problem::add_calibration(const Values& at, FitSystem& normal) const {
   const bool is_free = options_.calibrate_extrinsics;
   const double turn = is_free ? deg_to_rad(options_.extrinsic_sigma_deg) : kExact;
   const double shift = is_free ? options_.extrinsic_sigma_m : kExact;
@@ -237,7 +239,7 @@ void Problem::add_calibration(const Values& at, Normal& normal) const {
            Eigen::Matrix<double, 1, 1>(-at.time_offset_s), weight_of(offset), normal);
 }
 
-void Problem::add_priors(const Values& at, Normal& normal) const {
+void Problem::add_priors(const Values& at, FitSystem& normal) const {
   const Kinematics& first = at.frames.front();
   const Matrix3d I = Matrix3d::Identity();
   add_term(column(0) + kPosition, I, Vector3d(first_.p_WB - first.p_WB),
@@ -276,7 +278,7 @@ void Problem::add_priors(const Values& at, Normal& normal) const {
            weight_of(priors_.speed->sigma), normal);
 }
 
-void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const {
+void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) const {
   const ImuStep step =
       propagate_over(at.imu(frame), window_.imu[frame], options_.imu, options_.gravity);
   const Kinematics& predicted = step.state.motion;
@@ -295,7 +297,7 @@ void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const
   const Eigen::Matrix<double, 2 * kFrame + kBiases, 2 * kFrame + kBiases> H = J.transpose() * J;
   const Eigen::Matrix<double, 2 * kFrame + kBiases, 1> g = J.transpose() * r;
   const std::array<std::array<Eigen::Index, 3>, 2> parts{
-      {{0, column(frame), 2 * kFrame}, {2 * kFrame, bias_column(), kBiases}}};
+      {{0, column(frame), kTwoFrames}, {kTwoFrames, bias_column(), kBiases}}};
   for (const auto& [from, to, size] : parts) {
     normal.g.segment(to, size) += g.segment(from, size);
     for (const auto& [from2, to2, size2] : parts) {
@@ -305,9 +307,10 @@ void Problem::add_imu(const Values& at, std::size_t frame, Normal& normal) const
   normal.cost += r.squaredNorm();
 }
 
-void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scratch& sum) const {
+void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
+                        Scratch& sum) const {
   const WindowTrack& track = window_.tracks[index];
-  const Point& point = at.points[index];
+  const FittedPoint& point = at.points[index];
   Eliminated& out = normal.points[index];
   const auto rate = [&](std::size_t frame) {  // change of a pose with the time offset
     Vector6d by_offset;
@@ -327,7 +330,7 @@ void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scr
     const Kinematics frame = at_image(view.frame);
     for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
       ++normal.images;
-      const auto seen = project(point, anchor, frame, at.cameras_B[0], at.cameras_B[camera]);
+      const auto seen = view_of(point, anchor, frame, at.cameras_B[0], at.cameras_B[camera]);
       if (!seen) {
         ++normal.outliers;
         normal.cost += kLost;
@@ -340,7 +343,7 @@ void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scr
       const double cost = huber(sigmas, weight);
       normal.cost += cost;
       normal.image_cost += cost;
-      normal.outliers += sigmas > kOutlier ? 1 : 0;
+      normal.outliers += sigmas > kOutlierOfFit ? 1 : 0;
       Eigen::Matrix<double, 2, Eigen::Dynamic> J =
           Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, sum.g.size());
       J.leftCols<kCamera>() += seen->by_anchor_camera;
@@ -360,7 +363,8 @@ void Problem::add_views(const Values& at, std::size_t index, Normal& normal, Scr
   }
 }
 
-void Problem::add_point(const Values& at, std::size_t index, double damping, Normal& normal) const {
+void Problem::add_point(const Values& at, std::size_t index, double damping,
+                        FitSystem& normal) const {
   Eliminated& out = normal.points[index];
   for (const auto& view : window_.tracks[index].views) out.frames.push_back(view.frame);
   const Eigen::Index columns = calibration_ + 6 * static_cast<Eigen::Index>(out.frames.size());
@@ -389,8 +393,8 @@ void Problem::add_point(const Values& at, std::size_t index, double damping, Nor
   }
 }
 
-Normal Problem::linearise(const Values& at, double damping) const {
-  Normal normal;
+FitSystem Problem::linearise(const Values& at, double damping) const {
+  FitSystem normal;
   const Eigen::Index size = bias_column() + kBiases;
   normal.H = MatrixXd::Zero(size, size);
   normal.g = VectorXd::Zero(size);
@@ -403,7 +407,7 @@ Normal Problem::linearise(const Values& at, double damping) const {
   return normal;
 }
 
-Values Problem::moved(const Values& at, const Normal& normal, const VectorXd& step) const {
+Values Problem::moved(const Values& at, const FitSystem& normal, const VectorXd& step) const {
   Values next = at;
   for (std::size_t i = 0; i < next.cameras_B.size(); ++i) {
     const Vector6d by = step.segment<kCamera>(kCamera * static_cast<Eigen::Index>(i));
@@ -455,20 +459,20 @@ std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInert
   const Problem problem(window, options, cameras_B, priors, first.motion);
   Values at = problem.begin(first);
   double damping = 1e-5;
-  Normal normal = problem.linearise(at, damping);
+  FitSystem normal = problem.linearise(at, damping);
   bool has_converged = false;
-  for (int i = 0; i < kMaxIterations && !has_converged; ++i) {
+  for (int i = 0; i < kMaxFitSteps && !has_converged; ++i) {
     bool is_better = false;
-    for (int retry = 0; retry < kMaxRetries && !is_better; ++retry) {
+    for (int retry = 0; retry < kMaxDampings && !is_better; ++retry) {
       const VectorXd step = normal.H.ldlt().solve(normal.g);
       if (!step.allFinite()) return std::nullopt;
       Values next = problem.moved(at, normal, step);
       const double lighter = std::max(damping / 10.0, kLeastDamping);
-      Normal there = problem.linearise(next, lighter);
+      FitSystem there = problem.linearise(next, lighter);
       is_better = there.cost < normal.cost;
       if (is_better) {
         // A damped step hardly moves along a direction that little determines, such as the scale.
-        has_converged = damping <= 10.0 * kLeastDamping && normal.cost - there.cost < kConverged;
+        has_converged = damping <= 10.0 * kLeastDamping && normal.cost - there.cost < kSettled;
         at = std::move(next);
         normal = std::move(there);
         damping = lighter;
@@ -479,7 +483,7 @@ std::optional<WindowFit> fit_window(const StartWindow& window, const VisualInert
     }
     has_converged = has_converged || !is_better;
   }
-  const Normal end = problem.linearise(at, 0.0);
+  const FitSystem end = problem.linearise(at, 0.0);
   const auto covariance = covariance_of_last(end.H);
   if (!covariance || end.images == 0) return std::nullopt;
   WindowFit fit;
