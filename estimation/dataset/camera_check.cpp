@@ -13,7 +13,6 @@ namespace dive::estimation {
 namespace {
 
 constexpr double kMinBaseline_m = 1e-3;  // of a stereo pair; the tracker demands it
-constexpr Utime kTogether = 1000;        // us, between the images of a pair
 
 Diagnostic calibration_error(const RecordedCamera& camera, std::string message, std::string hint) {
   Diagnostic diagnostic;
@@ -68,12 +67,10 @@ void check_pair(const RecordedCamera& left, const RecordedCamera& right, Diagnos
 
 void check_together(const std::vector<RecordedImage>& left, const RecordedCamera& right,
                     Diagnostics& diagnostics) {
-  std::size_t pairs = 0;
-  auto it = right.images.begin();
-  for (const RecordedImage& image : left) {
-    while (it != right.images.end() && it->utime < image.utime - kTogether) ++it;
-    if (it != right.images.end() && it->utime <= image.utime + kTogether) ++pairs;
-  }
+  const auto pairs =
+      static_cast<std::size_t>(std::count_if(left.begin(), left.end(), [&](const auto& image) {
+        return image_at(right.images, image.utime) != nullptr;
+      }));
   if (pairs == left.size()) return;
   diagnostics.add(right.images_origin.of_all(
       Severity::kWarning, "NO-PAIR",

@@ -222,16 +222,6 @@ class Loops {
   std::optional<LoopCorrection> correction_;
 };
 
-// The right image taken with the left one, if there is one.
-const RecordedImage* beside(const std::vector<RecordedImage>& images, Utime utime) {
-  constexpr Utime kTogether = 1000;  // us
-  const auto it =
-      std::lower_bound(images.begin(), images.end(), utime - kTogether,
-                       [](const RecordedImage& image, Utime t) { return image.utime < t; });
-  if (it == images.end() || it->utime > utime + kTogether) return nullptr;
-  return &*it;
-}
-
 // The images of one exposure, as far as the runner needs them.
 struct Exposure {
   std::optional<ImageFrame> left;
@@ -244,8 +234,9 @@ tl::expected<Exposure, std::string> read_exposure(const Recording& dataset,
   auto left = read_image(image, 0);
   if (!left) return Failure(left.error());
   exposure.left = std::move(*left);
-  const RecordedImage* other =
-      mono || dataset.cameras.size() < 2 ? nullptr : beside(dataset.cameras[1].images, image.utime);
+  const RecordedImage* other = mono || dataset.cameras.size() < 2
+                                   ? nullptr
+                                   : image_at(dataset.cameras[1].images, image.utime);
   if (other == nullptr) return exposure;
   auto right = read_image(*other, 1);
   if (!right) return Failure(right.error());

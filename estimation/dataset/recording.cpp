@@ -1,5 +1,6 @@
 #include "estimation/dataset/recording.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -35,6 +36,15 @@ tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image, int
   frame->utime = image.utime;
   frame->camera = camera;
   return frame;
+}
+
+const RecordedImage* image_at(const std::vector<RecordedImage>& images, Utime utime) {
+  constexpr Utime kTogether = 1000;  // us
+  const auto it =
+      std::lower_bound(images.begin(), images.end(), utime - kTogether,
+                       [](const RecordedImage& image, Utime t) { return image.utime < t; });
+  if (it == images.end() || it->utime > utime + kTogether) return nullptr;
+  return &*it;
 }
 
 }  // namespace dive::estimation

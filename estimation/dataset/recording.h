@@ -89,6 +89,9 @@ struct Recording {
   Diagnostics diagnostics;  ///< What is wrong with the recording, as far as it was noticed.
 };
 
+/// The image taken within a millisecond of `utime`, if there is one: the other of a stereo pair.
+[[nodiscard]] const RecordedImage* image_at(const std::vector<RecordedImage>& images, Utime utime);
+
 /// Decodes an image to grey. An error begins with its path. `camera`: its index, for
 /// ImageFrame::camera.
 [[nodiscard]] tl::expected<ImageFrame, std::string> read_image(const RecordedImage& image,

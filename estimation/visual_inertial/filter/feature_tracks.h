@@ -6,9 +6,13 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "common/camera_model.h"
+#include "estimation/visual_inertial/front_end/feature_frame.h"
 
 namespace dive::estimation {
 
@@ -23,7 +27,13 @@ struct TrackObservation {
                                            Eigen::Matrix2d::Identity()};
 };
 
-struct Track {
+/// The observation of a feature in a frame by these cameras, left first. Empty if it is not finite
+/// or no camera has an image there.
+[[nodiscard]] std::optional<TrackObservation> observation_of(const FeatureObservation& feature,
+                                                             std::int64_t frame,
+                                                             std::span<const CameraModel> cameras);
+
+struct FeatureTrack {
   std::int64_t id = 0;
   std::int64_t last_frame = 0;                 ///< Last frame with an observation.
   std::vector<TrackObservation> observations;  ///< Observations in the order of frames.
@@ -41,10 +51,10 @@ class FeatureTracks {
   void forget_lost(std::int64_t frame);
   void clear() { tracks_.clear(); }
   /// Tracks in the order of their ids.
-  [[nodiscard]] const std::map<std::int64_t, Track>& all() const { return tracks_; }
+  [[nodiscard]] const std::map<std::int64_t, FeatureTrack>& all() const { return tracks_; }
 
  private:
-  std::map<std::int64_t, Track> tracks_;
+  std::map<std::int64_t, FeatureTrack> tracks_;
 };
 
 }  // namespace dive::estimation

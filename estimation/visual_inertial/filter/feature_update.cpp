@@ -28,7 +28,7 @@ const Clone* clone_of(const FilterState& state, std::int64_t frame, std::size_t&
   return nullptr;
 }
 
-Eigen::Index view_count(const Track& track) {
+Eigen::Index view_count(const FeatureTrack& track) {
   Eigen::Index count = 0;
   for (const TrackObservation& observation : track.observations) count += observation.right ? 2 : 1;
   return count;
@@ -59,7 +59,7 @@ std::optional<ViewJacobians> view_jacobians(const Pose& X_WB, const Pose& X_BC,
   return jacobians;
 }
 
-std::vector<View> views_of(const FilterState& state, const Track& track) {
+std::vector<View> views_of(const FilterState& state, const FeatureTrack& track) {
   std::vector<View> views;
   views.reserve(2 * track.observations.size());
   for (const TrackObservation& observation : track.observations) {
@@ -76,7 +76,7 @@ std::vector<View> views_of(const FilterState& state, const Track& track) {
   return views;
 }
 
-std::optional<LinearSystem> track_system(const FilterState& state, const Track& track,
+std::optional<LinearSystem> track_system(const FilterState& state, const FeatureTrack& track,
                                          const Vector3d& p_W) {
   const auto columns = state.view_columns();
   const Eigen::Index rows = 2 * view_count(track);

@@ -42,14 +42,15 @@ struct LinearSystem {
 
 /// All observations of a track, H over state.view_columns(); empty if one of them cannot be
 /// projected.
-[[nodiscard]] std::optional<LinearSystem> track_system(const FilterState& state, const Track& track,
+[[nodiscard]] std::optional<LinearSystem> track_system(const FilterState& state,
+                                                       const FeatureTrack& track,
                                                        const Eigen::Vector3d& p_W);
 /// A landmark of the state in the newest clone, H over [calibration, landmark, that clone], H_f
 /// empty.
 [[nodiscard]] std::optional<LinearSystem> landmark_system(const FilterState& state,
                                                           std::size_t landmark,
                                                           const TrackObservation& observation);
-[[nodiscard]] std::vector<View> views_of(const FilterState& state, const Track& track);
+[[nodiscard]] std::vector<View> views_of(const FilterState& state, const FeatureTrack& track);
 
 /// Transforms the rows by the Householder reflections that make H_f upper triangular: the first
 /// three rows then determine the landmark, the others do not depend on it (the rows of a nullspace

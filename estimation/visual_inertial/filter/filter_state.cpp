@@ -1,8 +1,10 @@
 #include "estimation/visual_inertial/filter/filter_state.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "common/assert.h"
@@ -34,6 +36,11 @@ int largest_size(const VisualInertialOptions& options) {
 }
 
 }  // namespace
+
+double largest_sigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
+}
 
 FilterState::FilterState(const VisualInertialOptions& options)
     : time_offset_s(options.time_offset_s),

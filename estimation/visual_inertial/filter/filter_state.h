@@ -105,4 +105,7 @@ class FilterState {
   std::vector<MapLandmark> landmarks_;
 };
 
+/// One sigma along the axis where it is largest.
+[[nodiscard]] double largest_sigma(const Eigen::Matrix3d& covariance);
+
 }  // namespace dive::estimation

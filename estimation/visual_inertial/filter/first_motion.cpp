@@ -22,11 +22,11 @@ struct Rays {
 std::vector<Rays> rays_to(const StartWindow& window, std::size_t frame,
                           const Eigen::Quaterniond& q_C1C0) {
   std::vector<Rays> rays;
-  for (const WindowTrack& track : window.tracks) {
-    if (track.views.front().frame != 0) continue;
-    for (const auto& view : track.views) {
-      if (view.frame != frame) continue;
-      rays.push_back({q_C1C0 * track.views.front().left.homogeneous().normalized(),
+  for (const FeatureTrack& track : window.tracks) {
+    if (track.observations.front().frame != 0) continue;
+    for (const auto& view : track.observations) {
+      if (view.frame != static_cast<std::int64_t>(frame)) continue;
+      rays.push_back({q_C1C0 * track.observations.front().left.homogeneous().normalized(),
                       view.left.homogeneous().normalized()});
     }
   }
@@ -63,7 +63,7 @@ std::optional<FirstMotion> find_first_motion(const StartWindow& window, const Po
   FirstMotion motion;
   std::optional<FirstMotion> found;
   for (std::size_t k = 1; k < window.size(); ++k) {
-    state = propagate_over(state, window.imu[k - 1], ImuNoise{}, 0.0).state;
+    state = propagate_over(state, state.motion, window.imu[k - 1], ImuNoise{}, 0.0).state;
     for (const ImuInterval& interval : window.imu[k - 1]) motion.seconds += interval.dt;
     const double T = motion.seconds;
     motion.up_B = state.motion.v_WB / T;

@@ -28,12 +28,13 @@ struct RayPair {
 
 // The rays of the left camera in frames k and k + 1.
 std::vector<RayPair> pairs_of(const StartWindow& window, std::size_t k) {
+  const auto frame = static_cast<std::int64_t>(k);
   std::vector<RayPair> pairs;
-  for (const WindowTrack& track : window.tracks) {
-    for (std::size_t i = 1; i < track.views.size(); ++i) {
-      const auto& before = track.views[i - 1];
-      const auto& now = track.views[i];
-      if (before.frame != k || now.frame != k + 1) continue;
+  for (const FeatureTrack& track : window.tracks) {
+    for (std::size_t i = 1; i < track.observations.size(); ++i) {
+      const auto& before = track.observations[i - 1];
+      const auto& now = track.observations[i];
+      if (before.frame != frame || now.frame != frame + 1) continue;
       pairs.push_back(
           {before.left.homogeneous().normalized(), now.left.homogeneous().normalized()});
     }

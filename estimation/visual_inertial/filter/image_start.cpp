@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "estimation/visual_inertial/filter/first_motion.h"
@@ -43,12 +42,6 @@ constexpr double kMaxOutliers = 0.15;
 constexpr double kMaxBehind = 0.15;
 constexpr double kSafety = 1.2;  // of the sigmas: of a linearised problem
 
-double largest_sigma(const Matrix15d& P, int at) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(P.block<3, 3>(at, at),
-                                                             Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
-}
-
 // The attitude with up_B upwards and the heading of `like`.
 Quaterniond upright(const Vector3d& up_B, const Quaterniond& like) {
   Quaterniond level = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
@@ -80,13 +73,16 @@ std::string shortcoming(const WindowFit& fit) {
         "features that agree with one motion ({:.0f} % do not, error {:.1f} times the noise)",
         100.0 * std::max(fit.outliers, fit.behind), std::sqrt(fit.cost));
   }
-  const double speed = largest_sigma(fit.covariance, imu_error::kVelocity);
+  const double speed =
+      largest_sigma(fit.covariance.block<3, 3>(imu_error::kVelocity, imu_error::kVelocity));
   if (speed > std::max(kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm())) {
     return fmt::format("a change of speed, or a known speed: it is known to {:.2f} m/s only",
                        speed);
   }
-  const double tilt = largest_sigma(fit.covariance, imu_error::kAttitude);
-  const double gyro = largest_sigma(fit.covariance, imu_error::kGyroBias);
+  const double tilt =
+      largest_sigma(fit.covariance.block<3, 3>(imu_error::kAttitude, imu_error::kAttitude));
+  const double gyro =
+      largest_sigma(fit.covariance.block<3, 3>(imu_error::kGyroBias, imu_error::kGyroBias));
   if (gyro > kMaxGyroBiasSigma || tilt > kMaxTilt) {
     return fmt::format("more images: the gyro's bias is known to {:.3f} rad/s, tilt to {:.1f} deg",
                        gyro, rad_to_deg(tilt));
@@ -148,28 +144,26 @@ std::optional<double> ImageInitialiser::depth_at(Utime utime) const {
 }
 
 void ImageInitialiser::follow(const std::vector<const Seen*>& chosen, StartWindow& window) const {
-  std::map<std::int64_t, WindowTrack> tracks;
+  std::map<std::int64_t, FeatureTrack> tracks;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     for (const FeatureObservation& feature : chosen[k]->frame.features) {
-      if (!feature.left.allFinite()) continue;
-      WindowTrack& track = tracks[feature.id];
+      const auto frame = static_cast<std::int64_t>(k);
+      const auto observation = observation_of(feature, frame, options_.cameras);
+      if (!observation) continue;
+      FeatureTrack& track = tracks[feature.id];
+      if (!track.observations.empty() && track.last_frame == frame) continue;
       track.id = feature.id;
-      if (!track.views.empty() && track.views.back().frame == k) continue;
-      auto right = options_.cameras.size() > 1 ? feature.right : std::nullopt;
-      if (right && !right->allFinite()) right.reset();
-      const auto whitening = [this](std::size_t camera, const Eigen::Vector2d& image) {
-        return Eigen::Matrix2d(options_.cameras[camera].jacobian(image) / options_.pixel_sigma);
-      };
-      track.views.push_back({k, feature.left, right, {whitening(0, feature.left)}});
-      if (right) track.views.back().whitening[1] = whitening(1, *right);
+      track.last_frame = frame;
+      track.observations.push_back(*observation);
     }
   }
   for (auto& [id, track] : tracks) {
-    if (track.views.size() >= kMinViews) window.tracks.push_back(std::move(track));
+    if (track.observations.size() >= kMinViews) window.tracks.push_back(std::move(track));
   }
-  std::stable_sort(
-      window.tracks.begin(), window.tracks.end(),
-      [](const WindowTrack& a, const WindowTrack& b) { return a.views.size() > b.views.size(); });
+  std::stable_sort(window.tracks.begin(), window.tracks.end(),
+                   [](const FeatureTrack& a, const FeatureTrack& b) {
+                     return a.observations.size() > b.observations.size();
+                   });
   if (window.tracks.size() > kMaxTracks) window.tracks.resize(kMaxTracks);
 }
 
@@ -186,8 +180,7 @@ StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const
     chosen.push_back(usable[count == 1 ? 0 : i * (usable.size() - 1) / (count - 1)]);
   }
   StartWindow window;
-  const CameraModel& left = options_.cameras.front();
-  window.sigma = options_.pixel_sigma / std::sqrt(left.fx * left.fy);
+  window.sigma = options_.pixel_sigma / options_.cameras.front().focal();
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     window.utimes.push_back(chosen[k]->utime);
     window.depth_m.push_back(depth_at(chosen[k]->utime));

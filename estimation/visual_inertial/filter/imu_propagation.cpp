@@ -84,4 +84,19 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
   return step;
 }
 
+ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
+                       const std::vector<ImuInterval>& intervals, const ImuNoise& noise,
+                       double gravity) {
+  ImuStep sum{begin, Matrix15d::Identity(), Matrix15d::Zero()};
+  Kinematics from = first;
+  for (const ImuInterval& interval : intervals) {
+    const ImuStep step = propagate(sum.state, from, interval, noise, gravity);
+    sum.transition = step.transition * sum.transition;
+    sum.noise = step.transition * sum.noise * step.transition.transpose() + step.noise;
+    sum.state = step.state;
+    from = step.state.motion;
+  }
+  return sum;
+}
+
 }  // namespace dive::estimation

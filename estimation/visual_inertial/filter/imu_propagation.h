@@ -11,6 +11,8 @@
 // odometry", IJRR 32(6), eq. 24), taken at their first estimates, so that a rotation about the
 // vertical and a translation stay unobservable. doc/visual-inertial/propagation.md derives it.
 
+#include <vector>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -65,6 +67,11 @@ struct ImuStep {
 /// `first`: first estimates of attitude, position and velocity at the start of the interval.
 [[nodiscard]] ImuStep propagate(const ImuState& state, const Kinematics& first,
                                 const ImuInterval& interval, const ImuNoise& noise, double gravity);
+
+/// The same over successive intervals; each but the first begins at what was propagated.
+[[nodiscard]] ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
+                                     const std::vector<ImuInterval>& intervals,
+                                     const ImuNoise& noise, double gravity);
 
 /// Right Jacobian of SO(3): Exp(a + b) = Exp(a) Exp(J b) to first order (Sola et al., eq. 143).
 [[nodiscard]] Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& a);

@@ -5,7 +5,6 @@
 #include <iterator>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "common/assert.h"
@@ -20,11 +19,6 @@ Eigen::Matrix3d own_covariance(const StateEstimate& estimate, const Landmark& la
   Eigen::Matrix<double, 3, 6> by_pose;
   by_pose << Eigen::Matrix3d::Identity(), -skew(landmark.p_W - estimate.X_WB.p) * R_WB;
   return landmark.covariance - by_pose * estimate.covariance * by_pose.transpose();
-}
-
-double largest_sigma(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
 }
 
 }  // namespace

@@ -210,19 +210,10 @@ void VisualInertialFilter::apply(const FeatureFrame& frame) {
 
 void VisualInertialFilter::propagate_to(Utime utime) {
   if (utime <= utime_) return;
-  ImuState next = state_.imu;
-  Kinematics first = state_.first;
-  Matrix15d transition = Matrix15d::Identity();
-  Matrix15d noise = Matrix15d::Zero();
   imu_.intervals(utime_, utime, intervals_);
-  for (const ImuInterval& interval : intervals_) {
-    const ImuStep step = propagate(next, first, interval, options_.imu, options_.gravity);
-    transition = step.transition * transition;
-    noise = step.transition * noise * step.transition.transpose() + step.noise;
-    next = step.state;
-    first = next.motion;
-  }
-  state_.propagate(next, transition, noise);
+  const ImuStep step =
+      propagate_over(state_.imu, state_.first, intervals_, options_.imu, options_.gravity);
+  state_.propagate(step.state, step.transition, step.noise);
   utime_ = utime;
   ahead_.reset();
 }

@@ -24,16 +24,10 @@ constexpr int kMaxPromotions = 3;            // new landmarks in one frame
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 
-std::size_t count_observations(const Track& track) {
+std::size_t count_observations(const FeatureTrack& track) {
   std::size_t count = 0;
   for (const TrackObservation& observation : track.observations) count += observation.right ? 2 : 1;
   return count;
-}
-
-// d pixel / d n; empty if the camera has no image of n.
-std::optional<Eigen::Matrix2d> to_pixels(const CameraModel& camera, const Eigen::Vector2d& n) {
-  if (!n.allFinite() || !camera.project(n.homogeneous())) return std::nullopt;
-  return camera.jacobian(n);
 }
 
 // Covariance of p_W = p + R l, with l as triangulated: the triangulation's own, and the vehicle's.
@@ -77,27 +71,12 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   return report;
 }
 
-std::optional<TrackObservation> VisualUpdate::observed(const FeatureObservation& feature,
-                                                       std::int64_t number, bool is_stereo) const {
-  const auto left = to_pixels(options_.cameras[0], feature.left);
-  if (!left || (feature.right && !feature.right->allFinite())) return std::nullopt;
-  TrackObservation observation{number, feature.left, std::nullopt};
-  observation.to_pixels[0] = *left;
-  if (!is_stereo || !feature.right) return observation;
-  const auto right = to_pixels(options_.cameras[1], *feature.right);
-  if (!right) return std::nullopt;
-  observation.right = feature.right;
-  observation.to_pixels[1] = *right;
-  return observation;
-}
-
 void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
                           VisualReport& report) {
   landmark_observations_.clear();
   std::set<std::int64_t> seen_ids;
-  const bool is_stereo = state.cameras_B.size() > 1;
   for (const FeatureObservation& feature : frame.features) {
-    const auto observation = observed(feature, number, is_stereo);
+    const auto observation = observation_of(feature, number, options_.cameras);
     if (!observation || report.followed >= options_.max_features ||
         !seen_ids.insert(feature.id).second) {
       ++report.ignored;
@@ -209,7 +188,8 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
   return found;
 }
 
-std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state, const Track& track,
+std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
+                                                       const FeatureTrack& track,
                                                        VisualReport& report) const {
   const auto place = triangulate(views_of(state, track), sigma_);
   std::optional<LinearSystem> system;
@@ -243,7 +223,7 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
     free_places = std::min(kMaxPromotions,
                            options_.max_landmarks - static_cast<int>(state.landmarks().size()));
   }
-  std::vector<const Track*> staying;
+  std::vector<const FeatureTrack*> staying;
   std::vector<Gated> passed;
   Eigen::Index rows = 0;
   for (const Candidate& candidate : found) {
@@ -275,10 +255,10 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
     for (const Gated& one : passed) report.landmarks.push_back(one.landmark);
   }
   const std::int64_t number = state.clones().back().frame;
-  for (const Track* track : staying) promote(state, *track, number, report);
+  for (const FeatureTrack* track : staying) promote(state, *track, number, report);
 }
 
-void VisualUpdate::promote(FilterState& state, const Track& track, std::int64_t number,
+void VisualUpdate::promote(FilterState& state, const FeatureTrack& track, std::int64_t number,
                            VisualReport& report) {
   auto one = gated(state, track, report);
   if (!one) return;

@@ -45,14 +45,12 @@ class VisualUpdate {
 
  private:
   struct Candidate {
-    const Track* track;
+    const FeatureTrack* track;
     bool may_stay;  ///< Still observed: may become a landmark of the state.
   };
   struct Gated;
 
   /// The observation with the cameras' Jacobians; empty if it is no image point of the cameras.
-  [[nodiscard]] std::optional<TrackObservation> observed(const FeatureObservation& feature,
-                                                         std::int64_t number, bool is_stereo) const;
   void follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
               VisualReport& report);
   void correct_landmarks(FilterState& state, std::int64_t number, VisualReport& report);
@@ -61,9 +59,10 @@ class VisualUpdate {
                                                   std::optional<std::size_t> leaving) const;
   void correct_tracks(FilterState& state, const std::vector<Candidate>& found,
                       VisualReport& report);
-  [[nodiscard]] std::optional<Gated> gated(const FilterState& state, const Track& track,
+  [[nodiscard]] std::optional<Gated> gated(const FilterState& state, const FeatureTrack& track,
                                            VisualReport& report) const;
-  void promote(FilterState& state, const Track& track, std::int64_t number, VisualReport& report);
+  void promote(FilterState& state, const FeatureTrack& track, std::int64_t number,
+               VisualReport& report);
   void clean(FilterState& state, std::int64_t number, std::optional<std::size_t> leaving);
   [[nodiscard]] bool is_out(const Eigen::MatrixXd& S, const Eigen::VectorXd& r,
                             double& distance) const;

@@ -41,6 +41,9 @@ constexpr double kClearlyBehind = 3.0;   // sigmas of the inverse depth
 constexpr double kLost = 100.0;          // cost of a point that is not before a camera
 constexpr double kMinDepthShare = 1e-3;  // of the ray's depth coordinate, in front of a camera
 
+// Of the frame in the window.
+std::size_t index_of(const TrackObservation& view) { return static_cast<std::size_t>(view.frame); }
+
 double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
 
 struct FittedPoint {
@@ -155,8 +158,13 @@ class Problem {
   void add_views(const Values& at, std::size_t index, FitSystem& normal, Scratch& sum) const;
   void add_imu(const Values& at, std::size_t frame, FitSystem& normal) const;
   void add_point(const Values& at, std::size_t index, double damping, FitSystem& normal) const;
-  [[nodiscard]] double best_inverse_depth(const WindowTrack& track, const Values& at,
+  [[nodiscard]] double best_inverse_depth(const FeatureTrack& track, const Values& at,
                                           FittedPoint point) const;
+  // From a difference of image coordinates to sigmas of a pixel.
+  [[nodiscard]] Eigen::Matrix2d whitening_of(const TrackObservation& view,
+                                             std::size_t camera) const {
+    return view.to_pixels[camera] / options_.pixel_sigma;
+  }
   [[nodiscard]] Eigen::Index bias_column() const { return column(window_.size()); }
   [[nodiscard]] Eigen::Index column(std::size_t frame) const {
     return calibration_ + kFrame * static_cast<Eigen::Index>(frame);
@@ -177,11 +185,13 @@ Values Problem::begin(const ImuState& first) const {
   values.accel_bias = first.accel_bias;
   values.frames.push_back(first.motion);
   for (std::size_t k = 0; k + 1 < window_.size(); ++k) {
-    values.frames.push_back(
-        propagate_over(values.imu(k), window_.imu[k], options_.imu, options_.gravity).state.motion);
+    values.frames.push_back(propagate_over(values.imu(k), values.frames[k], window_.imu[k],
+                                           options_.imu, options_.gravity)
+                                .state.motion);
   }
-  for (const WindowTrack& track : window_.tracks) {
-    FittedPoint point{track.views.front().frame, track.views.front().left, kUsualInverse};
+  for (const FeatureTrack& track : window_.tracks) {
+    FittedPoint point{index_of(track.observations.front()), track.observations.front().left,
+                      kUsualInverse};
     point.inverse_depth = best_inverse_depth(track, values, point);
     values.points.push_back(point);
   }
@@ -189,7 +199,7 @@ Values Problem::begin(const ImuState& first) const {
 }
 
 // Gauss-Newton over the inverse depth alone, which stays positive.
-double Problem::best_inverse_depth(const WindowTrack& track, const Values& at,
+double Problem::best_inverse_depth(const FeatureTrack& track, const Values& at,
                                    FittedPoint point) const {
   constexpr int kSteps = 8;
   constexpr double kLeast = 0.01;  // 1/m
@@ -198,15 +208,15 @@ double Problem::best_inverse_depth(const WindowTrack& track, const Values& at,
   for (int i = 0; i < kSteps; ++i) {
     double information = prior;
     double gradient = prior * (kUsualInverse - point.inverse_depth);
-    for (const auto& view : track.views) {
+    for (const auto& view : track.observations) {
       for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
-        const auto seen = view_of(point, at.frames[point.anchor], at.frames[view.frame],
+        const auto seen = view_of(point, at.frames[point.anchor], at.frames[index_of(view)],
                                   at.cameras_B[0], at.cameras_B[camera]);
         if (!seen) continue;
-        const Vector2d J = view.whitening[camera] * seen->by_point.col(2);
+        const Vector2d J = whitening_of(view, camera) * seen->by_point.col(2);
         information += J.squaredNorm();
-        gradient +=
-            J.dot(view.whitening[camera] * ((camera == 0 ? view.left : *view.right) - seen->image));
+        gradient += J.dot(whitening_of(view, camera) *
+                          ((camera == 0 ? view.left : *view.right) - seen->image));
       }
     }
     point.inverse_depth = std::clamp(point.inverse_depth + gradient / information, kLeast, kMost);
@@ -279,8 +289,8 @@ void Problem::add_priors(const Values& at, FitSystem& normal) const {
 }
 
 void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) const {
-  const ImuStep step =
-      propagate_over(at.imu(frame), window_.imu[frame], options_.imu, options_.gravity);
+  const ImuStep step = propagate_over(at.imu(frame), at.frames[frame], window_.imu[frame],
+                                      options_.imu, options_.gravity);
   const Kinematics& predicted = step.state.motion;
   const Kinematics& next = at.frames[frame + 1];
   Vector9d r;  // of the prediction: the error that would make it the next frame
@@ -309,7 +319,7 @@ void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) co
 
 void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
                         Scratch& sum) const {
-  const WindowTrack& track = window_.tracks[index];
+  const FeatureTrack& track = window_.tracks[index];
   const FittedPoint& point = at.points[index];
   Eliminated& out = normal.points[index];
   const auto rate = [&](std::size_t frame) {  // change of a pose with the time offset
@@ -325,9 +335,9 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
     return pose;
   };
   const Kinematics anchor = at_image(point.anchor);
-  for (std::size_t i = 0; i < track.views.size(); ++i) {
-    const auto& view = track.views[i];
-    const Kinematics frame = at_image(view.frame);
+  for (std::size_t i = 0; i < track.observations.size(); ++i) {
+    const auto& view = track.observations[i];
+    const Kinematics frame = at_image(index_of(view));
     for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
       ++normal.images;
       const auto seen = view_of(point, anchor, frame, at.cameras_B[0], at.cameras_B[camera]);
@@ -336,7 +346,7 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
         normal.cost += kLost;
         continue;
       }
-      const Eigen::Matrix2d& whitening = view.whitening[camera];
+      const Eigen::Matrix2d whitening = whitening_of(view, camera);
       const Vector2d r = whitening * ((camera == 0 ? view.left : *view.right) - seen->image);
       const double sigmas = r.norm();
       double weight = 1.0;
@@ -349,7 +359,7 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
       J.leftCols<kCamera>() += seen->by_anchor_camera;
       J.middleCols<kCamera>(kCamera * static_cast<Eigen::Index>(camera)) += seen->by_camera;
       J.col(calibration_ - 1) =
-          seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(view.frame);
+          seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(index_of(view));
       J.middleCols<6>(calibration_) += seen->by_anchor;
       J.middleCols<6>(calibration_ + 6 * static_cast<Eigen::Index>(i)) += seen->by_frame;
       J = (whitening * J).eval();
@@ -366,7 +376,7 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
 void Problem::add_point(const Values& at, std::size_t index, double damping,
                         FitSystem& normal) const {
   Eliminated& out = normal.points[index];
-  for (const auto& view : window_.tracks[index].views) out.frames.push_back(view.frame);
+  for (const auto& view : window_.tracks[index].observations) out.frames.push_back(index_of(view));
   const Eigen::Index columns = calibration_ + 6 * static_cast<Eigen::Index>(out.frames.size());
   Scratch sum{MatrixXd::Zero(columns, columns), VectorXd::Zero(columns)};
   out.cross = MatrixXd::Zero(3, columns);

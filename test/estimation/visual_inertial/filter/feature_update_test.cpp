@@ -66,7 +66,7 @@ TEST(Feature, IsNotSeenFromBehind) {
 struct Window {
   testing::AnalyticDive dive{testing::AnalyticDiveOptions{}, 8};
   FilterState state{testing::filter_options(dive, {})};
-  Track track;
+  FeatureTrack track;
   Vector3d p_W;
 
   Window() {
@@ -97,7 +97,7 @@ struct Window {
 
 // The unobservable directions: a rotation of everything about the vertical, a translation of
 // everything; in the columns of calibration and clones, and in the landmark's.
-TEST(Track, DoesNotObserveATurnAboutTheVerticalOrAShift) {
+TEST(FeatureTrack, DoesNotObserveATurnAboutTheVerticalOrAShift) {
   const Window window;
   const auto system = track_system(window.state, window.track, window.p_W);
   ASSERT_TRUE(system);
@@ -118,7 +118,7 @@ TEST(Track, DoesNotObserveATurnAboutTheVerticalOrAShift) {
   EXPECT_GT(at_current, 1e-4) << "the window has moved, or this shows nothing";
 }
 
-TEST(Track, KeepsAllThatIsFreeOfTheLandmark) {
+TEST(FeatureTrack, KeepsAllThatIsFreeOfTheLandmark) {
   const Window window;
   const auto before = track_system(window.state, window.track, window.p_W);
   auto after = before;
