@@ -74,8 +74,8 @@ void step(benchmark::State& state, bool stereo) {
     left.utime = right.utime = n * kPeriod;
     state.ResumeTiming();
     const std::clock_t begin = std::clock();
-    const TrackedImage tracked =
-        tracker.step(left, stereo ? &right : nullptr, recorded.turn(last, k));
+    const TrackedImage tracked = tracker.step(left, stereo ? &right : nullptr,
+                                              estimation::CameraTurn{recorded.turn(last, k)});
     times.push_back(static_cast<double>(std::clock() - begin));
     features += static_cast<double>(tracked.frame.features.size());
     matched += tracked.quality.stereo;

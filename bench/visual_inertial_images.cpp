@@ -98,7 +98,9 @@ estimation::VisualInertialOptions filter_options(const Study& study,
     model.X_BC.q = model.X_BC.q * so3_exp(normal3(deg_to_rad(options.extrinsic_sigma_deg), random));
     options.cameras.push_back(model);
   }
-  options.imu = {unit.gyro_density, unit.accel_density, unit.gyro_walk, unit.accel_walk};
+  options.imu = {unit.gyro_density, unit.accel_density, unit.gyro_walk, unit.accel_walk,
+                 unit.g_sensitivity_sigma};
+  options.imu_scale_sigma = unit.scale_sigma;
   options.gyro_bias_sigma = unit.gyro_bias_sigma;
   options.accel_bias_sigma = unit.accel_bias_sigma;
   options.depth_sigma_m = vehicle::Conditions{}.depth_noise_m;
@@ -146,13 +148,12 @@ class VisionRun {
  private:
   void track() {
     const bench::Images images = *std::exchange(waiting_, std::nullopt);
-    std::optional<Eigen::Quaterniond> q_C1C0;
+    std::optional<estimation::CameraTurn> turn;
     if (const auto last = tracker_.utime()) {
-      q_C1C0 = estimation::turn_by_gyro(imu_, *last, images[0].utime, filter.state().imu.gyro_bias,
-                                        q_BC_);
+      turn = estimation::turn_by_gyro(imu_, *last, images[0].utime, filter.gyro_bias(), q_BC_);
     }
     std::erase_if(imu_, [&](const ImuSample& s) { return s.utime < images[0].utime - 100'000; });
-    auto tracked = tracker_.step(images[0], study_.is_mono ? nullptr : &images[1], q_C1C0);
+    auto tracked = tracker_.step(images[0], study_.is_mono ? nullptr : &images[1], turn);
     if (tracked.frame.features.empty()) return;
     features.push_back(static_cast<double>(tracked.frame.features.size()));
     if (study_.with_tracks || study_.white_px > 0.0) truth_.add(tracked.frame, waiting_X_WB_);

@@ -28,7 +28,6 @@ constexpr double kLongStep = 0.1;          // s between two IMU samples
 constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
 constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
 constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
-constexpr double kMemsScale = 0.005;       // scale and misalignment: unless the file states it
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
 constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 
@@ -150,12 +149,12 @@ class Runner {
 
   // Adds an image; the primitive estimator uses only its time.
   [[nodiscard]] ImageQuality add(const ImageFrame& left, const ImageFrame* right) {
-    std::optional<Quaterniond> q_C1C0;
+    std::optional<CameraTurn> turn;
     if (const auto last = tracker_->utime(); last && *last < left.utime) {
-      q_C1C0 = turn_by_gyro(dataset_.imu, *last, left.utime, filter_->state().imu.gyro_bias,
-                            dataset_.cameras[0].model.X_BC.q);
+      turn = turn_by_gyro(dataset_.imu, *last, left.utime, filter_->gyro_bias(),
+                          dataset_.cameras[0].model.X_BC.q);
     }
-    TrackedImage tracked = tracker_->step(left, right, q_C1C0);
+    TrackedImage tracked = tracker_->step(left, right, turn);
     if (!tracked.frame.features.empty()) filter_->add(std::move(tracked.frame));
     return std::move(tracked.quality);
   }
@@ -305,7 +304,7 @@ VisualInertialOptions filter_options(const Recording& dataset, std::size_t camer
   options.imu.accel = noise.accel.value_or(options.imu.accel);
   options.imu.gyro_walk = noise.gyro_walk.value_or(options.imu.gyro_walk);
   options.imu.accel_walk = noise.accel_walk.value_or(options.imu.accel_walk);
-  options.imu.scale = noise.scale.value_or(kMemsScale);
+  options.imu_scale_sigma = noise.scale.value_or(options.imu_scale_sigma);
   options.imu.gyro_by_accel = noise.gyro_by_accel.value_or(kMemsGyroByAccel);
   options.gyro_bias_sigma = noise.gyro_bias.value_or(options.gyro_bias_sigma);
   options.accel_bias_sigma = noise.accel_bias.value_or(options.accel_bias_sigma);

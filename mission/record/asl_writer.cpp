@@ -67,13 +67,16 @@ std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
 }
 
 std::string imu_yaml(const AslSensors& sensors) {
+  const vehicle::ImuNoise& imu = sensors.imu;
   return head("imu", sensors.comment, {}) +
          fmt::format(
              "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
              "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n"
-             "scale_error: 0.0\ngyroscope_g_sensitivity: 0.0\n",  // the simulated unit has none
-             sensors.imu_rate_hz, sensors.gyro_density, sensors.gyro_walk, sensors.accel_density,
-             sensors.accel_walk);
+             "gyroscope_turn_on_bias: {}\naccelerometer_turn_on_bias: {}\n"
+             "scale_error: {}\ngyroscope_g_sensitivity: {}\n",
+             sensors.imu_rate_hz, imu.gyro_density, imu.gyro_walk, imu.accel_density,
+             imu.accel_walk, imu.gyro_bias_sigma, imu.accel_bias_sigma, imu.scale_sigma,
+             imu.g_sensitivity_sigma);
 }
 
 std::string depth_yaml(const AslSensors& sensors) {

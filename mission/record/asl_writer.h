@@ -22,6 +22,7 @@
 #include "common/measurements.h"
 #include "common/output_file.h"
 #include "common/se3.h"
+#include "vehicle/simulator/sensors/inertial_unit.h"
 
 namespace dive::mission {
 
@@ -30,10 +31,7 @@ struct AslSensors {
   std::array<CameraModel, 2> cameras;
   double camera_rate_hz = 20.0;
   double imu_rate_hz = 200.0;
-  double gyro_density = 0.0;   ///< rad/s/sqrt(Hz).
-  double gyro_walk = 0.0;      ///< rad/s^2/sqrt(Hz).
-  double accel_density = 0.0;  ///< m/s^2/sqrt(Hz).
-  double accel_walk = 0.0;     ///< m/s^3/sqrt(Hz).
+  vehicle::ImuNoise imu;
   double depth_rate_hz = 50.0;
   double depth_sigma_m = 0.0;
   std::string comment;  ///< One line: the source of the recording.

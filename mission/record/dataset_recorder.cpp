@@ -13,10 +13,7 @@ AslSensors asl_sensors(const vehicle::StereoCameraOptions& cameras,
   sensors.cameras = {cameras.camera(0), cameras.camera(1)};
   sensors.camera_rate_hz = cameras.rate_hz;
   sensors.imu_rate_hz = vehicle::InertialSamples::kPerTick / vehicle::Simulator::kTick;
-  sensors.gyro_density = conditions.inertial_unit->gyro_density;
-  sensors.gyro_walk = conditions.inertial_unit->gyro_walk;
-  sensors.accel_density = conditions.inertial_unit->accel_density;
-  sensors.accel_walk = conditions.inertial_unit->accel_walk;
+  sensors.imu = *conditions.inertial_unit;
   sensors.depth_rate_hz = 1.0 / vehicle::Simulator::kTick;
   sensors.depth_sigma_m = conditions.depth_noise_m;
   sensors.comment = comment;

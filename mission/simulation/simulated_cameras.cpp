@@ -20,7 +20,11 @@ estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cam
   estimation::VisionOptions options;
   options.period_s = 1.0 / cameras.rate_hz;
   options.filter.cameras = {cameras.camera(0), cameras.camera(1)};
-  options.filter.imu = {imu.gyro_density, imu.accel_density, imu.gyro_walk, imu.accel_walk};
+  options.filter.imu = {imu.gyro_density, imu.accel_density, imu.gyro_walk, imu.accel_walk,
+                        imu.g_sensitivity_sigma};
+  options.filter.gyro_bias_sigma = imu.gyro_bias_sigma;
+  options.filter.accel_bias_sigma = imu.accel_bias_sigma;
+  options.filter.imu_scale_sigma = imu.scale_sigma;
   return options;
 }
 

@@ -16,7 +16,7 @@ using dive::testing::aqua2;
 using dive::testing::ideal;
 using Eigen::Vector3d;
 
-constexpr ImuNoise kSilent{0, 0, 0, 0, 0, 0};
+constexpr ImuNoise kSilent{0, 0, 0, 0, 0, 0, 0, 0};
 const Pose kStart{{1, 2, -5}, from_rpy(0.1, -0.2, 0.7)};
 
 Conditions with(const ImuNoise& noise) {

@@ -20,11 +20,11 @@ std::string VisualInertialOptions::validate() const {
   check("imu.accel", imu.accel, 1e-6, 10.0);
   check("imu.gyro_walk", imu.gyro_walk, 1e-9, 1.0);
   check("imu.accel_walk", imu.accel_walk, 1e-8, 10.0);
-  check("imu.scale", imu.scale, 0.0, 0.1);
   check("imu.gyro_by_accel", imu.gyro_by_accel, 0.0, 0.01);
   check("gravity", gravity, 9.7, 9.9);
   check("gyro_bias_sigma", gyro_bias_sigma, 1e-7, 1.0);
   check("accel_bias_sigma", accel_bias_sigma, 1e-6, 10.0);
+  check("imu_scale_sigma", imu_scale_sigma, 0.0, 0.1);
   check("pixel_sigma", pixel_sigma, 0.05, 20.0);
   check("depth_sigma_m", depth_sigma_m, 1e-3, 10.0);
   check("max_clones", max_clones, 4, 30);

@@ -8,15 +8,13 @@
 
 namespace dive::estimation {
 
-/// White noise as densities, biases as random walks; what scale, misalignment and g-sensitivity add
-/// while the vehicle turns is noise in proportion to the rate. The defaults are those that EuRoC
-/// states for an ADIS16448, with exact scales.
+/// White noise as densities, biases as random walks; what g-sensitivity adds to the gyro's bias is
+/// a walk in proportion to the rate. The defaults are those that EuRoC states for an ADIS16448.
 struct ImuNoise {
   double gyro = 1.7e-4;        ///< rad/s/sqrt(Hz)
   double accel = 2.0e-3;       ///< m/s^2/sqrt(Hz)
   double gyro_walk = 2.0e-5;   ///< rad/s^2/sqrt(Hz)
   double accel_walk = 3.0e-3;  ///< m/s^3/sqrt(Hz)
-  double scale = 0.0;          ///< Error of scale and misalignment, as noise in turns.
   double gyro_by_accel = 0.0;  ///< g-sensitivity, rad/s per m/s^2, as noise in turns.
 };
 
@@ -26,8 +24,10 @@ struct VisualInertialOptions {
   double gravity = 9.81;          ///< m/s^2
   double gyro_bias_sigma = 0.1;   ///< Turn-on bias of the gyro, rad/s. MEMS units reach 0.1.
   double accel_bias_sigma = 0.2;  ///< Turn-on bias of the accelerometer, m/s^2.
-  double pixel_sigma = 0.5;       ///< Noise of a feature, per axis.
-  double depth_sigma_m = 0.02;    ///< Noise of a depth sample.
+  /// Error of the IMU's scales and axes, per element of ImuIntrinsics; 0: exact, and not estimated.
+  double imu_scale_sigma = 0.005;
+  double pixel_sigma = 0.5;                                  ///< Noise of a feature, per axis.
+  double depth_sigma_m = 0.02;                               ///< Noise of a depth sample.
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Position of the depth sensor, m.
 
   int max_clones = 11;                 ///< Number of poses in the window.

@@ -79,7 +79,7 @@ std::optional<InitialState> begin(const KnownStart& start, const VisualInertialO
                       start.speed_sigma,
                       start.bias.gyro_sigma.value_or(options.gyro_bias_sigma),
                       start.bias.accel_sigma.value_or(options.accel_bias_sigma)};
-  return InitialState{start.utime, state, covariance(sigmas, state.motion.q_WB)};
+  return InitialState{start.utime, state, covariance(sigmas, state.motion.q_WB), std::nullopt};
 }
 
 }  // namespace dive::estimation

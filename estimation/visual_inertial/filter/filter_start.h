@@ -56,6 +56,8 @@ struct InitialState {
   Utime utime = 0;
   ImuState state;
   Matrix15d covariance;
+  /// Mean rate and specific force, if the biases were found there (FilterState::correlate_biases).
+  std::optional<ImuReading> biases_at;
 };
 
 /// Empty until the IMU has reached its time.

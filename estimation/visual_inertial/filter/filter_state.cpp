@@ -31,7 +31,7 @@ Pose corrected(const Pose& pose, const Eigen::Ref<const VectorXd>& error) {
 }
 
 int largest_size(const VisualInertialOptions& options) {
-  return kSize + 6 * static_cast<int>(options.cameras.size()) + 1 +
+  return kSize + ImuIntrinsics::kSize + 6 * static_cast<int>(options.cameras.size()) + 1 +
          3 * (options.max_landmarks + 1) + 6 * (options.max_clones + 1);
 }
 
@@ -44,6 +44,7 @@ double largest_sigma(const Eigen::Matrix3d& covariance) {
 
 FilterState::FilterState(const VisualInertialOptions& options)
     : time_offset_s(options.time_offset_s),
+      calibrates_imu_(options.imu_scale_sigma > 0.0),
       calibrates_cameras_(options.calibrate_extrinsics),
       calibrates_offset_(options.calibrate_time_offset),
       P_(MatrixXd::Zero(largest_size(options), largest_size(options))) {
@@ -57,14 +58,24 @@ FilterState::FilterState(const VisualInertialOptions& options)
     P_.diagonal().segment<3>(columns->start).setConstant(attitude);
     P_.diagonal().segment<3>(columns->start + 3).setConstant(position);
   }
+  if (const auto columns = intrinsics_columns()) {
+    P_.diagonal()
+        .segment<ImuIntrinsics::kSize>(columns->start)
+        .setConstant(std::pow(options.imu_scale_sigma, 2));
+  }
   if (const auto columns = offset_columns()) {
     P_(columns->start, columns->start) = std::pow(options.time_offset_sigma_s, 2);
   }
 }
 
+std::optional<Columns> FilterState::intrinsics_columns() const {
+  if (!calibrates_imu_) return std::nullopt;
+  return Columns{kSize, ImuIntrinsics::kSize};
+}
+
 std::optional<Columns> FilterState::camera_columns(std::size_t camera) const {
   if (!calibrates_cameras_) return std::nullopt;
-  return Columns{kSize + 6 * static_cast<int>(camera), 6};
+  return Columns{cameras_start() + 6 * static_cast<int>(camera), 6};
 }
 
 std::optional<Columns> FilterState::offset_columns() const {
@@ -74,7 +85,7 @@ std::optional<Columns> FilterState::offset_columns() const {
 
 int FilterState::landmarks_start() const {
   const int cameras = calibrates_cameras_ ? 6 * static_cast<int>(cameras_B.size()) : 0;
-  return kSize + cameras + (calibrates_offset_ ? 1 : 0);
+  return cameras_start() + cameras + (calibrates_offset_ ? 1 : 0);
 }
 
 Columns FilterState::landmark_columns(std::size_t landmark) const {
@@ -86,7 +97,9 @@ Columns FilterState::clone_columns(std::size_t clone) const {
 }
 
 void FilterState::begin(const ImuState& state, const Matrix15d& covariance) {
+  const ImuIntrinsics known = imu.intrinsics;
   imu = state;
+  imu.intrinsics = known;
   first = state.motion;
   clones_.clear();
   landmarks_.clear();
@@ -96,17 +109,38 @@ void FilterState::begin(const ImuState& state, const Matrix15d& covariance) {
   P_.block(kSize, 0, size_ - kSize, kSize).setZero();
 }
 
-void FilterState::propagate(const ImuState& state, const Matrix15d& transition,
-                            const Matrix15d& noise) {
-  imu = state;
-  first = state.motion;
+void FilterState::correlate_biases(const ImuReading& at) {
+  DIVE_DEMAND(clones_.empty() && landmarks_.empty());
+  const auto columns = intrinsics_columns();
+  if (!columns) return;
+  Eigen::Matrix<double, 6, ImuIntrinsics::kSize> J;
+  J << of_elements(at.gyro_B), Matrix3x9d::Zero(), Matrix3x9d::Zero(), of_elements(at.accel_B);
+  const Eigen::Matrix<double, 6, ImuIntrinsics::kSize> cross =
+      J * P_.block<ImuIntrinsics::kSize, ImuIntrinsics::kSize>(columns->start, columns->start);
+  P_.block<6, 6>(imu_error::kGyroBias, imu_error::kGyroBias) += cross * J.transpose();
+  P_.block<6, ImuIntrinsics::kSize>(imu_error::kGyroBias, columns->start) = cross;
+  P_.block<ImuIntrinsics::kSize, 6>(columns->start, imu_error::kGyroBias) = cross.transpose();
+}
+
+void FilterState::propagate(const ImuStep& step) {
+  imu = step.state;
+  first = step.state.motion;
+  scratch_.noalias() = step.transition * P_.topRows<kSize>().leftCols(size_);
+  Matrix15d next;
+  if (const auto columns = intrinsics_columns()) {
+    scratch_.topRows<9>().noalias() +=
+        step.by_intrinsics * P_.middleRows<ImuIntrinsics::kSize>(columns->start).leftCols(size_);
+    next.noalias() = scratch_.leftCols<kSize>() * step.transition.transpose();
+    next.leftCols<9>().noalias() +=
+        scratch_.middleCols<ImuIntrinsics::kSize>(columns->start) * step.by_intrinsics.transpose();
+  } else {
+    next.noalias() = scratch_.leftCols<kSize>() * step.transition.transpose();
+  }
+  next += step.noise;
   const int rest = size_ - kSize;
-  auto P = P_.topLeftCorner<kSize, kSize>();
-  const Matrix15d next = transition * P * transition.transpose() + noise;
-  P = 0.5 * (next + next.transpose());
-  scratch_.noalias() = transition * P_.block(0, kSize, kSize, rest);
-  P_.block(0, kSize, kSize, rest) = scratch_;
-  P_.block(kSize, 0, rest, kSize) = scratch_.transpose();
+  P_.topLeftCorner<kSize, kSize>() = 0.5 * (next + next.transpose());
+  P_.block(0, kSize, kSize, rest) = scratch_.rightCols(rest);
+  P_.block(kSize, 0, rest, kSize) = scratch_.rightCols(rest).transpose();
 }
 
 void FilterState::clone(std::int64_t frame, const Vector3d& rate_B) {
@@ -251,6 +285,10 @@ void FilterState::add_error(const VectorXd& error) {
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
   imu.gyro_bias += error.segment<3>(imu_error::kGyroBias);
   imu.accel_bias += error.segment<3>(imu_error::kAccelBias);
+  if (const auto columns = intrinsics_columns()) {
+    imu.intrinsics.gyro.reshaped() += error.segment<9>(columns->start);
+    imu.intrinsics.accel.reshaped() += error.segment<9>(columns->start + 9);
+  }
   for (std::size_t i = 0; i < cameras_B.size(); ++i) {
     const auto columns = camera_columns(i);
     if (columns) cameras_B[i] = corrected(cameras_B[i], error.segment<6>(columns->start));

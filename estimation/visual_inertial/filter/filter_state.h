@@ -1,7 +1,8 @@
 #pragma once
 // The state of the filter, and the covariance of its errors:
 //
-//   [ IMU 15 | cameras 6 each | time offset 1 | landmarks 3 each | clones 6 each ]
+//   [ IMU 15 | its intrinsics 18 | cameras 6 each | time offset 1 | landmarks 3 each |
+//     clones 6 each ]
 //
 // Quantities that are not calibrated have no columns. Attitude errors are on the right, R_true = R
 // Exp(theta); the rest is additive; a camera or clone is [theta, p]. Each clone and landmark keeps
@@ -52,20 +53,27 @@ class FilterState {
   [[nodiscard]] std::vector<MapLandmark>& landmarks() { return landmarks_; }
   [[nodiscard]] const std::vector<MapLandmark>& landmarks() const { return landmarks_; }
 
+  [[nodiscard]] std::optional<Columns> intrinsics_columns() const;
   [[nodiscard]] std::optional<Columns> camera_columns(std::size_t camera) const;
   [[nodiscard]] std::optional<Columns> offset_columns() const;
   [[nodiscard]] Columns landmark_columns(std::size_t landmark) const;
   [[nodiscard]] Columns clone_columns(std::size_t clone) const;
-  /// Calibration, then all clones: the columns of a feature's Jacobian.
+  /// Calibration of the cameras, then all clones: the columns of a feature's Jacobian.
   [[nodiscard]] std::array<Columns, 2> view_columns() const {
-    return {{{imu_error::kSize, landmarks_start() - imu_error::kSize},
+    return {{{cameras_start(), landmarks_start() - cameras_start()},
              {clones_start(), size_ - clones_start()}}};
   }
 
-  /// Sets the IMU state and its covariance; removes everything else except the calibration.
+  /// Sets the IMU's state, all but its intrinsics, and its covariance; removes everything else
+  /// except the calibration.
   void begin(const ImuState& state, const Matrix15d& covariance);
-  /// P_II' = F P_II F^T + Q, P_IX' = F P_IX.
-  void propagate(const ImuState& state, const Matrix15d& transition, const Matrix15d& noise);
+  /// States that the biases were found at this rate and specific force (in B, without bias), and
+  /// hold what the errors of the intrinsics add there: b = found + T v. Demands a state that has
+  /// just begun.
+  void correlate_biases(const ImuReading& at);
+  /// With G the effect of the intrinsics C: P_IX' = F P_IX + G P_CX, P_II' = (F P_II + G P_CI) F^T
+  /// + (F P_IC + G P_CC) G^T + Q.
+  void propagate(const ImuStep& step);
   /// Copies the pose; its error includes that of the time offset, by the rate (rad/s) and the
   /// velocity.
   void clone(std::int64_t frame, const Eigen::Vector3d& rate_B);
@@ -96,6 +104,11 @@ class FilterState {
     return landmarks_start() + 3 * static_cast<int>(landmarks_.size());
   }
 
+  [[nodiscard]] int cameras_start() const {
+    return imu_error::kSize + (calibrates_imu_ ? ImuIntrinsics::kSize : 0);
+  }
+
+  bool calibrates_imu_;
   bool calibrates_cameras_;
   bool calibrates_offset_;
   int size_;

@@ -227,7 +227,7 @@ std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start
 
 std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool is_at_rest,
                                                   const StartWindow& window,
-                                                  const std::vector<Pose>& cameras_B) {
+                                                  const FilterState& calibrated) {
   const ImuReading mean = mean_reading(window);
   if (std::abs(mean.accel_B.norm() - options_.gravity) > kGravityShare * options_.gravity) {
     waits_for_ = fmt::format("an accelerometer that measures gravity: its mean is {:.1f} m/s^2",
@@ -235,6 +235,7 @@ std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool 
     return std::nullopt;
   }
   ImuState first;
+  first.intrinsics = calibrated.imu.intrinsics;
   first.gyro_bias = is_at_rest ? mean.gyro_B : start.bias.gyro;
   first.accel_bias = start.bias.accel;
   first.motion.q_WB = upright(mean.accel_B, start.heading);
@@ -254,20 +255,22 @@ std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool 
   if (start.speed && !is_at_rest) {
     priors.speed = WindowPriors::Speed{start.speed->v_WB_B, start.speed->sigma};
   }
-  const auto result = is_at_rest ? fit_window(window, options_, cameras_B, first, priors)
-                                 : fit_in_motion(start, window, cameras_B, priors, first);
+  const auto result = is_at_rest
+                          ? fit_window(window, options_, calibrated.cameras_B, first, priors)
+                          : fit_in_motion(start, window, calibrated.cameras_B, priors, first);
   if (!result) {
     waits_for_ = "features that determine a motion";
     return std::nullopt;
   }
   if (waits_for_ = shortcoming(*result); !waits_for_.empty()) return std::nullopt;
-  InitialState state{window.utimes.back(), result->last, result->covariance};
-  state.covariance *= kSafety * kSafety;
-  return state;
+  const ImuReading unbiased{mean.gyro_B - result->last.gyro_bias,
+                            mean.accel_B - result->last.accel_bias};
+  return InitialState{window.utimes.back(), result->last, kSafety * kSafety * result->covariance,
+                      unbiased};
 }
 
 std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, const ImuBuffer& imu,
-                                                    const std::vector<Pose>& cameras_B) {
+                                                    const FilterState& calibrated) {
   if (imu.empty()) {
     waits_for_ = "the IMU";
     return std::nullopt;
@@ -288,7 +291,7 @@ std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, con
                              chosen.tracks.size(), frames_.back().frame.features.size());
     return std::nullopt;
   }
-  return fit(start, is_at_rest, chosen, cameras_B);
+  return fit(start, is_at_rest, chosen, calibrated);
 }
 
 }  // namespace dive::estimation

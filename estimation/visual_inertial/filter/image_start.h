@@ -24,10 +24,10 @@ class ImageInitialiser {
   /// `utime`: of the frame, by the IMU's clock.
   void add(Utime utime, FeatureFrame frame);
 
-  /// The state at the last frame, as soon as the images determine it. `cameras_B`: poses of the
-  /// cameras as known, left first.
+  /// The state at the last frame, as soon as the images determine it. `calibrated`: poses of the
+  /// cameras and intrinsics of the IMU as known.
   [[nodiscard]] std::optional<InitialState> begin(const ImageStart& start, const ImuBuffer& imu,
-                                                  const std::vector<Pose>& cameras_B);
+                                                  const FilterState& calibrated);
   /// What it waits for, in words.
   [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
 
@@ -48,7 +48,7 @@ class ImageInitialiser {
                                                        ImuState first) const;
   [[nodiscard]] std::optional<InitialState> fit(const ImageStart& start, bool is_at_rest,
                                                 const StartWindow& window,
-                                                const std::vector<Pose>& cameras_B);
+                                                const FilterState& calibrated);
 
   VisualInertialOptions options_;
   std::deque<Seen> frames_;

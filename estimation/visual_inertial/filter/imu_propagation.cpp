@@ -7,13 +7,16 @@
 namespace dive::estimation {
 namespace {
 
-constexpr double kTurn_s =
-    0.5;  // usual duration of a turn, in which an error of scale has one sign
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 
 }  // namespace
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+Matrix3x9d of_elements(const Vector3d& v) {
+  Matrix3x9d J;
+  J << v.x() * Matrix3d::Identity(), v.y() * Matrix3d::Identity(), v.z() * Matrix3d::Identity();
+  return J;
+}
 
 Matrix3d right_jacobian(const Vector3d& a) {
   const double square = a.squaredNorm();
@@ -32,10 +35,14 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
   using namespace imu_error;
   const double dt = interval.dt;
   const Vector3d g(0.0, 0.0, -gravity);
-  const Vector3d turn =
-      (0.5 * (interval.begin.gyro_B + interval.end.gyro_B) - state.gyro_bias) * dt;
-  const Vector3d a0 = interval.begin.accel_B - state.accel_bias;
-  const Vector3d a1 = interval.end.accel_B - state.accel_bias;
+  const Matrix3d gyro_scale = Matrix3d::Identity() + state.intrinsics.gyro;
+  const Matrix3d accel_scale = Matrix3d::Identity() + state.intrinsics.accel;
+  const Vector3d raw_rate = 0.5 * (interval.begin.gyro_B + interval.end.gyro_B) - state.gyro_bias;
+  const Vector3d raw0 = interval.begin.accel_B - state.accel_bias;
+  const Vector3d raw1 = interval.end.accel_B - state.accel_bias;
+  const Vector3d turn = gyro_scale * raw_rate * dt;
+  const Vector3d a0 = accel_scale * raw0;
+  const Vector3d a1 = accel_scale * raw1;
   const Eigen::Quaterniond q_turn = so3_exp(turn);
   const Matrix3d D = q_turn.toRotationMatrix();
   const Matrix3d R = state.motion.q_WB.toRotationMatrix();
@@ -50,47 +57,60 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
 
   const Matrix3d R_first = first.q_WB.toRotationMatrix();
   const Matrix3d R_next = next.q_WB.toRotationMatrix();
-  const Matrix3d of_gyro = -right_jacobian(turn) * dt;           // effect on the rotation
-  const Matrix3d of_bend = R_first * (D * -skew(a1) * of_gyro);  // effect on R D a1
+  const Matrix3d of_rate = right_jacobian(turn) * dt;            // effect on the rotation
+  const Matrix3d of_bend = R_first * (D * -skew(a1) * of_rate);  // effect on R D a1
+  Eigen::Matrix<double, 9, 3> by_rate;
+  by_rate << of_rate, dt * dt / 6.0 * of_bend, 0.5 * dt * of_bend;
   Matrix15d& F = step.transition;
   F.setIdentity();
   F.block<3, 3>(kAttitude, kAttitude) = R_next.transpose() * R_first;
-  F.block<3, 3>(kAttitude, kGyroBias) = of_gyro;
+  F.block<9, 3>(0, kGyroBias) = -by_rate * gyro_scale;
   F.block<3, 3>(kVelocity, kAttitude) = -skew(next.v_WB - first.v_WB - g * dt) * R_first;
-  F.block<3, 3>(kVelocity, kGyroBias) = 0.5 * dt * of_bend;
-  F.block<3, 3>(kVelocity, kAccelBias) = -0.5 * dt * R_first * (Matrix3d::Identity() + D);
+  F.block<3, 3>(kVelocity, kAccelBias) =
+      -0.5 * dt * R_first * (Matrix3d::Identity() + D) * accel_scale;
   F.block<3, 3>(kPosition, kAttitude) =
       -skew(next.p_WB - first.p_WB - first.v_WB * dt - 0.5 * dt * dt * g) * R_first;
   F.block<3, 3>(kPosition, kVelocity) = dt * Matrix3d::Identity();
-  F.block<3, 3>(kPosition, kGyroBias) = dt * dt / 6.0 * of_bend;
   F.block<3, 3>(kPosition, kAccelBias) =
-      -dt * dt / 6.0 * R_first * (2.0 * Matrix3d::Identity() + D);
+      -dt * dt / 6.0 * R_first * (2.0 * Matrix3d::Identity() + D) * accel_scale;
+
+  const Matrix3x9d by_T0 = R_first * of_elements(raw0);
+  const Matrix3x9d by_T1 = R_first * D * of_elements(raw1);
+  step.by_intrinsics.leftCols<9>() = by_rate * of_elements(raw_rate);
+  step.by_intrinsics.rightCols<9>() << Matrix3x9d::Zero(), dt * dt / 6.0 * (2.0 * by_T0 + by_T1),
+      0.5 * dt * (by_T0 + by_T1);
 
   // A reading's noise acts like an error of the bias; over dt its variance is density^2 / dt.
   const auto by_gyro = F.block<9, 3>(0, kGyroBias);
   const auto by_accel = F.block<9, 3>(0, kAccelBias);
   const double rate = turn.norm() / dt;
-  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro +
-                      kTurn_s * std::pow(noise.scale * rate, 2);
+  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro;
   const double accel = noise.accel * noise.accel + interval.accel * interval.accel;
   step.noise.setZero();
   step.noise.topLeftCorner<9, 9>() =
       gyro / dt * by_gyro * by_gyro.transpose() + accel / dt * by_accel * by_accel.transpose();
-  // Gravity turns in B, and with it what it contributes by scale and g-sensitivity to the biases.
+  // Gravity turns in B, and with it what it adds to the gyro's bias by g-sensitivity.
   const double gyro_walk = std::hypot(noise.gyro_walk, noise.gyro_by_accel * gravity * rate);
-  const double accel_walk = std::hypot(noise.accel_walk, noise.scale * gravity * rate);
   step.noise.diagonal().segment<3>(kGyroBias).setConstant(gyro_walk * gyro_walk * dt);
-  step.noise.diagonal().segment<3>(kAccelBias).setConstant(accel_walk * accel_walk * dt);
+  step.noise.diagonal()
+      .segment<3>(kAccelBias)
+      .setConstant(noise.accel_walk * noise.accel_walk * dt);
   return step;
 }
 
 ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
                        const std::vector<ImuInterval>& intervals, const ImuNoise& noise,
                        double gravity) {
-  ImuStep sum{begin, Matrix15d::Identity(), Matrix15d::Zero()};
+  ImuStep sum;
+  sum.state = begin;
+  sum.transition.setIdentity();
+  sum.noise.setZero();
+  sum.by_intrinsics.setZero();
   Kinematics from = first;
   for (const ImuInterval& interval : intervals) {
     const ImuStep step = propagate(sum.state, from, interval, noise, gravity);
+    sum.by_intrinsics =
+        step.transition.topLeftCorner<9, 9>() * sum.by_intrinsics + step.by_intrinsics;
     sum.transition = step.transition * sum.transition;
     sum.noise = step.transition * sum.noise * step.transition.transpose() + step.noise;
     sum.state = step.state;

@@ -3,6 +3,7 @@
 // the mean of the two readings, the specific force linear between them. With D = Exp(w dt), a0 and
 // a1 the two specific forces and g gravity:
 //
+//   w = (I + T_g) (gyro - b_g),   a = (I + T_a) (accel - b_a)
 //   R' = R D,   v' = v + g dt + R dt/2 (a0 + D a1),
 //   p' = p + v dt + g dt^2/2 + R dt^2/6 (2 a0 + D a1)
 //
@@ -21,6 +22,7 @@
 namespace dive::estimation {
 
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
+using Matrix3x9d = Eigen::Matrix<double, 3, 9>;
 
 /// First indices of the parts of the IMU's error.
 namespace imu_error {
@@ -38,10 +40,19 @@ struct Kinematics {
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< In W, m/s.
 };
 
+/// Errors of scale and of the axes' directions, T_g and T_a.
+struct ImuIntrinsics {
+  static constexpr int kSize = 18;  ///< Errors: the elements of T_g, then of T_a, column by column.
+
+  Eigen::Matrix3d gyro = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d accel = Eigen::Matrix3d::Zero();
+};
+
 struct ImuState {
   Kinematics motion;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< rad/s
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< m/s^2
+  ImuIntrinsics intrinsics = {};
 };
 
 struct ImuReading {
@@ -62,6 +73,8 @@ struct ImuStep {
   ImuState state;
   Matrix15d transition;
   Matrix15d noise;
+  /// Effect of errors of the intrinsics on attitude, position and velocity.
+  Eigen::Matrix<double, 9, ImuIntrinsics::kSize> by_intrinsics;
 };
 
 /// `first`: first estimates of attitude, position and velocity at the start of the interval.
@@ -72,6 +85,9 @@ struct ImuStep {
 [[nodiscard]] ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
                                      const std::vector<ImuInterval>& intervals,
                                      const ImuNoise& noise, double gravity);
+
+/// T v = of_elements(v) t, with t the elements of a 3 x 3 matrix T, column by column.
+[[nodiscard]] Matrix3x9d of_elements(const Eigen::Vector3d& v);
 
 /// Right Jacobian of SO(3): Exp(a + b) = Exp(a) Exp(J b) to first order (Sola et al., eq. 143).
 [[nodiscard]] Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& a);

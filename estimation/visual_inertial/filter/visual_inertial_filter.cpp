@@ -91,6 +91,15 @@ void VisualInertialFilter::add_speed(Utime utime, const Vector3d& v_WB_B, const 
   push({utime, Speed{v_WB_B, sigma}});
 }
 
+GyroBias VisualInertialFilter::gyro_bias() const {
+  if (started_) {
+    constexpr int kAt = imu_error::kGyroBias;
+    return {state_.imu.gyro_bias, largest_sigma(state_.covariance().block<3, 3>(kAt, kAt))};
+  }
+  const BiasPrior prior = std::visit([](const auto& start) { return start.bias; }, start_);
+  return {prior.gyro, prior.gyro_sigma.value_or(options_.gyro_bias_sigma)};
+}
+
 void VisualInertialFilter::push(Event event) {
   const auto at = std::upper_bound(events_.begin(), events_.end(), event.utime,
                                    [](Utime t, const Event& e) { return t < e.utime; });
@@ -143,7 +152,7 @@ std::optional<InitialState> VisualInertialFilter::initial_state() {
     if (frame) initialiser_.add(event.utime, std::move(*frame));
   }
   imu_.forget_before(imu_.newest().utime - kInitialImu);
-  return initialiser_.begin(std::get<ImageStart>(start_), imu_, state_.cameras_B);
+  return initialiser_.begin(std::get<ImageStart>(start_), imu_, state_);
 }
 
 void VisualInertialFilter::try_to_start() {
@@ -157,6 +166,7 @@ void VisualInertialFilter::try_to_start() {
   utime_ = begun->utime;
   last_frame_utime_ = std::numeric_limits<Utime>::min();
   state_.begin(begun->state, begun->covariance);
+  if (begun->biases_at) state_.correlate_biases(*begun->biases_at);
   visual_.reset();
   still_.reset();
   watch_.reset(utime_, state_);
@@ -213,7 +223,7 @@ void VisualInertialFilter::propagate_to(Utime utime) {
   imu_.intervals(utime_, utime, intervals_);
   const ImuStep step =
       propagate_over(state_.imu, state_.first, intervals_, options_.imu, options_.gravity);
-  state_.propagate(step.state, step.transition, step.noise);
+  state_.propagate(step);
   utime_ = utime;
   ahead_.reset();
 }

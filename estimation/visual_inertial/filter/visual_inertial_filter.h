@@ -15,6 +15,7 @@
 #include "estimation/visual_inertial/filter/filter_health.h"
 #include "estimation/visual_inertial/filter/image_start.h"
 #include "estimation/visual_inertial/filter/zero_velocity_detector.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
 
 namespace dive::estimation {
 
@@ -46,6 +47,8 @@ class VisualInertialFilter {
   }
   /// Access to biases, calibration and window.
   [[nodiscard]] const FilterState& state() const { return state_; }
+  /// The gyro's bias as known; before initialisation, as known beforehand.
+  [[nodiscard]] GyroBias gyro_bias() const;
   /// Number of frames processed so far.
   [[nodiscard]] std::int64_t state_frames() const { return frames_; }
 

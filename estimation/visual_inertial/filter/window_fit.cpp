@@ -58,10 +58,11 @@ struct Values {
   std::vector<Kinematics> frames;
   Vector3d gyro_bias = Vector3d::Zero();
   Vector3d accel_bias = Vector3d::Zero();
+  ImuIntrinsics intrinsics;  // not estimated
   std::vector<FittedPoint> points;
 
   [[nodiscard]] ImuState imu(std::size_t frame) const {
-    return {frames[frame], gyro_bias, accel_bias};
+    return {frames[frame], gyro_bias, accel_bias, intrinsics};
   }
 };
 
@@ -183,6 +184,7 @@ Values Problem::begin(const ImuState& first) const {
   values.cameras_B = cameras_B_;
   values.gyro_bias = first.gyro_bias;
   values.accel_bias = first.accel_bias;
+  values.intrinsics = first.intrinsics;
   values.frames.push_back(first.motion);
   for (std::size_t k = 0; k + 1 < window_.size(); ++k) {
     values.frames.push_back(propagate_over(values.imu(k), values.frames[k], window_.imu[k],

@@ -7,8 +7,8 @@
 
 namespace dive::estimation {
 
-Eigen::Quaterniond turn_by_gyro(std::span<const ImuSample> samples, Utime from, Utime to,
-                                const Eigen::Vector3d& bias, const Eigen::Quaterniond& q_BC) {
+CameraTurn turn_by_gyro(std::span<const ImuSample> samples, Utime from, Utime to,
+                        const GyroBias& bias, const Eigen::Quaterniond& q_BC) {
   auto it = std::upper_bound(samples.begin(), samples.end(), from,
                              [](Utime t, const ImuSample& s) { return t < s.utime; });
   if (it != samples.begin()) --it;
@@ -16,10 +16,10 @@ Eigen::Quaterniond turn_by_gyro(std::span<const ImuSample> samples, Utime from, 
   for (; it != samples.end() && it->utime < to; ++it) {
     const Utime end = std::next(it) == samples.end() ? to : std::min(to, std::next(it)->utime);
     const double dt = to_seconds(end - std::max(from, it->utime));
-    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (it->gyro_B - bias));
+    if (dt > 0.0) q_B0B1 = q_B0B1 * so3_exp(dt * (it->gyro_B - bias.value));
   }
   const Eigen::Quaterniond q_B1B0 = q_B0B1.conjugate().normalized();
-  return (q_BC.conjugate() * q_B1B0 * q_BC).normalized();
+  return {(q_BC.conjugate() * q_B1B0 * q_BC).normalized(), bias.sigma * to_seconds(to - from)};
 }
 
 }  // namespace dive::estimation

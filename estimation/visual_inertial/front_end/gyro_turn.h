@@ -10,11 +10,20 @@
 
 namespace dive::estimation {
 
-/// q_C1C0 (p_C1 = q_C1C0 p_C0) from `from` to `to` of a camera with the attitude q_BC in the IMU's
-/// frame. Samples in the order of time, each valid until the next one, the last one without end;
-/// `bias` (rad/s) is subtracted.
-[[nodiscard]] Eigen::Quaterniond turn_by_gyro(std::span<const ImuSample> samples, Utime from,
-                                              Utime to, const Eigen::Vector3d& bias,
-                                              const Eigen::Quaterniond& q_BC);
+/// Rotation of a camera between two images.
+struct CameraTurn {
+  Eigen::Quaterniond q_C1C0 = Eigen::Quaterniond::Identity();  ///< p_C1 = q_C1C0 p_C0
+  double sigma = 0.0;                                          ///< rad, about the least known axis
+};
+
+struct GyroBias {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();  ///< rad/s
+  double sigma = 0.0;                               ///< rad/s, of the least known axis
+};
+
+/// The turn from `from` to `to` of a camera with the attitude q_BC in the IMU's frame. Samples in
+/// the order of time, each valid until the next one, the last one without end.
+[[nodiscard]] CameraTurn turn_by_gyro(std::span<const ImuSample> samples, Utime from, Utime to,
+                                      const GyroBias& bias, const Eigen::Quaterniond& q_BC);
 
 }  // namespace dive::estimation

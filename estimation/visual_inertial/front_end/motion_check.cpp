@@ -7,11 +7,11 @@
 namespace dive::estimation {
 namespace {
 
-using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::uint64_t kRansacStream = 31;
+constexpr double kTurnSigmas = 2.0;  // of the turn's error that are tolerated
 
 }  // namespace
 
@@ -20,13 +20,16 @@ MotionCheck::MotionCheck(const CameraModel& camera, Tolerances tolerances, std::
   reset();
 }
 
-void MotionCheck::reset() { turned_since_.fill(Quaterniond::Identity()); }
+void MotionCheck::reset() { turned_since_.fill({}); }
 
 int MotionCheck::remove_moving(std::vector<Track>& tracks, std::size_t image,
-                               const Quaterniond& q) {
-  for (Quaterniond& since : turned_since_) since = (q * since).normalized();
-  turned_since_[(image - 1) % Track::kPast] = q;
-  int removed = remove_over(tracks, image, 1, q, tolerances_.last);
+                               const CameraTurn& turn) {
+  for (CameraTurn& since : turned_since_) {
+    since.q_C1C0 = (turn.q_C1C0 * since.q_C1C0).normalized();
+    since.sigma += turn.sigma;  // the bias has one sign
+  }
+  turned_since_[(image - 1) % Track::kPast] = turn;
+  int removed = remove_over(tracks, image, 1, turn, tolerances_.last);
   for (const std::size_t span : {Track::kPast / 2, Track::kPast}) {
     removed += remove_over(tracks, image, span, turned_since_[(image - span) % Track::kPast],
                            tolerances_.drift);
@@ -34,20 +37,21 @@ int MotionCheck::remove_moving(std::vector<Track>& tracks, std::size_t image,
   return removed;
 }
 
-// By the motion over the last `span` images, in which the camera turned by q.
+// By the motion over the last `span` images, in which the camera turned so.
 int MotionCheck::remove_over(std::vector<Track>& tracks, std::size_t image, std::size_t span,
-                             const Quaterniond& q, double tolerance) {
+                             const CameraTurn& turn, double tolerance) {
   std::vector<TurnedMatch> matches;
   std::vector<std::size_t> of;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (tracks[i].turned < span) continue;
     const Vector2d& before = tracks[i].past[(image - span) % Track::kPast];
-    const Vector3d turned = q * before.homogeneous();
+    const Vector3d turned = turn.q_C1C0 * before.homogeneous();
     if (!(turned.z() > 0.05)) continue;
     matches.push_back({turned / turned.z(), tracks[i].n, camera_.jacobian(tracks[i].n)});
     of.push_back(i);
   }
-  const std::vector<bool> agrees = agree_with_one_translation(matches, tolerance, random_);
+  const std::vector<bool> agrees = agree_with_one_translation(
+      matches, tolerance + kTurnSigmas * turn.sigma * camera_.focal(), random_);
   std::vector<bool> drop(tracks.size(), false);
   for (std::size_t k = 0; k < of.size(); ++k) drop[of[k]] = !agrees[k];
   std::vector<Track> kept;

@@ -7,17 +7,17 @@
 #include <cstdint>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "common/camera_model.h"
 #include "common/random.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
 #include "estimation/visual_inertial/front_end/track.h"
 
 namespace dive::estimation {
 
 class MotionCheck {
  public:
-  /// Tolerances in pixels: since the last image, and over the longer spans.
+  /// Tolerances in pixels: since the last image, and over the longer spans. What the gyro's bias
+  /// may add is on top of them.
   struct Tolerances {
     double last = 0.0;
     double drift = 0.0;
@@ -28,20 +28,20 @@ class MotionCheck {
   /// Forgets the rotations, when all tracks are dropped.
   void reset();
   /// Removes the tracks that disagree since the last image, since the one Track::kPast before, and
-  /// half way; returns their number. `image`: number of the present image; `q`: rotation of the
-  /// left camera since the last one (p_C1 = q p_C0).
+  /// half way; returns their number. `image`: number of the present image; `turn`: of the
+  /// left camera since the last one.
   [[nodiscard]] int remove_moving(std::vector<Track>& tracks, std::size_t image,
-                                  const Eigen::Quaterniond& q);
+                                  const CameraTurn& turn);
 
  private:
   [[nodiscard]] int remove_over(std::vector<Track>& tracks, std::size_t image, std::size_t span,
-                                const Eigen::Quaterniond& q, double tolerance);
+                                const CameraTurn& turn, double tolerance);
 
   CameraModel camera_;
   Tolerances tolerances_;
   Random random_;
-  /// Rotation of the left camera since each image, by image number modulo Track::kPast.
-  std::array<Eigen::Quaterniond, Track::kPast> turned_since_;
+  /// Turn of the left camera since each image, by image number modulo Track::kPast.
+  std::array<CameraTurn, Track::kPast> turned_since_;
 };
 
 }  // namespace dive::estimation

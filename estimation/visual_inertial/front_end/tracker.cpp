@@ -74,13 +74,13 @@ struct Tracker::Impl {
 
   // Predicted positions of the tracks, by the rotation and each one's last motion. Drops tracks
   // predicted outside the image.
-  [[nodiscard]] std::vector<Vector2f> predict(const std::optional<Quaterniond>& q, double dt) {
+  [[nodiscard]] std::vector<Vector2f> predict(const std::optional<CameraTurn>& turn, double dt) {
     std::vector<Vector2f> guesses;
     std::vector<Track> kept;
     for (Track& track : tracks) {
       Vector2d n = track.n;
-      if (q) {
-        const Vector3d turned = *q * track.n.homogeneous();
+      if (turn) {
+        const Vector3d turned = turn->q_C1C0 * track.n.homogeneous();
         if (!(turned.z() > 0.05)) continue;
         n = turned.hnormalized();
       }
@@ -95,8 +95,8 @@ struct Tracker::Impl {
 
   // Tracks all features from the last image into this one and back; drops failures. Returns a
   // library's exception as text, else empty.
-  [[nodiscard]] std::string follow(const std::optional<Quaterniond>& q, double dt) {
-    const std::vector<Vector2f> guesses = predict(q, dt);
+  [[nodiscard]] std::string follow(const std::optional<CameraTurn>& turn, double dt) {
+    const std::vector<Vector2f> guesses = predict(turn, dt);
     std::vector<Vector2f> from;
     from.reserve(tracks.size());
     for (const Track& track : tracks) from.push_back(track.pixel);
@@ -118,7 +118,7 @@ struct Tracker::Impl {
     }
     tracks.clear();
     // With a rotation the guess is good to a few pixels, and no pyramid is needed.
-    const int back_levels = q ? 0 : std::max(0, options.levels - 1);
+    const int back_levels = turn ? 0 : std::max(0, options.levels - 1);
     const auto back = klt.follow(now.full(), last.full(), end, back_guesses, back_levels);
     if (!back) return back.error();
     for (std::size_t i = 0; i < there.size(); ++i) {
@@ -126,7 +126,7 @@ struct Tracker::Impl {
       if (!returned || (*returned - start[i]).norm() > static_cast<float>(options.back_px)) {
         continue;
       }
-      if (move(there[i], end[i], q, dt)) tracks.push_back(std::move(there[i]));
+      if (move(there[i], end[i], turn, dt)) tracks.push_back(std::move(there[i]));
     }
     return {};
   }
@@ -151,16 +151,17 @@ struct Tracker::Impl {
   }
 
   // Moves the track to `pixel`; false if its distortion has no inverse.
-  [[nodiscard]] bool move(Track& track, const Vector2f& pixel, const std::optional<Quaterniond>& q,
-                          double dt) const {
+  [[nodiscard]] bool move(Track& track, const Vector2f& pixel,
+                          const std::optional<CameraTurn>& turn, double dt) const {
     const auto n = left.undistort(pixel.cast<double>());
     if (!n) return false;
-    const Vector2d turned = q ? Vector2d((*q * track.n.homogeneous()).hnormalized()) : track.n;
+    const Vector2d turned =
+        turn ? Vector2d((turn->q_C1C0 * track.n.homogeneous()).hnormalized()) : track.n;
     track.speed = (*n - turned) / dt;
     track.pixel = pixel;
     track.n = *n;
     track.is_new = false;
-    track.turned = q ? track.turned + 1 : 0;
+    track.turned = turn ? track.turned + 1 : 0;
     return true;
   }
 
@@ -201,7 +202,7 @@ struct Tracker::Impl {
   }
 
   // Tracks the features of the last image into this one; sets the fault if there is one.
-  void follow_all(Utime utime, const std::optional<Quaterniond>& q, ImageQuality& quality) {
+  void follow_all(Utime utime, const std::optional<CameraTurn>& turn, ImageQuality& quality) {
     const std::optional<Utime> last_utime = check.last_utime();
     const double dt = last_utime ? to_seconds(utime - *last_utime) : 0.0;
     if (!last_utime || dt > options.max_gap_s) {
@@ -209,7 +210,7 @@ struct Tracker::Impl {
       return;
     }
     const int before = static_cast<int>(tracks.size());
-    const std::string thrown = follow(q, dt);
+    const std::string thrown = follow(turn, dt);
     if (!thrown.empty()) {
       reset();
       quality.fault = ImageFault::kLibraryError;
@@ -218,7 +219,7 @@ struct Tracker::Impl {
     }
     align_to_anchors();
     quality.lost = before - static_cast<int>(tracks.size());
-    if (q) quality.moving = motion.remove_moving(tracks, image_number, *q);
+    if (turn) quality.moving = motion.remove_moving(tracks, image_number, *turn);
     quality.tracked = static_cast<int>(tracks.size());
     if (before >= kFewFeatures && quality.tracked < kLostShare * before) {
       quality.fault = ImageFault::kLost;
@@ -232,7 +233,7 @@ struct Tracker::Impl {
   }
 
   [[nodiscard]] TrackedImage step(const ImageFrame& image, const ImageFrame* right_image,
-                                  const std::optional<Quaterniond>& q) {
+                                  const std::optional<CameraTurn>& turn) {
     TrackedImage result;
     result.frame.utime = image.utime;
     ImageQuality& quality = result.quality;
@@ -241,7 +242,7 @@ struct Tracker::Impl {
 
     for (Track& track : tracks) track.right.reset();
     ++image_number;
-    follow_all(image.utime, q, quality);
+    follow_all(image.utime, turn, quality);
     if (const std::string thrown = add_new(quality.added); !thrown.empty()) {
       quality.fault = ImageFault::kLibraryError;
       quality.reason = thrown;
@@ -295,9 +296,9 @@ Tracker::~Tracker() = default;
 std::optional<Utime> Tracker::utime() const { return impl_->check.last_utime(); }
 
 TrackedImage Tracker::step(const ImageFrame& left, const ImageFrame* right,
-                           const std::optional<Eigen::Quaterniond>& q_C1C0) {
-  DIVE_DEMAND(!q_C1C0 || std::abs(q_C1C0->norm() - 1.0) < 1e-6);
-  return impl_->step(left, right, q_C1C0);
+                           const std::optional<CameraTurn>& turn) {
+  DIVE_DEMAND(!turn || std::abs(turn->q_C1C0.norm() - 1.0) < 1e-6);
+  return impl_->step(left, right, turn);
 }
 
 }  // namespace dive::estimation

@@ -7,8 +7,8 @@
 //   - is found from the gyro's prediction (infinite homography K R K^-1, and its last motion), and
 //     from there back at its old position;
 //   - obeys the epipolar constraint of the gyro's rotation and one common translation, since the
-//     last image and since the sixteenth before: drifting marine snow becomes detectable in a
-//     second, not in one image.
+//     last image and since the sixteenth before, as far as the gyro's bias is known: drifting
+//     marine snow becomes detectable in a second, not in one image.
 
 #include <cstdint>
 #include <memory>
@@ -20,6 +20,7 @@
 #include "common/camera_model.h"
 #include "common/measurements.h"
 #include "estimation/visual_inertial/front_end/feature_frame.h"
+#include "estimation/visual_inertial/front_end/gyro_turn.h"
 #include "estimation/visual_inertial/front_end/image_quality.h"
 
 namespace dive::estimation {
@@ -33,7 +34,7 @@ struct TrackerOptions {
   int cells_per_image = 8;        ///< Grid cells searched for new features.
   double back_px = 0.8;           ///< Maximum error of a point tracked forwards and back.
   double epipolar_px = 1.0;       ///< Tolerance since the last image.
-  double drift_px = 1.5;          ///< Tolerance since the sixteenth before: gyro errors add up.
+  double drift_px = 1.5;          ///< Tolerance since the sixteenth before: noise adds up.
   double min_contrast = 3.0;      ///< Standard deviation, grey levels; below it is only noise.
   int min_features = 10;          ///< Fewer are a fault: moving ones cannot be detected.
   double max_gap_s = 0.5;         ///< Maximum gap over which features are tracked.
@@ -61,15 +62,15 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
   ~Tracker();
 
-  /// Stamp of the last used image, if any: the start of q_C1C0.
+  /// Stamp of the last used image, if any: the start of the next turn.
   [[nodiscard]] std::optional<Utime> utime() const;
 
   /// Processes the next image, and the right camera's, taken within a millisecond, if there is one.
-  /// `q_C1C0`: the gyro's rotation from the left camera at utime() to now (p_C1 = q_C1C0 p_C0);
-  /// without it there is no prediction and no check of motion. A rejected image changes nothing.
+  /// `turn`: the gyro's rotation of the left camera from utime() to now; without it there is no
+  /// prediction and no check of motion. A rejected image changes nothing.
   /// Library exceptions do not leave it.
   [[nodiscard]] TrackedImage step(const ImageFrame& left, const ImageFrame* right,
-                                  const std::optional<Eigen::Quaterniond>& q_C1C0);
+                                  const std::optional<CameraTurn>& turn);
 
  private:
   struct Impl;

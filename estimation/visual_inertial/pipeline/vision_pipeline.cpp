@@ -24,8 +24,6 @@ constexpr double kMinSigma = 0.01;         // m
 constexpr double kMinYawSigma = 0.1;       // deg
 constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
-constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a unit that its own filter has corrected
-constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
 constexpr double kBiasPeriod_s = 5.0;      // between two biases that are remembered
@@ -46,8 +44,6 @@ KnownStart start_from(const StateEstimate& published) {
   start.yaw_sigma_deg = std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
   start.tilt_sigma_deg = kTiltSigma;
   start.speed_sigma = kSpeedSigma;
-  start.bias.gyro_sigma = kGyroBiasSigma;
-  start.bias.accel_sigma = kAccelBiasSigma;
   return start;
 }
 
@@ -160,13 +156,13 @@ void VisionPipeline::expect_speed(const StateEstimate& published) {
   filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
 }
 
-// q_C1C0 of the left camera since the tracker's last image.
-std::optional<Quaterniond> VisionPipeline::turn_to(Utime utime) const {
+// Turn of the left camera since the tracker's last image.
+std::optional<CameraTurn> VisionPipeline::turn_to(Utime utime) const {
   const std::optional<Utime> from = tracker_.utime();
   if (!from || *from >= utime || recent_.empty() || recent_.front().utime > *from) {
     return std::nullopt;
   }
-  return turn_by_gyro(recent_, *from, utime, filter_.state().imu.gyro_bias,
+  return turn_by_gyro(recent_, *from, utime, filter_.gyro_bias(),
                       options_.filter.cameras[0].X_BC.q);
 }
 

@@ -74,7 +74,7 @@ class VisionPipeline {
   void expect_speed(const StateEstimate& published);
   void add(const VisionInput& input);
   [[nodiscard]] ImageQuality track(const VisionInput& input);
-  [[nodiscard]] std::optional<Eigen::Quaterniond> turn_to(Utime utime) const;
+  [[nodiscard]] std::optional<CameraTurn> turn_to(Utime utime) const;
   [[nodiscard]] VisionFault check_image(const ImageQuality& quality);
   [[nodiscard]] VisionFault check_filter(Utime now);
   void detect_tags(const ImageFrame& image, VisionEstimate& estimate);

@@ -87,8 +87,8 @@ CameraModel small(double y) {
 AslSensors sensors() {
   AslSensors result;
   result.cameras = {small(0.07), small(-0.07)};
-  result.gyro_density = 8.7e-5;
-  result.accel_walk = 4e-5;
+  result.imu.gyro_density = 8.7e-5;
+  result.imu.accel_walk = 4e-5;
   result.depth_sigma_m = 0.01;
   result.comment = "of \"a\" test\nin two lines";
   return result;

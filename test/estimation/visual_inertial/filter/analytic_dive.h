@@ -24,16 +24,16 @@ struct AnalyticDiveOptions {
   double depth_hz = 10.0;
   double pixel_sigma = 0.7;
   double depth_sigma_m = 0.02;
-  double gyro_noise = 1.7e-4;        ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
-  double accel_noise = 2.0e-3;       ///< m/s^2/sqrt(Hz)
-  double gyro_walk = 2.0e-5;         ///< rad/s^2/sqrt(Hz)
-  double accel_walk = 1.0e-3;        ///< m/s^3/sqrt(Hz)
-  double gyro_bias_sigma = 0.05;     ///< rad/s, turn-on: MEMS units have 0.02 to 0.1
-  double accel_bias_sigma = 0.15;    ///< m/s^2, turn-on: 0.05 to 0.3
-  double imu_scale_sigma = 0.0;      ///< Scale and misalignment; MEMS units have 0.005
-  double gyro_by_accel_sigma = 0.0;  ///< rad/s per m/s^2; an ADIS16448 has 3e-5 (0.015 deg/s/g)
-  double extrinsic_sigma_deg = 0.3;  ///< Error of the configured camera rotation.
-  double extrinsic_sigma_m = 0.005;  ///< Error of the configured camera position.
+  double gyro_noise = 1.7e-4;         ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
+  double accel_noise = 2.0e-3;        ///< m/s^2/sqrt(Hz)
+  double gyro_walk = 2.0e-5;          ///< rad/s^2/sqrt(Hz)
+  double accel_walk = 1.0e-3;         ///< m/s^3/sqrt(Hz)
+  double gyro_bias_sigma = 0.05;      ///< rad/s, turn-on: MEMS units have 0.02 to 0.1
+  double accel_bias_sigma = 0.15;     ///< m/s^2, turn-on: 0.05 to 0.3
+  double imu_scale_sigma = 0.005;     ///< Scale and misalignment, per element.
+  double gyro_by_accel_sigma = 3e-5;  ///< rad/s per m/s^2; an ADIS16448 has 0.015 deg/s/g
+  double extrinsic_sigma_deg = 0.3;   ///< Error of the configured camera rotation.
+  double extrinsic_sigma_m = 0.005;   ///< Error of the configured camera position.
   double time_offset_sigma_s = 0.003;
   int features = 200;          ///< Features tracked at a time.
   double snow_share = 0.0;     ///< Fraction of them that drift through the water.
@@ -68,6 +68,7 @@ class AnalyticDive {
   [[nodiscard]] double true_time_offset_s() const { return time_offset_s_; }
   [[nodiscard]] const Eigen::Vector3d& gyro_bias() const { return gyro_bias_; }
   [[nodiscard]] const Eigen::Vector3d& accel_bias() const { return accel_bias_; }
+  [[nodiscard]] const Eigen::Matrix3d& gyro_scale() const { return gyro_scale_; }
   /// True if a feature's id belongs to a moving object.
   [[nodiscard]] static bool is_snow(std::int64_t id) { return MadeFeatures::is_snow(id); }
   [[nodiscard]] Eigen::Vector3d landmark(std::int64_t id) const { return features_->landmark(id); }

@@ -59,9 +59,10 @@ class Life {
     const double dt = std::pow(10.0, random_.uniform(-4.0, -1.0));
     const Matrix15d F = Matrix15d::Identity() + dt * matrix(15, 15, 0.3);
     const MatrixXd G = matrix(15, 6, std::sqrt(dt) * 1e-2);
-    state_.propagate(state_.imu, F, G * G.transpose() + 1e-10 * dt * Matrix15d::Identity());
+    state_.propagate({state_.imu, F, G * G.transpose() + 1e-10 * dt * Matrix15d::Identity(),
+                      matrix(9, 18, 0.3 * dt)});
     // Prior information on all states keeps the covariance bounded, as in any real filter.
-    observe(MatrixXd::Identity(15, 15), {0, 15}, 1.0);
+    observe(MatrixXd::Identity(33, 33), {0, 33}, 1.0);
   }
 
   void swap_clone() {

@@ -78,7 +78,8 @@ struct Window {
       const auto truth = dive.truth(0.5 * i);
       ImuState imu;
       imu.motion = {truth.X_WB.q, truth.X_WB.p, truth.X_WB.q * truth.v_WB_B};
-      state.propagate(imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity());
+      state.propagate({imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
+                       Eigen::Matrix<double, 9, 18>::Zero()});
       state.clone(i, truth.omega_WB_B);
       track.observations.push_back({i, image_of(truth.X_WB, state.cameras_B[0], p_W),
                                     image_of(truth.X_WB, state.cameras_B[1], p_W)});

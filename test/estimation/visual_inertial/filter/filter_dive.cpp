@@ -40,6 +40,8 @@ estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
   estimation::VisualInertialOptions result;
   result.cameras = dive.cameras();
   result.imu = {options.gyro_noise, options.accel_noise, options.gyro_walk, options.accel_walk};
+  result.imu.gyro_by_accel = options.gyro_by_accel_sigma;
+  result.imu_scale_sigma = options.imu_scale_sigma;
   result.pixel_sigma = options.pixel_sigma;
   result.depth_sigma_m = options.depth_sigma_m;
   if (options.extrinsic_sigma_m > 0.0) {

@@ -43,13 +43,56 @@ FilterState correlated(Random& random) {
   const std::array<Columns, 1> all{{{0, state.size()}}};
   EXPECT_TRUE(state.correct(all, random_matrix(random, 5, state.size()), VectorXd::Zero(5),
                             VectorXd::Constant(5, 1e-4)));
-  state.propagate(state.imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity());
+  state.propagate({state.imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
+                   random_matrix(random, 9, 18)});
   state.clone(2, {-0.1, 0.4, 0.2});
   return state;
 }
 
 RC_GTEST_PROP(Covariance, StaysSymmetricAndPositive, (std::uint64_t seed)) {
   RC_ASSERT(testing::break_covariance(seed, 500) == "");
+}
+
+RC_GTEST_PROP(Covariance, IsPropagatedWithTheIntrinsics, (std::uint64_t seed)) {
+  Random random(seed);
+  FilterState state = correlated(random);
+  const MatrixXd P = state.covariance();
+  const Columns intrinsics = *state.intrinsics_columns();
+  const MatrixXd G = random_matrix(random, 15, 5);
+  const ImuStep step{state.imu, Matrix15d(random_matrix(random, 15, 15)), G * G.transpose(),
+                     random_matrix(random, 9, 18)};
+  MatrixXd F = MatrixXd::Identity(P.rows(), P.rows());
+  F.topLeftCorner<15, 15>() = step.transition;
+  F.block<9, 18>(0, intrinsics.start) += step.by_intrinsics;
+  MatrixXd expected = F * P * F.transpose();
+  expected.topLeftCorner<15, 15>() += step.noise;
+  state.propagate(step);
+  RC_ASSERT((state.covariance() - expected).norm() < 1e-12 * expected.norm());
+}
+
+// The bias that was found where the rate is w and the specific force f is b - T w, b - T f.
+RC_GTEST_PROP(Covariance, OfBiasesFoundSomewhereIsThatOfTheirSumThere, (std::uint64_t seed)) {
+  Random random(seed);
+  FilterState state(options());
+  const MatrixXd A = random_matrix(random, 15, 15);
+  const Matrix15d P = 1e-3 * A * A.transpose();
+  state.begin({}, P);
+  const ImuReading at{random_matrix(random, 3, 1), random_matrix(random, 3, 1)};
+  state.correlate_biases(at);
+  const Columns intrinsics = *state.intrinsics_columns();
+  MatrixXd J = MatrixXd::Zero(15, state.size());
+  J.leftCols<15>().setIdentity();
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    for (Eigen::Index column = 0; column < 3; ++column) {
+      J(9 + row, intrinsics.start + 3 * column + row) = -at.gyro_B[column];
+      J(12 + row, intrinsics.start + 9 + 3 * column + row) = -at.accel_B[column];
+    }
+  }
+  RC_ASSERT((J * state.covariance() * J.transpose() - P).norm() < 1e-12);
+  // and it says nothing about the intrinsics
+  MatrixXd own = MatrixXd::Zero(18, state.size());
+  own.middleCols<18>(intrinsics.start).setIdentity();
+  RC_ASSERT((own * state.covariance() * J.transpose()).norm() < 1e-12);
 }
 
 RC_GTEST_PROP(Update, IsThatOfJosephsForm, (std::uint64_t seed)) {

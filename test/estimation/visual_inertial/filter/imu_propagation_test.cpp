@@ -32,6 +32,8 @@ ImuState arbitrary_state() {
   state.motion = {pose.q, pose.p, *testing::arbitrary_vector(2.0)};
   state.gyro_bias = *testing::arbitrary_vector(0.1);
   state.accel_bias = *testing::arbitrary_vector(0.5);
+  for (double& x : state.intrinsics.gyro.reshaped()) x = *testing::arbitrary_double(-0.02, 0.02);
+  for (double& x : state.intrinsics.accel.reshaped()) x = *testing::arbitrary_double(-0.02, 0.02);
   return state;
 }
 
@@ -50,6 +52,9 @@ ImuState disturbed(const ImuState& state, const VectorXd& e) {
   result.motion.v_WB += e.segment<3>(6);
   result.gyro_bias += e.segment<3>(9);
   result.accel_bias += e.segment<3>(12);
+  if (e.size() == 15) return result;
+  result.intrinsics.gyro.reshaped() += e.segment<9>(15);
+  result.intrinsics.accel.reshaped() += e.segment<9>(24);
   return result;
 }
 
@@ -70,8 +75,9 @@ RC_GTEST_PROP(Propagation, HasTheTransitionThatDifferencesGive, ()) {
         const ImuState other = disturbed(state, e);
         return difference(step.state, propagate(other, other.motion, interval, {}, 9.81).state);
       },
-      15);
-  RC_ASSERT((step.transition - numeric).cwiseAbs().maxCoeff() < 1e-6);
+      33);
+  RC_ASSERT((step.transition - numeric.leftCols<15>()).cwiseAbs().maxCoeff() < 1e-6);
+  RC_ASSERT((step.by_intrinsics - numeric.topRightCorner<9, 18>()).cwiseAbs().maxCoeff() < 1e-6);
   RC_ASSERT((step.noise - step.noise.transpose()).norm() < 1e-15);
   RC_ASSERT(Eigen::SelfAdjointEigenSolver<Matrix15d>(step.noise).eigenvalues().minCoeff() > -1e-18);
 }
@@ -101,6 +107,7 @@ TEST(Propagation, FollowsAMotionInClosedForm) {
     testing::AnalyticDiveOptions options;
     options.imu_hz = hz;
     options.gyro_noise = options.accel_noise = options.gyro_walk = options.accel_walk = 0.0;
+    options.imu_scale_sigma = options.gyro_by_accel_sigma = 0.0;
     testing::AnalyticDive dive(options, 3);
     VisualInertialOptions filter;
     ImuBuffer buffer(filter);

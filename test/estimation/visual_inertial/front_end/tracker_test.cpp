@@ -35,8 +35,8 @@ Pose camera_pose(const CameraModel& camera, const Path& path, int k) {
   return path(to_seconds(k * kPeriod)) * camera.X_BC;
 }
 
-Eigen::Quaterniond turn(const CameraModel& camera, const Path& path, int from, int to) {
-  return camera_pose(camera, path, to).q.conjugate() * camera_pose(camera, path, from).q;
+CameraTurn turn(const CameraModel& camera, const Path& path, int from, int to) {
+  return {camera_pose(camera, path, to).q.conjugate() * camera_pose(camera, path, from).q};
 }
 
 // Distance in pixels of each feature from the true position of its first observed point.
@@ -174,7 +174,7 @@ TEST(Tracker, KeepsThroughAFastTurnWhatItLosesWithoutGyro) {
     Truth truth(room, camera);
     for (int k = 0; k < 4; ++k) {
       const Pose X_WC = camera_pose(camera, turning, k);
-      std::optional<Eigen::Quaterniond> q;
+      std::optional<CameraTurn> q;
       if (gyro) q = turn(camera, turning, std::max(0, k - 1), k);
       const TrackedImage tracked_image =
           tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr, q);
@@ -227,6 +227,29 @@ TEST(Tracker, ThrowsOutSnow) {
   EXPECT_GT(snow.found_flakes, 0.4 * snow.found);  // dense snow
   EXPECT_LT(snow.flakes, 0.05 * (snow.walls + snow.flakes));
   EXPECT_GT(snow.walls, 300);
+}
+
+// Before initialisation the gyro of a MEMS unit errs by up to 0.1 rad/s, which moves all features
+// across their epipolar lines.
+TEST(Tracker, KeepsWhatTheGyrosBiasWouldExplain) {
+  PaintedRoom room({4, 3, 2});
+  const CameraModel camera = test_camera();
+  const double dt = to_seconds(kPeriod);
+  const Eigen::Quaterniond by_bias = so3_exp(dt * Eigen::Vector3d(0.06, -0.04, 0.03));
+  const auto kept_with = [&](double sigma) {
+    Tracker tracker({}, camera, std::nullopt, 1);
+    int kept = 0;
+    for (int k = 0; k < 20; ++k) {
+      CameraTurn by_gyro = turn(camera, swimming, std::max(0, k - 1), k);
+      by_gyro.q_C1C0 = by_bias * by_gyro.q_C1C0;
+      by_gyro.sigma = sigma * dt;
+      const Pose X_WC = camera_pose(camera, swimming, k);
+      kept = tracker.step(room.image(camera, X_WC, k * kPeriod), nullptr, by_gyro).quality.tracked;
+    }
+    return kept;
+  };
+  EXPECT_GT(kept_with(0.1), 150);
+  EXPECT_LT(kept_with(0.004), 60);
 }
 
 TEST(Tracker, FollowsAsTheLightGoesDown) {
@@ -296,7 +319,7 @@ class Refusing : public ::testing::Test {
   TrackedImage step(const ImageFrame& image, const ImageFrame* right = nullptr) {
     const auto pose = [&](Utime utime) { return swimming(to_seconds(utime)) * camera.X_BC; };
     const Utime last = tracker.utime().value_or(image.utime);
-    return tracker.step(image, right, pose(image.utime).q.conjugate() * pose(last).q);
+    return tracker.step(image, right, CameraTurn{pose(image.utime).q.conjugate() * pose(last).q});
   }
   ImageFrame at(int k, double light = 1.0) {
     return room.image(camera, camera_pose(camera, swimming, k), k * kPeriod, 1.0, light);
