@@ -41,6 +41,7 @@ void VisualInertialFilter::restart(FilterStart start) {
   DIVE_DEMAND(validate(start).empty());
   start_ = std::move(start);
   started_ = false;
+  if (watch_.health.diverged) state_ = FilterState(options_);
   estimate_.valid = false;
   events_.clear();
   initialiser_.reset();

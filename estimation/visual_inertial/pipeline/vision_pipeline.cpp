@@ -75,6 +75,7 @@ std::string VisionOptions::validate() const {
   check("blurred_share", blurred_share, 0.0, 1.0);
   check("grace_s", grace_s, 0.0, 10.0);
   check("refused_s", refused_s, 0.1, 10.0);
+  check("max_refused_s", max_refused_s, 0.1, 1000.0);
   check("max_dark_s", max_dark_s, 0.1, 1000.0);
   check("expected_sigma", expected_sigma, 1e-3, 10.0);
   check("expected_hz", expected_hz, 0.1, 100.0);
@@ -217,11 +218,15 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   imaged_.reset();
   const std::int64_t frames = filter_.state_frames();
   const Utime dark = newest_ - last_image_;
-  const bool is_lost = filter_.health().diverged || has_gap_ ||
-                       (input.left && to_seconds(dark) > options_.max_dark_s);
+  // A filter that has used none of so many features is not going to use one.
+  const bool uses_none =
+      dark < kInTheDark && std::min(to_seconds(newest_ - usable_since_),
+                                    filter_.health().since_visual_s) > options_.max_refused_s;
+  const bool has_failed = filter_.health().diverged || uses_none;
+  const bool is_lost =
+      has_failed || has_gap_ || (input.left && to_seconds(dark) > options_.max_dark_s);
   if (input.published.valid && (!has_begun_ || is_lost)) {
-    if (filter_.health().diverged)
-      proof_s_ = std::clamp(2.0 * proof_s_, kMinProbation, kMaxProbation);
+    if (has_failed) proof_s_ = std::clamp(2.0 * proof_s_, kMinProbation, kMaxProbation);
     begin(input.published);
   }
   VisionEstimate estimate;

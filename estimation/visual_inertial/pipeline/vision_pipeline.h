@@ -26,6 +26,7 @@ struct VisionOptions {
   double blurred_share = 0.35;   ///< Fraction of the usual sharpness below which it is blurred.
   double grace_s = 3.0;          ///< Time for the filter to use a feature after images return.
   double refused_s = 5.0;        ///< Maximum time between used features after that.
+  double max_refused_s = 15.0;   ///< The same, after which the filter is re-initialised.
   double max_dark_s = 15.0;      ///< Time without images after which the filter is re-initialised.
   double expected_sigma = 0.12;  ///< Sigma of the expected speed in the dark, m/s per axis.
   double expected_hz = 5.0;      ///< Rate of that update. Its errors persist: more is no better.
