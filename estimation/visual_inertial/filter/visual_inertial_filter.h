@@ -26,8 +26,8 @@ class VisualInertialFilter {
   /// Demands options and a start that validate.
   VisualInertialFilter(VisualInertialOptions options, FilterStart start);
 
-  /// Re-initialises as soon as `start` can. Keeps the calibration found so far, unless the filter has
-  /// diverged: what made it diverge may have acted on the calibration too.
+  /// Re-initialises as soon as `start` can. Keeps the calibration found so far, unless the filter
+  /// has diverged: what made it diverge may have acted on the calibration too.
   void restart(FilterStart start);
 
   void add(const ImuSample& sample);

@@ -106,6 +106,14 @@ std::optional<FittedView> view_of(const FittedPoint& point, const Kinematics& an
   return result;
 }
 
+// One image of a point along its ray: m = ray + rho shift in that camera, as in view_of().
+struct DepthView {
+  Vector3d ray;
+  Vector3d shift;
+  Vector2d image;
+  Eigen::Matrix2d whitening;
+};
+
 // Half of Huber's loss times two, of a residual in sigmas; `weight`: of its least squares.
 double huber(double sigmas, double& weight) {
   weight = sigmas <= kHuber ? 1.0 : kHuber / sigmas;
@@ -138,6 +146,16 @@ struct Scratch {
   Matrix3d own = Matrix3d::Zero();
 };
 
+// A range of columns, and the place where it begins among others.
+struct Part {
+  Eigen::Index from, to, size;
+};
+
+// Columns of one view: anchor's camera, own camera, time offset, anchor, frame. Two of them may be
+// the same column of the point.
+constexpr Eigen::Index kOfView = 25;
+using ViewParts = std::array<Part, 5>;
+
 class Problem {
  public:
   Problem(const StartWindow& window, const VisualInertialOptions& options,
@@ -159,8 +177,10 @@ class Problem {
   void add_views(const Values& at, std::size_t index, FitSystem& normal, Scratch& sum) const;
   void add_imu(const Values& at, std::size_t frame, FitSystem& normal) const;
   void add_point(const Values& at, std::size_t index, double damping, FitSystem& normal) const;
+  [[nodiscard]] std::vector<DepthView> depth_views(const FeatureTrack& track, const Values& at,
+                                                   const FittedPoint& point) const;
   [[nodiscard]] double best_inverse_depth(const FeatureTrack& track, const Values& at,
-                                          FittedPoint point) const;
+                                          const FittedPoint& point) const;
   // From a difference of image coordinates to sigmas of a pixel.
   [[nodiscard]] Eigen::Matrix2d whitening_of(const TrackObservation& view,
                                              std::size_t camera) const {
@@ -200,30 +220,49 @@ Values Problem::begin(const ImuState& first) const {
   return values;
 }
 
+std::vector<DepthView> Problem::depth_views(const FeatureTrack& track, const Values& at,
+                                            const FittedPoint& point) const {
+  std::vector<DepthView> views;
+  views.reserve(2 * track.observations.size());
+  const Kinematics& anchor = at.frames[point.anchor];
+  const Vector3d ray_W = anchor.q_WB * (at.cameras_B[0].q * point.image.homogeneous());
+  const Vector3d from_W = anchor.p_WB + anchor.q_WB * at.cameras_B[0].p;
+  for (const auto& view : track.observations) {
+    const Kinematics& frame = at.frames[index_of(view)];
+    const Matrix3d R_jT = frame.q_WB.conjugate().toRotationMatrix();
+    for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
+      const Pose& X_BC = at.cameras_B[camera];
+      const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
+      views.push_back({R_CB * (R_jT * ray_W), R_CB * (R_jT * (from_W - frame.p_WB) - X_BC.p),
+                       camera == 0 ? view.left : *view.right, whitening_of(view, camera)});
+    }
+  }
+  return views;
+}
+
 // Gauss-Newton over the inverse depth alone, which stays positive.
 double Problem::best_inverse_depth(const FeatureTrack& track, const Values& at,
-                                   FittedPoint point) const {
+                                   const FittedPoint& point) const {
   constexpr int kSteps = 8;
   constexpr double kLeast = 0.01;  // 1/m
   constexpr double kMost = 5.0;    // 1/m
   const double prior = weight_of(kInverseSigma);
+  const std::vector<DepthView> views = depth_views(track, at, point);
+  double rho = point.inverse_depth;
   for (int i = 0; i < kSteps; ++i) {
     double information = prior;
-    double gradient = prior * (kUsualInverse - point.inverse_depth);
-    for (const auto& view : track.observations) {
-      for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
-        const auto seen = view_of(point, at.frames[point.anchor], at.frames[index_of(view)],
-                                  at.cameras_B[0], at.cameras_B[camera]);
-        if (!seen) continue;
-        const Vector2d J = whitening_of(view, camera) * seen->by_point.col(2);
-        information += J.squaredNorm();
-        gradient += J.dot(whitening_of(view, camera) *
-                          ((camera == 0 ? view.left : *view.right) - seen->image));
-      }
+    double gradient = prior * (kUsualInverse - rho);
+    for (const DepthView& view : views) {
+      const Vector3d m = view.ray + rho * view.shift;
+      if (!(m.z() > kMinDepthShare)) continue;
+      const Vector2d image = m.head<2>() / m.z();
+      const Vector2d J = view.whitening * (view.shift.head<2>() - image * view.shift.z()) / m.z();
+      information += J.squaredNorm();
+      gradient += J.dot(view.whitening * (view.image - image));
     }
-    point.inverse_depth = std::clamp(point.inverse_depth + gradient / information, kLeast, kMost);
+    rho = std::clamp(rho + gradient / information, kLeast, kMost);
   }
-  return point.inverse_depth;
+  return rho;
 }
 
 // A term r = J x of the unknowns of some columns, with a weight.
@@ -308,7 +347,7 @@ void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) co
   noise.matrixL().solveInPlace(r);
   const Eigen::Matrix<double, 2 * kFrame + kBiases, 2 * kFrame + kBiases> H = J.transpose() * J;
   const Eigen::Matrix<double, 2 * kFrame + kBiases, 1> g = J.transpose() * r;
-  const std::array<std::array<Eigen::Index, 3>, 2> parts{
+  const std::array<Part, 2> parts{
       {{0, column(frame), kTwoFrames}, {kTwoFrames, bias_column(), kBiases}}};
   for (const auto& [from, to, size] : parts) {
     normal.g.segment(to, size) += g.segment(from, size);
@@ -356,20 +395,29 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
       normal.cost += cost;
       normal.image_cost += cost;
       normal.outliers += sigmas > kOutlierOfFit ? 1 : 0;
-      Eigen::Matrix<double, 2, Eigen::Dynamic> J =
-          Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, sum.g.size());
-      J.leftCols<kCamera>() += seen->by_anchor_camera;
-      J.middleCols<kCamera>(kCamera * static_cast<Eigen::Index>(camera)) += seen->by_camera;
-      J.col(calibration_ - 1) =
-          seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(index_of(view));
-      J.middleCols<6>(calibration_) += seen->by_anchor;
-      J.middleCols<6>(calibration_ + 6 * static_cast<Eigen::Index>(i)) += seen->by_frame;
+      Eigen::Matrix<double, 2, kOfView> J;
+      J << seen->by_anchor_camera, seen->by_camera,
+          seen->by_anchor * rate(point.anchor) + seen->by_frame * rate(index_of(view)),
+          seen->by_anchor, seen->by_frame;
       J = (whitening * J).eval();
+      const ViewParts parts{{{0, 0, kCamera},
+                             {6, kCamera * static_cast<Eigen::Index>(camera), kCamera},
+                             {12, calibration_ - 1, 1},
+                             {13, calibration_, 6},
+                             {19, calibration_ + 6 * static_cast<Eigen::Index>(i), 6}}};
       const Matrix23d by_point = whitening * seen->by_point;
-      sum.H.noalias() += weight * J.transpose() * J;
-      sum.g.noalias() += weight * J.transpose() * r;
+      const Eigen::Matrix<double, kOfView, kOfView> H = weight * J.transpose() * J;
+      const Eigen::Matrix<double, kOfView, 1> g = weight * J.transpose() * r;
+      const Eigen::Matrix<double, 3, kOfView> cross = weight * by_point.transpose() * J;
+      for (const Part& row : parts) {
+        sum.g.segment(row.to, row.size) += g.segment(row.from, row.size);
+        out.cross.middleCols(row.to, row.size) += cross.middleCols(row.from, row.size);
+        for (const Part& other : parts) {
+          sum.H.block(row.to, other.to, row.size, other.size) +=
+              H.block(row.from, other.from, row.size, other.size);
+        }
+      }
       sum.own.noalias() += weight * by_point.transpose() * by_point;
-      out.cross.noalias() += weight * by_point.transpose() * J;
       out.g.noalias() += weight * by_point.transpose() * r;
     }
   }
@@ -389,9 +437,6 @@ void Problem::add_point(const Values& at, std::size_t index, double damping,
   out.inverse = sum.own.inverse();
   sum.H.noalias() -= out.cross.transpose() * out.inverse * out.cross;
   sum.g.noalias() -= out.cross.transpose() * (out.inverse * out.g);
-  struct Part {
-    Eigen::Index from, to, size;
-  };
   std::vector<Part> parts{{0, 0, calibration_}};
   for (std::size_t i = 0; i < out.frames.size(); ++i) {
     parts.push_back({calibration_ + 6 * static_cast<Eigen::Index>(i), column(out.frames[i]), 6});
