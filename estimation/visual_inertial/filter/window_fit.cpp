@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "estimation/visual_inertial/filter/fitted_point.h"
+
 namespace dive::estimation {
 namespace {
 
@@ -17,8 +19,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using imu_error::kPosition;
 using imu_error::kVelocity;
-using Matrix23d = Eigen::Matrix<double, 2, 3>;
-using Matrix26d = Eigen::Matrix<double, 2, 6>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
@@ -31,26 +31,11 @@ constexpr int kMaxFitSteps = 25;
 constexpr int kMaxDampings = 6;
 constexpr double kSettled = 0.01;  // change of the cost, which is in sigmas squared
 constexpr double kLeastDamping = 1e-9;
-constexpr double kHuber = 2.0;           // sigmas of one image residual
-constexpr double kOutlierOfFit = 3.0;    // sigmas
-constexpr double kStillSpeed = 0.01;     // m/s
-constexpr double kUsualInverse = 0.3;    // 1/m
-constexpr double kInverseSigma = 10.0;   // 1/m: hardly a prior
-constexpr double kExact = 1e-6;          // sigma of a calibration that is not estimated
-constexpr double kClearlyBehind = 3.0;   // sigmas of the inverse depth
-constexpr double kLost = 100.0;          // cost of a point that is not before a camera
-constexpr double kMinDepthShare = 1e-3;  // of the ray's depth coordinate, in front of a camera
-
-// Of the frame in the window.
-std::size_t index_of(const TrackObservation& view) { return static_cast<std::size_t>(view.frame); }
-
-double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
-
-struct FittedPoint {
-  std::size_t anchor = 0;  // frame
-  Vector2d image = Vector2d::Zero();
-  double inverse_depth = kUsualInverse;
-};
+constexpr double kOutlierOfFit = 3.0;   // sigmas
+constexpr double kStillSpeed = 0.01;    // m/s
+constexpr double kExact = 1e-6;         // sigma of a calibration that is not estimated
+constexpr double kClearlyBehind = 3.0;  // sigmas of the inverse depth
+constexpr double kLost = 100.0;         // cost of a point that is not before a camera
 
 struct Values {
   std::vector<Pose> cameras_B;
@@ -65,60 +50,6 @@ struct Values {
     return {frames[frame], gyro_bias, accel_bias, intrinsics};
   }
 };
-
-// The image of a point in a frame, and its change with all that it depends on. Attitude first.
-struct FittedView {
-  Vector2d image;
-  Matrix26d by_anchor;
-  Matrix26d by_frame;
-  Matrix26d by_anchor_camera;
-  Matrix26d by_camera;
-  Matrix23d by_point;  // image in the anchor, inverse depth
-};
-
-// Scaled by the inverse depth rho: s = R_BA h + rho p_BA in the anchor's body, U = R_j^T (R_a s +
-// rho (p_a - p_j)) in the frame's body, m = R_BC^T (U - rho p_BC) in its camera.
-std::optional<FittedView> view_of(const FittedPoint& point, const Kinematics& anchor,
-                                  const Kinematics& frame, const Pose& X_BA, const Pose& X_BC) {
-  const double rho = point.inverse_depth;
-  const Vector3d h = point.image.homogeneous();
-  const Matrix3d R_a = anchor.q_WB.toRotationMatrix();
-  const Matrix3d R_BA = X_BA.q.toRotationMatrix();
-  const Matrix3d R_jT = frame.q_WB.conjugate().toRotationMatrix();
-  const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
-  const Vector3d s = R_BA * h + rho * X_BA.p;
-  const Vector3d U = R_jT * (R_a * s + rho * (anchor.p_WB - frame.p_WB));
-  const Vector3d m = R_CB * (U - rho * X_BC.p);
-  if (!(m.z() > kMinDepthShare)) return std::nullopt;
-  Matrix23d by_m;
-  by_m << 1.0 / m.z(), 0.0, -m.x() / (m.z() * m.z()), 0.0, 1.0 / m.z(), -m.y() / (m.z() * m.z());
-  const Matrix23d by_W = by_m * R_CB * R_jT;
-  const Matrix23d by_s = by_W * R_a;
-  FittedView result;
-  result.image = m.head<2>() / m.z();
-  result.by_anchor << by_s * -skew(s), rho * by_W;
-  result.by_frame << by_m * R_CB * skew(U), -rho * by_W;
-  result.by_anchor_camera << by_s * R_BA * -skew(h), rho * by_s;
-  result.by_camera << by_m * skew(m), -rho * by_m * R_CB;
-  result.by_point.leftCols<2>() = (by_s * R_BA).leftCols<2>();
-  result.by_point.col(2) =
-      by_m * R_CB * (R_jT * (R_a * X_BA.p + anchor.p_WB - frame.p_WB) - X_BC.p);
-  return result;
-}
-
-// One image of a point along its ray: m = ray + rho shift in that camera, as in view_of().
-struct DepthView {
-  Vector3d ray;
-  Vector3d shift;
-  Vector2d image;
-  Eigen::Matrix2d whitening;
-};
-
-// Half of Huber's loss times two, of a residual in sigmas; `weight`: of its least squares.
-double huber(double sigmas, double& weight) {
-  weight = sigmas <= kHuber ? 1.0 : kHuber / sigmas;
-  return sigmas <= kHuber ? sigmas * sigmas : kHuber * (2.0 * sigmas - kHuber);
-}
 
 // H x = g, with the points eliminated from it; what is needed to find their step afterwards.
 struct Eliminated {
@@ -177,10 +108,11 @@ class Problem {
   void add_views(const Values& at, std::size_t index, FitSystem& normal, Scratch& sum) const;
   void add_imu(const Values& at, std::size_t frame, FitSystem& normal) const;
   void add_point(const Values& at, std::size_t index, double damping, FitSystem& normal) const;
-  [[nodiscard]] std::vector<DepthView> depth_views(const FeatureTrack& track, const Values& at,
-                                                   const FittedPoint& point) const;
   [[nodiscard]] double best_inverse_depth(const FeatureTrack& track, const Values& at,
-                                          const FittedPoint& point) const;
+                                          const FittedPoint& point) const {
+    return estimation::best_inverse_depth(track, {at.frames, at.cameras_B}, point,
+                                          options_.pixel_sigma);
+  }
   // From a difference of image coordinates to sigmas of a pixel.
   [[nodiscard]] Eigen::Matrix2d whitening_of(const TrackObservation& view,
                                              std::size_t camera) const {
@@ -213,56 +145,11 @@ Values Problem::begin(const ImuState& first) const {
   }
   for (const FeatureTrack& track : window_.tracks) {
     FittedPoint point{index_of(track.observations.front()), track.observations.front().left,
-                      kUsualInverse};
+                      kUsualInverseDepth};
     point.inverse_depth = best_inverse_depth(track, values, point);
     values.points.push_back(point);
   }
   return values;
-}
-
-std::vector<DepthView> Problem::depth_views(const FeatureTrack& track, const Values& at,
-                                            const FittedPoint& point) const {
-  std::vector<DepthView> views;
-  views.reserve(2 * track.observations.size());
-  const Kinematics& anchor = at.frames[point.anchor];
-  const Vector3d ray_W = anchor.q_WB * (at.cameras_B[0].q * point.image.homogeneous());
-  const Vector3d from_W = anchor.p_WB + anchor.q_WB * at.cameras_B[0].p;
-  for (const auto& view : track.observations) {
-    const Kinematics& frame = at.frames[index_of(view)];
-    const Matrix3d R_jT = frame.q_WB.conjugate().toRotationMatrix();
-    for (std::size_t camera = 0; camera < (view.right ? 2U : 1U); ++camera) {
-      const Pose& X_BC = at.cameras_B[camera];
-      const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
-      views.push_back({R_CB * (R_jT * ray_W), R_CB * (R_jT * (from_W - frame.p_WB) - X_BC.p),
-                       camera == 0 ? view.left : *view.right, whitening_of(view, camera)});
-    }
-  }
-  return views;
-}
-
-// Gauss-Newton over the inverse depth alone, which stays positive.
-double Problem::best_inverse_depth(const FeatureTrack& track, const Values& at,
-                                   const FittedPoint& point) const {
-  constexpr int kSteps = 8;
-  constexpr double kLeast = 0.01;  // 1/m
-  constexpr double kMost = 5.0;    // 1/m
-  const double prior = weight_of(kInverseSigma);
-  const std::vector<DepthView> views = depth_views(track, at, point);
-  double rho = point.inverse_depth;
-  for (int i = 0; i < kSteps; ++i) {
-    double information = prior;
-    double gradient = prior * (kUsualInverse - rho);
-    for (const DepthView& view : views) {
-      const Vector3d m = view.ray + rho * view.shift;
-      if (!(m.z() > kMinDepthShare)) continue;
-      const Vector2d image = m.head<2>() / m.z();
-      const Vector2d J = view.whitening * (view.shift.head<2>() - image * view.shift.z()) / m.z();
-      information += J.squaredNorm();
-      gradient += J.dot(view.whitening * (view.image - image));
-    }
-    rho = std::clamp(rho + gradient / information, kLeast, kMost);
-  }
-  return rho;
 }
 
 // A term r = J x of the unknowns of some columns, with a weight.
@@ -390,8 +277,7 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
       const Eigen::Matrix2d whitening = whitening_of(view, camera);
       const Vector2d r = whitening * ((camera == 0 ? view.left : *view.right) - seen->image);
       const double sigmas = r.norm();
-      double weight = 1.0;
-      const double cost = huber(sigmas, weight);
+      const auto [cost, weight] = huber(sigmas);
       normal.cost += cost;
       normal.image_cost += cost;
       normal.outliers += sigmas > kOutlierOfFit ? 1 : 0;
@@ -430,8 +316,8 @@ void Problem::add_point(const Values& at, std::size_t index, double damping,
   const Eigen::Index columns = calibration_ + 6 * static_cast<Eigen::Index>(out.frames.size());
   Scratch sum{MatrixXd::Zero(columns, columns), VectorXd::Zero(columns)};
   out.cross = MatrixXd::Zero(3, columns);
-  sum.own(2, 2) = weight_of(kInverseSigma);
-  out.g.z() = sum.own(2, 2) * (kUsualInverse - at.points[index].inverse_depth);
+  sum.own(2, 2) = weight_of(kInverseDepthSigma);
+  out.g.z() = sum.own(2, 2) * (kUsualInverseDepth - at.points[index].inverse_depth);
   add_views(at, index, normal, sum);
   sum.own.diagonal() *= 1.0 + damping;
   out.inverse = sum.own.inverse();
