@@ -25,8 +25,8 @@ struct Environment {
 
 const std::vector<Environment>& environments() {
   static const std::vector<Environment> all{
-      {"window", 1.0, 3}, {"cluttered", 0.3, 1}, {"pool1", 0.5, 1},       {"pool2", 0.4, 1},
-      {"pool3", 0.5, 1},  {"pool4", 0.35, 1},    {"maze", 0.4, 1},        {"transect", 0.6, 1},
+      {"window", 1.0, 3}, {"cluttered", 0.3, 1}, {"pool1", 0.6, 1},       {"pool2", 0.6, 1},
+      {"pool3", 0.6, 1},  {"pool4", 0.6, 1},     {"maze", 0.4, 1},        {"transect", 0.6, 1},
       {"wreck", 0.6, 3},  {"survey", 0.8, 13},   {"penetration", 0.7, 4}, {"blocks", 0.8, 10},
       {"orbit", 0.6, 8}};
   return all;
