@@ -76,7 +76,9 @@ Solids solids_of(const std::string& name) {
             .toRotationMatrix();
     double a = 0.0, b = 0.0, c = 0.0;
     EXPECT_TRUE(size >> a >> b) << line;
-    if (solid.is_box) EXPECT_TRUE(size >> c) << line;
+    if (solid.is_box) {
+      EXPECT_TRUE(size >> c) << line;
+    }
     solid.half = solid.is_box ? Vector3d(a / 2, b / 2, c / 2) : Vector3d(a, a, b / 2);
     solids[fmt::format("{}/{}", model, found[1].str())] = solid;
   }
@@ -270,7 +272,9 @@ TEST_P(PaperEnvironments, EveryPassageIsOneTenthToOneHalfWiderThanItMustBe) {
     const double ratio = gap / least_gap(passage.across_W, passage.roll_deg, kDMin);
     EXPECT_GE(ratio, 1.1);
     EXPECT_LE(ratio, 1.5);
-    if (passage.level_is_too_wide) EXPECT_LT(gap, least_gap(passage.across_W, 0.0, kDMin));
+    if (passage.level_is_too_wide) {
+      EXPECT_LT(gap, least_gap(passage.across_W, 0.0, kDMin));
+    }
   }
 }
 
@@ -302,8 +306,11 @@ TEST_P(PaperEnvironments, OnlyWhereTheMissionAllowsItTheVehicleLeavesItsAttitude
     EXPECT_NEAR(pose.roll() / kDegree, 0.0, 0.5) << pose.p_W.transpose();
     pitch = std::max(pitch, std::abs(pose.pitch()) / kDegree);
   }
-  if (name == "pool1") EXPECT_LT(pitch, 0.5) << "its cameras face the floor";
-  if (name == "pool3") EXPECT_GT(pitch, 10.0) << "it follows the slope of its path";
+  if (name == "pool1") {
+    EXPECT_LT(pitch, 0.5) << "its cameras face the floor";
+  } else {
+    EXPECT_GT(pitch, 10.0) << "it follows the slope of its path";
+  }
 }
 
 TEST_P(PaperEnvironments, TheCheckHasNothingToSay) {
