@@ -26,8 +26,9 @@ struct Leg {
 };
 constexpr double kClearance = 1.0;
 constexpr double kSmallClearance = 0.3;
+constexpr double kClutteredClearance = 0.6;
 const Leg kToGate{{-4.0, -2.0, -3.0}, {-1.0, -2.0, -4.0}};
-const Leg kThroughCluttered{{0.0, 0.2, -3.0}, {29.0, 0.2, -3.0}};
+const Leg kThroughCluttered{{0.0, 0.2, -3.0}, {39.0, 0.2, -3.0}};
 const Leg kIntoRoomB{{-1.0, -2.0, -4.0}, {9.8, -2.0, -4.6}};
 
 const World& window() {
@@ -190,7 +191,7 @@ void plan_through_cluttered(benchmark::State& state, bool prefers_information) {
   static const World world = bench::shipped_map("cluttered");
   PlannerOptions options;
   if (prefers_information) options.preferred_view = std::make_shared<ExpectedView>(world);
-  PlanRequest request = request_for(kThroughCluttered, kSmallClearance);
+  PlanRequest request = request_for(kThroughCluttered, kClutteredClearance);
   request.limits.attitude = AttitudeMode::kFree;
   plan_in(state, world, request, options);
 }

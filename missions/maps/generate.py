@@ -83,30 +83,30 @@ class Map:
 
 def cluttered():
     m = Map("cluttered", """
-A field of pipes, 30 m long. Four fences have to be passed: two of pillars, 0.94 m apart, that a
-vehicle passes on its side, and two of beams, 0.94 m apart, that it passes level. Loose pipes stand
-and lie between them.""")
-    width, depth, pillar = 8.0, 6.0, 0.15
-    m.box("basin", "floor", (40, 20, 1), (15, 0, -depth - 0.5))
-    m.box("basin", "side_north", (40, 1, depth), (15, width / 2 + 0.5, -depth / 2))
-    m.box("basin", "side_south", (40, 1, depth), (15, -width / 2 - 0.5, -depth / 2))
-    pitch = 0.94 + 2 * pillar
-    for fence, x in enumerate((5.0, 17.0)):
+A field of pipes, 40 m long. Four fences have to be passed: two of pillars, 1.55 m apart, that a
+vehicle passes on its side, and two of beams, 1.55 m apart, that it passes level. With 0.6 m to
+keep from either side it needs 1.34 m. Loose pipes stand and lie between the fences.""")
+    width, depth, pillar = 12.0, 8.5, 0.15
+    m.box("basin", "floor", (54, width + 12, 1), (19, 0, -depth - 0.5))
+    m.box("basin", "side_north", (54, 1, depth), (19, width / 2 + 0.5, -depth / 2))
+    m.box("basin", "side_south", (54, 1, depth), (19, -width / 2 - 0.5, -depth / 2))
+    pitch = 1.55 + 2 * pillar
+    for fence, x in enumerate((6.0, 22.0)):
         count = int(width / pitch)
         for i in range(count + 1):
             y = (i - count / 2) * pitch
             m.pipe(f"pillars_{fence}", f"pillar_{i}", pillar, (x, y, -depth), (x, y, 0))
-    for fence, x in enumerate((11.0, 23.0)):
+    for fence, x in enumerate((14.0, 30.0)):
         for i in range(5):
             z = -0.5 - i * pitch
             m.pipe(f"beams_{fence}", f"beam_{i}", pillar, (x, -width / 2, z), (x, width / 2, z))
     draw = Draw(4711)
-    for i, x in enumerate((7.6, 8.4, 13.6, 14.4, 19.6, 20.4, 26.0, 27.5)):
+    for i, x in enumerate((9.5, 10.7, 17.5, 18.7, 25.5, 26.7, 34.0, 36.0)):
         if i % 3 == 2:
-            z = draw(-4.5, -1.5)
+            z = draw(-6.5, -2.0)
             m.pipe("loose", f"pipe_{i}", 0.06, (x, -width / 2, z), (x, width / 2, z + draw(-1, 1)))
         else:
-            y = draw(-2.5, 2.5)
+            y = draw(-3.5, 3.5)
             m.pipe("loose", f"pipe_{i}", 0.06, (x, y, -depth), (x + draw(-0.5, 0.5), y, 0))
     m.write()
 

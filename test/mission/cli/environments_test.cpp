@@ -25,8 +25,8 @@ struct Environment {
 
 const std::vector<Environment>& environments() {
   static const std::vector<Environment> all{
-      {"window", 1.0, 3}, {"cluttered", 0.3, 1}, {"pool1", 0.5, 1},       {"pool2", 0.4, 1},
-      {"pool3", 0.5, 1},  {"pool4", 0.35, 1},    {"maze", 0.4, 1},        {"transect", 0.6, 1},
+      {"window", 1.0, 3}, {"cluttered", 0.6, 1}, {"pool1", 0.6, 1},       {"pool2", 0.6, 1},
+      {"pool3", 0.6, 1},  {"pool4", 0.6, 1},     {"maze", 0.4, 1},        {"transect", 0.6, 1},
       {"wreck", 0.6, 3},  {"survey", 0.8, 13},   {"penetration", 0.7, 4}, {"blocks", 0.8, 10},
       {"orbit", 0.6, 8}};
   return all;
@@ -93,7 +93,7 @@ TEST(UnknownWaters, AreDivedChartedAndPlannedInAgain) {
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   for (const Water& water : {
            Water{"wreck_unknown", "2,9,-12", "0,1,-13", 0.2},
-           Water{"cluttered_unknown", "0,0.2,-3", "10,0.2,-3", 0.15},
+           Water{"cluttered_unknown", "0,0.2,-3", "12,0.2,-3", 0.225},
            Water{"maze_unknown", "-2,1.6,-2.5", "13,14.5,-2.5", 0.2},
        }) {
     const std::string log = folder + "/" + water.name + ".lcmlog";

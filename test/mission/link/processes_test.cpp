@@ -924,7 +924,7 @@ TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
 TEST_F(Processes, TheVehicleMayLieAnywhereOnAMap) {
   const std::string map = DIVE_SOURCE_DIR "/missions/maps/pool2.sdf";
   const auto vehicle =
-      dive("sim", {"sim", map, "--start", "1.5,0,-1,0,0,0", "--lockstep", "--range-camera"});
+      dive("sim", {"sim", map, "--start", "6,0,-2,0,0,0", "--lockstep", "--range-camera"});
   const auto executive = dive("run", {"run", mission("pool2"), "--lockstep", "--log", path("log")});
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();

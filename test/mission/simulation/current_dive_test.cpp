@@ -18,17 +18,20 @@
 namespace dive::mission {
 namespace {
 
-const std::string kMissions = DIVE_SOURCE_DIR "/missions/";
+const std::string kFerry = "missions/scenarios/missions/ferry";
+/// Upright pipes and one that lies across, 11 m from start to goal, passed at 0.5 m.
+const std::string kBasin = "test/mission/simulation/basin";
 
 struct Loaded {
   Mission mission;
   planning::World world;
 };
 
-// A shipped mission in another current; `current` is the element, empty for still water.
+// A mission in another current; `current` is the element, empty for still water.
 Loaded load(const std::string& name, const std::string& current) {
   Diagnostics diagnostics;
-  auto mission = load_mission(kMissions + name + ".xml", diagnostics);
+  const std::string path = fmt::format("{}/{}.xml", DIVE_SOURCE_DIR, name);
+  auto mission = load_mission(path, diagnostics);
   auto world = planning::load_sdf(mission.value().map_path, diagnostics);
   std::string text = mission->source.content();
   if (const std::size_t old = text.find("<current"); old != std::string::npos) {
@@ -36,7 +39,7 @@ Loaded load(const std::string& name, const std::string& current) {
     text.erase(old, (end == std::string::npos ? text.find("/>", old) + 2 : end + 10) - old);
   }
   text.insert(text.find("<limits"), current);
-  mission = parse_mission({kMissions + name + ".xml", text}, diagnostics);
+  mission = parse_mission({path, text}, diagnostics);
   return {std::move(mission.value()), std::move(world.value())};
 }
 
@@ -104,11 +107,10 @@ void expect_as_planned(const Loaded& loaded, const Dived& dived, double left_out
 
 TEST(CurrentDive, InOpenWaterItReachesItsGoalsWhereverTheWaterFlows) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const double left_out = left_out_s("scenarios/missions/ferry");
+  const double left_out = left_out_s(kFerry);
   for (const int towards_deg : {0, 90, 135, 180, 270}) {
     const Loaded loaded =
-        load("scenarios/missions/ferry",
-             fmt::format("<current speed=\"0.1\" towards_deg=\"{}\"/>", towards_deg));
+        load(kFerry, fmt::format("<current speed=\"0.1\" towards_deg=\"{}\"/>", towards_deg));
     const Dived dived = dive(loaded, without_other_errors(loaded.mission));
     expect_as_planned(loaded, dived, left_out, fmt::format("towards {}", towards_deg));
     EXPECT_NEAR(dived.budget_s, dived.result.duration_s, 0.15 * dived.result.duration_s);
@@ -118,7 +120,7 @@ TEST(CurrentDive, InOpenWaterItReachesItsGoalsWhereverTheWaterFlows) {
 
 TEST(CurrentDive, TheSameCurrentUndeclaredCarriesItAway) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const Loaded loaded = load("scenarios/missions/ferry", "");
+  const Loaded loaded = load(kFerry, "");
   DiveSettings settings = without_other_errors(loaded.mission);
   settings.conditions.current_W = {0.0, 0.1, 0.0};
   EXPECT_GT(dive(loaded, settings).nearest_m.at("east"), 2.0) << "else the test above is no test";
@@ -127,21 +129,21 @@ TEST(CurrentDive, TheSameCurrentUndeclaredCarriesItAway) {
 TEST(CurrentDive, ATideThatTurnsUnderWayIsFollowed) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
   const Loaded loaded =
-      load("scenarios/missions/ferry",
+      load(kFerry,
            "<current start=\"10:00\"><sample time=\"10:00\" speed=\"0.15\" towards_deg=\"0\"/>"
            "<sample time=\"10:01\" speed=\"0.15\" towards_deg=\"180\"/>"
            "<sample time=\"10:10\" speed=\"0.1\" towards_deg=\"270\"/></current>");
-  expect_as_planned(loaded, dive(loaded, without_other_errors(loaded.mission)),
-                    left_out_s("scenarios/missions/ferry"), "turning tide");
+  expect_as_planned(loaded, dive(loaded, without_other_errors(loaded.mission)), left_out_s(kFerry),
+                    "turning tide");
 }
 
 // With all errors that the simulator draws, the declared current's own among them.
 TEST(CurrentDive, AmongObstaclesFixesMendWhatTheDeclarationLacks) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const double left_out = left_out_s("pool1");
+  const double left_out = left_out_s(kBasin);
   for (const int towards_deg : {0, 270}) {
     const Loaded loaded = load(
-        "pool1",
+        kBasin,
         fmt::format("<current speed=\"0.1\" towards_deg=\"{}\" sigma=\"0.02\"/>", towards_deg));
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       DiveSettings settings;

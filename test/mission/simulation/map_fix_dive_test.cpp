@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,10 +22,14 @@ struct Loaded {
   planning::World world;
 };
 
-Loaded load(const std::string& name, bool fixes = true) {
+/// A pool of 14 x 5 x 3 m with three pipes across it, passed at 0.5 m: short enough for absence to
+/// be trusted, and narrow enough for a block to close the way.
+const std::string kThreePipes = "test/mission/simulation/three_pipes";
+
+Loaded load(const std::string& file, bool fixes = true) {
   Diagnostics diagnostics;
-  auto mission = load_mission(DIVE_SOURCE_DIR "/missions/" + name + ".xml", diagnostics);
-  auto world = planning::load_sdf(DIVE_SOURCE_DIR "/missions/maps/" + name + ".sdf", diagnostics);
+  auto mission = load_mission(fmt::format("{}/{}.xml", DIVE_SOURCE_DIR, file), diagnostics);
+  auto world = planning::load_sdf(mission->map_path, diagnostics);
   mission->allows_fixes = fixes;
   return {*std::move(mission), *std::move(world)};
 }
@@ -65,8 +70,8 @@ DiveSettings with_current(std::uint64_t seed) {
 
 TEST(MapFixDive, InACurrentItStaysClearOfWhatItsDeadReckoningHits) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const Loaded fixed = load("cluttered");
-  const Loaded blind = load("cluttered", false);
+  const Loaded fixed = load("missions/cluttered");
+  const Loaded blind = load("missions/cluttered", false);
   int blind_collisions = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const Outcome outcome = dive(fixed, with_current(seed));
@@ -80,7 +85,7 @@ TEST(MapFixDive, InACurrentItStaysClearOfWhatItsDeadReckoningHits) {
 
 TEST(MapFixDive, AMapThatIsShiftedAndTurnedIsFollowed) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const Loaded loaded = load("pool3");
+  const Loaded loaded = load("missions/pool3");
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     DiveSettings settings;
     settings.seed = seed;
@@ -96,7 +101,7 @@ TEST(MapFixDive, AMapThatIsShiftedAndTurnedIsFollowed) {
 // A block in the middle of the only leg, of which the map knows nothing.
 TEST(MapFixDive, AnObjectThatTheMapLacksIsObservedAndAvoided) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  Loaded loaded = load("pool3");
+  Loaded loaded = load(kThreePipes);
   DiveSettings settings;
   settings.unmapped.push_back({"block",
                                planning::Box{{0.3, 0.6, 0.6}},
@@ -117,7 +122,7 @@ TEST(MapFixDive, AnObjectThatTheMapLacksIsObservedAndAvoided) {
 // Nothing maps it, so that all plans lead through it.
 TEST(MapFixDive, StopsBeforeWhatNeitherMapNorMapperHas) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  Loaded loaded = load("pool3");
+  Loaded loaded = load(kThreePipes);
   loaded.mission.mapping_sensor = {MappingSensor::kNone, {}};
   DiveSettings settings;
   settings.unmapped.push_back({"block",
@@ -133,7 +138,7 @@ TEST(MapFixDive, StopsBeforeWhatNeitherMapNorMapperHas) {
 TEST(MapFixDive, AMappedPipeThatIsNotThereLeavesTheMapOnlyIfAbsenceIsTrusted) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
   static const vehicle::Model kModel = dive::testing::aqua2();
-  Loaded loaded = load("pool3");
+  Loaded loaded = load(kThreePipes);
   planning::World truth = loaded.world;
   const auto is_second = [](const planning::Obstacle& one) {
     return one.name.find("second") != std::string::npos;
@@ -164,7 +169,7 @@ TEST(MapFixDive, AMappedPipeThatIsNotThereLeavesTheMapOnlyIfAbsenceIsTrusted) {
 
 TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  const Loaded loaded = load("pool3");
+  const Loaded loaded = load("missions/pool3");
   const Outcome a = dive(loaded, with_current(9));
   const Outcome b = dive(loaded, with_current(9));
   EXPECT_EQ(a.fixes, b.fixes);
@@ -174,7 +179,7 @@ TEST(MapFixDive, EqualSettingsGiveEqualFixes) {
 
 TEST(MapFixDive, WithoutScansItTurnsBackUnlessTheMissionSaysOtherwise) {
   DIVE_SKIP_UNDER_SANITIZERS("dives of minutes");
-  Loaded loaded = load("pool3");
+  Loaded loaded = load("missions/pool3");
   DiveSettings settings;
   settings.faults = {{FaultKind::kRangeSilent, 0.0}};
   const Outcome turned = dive(loaded, settings);
@@ -187,7 +192,7 @@ TEST(MapFixDive, WithoutScansItTurnsBackUnlessTheMissionSaysOtherwise) {
 }
 
 TEST(DrawnWorld, MovesTheMapAsAWholeAndItsObjectsByThemselves) {
-  const planning::World map = load("pool3").world;
+  const planning::World map = load("missions/pool3").world;
   vehicle::Conditions conditions;
   conditions.object_shift_sigma_m = 0.0;
   const auto moved = [&](const planning::World& world, std::size_t i) {

@@ -19,12 +19,13 @@ namespace {
 
 using estimation::TagResult;
 
-const std::string kFile = DIVE_SOURCE_DIR "/missions/pool_visual_inertial.xml";
+/// Where the mission below would be a file.
+const std::string kFile = DIVE_SOURCE_DIR "/test/mission/simulation/round.xml";
 
 std::string mission_text(const std::string& tag) {
   return fmt::format(R"(<mission xmlns="urn:dive:mission:1" id="round">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
-  <map file="maps/pool1.sdf" simulated_water="clear_pool"/>
+  <map file="maps/basin.sdf" simulated_water="clear_pool"/>
   <start x="1.5" y="-1.2" z="1.8" z_units="DEPTH" heading_deg="90"/>
   <limits max_depth="3.8" min_altitude="0.2" clearance="0.5"
           mission_timeout="400" battery_reserve="0.3"/>

@@ -1,0 +1,111 @@
+// The error of every shipped mission's dive: the true position stays nearer to the line p_{i-1} p_i
+// than the clearance that the mission asks for. It is taken in the map, with which the obstacles
+// are shifted and turned: after 200 m, a map turned by a third of a degree is a metre off.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <regex>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "mission/record/log.h"
+#include "mission/simulation/simulated_conditions.h"
+#include "test/common/long_tests.h"
+#include "test/common/sanitizers.h"
+#include "test/mission/cli/run_command.h"
+#include "test/mission/report/report_dive.h"
+#include "test/mission/report/written_page.h"
+#include "vehicle/simulator/drawn_world.h"
+
+namespace dive::mission {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> shipped_missions() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fmt::format("{}/missions", DIVE_SOURCE_DIR))) {
+    if (entry.path().extension() == ".xml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+/// D_min of a mission, from its text, m.
+double d_min(const std::string& path) {
+  const std::string text = testing::content_of(path);
+  std::smatch found;
+  const std::regex limits(R"re(<limits[^>]*\sclearance="([0-9.]+)")re");
+  if (!std::regex_search(text, found, limits)) throw std::runtime_error(path + " has no clearance");
+  return std::stod(found[1]);
+}
+
+/// The segment followed at each control tick of 20 ms.
+std::map<long, int> segments_of(const std::string& path) {
+  std::map<long, int> segments;
+  auto log = LogReader::open(path);
+  if (!log) throw std::runtime_error(log.error());
+  while (const auto tick = log->next()) {
+    segments[std::lround(to_seconds(tick->inputs.now) * 50.0)] = tick->outputs.status.segment;
+  }
+  return segments;
+}
+
+Eigen::Vector3d point(const std::vector<float>& list, std::size_t first) {
+  return Eigen::Vector3f(list.at(first), list.at(first + 1), list.at(first + 2)).cast<double>();
+}
+
+class ErrorDiagram : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ErrorDiagram, TheTruePositionStaysWithinDMinOfTheLine) {
+  DIVE_SKIP_UNDER_SANITIZERS("a dive of minutes");
+  const std::string& name = GetParam();
+  const bool takes_minutes = name.ends_with("_unknown") || name.ends_with("_visual_inertial");
+  if (takes_minutes) DIVE_SKIP_LONG_TEST();
+  const std::string path = fmt::format("{}/missions/{}.xml", DIVE_SOURCE_DIR, name);
+  Diagnostics diagnostics;
+  const auto mission = load_mission(path, diagnostics);
+  ASSERT_TRUE(mission);
+  const testing::ReportedDive dived = testing::dive_and_report(fmt::format("'{}'", path));
+  EXPECT_EQ(dived.run.at("outcome"), "success");
+  const Pose map_from_world =
+      vehicle::drawn_map_motion(simulated_conditions(*mission), dived.run.at("seed")).inverse();
+  const std::map<long, int> segments = segments_of(dived.log);
+  const auto data = testing::data_of(dived.page);
+  const auto& samples = data.at("dive").at("samples");
+  const std::vector<float> t = testing::floats_of(samples.at("t"));
+  const std::vector<float> position = testing::floats_of(samples.at("true_position"));
+  const std::vector<float> shown = testing::floats_of(samples.at("true_cross_track"));
+  const std::vector<std::int16_t> plan = testing::shorts_of(samples.at("path"));
+  std::vector<std::vector<float>> paths;
+  for (const auto& each : data.at("paths")) {
+    paths.push_back(testing::floats_of(each.at("waypoints")));
+  }
+  std::size_t known = 0;
+  double farthest = 0.0;
+  float when = 0.0F;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (std::isnan(shown[i])) continue;
+    ++known;
+    const std::vector<float>& waypoints = paths.at(static_cast<std::size_t>(plan[i]));
+    const auto segment = static_cast<std::size_t>(segments.at(std::lround(t[i] * 50.0F)));
+    const Eigen::Vector3d a = point(waypoints, 7 * (segment - 1));
+    const Eigen::Vector3d line = (point(waypoints, 7 * segment) - a).normalized();
+    const double error = line.cross(map_from_world * point(position, 3 * i) - a).norm();
+    if (error > farthest) when = t[i];
+    farthest = std::max(farthest, error);
+  }
+  ASSERT_GT(known, 100U);
+  EXPECT_LT(farthest, d_min(path)) << "at " << when << " s";
+  RecordProperty("farthest_m", std::to_string(farthest));
+}
+
+INSTANTIATE_TEST_SUITE_P(Missions, ErrorDiagram, ::testing::ValuesIn(shipped_missions()),
+                         [](const auto& each) { return each.param; });
+
+}  // namespace
+}  // namespace dive::mission
