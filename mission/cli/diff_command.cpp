@@ -27,8 +27,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMaxPlanBytes = 64U << 20U;
-
 /// A mission or a bundle, ready to be compared.
 struct Side {
   LogHeader files;
@@ -88,15 +86,6 @@ std::optional<Side> read_bundle_side(const std::string& path) {
 std::optional<Side> read_side(const std::string& path, FileKind kind,
                               const DiffArguments& arguments) {
   return kind == FileKind::kBundle ? read_bundle_side(path) : read_mission_side(path, arguments);
-}
-
-std::optional<Json> read_plan(const std::string& path) {
-  const tl::expected<SourceText, std::string> text = read_source_text(path, kMaxPlanBytes);
-  tl::expected<Json, std::string> plan =
-      text ? parse_plan(text->content()) : tl::unexpected(text.error());
-  if (plan) return std::optional<Json>(std::move(*plan));
-  complain(fmt::format("{}: {}", path, plan.error()));
-  return std::nullopt;
 }
 
 // The elements of both texts; text that is no XML counts as one value.

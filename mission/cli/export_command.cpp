@@ -34,9 +34,10 @@ std::optional<ExportKind> export_kind(FileKind kind) {
       return ExportKind::kMap;
     case FileKind::kCloud:
       return ExportKind::kCloud;
+    case FileKind::kJson:
+      return ExportKind::kPlan;
     case FileKind::kScenario:
     case FileKind::kBundle:
-    case FileKind::kJson:
     case FileKind::kUnknown:
       break;
   }
@@ -64,6 +65,15 @@ Read read_mission_file(const ExportArguments& arguments) {
   print_diagnostics(failed);
   if (failed.error_count() > 0) return tl::unexpected<int>(kExitFailed);
   return exported_mission(loaded->mission, loaded->world, legs, map_origin);
+}
+
+Read read_plan_file(const ExportArguments& arguments) {
+  const auto plan = read_plan(arguments.file);
+  if (!plan) return tl::unexpected<int>(kExitUsage);
+  auto exported = exported_plan(std::filesystem::path(arguments.file).stem().string(), *plan);
+  if (exported) return std::move(*exported);
+  complain(fmt::format("{}: {}", arguments.file, exported.error()));
+  return tl::unexpected<int>(kExitUsage);
 }
 
 Read read_log_file(const ExportArguments& arguments) {
@@ -100,6 +110,8 @@ Read read(ExportKind kind, const ExportArguments& arguments) {
   switch (kind) {
     case ExportKind::kMission:
       return read_mission_file(arguments);
+    case ExportKind::kPlan:
+      return read_plan_file(arguments);
     case ExportKind::kLog:
       return read_log_file(arguments);
     case ExportKind::kMap:
@@ -119,8 +131,9 @@ bool can_export(FileKind file, ExportFormat format, const std::string& path) {
     return false;
   }
   if (!kind) {
-    complain(fmt::format("{}: this is {}: missions, logs, maps and point clouds can be exported",
-                         path, in_words(file)));
+    complain(fmt::format(
+        "{}: this is {}: missions, plans (JSON), logs, maps and point clouds can be exported", path,
+        in_words(file)));
     return false;
   }
   const std::span<const ExportFormat> formats = formats_of(*kind);

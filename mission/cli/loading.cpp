@@ -5,13 +5,16 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "common/assert.h"
+#include "common/input_file.h"
 #include "common/mathematics.h"
 #include "common/suggest.h"
 #include "common/xml.h"
 #include "mission/cli/file_kind.h"
 #include "mission/cli/terminal.h"
+#include "mission/diff/plan_difference.h"
 #include "mission/document/map_file.h"
 #include "planning/world/grid.h"
 #include "planning/world/sdf.h"
@@ -249,6 +252,15 @@ std::optional<vehicle::DiverTrack> parse_diver(const std::string& written) {
   if (is_whole && problem.empty()) return track;
   complain(fmt::format("--diver {}: expected SECONDS:X,Y,Z:X,Y,Z...{}{}", written,
                        problem.empty() ? "" : "; ", problem));
+  return std::nullopt;
+}
+
+std::optional<nlohmann::ordered_json> read_plan(const std::string& path) {
+  constexpr std::size_t kMaxBytes = 64U << 20U;
+  const tl::expected<SourceText, std::string> text = read_source_text(path, kMaxBytes);
+  auto plan = text ? parse_plan(text->content()) : tl::unexpected(text.error());
+  if (plan) return std::optional<nlohmann::ordered_json>(std::move(*plan));
+  complain(fmt::format("{}: {}", path, plan.error()));
   return std::nullopt;
 }
 

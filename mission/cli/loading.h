@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "common/diagnostic.h"
 #include "mission/document/mission.h"
 #include "mission/record/log.h"
@@ -56,6 +58,9 @@ struct LoadedVehicle {
 /// folder of its files.
 [[nodiscard]] std::optional<LoadedMission> load(SourceText mission, planning::Resources resources,
                                                 Diagnostics& diagnostics);
+
+/// The plan in a file of JSON, as parse_plan() gives it; complains if there is none.
+[[nodiscard]] std::optional<nlohmann::ordered_json> read_plan(const std::string& path);
 
 /// The header of the log of a dive of that mission.
 [[nodiscard]] LogHeader header_of(const LoadedMission& loaded, std::uint64_t seed);

@@ -32,13 +32,14 @@ void add_export(CLI::App& app, ExportArguments& arguments) {
       "  dive export survey.xml --format geojson --output survey.geojson   for a GIS\n"
       "  dive export dive-runs/window-seed1.lcmlog --format mcap       Foxglove, PlotJuggler\n"
       "  dive export dive-runs/window-seed1.lcmlog --format csv        the track as a table\n"
-      "  dive export missions/maps/wreck.sdf --format ply              CloudCompare, ParaView\n\n"
-      "Writes a mission with its plan, a log, a map or a point cloud for other tools. Missions: "
-      "geojson,\n"
-      "kml, csv, ply, gltf; logs: these and mcap; maps and clouds: ply, gltf. geojson and kml need "
-      "the\n"
-      "mission's <origin>.");
-  command->add_option("FILE", arguments.file, "Mission, log, map (SDF) or point cloud")
+      "  dive export missions/maps/wreck.sdf --format ply              CloudCompare, ParaView\n"
+      "  dive export plan.json --format csv          the waypoints that `dive plan --json` "
+      "printed\n\n"
+      "Writes a mission with its plan, a plan, a log, a map or a point cloud for other tools.\n"
+      "Missions: geojson, kml, csv, ply, gltf; logs: these and mcap; plans: csv, ply, gltf; maps "
+      "and\n"
+      "clouds: ply, gltf. geojson and kml need the mission's <origin>.");
+  command->add_option("FILE", arguments.file, "Mission, plan (JSON), log, map (SDF) or point cloud")
       ->type_name("FILE")
       ->required();
   command->add_option("--format", arguments.format, "geojson, kml, csv, ply, gltf or mcap")

@@ -13,6 +13,7 @@ using enum ExportFormat;
 constexpr std::array<const char*, 6> kNames{"geojson", "kml", "csv", "ply", "gltf", "mcap"};
 constexpr std::array kOfLogs{kGeoJson, kKml, kCsv, kPly, kGltf, kMcap};
 constexpr std::array kOfMissions{kGeoJson, kKml, kCsv, kPly, kGltf};
+constexpr std::array kOfPlans{kCsv, kPly, kGltf};
 constexpr std::array kOfShapes{kPly, kGltf};
 
 }  // namespace
@@ -33,6 +34,8 @@ std::span<const ExportFormat> formats_of(ExportKind kind) {
       return kOfLogs;
     case ExportKind::kMission:
       return kOfMissions;
+    case ExportKind::kPlan:
+      return kOfPlans;
     case ExportKind::kMap:
     case ExportKind::kCloud:
       break;

@@ -14,7 +14,7 @@ namespace dive::mission {
 enum class ExportFormat { kGeoJson, kKml, kCsv, kPly, kGltf, kMcap };
 
 /// The kinds of files that can be exported.
-enum class ExportKind { kMission, kLog, kMap, kCloud };
+enum class ExportKind { kMission, kPlan, kLog, kMap, kCloud };
 
 /// "geojson", ...
 [[nodiscard]] const char* to_string(ExportFormat format);

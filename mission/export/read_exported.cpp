@@ -1,8 +1,11 @@
 #include "mission/export/read_exported.h"
 
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "estimation/state_estimate.h"
 #include "mission/document/state_index.h"
@@ -44,6 +47,25 @@ Exported described(const Mission& mission, const planning::World& world,
   }
   exported.map = drawn_world(world, kMaxTriangles);
   return exported;
+}
+
+// x, y, z, and the quaternion x, y, z, w.
+std::optional<Pose> waypoint_of(const nlohmann::ordered_json& json) {
+  constexpr double kMaxNormError = 1e-3;
+  if (!json.is_array() || json.size() != 7) return std::nullopt;
+  std::array<double, 7> v{};
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (!json[i].is_number()) return std::nullopt;
+    v[i] = json[i].get<double>();
+  }
+  const Pose pose{{v[0], v[1], v[2]}, Eigen::Quaterniond(v[6], v[3], v[4], v[5])};
+  const bool is_pose = pose.is_finite() && std::abs(pose.q.norm() - 1.0) < kMaxNormError;
+  return is_pose ? std::optional(Pose{pose.p, pose.q.normalized()}) : std::nullopt;
+}
+
+std::string text_of(const nlohmann::ordered_json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
 class LogCollector {
@@ -154,6 +176,37 @@ tl::expected<Exported, std::string> exported_log(
   LogCollector collector(exported);
   while (const std::optional<LoggedTick> tick = log->next()) collector.tick(*tick);
   if (exported.track.empty()) return error("the log contains no complete tick");
+  return exported;
+}
+
+tl::expected<Exported, std::string> exported_plan(std::string name,
+                                                  const nlohmann::ordered_json& plan) {
+  Exported exported;
+  exported.name = std::move(name);
+  std::size_t number = 0;
+  for (const auto& leg : plan.at("plans")) {
+    ++number;
+    const auto waypoints = leg.find("waypoints");
+    if (waypoints == leg.end() || !waypoints->is_array()) {
+      return tl::unexpected(fmt::format("path {} has no list of waypoints", number));
+    }
+    ExportedPath path{text_of(leg, "state"), text_of(leg, "goal"), 0.0, {}, 0.0};
+    if (const auto clearance = leg.find("clearance_m");
+        clearance != leg.end() && clearance->is_number()) {
+      path.clearance_m = clearance->get<double>();
+    }
+    for (const auto& each : *waypoints) {
+      const std::optional<Pose> pose = waypoint_of(each);
+      if (!pose) {
+        return tl::unexpected(
+            fmt::format("path {}: waypoint {} is not x, y, z and a unit quaternion x, y, z, w",
+                        number, path.waypoints.size() + 1));
+      }
+      path.waypoints.push_back(*pose);
+    }
+    if (!path.waypoints.empty()) exported.paths.push_back(std::move(path));
+  }
+  if (exported.paths.empty()) return tl::unexpected(std::string("no path was found in this plan"));
   return exported;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
 #include <tl/expected.hpp>
 
 #include "mission/check/route_plan.h"
@@ -28,6 +29,11 @@ namespace dive::mission {
 /// may be empty.
 [[nodiscard]] tl::expected<Exported, std::string> exported_log(
     const std::string& path, const std::function<void(double share)>& progress);
+
+/// The paths of a plan's JSON with its list "plans", without a map. The error is a sentence: a path
+/// or a waypoint is not as `dive plan --json` prints it, or there is no path.
+[[nodiscard]] tl::expected<Exported, std::string> exported_plan(std::string name,
+                                                                const nlohmann::ordered_json& plan);
 
 [[nodiscard]] Exported exported_map(std::string name, const planning::World& world);
 

@@ -80,6 +80,53 @@ TEST(ExportCommand, ADiveBecomesATableARecordingAndShapes) {
   EXPECT_EQ(again.status, 2) << "no file is replaced without --force";
 }
 
+TEST(ExportCommand, APlanBecomesATableOfItsWaypoints) {
+  fs::create_directories(folder());
+  const Ran planned = run(fmt::format("plan {} --json", kWindow));
+  ASSERT_EQ(planned.status, 0);
+  std::ofstream(folder() / "plan.json") << planned.out;
+  const auto json = nlohmann::json::parse(planned.out);
+  std::size_t waypoints = 0;
+  for (const auto& leg : json.at("plans")) waypoints += leg.at("waypoints").size();
+  const Ran csv = run("export plan.json --format csv --force");
+  ASSERT_EQ(csv.status, 0) << csv.err;
+  const std::string table = testing::content_of((folder() / "plan.csv").string());
+  EXPECT_EQ(lines(table), waypoints + 1);
+  const auto& first = json.at("plans")[0];
+  EXPECT_THAT(
+      table,
+      HasSubstr(fmt::format(
+          "\r\n\"{}\",\"{}\",0,{:.3f},{:.3f},{:.3f},", first.at("state").get<std::string>(),
+          first.at("goal").get<std::string>(), first.at("waypoints")[0][0].get<double>(),
+          first.at("waypoints")[0][1].get<double>(), first.at("waypoints")[0][2].get<double>())));
+  EXPECT_EQ(run("export plan.json --format gltf --force").status, 0);
+  const Ran kml = run("export plan.json --format kml");
+  EXPECT_EQ(kml.status, 2);
+  EXPECT_THAT(kml.err, HasSubstr("write --format csv, ply, gltf"));
+}
+
+TEST(ExportCommand, SaysWhatIsWrongWithAPlan) {
+  fs::create_directories(folder());
+  const auto error_of = [](const std::string& text) {
+    std::ofstream(folder() / "bad.json") << text;
+    const Ran ran = run("export bad.json --format ply --force");
+    EXPECT_EQ(ran.status, 2);
+    return ran.err;
+  };
+  EXPECT_THAT(error_of("{\"plans\": 3}"), HasSubstr("it is not the JSON of a plan"));
+  EXPECT_THAT(error_of(R"({"plans": [{"status": "success"}]})"),
+              HasSubstr("path 1 has no list of waypoints"));
+  EXPECT_THAT(
+      error_of(
+          R"({"plans": [{"status": "success", "waypoints": [[0, 0, -1, 0, 0, 0, 1], [1, 2]]}]})"),
+      HasSubstr("path 1: waypoint 2 is not x, y, z and a unit quaternion x, y, z, w"));
+  EXPECT_THAT(
+      error_of(R"({"plans": [{"status": "success", "waypoints": [[0, 0, -1, 0, 0, 0, 2]]}]})"),
+      HasSubstr("waypoint 1 is not"));
+  EXPECT_THAT(error_of(R"({"plans": [{"status": "no path", "waypoints": []}]})"),
+              HasSubstr("no path was found in this plan"));
+}
+
 TEST(ExportCommand, AMissionWithAnOriginBecomesGeoJson) {
   std::string text = testing::content_of(kWindow);
   const std::size_t at = text.find("<vehicle");
