@@ -33,7 +33,7 @@ void add_export(CLI::App& app, ExportArguments& arguments) {
       "  dive export dive-runs/window-seed1.lcmlog --format mcap       Foxglove, PlotJuggler\n"
       "  dive export dive-runs/window-seed1.lcmlog --format csv        the track as a table\n"
       "  dive export missions/maps/wreck.sdf --format ply              CloudCompare, ParaView\n"
-      "  dive export plan.json --format csv          the waypoints that `dive plan --json` "
+      "  dive export plan.json --format csv                            the waypoints as a table\n\n"
       "printed\n\n"
       "Writes a mission with its plan, a plan, a log, a map or a point cloud for other tools.\n"
       "Missions: geojson, kml, csv, ply, gltf; logs: these and mcap; plans: csv, ply, gltf; maps "

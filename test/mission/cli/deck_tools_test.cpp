@@ -119,10 +119,11 @@ bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
 
 // Without attitude and depth the flippers rest, and a vehicle below a pipe rises against it
 // (doc/decisions/blind-and-safely-held.md). Every other pair is survived.
-TEST(PairsOfFaults, AreAllDivedInPool3AndDecideTheExitStatus) {
+TEST(PairsOfFaults, AreAllDivedUnderThreePipesAndDecideTheExitStatus) {
   DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
   DIVE_SKIP_LONG_TEST();
-  const Ran ran = dive("check --dives 1 --pairs --instants 1 --json " + mission("pool3"));
+  const Ran ran = dive("check --dives 1 --pairs --instants 1 --json '" DIVE_SOURCE_DIR
+                       "/test/mission/simulation/three_pipes.xml'");
   EXPECT_EQ(ran.err, "") << "no progress beside JSON";
   const auto faults = nlohmann::json::parse(ran.out).at("faults");
   EXPECT_GT(faults.size(), 150U);
