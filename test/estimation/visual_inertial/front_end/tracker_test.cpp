@@ -229,8 +229,8 @@ TEST(Tracker, ThrowsOutSnow) {
   EXPECT_GT(snow.walls, 300);
 }
 
-// Before initialisation the gyro of a MEMS unit errs by up to 0.1 rad/s. About the optical axis that
-// moves features across their epipolar lines.
+// Before initialisation the gyro of a MEMS unit errs by up to 0.1 rad/s. About the optical axis
+// that moves features across their epipolar lines.
 TEST(Tracker, KeepsWhatTheGyrosBiasWouldExplain) {
   PaintedRoom room({4, 3, 2});
   const CameraModel camera = test_camera();
