@@ -20,6 +20,7 @@
 #include "estimation/visual_inertial/front_end/gyro_turn.h"
 #include "estimation/visual_inertial/front_end/tracker.h"
 #include "mission/record/dataset_recorder.h"
+#include "mission/simulation/simulated_cameras.h"
 #include "vehicle/simulator/water/named_waters.h"
 
 namespace {
@@ -88,8 +89,8 @@ vehicle::StereoCameraOptions camera_in(const std::string& water, const Study& st
 estimation::VisualInertialOptions filter_options(const Study& study,
                                                  const vehicle::StereoCameraOptions& camera,
                                                  Random& random) {
-  const vehicle::ImuNoise unit;
-  estimation::VisualInertialOptions options;
+  estimation::VisualInertialOptions options = mission::vision_options(camera, {}).filter;
+  options.cameras.clear();
   options.extrinsic_sigma_deg = kCameraSigma_deg;
   options.extrinsic_sigma_m = kCameraSigma_m;
   for (int k = 0; k < (study.is_mono ? 1 : 2); ++k) {
@@ -98,11 +99,6 @@ estimation::VisualInertialOptions filter_options(const Study& study,
     model.X_BC.q = model.X_BC.q * so3_exp(normal3(deg_to_rad(options.extrinsic_sigma_deg), random));
     options.cameras.push_back(model);
   }
-  options.imu = {unit.gyro_density, unit.accel_density, unit.gyro_walk, unit.accel_walk,
-                 unit.g_sensitivity_sigma};
-  options.imu_scale_sigma = unit.scale_sigma;
-  options.gyro_bias_sigma = unit.gyro_bias_sigma;
-  options.accel_bias_sigma = unit.accel_bias_sigma;
   options.depth_sigma_m = vehicle::Conditions{}.depth_noise_m;
   options.pixel_sigma = study.pixel_sigma;
   return options;

@@ -126,15 +126,15 @@ void FilterState::propagate(const ImuStep& step) {
   imu = step.state;
   first = step.state.motion;
   scratch_.noalias() = step.transition * P_.topRows<kSize>().leftCols(size_);
-  Matrix15d next;
-  if (const auto columns = intrinsics_columns()) {
+  const auto columns = intrinsics_columns();
+  if (columns) {
     scratch_.topRows<9>().noalias() +=
         step.by_intrinsics * P_.middleRows<ImuIntrinsics::kSize>(columns->start).leftCols(size_);
-    next.noalias() = scratch_.leftCols<kSize>() * step.transition.transpose();
+  }
+  Matrix15d next = scratch_.leftCols<kSize>() * step.transition.transpose();
+  if (columns) {
     next.leftCols<9>().noalias() +=
         scratch_.middleCols<ImuIntrinsics::kSize>(columns->start) * step.by_intrinsics.transpose();
-  } else {
-    next.noalias() = scratch_.leftCols<kSize>() * step.transition.transpose();
   }
   next += step.noise;
   const int rest = size_ - kSize;

@@ -35,7 +35,7 @@ std::vector<DepthView> depth_views(const FeatureTrack& track, const FittedPoses&
       const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
       views.push_back({R_CB * (R_jT * ray_W), R_CB * (R_jT * (from_W - frame.p_WB) - X_BC.p),
                        camera == 0 ? view.left : *view.right,
-                       view.to_pixels[camera] / pixel_sigma});
+                       whitening_of(view, camera, pixel_sigma)});
     }
   }
   return views;

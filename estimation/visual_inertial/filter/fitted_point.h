@@ -62,6 +62,12 @@ struct RobustLoss {
   return static_cast<std::size_t>(view.frame);
 }
 
+/// From a difference of image coordinates to sigmas of a pixel.
+[[nodiscard]] inline Eigen::Matrix2d whitening_of(const TrackObservation& view, std::size_t camera,
+                                                  double pixel_sigma) {
+  return view.to_pixels[camera] / pixel_sigma;
+}
+
 [[nodiscard]] inline double weight_of(double sigma) { return 1.0 / (sigma * sigma); }
 
 }  // namespace dive::estimation

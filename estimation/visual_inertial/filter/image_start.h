@@ -2,7 +2,7 @@
 // Initialisation of the filter from images and IMU samples: at rest, in steady motion,
 // accelerating, in any attitude; with one camera or two, with or without depth. Images tell rest
 // from steady swimming; the IMU cannot. From the gyro's bias (gyro_bias_fit.h) to velocity and
-// gravity (linear_start.h) to the most likely motion and its covariance (window_fit.h).
+// gravity (first_motion.h) to the most likely motion and its covariance (window_fit.h).
 
 #include <deque>
 #include <optional>

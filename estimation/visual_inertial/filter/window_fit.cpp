@@ -82,6 +82,18 @@ struct Part {
   Eigen::Index from, to, size;
 };
 
+// Adds terms H, g in the columns `from` to those `to`.
+template <typename Parts, typename Matrix, typename Vector>
+void scatter(const Parts& parts, const Matrix& H, const Vector& g, MatrixXd& H_to, VectorXd& g_to) {
+  for (const Part& row : parts) {
+    g_to.segment(row.to, row.size) += g.segment(row.from, row.size);
+    for (const Part& other : parts) {
+      H_to.block(row.to, other.to, row.size, other.size) +=
+          H.block(row.from, other.from, row.size, other.size);
+    }
+  }
+}
+
 // Columns of one view: anchor's camera, own camera, time offset, anchor, frame. Two of them may be
 // the same column of the point.
 constexpr Eigen::Index kOfView = 25;
@@ -112,11 +124,6 @@ class Problem {
                                           const FittedPoint& point) const {
     return estimation::best_inverse_depth(track, {at.frames, at.cameras_B}, point,
                                           options_.pixel_sigma);
-  }
-  // From a difference of image coordinates to sigmas of a pixel.
-  [[nodiscard]] Eigen::Matrix2d whitening_of(const TrackObservation& view,
-                                             std::size_t camera) const {
-    return view.to_pixels[camera] / options_.pixel_sigma;
   }
   [[nodiscard]] Eigen::Index bias_column() const { return column(window_.size()); }
   [[nodiscard]] Eigen::Index column(std::size_t frame) const {
@@ -236,12 +243,7 @@ void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) co
   const Eigen::Matrix<double, 2 * kFrame + kBiases, 1> g = J.transpose() * r;
   const std::array<Part, 2> parts{
       {{0, column(frame), kTwoFrames}, {kTwoFrames, bias_column(), kBiases}}};
-  for (const auto& [from, to, size] : parts) {
-    normal.g.segment(to, size) += g.segment(from, size);
-    for (const auto& [from2, to2, size2] : parts) {
-      normal.H.block(to, to2, size, size2) += H.block(from, from2, size, size2);
-    }
-  }
+  scatter(parts, H, g, normal.H, normal.g);
   normal.cost += r.squaredNorm();
 }
 
@@ -274,7 +276,7 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
         normal.cost += kLost;
         continue;
       }
-      const Eigen::Matrix2d whitening = whitening_of(view, camera);
+      const Eigen::Matrix2d whitening = whitening_of(view, camera, options_.pixel_sigma);
       const Vector2d r = whitening * ((camera == 0 ? view.left : *view.right) - seen->image);
       const double sigmas = r.norm();
       const auto [cost, weight] = huber(sigmas);
@@ -295,13 +297,9 @@ void Problem::add_views(const Values& at, std::size_t index, FitSystem& normal,
       const Eigen::Matrix<double, kOfView, kOfView> H = weight * J.transpose() * J;
       const Eigen::Matrix<double, kOfView, 1> g = weight * J.transpose() * r;
       const Eigen::Matrix<double, 3, kOfView> cross = weight * by_point.transpose() * J;
-      for (const Part& row : parts) {
-        sum.g.segment(row.to, row.size) += g.segment(row.from, row.size);
-        out.cross.middleCols(row.to, row.size) += cross.middleCols(row.from, row.size);
-        for (const Part& other : parts) {
-          sum.H.block(row.to, other.to, row.size, other.size) +=
-              H.block(row.from, other.from, row.size, other.size);
-        }
+      scatter(parts, H, g, sum.H, sum.g);
+      for (const Part& part : parts) {
+        out.cross.middleCols(part.to, part.size) += cross.middleCols(part.from, part.size);
       }
       sum.own.noalias() += weight * by_point.transpose() * by_point;
       out.g.noalias() += weight * by_point.transpose() * r;
@@ -327,13 +325,7 @@ void Problem::add_point(const Values& at, std::size_t index, double damping,
   for (std::size_t i = 0; i < out.frames.size(); ++i) {
     parts.push_back({calibration_ + 6 * static_cast<Eigen::Index>(i), column(out.frames[i]), 6});
   }
-  for (const Part& row : parts) {
-    normal.g.segment(row.to, row.size) += sum.g.segment(row.from, row.size);
-    for (const Part& other : parts) {
-      normal.H.block(row.to, other.to, row.size, other.size) +=
-          sum.H.block(row.from, other.from, row.size, other.size);
-    }
-  }
+  scatter(parts, sum.H, sum.g, normal.H, normal.g);
 }
 
 FitSystem Problem::linearise(const Values& at, double damping) const {
