@@ -21,8 +21,9 @@ constexpr int kMaxRejections = 3;            // consecutive, of a landmark
 constexpr int kMaxPromotions = 3;            // new landmarks in one frame
 // A landmark keeps the Jacobians of its first estimate: it must be initialised well, when the speed
 // is known.
-constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
+constexpr double kLandmarkSpeedSigma = 0.005;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
+constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
 
 std::size_t count_observations(const FeatureTrack& track) {
   std::size_t count = 0;
@@ -57,6 +58,7 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   DIVE_DEMAND(!state.clones().empty() && state.clones().back().frame == number);
   VisualReport report;
   distance_ = freedom_ = 0.0;
+  end_tracks_before_gap(state, frame.utime, number, report);
   follow(state, frame, number, report);
   correct_landmarks(state, number, report);
   const auto leaving = leaving_clone(state);
@@ -69,6 +71,17 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   clean(state, number, leaving);
   if (freedom_ > 0.0) report.innovation_ratio = distance_ / freedom_;
   return report;
+}
+
+void VisualUpdate::end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
+                                         VisualReport& report) {
+  const bool is_gap = last_utime_ && to_seconds(utime - *last_utime_) > kLongestGap_s;
+  last_utime_ = utime;
+  if (!is_gap) return;
+  correct_tracks(state, candidates(state, number, std::nullopt), report);
+  tracks_.clear();
+  while (!state.landmarks().empty()) state.drop_landmark(state.landmarks().size() - 1);
+  while (state.clones().size() > 1) state.drop_clone(0);
 }
 
 void VisualUpdate::follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,

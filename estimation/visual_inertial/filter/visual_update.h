@@ -39,7 +39,10 @@ class VisualUpdate {
  public:
   explicit VisualUpdate(const VisualInertialOptions& options);
 
-  void reset() { tracks_.clear(); }
+  void reset() {
+    tracks_.clear();
+    last_utime_.reset();
+  }
   /// Updates `state`, whose newest clone is the pose of `frame`, the `number`-th one.
   VisualReport apply(FilterState& state, const FeatureFrame& frame, std::int64_t number);
 
@@ -50,6 +53,10 @@ class VisualUpdate {
   };
   struct Gated;
 
+  /// After a gap without frames, uses what was tracked before it and begins anew: no tracker follows
+  /// a feature across one.
+  void end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
+                             VisualReport& report);
   /// The observation with the cameras' Jacobians; empty if it is no image point of the cameras.
   void follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
               VisualReport& report);
@@ -70,6 +77,7 @@ class VisualUpdate {
   VisualInertialOptions options_;
   double sigma_;  ///< Sigma of an image coordinate, pixels.
   FeatureTracks tracks_;
+  std::optional<Utime> last_utime_;  ///< Time of the last frame, by the cameras' clock.
   std::vector<std::pair<std::size_t, TrackObservation>>
       landmark_observations_;  ///< Observations in this frame, by landmark.
   double distance_ = 0.0;      ///< Sum of r^T S^-1 r over the updates of this frame.
