@@ -173,13 +173,15 @@ void trace(const estimation::StateEstimate& estimate, const vehicle::GroundTruth
   const Eigen::Vector3d e = truth.X_WB.p - estimate.X_WB.p;
   const Eigen::Matrix3d P = estimate.covariance.topLeftCorner<3, 3>();
   const Eigen::Vector3d v = truth.X_WB.q * truth.v_WB_B;
+  const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d v_e = v - estimate.X_WB.q * estimate.v_WB_B;
   fmt::print(
       "  {:3.0f} s error {:7.4f} {:7.4f} {:7.4f} m, sigma {:.4f} {:.4f} {:.4f}; at {:.2f} {:.2f} "
-      "m/s, off by {:6.3f} {:6.3f}; heading off by {:6.3f} deg\n",
+      "m/s, off by {:6.3f} {:6.3f}; heading off by {:6.3f} deg, sigma {:.3f}\n",
       to_seconds(truth.utime), e.x(), e.y(), e.z(), std::sqrt(P(0, 0)), std::sqrt(P(1, 1)),
       std::sqrt(P(2, 2)), v.x(), v.y(), v_e.x(), v_e.y(),
-      rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()));
+      rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()),
+      rad_to_deg(std::sqrt(up_B.dot(estimate.covariance.bottomRightCorner<3, 3>() * up_B))));
 }
 
 Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t seed) {
