@@ -5,8 +5,7 @@
 // or on laps, with and without loop closures:
 //     vision_dives missions/laps_visual_inertial.xml --fault none --runs 3 --without-loops
 // or past a diver:
-//     vision_dives missions/pool_diver_visual_inertial.xml --fault none --diver
-//     5:20,0.2,-1.8:2,0.2,-1.8
+//     vision_dives MISSION --fault none --diver 5:20,0.2,-1.8:2,0.2,-1.8
 
 #include <algorithm>
 #include <cmath>
@@ -66,8 +65,7 @@ struct Figures {
   int loops = 0;
   std::vector<double> nees_position, nees_heading, error;
   int switches = 0;
-  double off_depth =
-      0.0;  ///< Largest distance of the true depth from that of the start, under way.
+  double off_depth = 0.0;  ///< Largest distance of the true depth from that of the start.
   double clearance = std::numeric_limits<double>::infinity();  ///< To anything, the diver included.
   double from_diver = std::numeric_limits<double>::infinity();
   int collisions = 0;
