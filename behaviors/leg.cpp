@@ -41,6 +41,23 @@ vehicle::Command stop_here(const Pose& X_WB) {
   return command;
 }
 
+// Limits of a path from the height `z` of a leg that began at `began_z`, m. The vehicle may always
+// start where it is.
+planning::MotionLimits path_limits(const LegSettings& settings, double began_z, const LegGoal& goal,
+                                   double z) {
+  planning::MotionLimits limits = settings.limits;
+  const double goal_z = goal.position_W.z();
+  if (settings.max_rise) {
+    const double level = std::max(began_z, goal_z) + *settings.max_rise;
+    limits.max_z = std::min(limits.max_z, std::max(level, z));
+  }
+  if (settings.max_drop) {
+    const double level = std::min(began_z, goal_z) - *settings.max_drop;
+    limits.min_z = std::max(limits.min_z, std::min(level, z));
+  }
+  return limits;
+}
+
 }  // namespace
 
 vehicle::Command station_keeping(double depth_m, double yaw) {
@@ -62,7 +79,7 @@ planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& go
   request.goal.p = goal.position_W;
   request.goal.q = from_rpy(0.0, 0.0, goal.yaw.value_or(std::atan2(direction.y(), direction.x())));
   request.goal_attitude_fixed = goal.yaw.has_value();
-  request.limits = settings.limits;
+  request.limits = path_limits(settings, request.start.p.z(), goal, request.start.p.z());
   request.seed = settings.seed;
   return request;
 }
@@ -304,7 +321,7 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
     goal.yaw.reset();
   }
   planning::PlanRequest request = leg_request(settings_, goal, input.estimate->X_WB);
-  request.limits.max_z = highest(request.start.p);
+  request.limits = path_limits(settings_, began_z_, goal_, request.start.p.z());
   request.seed += requests_;
   if (is_following()) {
     request.previous.push_back(request.start);
@@ -316,13 +333,6 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   planner_.ask(input.now);
   output.plan_request = std::move(request);
   output.plan_cause = cause;
-}
-
-// Highest z of a path, m. The vehicle may always start where it is.
-double Leg::highest(const Eigen::Vector3d& p_W) const {
-  if (!settings_.max_rise) return settings_.limits.max_z;
-  const double level = std::max(began_z_, goal_.position_W.z()) + *settings_.max_rise;
-  return std::min(settings_.limits.max_z, std::max(level, p_W.z()));
 }
 
 // The rest of the path, from the waypoint last passed.

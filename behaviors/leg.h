@@ -25,9 +25,11 @@ struct LegSettings {
   double speed = 0.4;  ///< m/s
   /// A vehicle that drifted too near to an obstacle may start with the clearance it has.
   planning::MotionLimits limits = {.reduced_clearance = 0.0};
-  /// Height by which a path may rise above both the leg's start and its goal, m. An overhead that
-  /// is on no map is not observed, because the sensor points down.
+  /// Height by which a path may rise above both the leg's start and its goal, m: where the mission
+  /// limits it, and under an overhead that is on no map, which the sensor does not observe because
+  /// it points down.
   std::optional<double> max_rise;
+  std::optional<double> max_drop;  ///< The same, below both, m.
   ReplanPolicy replan;
   RecoveryOptions recovery;
   std::uint64_t seed = 1;
@@ -80,7 +82,6 @@ class Leg {
            const std::optional<Eigen::Vector3d>& place_W = {});
   void raise(const leg::Event& event) { state_ = leg::transition(state_, event); }
   [[nodiscard]] bool is_following() const;
-  [[nodiscard]] double highest(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] ReplanSignals signals(const BehaviorInput& input, double certified_m);
   [[nodiscard]] std::span<const Pose> rest_of_path() const;
   [[nodiscard]] bool is_cut_off(const BehaviorInput& input, double certified_m);

@@ -4,11 +4,15 @@
 //     vision_dives MISSION --fault camera_missing --for 3 --scale 0.5 --rate 10
 // or on laps, with and without loop closures:
 //     vision_dives missions/laps_visual_inertial.xml --fault none --runs 3 --without-loops
+// or past a diver:
+//     vision_dives MISSION --fault none --diver 5:20,0.2,-1.8:2,0.2,-1.8
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,6 +24,7 @@
 #include "bench/run_study.h"
 #include "bench/study_setup.h"
 #include "common/random.h"
+#include "mission/cli/loading.h"
 #include "mission/simulation/simulated_dive.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -38,6 +43,7 @@ struct Study {
   double rate_hz = 20.0;
   double current = 0.0;
   std::uint64_t first = 1;
+  std::optional<vehicle::DiverTrack> diver;
   bool without_loops = false;
   bool is_verbose = false;
 };
@@ -59,6 +65,10 @@ struct Figures {
   int loops = 0;
   std::vector<double> nees_position, nees_heading, error;
   int switches = 0;
+  double off_depth = 0.0;  ///< Largest distance of the true depth from that of the start.
+  double clearance = std::numeric_limits<double>::infinity();  ///< To anything, the diver included.
+  double from_diver = std::numeric_limits<double>::infinity();
+  int collisions = 0;
   std::string outcome;
 };
 
@@ -92,6 +102,10 @@ class Judge {
     if (t > end && is_visual && !figures_.back) figures_.back = t - end;
     figures_.end = error_W.norm();
     if (is_visual && !is_done_) note_drift(estimate, truth);
+    if (!is_done_) {
+      if (!start_z_) start_z_ = truth.X_WB.p.z();
+      figures_.off_depth = std::max(figures_.off_depth, std::abs(truth.X_WB.p.z() - *start_z_));
+    }
     for (const mission::TransitionRecord& record : out.transitions) {
       is_done_ |= record.event.starts_with("done.state");
     }
@@ -144,6 +158,7 @@ class Judge {
   };
   std::optional<Begun> begun_;
   bool is_done_ = false;
+  std::optional<double> start_z_;
 };
 
 double mean(const std::vector<double>& values) {
@@ -156,13 +171,15 @@ void trace(const estimation::StateEstimate& estimate, const vehicle::GroundTruth
   const Eigen::Vector3d e = truth.X_WB.p - estimate.X_WB.p;
   const Eigen::Matrix3d P = estimate.covariance.topLeftCorner<3, 3>();
   const Eigen::Vector3d v = truth.X_WB.q * truth.v_WB_B;
+  const Eigen::Vector3d up_B = estimate.X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d v_e = v - estimate.X_WB.q * estimate.v_WB_B;
   fmt::print(
       "  {:3.0f} s error {:7.4f} {:7.4f} {:7.4f} m, sigma {:.4f} {:.4f} {:.4f}; at {:.2f} {:.2f} "
-      "m/s, off by {:6.3f} {:6.3f}; heading off by {:6.3f} deg\n",
+      "m/s, off by {:6.3f} {:6.3f}; heading off by {:6.3f} deg, sigma {:.3f}\n",
       to_seconds(truth.utime), e.x(), e.y(), e.z(), std::sqrt(P(0, 0)), std::sqrt(P(1, 1)),
       std::sqrt(P(2, 2)), v.x(), v.y(), v_e.x(), v_e.y(),
-      rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()));
+      rad_to_deg(to_rpy(truth.X_WB.q * estimate.X_WB.q.conjugate()).z()),
+      rad_to_deg(std::sqrt(up_B.dot(estimate.covariance.bottomRightCorner<3, 3>() * up_B))));
 }
 
 Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t seed) {
@@ -174,9 +191,10 @@ Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t see
   if (const auto kind = mission::find_fault(study.fault)) {
     settings.faults.push_back({*kind, study.at_s, study.for_s});
   }
+  settings.diver = study.diver;
   Figures figures;
   Judge judge(study, seed, figures);
-  figures.outcome =
+  const mission::DiveResult result =
       mission::simulate_dive(setup.mission, setup.world, setup.model, settings,
                              [&](const mission::StepInputs& in, const mission::StepOutputs& out,
                                  const vehicle::GroundTruth& truth, const auto&) {
@@ -187,8 +205,11 @@ Figures dive_once(const StudySetup& setup, const Study& study, std::uint64_t see
                                for (const auto& a : out.actions) {
                                  fmt::print("  {:.2f} s {}\n", to_seconds(in.now), a.text);
                                }
-                             })
-          .outcome;
+                             });
+  figures.outcome = result.outcome;
+  figures.clearance = result.nearest.clearance_m;
+  figures.from_diver = result.diver_clearance_m;
+  figures.collisions = static_cast<int>(result.collisions.size());
   return figures;
 }
 
@@ -218,6 +239,14 @@ void report(const Study& study, const std::vector<Figures>& all) {
   line("sigma after, m", column([](auto& f) { return f.sigma_after; }));
   line("error at the end, m", column([](auto& f) { return f.end; }));
   line("drift at the end, % of the distance swum", column([](auto& f) { return f.drift; }));
+  line("true depth away from that of the start, m", column([](auto& f) { return f.off_depth; }));
+  const auto least = [&](const char* what, const std::vector<double>& values) {
+    fmt::print("{:<46} median {:.3f}, least {:.3f}\n", what, quantile(values, 0.5),
+               quantile(values, 0.0));
+  };
+  least("clearance, m", column([](auto& f) { return f.clearance; }));
+  if (study.diver) least("clearance to the diver, m", column([](auto& f) { return f.from_diver; }));
+  line("collisions", column([](auto& f) { return static_cast<double>(f.collisions); }));
   line("loops", column([](auto& f) { return static_cast<double>(f.loops); }));
   const double band = 1.96 * std::sqrt(6.0 / static_cast<double>(all.size()));
   fmt::print(
@@ -237,11 +266,12 @@ void dive_all(const Study& study) {
         "seed {:2}: {}, visual-inertial at {} s, lost after {} images, back after {} s, excess "
         "{:.1f} mm, "
         "error {:.3f} m, cost {:.3f} m (sigma {:.3f}), at the end {:.3f} m, {} switches, "
-        "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}\n",
+        "{} loops, drift {:.3f} %, NEES {:.2f} {:.2f}, clearance {:.3f} m, to the diver {:.3f} m, "
+        "{} collisions, depth off by {:.3f} m\n",
         seed, one.outcome, or_never(one.first, 1.0), or_never(one.switched, 1.0 / study.rate_hz),
         or_never(one.back, 1.0), 1e3 * one.step_excess, one.error_before, one.cost, one.sigma_after,
         one.end, one.switches, one.loops, one.drift, mean(one.nees_position),
-        mean(one.nees_heading));
+        mean(one.nees_heading), one.clearance, one.from_diver, one.collisions, one.off_depth);
     std::fflush(stdout);
     all.push_back(one);
   }
@@ -264,9 +294,17 @@ int main(int argc, char** argv) {
   app.add_option("--rate", study.rate_hz, "Image pairs per second");
   app.add_option("--current", study.current, "Current towards north, m/s");
   app.add_option("--first", study.first, "Seed of the first dive");
+  std::string diver;
+  app.add_option("--diver", diver, "Track of a diver, as of dive run");
   app.add_flag("--without-loops", study.without_loops,
                "Without loop closure, whatever the mission says");
   app.add_flag("-v,--verbose", study.is_verbose, "Print the notes of the executive");
   CLI11_PARSE(app, argc, argv);
-  return run_study([&] { dive_all(study); });
+  return run_study([&] {
+    if (!diver.empty()) {
+      study.diver = dive::mission::parse_diver(diver);
+      if (!study.diver) throw std::runtime_error("the diver's track cannot be read");
+    }
+    dive_all(study);
+  });
 }

@@ -180,7 +180,8 @@ void try_out(Trial& trial, const TestArguments& arguments) {
     ++trial.expectations;
     if (!result.passed) trial.failed.push_back(result);
   }
-  if (arguments.disable_scripts && !trial.scenario->steps.empty()) {
+  const bool has_script = !trial.scenario->steps.empty() || trial.scenario->diver;
+  if (arguments.disable_scripts && has_script) {
     trial.insensitive = trial.failed.empty();
     trial.failed.clear();
   }

@@ -134,6 +134,8 @@ struct Limits {
   /// Minimum clearance (m) of a leg while it leaves a start that lacks the clearance. Absent: every
   /// leg keeps the clearance.
   std::optional<Located<double>> reduced_clearance;
+  /// Height by which a path may leave the heights between the start and the goal of its leg, m.
+  std::optional<Located<double>> max_depth_change;
 };
 
 /// The sensor whose scans the mapper turns into obstacles.

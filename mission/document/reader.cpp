@@ -155,7 +155,8 @@ class Reader {
             attributes_.number(element, "clearance"),
             attributes_.number(element, "mission_timeout"),
             attributes_.number(element, "battery_reserve"),
-            attributes_.optional_number(element, "reduced_clearance")};
+            attributes_.optional_number(element, "reduced_clearance"),
+            attributes_.optional_number(element, "max_depth_change")};
   }
 
   // The default of an element that is absent.

@@ -67,6 +67,10 @@ BehaviorContext make_behavior_context(const Mission& mission, const planning::Sc
   context.scene = &scene;
   context.leg.speed = mission.speed.value;
   context.leg.limits = motion_limits(mission);
+  if (const auto& change = mission.limits.max_depth_change) {
+    context.leg.max_rise = change->value;
+    context.leg.max_drop = change->value;
+  }
   context.leg.seed = seed;
   if (mission.unknown) {
     context.leg.recovery.by_motion = true;
@@ -80,7 +84,9 @@ BehaviorContext make_behavior_context(const Mission& mission, const planning::Sc
 behaviors::LegSettings leg_settings(const BehaviorContext& context, const StateSpec& spec) {
   behaviors::LegSettings settings = context.leg;
   if (spec.replan) settings.replan = replan_policy(*context.mission, *spec.replan);
-  if (context.mission->unknown && spec.overhead) settings.max_rise = kUnknownRise;
+  if (context.mission->unknown && spec.overhead) {
+    settings.max_rise = std::min(settings.max_rise.value_or(kUnknownRise), kUnknownRise);
+  }
   return settings;
 }
 

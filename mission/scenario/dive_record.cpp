@@ -112,6 +112,7 @@ DiveRecord dive_scenario(const Scenario& scenario, const Mission& mission,
     DIVE_DEMAND(settings.conditions.set(name, value));
   }
   settings.rest_s = scenario.rest_s;
+  if (script == Script::kPlayed) settings.diver = scenario.diver;
   settings.world = simulated;
   settings.cameras =
       vehicle::stereo_camera_in(mission.simulated_water)->scaled(scenario.camera_scale);

@@ -63,8 +63,8 @@ class DiveWatch {
   std::string goal_;
 };
 
-/// kDisabled: the steps of the script occur without effect. An expectation that still holds does
-/// not test the script.
+/// kDisabled: the steps of the script occur without effect, and there is no diver. An expectation
+/// that still holds does not test the script.
 enum class Script { kPlayed, kDisabled };
 
 /// Simulates the scenario, which matches the mission, in the world `simulated` or else in that of

@@ -147,6 +147,7 @@ double quantity(const DiveRecord& record, const std::string& name) {
   const DiveResult& result = record.result;
   if (name == "collisions") return static_cast<double>(result.collisions.size());
   if (name == "min_clearance") return result.nearest.clearance_m;
+  if (name == "diver_clearance") return result.diver_clearance_m;
   if (name == "max_depth") return record.max_depth_m;
   if (name == "final_depth") return result.final_depth_m;
   if (name == "duration") return result.duration_s;

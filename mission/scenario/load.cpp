@@ -84,6 +84,7 @@ class Reader {
         scenario.camera_scale = read_.number(part, "scale").value;
         scenario.camera_hz = read_.number(part, "rate").value;
       }
+      if (part.name == "diver") diver(part, scenario);
       if (part.name == "at") scenario.steps.push_back(step(part));
       if (part.name != "expect") continue;
       for (const XmlElement& child : part.children) {
@@ -121,6 +122,21 @@ class Reader {
     DIVE_DEMAND(conditions.set(name, number));  // the schema lists all names
     const std::string problem = conditions.validate();
     if (!problem.empty()) error("SCN-CONDITION", value.span, problem);
+  }
+
+  void diver(const XmlElement& element, Scenario& scenario) {
+    if (scenario.diver) error("SCN-DIVER", element.span, "the scenario has a second diver");
+    vehicle::DiverTrack track;
+    track.start_s = read_.number(element, "start").value;
+    track.speed = read_.number(element, "speed").value;
+    track.keeps_m = read_.number(element, "keeps").value;
+    for (const XmlElement& waypoint : element.children) {
+      const auto number = [&](const char* name) { return read_.number(waypoint, name).value; };
+      track.waypoints.push_back({{number("x"), number("y"), -number("depth")}, number("pause")});
+    }
+    const std::string problem = track.validate();
+    if (!problem.empty()) error("SCN-DIVER", element.span, problem);
+    scenario.diver = std::move(track);
   }
 
   ScriptStep step(const XmlElement& element) {

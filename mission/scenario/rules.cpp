@@ -28,6 +28,8 @@ constexpr Rule kRules[] = {
     {"SCN-BOUNDS", Severity::kError,
      "Every quantity has a bound, and its bounds are not contradictory."},
     {"SCN-OBSTACLE", Severity::kError, "Every obstacle has one place: x, y and depth, or ahead."},
+    {"SCN-DIVER", Severity::kError,
+     "A scenario has at most one diver, who stays under water; 'diver_clearance' needs one."},
     {"SCN-STEP-ID", Severity::kError,
      "No two 'at' have the same id, and every 'after' is the id of one."},
     {"SCN-STATE", Severity::kError, "Every state is one of the mission's or the executive's own."},
@@ -88,6 +90,7 @@ class Checker {
     for (const ScriptStep& step : scenario_.steps) check_step(step);
     for (const Expectation& expectation : scenario_.expectations) {
       check_names(expectation);
+      check_diver(expectation);
       check_times(expectation);
     }
   }
@@ -167,6 +170,13 @@ class Checker {
       default:
         return;
     }
+  }
+
+  void check_diver(const Expectation& expectation) {
+    const bool is_of_diver =
+        expectation.kind == Kind::kBounds && expectation.name.value == "diver_clearance";
+    if (!is_of_diver || scenario_.diver) return;
+    error("SCN-DIVER", expectation.span, "the scenario has no diver", "add a 'diver'");
   }
 
   void check_times(const Expectation& expectation) {

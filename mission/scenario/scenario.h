@@ -18,6 +18,7 @@
 #include "mission/executive/io.h"
 #include "mission/simulation/appearing_obstacle.h"
 #include "mission/simulation/faults.h"
+#include "vehicle/simulator/diver.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -107,6 +108,7 @@ struct Scenario {
   std::vector<std::pair<std::string, double>> conditions;
   double camera_scale = 1.0;  ///< Scale of the pixels along each side.
   double camera_hz = 20.0;    ///< Image pairs per second, if the mission uses the cameras.
+  std::optional<vehicle::DiverTrack> diver;  ///< Belongs to the script.
   std::vector<ScriptStep> steps;
   std::vector<Expectation> expectations;  ///< Includes the implicit ones, at the end.
 };

@@ -1,5 +1,6 @@
 #include "mission/simulation/contacts.h"
 
+#include <limits>
 #include <utility>
 
 namespace dive::mission {
@@ -37,6 +38,10 @@ void Contacts::observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime n
   for (std::string& name : meter.observe(X_OB)) contacts.push_back(std::move(name));
   if (meter.min_clearance_m() >= nearest_.clearance_m) return;
   nearest_ = {meter.min_clearance_m(), to_seconds(now), X_WB.p, meter.nearest_obstacle()};
+}
+
+double Contacts::diver_clearance_m() const {
+  return to_diver_ ? to_diver_->min_clearance_m() : std::numeric_limits<double>::infinity();
 }
 
 std::optional<Pose> Contacts::diver() const {

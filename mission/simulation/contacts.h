@@ -31,6 +31,8 @@ class Contacts {
   std::vector<std::string> observe(Utime now, const Pose& X_WB);
 
   [[nodiscard]] const NearestApproach& nearest() const { return nearest_; }
+  /// Smallest distance to the diver; infinite without one.
+  [[nodiscard]] double diver_clearance_m() const;
   /// X_WD, if there is a diver.
   [[nodiscard]] std::optional<Pose> diver() const;
 

@@ -226,6 +226,7 @@ DiveResult SimulatedVehiclePort::finish(OnboardReport report) {
   result_.rest_s = rest_.seconds();
   result_.distance_m = truth().distance_swum_m;
   result_.nearest = contacts_.nearest();
+  result_.diver_clearance_m = contacts_.diver_clearance_m();
   result_.energy_wh = truth().energy_used_wh;
   result_.final_depth_m = -truth().X_WB.p.z();
   if (last_.estimate.valid) {

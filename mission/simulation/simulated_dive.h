@@ -77,6 +77,8 @@ struct DiveResult {
   double rest_s = 0.0;      ///< Time up to the end within 0.5 m of the end position, ground truth.
   double distance_m = 0.0;  ///< Distance swum, ground truth.
   NearestApproach nearest;  ///< Ground truth.
+  /// Smallest distance to the diver, ground truth; infinite without one.
+  double diver_clearance_m = std::numeric_limits<double>::infinity();
   std::vector<Collision> collisions;  ///< Ground truth, in order of time.
   int plans = 0;
   int replans = 0;  ///< Plans requested while a path was being followed.

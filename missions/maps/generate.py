@@ -240,7 +240,56 @@ doors on both sides. The engine room has steel above it.""")
     m.write()
 
 
+def pool(m):
+    """The deep pool of the AquaNav paper, 25 x 15 x 4 m, west wall at x = 0."""
+    m.box("pool", "floor", (26, 16, 0.5), (12.5, 0, -4.25))
+    m.box("pool", "north", (26, 0.5, 4), (12.5, 7.75, -2))
+    m.box("pool", "south", (26, 0.5, 4), (12.5, -7.75, -2))
+    m.box("pool", "west", (0.5, 15, 4), (-0.25, 0, -2))
+    m.box("pool", "east", (0.5, 15, 4), (25.25, 0, -2))
+
+
+def toys(m):
+    """Bricks, balls and sticks on the floor of that pool, 0.4 m high at most."""
+    draw = Draw(2020)
+    for i in range(48):
+        x, y = 1.2 + 0.48 * i, draw(0.1, 2.4) * (-1) ** i
+        if i % 3 == 0:
+            size = (draw(0.2, 0.5), draw(0.2, 0.5), draw(0.1, 0.4))
+            m.box("toys", f"brick_{i}", size, (x, y, -4 + size[2] / 2), (0, 0, draw(0, math.pi)))
+        elif i % 3 == 1:
+            r = draw(0.08, 0.2)
+            m.sphere("toys", f"ball_{i}", r, (x, y, r - 4))
+        else:
+            r, half, yaw = draw(0.03, 0.06), draw(0.15, 0.4), draw(0, math.pi)
+            dx, dy = half * math.cos(yaw), half * math.sin(yaw)
+            m.pipe("toys", f"stick_{i}", r, (x - dx, y - dy, r - 4), (x + dx, y + dy, r - 4))
+
+
+def pool_obstacles():
+    m = Map("pool_obstacles", """
+The deep pool, toys on its floor, and two upright columns, 2.3 m apart. The line from the start
+to the goal meets the north one. A level vehicle that keeps 0.6 m from both needs 1.64 m.""")
+    pool(m)
+    radius, gap = 0.3, 2.3
+    north = 0.45
+    for name, y in (("north", north), ("south", north - gap - 2 * radius)):
+        m.pipe("columns", name, radius, (12, y, -4), (12, y, 0))
+    toys(m)
+    m.write()
+
+
+def pool_diver():
+    m = Map("pool_diver", """
+The deep pool with toys on its floor, and nothing else: the diver swims in it.""")
+    pool(m)
+    toys(m)
+    m.write()
+
+
 cluttered()
 maze()
 transect()
 wreck()
+pool_obstacles()
+pool_diver()

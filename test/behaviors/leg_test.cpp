@@ -28,6 +28,52 @@ TEST(Leg, AsksOnceWaitsThenFollowsToTheGoal) {
   EXPECT_LT((vehicle.position() - Eigen::Vector3d(6, 0, -3)).norm(), 0.5);
 }
 
+TEST(Leg, LeavesItsDepthsByNoMoreThanTheMissionAllows) {
+  LegSettings limited = settings();
+  limited.max_rise = 0.2;
+  limited.max_drop = 0.1;
+  Leg leg(limited, goal_at(6, 0));
+  PerfectVehicle vehicle({0, 0, -3.5});
+  const BehaviorOutput first = vehicle.tick(leg);
+  ASSERT_TRUE(first.plan_request);
+  EXPECT_NEAR(first.plan_request->limits.max_z, -2.8, 1e-12);
+  EXPECT_NEAR(first.plan_request->limits.min_z, -3.6, 1e-12);
+
+  const auto limits_from = [&](double z) {
+    return leg_request(limited, goal_at(6, 0), Pose{{0, 0, z}, {1, 0, 0, 0}}).limits;
+  };
+  EXPECT_NEAR(limits_from(-1.0).max_z, -0.8, 1e-12);
+  EXPECT_NEAR(limits_from(-1.0).min_z, -3.1, 1e-12);
+  limited.limits.max_z = -2.9;
+  limited.limits.min_z = -3.05;
+  EXPECT_EQ(limits_from(-5.0).max_z, -2.9) << "the other limits stay";
+  EXPECT_EQ(limits_from(-1.0).min_z, -3.05);
+}
+
+// A vehicle that is outside when it plans again starts where it is.
+TEST(Leg, PlansFromOutsideOfItsDepthsToo) {
+  LegSettings limited = settings();
+  limited.max_rise = 0.2;
+  limited.max_drop = 0.1;
+  limited.replan.period_s = 1.0;
+  Leg leg(limited, goal_at(6, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  const auto requested_at = [&](double z) {
+    const planning::PlanResult answer = success(straight({0, 0, z}, {6, 0, -3}));
+    BehaviorOutput output = vehicle.tick(leg, &answer);
+    for (int i = 0; i < 200 && !output.plan_request; ++i) {
+      vehicle.move_to({1, 0, z});
+      output = vehicle.tick(leg);
+    }
+    EXPECT_TRUE(output.plan_request);
+    return output.plan_request.value_or(planning::PlanRequest{}).limits;
+  };
+  ASSERT_TRUE(vehicle.tick(leg).plan_request);
+  EXPECT_NEAR(requested_at(-3.4).min_z, -3.4, 1e-12);
+  EXPECT_NEAR(requested_at(-3.0).min_z, -3.1, 1e-12);
+  EXPECT_NEAR(requested_at(-2.5).max_z, -2.5, 1e-12);
+}
+
 // Under water a vehicle that has drifted too near to something must get away from it.
 TEST(Leg, AcceptsAndFollowsAReducedPath) {
   Leg leg(settings(), goal_at(6, 0));

@@ -1,10 +1,13 @@
 // The executive in an unknown environment, with synthetic observations.
 
+#include <stdexcept>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "mission/document/state_index.h"
+#include "mission/executive/behavior_factory.h"
 #include "mission/executive/executive.h"
 #include "mission/executive/map_updates.h"
 #include "mission/onboard/planner_service.h"
@@ -52,10 +55,11 @@ class UnknownWater : public ::testing::Test {
  protected:
   void SetUp() override { use("cautious", ""); }
 
-  void use(const std::string& policy, const std::string& overhead) {
+  void use(const std::string& policy, const std::string& overhead, const std::string& limit = "") {
     std::string text = kMission;
     text.replace(text.find("POLICY"), 6, policy);
     text.replace(text.find("OVERHEAD"), 8, overhead);
+    text.insert(text.find("min_altitude"), limit);
     Diagnostics diagnostics;
     model_ = *vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
     std::optional<Mission> mission =
@@ -263,6 +267,25 @@ TEST_F(UnknownWater, ADeclaredOverheadCountsWithoutAnObservation) {
   EXPECT_GT(shallowest_inside, 2.5);
   EXPECT_EQ(executive_->result().final_state, "dive.aborted");
   EXPECT_LT(depth_, 0.3);
+}
+
+// `in` is under an overhead, `gate` is not.
+TEST_F(UnknownWater, PathsRiseAsFarAsTheMissionAndTheOverheadAllow) {
+  const planning::Scene scene(nothing_);
+  const auto rise_of = [&](const std::string& state, const std::string& limit) {
+    use("optimistic", "overhead=\"true\"", limit);
+    const BehaviorContext context = make_behavior_context(mission_, scene, 1);
+    const StateIndex index(mission_);
+    for (int i = 0; i < index.size(); ++i) {
+      if (index.spec(i).id.value == state) return leg_settings(context, index.spec(i)).max_rise;
+    }
+    throw std::runtime_error(state);
+  };
+  EXPECT_EQ(rise_of("gate", ""), std::nullopt);
+  EXPECT_EQ(rise_of("in", ""), 0.3);
+  EXPECT_EQ(rise_of("gate", "max_depth_change=\"0.5\" "), 0.5);
+  EXPECT_EQ(rise_of("in", "max_depth_change=\"0.5\" "), 0.3);
+  EXPECT_EQ(rise_of("in", "max_depth_change=\"0.2\" "), 0.2);
 }
 
 // `back` does not declare an overhead, but it begins where `in` was.

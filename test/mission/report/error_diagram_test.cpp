@@ -79,7 +79,9 @@ TEST_P(ErrorDiagram, TheTruePositionStaysWithinDMinOfTheLine) {
   Diagnostics diagnostics;
   const auto mission = load_mission(path, diagnostics);
   ASSERT_TRUE(mission);
-  const testing::ReportedDive dived = testing::dive_and_report(fmt::format("'{}'", path));
+  const std::string diver =
+      name == "pool_diver_visual_inertial" ? "--diver 5:20,0.2,-1.8:2,0.2,-1.8" : "";
+  const testing::ReportedDive dived = testing::dive_and_report(fmt::format("'{}' {}", path, diver));
   EXPECT_EQ(dived.run.at("outcome"), "success");
   const Pose map_from_world =
       vehicle::drawn_map_motion(simulated_conditions(*mission), dived.run.at("seed")).inverse();

@@ -44,6 +44,7 @@ DiveRecord dive() {
   record.result.duration_s = 40.0;
   record.result.distance_m = 14.0;
   record.result.nearest.clearance_m = 0.8;
+  record.result.diver_clearance_m = 0.9;
   record.result.energy_wh = 0.6;
   record.result.plans = 3;
   record.result.replans = 2;
@@ -104,6 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
              "<ends_near x=\"6\" y=\"4\" radius=\"0.9\"/>"},
         Pair{"<collisions at_most=\"0\"/>", "<collisions at_least=\"1\"/>"},
         Pair{"<min_clearance at_least=\"0.7\"/>", "<min_clearance at_least=\"0.9\"/>"},
+        Pair{"<diver_clearance at_least=\"0.85\"/>", "<diver_clearance at_most=\"0.85\"/>"},
         Pair{"<max_depth at_most=\"3.3\"/>", "<max_depth at_most=\"3.1\"/>"},
         Pair{"<final_depth at_most=\"0.2\"/>", "<final_depth at_least=\"0.2\"/>"},
         Pair{"<duration at_least=\"30\" at_most=\"50\"/>",

@@ -107,9 +107,10 @@ std::string shipped_scenarios() {
   std::string all;
   for (const auto& entry : fs::directory_iterator(kShipped)) {
     const std::string name = entry.path().stem().string();
-    const bool is_long = name == "a_place_is_recognised" ||
-                         name == "dark_in_a_wreck_visual_inertial" ||
-                         name == "shipped_wreck_visual_inertial";
+    const bool is_long =
+        name == "a_place_is_recognised" || name == "dark_in_a_wreck_visual_inertial" ||
+        name == "shipped_pool_diver_visual_inertial" ||
+        name == "shipped_pool_obstacles_visual_inertial" || name == "shipped_wreck_visual_inertial";
     if (entry.path().extension() == ".xml" && !is_long) all += in_quotes(entry.path()) + ' ';
   }
   return all;

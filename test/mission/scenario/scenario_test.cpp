@@ -87,6 +87,29 @@ TEST(ScenarioFile, FindsItsMissionFromItsOwnFolder) {
   EXPECT_EQ(scenario->seed, 7U);
 }
 
+TEST(ScenarioFile, HasTheDiversTrack) {
+  Diagnostics diagnostics;
+  const auto scenario = parse_scenario(
+      SourceText("s.xml",
+                 "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">"
+                 "<diver start=\"4\" speed=\"0.3\" keeps=\"2\">"
+                 "<waypoint x=\"1\" y=\"2\" depth=\"3\" pause=\"5\"/>"
+                 "<waypoint x=\"-1\" y=\"0\" depth=\"0\"/></diver>"
+                 "<expect><outcome is=\"success\"/></expect></scenario>"),
+      diagnostics);
+  ASSERT_TRUE(scenario);
+  ASSERT_TRUE(scenario->diver);
+  const vehicle::DiverTrack& track = *scenario->diver;
+  EXPECT_EQ(track.start_s, 4.0);
+  EXPECT_EQ(track.speed, 0.3);
+  EXPECT_EQ(track.keeps_m, 2.0);
+  ASSERT_EQ(track.waypoints.size(), 2U);
+  EXPECT_EQ(track.waypoints[0].p_W, Eigen::Vector3d(1, 2, -3));
+  EXPECT_EQ(track.waypoints[0].pause_s, 5.0);
+  EXPECT_EQ(track.waypoints[1].p_W, Eigen::Vector3d(-1, 0, 0));
+  EXPECT_EQ(track.waypoints[1].pause_s, 0.0);
+}
+
 TEST(JUnit, IsWellFormedWhateverStandsInIt) {
   TestCase test;
   test.name = "a<b>&\"c\"";

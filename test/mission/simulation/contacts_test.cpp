@@ -1,5 +1,7 @@
 #include "mission/simulation/contacts.h"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 namespace dive::mission {
@@ -47,7 +49,9 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
   EXPECT_EQ(contacts.nearest().t_s, 0.04);
   EXPECT_EQ(contacts.nearest().p_W, Eigen::Vector3d(4.5, 0, -5));
   EXPECT_EQ(contacts.observe(3 * kTick, at(-2.5, 0, -5)), Names({"obstacle 1"}));
+  EXPECT_NEAR(contacts.diver_clearance_m(), 9.2, 0.02) << "from the cube to the skin";
   EXPECT_EQ(contacts.observe(4 * kTick, at(0, 9.5, -5)), Names({"diver"}));
+  EXPECT_EQ(contacts.diver_clearance_m(), 0.0);
   EXPECT_EQ(contacts.nearest().t_s, 0.04) << "nothing is nearer than the first touch";
 }
 
@@ -55,6 +59,7 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
 TEST(Contacts, GoOnWhenMoreAppears) {
   const planning::RobotHull hull = cube();
   Contacts contacts(vehicle::TriangulatedWorld(planning::World{}), hull, std::nullopt);
+  EXPECT_EQ(contacts.diver_clearance_m(), std::numeric_limits<double>::infinity());
   contacts.add(std::vector{crate_at(0.0)});
   EXPECT_EQ(contacts.observe(0, at(0.5, 0, -5)), Names({"obstacle 1"}));
   contacts.add(std::vector{crate_at(1.4), crate_at(9.0)});

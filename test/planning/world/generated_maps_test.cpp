@@ -28,7 +28,7 @@ TEST(GeneratedMaps, AreWhatTheScriptWrites) {
     ++written;
     EXPECT_EQ(content_of(entry.path()), content_of(maps / entry.path().filename())) << entry.path();
   }
-  EXPECT_EQ(written, 4);
+  EXPECT_EQ(written, 6);
   fs::remove_all(folder);
 }
 
