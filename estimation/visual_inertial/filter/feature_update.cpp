@@ -91,7 +91,7 @@ std::optional<LinearSystem> track_system(const FilterState& state, const Feature
     for (std::size_t camera = 0; camera < (observation.right ? 2U : 1U); ++camera, row += 2) {
       const Pose& X_BC = state.cameras_B[camera];
       const auto expected = project(clone->X_WB, X_BC, p_W);
-      const auto jacobians = view_jacobians(clone->first, X_BC, p_W);
+      const auto jacobians = view_jacobians(clone->X_WB, X_BC, p_W);
       if (!expected || !jacobians) return std::nullopt;
       const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
       system.r.segment<2>(row) =
@@ -119,7 +119,7 @@ std::optional<LinearSystem> landmark_system(const FilterState& state, std::size_
     const auto row = static_cast<Eigen::Index>(2 * camera);
     const Pose& X_BC = state.cameras_B[camera];
     const auto expected = project(clone.X_WB, X_BC, mark.p_W);
-    const auto jacobians = view_jacobians(clone.first, X_BC, mark.first);
+    const auto jacobians = view_jacobians(clone.X_WB, X_BC, mark.p_W);
     if (!expected || !jacobians) return std::nullopt;
     const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
     system.r.segment<2>(row) =

@@ -19,8 +19,7 @@ using imu_error::kSize;
 
 // A copy has no error of its own; this keeps the covariance positive definite: 1 urad, 1 um.
 constexpr double kCopyVariance = 1e-12;
-constexpr double kFarVelocity = 0.005;  // m/s of correction that move the first estimates
-constexpr double kMinPivot = 1e-9;      // of H_f, relative
+constexpr double kMinPivot = 1e-9;  // of H_f, relative
 
 void turn(Eigen::Quaterniond& q, const Vector3d& by) { q = (q * so3_exp(by)).normalized(); }
 
@@ -100,7 +99,6 @@ void FilterState::begin(const ImuState& state, const Matrix15d& covariance) {
   const ImuIntrinsics known = imu.intrinsics;
   imu = state;
   imu.intrinsics = known;
-  first = state.motion;
   clones_.clear();
   landmarks_.clear();
   size_ = landmarks_start();
@@ -124,7 +122,6 @@ void FilterState::correlate_biases(const ImuReading& at) {
 
 void FilterState::propagate(const ImuStep& step) {
   imu = step.state;
-  first = step.state.motion;
   scratch_.noalias() = step.transition * P_.topRows<kSize>().leftCols(size_);
   const auto columns = intrinsics_columns();
   if (columns) {
@@ -146,13 +143,13 @@ void FilterState::propagate(const ImuStep& step) {
 void FilterState::clone(std::int64_t frame, const Vector3d& rate_B) {
   DIVE_DEMAND(size_ + 6 <= P_.rows());
   const Pose pose{imu.motion.p_WB, imu.motion.q_WB};
-  clones_.push_back({frame, pose, {first.p_WB, first.q_WB}});
+  clones_.push_back({frame, pose});
   const int at = size_;
   size_ += 6;
   P_.block(at, 0, 6, at) = P_.topRows<6>().leftCols(at);
   if (const auto offset = offset_columns()) {
     Vector6d by_offset;
-    by_offset << rate_B, first.v_WB;
+    by_offset << rate_B, imu.motion.v_WB;
     P_.block(at, 0, 6, at).noalias() += by_offset * P_.row(offset->start).head(at);
     const Vector6d cross = P_.block<6, 1>(at, offset->start);
     P_.block<6, 6>(at, at) = P_.block<6, 6>(at, 0) + cross * by_offset.transpose();
@@ -225,8 +222,9 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   P_.block(at + 3, at, tail, 3) = cross.rightCols(tail).transpose();
   size_ += 3;
   landmarks_.push_back(landmark);
-  landmarks_.back().first = landmark.p_W;
+  const VectorXd before = heading_direction();
   landmarks_.back().p_W += shift;
+  turn_covariance(before);
   return true;
 }
 
@@ -280,6 +278,7 @@ bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, c
 }
 
 void FilterState::add_error(const VectorXd& error) {
+  const VectorXd before = heading_direction();
   turn(imu.motion.q_WB, error.segment<3>(imu_error::kAttitude));
   imu.motion.p_WB += error.segment<3>(imu_error::kPosition);
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
@@ -300,16 +299,36 @@ void FilterState::add_error(const VectorXd& error) {
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     clones_[i].X_WB = corrected(clones_[i].X_WB, error.segment<6>(clone_columns(i).start));
   }
-  if (error.segment<3>(imu_error::kVelocity).norm() > kFarVelocity) move_first_estimates();
+  turn_covariance(before);
 }
 
-// After initialisation or darkness the first estimates can be so wrong that Jacobians evaluated
-// there cost more than the little spurious heading information of one change of the linearisation
-// point.
-void FilterState::move_first_estimates() {
-  first = imu.motion;
-  for (Clone& clone : clones_) clone.first = clone.X_WB;
-  for (MapLandmark& landmark : landmarks_) landmark.first = landmark.p_W;
+VectorXd FilterState::heading_direction() const {
+  const Vector3d up = Vector3d::UnitZ();
+  VectorXd n = VectorXd::Zero(size_);
+  n.segment<3>(imu_error::kAttitude) = imu.motion.q_WB.conjugate() * up;
+  n.segment<3>(imu_error::kPosition) = up.cross(imu.motion.p_WB);
+  n.segment<3>(imu_error::kVelocity) = up.cross(imu.motion.v_WB);
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    n.segment<3>(landmark_columns(i).start) = up.cross(landmarks_[i].p_W);
+  }
+  for (std::size_t i = 0; i < clones_.size(); ++i) {
+    const int at = clone_columns(i).start;
+    n.segment<3>(at) = clones_[i].X_WB.q.conjugate() * up;
+    n.segment<3>(at + 3) = up.cross(clones_[i].X_WB.p);
+  }
+  return n;
+}
+
+// P' = T P T^T with T = I + (n' - n) g^T, g^T x the error of the heading.
+void FilterState::turn_covariance(const VectorXd& before) {
+  const VectorXd change = heading_direction() - before;
+  const auto g = before.segment<3>(imu_error::kAttitude);
+  auto P = P_.topLeftCorner(size_, size_);
+  const VectorXd cross = P.middleCols<3>(imu_error::kAttitude) * g;
+  const double variance = g.dot(cross.segment<3>(imu_error::kAttitude));
+  const VectorXd half = cross + 0.5 * variance * change;
+  P.selfadjointView<Eigen::Lower>().rankUpdate(change, half);
+  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
 }
 
 bool FilterState::is_finite() const {

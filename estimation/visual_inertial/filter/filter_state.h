@@ -5,8 +5,8 @@
 //     clones 6 each ]
 //
 // Quantities that are not calibrated have no columns. Attitude errors are on the right, R_true = R
-// Exp(theta); the rest is additive; a camera or clone is [theta, p]. Each clone and landmark keeps
-// its first estimate, at which Jacobians are evaluated.
+// Exp(theta); the rest is additive; a camera or clone is [theta, p]. Jacobians are evaluated at the
+// newest estimate, and every correction turns the covariance with it: see README.md.
 
 #include <array>
 #include <cstdint>
@@ -21,13 +21,11 @@ namespace dive::estimation {
 struct Clone {
   std::int64_t frame = 0;  ///< Number of the frame taken at this pose.
   Pose X_WB;
-  Pose first;
 };
 
 struct MapLandmark {
   std::int64_t id = 0;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
   std::int64_t last_frame = 0;  ///< Frame of the last accepted observation.
   int rejected = 0;             ///< Consecutive rejections.
 };
@@ -43,7 +41,6 @@ class FilterState {
   explicit FilterState(const VisualInertialOptions& options);
 
   ImuState imu;
-  Kinematics first;  ///< First estimate of `imu`: as propagated, before any update at that time.
   std::vector<Pose> cameras_B;
   double time_offset_s = 0.0;
 
@@ -97,7 +94,10 @@ class FilterState {
 
  private:
   void add_error(const Eigen::VectorXd& error);
-  void move_first_estimates();
+  /// Change of every error per radian by which all of the estimate turns about the vertical.
+  [[nodiscard]] Eigen::VectorXd heading_direction() const;
+  /// To be called after the estimate has changed, with heading_direction() from before.
+  void turn_covariance(const Eigen::VectorXd& before);
   void remove(Columns columns);
   [[nodiscard]] int landmarks_start() const;
   [[nodiscard]] int clones_start() const {

@@ -63,7 +63,7 @@ std::optional<FirstMotion> find_first_motion(const StartWindow& window, const Po
   FirstMotion motion;
   std::optional<FirstMotion> found;
   for (std::size_t k = 1; k < window.size(); ++k) {
-    state = propagate_over(state, state.motion, window.imu[k - 1], ImuNoise{}, 0.0).state;
+    state = propagate_over(state, window.imu[k - 1], ImuNoise{}, 0.0).state;
     for (const ImuInterval& interval : window.imu[k - 1]) motion.seconds += interval.dt;
     const double T = motion.seconds;
     motion.up_B = state.motion.v_WB / T;

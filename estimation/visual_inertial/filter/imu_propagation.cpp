@@ -30,8 +30,8 @@ Matrix3d right_jacobian(const Vector3d& a) {
   return Matrix3d::Identity() - b * A + c * A * A;
 }
 
-ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInterval& interval,
-                  const ImuNoise& noise, double gravity) {
+ImuStep propagate(const ImuState& state, const ImuInterval& interval, const ImuNoise& noise,
+                  double gravity) {
   using namespace imu_error;
   const double dt = interval.dt;
   const Vector3d g(0.0, 0.0, -gravity);
@@ -55,27 +55,25 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
   next.p_WB = state.motion.p_WB + state.motion.v_WB * dt + 0.5 * dt * dt * g +
               R * (dt * dt / 6.0 * (2.0 * a0 + D * a1));
 
-  const Matrix3d R_first = first.q_WB.toRotationMatrix();
   const Matrix3d R_next = next.q_WB.toRotationMatrix();
-  const Matrix3d of_rate = right_jacobian(turn) * dt;            // effect on the rotation
-  const Matrix3d of_bend = R_first * (D * -skew(a1) * of_rate);  // effect on R D a1
+  const Matrix3d of_rate = right_jacobian(turn) * dt;      // effect on the rotation
+  const Matrix3d of_bend = R * (D * -skew(a1) * of_rate);  // effect on R D a1
   Eigen::Matrix<double, 9, 3> by_rate;
   by_rate << of_rate, dt * dt / 6.0 * of_bend, 0.5 * dt * of_bend;
   Matrix15d& F = step.transition;
   F.setIdentity();
-  F.block<3, 3>(kAttitude, kAttitude) = R_next.transpose() * R_first;
+  F.block<3, 3>(kAttitude, kAttitude) = R_next.transpose() * R;
   F.block<9, 3>(0, kGyroBias) = -by_rate * gyro_scale;
-  F.block<3, 3>(kVelocity, kAttitude) = -skew(next.v_WB - first.v_WB - g * dt) * R_first;
-  F.block<3, 3>(kVelocity, kAccelBias) =
-      -0.5 * dt * R_first * (Matrix3d::Identity() + D) * accel_scale;
+  F.block<3, 3>(kVelocity, kAttitude) = -skew(next.v_WB - state.motion.v_WB - g * dt) * R;
+  F.block<3, 3>(kVelocity, kAccelBias) = -0.5 * dt * R * (Matrix3d::Identity() + D) * accel_scale;
   F.block<3, 3>(kPosition, kAttitude) =
-      -skew(next.p_WB - first.p_WB - first.v_WB * dt - 0.5 * dt * dt * g) * R_first;
+      -skew(next.p_WB - state.motion.p_WB - state.motion.v_WB * dt - 0.5 * dt * dt * g) * R;
   F.block<3, 3>(kPosition, kVelocity) = dt * Matrix3d::Identity();
   F.block<3, 3>(kPosition, kAccelBias) =
-      -dt * dt / 6.0 * R_first * (2.0 * Matrix3d::Identity() + D) * accel_scale;
+      -dt * dt / 6.0 * R * (2.0 * Matrix3d::Identity() + D) * accel_scale;
 
-  const Matrix3x9d by_T0 = R_first * of_elements(raw0);
-  const Matrix3x9d by_T1 = R_first * D * of_elements(raw1);
+  const Matrix3x9d by_T0 = R * of_elements(raw0);
+  const Matrix3x9d by_T1 = R * D * of_elements(raw1);
   step.by_intrinsics.leftCols<9>() = by_rate * of_elements(raw_rate);
   step.by_intrinsics.rightCols<9>() << Matrix3x9d::Zero(), dt * dt / 6.0 * (2.0 * by_T0 + by_T1),
       0.5 * dt * (by_T0 + by_T1);
@@ -98,23 +96,20 @@ ImuStep propagate(const ImuState& state, const Kinematics& first, const ImuInter
   return step;
 }
 
-ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
-                       const std::vector<ImuInterval>& intervals, const ImuNoise& noise,
-                       double gravity) {
+ImuStep propagate_over(const ImuState& begin, const std::vector<ImuInterval>& intervals,
+                       const ImuNoise& noise, double gravity) {
   ImuStep sum;
   sum.state = begin;
   sum.transition.setIdentity();
   sum.noise.setZero();
   sum.by_intrinsics.setZero();
-  Kinematics from = first;
   for (const ImuInterval& interval : intervals) {
-    const ImuStep step = propagate(sum.state, from, interval, noise, gravity);
+    const ImuStep step = propagate(sum.state, interval, noise, gravity);
     sum.by_intrinsics =
         step.transition.topLeftCorner<9, 9>() * sum.by_intrinsics + step.by_intrinsics;
     sum.transition = step.transition * sum.transition;
     sum.noise = step.transition * sum.noise * step.transition.transpose() + step.noise;
     sum.state = step.state;
-    from = step.state.motion;
   }
   return sum;
 }

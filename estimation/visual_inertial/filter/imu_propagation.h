@@ -9,8 +9,8 @@
 //
 // Errors: R_true = R Exp(theta), the rest additive. The factors of theta are written with the
 // states themselves (Li and Mourikis 2013, "High-precision, consistent EKF-based visual-inertial
-// odometry", IJRR 32(6), eq. 24), taken at their first estimates, so that a rotation about the
-// vertical and a translation stay unobservable. doc/visual-inertial/propagation.md derives it.
+// odometry", IJRR 32(6), eq. 24), so that a rotation about the vertical and a translation stay
+// unobservable. doc/visual-inertial/propagation.md derives it.
 
 #include <vector>
 
@@ -77,12 +77,11 @@ struct ImuStep {
   Eigen::Matrix<double, 9, ImuIntrinsics::kSize> by_intrinsics;
 };
 
-/// `first`: first estimates of attitude, position and velocity at the start of the interval.
-[[nodiscard]] ImuStep propagate(const ImuState& state, const Kinematics& first,
-                                const ImuInterval& interval, const ImuNoise& noise, double gravity);
+[[nodiscard]] ImuStep propagate(const ImuState& state, const ImuInterval& interval,
+                                const ImuNoise& noise, double gravity);
 
-/// The same over successive intervals; each but the first begins at what was propagated.
-[[nodiscard]] ImuStep propagate_over(const ImuState& begin, const Kinematics& first,
+/// The same over successive intervals.
+[[nodiscard]] ImuStep propagate_over(const ImuState& begin,
                                      const std::vector<ImuInterval>& intervals,
                                      const ImuNoise& noise, double gravity);
 

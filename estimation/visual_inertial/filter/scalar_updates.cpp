@@ -20,7 +20,7 @@ ImuSystem depth_system(const FilterState& state, double depth_m, const Vector3d&
   ImuSystem system{MatrixXd::Zero(1, kSize), VectorXd(1), VectorXd::Constant(1, sigma * sigma)};
   system.r[0] = -depth_m - now.p_WB.z() - (now.q_WB * sensor_B).z();
   system.H.block<1, 3>(0, kAttitude) =
-      -(state.first.q_WB.toRotationMatrix() * skew(sensor_B)).row(2);
+      -(state.imu.motion.q_WB.toRotationMatrix() * skew(sensor_B)).row(2);
   system.H(0, kPosition + 2) = 1.0;
   return system;
 }
@@ -29,8 +29,9 @@ ImuSystem speed_system(const FilterState& state, const Vector3d& v_B, const Vect
   const Kinematics& now = state.imu.motion;
   ImuSystem system{MatrixXd::Zero(3, kSize), VectorXd(3), sigma.cwiseAbs2()};
   system.r = v_B - now.q_WB.conjugate() * now.v_WB;
-  system.H.block<3, 3>(0, kAttitude) = skew(state.first.q_WB.conjugate() * state.first.v_WB);
-  system.H.block<3, 3>(0, kVelocity) = state.first.q_WB.conjugate().toRotationMatrix();
+  system.H.block<3, 3>(0, kAttitude) =
+      skew(state.imu.motion.q_WB.conjugate() * state.imu.motion.v_WB);
+  system.H.block<3, 3>(0, kVelocity) = state.imu.motion.q_WB.conjugate().toRotationMatrix();
   return system;
 }
 

@@ -222,8 +222,7 @@ void VisualInertialFilter::apply(const FeatureFrame& frame) {
 void VisualInertialFilter::propagate_to(Utime utime) {
   if (utime <= utime_) return;
   imu_.intervals(utime_, utime, intervals_);
-  const ImuStep step =
-      propagate_over(state_.imu, state_.first, intervals_, options_.imu, options_.gravity);
+  const ImuStep step = propagate_over(state_.imu, intervals_, options_.imu, options_.gravity);
   state_.propagate(step);
   utime_ = utime;
   ahead_.reset();
@@ -233,12 +232,10 @@ void VisualInertialFilter::advance(Ahead& ahead, Utime to) const {
   if (to <= ahead.utime) return;
   imu_.intervals(ahead.utime, to, intervals_);
   for (const ImuInterval& interval : intervals_) {
-    const ImuStep step =
-        propagate(ahead.state, ahead.first, interval, options_.imu, options_.gravity);
+    const ImuStep step = propagate(ahead.state, interval, options_.imu, options_.gravity);
     ahead.covariance =
         step.transition * ahead.covariance * step.transition.transpose() + step.noise;
     ahead.state = step.state;
-    ahead.first = ahead.state.motion;
   }
   ahead.utime = to;
 }
@@ -246,8 +243,7 @@ void VisualInertialFilter::advance(Ahead& ahead, Utime to) const {
 void VisualInertialFilter::publish(Utime now) {
   using namespace imu_error;
   if (!ahead_) {
-    ahead_ =
-        Ahead{utime_, state_.imu, state_.first, state_.covariance().topLeftCorner<kSize, kSize>()};
+    ahead_ = Ahead{utime_, state_.imu, state_.covariance().topLeftCorner<kSize, kSize>()};
   }
   advance(*ahead_, std::min(now, imu_.newest().utime));
   Ahead latest = *ahead_;

@@ -65,7 +65,6 @@ class VisualInertialFilter {
   struct Ahead {
     Utime utime = 0;
     ImuState state;
-    Kinematics first;
     Matrix15d covariance;
   };
 

@@ -19,9 +19,9 @@ using Eigen::VectorXd;
 constexpr std::size_t kMinObservations = 4;  // minimum observations of a track that is used
 constexpr int kMaxRejections = 3;            // consecutive, of a landmark
 constexpr int kMaxPromotions = 3;            // new landmarks in one frame
-// A landmark keeps the Jacobians of its first estimate: it must be initialised well, when the speed
-// is known.
-constexpr double kLandmarkSpeedSigma = 0.005;  // m/s, the largest of an axis
+// A landmark's errors are linearised about its first position: it must be initialised well, when
+// the speed is known.
+constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
 
@@ -276,7 +276,7 @@ void VisualUpdate::promote(FilterState& state, const FeatureTrack& track, std::i
   auto one = gated(state, track, report);
   if (!one) return;
   const LinearSystem& system = one->system;
-  const MapLandmark mark{track.id, one->landmark.p_W, one->landmark.p_W, number, 0};
+  const MapLandmark mark{track.id, one->landmark.p_W, number, 0};
   if (!state.add_landmark(mark, system.H.topRows<3>(), system.H_f.topRows<3>(), system.r.head<3>(),
                           sigma_ * sigma_)) {
     return;

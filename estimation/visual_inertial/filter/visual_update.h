@@ -53,8 +53,8 @@ class VisualUpdate {
   };
   struct Gated;
 
-  /// After a gap without frames, uses what was tracked before it and begins anew: no tracker follows
-  /// a feature across one.
+  /// After a gap without frames, uses what was tracked before it and begins anew: no tracker
+  /// follows a feature across one.
   void end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
                              VisualReport& report);
   /// The observation with the cameras' Jacobians; empty if it is no image point of the cameras.

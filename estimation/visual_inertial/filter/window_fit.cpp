@@ -146,9 +146,8 @@ Values Problem::begin(const ImuState& first) const {
   values.intrinsics = first.intrinsics;
   values.frames.push_back(first.motion);
   for (std::size_t k = 0; k + 1 < window_.size(); ++k) {
-    values.frames.push_back(propagate_over(values.imu(k), values.frames[k], window_.imu[k],
-                                           options_.imu, options_.gravity)
-                                .state.motion);
+    values.frames.push_back(
+        propagate_over(values.imu(k), window_.imu[k], options_.imu, options_.gravity).state.motion);
   }
   for (const FeatureTrack& track : window_.tracks) {
     FittedPoint point{index_of(track.observations.front()), track.observations.front().left,
@@ -224,8 +223,8 @@ void Problem::add_priors(const Values& at, FitSystem& normal) const {
 }
 
 void Problem::add_imu(const Values& at, std::size_t frame, FitSystem& normal) const {
-  const ImuStep step = propagate_over(at.imu(frame), at.frames[frame], window_.imu[frame],
-                                      options_.imu, options_.gravity);
+  const ImuStep step =
+      propagate_over(at.imu(frame), window_.imu[frame], options_.imu, options_.gravity);
   const Kinematics& predicted = step.state.motion;
   const Kinematics& next = at.frames[frame + 1];
   Vector9d r;  // of the prediction: the error that would make it the next frame

@@ -62,7 +62,7 @@ TEST(Feature, IsNotSeenFromBehind) {
   EXPECT_FALSE(view_jacobians({}, {}, {0.0, 0.0, 0.01}));
 }
 
-// A state in motion with five clones, moved away from their first estimates.
+// A state in motion with five clones, after an update.
 struct Window {
   testing::AnalyticDive dive{testing::AnalyticDiveOptions{}, 8};
   FilterState state{testing::filter_options(dive, {})};
@@ -84,7 +84,6 @@ struct Window {
       track.observations.push_back({i, image_of(truth.X_WB, state.cameras_B[0], p_W),
                                     image_of(truth.X_WB, state.cameras_B[1], p_W)});
     }
-    // An update moves the clones, not their first estimates.
     const std::array<Columns, 1> all{{{0, state.size()}}};
     MatrixXd H = MatrixXd::Zero(3, state.size());
     VectorXd r(3);
@@ -106,17 +105,48 @@ TEST(FeatureTrack, DoesNotObserveATurnAboutTheVerticalOrAShift) {
   MatrixXd nothing = MatrixXd::Zero(system->H.cols(), 4);
   for (std::size_t i = 0; i < 5; ++i) {
     const Eigen::Index at = columns[0].size + static_cast<Eigen::Index>(6 * i);
-    const Pose& first = window.state.clones()[i].first;
-    nothing.block<3, 1>(at, 0) = first.q.conjugate() * Vector3d::UnitZ();
-    nothing.block<3, 1>(at + 3, 0) = Vector3d::UnitZ().cross(first.p);
+    const Pose& X_WB = window.state.clones()[i].X_WB;
+    nothing.block<3, 1>(at, 0) = X_WB.q.conjugate() * Vector3d::UnitZ();
+    nothing.block<3, 1>(at + 3, 0) = Vector3d::UnitZ().cross(X_WB.p);
     nothing.block<3, 3>(at + 3, 1).setIdentity();
   }
   MatrixXd of_landmark(3, 4);
   of_landmark << Vector3d::UnitZ().cross(window.p_W), Eigen::Matrix3d::Identity();
   EXPECT_LT((system->H * nothing + system->H_f * of_landmark).norm(), 1e-9);
-  const double at_current =
-      (window.state.clones()[2].X_WB.p - window.state.clones()[2].first.p).norm();
-  EXPECT_GT(at_current, 1e-4) << "the window has moved, or this shows nothing";
+}
+
+// n^T P^-1 n, with n the turn of everything about the vertical at the present estimate.
+double information_on_heading(const FilterState& state) {
+  VectorXd n = VectorXd::Zero(state.size());
+  n.segment<3>(imu_error::kAttitude) = state.imu.motion.q_WB.conjugate() * Vector3d::UnitZ();
+  n.segment<3>(imu_error::kPosition) = Vector3d::UnitZ().cross(state.imu.motion.p_WB);
+  n.segment<3>(imu_error::kVelocity) = Vector3d::UnitZ().cross(state.imu.motion.v_WB);
+  for (std::size_t i = 0; i < state.clones().size(); ++i) {
+    const int at = state.clone_columns(i).start;
+    n.segment<3>(at) = state.clones()[i].X_WB.q.conjugate() * Vector3d::UnitZ();
+    n.segment<3>(at + 3) = Vector3d::UnitZ().cross(state.clones()[i].X_WB.p);
+  }
+  return n.dot(MatrixXd(state.covariance()).ldlt().solve(n));
+}
+
+// Images say nothing about the heading, however far they move the estimate.
+TEST(FeatureTrack, AddsNoInformationOnTheHeading) {
+  Window window;
+  FilterState& state = window.state;
+  Random random(6);
+  const double before = information_on_heading(state);
+  for (int update = 0; update < 5; ++update) {
+    auto system = track_system(state, window.track, window.p_W);
+    ASSERT_TRUE(system);
+    separate_landmark(*system);
+    const Eigen::Index free = system->r.size() - 3;
+    for (double& r : system->r) r = 5.0 * random.normal();
+    const Vector3d p_W = state.imu.motion.p_WB;
+    ASSERT_TRUE(state.correct(state.view_columns(), system->H.bottomRows(free),
+                              system->r.tail(free), VectorXd::Constant(free, 0.25)));
+    EXPECT_GT((state.imu.motion.p_WB - p_W).norm(), 1e-5);
+    EXPECT_NEAR(information_on_heading(state) / before, 1.0, 1e-5);
+  }
 }
 
 TEST(FeatureTrack, KeepsAllThatIsFreeOfTheLandmark) {
