@@ -27,11 +27,11 @@ constexpr double kUnknownSigma = 0.1;      // m, of an assumed position
 constexpr double kLongStep = 0.1;          // s between two IMU samples
 constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
 constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
-// A motion capture's frame is level, and its markers are aligned with the IMU, to about a degree.
-constexpr double kTrueAttitudeSigmaDeg = 1.0;
 constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
 constexpr double kAccelBiasSigma = 0.05;   // m/s^2
+// A motion capture's frame is level, and its markers are aligned with the IMU, to about a degree.
+constexpr double kTrueAttitudeSigmaDeg = 1.0;
 
 using Failure = tl::unexpected<std::string>;
 

@@ -53,7 +53,7 @@ class VisualUpdate {
   };
   struct Gated;
 
-  /// After a gap without frames, uses what was tracked before it and begins anew: no tracker
+  /// After a gap without frames, uses what was tracked before it and begins again: no tracker
   /// follows a feature across one.
   void end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
                              VisualReport& report);
