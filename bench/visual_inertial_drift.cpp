@@ -29,8 +29,9 @@ struct Study {
   AnalyticDiveOptions dive;
   int runs = 50;
   std::uint64_t first = 1000;
-  double seconds = 286.0;  // one lap at 0.4 m/s
-  double dark_at = -1.0;   // s after the start; negative: never
+  double seconds = 286.0;        // one lap at 0.4 m/s
+  estimation::KnownStart start;  // its sigmas
+  double dark_at = -1.0;         // s after the start; negative: never
   int landmarks = estimation::VisualInertialOptions{}.max_landmarks;
   int clones = estimation::VisualInertialOptions{}.max_clones;
   int update_features = estimation::VisualInertialOptions{}.max_update_features;
@@ -102,7 +103,7 @@ void dive_once(const Study& study, std::uint64_t seed, Figures& all) {
   options.gate_sigma = study.gate;
   Random random(seed, 5);
   const double begin = random.uniform(0.0, 100.0);
-  VisualInertialFilter filter(options, known_start(dive, begin, random));
+  VisualInertialFilter filter(options, known_start(dive, begin, random, study.start));
   const double dark = study.dark_at < 0.0 ? 1e9 : begin + study.dark_at;
   bool was_flagged = false;
   Hooks hooks;
@@ -208,6 +209,8 @@ int main(int argc, char** argv) {
   app.add_option("--faults", faults, "Nothing but so many dives with each fault of a sensor");
   app.add_option("--imu-scale", study.dive.imu_scale_sigma, "Scale and misalignment of the IMU");
   app.add_option("--g-sensitivity", study.dive.gyro_by_accel_sigma, "Of the gyro, rad/s per m/s^2");
+  app.add_option("--heading-sigma", study.start.yaw_sigma_deg, "At the start, deg");
+  app.add_option("--speed-sigma", study.start.speed_sigma, "At the start, m/s");
   app.add_flag("--mono", is_mono, "One camera");
   app.add_flag("--equidistant", is_equidistant, "Equidistant lenses with the pinholes' view");
   app.add_flag("-v,--verbose", study.is_verbose, "A line per dive");

@@ -206,10 +206,11 @@ void VisualInertialFilter::apply(const Speed& speed) {
 }
 
 void VisualInertialFilter::apply(const FeatureFrame& frame) {
+  const double since_last_s = to_seconds(frame.utime) - to_seconds(last_frame_utime_);
   last_frame_utime_ = frame.utime;
   const ImuReading reading = imu_.at(utime_);
   state_.clone(++frames_, reading.gyro_B - state_.imu.gyro_bias);
-  watch_.on_frame(utime_, visual_.apply(state_, frame, frames_));
+  watch_.on_frame(utime_, visual_.apply(state_, frame, frames_, since_last_s));
   watch_.health.is_at_rest = still_.is_at_rest(frame, imu_);
   if (!watch_.health.is_at_rest) return;
   // Frames repeat it more often than it is independent information.

@@ -19,8 +19,8 @@ using Eigen::VectorXd;
 constexpr std::size_t kMinObservations = 4;  // minimum observations of a track that is used
 constexpr int kMaxRejections = 3;            // consecutive, of a landmark
 constexpr int kMaxPromotions = 3;            // new landmarks in one frame
-// A landmark's errors are linearised about its first position: it must be initialised well, when
-// the speed is known.
+// A landmark's first covariance is linearised where it is triangulated: it must be initialised
+// well, when the speed is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
@@ -53,12 +53,12 @@ struct VisualUpdate::Gated {
 VisualUpdate::VisualUpdate(const VisualInertialOptions& options)
     : options_(options), sigma_(options.pixel_sigma) {}
 
-VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
-                                 std::int64_t number) {
+VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame, std::int64_t number,
+                                 double since_last_s) {
   DIVE_DEMAND(!state.clones().empty() && state.clones().back().frame == number);
   VisualReport report;
   distance_ = freedom_ = 0.0;
-  end_tracks_before_gap(state, frame.utime, number, report);
+  if (since_last_s > kLongestGap_s) end_tracks_before_gap(state, number, report);
   follow(state, frame, number, report);
   correct_landmarks(state, number, report);
   const auto leaving = leaving_clone(state);
@@ -73,11 +73,8 @@ VisualReport VisualUpdate::apply(FilterState& state, const FeatureFrame& frame,
   return report;
 }
 
-void VisualUpdate::end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
+void VisualUpdate::end_tracks_before_gap(FilterState& state, std::int64_t number,
                                          VisualReport& report) {
-  const bool is_gap = last_utime_ && to_seconds(utime - *last_utime_) > kLongestGap_s;
-  last_utime_ = utime;
-  if (!is_gap) return;
   correct_tracks(state, candidates(state, number, std::nullopt), report);
   tracks_.clear();
   while (!state.landmarks().empty()) state.drop_landmark(state.landmarks().size() - 1);

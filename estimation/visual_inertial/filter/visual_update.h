@@ -39,12 +39,11 @@ class VisualUpdate {
  public:
   explicit VisualUpdate(const VisualInertialOptions& options);
 
-  void reset() {
-    tracks_.clear();
-    last_utime_.reset();
-  }
-  /// Updates `state`, whose newest clone is the pose of `frame`, the `number`-th one.
-  VisualReport apply(FilterState& state, const FeatureFrame& frame, std::int64_t number);
+  void reset() { tracks_.clear(); }
+  /// Updates `state`, whose newest clone is the pose of `frame`, the `number`-th one,
+  /// `since_last_s` seconds after the frame before it.
+  VisualReport apply(FilterState& state, const FeatureFrame& frame, std::int64_t number,
+                     double since_last_s);
 
  private:
   struct Candidate {
@@ -53,10 +52,9 @@ class VisualUpdate {
   };
   struct Gated;
 
-  /// After a gap without frames, uses what was tracked before it and begins again: no tracker
-  /// follows a feature across one.
-  void end_tracks_before_gap(FilterState& state, Utime utime, std::int64_t number,
-                             VisualReport& report);
+  /// Uses what was tracked before a gap without frames, and begins again: no tracker follows a
+  /// feature across one.
+  void end_tracks_before_gap(FilterState& state, std::int64_t number, VisualReport& report);
   /// The observation with the cameras' Jacobians; empty if it is no image point of the cameras.
   void follow(const FilterState& state, const FeatureFrame& frame, std::int64_t number,
               VisualReport& report);
@@ -77,7 +75,6 @@ class VisualUpdate {
   VisualInertialOptions options_;
   double sigma_;  ///< Sigma of an image coordinate, pixels.
   FeatureTracks tracks_;
-  std::optional<Utime> last_utime_;  ///< Time of the last frame, by the cameras' clock.
   std::vector<std::pair<std::size_t, TrackObservation>>
       landmark_observations_;  ///< Observations in this frame, by landmark.
   double distance_ = 0.0;      ///< Sum of r^T S^-1 r over the updates of this frame.

@@ -51,14 +51,18 @@ estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
   return result;
 }
 
-estimation::KnownStart known_start(const AnalyticDive& dive, double t, Random& random) {
+estimation::KnownStart known_start(const AnalyticDive& dive, double t, Random& random,
+                                   estimation::KnownStart start) {
   constexpr double kGyroBias = 0.002;
   constexpr double kAccelBias = 0.02;
   const DiveTruth truth = dive.truth(t);
-  estimation::KnownStart start;
   start.utime = from_seconds(t);
   start.X_WB.p = truth.X_WB.p + normal3(random, start.position_sigma_m);
-  start.X_WB.q = so3_exp(normal3(random, deg_to_rad(start.tilt_sigma_deg))) * truth.X_WB.q;
+  const Eigen::Vector3d turn_deg =
+      normal3(random, 1.0)
+          .cwiseProduct(
+              Eigen::Vector3d(start.tilt_sigma_deg, start.tilt_sigma_deg, start.yaw_sigma_deg));
+  start.X_WB.q = so3_exp(deg_to_rad(1.0) * turn_deg) * truth.X_WB.q;
   start.v_WB_B = truth.v_WB_B + normal3(random, start.speed_sigma);
   start.bias = {dive.gyro_bias() + normal3(random, kGyroBias),
                 dive.accel_bias() + normal3(random, kAccelBias), kGyroBias, kAccelBias};

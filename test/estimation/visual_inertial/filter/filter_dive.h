@@ -31,9 +31,9 @@ struct FilterDiveResult {
 /// The filter's configuration for the dive.
 [[nodiscard]] estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
                                                                const AnalyticDiveOptions& options);
-/// The truth at `t`, with errors drawn from the stated sigmas; biases as known after a restart.
-[[nodiscard]] estimation::KnownStart known_start(const AnalyticDive& dive, double t,
-                                                 Random& random);
+/// The truth at `t`, with errors drawn from the sigmas of `start`; biases as known after a restart.
+[[nodiscard]] estimation::KnownStart known_start(const AnalyticDive& dive, double t, Random& random,
+                                                 estimation::KnownStart start = {});
 [[nodiscard]] ErrorSample compare(const estimation::StateEstimate& estimate,
                                   const DiveTruth& truth);
 

@@ -316,7 +316,7 @@ TEST(Darkness, CostsWhatTheCovarianceAllowsAndIsReported) {
 }
 
 // The points that return have the ids that they had before: with tracks and landmarks continued
-// across the darkness the NEES of the position is 8 to 10.
+// across the darkness the NEES of the position was 9.8.
 TEST(Darkness, LeavesTheCovarianceConsistent) {
   DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
   AnalyticDiveOptions options;
