@@ -79,7 +79,10 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   route.is_astern = (X_WB.q * Eigen::Vector3d::UnitX()).dot(route.points_W[1] - X_WB.p) < 0.0;
   route.until = input.now + from_seconds(kGraceSeconds + kSlow * path.length_m / kSpeed);
   if (const double roll = to_rpy(X_WB.q).x(); std::abs(roll) > kSmallRoll) route.roll = roll;
-  if (come_level_if_possible(route, input) <= criteria.min_clearance_m) return false;
+  // Often it is nowhere nearer than here: then a turn and the way back leave the same, and the way
+  // back leads out.
+  const double least_m = come_level_if_possible(route, input);
+  if (least_m <= 0.0 || least_m < criteria.min_clearance_m) return false;
   route_ = std::move(route);
   last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
   return true;

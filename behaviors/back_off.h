@@ -1,9 +1,9 @@
 #pragma once
-// Return to a place with clearance, in an unknown environment. A plan may start
-// with reduced clearance. A vehicle that replans often can use this each time: it works its way
-// into a narrowing, a little nearer to obstacles with every plan, until it cannot turn. A vehicle
-// that has come too near, or has been near for too long, therefore returns along its trail, which
-// is free, and plans from there with the map as it is then.
+// Return to a place with clearance: in an unknown environment, and in a known one from an obstacle
+// that the map lacks. A plan may start with reduced clearance. A vehicle that replans often can use
+// this each time: it works its way into a narrowing, a little nearer to obstacles with every plan,
+// until it cannot turn. A vehicle that has come too near, or has been near for too long, therefore
+// returns along its trail, which is free, and plans from there with the map as it is then.
 //
 // There is no clearance to turn around: the vehicle swims stern first if its bow points away from
 // the path. A vehicle on its side may be there because it has no room to come level: it keeps its
@@ -41,7 +41,7 @@ class BackOff {
     /// Longest path along the trail, m; max_distance_m when absent.
     std::optional<double> max_distance_m = std::nullopt;
     bool needs_open_water = false;  ///< Only places with open water above.
-    double min_clearance_m = 0.0;   ///< More than this on the way there.
+    double min_clearance_m = 0.0;   ///< Least clearance on the way there, m; more than 0 always.
   };
   /// Starts along BehaviorInput::trail to the nearest place that has clearance and meets the
   /// conditions; if there is none, to the one with most clearance. False if no place has more than

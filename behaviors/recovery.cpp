@@ -128,7 +128,9 @@ std::optional<Eigen::Vector3d> LegRecovery::place_to_observe(const BehaviorInput
 }
 
 bool LegRecovery::is_too_near(const BehaviorInput& input) {
-  return options_.by_motion && back_off_.is_needed(input);
+  const bool has_stopped =
+      stops_ > 0 && (input.estimate->X_WB.p - stopped_at_W_).norm() <= kSameStop;
+  return (options_.by_motion || has_stopped) && back_off_.is_needed(input);
 }
 
 bool LegRecovery::may_back_off(const Eigen::Vector3d& p_W) const {

@@ -48,9 +48,10 @@ class LegRecovery {
   enum class BackOffReason {
     kTooNear,    ///< Too near to an obstacle: back to a place with clearance.
     kOtherPath,  ///< Alternative path requested: back to a place with another path.
-    kNoRoom,     ///< The same, if the way back leaves more clearance than the last turn_onto().
+    kNoRoom,     ///< The same, if the way back leaves no less clearance than the last turn_onto().
   };
-  /// Called once per tick while the vehicle is not backing off.
+  /// Called once per tick while the vehicle is not backing off. In a known environment true only
+  /// beside an obstacle that it has stopped for, which the map lacks.
   [[nodiscard]] bool is_too_near(const BehaviorInput& input);
   /// False after too many attempts from about `p_W`.
   [[nodiscard]] bool may_back_off(const Eigen::Vector3d& p_W) const;

@@ -151,6 +151,16 @@ TEST_F(BackOffTest, IsNeededAfterTwoMetresOfPathBelow85PercentOfTheClearance) {
   EXPECT_TRUE(is_needed());
 }
 
+// A turn here would leave 0.4 m too, since nowhere is nearer than here.
+TEST_F(BackOffTest, BeginsIfTheWayBackLeavesNoLessThanAsked) {
+  clearance_by_x([](double x) { return x > 7.2 ? 0.4 : 0.9; });
+  BackOff::Criteria asked;
+  asked.min_clearance_m = 0.401;
+  EXPECT_FALSE(begin(asked));
+  asked.min_clearance_m = 0.4;
+  EXPECT_TRUE(begin(asked));
+}
+
 TEST_F(BackOffTest, IsNotNeededWithinTwoSecondsOfTheLastAttempt) {
   clearance_is(0.4);
   EXPECT_TRUE(is_needed());
