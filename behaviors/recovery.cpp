@@ -127,10 +127,17 @@ std::optional<Eigen::Vector3d> LegRecovery::place_to_observe(const BehaviorInput
   return std::nullopt;
 }
 
+// On a known map nearness alone may be an error of the position; what the map lacks was observed
+// from here.
+bool LegRecovery::is_beside_unmapped(const BehaviorInput& input) const {
+  const Pose& X_WB = input.estimate->X_WB;
+  if (stops_ > 0 && (X_WB.p - stopped_at_W_).norm() <= kSameStop) return true;
+  return input.map_changed && input.observed != nullptr &&
+         input.observed->clearance({&X_WB, 1}) < options_.back_off.min_clearance * d_min_m_;
+}
+
 bool LegRecovery::is_too_near(const BehaviorInput& input) {
-  const bool has_stopped =
-      stops_ > 0 && (input.estimate->X_WB.p - stopped_at_W_).norm() <= kSameStop;
-  return (options_.by_motion || has_stopped) && back_off_.is_needed(input);
+  return (options_.by_motion || is_beside_unmapped(input)) && back_off_.is_needed(input);
 }
 
 bool LegRecovery::may_back_off(const Eigen::Vector3d& p_W) const {

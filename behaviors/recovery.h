@@ -51,7 +51,7 @@ class LegRecovery {
     kNoRoom,     ///< The same, if the way back leaves no less clearance than the last turn_onto().
   };
   /// Called once per tick while the vehicle is not backing off. In a known environment true only
-  /// beside an obstacle that it has stopped for, which the map lacks.
+  /// beside an obstacle that the map lacks.
   [[nodiscard]] bool is_too_near(const BehaviorInput& input);
   /// False after too many attempts from about `p_W`.
   [[nodiscard]] bool may_back_off(const Eigen::Vector3d& p_W) const;
@@ -74,6 +74,8 @@ class LegRecovery {
   [[nodiscard]] double clearance_m() const { return back_off_.clearance_m(); }
 
  private:
+  [[nodiscard]] bool is_beside_unmapped(const BehaviorInput& input) const;
+
   double d_min_m_;
   RecoveryOptions options_;
   BackOff back_off_;

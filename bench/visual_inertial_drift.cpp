@@ -49,7 +49,8 @@ struct Figures {
   std::vector<double> end_nees_position, end_nees_attitude;  // at the end
   std::vector<double> ratio;
   std::vector<double> frame_ms;
-  std::vector<double> dark_cost;  // m, change of the error in the dark
+  std::vector<double> dark_cost;                  // m, change of the error in the dark
+  std::vector<double> index_error, index_sigmas;  // of the refractive index at the end
   std::int64_t used = 0, used_particles = 0, snow = 0, accepted_particles = 0;
   int diverged = 0, flagged = 0;
 };
@@ -120,6 +121,13 @@ void dive_once(const Study& study, std::uint64_t seed, Figures& all) {
   if (study.dark_at >= 0.0) {
     all.dark_cost.push_back((error_at(result, dark + kDark_s) - error_at(result, dark)).norm());
   }
+  if (const auto columns = filter.state().refractive_index_columns()) {
+    const double error = std::abs(dive.true_cameras().front().refractive_index -
+                                  filter.state().models.front().refractive_index);
+    all.index_error.push_back(error);
+    all.index_sigmas.push_back(
+        error / std::sqrt(filter.state().covariance()(columns->start, columns->start)));
+  }
   if (!study.is_verbose) return;
   fmt::print("seed {}: drift {:.3f} %, nees {:.2f} {:.2f}, at the end {:.2f} {:.2f} {}\n", seed,
              all.drift_percent.back(), all.nees_position.back(), all.nees_attitude.back(),
@@ -150,6 +158,11 @@ void report(const Study& study, const Figures& all) {
                all.accepted_particles, all.snow,
                100.0 * static_cast<double>(all.accepted_particles) / static_cast<double>(all.snow),
                100.0 * static_cast<double>(all.used_particles) / static_cast<double>(all.used));
+  }
+  if (!all.index_error.empty()) {
+    fmt::print("refractive index: off by {:.4f} in the median, at most {:.4f}, {:.1f} sigma\n",
+               quantile(all.index_error, 0.5), quantile(all.index_error, 1.0),
+               quantile(all.index_sigmas, 1.0));
   }
   if (!all.dark_cost.empty()) {
     fmt::print("{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; reported in {} of {}\n",
@@ -209,6 +222,11 @@ int main(int argc, char** argv) {
   app.add_option("--faults", faults, "Nothing but so many dives with each fault of a sensor");
   app.add_option("--imu-scale", study.dive.imu_scale_sigma, "Scale and misalignment of the IMU");
   app.add_option("--g-sensitivity", study.dive.gyro_by_accel_sigma, "Of the gyro, rad/s per m/s^2");
+  app.add_option("--focal-sigma", study.dive.focal_sigma, "Of the focal lengths, as a share");
+  app.add_option("--centre-sigma", study.dive.centre_sigma_px, "Of the principal points, pixels");
+  app.add_option("--refractive-index", study.dive.refractive_index, "Before a flat port");
+  app.add_option("--index-sigma", study.dive.refractive_index_sigma, "Its error");
+  app.add_option("--line-time", study.dive.line_time_s, "Of a rolling shutter, s");
   app.add_option("--heading-sigma", study.start.yaw_sigma_deg, "At the start, deg");
   app.add_option("--speed-sigma", study.start.speed_sigma, "At the start, m/s");
   app.add_flag("--mono", is_mono, "One camera");

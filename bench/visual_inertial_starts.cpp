@@ -190,13 +190,11 @@ void fly_once(const Settings& settings, const RecordedFlight& flight, const std:
   Random random(seed, 7);
   std::vector<CameraModel> cameras = RecordedFlight::rig();
   if (settings.is_mono) cameras.resize(1);
-  std::vector<Pose> poses;
-  for (const CameraModel& camera : cameras) poses.push_back(camera.X_BC);
   MadeFeatureOptions of_features;
   of_features.pixel_sigma = settings.pixel_sigma;
   of_features.near_m = 1.5;
   of_features.far_m = 8.0;
-  MadeFeatures features(of_features, cameras, poses, random);
+  MadeFeatures features(of_features, cameras, cameras, random);
   const auto images = static_cast<std::size_t>(settings.seconds * 20.0);
   const auto& truth = flight.truth();
   const std::size_t first = random.bits() % (truth.size() - images - 1);
@@ -216,7 +214,8 @@ void fly_once(const Settings& settings, const RecordedFlight& flight, const std:
     for (; sample != flight.imu().end() && sample->utime <= utime; ++sample) filter.add(*sample);
     if (sample != flight.imu().end()) filter.add(*sample++);
     if (run.has_image(to_seconds(utime))) {
-      filter.add(estimation::FeatureFrame{utime, features.observe(truth[i].X_WB, utime)});
+      const auto motion = [&](double /*seconds*/) { return truth[i].X_WB; };
+      filter.add(estimation::FeatureFrame{utime, features.observe(motion, utime)});
     }
     run.compare_at(to_seconds(utime), filter, filter.update(utime), truth_at(i));
   }

@@ -23,14 +23,38 @@ constexpr int kBranchSamples = 16;     // on the way from the axis, to notice a 
 constexpr double kMaxRadius = 11.43;   // tan(85 degrees)
 constexpr double kMaxAngle = 1.48353;  // rad, 85 degrees
 constexpr double kMaxRadtan = 100.0;
+constexpr double kMaxIndex = 1.6;
+constexpr double kLongestReadout = 0.1;  // s
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// --- the lens: rho = g r as a function of r ---
 
 struct Radius {
   double rho;
   double slope;  // d rho / d r
 };
+
+// --- a flat port: the tangent of the angle in the air as a function of r ---
+
+// Infinite where no ray from the water leaves the glass at that angle.
+Radius port_radius(double index, double r) {
+  const double in_water = std::sqrt(1.0 + r * r);
+  const double sine = index * r / in_water;
+  if (!(sine < 1.0)) return {kInfinity, kInfinity};
+  const double cosine = std::sqrt(1.0 - sine * sine);
+  return {sine / cosine, index / std::pow(cosine * in_water, 3)};
+}
+
+double port_inverse(double index, double rho) {
+  const double sine = rho / std::sqrt(1.0 + rho * rho) / index;
+  return sine / std::sqrt(1.0 - sine * sine);
+}
+
+// d rho / d index.
+double port_index_slope(double index, double r) {
+  const double sine_in_water = r / std::sqrt(1.0 + r * r);
+  return sine_in_water / std::pow(1.0 - std::pow(index * sine_in_water, 2), 1.5);
+}
+
+// --- the lens: rho = g r as a function of r ---
 
 // theta_d and d theta_d / d theta.
 Radius equidistant_angle(const std::array<double, 4>& k, double theta) {
@@ -219,12 +243,37 @@ std::optional<Vector2d> straightened(const Radtan& k, const Vector2d& wanted) {
 
 // --- all of it ---
 
+Vector2d through_port(const CameraModel& camera, const Vector2d& n) {
+  if (camera.refractive_index == 1.0) return n;
+  const double r = n.norm();
+  return r > 0.0 ? Vector2d(n * (port_radius(camera.refractive_index, r).rho / r)) : n;
+}
+
+// `n`: in the air.
 Vector2d through_lens(const CameraModel& camera, const Vector2d& n) {
   if (camera.lens == LensModel::kPinhole) return n;
   const double r = n.norm();
   return r > 0.0 ? Vector2d(n * (lens_radius(camera, r).rho / r)) : n;
 }
 
+// Of n rho / r at n.
+Matrix2d radial_jacobian(const Radius& radius, const Vector2d& n) {
+  const double r = n.norm();
+  if (!(r > 0.0)) return radius.slope * Matrix2d::Identity();
+  const double g = radius.rho / r;
+  const Vector2d along = n / r;
+  return g * Matrix2d::Identity() + (radius.slope - g) * along * along.transpose();
+}
+
+// d pixel / d n, n in the air.
+Matrix2d jacobian_in_air(const CameraModel& camera, const Vector2d& n) {
+  Matrix2d J = Matrix2d::Identity();
+  if (camera.lens != LensModel::kPinhole) J = radial_jacobian(lens_radius(camera, n.norm()), n);
+  return Vector2d(camera.fx, camera.fy).asDiagonal() *
+         distortion_jacobian(camera.radtan, through_lens(camera, n)) * J;
+}
+
+// `n`: in the air.
 bool is_on_first_branch(const CameraModel& camera, const Vector2d& n) {
   if (camera.lens == LensModel::kEquidistant) {
     const double theta = std::atan(n.norm());
@@ -242,9 +291,11 @@ std::optional<Vector2d> ray_of(const CameraModel& camera, const Vector2d& pixel)
   auto m = straightened(camera.radtan, d);
   if (!m) return std::nullopt;
   const double rho = m->norm();
-  const auto r = lens_inverse(camera, rho);
+  auto r = lens_inverse(camera, rho);
   if (!r) return std::nullopt;
-  if (camera.lens == LensModel::kPinhole && std::isfinite(*r)) return m;
+  const bool has_port = camera.refractive_index != 1.0;
+  if (camera.lens == LensModel::kPinhole && std::isfinite(*r) && !has_port) return m;
+  if (has_port) r = port_inverse(camera.refractive_index, *r);
   return rho > 0.0 ? Vector2d(*m * (*r / rho)) : *m;
 }
 
@@ -301,31 +352,41 @@ std::string CameraModel::validate() const {
     if (!(std::abs(k) <= kMaxRadtan)) return fmt::format("a distortion coefficient of {}", k);
   }
   if (!X_BC.is_finite()) return "its pose in the body is not finite";
+  if (!(refractive_index >= 1.0 && refractive_index <= kMaxIndex)) {
+    return fmt::format("a refractive index of {}; water has 1.33 to 1.35, and 1 is no port",
+                       refractive_index);
+  }
+  if (!(line_time_s >= 0.0 && line_time_s * height <= kLongestReadout)) {
+    return fmt::format("a line time of {} s; the {} rows must take at most {} s", line_time_s,
+                       height, kLongestReadout);
+  }
   if (std::string problem = lens_problem(*this); !problem.empty()) return problem;
   return fold_problem(*this);
 }
 
 Vector2d CameraModel::distort(const Vector2d& normalised) const {
-  const Vector2d m = through_lens(*this, normalised);
+  const Vector2d m = through_lens(*this, through_port(*this, normalised));
   const Vector2d d = is_straight(radtan) ? m : distorted(radtan, m);
   return {fx * d.x() + cx, fy * d.y() + cy};
 }
 
 Matrix2d CameraModel::jacobian(const Vector2d& normalised) const {
-  Vector2d m = normalised;
-  Matrix2d J = Matrix2d::Identity();
-  if (lens != LensModel::kPinhole) {
-    const double r = normalised.norm();
-    const Radius radius = lens_radius(*this, r);
-    const double g = r > 0.0 ? radius.rho / r : radius.slope;
-    m *= g;
-    J *= g;
-    if (r > 0.0) {
-      const Vector2d along = normalised / r;
-      J += (radius.slope - g) * along * along.transpose();
-    }
+  const Matrix2d J = jacobian_in_air(*this, through_port(*this, normalised));
+  if (refractive_index == 1.0) return J;
+  return J * radial_jacobian(port_radius(refractive_index, normalised.norm()), normalised);
+}
+
+Eigen::Matrix<double, 2, 5> CameraModel::intrinsics_jacobian(const Vector2d& normalised) const {
+  const Vector2d pixel = distort(normalised);
+  Eigen::Matrix<double, 2, 5> J = Eigen::Matrix<double, 2, 5>::Zero();
+  J(0, 0) = (pixel.x() - cx) / fx;
+  J(1, 1) = (pixel.y() - cy) / fy;
+  J(0, 2) = J(1, 3) = 1.0;
+  if (const double r = normalised.norm(); r > 0.0) {
+    J.col(4) = jacobian_in_air(*this, through_port(*this, normalised)) * normalised *
+               (port_index_slope(refractive_index, r) / r);
   }
-  return Vector2d(fx, fy).asDiagonal() * distortion_jacobian(radtan, m) * J;
+  return J;
 }
 
 std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
@@ -337,8 +398,11 @@ std::optional<Vector2d> CameraModel::undistort(const Vector2d& pixel) const {
 std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   if (!(p_C.z() > kNear)) return std::nullopt;
   const Vector2d n = p_C.head<2>() / p_C.z();
-  if (!(n.squaredNorm() <= kMaxRadius * kMaxRadius)) return std::nullopt;
-  if (!is_on_first_branch(*this, n)) return std::nullopt;
+  const Vector2d in_air = through_port(*this, n);
+  if (!(std::max(n.squaredNorm(), in_air.squaredNorm()) <= kMaxRadius * kMaxRadius)) {
+    return std::nullopt;
+  }
+  if (!is_on_first_branch(*this, in_air)) return std::nullopt;
   return distort(n);
 }
 

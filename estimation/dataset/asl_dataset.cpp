@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,6 +20,19 @@ namespace {
 namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
+using NumberKey = std::pair<const char*, std::optional<double>*>;
+
+// Reads each key that is there. An error if one is no number, or negative.
+tl::expected<void, std::string> read_positive(const SensorFile& file, const std::string& path,
+                                              std::span<const NumberKey> keys) {
+  for (const auto& [key, value] : keys) {
+    const auto number = file.number(key);
+    if (!number) return Failure(number.error());
+    if (*number && !(**number >= 0.0)) return Failure(fmt::format("{}: {} is negative", path, key));
+    *value = *number;
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -28,13 +42,16 @@ tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
   if (!model) return Failure(model.error());
   const auto X_BC = file.X_BS();
   if (!X_BC) return Failure(X_BC.error());
-  const auto rate = file.number("rate_hz");
-  if (!rate) return Failure(rate.error());
-
   RecordedCamera camera;
+  std::optional<double> rate;
+  const NumberKey keys[] = {{"focal_sigma", &camera.focal_sigma},
+                            {"centre_sigma_px", &camera.centre_sigma_px},
+                            {"refractive_index_sigma", &camera.refractive_index_sigma},
+                            {"rate_hz", &rate}};
+  if (auto read = read_positive(file, path, keys); !read) return Failure(read.error());
   camera.model = *model;
   camera.model.X_BC = *X_BC;
-  camera.rate_hz = rate->value_or(0.0);
+  camera.rate_hz = rate.value_or(0.0);
   camera.calibration_file = path;
   camera.resolution_line = file.line_of("resolution");
   if (const std::string why = camera.model.validate(); !why.empty()) {
@@ -69,24 +86,16 @@ tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const st
                                                 Recording& dataset) {
   RecordedImuNoise& noise = dataset.imu_noise;
   std::optional<double> rate;
-  const std::pair<const char*, std::optional<double>*> keys[] = {
-      {"gyroscope_noise_density", &noise.gyro},
-      {"gyroscope_random_walk", &noise.gyro_walk},
-      {"accelerometer_noise_density", &noise.accel},
-      {"accelerometer_random_walk", &noise.accel_walk},
-      {"gyroscope_turn_on_bias", &noise.gyro_bias},
-      {"accelerometer_turn_on_bias", &noise.accel_bias},
-      {"scale_error", &noise.scale},
-      {"gyroscope_g_sensitivity", &noise.gyro_by_accel},
-      {"rate_hz", &rate}};
-  for (const auto& [key, value] : keys) {
-    const auto number = file.number(key);
-    if (!number) return Failure(number.error());
-    if (*number && !(**number >= 0.0)) {
-      return Failure(fmt::format("{}: {} is negative", path, key));
-    }
-    *value = *number;
-  }
+  const NumberKey keys[] = {{"gyroscope_noise_density", &noise.gyro},
+                            {"gyroscope_random_walk", &noise.gyro_walk},
+                            {"accelerometer_noise_density", &noise.accel},
+                            {"accelerometer_random_walk", &noise.accel_walk},
+                            {"gyroscope_turn_on_bias", &noise.gyro_bias},
+                            {"accelerometer_turn_on_bias", &noise.accel_bias},
+                            {"scale_error", &noise.scale},
+                            {"gyroscope_g_sensitivity", &noise.gyro_by_accel},
+                            {"rate_hz", &rate}};
+  if (auto read = read_positive(file, path, keys); !read) return Failure(read.error());
   dataset.imu_rate_hz = rate.value_or(0.0);
   return file.X_BS();
 }

@@ -114,7 +114,14 @@ tl::expected<CameraModel, std::string> read_camera_model(const SensorFile& file)
         file.at("resolution", fmt::format("an image of {} x {} pixels", (*size)[0], (*size)[1])));
   }
 
+  const auto index = file.number("refractive_index");
+  if (!index) return Failure(index.error());
+  const auto line_time = file.number("line_time_s");
+  if (!line_time) return Failure(line_time.error());
+
   CameraModel model;
+  model.refractive_index = index->value_or(1.0);
+  model.line_time_s = line_time->value_or(0.0);
   model.width = static_cast<int>((*size)[0]);
   model.height = static_cast<int>((*size)[1]);
   model.fx = (*intrinsics)[first];
@@ -161,9 +168,11 @@ std::string camera_model_yaml(const CameraModel& camera) {
   return fmt::format(
       "resolution: [{}, {}]\ncamera_model: {}\n"
       "intrinsics: [{}{}, {}, {}, {}]  # {}fu, fv, cu, cv\n"
-      "distortion_model: {}\ndistortion_coefficients: [{}]\n",
+      "distortion_model: {}\ndistortion_coefficients: [{}]\n"
+      "refractive_index: {}\nline_time_s: {}\n",
       camera.width, camera.height, name, parameters, camera.fx, camera.fy, camera.cx, camera.cy,
-      names, distortion, fmt::join(coefficients, ", "));
+      names, distortion, fmt::join(coefficients, ", "), camera.refractive_index,
+      camera.line_time_s);
 }
 
 }  // namespace dive::estimation

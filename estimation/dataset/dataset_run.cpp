@@ -30,6 +30,9 @@ constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
 constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
 constexpr double kAccelBiasSigma = 0.05;   // m/s^2
+// A housing calibrated in another water, at another temperature and depth, is off by so much.
+constexpr double kFocalSigma = 0.005;
+constexpr double kCentreSigma = 2.0;  // pixels
 // A motion capture's frame is level, and its markers are aligned with the IMU, to about a degree.
 constexpr double kTrueAttitudeSigmaDeg = 1.0;
 
@@ -302,6 +305,11 @@ VisualInertialOptions filter_options(const Recording& dataset, std::size_t camer
   for (std::size_t i = 0; i < std::min(cameras, dataset.cameras.size()); ++i) {
     options.cameras.push_back(dataset.cameras[i].model);
   }
+  const RecordedCamera& left = dataset.cameras.front();
+  options.focal_sigma = left.focal_sigma.value_or(kFocalSigma);
+  options.centre_sigma_px = left.centre_sigma_px.value_or(kCentreSigma);
+  options.refractive_index_sigma =
+      left.refractive_index_sigma.value_or(options.refractive_index_sigma);
   const RecordedImuNoise& noise = dataset.imu_noise;
   options.imu.gyro = noise.gyro.value_or(options.imu.gyro);
   options.imu.accel = noise.accel.value_or(options.imu.accel);

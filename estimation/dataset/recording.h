@@ -41,6 +41,10 @@ struct SampleOrigin {
 
 struct RecordedCamera {
   CameraModel model;  ///< Camera model with X_BC in the IMU's frame.
+  /// One sigma of what the calibration states; empty where not given.
+  std::optional<double> focal_sigma;             ///< Of the focal lengths, as a share.
+  std::optional<double> centre_sigma_px;         ///< Of the principal point.
+  std::optional<double> refractive_index_sigma;  ///< Before a flat port.
   double rate_hz = 0.0;
   std::vector<RecordedImage> images;  ///< Images by time.
   SampleOrigin images_origin;

@@ -213,47 +213,66 @@ TEST(Leg, StopsOnItsSideIfItSwamSo) {
   EXPECT_NEAR(to_rpy(leg.step(scanned).command.o).x(), 1.2, 0.1);
 }
 
-// A wall at x = 6 m that the map lacks until the vehicle has stopped for it, 0.1 m before it.
-class UnmappedWall final : public PathEvaluator {
+// A wall at x = 6 m that the estimate places so once it has been observed: one that the map has, or
+// lacks.
+class Wall final : public PathEvaluator {
  public:
+  explicit Wall(bool is_mapped) : is_mapped_(is_mapped) {}
   double clearance(std::span<const Pose> waypoints) override {
+    return is_mapped_ ? 10.0 : clearance_to_all(waypoints);
+  }
+  double clearance_to_all(std::span<const Pose> waypoints) override {
     double least = 10.0;
     for (const Pose& pose : waypoints) least = std::min(least, std::max(6.0 - pose.p.x(), 0.0));
-    return is_mapped_ ? least : 10.0;
+    return is_observed_ ? least : 10.0;
   }
-  double clearance_to_all(std::span<const Pose> waypoints) override { return clearance(waypoints); }
-  void map() { is_mapped_ = true; }
+  void observe() { is_observed_ = true; }
 
  private:
-  bool is_mapped_ = false;
+  bool is_mapped_;
+  bool is_observed_ = false;
 };
 
-// Where the vehicle is when it asks for a path, after it was at x = 5.9 m, where a scan showed the
-// wall or not.
-double asks_at(bool is_stopped, bool with_trail) {
+// Where the vehicle is when it asks for a path, after it was at x = 5.9 m, where the wall was
+// observed.
+double asks_at(bool is_mapped, bool with_trail) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
-  UnmappedWall wall;
+  Wall wall(is_mapped);
   Trail trail;
   vehicle.set_map(&wall, with_trail ? &trail : nullptr);
   BehaviorOutput output = swim_east(leg, vehicle, 5.9);
-  wall.map();
-  if (is_stopped) {
-    BehaviorInput scanned = vehicle.input(nullptr);
-    scanned.obstacle_ahead = true;
-    output = leg.step(scanned);
-  }
+  wall.observe();
+  BehaviorInput demand = vehicle.input(nullptr);
+  demand.replan = true;
+  output = leg.step(demand);
   while (!output.plan_request && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
   EXPECT_TRUE(output.plan_request);
   return vehicle.position().x();
 }
 
-// Beside what it has stopped for, it has no room to turn onto another path.
-TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatItHasStoppedFor) {
+// Beside what the map lacks it has no room to turn onto another path.
+TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatTheMapLacks) {
   // 0.2 m before the breadcrumb that has 0.85 of a clearance of 1 m.
-  EXPECT_LT(asks_at(true, true), 6.0 - 0.85 + 0.25);
-  EXPECT_NEAR(asks_at(true, false), 5.9, 0.1) << "no trail";
-  EXPECT_NEAR(asks_at(false, true), 5.9, 0.1) << "an error of the position looks the same";
+  EXPECT_LT(asks_at(false, true), 6.0 - 0.85 + 0.25);
+  EXPECT_NEAR(asks_at(false, false), 5.9, 0.1) << "no trail";
+  EXPECT_NEAR(asks_at(true, true), 5.9, 0.1) << "an error of the position looks the same";
+}
+
+// The map has it a scan or two after the stop.
+TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatItHasStoppedFor) {
+  Leg leg(settings(), goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Wall wall(true);
+  Trail trail;
+  vehicle.set_map(&wall, &trail);
+  BehaviorOutput output = swim_east(leg, vehicle, 5.9);
+  wall.observe();
+  BehaviorInput scanned = vehicle.input(nullptr);
+  scanned.obstacle_ahead = true;
+  output = leg.step(scanned);
+  while (!output.plan_request && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
+  EXPECT_LT(vehicle.position().x(), 6.0 - 0.85 + 0.25);
 }
 
 TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {

@@ -88,6 +88,20 @@ TEST(CameraModel, ReportsWhatIsWrongWithIt) {
   EXPECT_THAT(camera.validate(), HasSubstr("alpha 1.5"));
   camera.lens_parameters[3] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(camera.validate(), HasSubstr("lens parameters"));
+  camera = euroc();
+  camera.refractive_index = 0.75;
+  EXPECT_THAT(camera.validate(), HasSubstr("refractive index of 0.75"));
+  camera = euroc();
+  camera.line_time_s = 0.033;
+  EXPECT_THAT(camera.validate(), HasSubstr("line time of 0.033 s"));
+}
+
+TEST(CameraModel, ExposesTheMiddleRowAtTheStamp) {
+  CameraModel camera = euroc();
+  EXPECT_EQ(camera.row_time({0.0, 479.0}), 0.0);
+  camera.line_time_s = 4e-5;
+  EXPECT_NEAR(camera.row_time({100.0, 0.0}), -239.5 * 4e-5, 1e-12);
+  EXPECT_NEAR(camera.row_time({100.0, 479.0}), 239.5 * 4e-5, 1e-12);
 }
 
 TEST(CameraModel, ReportsADistortionThatFoldsOverInTheImage) {

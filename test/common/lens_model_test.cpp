@@ -86,6 +86,20 @@ std::vector<CameraModel> all() {
   return {radtan4(), radtan5(), radtan8(), equidistant(), eucm(), double_sphere(), omni()};
 }
 
+CameraModel behind_port(CameraModel model, double index) {
+  model.refractive_index = index;
+  return model;
+}
+
+// And behind flat ports in fresh water and in the sea.
+std::vector<CameraModel> with_ports() {
+  std::vector<CameraModel> models = all();
+  models.push_back(behind_port(radtan4(), 1.333));
+  models.push_back(behind_port(equidistant(), 1.341));
+  models.push_back(behind_port(double_sphere(), 1.341));
+  return models;
+}
+
 // Directions in front of the camera whose pixels are in the image.
 std::vector<Vector3d> rays_of(const CameraModel& model) {
   std::vector<Vector3d> rays;
@@ -181,8 +195,30 @@ TEST(LensModel, OmniIsEucmWithDistortion) {
   }
 }
 
+// Snell's law along the ray's azimuth, by the angles: a ray that the lens sees at an angle theta in
+// the air came through the water at asin(sin(theta) / index).
+TEST(LensModel, SeesRaysBehindAFlatPortAsSnellRefractsThem) {
+  for (const CameraModel& in_air : {radtan4(), equidistant(), double_sphere()}) {
+    constexpr double kIndex = 1.34;
+    const CameraModel model = behind_port(in_air, kIndex);
+    EXPECT_EQ(model.validate(), "");
+    for (const Vector3d& ray : rays_of(in_air)) {
+      const double theta = std::atan2(ray.head<2>().norm(), ray.z());
+      const double azimuth = std::atan2(ray.y(), ray.x());
+      const double in_water = std::asin(std::sin(theta) / kIndex);
+      const Vector3d refracted(std::sin(in_water) * std::cos(azimuth),
+                               std::sin(in_water) * std::sin(azimuth), std::cos(in_water));
+      const auto pixel = model.project(7.0 * refracted);
+      ASSERT_TRUE(pixel) << ray.transpose();
+      EXPECT_LT((*pixel - *in_air.project(ray)).norm(), 1e-9) << ray.transpose();
+    }
+  }
+  const CameraModel wide = behind_port(double_sphere(), 1.34);
+  EXPECT_FALSE(wide.project({1.2, 0.0, 1.0})) << "50 degrees: beyond total reflection at 48";
+}
+
 RC_GTEST_PROP(LensModel, UndoesItsOwnDistortion, ()) {
-  for (const CameraModel& model : all()) {
+  for (const CameraModel& model : with_ports()) {
     RC_ASSERT(model.validate() == "");
     const Vector2d n(*rc::gen::inRange(-8000, 8000) * 1e-3, *rc::gen::inRange(-8000, 8000) * 1e-3);
     const auto pixel = model.project(n.homogeneous());
@@ -209,8 +245,30 @@ RC_GTEST_PROP(LensModel, EveryPixelHasItsRay, ()) {
   }
 }
 
+RC_GTEST_PROP(LensModel, HasTheJacobianOfItsIntrinsicsThatDifferencesGive, ()) {
+  for (const CameraModel& model : with_ports()) {
+    const Vector2d pixel(*rc::gen::inRange(0, model.width), *rc::gen::inRange(0, model.height));
+    const auto n = model.undistort(pixel);
+    if (!n || n->norm() > 4.0) continue;
+    const auto J = model.intrinsics_jacobian(*n);
+    double CameraModel::*const members[] = {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx,
+                                            &CameraModel::cy, &CameraModel::refractive_index};
+    for (int i = 0; i < 5; ++i) {
+      // An index of 1 has no rays beyond: only the ports have the column of the index here.
+      if (i == 4 && model.refractive_index == 1.0) continue;
+      const double step = i == 4 ? 1e-7 : 1e-4;
+      CameraModel more = model;
+      CameraModel less = model;
+      more.*members[i] += step;
+      less.*members[i] -= step;
+      const Vector2d numeric = (more.distort(*n) - less.distort(*n)) / (2.0 * step);
+      RC_ASSERT((J.col(i) - numeric).norm() < 1e-4 * (1.0 + numeric.norm()));
+    }
+  }
+}
+
 RC_GTEST_PROP(LensModel, HasTheJacobianThatDifferencesGive, ()) {
-  for (const CameraModel& model : all()) {
+  for (const CameraModel& model : with_ports()) {
     const Vector2d pixel(*rc::gen::inRange(0, model.width), *rc::gen::inRange(0, model.height));
     const auto n = model.undistort(pixel);
     if (!n) continue;

@@ -3,10 +3,16 @@
 namespace dive::estimation {
 namespace {
 
-// d pixel / d n; empty if the camera has no image of n.
-std::optional<Eigen::Matrix2d> to_pixels(const CameraModel& camera, const Eigen::Vector2d& n) {
-  if (!n.allFinite() || !camera.project(n.homogeneous())) return std::nullopt;
-  return camera.jacobian(n);
+// Adds what depends on the camera; false if it has no image of n.
+bool add_camera(const CameraModel& camera, const Eigen::Vector2d& n, std::size_t which,
+                TrackObservation& observation) {
+  if (!n.allFinite()) return false;
+  const auto pixel = camera.project(n.homogeneous());
+  if (!pixel) return false;
+  observation.pixel[which] = *pixel;
+  observation.to_pixels[which] = camera.jacobian(n);
+  observation.row_s[which] = camera.row_time(*pixel);
+  return true;
 }
 
 }  // namespace
@@ -14,15 +20,14 @@ std::optional<Eigen::Matrix2d> to_pixels(const CameraModel& camera, const Eigen:
 std::optional<TrackObservation> observation_of(const FeatureObservation& feature,
                                                std::int64_t frame,
                                                std::span<const CameraModel> cameras) {
-  const auto left = to_pixels(cameras[0], feature.left);
-  if (!left || (feature.right && !feature.right->allFinite())) return std::nullopt;
   TrackObservation observation{frame, feature.left, std::nullopt};
-  observation.to_pixels[0] = *left;
+  if (!add_camera(cameras[0], feature.left, 0, observation) ||
+      (feature.right && !feature.right->allFinite())) {
+    return std::nullopt;
+  }
   if (cameras.size() < 2 || !feature.right) return observation;
-  const auto right = to_pixels(cameras[1], *feature.right);
-  if (!right) return std::nullopt;
+  if (!add_camera(cameras[1], *feature.right, 1, observation)) return std::nullopt;
   observation.right = feature.right;
-  observation.to_pixels[1] = *right;
   return observation;
 }
 

@@ -16,7 +16,7 @@
 
 namespace dive::estimation {
 
-/// Normalised image coordinates in one frame.
+/// Image coordinates in one frame, normalised and, by camera, in pixels.
 struct TrackObservation {
   std::int64_t frame = 0;
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
@@ -25,6 +25,9 @@ struct TrackObservation {
   /// over the image, that of n is not.
   std::array<Eigen::Matrix2d, 2> to_pixels{Eigen::Matrix2d::Identity(),
                                            Eigen::Matrix2d::Identity()};
+  std::array<Eigen::Vector2d, 2> pixel{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  /// From the frame's time to the exposure of the row, by camera, s.
+  std::array<double, 2> row_s{};
 };
 
 /// The observation of a feature in a frame by these cameras, left first. Empty if it is not finite

@@ -34,6 +34,58 @@ Eigen::Index view_count(const FeatureTrack& track) {
   return count;
 }
 
+// Rows of one image point: r = H x + H_f f + n, in pixels.
+struct ViewRows {
+  Vector2d r;
+  ViewJacobians by;
+  Eigen::Matrix<double, 2, 5> by_intrinsics = Eigen::Matrix<double, 2, 5>::Zero();
+};
+
+std::optional<ViewRows> view_rows(const FilterState& state, const Clone& clone, std::size_t camera,
+                                  const TrackObservation& observation, const Vector3d& p_W) {
+  const Pose X_WB = clone.after(observation.row_s[camera]);
+  const Pose& X_BC = state.cameras_B[camera];
+  const auto expected = project(X_WB, X_BC, p_W);
+  auto jacobians = view_jacobians(X_WB, X_BC, p_W);
+  if (!expected || !jacobians) return std::nullopt;
+  const CameraModel& model = state.models[camera];
+  const auto pixel = model.project(expected->homogeneous());
+  if (!pixel) return std::nullopt;
+  const Eigen::Matrix2d to_pixels = model.jacobian(*expected);
+  ViewRows rows;
+  rows.r = observation.pixel[camera] - *pixel;
+  if (state.calibrates_intrinsics()) rows.by_intrinsics = model.intrinsics_jacobian(*expected);
+  if (observation.row_s[camera] != 0.0) {
+    // R Exp(theta) Exp(w t) = R Exp(w t) Exp(Exp(-w t) theta)
+    jacobians->clone.leftCols<3>() *= so3_exp(-observation.row_s[camera] * clone.rate_B).matrix();
+  }
+  rows.by = {to_pixels * jacobians->clone, to_pixels * jacobians->camera,
+             to_pixels * jacobians->landmark};
+  return rows;
+}
+
+// Writes the columns of the calibration, which begin at `start`, into two rows of H.
+void set_calibration(const FilterState& state, std::size_t camera, const ViewRows& rows, int start,
+                     Eigen::Ref<MatrixXd> H) {
+  if (const auto own = state.camera_columns(camera)) {
+    H.middleCols<6>(own->start - start) = rows.by.camera;
+  }
+  if (const auto own = state.camera_intrinsics_columns(camera)) {
+    H.middleCols<4>(own->start - start) = rows.by_intrinsics.leftCols<4>();
+  }
+  if (const auto own = state.refractive_index_columns()) {
+    H.col(own->start - start) = rows.by_intrinsics.col(4);
+  }
+}
+
+// The observed point by the present intrinsics, normalised.
+Vector2d normalised(const FilterState& state, std::size_t camera,
+                    const TrackObservation& observation) {
+  const Vector2d& as_configured = camera == 0 ? observation.left : *observation.right;
+  if (!state.calibrates_intrinsics()) return as_configured;
+  return state.models[camera].undistort(observation.pixel[camera]).value_or(as_configured);
+}
+
 }  // namespace
 
 std::optional<Vector2d> project(const Pose& X_WB, const Pose& X_BC, const Vector3d& p_W) {
@@ -66,12 +118,13 @@ std::vector<View> views_of(const FilterState& state, const FeatureTrack& track) 
     std::size_t index = 0;
     const Clone* clone = clone_of(state, observation.frame, index);
     DIVE_DEMAND(clone != nullptr);
+    const auto add = [&](std::size_t camera) {
+      views.push_back({clone->after(observation.row_s[camera]) * state.cameras_B[camera],
+                       normalised(state, camera, observation), observation.to_pixels[camera]});
+    };
     // The last one is the anchor: a left one.
-    if (observation.right) {
-      views.push_back(
-          {clone->X_WB * state.cameras_B[1], *observation.right, observation.to_pixels[1]});
-    }
-    views.push_back({clone->X_WB * state.cameras_B[0], observation.left, observation.to_pixels[0]});
+    if (observation.right) add(1);
+    add(0);
   }
   return views;
 }
@@ -89,18 +142,12 @@ std::optional<LinearSystem> track_system(const FilterState& state, const Feature
     DIVE_DEMAND(clone != nullptr);
     const Eigen::Index at = columns[0].size + state.clone_columns(index).start - columns[1].start;
     for (std::size_t camera = 0; camera < (observation.right ? 2U : 1U); ++camera, row += 2) {
-      const Pose& X_BC = state.cameras_B[camera];
-      const auto expected = project(clone->X_WB, X_BC, p_W);
-      const auto jacobians = view_jacobians(clone->X_WB, X_BC, p_W);
-      if (!expected || !jacobians) return std::nullopt;
-      const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
-      system.r.segment<2>(row) =
-          to_pixels * ((camera == 0 ? observation.left : *observation.right) - *expected);
-      system.H_f.middleRows<2>(row) = to_pixels * jacobians->landmark;
-      system.H.block<2, 6>(row, at) = to_pixels * jacobians->clone;
-      if (const auto own = state.camera_columns(camera)) {
-        system.H.block<2, 6>(row, own->start - columns[0].start) = to_pixels * jacobians->camera;
-      }
+      const auto view = view_rows(state, *clone, camera, observation, p_W);
+      if (!view) return std::nullopt;
+      system.r.segment<2>(row) = view->r;
+      system.H_f.middleRows<2>(row) = view->by.landmark;
+      system.H.block<2, 6>(row, at) = view->by.clone;
+      set_calibration(state, camera, *view, columns[0].start, system.H.middleRows<2>(row));
     }
   }
   return system;
@@ -117,18 +164,12 @@ std::optional<LinearSystem> landmark_system(const FilterState& state, std::size_
                       VectorXd(rows)};
   for (std::size_t camera = 0; camera < (observation.right ? 2U : 1U); ++camera) {
     const auto row = static_cast<Eigen::Index>(2 * camera);
-    const Pose& X_BC = state.cameras_B[camera];
-    const auto expected = project(clone.X_WB, X_BC, mark.p_W);
-    const auto jacobians = view_jacobians(clone.X_WB, X_BC, mark.p_W);
-    if (!expected || !jacobians) return std::nullopt;
-    const Eigen::Matrix2d& to_pixels = observation.to_pixels[camera];
-    system.r.segment<2>(row) =
-        to_pixels * ((camera == 0 ? observation.left : *observation.right) - *expected);
-    if (const auto own = state.camera_columns(camera)) {
-      system.H.block<2, 6>(row, own->start - calibration.start) = to_pixels * jacobians->camera;
-    }
-    system.H.block<2, 3>(row, calibration.size) = to_pixels * jacobians->landmark;
-    system.H.block<2, 6>(row, calibration.size + 3) = to_pixels * jacobians->clone;
+    const auto view = view_rows(state, clone, camera, observation, mark.p_W);
+    if (!view) return std::nullopt;
+    system.r.segment<2>(row) = view->r;
+    set_calibration(state, camera, *view, calibration.start, system.H.middleRows<2>(row));
+    system.H.block<2, 3>(row, calibration.size) = view->by.landmark;
+    system.H.block<2, 6>(row, calibration.size + 3) = view->by.clone;
   }
   return system;
 }

@@ -3,10 +3,9 @@
 //
 //   u = R_i^T (f - p_i),   c = R_BC^T (u - p_BC),   z = [c_x / c_z, c_y / c_z]
 //
-// with the Jacobians derived in doc/visual-inertial/features.md. They are evaluated at the first
-// estimates of clones and landmarks, residuals at the present ones. The rows of a system are in
-// pixels: those of z multiplied by d pixel / d z at the observation, which does not depend on the
-// state.
+// with the Jacobians derived in doc/visual-inertial/features.md, evaluated at the newest estimate.
+// The rows of a system are in pixels, by the camera's model. The clone of a rolling shutter is
+// moved on to the exposure of the observation's row.
 
 #include <optional>
 #include <vector>

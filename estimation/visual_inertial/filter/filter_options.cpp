@@ -39,6 +39,9 @@ std::string VisualInertialOptions::validate() const {
   check("extrinsic_sigma_m", extrinsic_sigma_m, 1e-6, 1.0);
   check("time_offset_s", time_offset_s, -0.1, 0.1);
   check("time_offset_sigma_s", time_offset_sigma_s, 1e-7, 0.1);
+  check("focal_sigma", focal_sigma, 0.0, 0.1);
+  check("centre_sigma_px", centre_sigma_px, 1e-3, 100.0);
+  check("refractive_index_sigma", refractive_index_sigma, 0.0, 0.1);
   check("zero_velocity_sigma", zero_velocity_sigma, 1e-4, 1.0);
   check("zero_velocity_pixels", zero_velocity_pixels, 0.0, 20.0);
   check("zero_velocity_gyro_sigma", zero_velocity_gyro_sigma, 0.0, 1.0);

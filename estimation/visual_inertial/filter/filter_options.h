@@ -45,6 +45,13 @@ struct VisualInertialOptions {
   double extrinsic_sigma_m = 0.005;
   double time_offset_s = 0.0;  ///< IMU clock minus camera clock.
   double time_offset_sigma_s = 0.003;
+  /// Error of the configured focal lengths as a share of them, and of the principal points; 0: the
+  /// intrinsics are exact, and not estimated.
+  double focal_sigma = 0.0;
+  double centre_sigma_px = 1.0;
+  /// Error of the configured refractive index before a flat port, the same for all cameras; 0:
+  /// exact, and not estimated.
+  double refractive_index_sigma = 0.0;
 
   double zero_velocity_sigma = 0.01;       ///< m/s, of a zero-velocity update.
   double zero_velocity_pixels = 0.8;       ///< Maximum image motion in half a second at rest.

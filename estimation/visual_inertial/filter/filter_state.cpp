@@ -30,7 +30,7 @@ Pose corrected(const Pose& pose, const Eigen::Ref<const VectorXd>& error) {
 }
 
 int largest_size(const VisualInertialOptions& options) {
-  return kSize + ImuIntrinsics::kSize + 6 * static_cast<int>(options.cameras.size()) + 1 +
+  return kSize + ImuIntrinsics::kSize + 10 * static_cast<int>(options.cameras.size()) + 2 +
          3 * (options.max_landmarks + 1) + 6 * (options.max_clones + 1);
 }
 
@@ -43,21 +43,37 @@ double largest_sigma(const Eigen::Matrix3d& covariance) {
 
 FilterState::FilterState(const VisualInertialOptions& options)
     : time_offset_s(options.time_offset_s),
+      models(options.cameras),
       calibrates_imu_(options.imu_scale_sigma > 0.0),
       calibrates_cameras_(options.calibrate_extrinsics),
+      calibrates_intrinsics_(options.focal_sigma > 0.0),
+      calibrates_index_(options.refractive_index_sigma > 0.0),
       calibrates_offset_(options.calibrate_time_offset),
       P_(MatrixXd::Zero(largest_size(options), largest_size(options))) {
   for (const CameraModel& camera : options.cameras) cameras_B.push_back(camera.X_BC);
   size_ = landmarks_start();
+  set_prior(options);
+}
+
+void FilterState::set_prior(const VisualInertialOptions& options) {
   const double attitude = std::pow(deg_to_rad(options.extrinsic_sigma_deg), 2);
   const double position = std::pow(options.extrinsic_sigma_m, 2);
   for (std::size_t i = 0; i < cameras_B.size(); ++i) {
-    const auto columns = camera_columns(i);
-    if (!columns) continue;
-    P_.diagonal().segment<3>(columns->start).setConstant(attitude);
-    P_.diagonal().segment<3>(columns->start + 3).setConstant(position);
+    if (const auto columns = camera_columns(i)) {
+      P_.diagonal().segment<3>(columns->start).setConstant(attitude);
+      P_.diagonal().segment<3>(columns->start + 3).setConstant(position);
+    }
+    if (const auto columns = camera_intrinsics_columns(i)) {
+      const CameraModel& camera = options.cameras[i];
+      const Eigen::Vector4d sigmas(options.focal_sigma * camera.fx, options.focal_sigma * camera.fy,
+                                   options.centre_sigma_px, options.centre_sigma_px);
+      P_.diagonal().segment<4>(columns->start) = sigmas.cwiseAbs2();
+    }
   }
-  if (const auto columns = intrinsics_columns()) {
+  if (const auto columns = refractive_index_columns()) {
+    P_(columns->start, columns->start) = std::pow(options.refractive_index_sigma, 2);
+  }
+  if (const auto columns = imu_intrinsics_columns()) {
     P_.diagonal()
         .segment<ImuIntrinsics::kSize>(columns->start)
         .setConstant(std::pow(options.imu_scale_sigma, 2));
@@ -67,7 +83,7 @@ FilterState::FilterState(const VisualInertialOptions& options)
   }
 }
 
-std::optional<Columns> FilterState::intrinsics_columns() const {
+std::optional<Columns> FilterState::imu_intrinsics_columns() const {
   if (!calibrates_imu_) return std::nullopt;
   return Columns{kSize, ImuIntrinsics::kSize};
 }
@@ -77,14 +93,25 @@ std::optional<Columns> FilterState::camera_columns(std::size_t camera) const {
   return Columns{cameras_start() + 6 * static_cast<int>(camera), 6};
 }
 
+std::optional<Columns> FilterState::camera_intrinsics_columns(std::size_t camera) const {
+  if (!calibrates_intrinsics_) return std::nullopt;
+  return Columns{camera_intrinsics_start() + 4 * static_cast<int>(camera), 4};
+}
+
+std::optional<Columns> FilterState::refractive_index_columns() const {
+  if (!calibrates_index_) return std::nullopt;
+  return Columns{landmarks_start() - (calibrates_offset_ ? 2 : 1), 1};
+}
+
 std::optional<Columns> FilterState::offset_columns() const {
   if (!calibrates_offset_) return std::nullopt;
   return Columns{landmarks_start() - 1, 1};
 }
 
 int FilterState::landmarks_start() const {
-  const int cameras = calibrates_cameras_ ? 6 * static_cast<int>(cameras_B.size()) : 0;
-  return cameras_start() + cameras + (calibrates_offset_ ? 1 : 0);
+  const int intrinsics = calibrates_intrinsics_ ? 4 * static_cast<int>(cameras_B.size()) : 0;
+  return camera_intrinsics_start() + intrinsics + (calibrates_index_ ? 1 : 0) +
+         (calibrates_offset_ ? 1 : 0);
 }
 
 Columns FilterState::landmark_columns(std::size_t landmark) const {
@@ -109,7 +136,7 @@ void FilterState::begin(const ImuState& state, const Matrix15d& covariance) {
 
 void FilterState::correlate_biases(const ImuReading& at) {
   DIVE_DEMAND(clones_.empty() && landmarks_.empty());
-  const auto columns = intrinsics_columns();
+  const auto columns = imu_intrinsics_columns();
   if (!columns) return;
   Eigen::Matrix<double, 6, ImuIntrinsics::kSize> J;
   J << of_elements(at.gyro_B), Matrix3x9d::Zero(), Matrix3x9d::Zero(), of_elements(at.accel_B);
@@ -123,7 +150,7 @@ void FilterState::correlate_biases(const ImuReading& at) {
 void FilterState::propagate(const ImuStep& step) {
   imu = step.state;
   scratch_.noalias() = step.transition * P_.topRows<kSize>().leftCols(size_);
-  const auto columns = intrinsics_columns();
+  const auto columns = imu_intrinsics_columns();
   if (columns) {
     scratch_.topRows<9>().noalias() +=
         step.by_intrinsics * P_.middleRows<ImuIntrinsics::kSize>(columns->start).leftCols(size_);
@@ -143,7 +170,7 @@ void FilterState::propagate(const ImuStep& step) {
 void FilterState::clone(std::int64_t frame, const Vector3d& rate_B) {
   DIVE_DEMAND(size_ + 6 <= P_.rows());
   const Pose pose{imu.motion.p_WB, imu.motion.q_WB};
-  clones_.push_back({frame, pose});
+  clones_.push_back({frame, pose, rate_B, imu.motion.v_WB});
   const int at = size_;
   size_ += 6;
   P_.block(at, 0, 6, at) = P_.topRows<6>().leftCols(at);
@@ -284,13 +311,24 @@ void FilterState::add_error(const VectorXd& error) {
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
   imu.gyro_bias += error.segment<3>(imu_error::kGyroBias);
   imu.accel_bias += error.segment<3>(imu_error::kAccelBias);
-  if (const auto columns = intrinsics_columns()) {
+  if (const auto columns = imu_intrinsics_columns()) {
     imu.intrinsics.gyro.reshaped() += error.segment<9>(columns->start);
     imu.intrinsics.accel.reshaped() += error.segment<9>(columns->start + 9);
   }
   for (std::size_t i = 0; i < cameras_B.size(); ++i) {
     const auto columns = camera_columns(i);
     if (columns) cameras_B[i] = corrected(cameras_B[i], error.segment<6>(columns->start));
+  }
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (const auto columns = camera_intrinsics_columns(i)) {
+      models[i].fx += error[columns->start];
+      models[i].fy += error[columns->start + 1];
+      models[i].cx += error[columns->start + 2];
+      models[i].cy += error[columns->start + 3];
+    }
+    if (const auto columns = refractive_index_columns()) {
+      models[i].refractive_index += error[columns->start];
+    }
   }
   if (const auto columns = offset_columns()) time_offset_s += error[columns->start];
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {

@@ -1,11 +1,12 @@
 #pragma once
 // The state of the filter, and the covariance of its errors:
 //
-//   [ IMU 15 | its intrinsics 18 | cameras 6 each | time offset 1 | landmarks 3 each |
-//     clones 6 each ]
+//   [ IMU 15 | its intrinsics 18 | cameras 6 each | their intrinsics 4 each | refractive index 1 |
+//     time offset 1 | landmarks 3 each | clones 6 each ]
 //
 // Quantities that are not calibrated have no columns. Attitude errors are on the right, R_true = R
-// Exp(theta); the rest is additive; a camera or clone is [theta, p]. Jacobians are evaluated at the
+// Exp(theta); the rest is additive; a camera or clone is [theta, p], a camera's intrinsics are [fx,
+// fy, cx, cy]. Jacobians are evaluated at the
 // newest estimate, and every correction turns the covariance with it: see
 // doc/visual-inertial/README.md.
 
@@ -22,6 +23,14 @@ namespace dive::estimation {
 struct Clone {
   std::int64_t frame = 0;  ///< Number of the frame taken at this pose.
   Pose X_WB;
+  Eigen::Vector3d rate_B = Eigen::Vector3d::Zero();  ///< Turn rate then, rad/s.
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();     ///< Velocity then, m/s.
+
+  /// The pose `seconds` later, within the exposure of one image.
+  [[nodiscard]] Pose after(double seconds) const {
+    if (seconds == 0.0) return X_WB;
+    return {X_WB.p + seconds * v_W, (X_WB.q * so3_exp(seconds * rate_B)).normalized()};
+  }
 };
 
 struct MapLandmark {
@@ -44,6 +53,8 @@ class FilterState {
   ImuState imu;
   std::vector<Pose> cameras_B;
   double time_offset_s = 0.0;
+  /// With the estimated intrinsics; their X_BC is not used, cameras_B is.
+  std::vector<CameraModel> models;
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] auto covariance() const { return P_.topLeftCorner(size_, size_); }
@@ -51,12 +62,18 @@ class FilterState {
   [[nodiscard]] std::vector<MapLandmark>& landmarks() { return landmarks_; }
   [[nodiscard]] const std::vector<MapLandmark>& landmarks() const { return landmarks_; }
 
-  [[nodiscard]] std::optional<Columns> intrinsics_columns() const;
+  [[nodiscard]] std::optional<Columns> imu_intrinsics_columns() const;
   [[nodiscard]] std::optional<Columns> camera_columns(std::size_t camera) const;
+  [[nodiscard]] std::optional<Columns> camera_intrinsics_columns(std::size_t camera) const;
+  [[nodiscard]] std::optional<Columns> refractive_index_columns() const;
+  [[nodiscard]] bool calibrates_intrinsics() const {
+    return calibrates_intrinsics_ || calibrates_index_;
+  }
   [[nodiscard]] std::optional<Columns> offset_columns() const;
   [[nodiscard]] Columns landmark_columns(std::size_t landmark) const;
   [[nodiscard]] Columns clone_columns(std::size_t clone) const;
-  /// Calibration of the cameras, then all clones: the columns of a feature's Jacobian.
+  /// Calibration of the cameras and their clock, then all clones: the columns of a feature's
+  /// Jacobian.
   [[nodiscard]] std::array<Columns, 2> view_columns() const {
     return {{{cameras_start(), landmarks_start() - cameras_start()},
              {clones_start(), size_ - clones_start()}}};
@@ -108,9 +125,15 @@ class FilterState {
   [[nodiscard]] int cameras_start() const {
     return imu_error::kSize + (calibrates_imu_ ? ImuIntrinsics::kSize : 0);
   }
+  [[nodiscard]] int camera_intrinsics_start() const {
+    return cameras_start() + (calibrates_cameras_ ? 6 * static_cast<int>(cameras_B.size()) : 0);
+  }
+  void set_prior(const VisualInertialOptions& options);
 
   bool calibrates_imu_;
   bool calibrates_cameras_;
+  bool calibrates_intrinsics_;
+  bool calibrates_index_;
   bool calibrates_offset_;
   int size_;
   Eigen::MatrixXd P_;  ///< Allocated at its maximum size, of which size_ is in use.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "estimation/visual_inertial/filter/rolling_shutter.h"
 
 namespace dive::estimation {
 namespace {
@@ -150,7 +151,9 @@ std::optional<InitialState> VisualInertialFilter::initial_state() {
     events_.pop_front();
     if (const auto* const depth = std::get_if<DepthSample>(&event.what)) initialiser_.add(*depth);
     auto* const frame = std::get_if<FeatureFrame>(&event.what);
-    if (frame) initialiser_.add(event.utime, std::move(*frame));
+    if (!frame) continue;
+    const Vector3d rate_B = imu_.at(event.utime).gyro_B - gyro_bias().value;
+    initialiser_.add(event.utime, at_one_time(std::move(*frame), options_.cameras, rate_B));
   }
   imu_.forget_before(imu_.newest().utime - kInitialImu);
   return initialiser_.begin(std::get<ImageStart>(start_), imu_, state_);

@@ -167,6 +167,8 @@ TEST(CameraCalibration, IsReadAsItIsWritten) {
   all[3].radtan = {-0.01, 0.002, 0.0001, 0.0002};  // Kalibr's omni
   all[4].lens = LensModel::kDoubleSphere;
   all[4].lens_parameters = {-0.18, 0.59};
+  all[4].refractive_index = 1.3405;
+  all[4].line_time_s = 2.5e-5;
   for (const CameraModel& written : all) {
     const auto again = read(camera_model_yaml(written));
     ASSERT_TRUE(again) << again.error();
@@ -176,6 +178,8 @@ TEST(CameraCalibration, IsReadAsItIsWritten) {
     EXPECT_EQ(again->lens, written.lens);
     EXPECT_EQ(again->lens_parameters, written.lens_parameters);
     EXPECT_EQ(again->radtan, written.radtan);
+    EXPECT_EQ(again->refractive_index, written.refractive_index);
+    EXPECT_EQ(again->line_time_s, written.line_time_s);
   }
 }
 

@@ -68,9 +68,20 @@ AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
     : options_(options), random_(seed, 77) {
   nominal_cameras_.push_back(camera(0.07, options_.lens));
   if (options_.is_stereo) nominal_cameras_.push_back(camera(-0.07, options_.lens));
-  for (const CameraModel& model : nominal_cameras_) {
-    true_.push_back({model.X_BC.p + normal3(options_.extrinsic_sigma_m),
-                     model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))});
+  Random of_optics(seed, 79);
+  const double index = options_.refractive_index_sigma * of_optics.normal();
+  for (CameraModel& model : nominal_cameras_) {
+    model.refractive_index = options_.refractive_index;
+    model.line_time_s = options_.line_time_s;
+    CameraModel truth = model;
+    truth.X_BC = {model.X_BC.p + normal3(options_.extrinsic_sigma_m),
+                  model.X_BC.q * so3_exp(normal3(deg_to_rad(options_.extrinsic_sigma_deg)))};
+    truth.fx *= 1.0 + options_.focal_sigma * of_optics.normal();
+    truth.fy *= 1.0 + options_.focal_sigma * of_optics.normal();
+    truth.cx += options_.centre_sigma_px * of_optics.normal();
+    truth.cy += options_.centre_sigma_px * of_optics.normal();
+    truth.refractive_index += index;
+    true_.push_back(truth);
   }
   time_offset_s_ = options_.time_offset_sigma_s * random_.normal();
   gyro_bias_ = normal3(options_.gyro_bias_sigma);
@@ -149,7 +160,10 @@ DepthSample AnalyticDive::depth(Utime utime) {
 estimation::FeatureFrame AnalyticDive::frame(Utime utime) {
   estimation::FeatureFrame frame;
   frame.utime = utime - from_seconds(time_offset_s_);
-  frame.features = features_->observe(truth(to_seconds(utime)).X_WB, utime);
+  const auto motion = [this, utime](double seconds) {
+    return truth(to_seconds(utime) + seconds).X_WB;
+  };
+  frame.features = features_->observe(motion, utime);
   return frame;
 }
 

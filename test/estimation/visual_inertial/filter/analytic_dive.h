@@ -35,10 +35,15 @@ struct AnalyticDiveOptions {
   double extrinsic_sigma_deg = 0.3;   ///< Error of the configured camera rotation.
   double extrinsic_sigma_m = 0.005;   ///< Error of the configured camera position.
   double time_offset_sigma_s = 0.003;
-  int features = 200;          ///< Features tracked at a time.
-  double snow_share = 0.0;     ///< Fraction of them that drift through the water.
-  double loss_share = 0.01;    ///< Fraction of the tracks lost from one frame to the next.
-  double unit_tilt_deg = 0.3;  ///< One sigma of the AHRS attitude; drawn once.
+  double focal_sigma = 0.0;             ///< Error of the configured focal lengths, as a share.
+  double centre_sigma_px = 0.0;         ///< Error of the configured principal points.
+  double refractive_index = 1.0;        ///< Configured, before a flat port; 1: no port.
+  double refractive_index_sigma = 0.0;  ///< Its error.
+  double line_time_s = 0.0;             ///< Of a rolling shutter.
+  int features = 200;                   ///< Features tracked at a time.
+  double snow_share = 0.0;              ///< Fraction of them that drift through the water.
+  double loss_share = 0.01;             ///< Fraction of the tracks lost from one frame to the next.
+  double unit_tilt_deg = 0.3;           ///< One sigma of the AHRS attitude; drawn once.
   double unit_heading_deg = 1.5;
 };
 
@@ -64,7 +69,7 @@ class AnalyticDive {
 
   /// Cameras as configured in the filter.
   [[nodiscard]] const std::vector<CameraModel>& cameras() const { return nominal_cameras_; }
-  [[nodiscard]] const std::vector<Pose>& true_cameras_B() const { return true_; }
+  [[nodiscard]] const std::vector<CameraModel>& true_cameras() const { return true_; }
   [[nodiscard]] double true_time_offset_s() const { return time_offset_s_; }
   [[nodiscard]] const Eigen::Vector3d& gyro_bias() const { return gyro_bias_; }
   [[nodiscard]] const Eigen::Vector3d& accel_bias() const { return accel_bias_; }
@@ -79,7 +84,7 @@ class AnalyticDive {
   AnalyticDiveOptions options_;
   Random random_;
   std::vector<CameraModel> nominal_cameras_;
-  std::vector<Pose> true_;
+  std::vector<CameraModel> true_;
   double time_offset_s_;
   Eigen::Vector3d gyro_bias_;
   Eigen::Vector3d accel_bias_;

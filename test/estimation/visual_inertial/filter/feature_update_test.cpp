@@ -81,8 +81,9 @@ struct Window {
       state.propagate({imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
                        Eigen::Matrix<double, 9, 18>::Zero()});
       state.clone(i, truth.omega_WB_B);
-      track.observations.push_back({i, image_of(truth.X_WB, state.cameras_B[0], p_W),
-                                    image_of(truth.X_WB, state.cameras_B[1], p_W)});
+      const FeatureObservation seen{1, image_of(truth.X_WB, state.cameras_B[0], p_W),
+                                    image_of(truth.X_WB, state.cameras_B[1], p_W)};
+      track.observations.push_back(*observation_of(seen, i, dive.cameras()));
     }
     const std::array<Columns, 1> all{{{0, state.size()}}};
     MatrixXd H = MatrixXd::Zero(3, state.size());
@@ -149,6 +150,110 @@ TEST(FeatureTrack, AddsNoInformationOnTheHeading) {
   }
 }
 
+// A port, its index, focal lengths and principal points to be estimated, and a rolling shutter.
+struct Optics {
+  testing::AnalyticDiveOptions of_dive;
+  testing::AnalyticDive dive;
+  VisualInertialOptions options;
+  FilterState state;
+  Vector3d p_W;
+
+  Optics()
+      : of_dive([] {
+          testing::AnalyticDiveOptions result;
+          result.refractive_index = 1.33;
+          result.refractive_index_sigma = 0.01;
+          result.focal_sigma = 0.003;
+          result.centre_sigma_px = 2.0;
+          result.line_time_s = 5e-5;
+          return result;
+        }()),
+        dive(of_dive, 9),
+        options(testing::filter_options(dive, of_dive)),
+        state(options) {
+    state.begin(ImuState{}, 1e-4 * Matrix15d::Identity());
+    p_W = dive.truth(1.0).X_WB * Vector3d(2.5, 0.2, -1.6);
+    for (int i = 0; i < 5; ++i) {
+      const auto truth = dive.truth(0.5 * i);
+      ImuState imu;
+      imu.motion = {truth.X_WB.q, truth.X_WB.p, truth.X_WB.q * truth.v_WB_B};
+      state.propagate({imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
+                       Eigen::Matrix<double, 9, 18>::Zero()});
+      state.clone(i, truth.omega_WB_B);
+    }
+  }
+
+  // The track as cameras with these intrinsics observe it, normalised as configured.
+  [[nodiscard]] FeatureTrack track(const std::vector<CameraModel>& cameras) const {
+    FeatureTrack track;
+    for (int i = 0; i < 5; ++i) {
+      std::vector<Vector2d> seen;
+      for (std::size_t c = 0; c < 2; ++c) {
+        Vector2d pixel(0.0, 0.5 * (cameras[c].height - 1));
+        for (int step = 0; step < 6; ++step) {
+          const Pose X_WB = dive.truth(0.5 * i + cameras[c].row_time(pixel)).X_WB;
+          pixel = cameras[c].distort(image_of(X_WB, options.cameras[c].X_BC, p_W));
+        }
+        seen.push_back(*options.cameras[c].undistort(pixel));
+      }
+      const FeatureObservation feature{1, seen[0], seen[1]};
+      track.observations.push_back(*observation_of(feature, i, options.cameras));
+    }
+    return track;
+  }
+};
+
+// The poses of the rows follow from rate and velocity, to the second order of 12 ms.
+TEST(FeatureTrack, HasNoResidualThroughARollingShutter) {
+  const Optics optics;
+  FeatureTrack track = optics.track(optics.options.cameras);
+  const auto rolling = track_system(optics.state, track, optics.p_W);
+  ASSERT_TRUE(rolling);
+  EXPECT_LT(rolling->r.cwiseAbs().maxCoeff(), 0.01);
+  for (TrackObservation& observation : track.observations) observation.row_s = {};
+  EXPECT_GT(track_system(optics.state, track, optics.p_W)->r.cwiseAbs().maxCoeff(), 0.1)
+      << "or there is nothing to take into account";
+}
+
+TEST(FeatureTrack, HasTheJacobianOfTheIntrinsicsThatDifferencesGive) {
+  Optics optics;
+  const auto residual = [&](const VectorXd& e) {
+    std::vector<CameraModel> cameras = optics.options.cameras;
+    for (Eigen::Index c = 0; c < 2; ++c) {
+      CameraModel& camera = cameras[static_cast<std::size_t>(c)];
+      camera.fx += e[4 * c];
+      camera.fy += e[4 * c + 1];
+      camera.cx += e[4 * c + 2];
+      camera.cy += e[4 * c + 3];
+      camera.refractive_index += e[8];
+    }
+    return VectorXd(track_system(optics.state, optics.track(cameras), optics.p_W)->r);
+  };
+  const MatrixXd expected = numeric_jacobian(residual, 9);
+  const auto system = track_system(optics.state, optics.track(optics.options.cameras), optics.p_W);
+  const Eigen::Index start = optics.state.view_columns()[0].start;
+  const Eigen::Index at = optics.state.camera_intrinsics_columns(0)->start - start;
+  const Eigen::Index index = optics.state.refractive_index_columns()->start - start;
+  ASSERT_EQ(index, at + 8);
+  const MatrixXd H = system->H.middleCols(at, 9);
+  EXPECT_LT((H - expected).cwiseAbs().maxCoeff(), 1e-3 * expected.cwiseAbs().maxCoeff());
+
+  // What is estimated is taken off the residuals and off the rays of the triangulation.
+  VectorXd e(9);
+  e << 0.5, -0.4, 1.0, 0.7, -0.3, 0.6, -0.8, 0.2, 0.004;
+  const VectorXd before = residual(e);
+  EXPECT_GT(before.cwiseAbs().maxCoeff(), 1.0);
+  for (Eigen::Index c = 0; c < 2; ++c) {
+    CameraModel& camera = optics.state.models[static_cast<std::size_t>(c)];
+    camera.fx += e[4 * c];
+    camera.fy += e[4 * c + 1];
+    camera.cx += e[4 * c + 2];
+    camera.cy += e[4 * c + 3];
+    camera.refractive_index += e[8];
+  }
+  EXPECT_LT(residual(e).cwiseAbs().maxCoeff(), 0.02);
+}
+
 TEST(FeatureTrack, KeepsAllThatIsFreeOfTheLandmark) {
   const Window window;
   const auto before = track_system(window.state, window.track, window.p_W);
@@ -163,10 +268,10 @@ TEST(FeatureTrack, KeepsAllThatIsFreeOfTheLandmark) {
       MatrixXd::Identity(20, 20) -
       before->H_f * (before->H_f.transpose() * before->H_f).inverse() * before->H_f.transpose();
   const MatrixXd N = after->H.bottomRows(free);
-  EXPECT_LT((N.transpose() * N - before->H.transpose() * projector * before->H).norm(), 1e-9);
-  EXPECT_LT(
-      (N.transpose() * after->r.tail(free) - before->H.transpose() * projector * before->r).norm(),
-      1e-9);
+  const MatrixXd information = before->H.transpose() * projector * before->H;
+  EXPECT_LT((N.transpose() * N - information).norm(), 1e-12 * information.norm());
+  const VectorXd gradient = before->H.transpose() * projector * before->r;
+  EXPECT_LT((N.transpose() * after->r.tail(free) - gradient).norm(), 1e-9 * gradient.norm());
 }
 
 TEST(Compression, LosesNothing) {

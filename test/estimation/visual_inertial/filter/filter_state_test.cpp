@@ -57,7 +57,7 @@ RC_GTEST_PROP(Covariance, IsPropagatedWithTheIntrinsics, (std::uint64_t seed)) {
   Random random(seed);
   FilterState state = correlated(random);
   const MatrixXd P = state.covariance();
-  const Columns intrinsics = *state.intrinsics_columns();
+  const Columns intrinsics = *state.imu_intrinsics_columns();
   const MatrixXd G = random_matrix(random, 15, 5);
   const ImuStep step{state.imu, Matrix15d(random_matrix(random, 15, 15)), G * G.transpose(),
                      random_matrix(random, 9, 18)};
@@ -79,7 +79,7 @@ RC_GTEST_PROP(Covariance, OfBiasesFoundSomewhereIsThatOfTheirSumThere, (std::uin
   state.begin({}, P);
   const ImuReading at{random_matrix(random, 3, 1), random_matrix(random, 3, 1)};
   state.correlate_biases(at);
-  const Columns intrinsics = *state.intrinsics_columns();
+  const Columns intrinsics = *state.imu_intrinsics_columns();
   MatrixXd J = MatrixXd::Zero(15, state.size());
   J.leftCols<15>().setIdentity();
   for (Eigen::Index row = 0; row < 3; ++row) {

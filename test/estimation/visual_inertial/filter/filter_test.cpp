@@ -101,6 +101,18 @@ TEST(Consistency, CovarianceIsConsistentInMonoAt50Hz) {
   EXPECT_LT(mean.worst_position, 0.2);
 }
 
+TEST(Consistency, CovarianceIsConsistentWithARollingShutter) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  AnalyticDiveOptions options;
+  options.line_time_s = 4e-5;  // 19 ms for an image
+  const Consistency mean = ends(options, 12, 20.0);
+  EXPECT_GT(mean.nees_position, kLeastNees);
+  EXPECT_LT(mean.nees_position, kMostNees);
+  EXPECT_GT(mean.nees_attitude, kLeastNees);
+  EXPECT_LT(mean.nees_attitude, kMostNees);
+  EXPECT_LT(mean.worst_position, 0.15);
+}
+
 struct Dived {
   AnalyticDiveOptions options;
   AnalyticDive dive;
@@ -131,12 +143,12 @@ TEST(Calibration, FindsOffsetAndCamerasAndBiases) {
   const auto stereo = [](const Pose& a, const Pose& b) {
     return rad_to_deg(so3_log(a.q.conjugate() * b.q).norm());
   };
-  const auto& truth = d.dive.true_cameras_B();
+  const auto& truth = d.dive.true_cameras();
   const double told_off =
       std::abs(stereo(filter_settings.cameras[0].X_BC, filter_settings.cameras[1].X_BC) -
-               stereo(truth[0], truth[1]));
+               stereo(truth[0].X_BC, truth[1].X_BC));
   const Pose error = (state.cameras_B[0].inverse() * state.cameras_B[1]).inverse() *
-                     (truth[0].inverse() * truth[1]);
+                     (truth[0].X_BC.inverse() * truth[1].X_BC);
   EXPECT_GT(told_off, 0.1);
   EXPECT_LT(rad_to_deg(so3_log(error.q).norm()), 0.03) << "of one camera to the other";
 }
@@ -157,6 +169,48 @@ TEST(Calibration, IsLeftOutWhereItIsSwitchedOff) {
   EXPECT_EQ(filter.state().cameras_B[0].p, dive.cameras()[0].X_BC.p);
 }
 
+// Calibrated in air, and in water whose index is known to 0.015: a sea or a lake, cold or warm.
+TEST(Calibration, FindsTheRefractiveIndexBehindAFlatPort) {
+  AnalyticDiveOptions options;
+  options.refractive_index = 1.335;
+  options.refractive_index_sigma = 0.015;
+  for (const std::uint64_t seed : {31, 32, 33}) {
+    Dived d(options, seed);
+    const auto result = d.go(0.0, 60.0);
+    const double truth = d.dive.true_cameras()[0].refractive_index;
+    const FilterState& state = d.filter.state();
+    EXPECT_NEAR(state.models[0].refractive_index, truth, 0.005) << seed;
+    const Eigen::Index at = state.refractive_index_columns()->start;
+    EXPECT_LT(std::sqrt(state.covariance()(at, at)), 0.3 * options.refractive_index_sigma);
+    EXPECT_LT(result.errors.back().nees_position, 16.3) << seed;
+    EXPECT_LT(result.errors.back().nees_attitude, 16.3) << seed;
+  }
+}
+
+TEST(Calibration, FindsFocalLengthsAndPrincipalPoints) {
+  AnalyticDiveOptions options;
+  options.focal_sigma = 0.01;
+  options.centre_sigma_px = 2.0;
+  Dived d(options, 34);
+  const auto result = d.go(0.0, 60.0);
+  const FilterState& state = d.filter.state();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const CameraModel& told = d.dive.cameras()[i];
+    const CameraModel& truth = d.dive.true_cameras()[i];
+    const CameraModel& found = state.models[i];
+    const Eigen::Vector4d error(found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx,
+                                found.cy - truth.cy);
+    const auto sigmas = state.covariance()
+                            .diagonal()
+                            .segment<4>(state.camera_intrinsics_columns(i)->start)
+                            .cwiseSqrt()
+                            .eval();
+    EXPECT_LT(error.cwiseQuotient(sigmas).cwiseAbs().maxCoeff(), 4.0) << error.transpose();
+    EXPECT_LT(sigmas.head<2>().maxCoeff(), 0.3 * options.focal_sigma * told.fx);
+  }
+  EXPECT_LT(result.errors.back().nees_position, 16.3);
+}
+
 // Turns of a dive show the gyro's scale; without it in the state they would be errors of attitude.
 TEST(Calibration, FindsTheGyrosScale) {
   AnalyticDiveOptions options;
@@ -164,7 +218,7 @@ TEST(Calibration, FindsTheGyrosScale) {
   Dived d(options, 24);
   const auto result = d.go(0.0, 120.0);
   const FilterState& state = d.filter.state();
-  const Columns columns = *state.intrinsics_columns();
+  const Columns columns = *state.imu_intrinsics_columns();
   const Eigen::Index about_up = columns.start + 8;
   const double sigma = std::sqrt(state.covariance()(about_up, about_up));
   EXPECT_LT(sigma, 0.3 * options.imu_scale_sigma);

@@ -9,7 +9,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Vector2d pixel_of(const CameraModel& model, const Vector3d& p_C) {
+// The ray beyond a plane between two media across z: the part along the plane grows with the index
+// (Snell). Not a number beyond total reflection.
+Vector3d refracted(const Vector3d& ray, double index) {
+  const Vector2d along = index * ray.normalized().head<2>();
+  return {along.x(), along.y(), std::sqrt(1.0 - along.squaredNorm())};
+}
+
+Vector2d pixel_of(const CameraModel& model, Vector3d p_C) {
+  if (model.refractive_index != 1.0) p_C = refracted(p_C, model.refractive_index);
   Vector2d m = p_C.head<2>() / p_C.z();
   if (model.lens == LensModel::kEquidistant && m.norm() > 0.0) {
     m = std::atan2(p_C.head<2>().norm(), p_C.z()) * p_C.head<2>().normalized();
@@ -19,16 +27,19 @@ Vector2d pixel_of(const CameraModel& model, const Vector3d& p_C) {
 
 // [x/z, y/z] of a pixel.
 Vector2d image_of(const CameraModel& model, double u, double v) {
-  const Vector2d m((u - model.cx) / model.fx, (v - model.cy) / model.fy);
-  if (model.lens == LensModel::kPinhole || m.norm() == 0.0) return m;
-  return std::tan(m.norm()) * m.normalized();
+  Vector2d m((u - model.cx) / model.fx, (v - model.cy) / model.fy);
+  if (model.lens == LensModel::kEquidistant && m.norm() > 0.0) {
+    m = std::tan(m.norm()) * m.normalized();
+  }
+  if (model.refractive_index == 1.0) return m;
+  return refracted(m.homogeneous(), 1.0 / model.refractive_index).hnormalized();
 }
 
 }  // namespace
 
 MadeFeatures::MadeFeatures(const MadeFeatureOptions& options, std::vector<CameraModel> nominal,
-                           std::vector<Pose> true_B, Random& random)
-    : options_(options), nominal_(std::move(nominal)), true_(std::move(true_B)), random_(random) {}
+                           std::vector<CameraModel> truth, Random& random)
+    : options_(options), nominal_(std::move(nominal)), true_(std::move(truth)), random_(random) {}
 
 void MadeFeatures::add_point_before(const Pose& X_WB) {
   points_.push_back(random_point_before(X_WB, options_.near_m, options_.far_m));
@@ -37,20 +48,20 @@ void MadeFeatures::add_point_before(const Pose& X_WB) {
 
 bool MadeFeatures::sees(const Pose& X_WB, const Vector3d& p_W, std::size_t which,
                         Vector2d& pixel) const {
-  const Vector3d p_C = (X_WB * true_[which]).inverse() * p_W;
+  const CameraModel& model = true_[which];
+  const Vector3d p_C = (X_WB * model.X_BC).inverse() * p_W;
   if (p_C.z() < 0.3 || p_C.z() > 8.0) return false;
-  const CameraModel& model = nominal_[which];
   pixel = pixel_of(model, p_C);
   return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= model.width - 1 &&
          pixel.y() <= model.height - 1;
 }
 
 Vector3d MadeFeatures::random_point_before(const Pose& X_WB, double near, double far) {
-  const CameraModel& model = nominal_.front();
+  const CameraModel& model = true_.front();
   const double u = random_.uniform(0.0, model.width);
   const double v = random_.uniform(0.0, model.height);
   const double range = random_.uniform(near, far);
-  return X_WB * (true_.front() * (range * image_of(model, u, v).homogeneous()));
+  return X_WB * (model.X_BC * (range * image_of(model, u, v).homogeneous()));
 }
 
 void MadeFeatures::follow_points(const Pose& X_WB, std::size_t wanted) {
@@ -91,13 +102,19 @@ void MadeFeatures::follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted
   }
 }
 
-estimation::FeatureObservation MadeFeatures::feature(const Pose& X_WB, std::int64_t id,
+estimation::FeatureObservation MadeFeatures::feature(const Motion& X_WB_after, std::int64_t id,
                                                      const Vector3d& p_W) {
   estimation::FeatureObservation feature;
   feature.id = id;
   for (std::size_t i = 0; i < true_.size(); ++i) {
     Vector2d pixel;
-    if (!sees(X_WB, p_W, i, pixel)) continue;
+    if (!sees(X_WB_after(0.0), p_W, i, pixel)) continue;
+    const CameraModel& truth = true_[i];
+    for (int step = 0; step < 3 && truth.line_time_s > 0.0; ++step) {
+      const double later_s = truth.line_time_s * (pixel.y() - 0.5 * (truth.height - 1));
+      const Pose X_WC = X_WB_after(later_s) * truth.X_BC;
+      pixel = pixel_of(truth, X_WC.inverse() * p_W);
+    }
     const double x = pixel.x() + options_.pixel_sigma * random_.normal();
     const double y = pixel.y() + options_.pixel_sigma * random_.normal();
     const CameraModel& model = nominal_[i];
@@ -111,13 +128,15 @@ estimation::FeatureObservation MadeFeatures::feature(const Pose& X_WB, std::int6
   return feature;
 }
 
-std::vector<estimation::FeatureObservation> MadeFeatures::observe(const Pose& X_WB, Utime utime) {
+std::vector<estimation::FeatureObservation> MadeFeatures::observe(const Motion& X_WB_after,
+                                                                  Utime utime) {
+  const Pose X_WB = X_WB_after(0.0);
   const auto snow = static_cast<std::size_t>(options_.snow_share * options_.features);
   follow_points(X_WB, static_cast<std::size_t>(options_.features) - snow);
   follow_snow(X_WB, utime, snow);
   std::vector<estimation::FeatureObservation> seen;
-  for (const auto& [id, point] : followed_) seen.push_back(feature(X_WB, id, points_[point]));
-  for (const auto& [id, flake] : flakes_) seen.push_back(feature(X_WB, id, flake.p_W));
+  for (const auto& [id, point] : followed_) seen.push_back(feature(X_WB_after, id, points_[point]));
+  for (const auto& [id, flake] : flakes_) seen.push_back(feature(X_WB_after, id, flake.p_W));
   return seen;
 }
 

@@ -3,6 +3,7 @@
 // and drifting particles. Shares no code with the filter.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -23,14 +24,19 @@ struct MadeFeatureOptions {
 
 class MadeFeatures {
  public:
-  /// `nominal`: cameras as configured in the filter; `true_B`: their true poses.
+  /// True pose of B, that many seconds after an image's time.
+  using Motion = std::function<Pose(double seconds)>;
+
+  /// `nominal`: cameras as configured in the filter, with pinholes or ideal equidistant lenses;
+  /// `truth`: as they are.
   MadeFeatures(const MadeFeatureOptions& options, std::vector<CameraModel> nominal,
-               std::vector<Pose> true_B, Random& random);
+               std::vector<CameraModel> truth, Random& random);
 
   /// Adds a point before the camera at that pose.
   void add_point_before(const Pose& X_WB);
-  /// All that is seen at that pose; `utime`: by any clock, for the particles' motion.
-  [[nodiscard]] std::vector<estimation::FeatureObservation> observe(const Pose& X_WB, Utime utime);
+  /// All that is seen at that time; `utime`: by any clock, for the particles' motion.
+  [[nodiscard]] std::vector<estimation::FeatureObservation> observe(const Motion& X_WB_after,
+                                                                    Utime utime);
 
   /// True if a feature's id belongs to a moving object.
   [[nodiscard]] static bool is_snow(std::int64_t id) { return id >= kSnow; }
@@ -51,12 +57,12 @@ class MadeFeatures {
   [[nodiscard]] Eigen::Vector3d random_point_before(const Pose& X_WB, double near, double far);
   void follow_points(const Pose& X_WB, std::size_t wanted);
   void follow_snow(const Pose& X_WB, Utime utime, std::size_t wanted);
-  [[nodiscard]] estimation::FeatureObservation feature(const Pose& X_WB, std::int64_t id,
+  [[nodiscard]] estimation::FeatureObservation feature(const Motion& X_WB_after, std::int64_t id,
                                                        const Eigen::Vector3d& p_W);
 
   MadeFeatureOptions options_;
   std::vector<CameraModel> nominal_;
-  std::vector<Pose> true_;
+  std::vector<CameraModel> true_;
   Random& random_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<bool> is_followed_;
