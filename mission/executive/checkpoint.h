@@ -14,6 +14,7 @@
 #include "behaviors/trail.h"
 #include "common/clock.h"
 #include "common/se3.h"
+#include "estimation/imu_bias.h"
 #include "mission/statechart/interpreter.h"
 
 namespace dive::mission {
@@ -40,6 +41,9 @@ struct Checkpoint {
   std::string abort_cause;
   bool paused = false;
   std::int64_t queries = 0;
+  /// Of the visual-inertial estimator, which is beside the executive; absent without one, and until
+  /// it has proved them.
+  std::optional<estimation::ImuBias> imu_bias;
 };
 
 struct Resume {

@@ -147,6 +147,7 @@ const StepOutputs& Executive::step(const StepInputs& inputs) {
 }
 
 Checkpoint Executive::checkpoint() const { return impl_->checkpoint(); }
+void Executive::keep_imu_bias(const estimation::ImuBias& bias) { impl_->imu_bias = bias; }
 const vehicle::ExitPath& Executive::exit_path() const { return impl_->exit_path.path(); }
 std::vector<Pose> Executive::way_ahead(double seconds) const {
   std::vector<Pose> way;

@@ -59,6 +59,9 @@ class Executive {
   /// The state to save before the outputs of the last step reach the vehicle, so that a restart
   /// finds the same state and repeats no action.
   [[nodiscard]] Checkpoint checkpoint() const;
+  /// What the visual-inertial estimator has found of its IMU, for checkpoint(). It changes no
+  /// output.
+  void keep_imu_bias(const estimation::ImuBias& bias);
   [[nodiscard]] const behaviors::Trail& trail() const;
   /// How to leave the present place without the executive, after every step.
   [[nodiscard]] const vehicle::ExitPath& exit_path() const;

@@ -136,6 +136,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   vehicle::Command command;
   bool brakes = false;     ///< True if the command's speed is kept by thrust in either direction.
   int goals_left_out = 0;  ///< Goals reached before a restart.
+  std::optional<estimation::ImuBias> imu_bias;  ///< For checkpoint().
 };
 
 }  // namespace dive::mission

@@ -46,6 +46,7 @@ void Executive::Impl::resume(const Resume& from) {
   }
   ladder.restore(checkpoint.rung, checkpoint.rung_cause);
   paused = checkpoint.paused;
+  imu_bias = checkpoint.imu_bias;
   behavior.restore(checkpoint.queries);
   goals_left_out = checkpoint.goals_done;
   runner.restore(checkpoint);
@@ -85,6 +86,7 @@ Checkpoint Executive::Impl::checkpoint() const {
   result.rung_cause = ladder.cause();
   result.paused = paused;
   result.queries = behavior.queries();
+  result.imu_bias = imu_bias;
   return result;
 }
 

@@ -27,6 +27,17 @@ std::string dumped(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+Eigen::Vector3d vector_from(const json& j) {
+  return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
+}
+
+json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+estimation::ImuBias bias_from(const json& j) {
+  return {j.at("utime").get<Utime>(), vector_from(j.at("gyro")), vector_from(j.at("accel")),
+          j.at("gyro_sigma").get<double>(), j.at("accel_sigma").get<double>()};
+}
+
 /// Throws nlohmann's exceptions if a value is missing or has another type.
 Checkpoint checkpoint_from(const json& j) {
   Checkpoint c;
@@ -36,13 +47,11 @@ Checkpoint checkpoint_from(const json& j) {
   j.at("active_for").get_to(c.active_s);
   j.at("history").get_to(c.history);
   j.at("once").get_to(c.done_once);
-  const json& p = j.at("p");
   const json& q = j.at("q");
-  const json& v = j.at("v");
-  c.X_WB.p = {p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>()};
+  c.X_WB.p = vector_from(j.at("p"));
   c.X_WB.q = {q.at(3).get<double>(), q.at(0).get<double>(), q.at(1).get<double>(),
               q.at(2).get<double>()};
-  c.v_W = {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
+  c.v_W = vector_from(j.at("v"));
   j.at("sigma").get_to(c.sigma_m);
   j.at("open_water_battery").get_to(c.open_water_battery);
   j.at("goals_done").get_to(c.goals_done);
@@ -55,6 +64,7 @@ Checkpoint checkpoint_from(const json& j) {
   j.at("queries").get_to(c.queries);
   if (j.contains("open_water_elapsed"))
     c.open_water_elapsed_s = j.at("open_water_elapsed").get<double>();
+  if (j.contains("imu_bias")) c.imu_bias = bias_from(j.at("imu_bias"));
   return c;
 }
 
@@ -128,9 +138,9 @@ std::string to_json_text(const Checkpoint& c) {
                  {"active_for", c.active_s},
                  {"history", std::move(history)},
                  {"once", c.done_once},
-                 {"p", {c.X_WB.p.x(), c.X_WB.p.y(), c.X_WB.p.z()}},
+                 {"p", to_json(c.X_WB.p)},
                  {"q", {c.X_WB.q.x(), c.X_WB.q.y(), c.X_WB.q.z(), c.X_WB.q.w()}},
-                 {"v", {c.v_W.x(), c.v_W.y(), c.v_W.z()}},
+                 {"v", to_json(c.v_W)},
                  {"sigma", c.sigma_m},
                  {"open_water_battery", c.open_water_battery},
                  {"goals_done", c.goals_done},
@@ -140,6 +150,13 @@ std::string to_json_text(const Checkpoint& c) {
                  {"paused", c.paused},
                  {"queries", c.queries}};
   if (c.open_water_elapsed_s) result["open_water_elapsed"] = *c.open_water_elapsed_s;
+  if (c.imu_bias) {
+    result["imu_bias"] = {{"utime", c.imu_bias->utime},
+                          {"gyro", to_json(c.imu_bias->gyro_B)},
+                          {"accel", to_json(c.imu_bias->accel_B)},
+                          {"gyro_sigma", c.imu_bias->gyro_sigma},
+                          {"accel_sigma", c.imu_bias->accel_sigma}};
+  }
   return dumped(result);
 }
 

@@ -299,7 +299,10 @@ bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, c
   if (!error.allFinite() || !(left.array() > 0.0).all()) return false;
   auto P = P_.topLeftCorner(size_, size_);
   P.selfadjointView<Eigen::Lower>().rankUpdate(HP.transpose(), -1.0);
-  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  // turn_covariance() needs the first columns whole, and mirrors the rest.
+  static_assert(imu_error::kAttitude == 0);
+  auto attitude = P_.topLeftCorner<3, 3>();
+  attitude.triangularView<Eigen::StrictlyUpper>() = attitude.transpose();
   add_error(error);
   return true;
 }
