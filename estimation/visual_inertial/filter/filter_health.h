@@ -23,7 +23,8 @@ struct InputFaults {
   std::int64_t late = 0;        ///< Depth, speed or frames older than the state.
   std::int64_t overflowed = 0;  ///< Dropped, because no IMU samples arrived to process them.
   std::int64_t features_ignored = 0;
-  std::string last;  ///< The last fault, a sentence.
+  std::int64_t features_refused = 0;  ///< Rejected by the gate.
+  std::string last;                   ///< The last fault, a sentence.
 };
 
 struct FilterHealth {
@@ -34,6 +35,7 @@ struct FilterHealth {
   bool is_blind = false;        ///< True after a second without a visual update.
   bool is_at_rest = false;
   InputFaults faults;
+  std::int64_t features_used = 0;  ///< Updates by tracks and landmarks, over all starts.
   /// Depth has been rejected for max_rejection_s while the images agree with the filter: the depth
   /// sensor is wrong, and the filter continues on images. Cleared when a sample is accepted again.
   bool depth_fault = false;
