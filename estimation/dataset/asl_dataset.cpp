@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
 
-constexpr double kDvlSigma = 0.02;   // m/s, per axis
 constexpr double kSpeedSigma = 0.1;  // m/s, per axis: sway and heave are not measured
 
 }  // namespace

@@ -61,8 +61,8 @@ class Loops {
   std::optional<LoopCorrection> correction_;
 };
 
-void add_estimate(const StateEstimate& estimate, Utime image, DatasetRun& run) {
-  if (run.estimates.empty()) run.began_s = to_seconds(image - run.begin);
+void add_estimate(const StateEstimate& estimate, const FeedStep& step, DatasetRun& run) {
+  if (run.estimates.empty()) run.began_s = to_seconds(step.image_utime - run.begin);
   run.estimates.push_back(estimate);
 }
 
@@ -92,7 +92,7 @@ class VisualRun {
     if (loops_) loops_->add(step.input, pipeline_, vision.init_utime, clock, run);
     // A filter that has diverged has no estimate.
     if (!vision.estimate.valid || pipeline_.health().diverged) return;
-    add_estimate(vision.estimate, step.input.now, run);
+    add_estimate(vision.estimate, step, run);
     if (loops_) run.corrected.push_back(loops_->corrected(vision.estimate));
   }
 
@@ -112,7 +112,7 @@ class PrimitiveRun {
     const StateEstimate& estimate = primitive_.step(step.input);
     if (!step.has_image) return;
     run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
-    if (estimate.valid) add_estimate(estimate, step.input.now, run);
+    if (estimate.valid) add_estimate(estimate, step, run);
   }
 
  private:

@@ -53,7 +53,6 @@ const StateEstimate& RecordedPrimitive::step(const VisionInput& input) {
   }
   for (; depth != input.depth.end(); ++depth) estimator_.add(*depth);
   updated_ = std::max(updated_, input.now);
-  if (!input.imu.empty()) updated_ = std::max(updated_, input.imu.back().utime);
   return estimator_.update(updated_);
 }
 

@@ -28,7 +28,7 @@ class RecordedPrimitive {
   /// `speed`: expected, m/s; a measured velocity replaces it.
   RecordedPrimitive(const std::optional<TrueState>& truth, double speed);
 
-  /// The estimate at the input's time, or that of its newest IMU sample. Images are not used.
+  /// The estimate at the input's time. Images are not used.
   [[nodiscard]] const StateEstimate& step(const VisionInput& input);
 
  private:

@@ -50,6 +50,9 @@ struct RecordedCamera {
   int resolution_line = 0;  ///< Line of its resolution there, from 1; 0 if unknown.
 };
 
+/// Sigma of a measured velocity, m/s per axis, where none is stated.
+inline constexpr double kDvlSigma = 0.02;
+
 /// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
 struct RecordedImuNoise {
   std::optional<double> gyro;           ///< rad/s/sqrt(Hz)

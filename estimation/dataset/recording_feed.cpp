@@ -56,10 +56,10 @@ Utime RecordingFeed::last_sample_of(Utime image) const {
   return beyond;
 }
 
-void RecordingFeed::add_samples(Utime until, VisionInput& input) {
-  take(recording_.imu, until, imu_, input.imu);
-  take(recording_.velocity, until, velocity_, input.velocity);
-  if (options_.use_depth) take(recording_.depth, until, depth_, input.depth);
+void RecordingFeed::add_samples(VisionInput& input) {
+  take(recording_.imu, input.now, imu_, input.imu);
+  take(recording_.velocity, input.now, velocity_, input.velocity);
+  if (options_.use_depth) take(recording_.depth, input.now, depth_, input.depth);
 }
 
 tl::expected<void, std::string> RecordingFeed::read(const RecordedImage& image,
@@ -83,10 +83,12 @@ tl::expected<std::optional<FeedStep>, std::string> RecordingFeed::next() {
   FeedStep step;
   step.image = image_;
   const RecordedImage& image = images[image_];
+  step.image_utime = image.utime;
   const Utime missed = last_ + from_seconds(VisionPipeline::kMissedPeriods * period_s_);
   step.has_image = last_ == 0 || image.utime <= missed;
-  last_ = step.input.now = step.has_image ? image.utime : missed;
-  add_samples(step.has_image ? last_sample_of(image.utime) : missed, step.input);
+  last_ = step.has_image ? image.utime : missed;
+  step.input.now = step.has_image ? last_sample_of(image.utime) : missed;
+  add_samples(step.input);
   if (!step.has_image) return step;
   ++image_;
   if (options_.read_images) {

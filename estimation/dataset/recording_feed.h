@@ -24,6 +24,7 @@ struct FeedStep {
   VisionInput input;
   bool has_image = false;  ///< The image may not have been read. False between images far apart.
   std::size_t image = 0;   ///< Index of the image, or of the next one.
+  Utime image_utime = 0;   ///< Its time.
 };
 
 class RecordingFeed {
@@ -38,7 +39,7 @@ class RecordingFeed {
   [[nodiscard]] tl::expected<std::optional<FeedStep>, std::string> next();
 
  private:
-  void add_samples(Utime until, VisionInput& input);
+  void add_samples(VisionInput& input);
   [[nodiscard]] Utime last_sample_of(Utime image) const;
   [[nodiscard]] tl::expected<void, std::string> read(const RecordedImage& image,
                                                      VisionInput& input) const;

@@ -10,7 +10,7 @@
 namespace dive::estimation {
 
 /// Number of images by fault; an image has at most one. Of blurred ones and those with few features
-/// or lost ones the features are used all the same.
+/// or lost ones the features are used still.
 struct ImageFaults {
   int bad = 0;           ///< Unexpected format or stamp, or a library failed.
   int frozen = 0;        ///< The same image again.

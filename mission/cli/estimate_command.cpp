@@ -175,7 +175,7 @@ tl::expected<Recording, std::string> read_recording(const EstimateArguments& arg
   for (const std::string& given : arguments.topics) {
     const std::size_t equals = given.find('=');
     const std::string sensor = given.substr(0, equals);
-    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "truth"};
+    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "velocity", "truth"};
     if (equals == std::string::npos ||
         std::find(kSensors.begin(), kSensors.end(), sensor) == kSensors.end()) {
       return tl::make_unexpected(

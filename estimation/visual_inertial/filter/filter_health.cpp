@@ -103,6 +103,10 @@ void HealthWatch::on_frame(Utime utime, VisualReport report) {
   }
 }
 
+void HealthWatch::on_rest(Utime utime, const UpdateResult& result) {
+  if (result.status == UpdateStatus::kAccepted) visual_ = utime;
+}
+
 void HealthWatch::on_silence(double seconds) {
   if (seconds > options_.max_rejection_s) {
     diverge(fmt::format("no IMU for {:.1f} s", seconds));

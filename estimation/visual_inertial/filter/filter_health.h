@@ -31,7 +31,8 @@ struct FilterHealth {
   VisualReport visual;                   ///< Report of the last frame.
   double visual_innovation_ratio = 1.0;  ///< Smoothed ratio of the last frames used.
   double depth_innovation_ratio = 1.0;   ///< Smoothed ratio of the last depth samples.
-  double since_visual_s = 0.0;  ///< Time since a feature last updated the state, or the start.
+  /// Time since a feature, or rest in the images, last updated the state, or since the start.
+  double since_visual_s = 0.0;
   bool is_blind = false;        ///< True after a second without a visual update.
   bool is_at_rest = false;
   InputFaults faults;
@@ -57,6 +58,8 @@ class HealthWatch {
   void reset(Utime utime, const FilterState& state);
   void on_depth(Utime utime, const UpdateResult& result);
   void on_frame(Utime utime, VisualReport report);
+  /// A zero-velocity update by the images. One camera at rest has no other: there is no parallax.
+  void on_rest(Utime utime, const UpdateResult& result);
   /// Called after every step: checks that the state is plausible for a vehicle.
   void check(Utime utime, const FilterState& state);
   void on_silence(double seconds);
