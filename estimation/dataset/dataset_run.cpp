@@ -46,7 +46,7 @@ class Loops {
   }
 
   [[nodiscard]] StateEstimate corrected(const StateEstimate& filter) const {
-    return correction_ ? correction_->apply(filter) : filter;
+    return correction_ && filter.utime >= correction_->utime ? correction_->apply(filter) : filter;
   }
 
  private:
@@ -83,15 +83,14 @@ class VisualRun {
     const Utime before = clock.now();
     const VisionEstimate vision = pipeline_.step(step.input);
     const double ms = 1e3 * to_seconds(clock.now() - before);
-    run.health.add(pipeline_, vision, step.has_image);
+    const bool is_new = run.health.add(pipeline_, vision, step.has_image);
     run.waits_for = vision.estimate.valid ? std::string() : pipeline_.health().waits_for;
     if (!step.has_image) return;
     run.frame_ms.push_back(ms);
     const ImageQuality& quality = pipeline_.image_quality();
     run.mean_features += quality.tracked + quality.added;
     if (loops_) loops_->add(step.input, pipeline_, vision.init_utime, clock, run);
-    // A filter that has diverged has no estimate.
-    if (!vision.estimate.valid || pipeline_.health().diverged) return;
+    if (!is_new) return;
     add_estimate(vision.estimate, step, run);
     if (loops_) run.corrected.push_back(loops_->corrected(vision.estimate));
   }

@@ -17,7 +17,7 @@ void add_image(VisionFault fault, const ImageQuality& quality, ImageFaults& imag
 
 }  // namespace
 
-void RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image) {
+bool RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image) {
   const FilterHealth& filter = pipeline.health();
   inputs = filter.faults;
   features_used = filter.features_used;
@@ -28,16 +28,17 @@ void RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision
   }
   if (filter.diverged) failure = "the filter has diverged: " + filter.reason;
   if (vision.is_good()) failure.clear();
-  if (!has_image) return;
+  if (!has_image) return false;
   add_image(pipeline.image_fault(), pipeline.image_quality(), images);
-  if (vision.is_good()) ++trusted;
-  if (filter.diverged) {
-    ++diverged;
-  } else if (!vision.estimate.valid) {
-    ++starting;
-  } else if (vision.fault == VisionFault::kRefused) {
-    ++refused;
+  const StateEstimate& estimate = vision.estimate;
+  if (filter.diverged || !estimate.valid || estimate.utime <= newest) {
+    ++(filter.diverged ? diverged : !estimate.valid ? starting : late);
+    return false;
   }
+  newest = estimate.utime;
+  if (vision.is_good()) ++trusted;
+  if (vision.fault == VisionFault::kRefused) ++refused;
+  return true;
 }
 
 }  // namespace dive::estimation

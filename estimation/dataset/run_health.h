@@ -32,6 +32,7 @@ struct RunHealth {
   int refused = 0;  ///< Estimates while visual and inertial measurements disagreed, or soon after a
                     ///< failure.
   int diverged = 0;       ///< Images for which the filter had diverged.
+  int late = 0;           ///< Images without newer IMU samples: there is no new estimate.
   std::string suspicion;  ///< The filter's last suspicion, a sentence; empty if there was none.
   InputFaults inputs;     ///< Measurements that the filter rejected.
   std::int64_t features_used = 0;
@@ -39,8 +40,10 @@ struct RunHealth {
   /// Why the filter has failed, a clause; empty if it has not, or an estimate was trusted since.
   std::string failure;
 
-  /// Adds a step of the pipeline, and its result.
-  void add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image);
+  Utime newest = 0;  ///< Time of the newest estimate.
+
+  /// Adds a step of the pipeline, and its result; true if that is a new estimate for its image.
+  bool add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image);
 };
 
 }  // namespace dive::estimation

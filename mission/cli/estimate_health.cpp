@@ -74,9 +74,10 @@ void print_images(const RunHealth& health) {
 void print_trust(const RunHealth& health) {
   const std::string others = list_of({{health.starting, "before the filter had begun"},
                                       {health.refused, "refused"},
-                                      {health.diverged, "diverged"}});
+                                      {health.diverged, "diverged"},
+                                      {health.late, "without IMU samples"}});
   print(fmt::format("  health   {} estimates trusted{}{}{}{}", health.trusted,
-                    others.empty() ? "" : "; images not: ", others,
+                    others.empty() ? "" : "; not: ", others,
                     health.suspicion.empty() ? "" : "; the last suspicion: ", health.suspicion));
 }
 
@@ -110,11 +111,9 @@ Json health_to_json(const Recording& recording, const RunOptions& options, const
                    {"right_unused", images.right_unused},
                    {"last", images.last}};
   all["features"] = {{"used", health.features_used}, {"rejected", health.inputs.features_refused}};
-  all["health"] = {{"trusted", health.trusted},
-                   {"starting", health.starting},
-                   {"refused", health.refused},
-                   {"diverged", health.diverged},
-                   {"suspicion", health.suspicion}};
+  all["health"] = {{"trusted", health.trusted}, {"starting", health.starting},
+                   {"refused", health.refused}, {"diverged", health.diverged},
+                   {"late", health.late},       {"suspicion", health.suspicion}};
   all["restarts"] = Json::array();
   for (const estimation::VisionRestart& restart : health.restarts) {
     all["restarts"].push_back(
@@ -137,6 +136,9 @@ void print_health(const Recording& recording, const RunOptions& options, const D
   for (const estimation::VisionRestart& restart : run.health.restarts) {
     print(fmt::format("  restart  {:.2f} s after the first image: {}",
                       to_seconds(restart.utime - run.begin), restart.reason));
+  }
+  if (!run.estimates.empty() && !run.waits_for.empty()) {
+    print("  waits    the filter has not begun again; it waits for " + run.waits_for);
   }
 }
 

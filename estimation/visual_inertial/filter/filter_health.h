@@ -33,7 +33,7 @@ struct FilterHealth {
   double depth_innovation_ratio = 1.0;   ///< Smoothed ratio of the last depth samples.
   /// Time since a feature, or rest in the images, last updated the state, or since the start.
   double since_visual_s = 0.0;
-  bool is_blind = false;        ///< True after a second without a visual update.
+  bool is_blind = false;  ///< True after a second without a visual update.
   bool is_at_rest = false;
   InputFaults faults;
   std::int64_t features_used = 0;  ///< Updates by tracks and landmarks, over all starts.

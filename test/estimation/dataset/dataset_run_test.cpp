@@ -273,6 +273,10 @@ TEST(DatasetRun, BeginsAgainAfterALongGapOfTheImu) {
   EXPECT_EQ(stereo.run.waits_for, "");
   EXPECT_GT(to_seconds(stereo.run.estimates.back().utime) - kStart, 3.9);
   EXPECT_GE(health.starting, 9) << "images that it waited for";
+  EXPECT_NEAR(health.late, 23, 2) << "images in the gap";
+  for (std::size_t i = 1; i < stereo.run.estimates.size(); ++i) {
+    EXPECT_GT(stereo.run.estimates[i].utime, stereo.run.estimates[i - 1].utime) << i;
+  }
   EXPECT_LT(stereo.nees_position, 12.0);
 }
 

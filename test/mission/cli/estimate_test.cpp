@@ -300,6 +300,7 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   write("V1_01/mav0/imu0/data.csv", gap);
   const Ran torn = dive("estimate V1_01 --init truth --no-depth");
   EXPECT_THAT(torn.out, HasSubstr("no IMU samples for 1."));
+  EXPECT_THAT(torn.out, HasSubstr("the filter has not begun again; it waits for "));
   EXPECT_THAT(torn.out, ::testing::ContainsRegex("IMU +[0-9]+ samples, gaps 1, the longest of 1"));
   write("V1_01/mav0/imu0/data.csv", imu);
 
