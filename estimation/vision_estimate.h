@@ -61,8 +61,8 @@ struct TagObservation {
 struct VisionEstimate {
   Utime frame_utime = 0;   ///< Time of the images.
   StateEstimate estimate;  ///< Estimate shortly after the images, at its own utime.
-  /// Time of the published estimate that initialised the filter. A new value means
-  /// re-initialisation.
+  /// Time of the published estimate that initialised the filter, or of that start. A new value
+  /// means re-initialisation.
   Utime init_utime = 0;
   double period_s = 0.05;  ///< Expected period of the image pairs.
   VisionFault fault = VisionFault::kStarting;

@@ -34,6 +34,8 @@ tl::expected<void, std::string> read_positive(const SensorFile& file, const std:
   return {};
 }
 
+constexpr double kSpeedSigma = 0.1;  // m/s, per axis: sway and heave are not measured
+
 }  // namespace
 
 tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
@@ -134,6 +136,31 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& da
   });
 }
 
+// `fields`: 3 of a velocity, or 1 of a speed along x. `sigma`: without one in sensor.yaml.
+tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_t fields,
+                                              double sigma, Recording& dataset) {
+  const fs::path sensor = folder / "sensor.yaml";
+  if (fs::exists(sensor)) {
+    const auto file = SensorFile::open(sensor.string());
+    if (!file) return Failure(file.error());
+    const auto noise = file->number("velocity_noise");
+    if (!noise) return Failure(noise.error());
+    sigma = noise->value_or(sigma);
+    if (!(sigma > 0.0)) {
+      return Failure(fmt::format("{}: velocity_noise is not positive", sensor.string()));
+    }
+  }
+  dataset.velocity_origin.file = (folder / "data.csv").string();
+  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+    std::array<double, 3> v{};
+    std::string wrong = to_numbers(row, 0, fields, v.data());
+    if (!wrong.empty()) return wrong;
+    dataset.velocity.push_back({row.utime, {v[0], v[1], v[2]}, sigma});
+    dataset.velocity_origin.lines.push_back(row.line);
+    return wrong;
+  });
+}
+
 // Reads positions, with attitude, velocity and biases where there are fields for them. `X_BI`: pose
 // of the IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
@@ -228,6 +255,13 @@ tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder)
   }
   if (fs::is_directory(root / "depth0")) {
     const auto read = read_depth(root / "depth0", dataset);
+    if (!read) return Failure(read.error());
+  }
+  if (fs::is_directory(root / "dvl0")) {
+    const auto read = read_velocity(root / "dvl0", 3, kDvlSigma, dataset);
+    if (!read) return Failure(read.error());
+  } else if (fs::is_directory(root / "speed0")) {
+    const auto read = read_velocity(root / "speed0", 1, kSpeedSigma, dataset);
     if (!read) return Failure(read.error());
   }
   for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {

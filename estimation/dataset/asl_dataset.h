@@ -6,6 +6,9 @@
 //                                   data.csv: stamp [ns], file; data/*.png
 //   imu0/                           sensor.yaml, data.csv: stamp, w (rad/s), a (m/s^2)
 //   depth0/ (ours, optional)        data.csv: stamp, depth [m], positive down
+//   dvl0/ (ours, optional)          data.csv: stamp, velocity over ground in B [m/s]; sensor.yaml
+//   speed0/ (ours, instead of it)   data.csv: stamp, speed along x of B [m/s]; sensor.yaml
+//                                   sensor.yaml, optional: velocity_noise, one sigma [m/s]
 //   state_groundtruth_estimate0/    data.csv: stamp, p, q (w x y z)[, v, ...]   (either, optional)
 //   leica0/ vicon0/ mocap0/         data.csv: stamp, p[, q (w x y z)]; mocap0 is TUM-VI's
 //

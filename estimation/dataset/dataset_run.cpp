@@ -2,217 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "estimation/primitive.h"
-#include "estimation/visual_inertial/filter/visual_inertial_filter.h"
-#include "estimation/visual_inertial/front_end/gyro_turn.h"
-#include "estimation/visual_inertial/front_end/tracker.h"
-#include "estimation/visual_inertial/loop_closure/loop_closer.h"
+#include "estimation/dataset/recorded_primitive.h"
+#include "estimation/dataset/recording_feed.h"
+#include "estimation/dataset/run_start.h"
+#include "estimation/visual_inertial/loop_closure/loop_finder.h"
+#include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 
 namespace dive::estimation {
 namespace {
 
-using Eigen::Quaterniond;
-using Eigen::Vector3d;
+using Failure = tl::unexpected<std::string>;
 
-constexpr double kGravityRate = 0.05;      // 1/s, gain towards gravity of the integrated attitude
-constexpr double kTruthGap = 0.2;          // s
-constexpr double kStartSigma = 0.01;       // m, of a position from the truth
-constexpr double kUnknownSigma = 0.1;      // m, of an assumed position
-constexpr double kLongStep = 0.1;          // s between two IMU samples
 constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
-constexpr double kSpeedSigma = 0.1;        // m/s, of a speed that is given
-constexpr double kGyroBiasSigma = 0.005;   // rad/s, of a bias from the truth
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
-constexpr double kAccelBiasSigma = 0.05;   // m/s^2
 // A housing calibrated in another water, at another temperature and depth, is off by so much.
 constexpr double kFocalSigma = 0.005;
 constexpr double kCentreSigma = 2.0;  // pixels
-// A motion capture's frame is level, and its markers are aligned with the IMU, to about a degree.
-constexpr double kTrueAttitudeSigmaDeg = 1.0;
-
-using Failure = tl::unexpected<std::string>;
-
-// Attitude as from an AHRS, which the format does not record: the gyro integrated, and slowly
-// corrected towards gravity (Mahony et al. 2008, proportional part).
-class PredictedAttitude {
- public:
-  explicit PredictedAttitude(std::optional<Quaterniond> start) : q_WB_(std::move(start)) {}
-
-  void add_to(ImuSample& sample) {
-    const Vector3d& up_B = sample.accel_B;
-    if (!q_WB_) q_WB_ = Quaterniond::FromTwoVectors(up_B, Vector3d::UnitZ());
-    if (last_) {
-      const double dt = std::min(to_seconds(sample.utime - *last_), kLongStep);
-      const Vector3d expected = q_WB_->conjugate() * Vector3d::UnitZ();
-      const Vector3d pull = up_B.normalized().cross(expected);
-      q_WB_ = (*q_WB_ * so3_exp(dt * (sample.gyro_B + kGravityRate * pull))).normalized();
-    }
-    last_ = sample.utime;
-    sample.q_WB = *q_WB_;
-  }
-
- private:
-  std::optional<Quaterniond> q_WB_;
-  std::optional<Utime> last_;
-};
-
-// Initial data of a run.
-struct Beginning {
-  Utime utime = 0;
-  Pose X_WB;
-  bool has_attitude = false;
-  std::optional<Vector3d> v_WB_B;
-  std::optional<BiasPrior> bias;
-};
-
-std::optional<Beginning> true_beginning(const Recording& dataset, Utime utime) {
-  const Trajectory truth = true_trajectory(dataset);
-  // The truth may begin later than the images.
-  const auto first = std::find_if(truth.begin(), truth.end(),
-                                  [&](const StampedPose& at) { return at.utime >= utime; });
-  if (first == truth.end()) return std::nullopt;
-  Beginning beginning;
-  beginning.utime = first->utime;
-  beginning.X_WB = first->X_WB;
-  beginning.has_attitude = dataset.has_true_attitude;
-  const TruePose& pose = dataset.truth[static_cast<std::size_t>(first - truth.begin())];
-  const auto next = pose_at(truth, first->utime + 50'000, kTruthGap);
-  if (pose.bias) {
-    beginning.bias = BiasPrior{pose.bias->gyro, pose.bias->accel, kGyroBiasSigma, kAccelBiasSigma};
-  }
-  const Quaterniond q_BW = first->X_WB.q.conjugate();
-  if (pose.v_W) {
-    beginning.v_WB_B = q_BW * *pose.v_W;
-  } else if (next) {
-    beginning.v_WB_B = q_BW * (next->p - first->X_WB.p) / 0.05;
-  }
-  return beginning;
-}
-
-tl::expected<FilterStart, std::string> start_of(const RunOptions& options,
-                                                const std::optional<Beginning>& truth) {
-  const double sigma = truth ? kStartSigma : kUnknownSigma;
-  const Vector3d position = truth ? truth->X_WB.p : Vector3d::Zero().eval();
-  if (options.start == RunStart::kTruth) {
-    if (!truth || !truth->has_attitude || !truth->v_WB_B) {
-      return Failure("the recording has no true poses with attitude to start from");
-    }
-    KnownStart start;
-    start.utime = truth->utime;
-    start.X_WB = truth->X_WB;
-    start.v_WB_B = *truth->v_WB_B;
-    start.tilt_sigma_deg = start.yaw_sigma_deg = kTrueAttitudeSigmaDeg;
-    if (truth->bias) start.bias = *truth->bias;
-    return start;
-  }
-  ImageStart start;
-  start.position_W = position;
-  start.position_sigma_m = sigma;
-  if (truth && truth->has_attitude) start.heading = truth->X_WB.q;
-  if (options.speed) start.speed = ImageStart::Speed{{*options.speed, 0.0, 0.0}, kSpeedSigma};
-  return start;
-}
-
-// Either estimator behind the calls for a recording.
-class Runner {
- public:
-  Runner(const Recording& dataset, const RunOptions& options, const FilterStart& start,
-         const std::optional<Beginning>& truth)
-      : dataset_(dataset), options_(options) {
-    if (options.estimator == EstimatorKind::kPrimitive) {
-      primitive_.emplace(PrimitiveOptions{}, truth ? truth->X_WB.p : Vector3d::Zero().eval(),
-                         truth ? kStartSigma : kUnknownSigma);
-      primitive_->set_commanded_speed(options.speed.value_or(kUsualSpeed));
-      return;
-    }
-    const VisualInertialOptions of_filter = filter_options(dataset, options.mono ? 1 : 2);
-    const bool stereo = of_filter.cameras.size() > 1;
-    problem_ = of_filter.validate();
-    if (!problem_.empty()) return;
-    filter_.emplace(of_filter, start);
-    tracker_.emplace(TrackerOptions{}, of_filter.cameras[0],
-                     stereo ? std::optional(of_filter.cameras[1]) : std::nullopt, options.seed);
-  }
-
-  [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] bool needs_images() const { return tracker_.has_value(); }
-
-  void add(const ImuSample& sample) {
-    if (filter_) filter_->add(sample);
-    if (primitive_) primitive_->add(sample);
-  }
-
-  void add(const DepthSample& sample) {
-    if (filter_) filter_->add(sample);
-    if (primitive_) primitive_->add(sample);
-  }
-
-  // Adds an image; the primitive estimator uses only its time.
-  [[nodiscard]] ImageQuality add(const ImageFrame& left, const ImageFrame* right) {
-    std::optional<CameraTurn> turn;
-    if (const auto last = tracker_->utime(); last && *last < left.utime) {
-      turn = turn_by_gyro(dataset_.imu, *last, left.utime, filter_->gyro_bias(),
-                          dataset_.cameras[0].model.X_BC.q);
-    }
-    TrackedImage tracked = tracker_->step(left, right, turn);
-    if (!tracked.frame.features.empty()) filter_->add(std::move(tracked.frame));
-    return std::move(tracked.quality);
-  }
-
-  [[nodiscard]] const StateEstimate& update(Utime now) {
-    return filter_ ? filter_->update(now) : primitive_->update(now);
-  }
-
-  /// Camera poses as calibrated by the filter.
-  [[nodiscard]] const std::vector<Pose>& cameras_B() const { return filter_->state().cameras_B; }
-
-  [[nodiscard]] std::string waits_for() const {
-    return filter_ ? filter_->health().waits_for : std::string();
-  }
-
-  [[nodiscard]] std::string diverged() const {
-    return filter_ && filter_->health().diverged ? filter_->health().reason : std::string();
-  }
-
- private:
-  const Recording& dataset_;
-  RunOptions options_;
-  std::optional<PrimitiveEstimator> primitive_;
-  std::optional<VisualInertialFilter> filter_;
-  std::optional<Tracker> tracker_;
-  std::string problem_;
-};
 
 // Loop closure on a recording: each keyframe is processed before the next image.
 class Loops {
  public:
-  Loops(const Recording& dataset, bool has_depth)
-      : viewer_({}, dataset.cameras[0].model, dataset.cameras[1].model),
-        closer_(options_of(has_depth), dataset.cameras[0].model, dataset.cameras[1].model) {}
+  Loops(const Recording& recording, bool has_depth)
+      : finder_(options_of(has_depth), recording.cameras[0].model, recording.cameras[1].model) {}
 
-  void add(const ImageFrame& left, const ImageFrame& right, const StateEstimate& filter,
-           const std::vector<Pose>& cameras_B, Clock& clock, DatasetRun& run) {
-    if (!closer_.is_due(filter)) return;
+  /// Adds the images of a step, if a keyframe is due; takes them out of the input then.
+  void add(VisionInput& input, const VisionPipeline& pipeline, Utime init_utime, Clock& clock,
+           DatasetRun& run) {
+    if (init_utime != init_utime_) correction_.reset();
+    init_utime_ = init_utime;
+    const std::optional<StateEstimate> filter = pipeline.at_image();
+    if (!filter || !input.right || !finder_.is_due(*filter, init_utime)) return;
+    const Keyframe keyframe{std::move(*input.left),  std::move(*input.right), *filter,
+                            pipeline.cameras_B()[0], pipeline.cameras_B()[1], init_utime};
     const Utime before = clock.now();
-    closer_.calibrate(cameras_B[0], cameras_B[1]);
-    if (auto view = viewer_.view(left, right)) {
-      if (auto correction = closer_.add(std::move(*view), filter)) {
-        correction_ = std::move(*correction);
-        run.closures.push_back(correction_->closure);
-      }
-      ++run.keyframes;
-    }
+    auto correction = finder_.process(keyframe);
+    ++run.keyframes;
     run.loop_ms.push_back(1e3 * to_seconds(clock.now() - before));
+    if (!correction) return;
+    correction_ = std::move(*correction);
+    run.closures.push_back(correction_->closure);
   }
 
   [[nodiscard]] StateEstimate corrected(const StateEstimate& filter) const {
-    return correction_ ? correction_->apply(filter) : filter;
+    return correction_ && filter.utime >= correction_->utime ? correction_->apply(filter) : filter;
   }
 
  private:
@@ -222,80 +59,88 @@ class Loops {
     return options;
   }
 
-  KeyframeExtractor viewer_;
-  LoopCloser closer_;
+  LoopFinder finder_;
+  Utime init_utime_ = 0;
   std::optional<LoopCorrection> correction_;
 };
 
-// The images of one exposure, as far as the runner needs them.
-struct Exposure {
-  std::optional<ImageFrame> left;
-  std::optional<ImageFrame> right;
-};
-
-tl::expected<Exposure, std::string> read_exposure(const Recording& dataset,
-                                                  const RecordedImage& image, bool mono) {
-  Exposure exposure;
-  auto left = read_image(image, 0);
-  if (!left) return Failure(left.error());
-  exposure.left = std::move(*left);
-  const RecordedImage* other = mono || dataset.cameras.size() < 2
-                                   ? nullptr
-                                   : image_at(dataset.cameras[1].images, image.utime);
-  if (other == nullptr) return exposure;
-  auto right = read_image(*other, 1);
-  if (!right) return Failure(right.error());
-  exposure.right = std::move(*right);
-  return exposure;
+void add_estimate(const StateEstimate& estimate, const FeedStep& step, DatasetRun& run) {
+  if (run.estimates.empty()) run.began_s = to_seconds(step.image_utime - run.begin);
+  run.estimates.push_back(estimate);
 }
 
-// Feeds IMU and depth samples to a runner, in order of time.
-class SampleFeed {
+// The pipeline of a dive, fed from a recording.
+class VisualRun {
  public:
-  /// `begin`: time of the initial attitude `q_WB`; earlier IMU samples are left out.
-  SampleFeed(const Recording& dataset, bool use_depth, Utime begin, std::optional<Quaterniond> q_WB)
-      : dataset_(dataset),
-        use_depth_(use_depth),
-        begin_(begin),
-        attitude_(std::move(q_WB)),
-        imu_(dataset.imu.begin()),
-        depth_(dataset.depth.begin()) {}
+  VisualRun(const Recording& recording, const RunOptions& options, const VisionOptions& vision,
+            const VisionStart& start)
+      : pipeline_(vision, start, options.seed) {
+    if (options.speed && recording.velocity.empty()) {
+      expected_v_B_ = Eigen::Vector3d(*options.speed, 0.0, 0.0);
+    }
+    if (options.loops) loops_.emplace(recording, options.use_depth && !recording.depth.empty());
+  }
 
-  /// Up to and including the first IMU sample after an image.
-  void feed_image(Utime utime, Runner& runner) {
-    feed(utime, runner);
-    if (imu_ != dataset_.imu.end()) feed(imu_->utime, runner);
+  void step(FeedStep step, Clock& clock, DatasetRun& run) {
+    step.input.expected_v_B = expected_v_B_;
+    const Utime before = clock.now();
+    const VisionEstimate vision = pipeline_.step(step.input);
+    const double ms = 1e3 * to_seconds(clock.now() - before);
+    const bool is_new = run.health.add(pipeline_, vision, step.has_image);
+    run.waits_for = vision.estimate.valid ? std::string() : pipeline_.health().waits_for;
+    if (!step.has_image) return;
+    run.frame_ms.push_back(ms);
+    const ImageQuality& quality = pipeline_.image_quality();
+    run.mean_features += quality.tracked + quality.added;
+    if (loops_) loops_->add(step.input, pipeline_, vision.init_utime, clock, run);
+    if (!is_new) return;
+    add_estimate(vision.estimate, step, run);
+    if (loops_) run.corrected.push_back(loops_->corrected(vision.estimate));
   }
 
  private:
-  void feed(Utime until, Runner& runner) {
-    while (imu_ != dataset_.imu.end() && imu_->utime <= until) {
-      for (; use_depth_ && depth_ != dataset_.depth.end() && depth_->utime <= imu_->utime;
-           ++depth_) {
-        runner.add(*depth_);
-      }
-      ImuSample sample = *imu_++;
-      if (sample.utime < begin_) continue;
-      attitude_.add_to(sample);
-      runner.add(sample);
-    }
-  }
-
-  const Recording& dataset_;
-  bool use_depth_;
-  Utime begin_;
-  PredictedAttitude attitude_;
-  std::vector<ImuSample>::const_iterator imu_;
-  std::vector<DepthSample>::const_iterator depth_;
+  VisionPipeline pipeline_;
+  std::optional<Eigen::Vector3d> expected_v_B_;
+  std::optional<Loops> loops_;
 };
 
-void take_note(const ImageQuality& quality, DatasetRun& run) {
-  run.mean_features += quality.tracked + quality.added;
-  if (quality.fault == ImageFault::kNone) return;
-  run.last_fault = quality.reason;
-  ++(quality.fault == ImageFault::kLost          ? run.lost
-     : quality.fault == ImageFault::kFewFeatures ? run.poor
-                                                 : run.refused);
+class PrimitiveRun {
+ public:
+  PrimitiveRun(const RunOptions& options, const std::optional<TrueState>& truth)
+      : primitive_(truth, options.speed.value_or(kUsualSpeed)) {}
+
+  void step(const FeedStep& step, Clock& clock, DatasetRun& run) {
+    const Utime before = clock.now();
+    const StateEstimate& estimate = primitive_.step(step.input);
+    if (!step.has_image) return;
+    run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
+    if (estimate.valid) add_estimate(estimate, step, run);
+  }
+
+ private:
+  RecordedPrimitive primitive_;
+};
+
+// Feeds the recording to an estimator.
+template <typename Estimator>
+tl::expected<DatasetRun, std::string> run_with(Estimator& estimator, RecordingFeed& feed,
+                                               const Recording& recording, Utime begin,
+                                               Clock& clock,
+                                               const std::function<void(double)>& progress) {
+  DatasetRun run;
+  run.begin = begin;
+  const std::size_t frames = recording.cameras[0].images.size();
+  run.frames = static_cast<int>(frames);
+  for (;;) {
+    auto step = feed.next();
+    if (!step) return Failure(step.error());
+    if (!*step) break;
+    const std::size_t done = (*step)->image + ((*step)->has_image ? 1 : 0);
+    estimator.step(std::move(**step), clock, run);
+    progress(static_cast<double>(done) / static_cast<double>(frames));
+  }
+  run.mean_features /= run.frames;
+  return run;
 }
 
 }  // namespace
@@ -335,55 +180,33 @@ std::string RunOptions::validate() const {
   return {};
 }
 
-tl::expected<DatasetRun, std::string> run_on(const Recording& dataset, const RunOptions& options,
+tl::expected<DatasetRun, std::string> run_on(const Recording& recording, const RunOptions& options,
                                              Clock& clock,
                                              const std::function<void(double)>& progress) {
   if (const std::string why = options.validate(); !why.empty()) return Failure(why);
-  const std::vector<RecordedImage>& images = dataset.cameras.at(0).images;
-  Utime begin = std::max(images.front().utime, dataset.imu.front().utime);
-  const std::optional<Beginning> truth = true_beginning(dataset, begin);
+  const bool is_visual = options.estimator == EstimatorKind::kVisualInertial;
+  if (options.loops && (options.mono || recording.cameras.size() < 2 || !is_visual)) {
+    return Failure("loops are closed by the visual-inertial estimator with two cameras only");
+  }
+  Utime begin = std::max(recording.cameras.at(0).images.front().utime, recording.imu.front().utime);
+  const std::optional<TrueState> truth = true_state(recording, begin);
   if (truth) begin = truth->utime;
-  const auto start = start_of(options, truth);
+  RecordingFeed feed(recording, {.begin = begin,
+                                 .use_depth = options.use_depth,
+                                 .read_images = is_visual,
+                                 .mono = options.mono});
+  if (!is_visual) {
+    PrimitiveRun primitive(options, truth);
+    return run_with(primitive, feed, recording, begin, clock, progress);
+  }
+  const auto start = vision_start(recording, options, truth, begin);
   if (!start) return Failure(start.error());
-  Runner runner(dataset, options, *start, truth);
-  if (!runner.problem().empty()) return Failure(runner.problem());
-  std::optional<Loops> loops;
-  if (options.loops) {
-    if (options.mono || dataset.cameras.size() < 2 || !runner.needs_images()) {
-      return Failure("loops are closed by the visual-inertial estimator with two cameras only");
-    }
-    loops.emplace(dataset, options.use_depth && !dataset.depth.empty());
-  }
-
-  DatasetRun run;
-  std::optional<Quaterniond> q_WB;
-  if (truth && truth->has_attitude) q_WB = truth->X_WB.q;
-  SampleFeed samples(dataset, options.use_depth, begin, q_WB);
-  for (const RecordedImage& image : images) {
-    ++run.frames;
-    if (image.utime < begin) continue;
-    samples.feed_image(image.utime, runner);
-    Exposure exposure;
-    if (runner.needs_images()) {
-      auto read = read_exposure(dataset, image, options.mono);
-      if (!read) return Failure(read.error());
-      exposure = std::move(*read);
-    }
-    const auto& [left, right] = exposure;
-    const Utime before = clock.now();
-    if (left) take_note(runner.add(*left, right ? &*right : nullptr), run);
-    const StateEstimate& estimate = runner.update(image.utime);
-    run.frame_ms.push_back(1e3 * to_seconds(clock.now() - before));
-    if (estimate.valid && run.estimates.empty()) run.began_s = to_seconds(image.utime - begin);
-    if (estimate.valid) run.estimates.push_back(estimate);
-    if (loops && left && right) loops->add(*left, *right, estimate, runner.cameras_B(), clock, run);
-    if (loops && estimate.valid) run.corrected.push_back(loops->corrected(estimate));
-    progress(static_cast<double>(run.frames) / static_cast<double>(images.size()));
-  }
-  if (run.frames > 0) run.mean_features /= run.frames;
-  run.diverged = runner.diverged();
-  run.waits_for = run.estimates.empty() ? runner.waits_for() : std::string();
-  return run;
+  VisionOptions vision;
+  vision.filter = filter_options(recording, options.mono ? 1 : 2);
+  vision.period_s = feed.period_s();
+  if (std::string problem = vision.validate(); !problem.empty()) return Failure(problem);
+  VisualRun visual(recording, options, vision, *start);
+  return run_with(visual, feed, recording, begin, clock, progress);
 }
 
 }  // namespace dive::estimation

@@ -1,6 +1,6 @@
 #pragma once
-// Runs an estimator on a recording with the same inputs as on the vehicle: every sample in order,
-// and none later than the IMU sample that follows an image.
+// Runs an estimator on a recording as in a dive: the visual-inertial estimator is the pipeline of a
+// dive, with its checks, restarts and expected speed (vision_pipeline.h).
 
 #include <functional>
 #include <optional>
@@ -11,6 +11,7 @@
 
 #include "common/clock.h"
 #include "estimation/dataset/asl_dataset.h"
+#include "estimation/dataset/run_health.h"
 #include "estimation/dataset/trajectory.h"
 #include "estimation/state_estimate.h"
 #include "estimation/visual_inertial/filter/filter_options.h"
@@ -29,7 +30,8 @@ struct RunOptions {
   bool mono = false;      ///< Only the left camera of two.
   bool use_depth = true;  ///< Depth samples are used where there are any.
   bool loops = false;     ///< Loop closure; needs two cameras.
-  /// Expected forward speed, m/s: required by the primitive estimator, helps kImages.
+  /// Expected forward speed, m/s: of the primitive estimator (else 0.4) where none is measured, of
+  /// kImages, and of the visual-inertial estimator in the dark.
   std::optional<double> speed;
   std::uint64_t seed = 1;
 
@@ -45,14 +47,11 @@ struct DatasetRun {
   std::vector<double> loop_ms;        ///< Time per keyframe, off the critical path.
   std::vector<double> frame_ms;       ///< Time of front end and filter per image, without decoding.
   int frames = 0;                     ///< Number of images, used or not.
-  int refused = 0;                    ///< Images without features: dark, frozen, broken.
-  int poor = 0;                       ///< Images with too few features to be reliable.
-  int lost = 0;                       ///< Images in which tracking was lost.
+  RunHealth health;                   ///< Of the visual-inertial estimator.
+  Utime begin = 0;                    ///< Time from which images and samples are used.
   double mean_features = 0.0;
-  double began_s = 0.0;    ///< Time of the first estimate since the first image.
-  std::string waits_for;   ///< What the filter lacked at the end to begin; empty if it began.
-  std::string last_fault;  ///< The last fault as a sentence; empty if there was none.
-  std::string diverged;    ///< The filter's reason for divergence; empty if it did not diverge.
+  double began_s = 0.0;   ///< Time of the first estimate since `begin`.
+  std::string waits_for;  ///< What the filter lacked at the end to begin; empty if it had begun.
 };
 
 /// Options for at most `cameras` of the dataset's cameras.

@@ -16,6 +16,7 @@
 #include "common/camera_model.h"
 #include "common/diagnostic.h"
 #include "common/measurements.h"
+#include "common/velocity_sample.h"
 
 namespace dive::estimation {
 
@@ -30,6 +31,7 @@ struct RecordedImage {
 struct SampleOrigin {
   std::string file;                  ///< In a bag: "FILE /topic".
   std::vector<std::uint32_t> lines;  ///< Line, or message of the topic, of each sample, from 1.
+  std::size_t refused = 0;           ///< Number of samples that were removed: sample_screen.h.
 
   /// A diagnostic at sample `index`; at the whole file if that sample has no line.
   [[nodiscard]] Diagnostic at(std::size_t index, Severity severity, std::string code,
@@ -51,6 +53,9 @@ struct RecordedCamera {
   std::string calibration_file;
   int resolution_line = 0;  ///< Line of its resolution there, from 1; 0 if unknown.
 };
+
+/// Sigma of a measured velocity, m/s per axis, where none is stated.
+inline constexpr double kDvlSigma = 0.02;
 
 /// Noise of the IMU by its data sheet or sensor.yaml; empty where not given.
 struct RecordedImuNoise {
@@ -82,13 +87,15 @@ struct Recording {
   double imu_rate_hz = 0.0;
   std::vector<ImuSample>
       imu;  ///< IMU samples by time; q_WB is identity: recordings have no attitude.
-  std::vector<DepthSample> depth;  ///< Depth samples by time; empty without a depth sensor.
-  std::vector<TruePose> truth;     ///< True poses by time; empty if there are none.
+  std::vector<DepthSample> depth;        ///< Depth samples by time; empty without a depth sensor.
+  std::vector<VelocitySample> velocity;  ///< Velocity samples by time; empty without a DVL.
+  std::vector<TruePose> truth;           ///< True poses by time; empty if there are none.
   bool has_true_attitude = false;
 
   std::string source;  ///< File or folder that it was read from.
   SampleOrigin imu_origin;
   SampleOrigin depth_origin;
+  SampleOrigin velocity_origin;
   SampleOrigin truth_origin;
   Diagnostics diagnostics;  ///< What is wrong with the recording, as far as it was noticed.
 };

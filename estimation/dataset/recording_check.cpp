@@ -63,6 +63,7 @@ class RecordingCheck {
       check_cameras(recording_, options_.mono ? 1 : 2);
     }
     check_depth();
+    check_velocity();
     check_truth();
   }
 
@@ -130,41 +131,26 @@ class RecordingCheck {
   }
 
   void check_gaps() {
-    const auto longest = from_seconds(VisualInertialOptions{}.longest_imu_step_s);
-    const std::vector<ImuSample>& imu = recording_.imu;
-    std::size_t gaps = 0;
-    std::size_t first = 0;
-    Utime worst = 0;
-    for (std::size_t i = 1; i < imu.size(); ++i) {
-      const Utime step = imu[i].utime - imu[i - 1].utime;
-      if (step <= longest) continue;
-      if (gaps++ == 0) first = i;
-      worst = std::max(worst, step);
-    }
-    if (gaps == 0) return;
+    const ImuSummary imu = summary_of(recording_.imu);
+    if (imu.gaps == 0) return;
     add(recording_.imu_origin.at(
-        first, Severity::kWarning, "IMU-GAP",
+        imu.first_gap, Severity::kWarning, "IMU-GAP",
         fmt::format("{} gap(s) without IMU samples, the longest of {:.3f} s; the first ends here",
-                    gaps, to_seconds(worst)),
+                    imu.gaps, imu.longest_gap_s),
         ""));
   }
 
   void check_saturation() {
     const VisualInertialOptions limits;
-    const std::vector<ImuSample>& imu = recording_.imu;
-    const auto is_saturated = [&](const ImuSample& sample) {
-      return sample.gyro_B.cwiseAbs().maxCoeff() >= limits.gyro_limit ||
-             sample.accel_B.cwiseAbs().maxCoeff() >= limits.accel_limit;
-    };
-    const auto count = std::count_if(imu.begin(), imu.end(), is_saturated);
-    if (count == 0) return;
-    const auto first = std::find_if(imu.begin(), imu.end(), is_saturated);
+    const ImuSummary imu = summary_of(recording_.imu);
+    if (imu.saturated == 0) return;
+    const ImuSample& first = recording_.imu[imu.first_saturated];
     add(recording_.imu_origin.at(
-        static_cast<std::size_t>(first - imu.begin()), Severity::kWarning, "IMU-SATURATED",
+        imu.first_saturated, Severity::kWarning, "IMU-SATURATED",
         fmt::format("{} sample(s) at or beyond {:g} rad/s or {:g} m/s^2 are taken as saturated; "
                     "the first: {:.3g} rad/s, {:.3g} m/s^2",
-                    count, limits.gyro_limit, limits.accel_limit,
-                    first->gyro_B.cwiseAbs().maxCoeff(), first->accel_B.cwiseAbs().maxCoeff()),
+                    imu.saturated, limits.gyro_limit, limits.accel_limit,
+                    first.gyro_B.cwiseAbs().maxCoeff(), first.accel_B.cwiseAbs().maxCoeff()),
         "give angular rates in rad/s and specific forces in m/s^2"));
   }
 
@@ -188,6 +174,17 @@ class RecordingCheck {
         visual_ ? Severity::kWarning : Severity::kError, "NO-OVERLAP",
         fmt::format("its samples are {}, the images {}: the depth is not used", to_string(depth),
                     to_string(images())),
+        ""));
+  }
+
+  void check_velocity() {
+    if (recording_.velocity.empty()) return;
+    const Interval velocity = interval_of(recording_.velocity);
+    if (overlap(velocity, images())) return;
+    add(recording_.velocity_origin.of_all(
+        Severity::kWarning, "NO-OVERLAP",
+        fmt::format("its samples are {}, the images {}: the velocity is not used",
+                    to_string(velocity), to_string(images())),
         ""));
   }
 
@@ -218,6 +215,22 @@ class RecordingCheck {
 };
 
 }  // namespace
+
+ImuSummary summary_of(const std::vector<ImuSample>& imu) {
+  const VisualInertialOptions limits;
+  ImuSummary summary;
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    if (imu[i].gyro_B.cwiseAbs().maxCoeff() >= limits.gyro_limit ||
+        imu[i].accel_B.cwiseAbs().maxCoeff() >= limits.accel_limit) {
+      if (summary.saturated++ == 0) summary.first_saturated = i;
+    }
+    const double step = i == 0 ? 0.0 : to_seconds(imu[i].utime - imu[i - 1].utime);
+    if (step <= limits.longest_imu_step_s) continue;
+    if (summary.gaps++ == 0) summary.first_gap = i;
+    summary.longest_gap_s = std::max(summary.longest_gap_s, step);
+  }
+  return summary;
+}
 
 void check_recording(Recording& recording, const RunOptions& options) {
   RecordingCheck(recording, options).run();

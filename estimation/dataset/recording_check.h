@@ -1,10 +1,24 @@
 #pragma once
 // Whether an estimator can run on a recording, found before it does.
 
+#include <cstddef>
+#include <vector>
+
 #include "estimation/dataset/dataset_run.h"
 #include "estimation/dataset/recording.h"
 
 namespace dive::estimation {
+
+/// What is missing or saturated in the samples of an IMU, by the limits of the visual-inertial
+/// estimator.
+struct ImuSummary {
+  std::size_t gaps = 0;       ///< Steps of more than 0.05 s.
+  std::size_t first_gap = 0;  ///< Index of the sample at the end of the first one.
+  double longest_gap_s = 0.0;
+  std::size_t saturated = 0;
+  std::size_t first_saturated = 0;  ///< Its index.
+};
+[[nodiscard]] ImuSummary summary_of(const std::vector<ImuSample>& imu);
 
 /// Adds diagnostics to the recording: errors where `options` cannot give an estimate from it or
 /// where the estimator's contracts would be violated, warnings where the estimate will be worse

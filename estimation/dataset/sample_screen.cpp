@@ -37,6 +37,12 @@ std::string problem(const DepthSample& sample) {
                      kMaxDepth_m);
 }
 
+std::string problem(const VelocitySample& sample) {
+  const double speed = sample.v_B.cwiseAbs().maxCoeff();
+  if (speed <= kMaxVelocity) return {};
+  return fmt::format("a velocity of {:g} m/s; at most {:g} are expected", speed, kMaxVelocity);
+}
+
 std::string problem(const TruePose& pose) {
   const double distance = pose.X_WB.p.cwiseAbs().maxCoeff();
   if (!(distance <= kMaxTrueDistance_m)) {
@@ -65,6 +71,7 @@ std::size_t remove_wrong(std::vector<Sample>& samples, SampleOrigin& origin, con
     ++kept;
   }
   const std::size_t removed = samples.size() - kept;
+  origin.refused = removed;
   if (!warning) return 0;
   warning->message += removed == 1
                           ? "; the sample is ignored"
@@ -105,6 +112,7 @@ void screen_samples(Recording& recording) {
   }
   check_force(recording, diagnostics);
   remove_wrong(recording.depth, recording.depth_origin, "DEPTH-RANGE", diagnostics);
+  remove_wrong(recording.velocity, recording.velocity_origin, "VELOCITY-RANGE", diagnostics);
   remove_wrong(recording.truth, recording.truth_origin, "TRUTH-RANGE", diagnostics);
 }
 

@@ -10,7 +10,9 @@ namespace dive::estimation {
 inline constexpr double kMaxRate = 100.0;           ///< rad/s
 inline constexpr double kMaxAcceleration = 1000.0;  ///< m/s^2
 inline constexpr double kMaxDepth_m = 11'000.0;     ///< The deepest sea; as far above the surface.
-inline constexpr double kMaxTrueDistance_m = 1e6;   ///< From W's origin.
+/// m/s, of a DVL: one without a lock on the ground states tens of m/s.
+inline constexpr double kMaxVelocity = 10.0;
+inline constexpr double kMaxTrueDistance_m = 1e6;  ///< From W's origin.
 
 /// Removes samples beyond these limits, each sensor's with one warning at the first of them: a
 /// missing sample is bridged by the estimators as a gap, with the uncertainty of one, while a wrong

@@ -39,8 +39,8 @@ void add_bag_options(CLI::App* command, EstimateArguments& arguments) {
   command
       ->add_option(
           "--topic", arguments.topics,
-          "Topic of a bag's sensor, imu=/name; also cam0, cam1, depth, truth; may be given "
-          "again")
+          "Topic of a bag's sensor, imu=/name; also cam0, cam1, depth, velocity, truth; may be "
+          "given again")
       ->type_name("SENSOR=NAME")
       ->allow_extra_args(false);
 }
@@ -372,7 +372,16 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       "ground\n"
       "truth. A recording is a folder in the ASL (EuRoC) format, a ROS 1 bag, or a bag of ROS 2\n"
       "(MCAP or sqlite3); a bag needs a calibration: by Kalibr, a sensor.yaml, or a folder of "
-      "them.");
+      "them.\n"
+      "The visual-inertial estimator is that of a dive, with its checks of images and filter. "
+      "After "
+      "a\n"
+      "failure, a gap of the IMU of 1 s or darkness of 15 s it begins again from images; the "
+      "report "
+      "says\n"
+      "when and why. Exit status 0: estimated; 1: the filter failed, and no estimate was trusted "
+      "after\n"
+      "it; 2: nothing can be estimated.");
   command->add_option("RECORDING", arguments.folder, "Folder with mav0, or with cam0 and imu0; bag")
       ->type_name("PATH")
       ->required();
@@ -391,7 +400,8 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->check(CLI::IsMember({"images", "truth"}));
   command
       ->add_option("--speed", arguments.speed,
-                   "Expected forward speed, m/s (primitive: 0.4; helps --init images)")
+                   "Expected forward speed, m/s, where none is recorded (primitive: 0.4; helps "
+                   "--init images, and used in the dark)")
       ->type_name("M/S")
       ->check(CLI::Range(-3.0, 3.0).description(""));
   command->add_option("--seed", arguments.seed, "Seed of the outlier rejection")->type_name("N");

@@ -23,6 +23,7 @@
 #include "mission/cli/commands.h"
 #include "mission/cli/estimate_accuracy.h"
 #include "mission/cli/estimate_comparison.h"
+#include "mission/cli/estimate_health.h"
 #include "mission/cli/json.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
@@ -58,13 +59,13 @@ Json run_to_json(const DatasetRun& run, const Accuracy& accuracy, double duratio
   all.update(to_json(accuracy));
   all.update({{"ms_per_frame", {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}}},
               {"estimates", run.estimates.size()},
-              {"rejected_images", run.refused},
-              {"poor_images", run.poor},
-              {"lost_images", run.lost},
+              {"rejected_images", run.health.images.rejected()},
+              {"poor_images", run.health.images.few_features},
+              {"lost_images", run.health.images.lost},
               {"mean_features", run.mean_features},
               {"began_s", run.estimates.empty() ? Json(nullptr) : Json(run.began_s)},
               {"waits_for", run.waits_for},
-              {"diverged", run.diverged}});
+              {"diverged", run.health.failure}});
   return all;
 }
 
@@ -99,11 +100,6 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
   if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
   print(fmt::format("  time     {:.2f} ms per image, 99 % within {:.2f} ms", timing.mean_ms,
                     timing.p99_ms));
-  if (run.refused + run.poor + run.lost > 0) {
-    print(fmt::format(
-        "  images   {} refused, {} with few features, tracking lost in {}; the last: {}",
-        run.refused, run.poor, run.lost, run.last_fault));
-  }
 }
 
 void print_loops(const DatasetRun& run, const Accuracy& accuracy,
@@ -179,7 +175,7 @@ tl::expected<Recording, std::string> read_recording(const EstimateArguments& arg
   for (const std::string& given : arguments.topics) {
     const std::size_t equals = given.find('=');
     const std::string sensor = given.substr(0, equals);
-    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "truth"};
+    constexpr std::array kSensors = {"imu", "cam0", "cam1", "depth", "velocity", "truth"};
     if (equals == std::string::npos ||
         std::find(kSensors.begin(), kSensors.end(), sensor) == kSensors.end()) {
       return tl::make_unexpected(
@@ -216,7 +212,8 @@ std::optional<Inputs> read_inputs(const EstimateArguments& arguments,
   return inputs;
 }
 
-void report_run(const EstimateArguments& arguments, const Inputs& inputs, const DatasetRun& run) {
+void report_run(const EstimateArguments& arguments, const estimation::RunOptions& options,
+                const Inputs& inputs, const DatasetRun& run) {
   const Recording& recording = inputs.recording;
   const auto& images = recording.cameras[0].images;
   const double duration_s = to_seconds(images.back().utime - images.front().utime);
@@ -231,6 +228,7 @@ void report_run(const EstimateArguments& arguments, const Inputs& inputs, const 
   }
   if (arguments.json) {
     Json all = run_to_json(run, accuracy, duration_s);
+    all.update(health_to_json(recording, options, run));
     all["warnings"] = to_json(recording.diagnostics);
     if (with_loops) all["loops"] = loops_to_json(run, *with_loops, worst);
     if (comparison) all["against"] = to_json(*comparison, arguments.against);
@@ -238,6 +236,7 @@ void report_run(const EstimateArguments& arguments, const Inputs& inputs, const 
     return;
   }
   print_report(arguments, run, accuracy, duration_s);
+  print_health(recording, options, run);
   if (with_loops) print_loops(run, *with_loops, worst);
   if (comparison) print_comparison(*comparison, arguments.against);
 }
@@ -265,14 +264,14 @@ int run_estimate(const EstimateArguments& arguments) {
     const int status = write_result(*file, estimation::to_tum(trajectory_of(estimates)));
     if (status != kExitSuccess) return status;
   }
-  report_run(arguments, *inputs, *run);
+  report_run(arguments, *options, *inputs, *run);
   if (run->estimates.empty()) {
     complain(fmt::format("the estimator has never begun: it waits for {}",
                          run->waits_for.empty() ? "depth and IMU samples" : run->waits_for));
     return kExitUsage;
   }
-  if (!run->diverged.empty()) {
-    complain(fmt::format("the filter has diverged: {}", run->diverged));
+  if (!run->health.failure.empty()) {
+    complain(fmt::format("no estimate was trusted since: {}", run->health.failure));
     return kExitFailed;
   }
   return kExitSuccess;

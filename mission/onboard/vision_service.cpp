@@ -7,10 +7,7 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kBeyond = 10'000;             // us by which IMU samples must extend beyond an image
-constexpr Utime kPatience = 60'000;           // us that an image waits for them
-constexpr double kMissed = 2.0;               // periods without images after which they are late
-constexpr std::size_t kMaxImuSamples = 4096;  // twenty seconds that a worker may be late
+constexpr std::size_t kMaxImuSamples = 4096;    // twenty seconds that a worker may be late
 constexpr std::size_t kMaxDepthSamples = 1024;  // likewise
 
 template <class Sample>
@@ -24,7 +21,7 @@ void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) 
 VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
                              Utime latency, OnLate late, RangeMaker make_range,
                              const std::optional<LoopSettings>& loops)
-    : pipeline_(options, seed),
+    : pipeline_(options, estimation::PublishedStart{}, seed),
       period_s_(options.period_s),
       latency_(latency),
       make_range_(std::move(make_range)),
@@ -53,7 +50,8 @@ void VisionService::submit(std::optional<ImageFrame> left, std::optional<ImageFr
 
 // The filter can process an image once it has the IMU samples up to it.
 bool VisionService::is_ripe(Utime now) const {
-  return newest_imu_ >= next_->left->utime + kBeyond || now - next_->asked >= kPatience;
+  return newest_imu_ >= next_->left->utime + estimation::VisionPipeline::kImuBeyondImage ||
+         now - next_->asked >= estimation::VisionPipeline::kImuPatience;
 }
 
 void VisionService::observe(const estimation::StateEstimate& published) {
@@ -64,7 +62,7 @@ void VisionService::observe(const estimation::StateEstimate& published) {
     if (!is_ripe(now)) return;
     const Utime asked = next_->asked;
     launch(asked, std::exchange(next_, std::nullopt));
-  } else if (to_seconds(now - launched_) > kMissed * period_s_) {
+  } else if (to_seconds(now - launched_) > estimation::VisionPipeline::kMissedPeriods * period_s_) {
     launch(now, std::nullopt);
   }
 }
@@ -75,7 +73,9 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
   estimation::VisionInput input;
   input.imu = std::exchange(imu_, {});
   input.depth = std::exchange(depth_, {});
+  input.now = published_.utime;
   input.published = published_;
+  if (published_.valid) input.expected_v_B = published_.v_WB_B;
   if (pair) {
     input.left = std::move(pair->left);
     input.right = std::move(pair->right);

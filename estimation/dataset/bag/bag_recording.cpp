@@ -65,6 +65,7 @@ class BagReading {
     numbers_.resize(bag_->topics().size());
     recording_.imu_origin.file = place(topics_.imu);
     if (topics_.depth) recording_.depth_origin.file = place(*topics_.depth);
+    if (topics_.velocity) recording_.velocity_origin.file = place(*topics_.velocity);
     if (topics_.truth) {
       recording_.truth_origin.file = place(*topics_.truth);
       recording_.has_true_attitude = has_attitude(bag_->topics()[*topics_.truth].type);
@@ -83,6 +84,7 @@ class BagReading {
     }
     Diagnostics& diagnostics = recording_.diagnostics;
     put_in_order(recording_.imu, recording_.imu_origin, diagnostics);
+    put_in_order(recording_.velocity, recording_.velocity_origin, diagnostics);
     put_in_order(recording_.truth, recording_.truth_origin, diagnostics);
     for (RecordedCamera& camera : recording_.cameras) {
       put_in_order(camera.images, camera.images_origin, diagnostics);
@@ -107,7 +109,9 @@ class BagReading {
     const bool is_imu = topic == topics_.imu;
     const bool is_depth = topics_.depth && topic == *topics_.depth;
     const bool is_truth = topics_.truth && topic == *topics_.truth;
-    if (!is_imu && !is_depth && !is_truth && camera == topics_.cameras.end()) return {};
+    const bool is_velocity = topics_.velocity && topic == *topics_.velocity;
+    if (!is_imu && !is_depth && !is_velocity && !is_truth && camera == topics_.cameras.end())
+      return {};
     const auto bytes = bag_->read(message);
     if (!bytes) return bytes.error();
     const Serialization kind = about.serialization;
@@ -118,6 +122,10 @@ class BagReading {
     if (is_imu) return add(decode_imu(*bytes, kind), recording_.imu, recording_.imu_origin, number);
     if (is_depth) {
       return add(decode_pressure(*bytes, kind), pressures_, recording_.depth_origin, number);
+    }
+    if (is_velocity) {
+      return add(decode_velocity(*bytes, kind), recording_.velocity, recording_.velocity_origin,
+                 number);
     }
     return add(decode_pose(*bytes, about.type, kind), recording_.truth, recording_.truth_origin,
                number);
@@ -203,6 +211,7 @@ void add_notes(const BagFile& bag, const SensorTopics& chosen, const BagPreset* 
   std::vector<std::size_t> used = chosen.cameras;
   used.push_back(chosen.imu);
   if (chosen.depth) used.push_back(*chosen.depth);
+  if (chosen.velocity) used.push_back(*chosen.velocity);
   if (chosen.truth) used.push_back(*chosen.truth);
   if (used.size() < bag.topics().size()) {
     diagnostics.add(whole.of_all(Severity::kNote, "TOPICS",

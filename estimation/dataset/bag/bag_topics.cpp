@@ -130,6 +130,10 @@ tl::expected<SensorTopics, std::string> choose_topics(std::span<const BagTopic> 
   const auto depth = choose_optional(choice, "depth", is_pressure_type, preset.depth);
   if (!depth) return Failure(depth.error());
   chosen.depth = *depth;
+  // Only by name: such a message may also be a command, or another estimator's result.
+  const auto velocity = choice.named("velocity", is_velocity_type, {});
+  if (!velocity) return Failure(velocity.error());
+  chosen.velocity = *velocity;
   const auto truth = choose_optional(choice, "truth", is_pose_type, preset.truth);
   if (!truth) return Failure(truth.error());
   chosen.truth = *truth;

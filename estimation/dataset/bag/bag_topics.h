@@ -18,6 +18,7 @@ struct SensorTopics {
   std::size_t imu = 0;
   std::vector<std::size_t> cameras;
   std::optional<std::size_t> depth;
+  std::optional<std::size_t> velocity;
   std::optional<std::size_t> truth;
 };
 

@@ -42,6 +42,21 @@ tl::expected<PressureSample, std::string> decode_pressure(Bytes bytes, Serializa
   return sample;
 }
 
+bool is_velocity_type(std::string_view type) {
+  return type == "geometry_msgs/TwistStamped" || type == "geometry_msgs/TwistWithCovarianceStamped";
+}
+
+tl::expected<VelocitySample, std::string> decode_velocity(Bytes bytes, Serialization kind) {
+  MessageReader reader(bytes, kind);
+  VelocitySample sample;
+  sample.utime = reader.take_header();
+  sample.v_B = reader.take_vector();
+  sample.sigma = kDvlSigma;
+  if (const std::string why = problem(reader, sample.utime); !why.empty()) return Failure(why);
+  if (!sample.v_B.allFinite()) return Failure("its velocity is not finite");
+  return sample;
+}
+
 bool is_pose_type(std::string_view type) {
   return has_attitude(type) || type == "geometry_msgs/PointStamped";
 }

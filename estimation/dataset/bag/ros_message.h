@@ -25,6 +25,12 @@ struct PressureSample {
 [[nodiscard]] tl::expected<PressureSample, std::string> decode_pressure(Bytes bytes,
                                                                         Serialization kind);
 
+/// True for a type that decode_velocity() reads.
+[[nodiscard]] bool is_velocity_type(std::string_view type);
+/// geometry_msgs/TwistStamped, TwistWithCovarianceStamped: the linear part, of whatever frame.
+[[nodiscard]] tl::expected<VelocitySample, std::string> decode_velocity(Bytes bytes,
+                                                                        Serialization kind);
+
 /// True for a type that decode_pose() reads.
 [[nodiscard]] bool is_pose_type(std::string_view type);
 /// False for one without an attitude.

@@ -40,8 +40,10 @@ double sigmas_off(const Vector3d& difference, const Vector3d& sigma, double walk
 
 void HealthWatch::reset(Utime utime, const FilterState& state) {
   const InputFaults faults = health.faults;
+  const std::int64_t features_used = health.features_used;
   health = {};
   health.faults = faults;
+  health.features_used = features_used;
   visual_ = depth_ = begun_ = utime;
   initial_bias_ = biases(state);
   initial_sigma_ = state.covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
@@ -80,6 +82,8 @@ void HealthWatch::on_depth(Utime utime, const UpdateResult& result) {
 
 void HealthWatch::on_frame(Utime utime, VisualReport report) {
   health.faults.features_ignored += report.ignored;
+  health.faults.features_refused += report.rejected;
+  health.features_used += report.used;
   if (const int checked = report.used + report.rejected; checked > 0) {
     const double share = static_cast<double>(report.rejected) / checked;
     refused_share_ += kShareSmoothing * (share - refused_share_);
@@ -97,6 +101,10 @@ void HealthWatch::on_frame(Utime utime, VisualReport report) {
   if (visual_refused_ >= kEnoughRefusals && since > options_.max_rejection_s) {
     diverge(fmt::format("features and the filter disagree for {:.1f} s", since));
   }
+}
+
+void HealthWatch::on_rest(Utime utime, const UpdateResult& result) {
+  if (result.status == UpdateStatus::kAccepted) visual_ = utime;
 }
 
 void HealthWatch::on_silence(double seconds) {

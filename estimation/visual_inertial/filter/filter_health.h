@@ -23,17 +23,20 @@ struct InputFaults {
   std::int64_t late = 0;        ///< Depth, speed or frames older than the state.
   std::int64_t overflowed = 0;  ///< Dropped, because no IMU samples arrived to process them.
   std::int64_t features_ignored = 0;
-  std::string last;  ///< The last fault, a sentence.
+  std::int64_t features_refused = 0;  ///< Rejected by the gate.
+  std::string last;                   ///< The last fault, a sentence.
 };
 
 struct FilterHealth {
   VisualReport visual;                   ///< Report of the last frame.
   double visual_innovation_ratio = 1.0;  ///< Smoothed ratio of the last frames used.
   double depth_innovation_ratio = 1.0;   ///< Smoothed ratio of the last depth samples.
-  double since_visual_s = 0.0;  ///< Time since a feature last updated the state, or the start.
-  bool is_blind = false;        ///< True after a second without a visual update.
+  /// Time since a feature, or rest in the images, last updated the state, or since the start.
+  double since_visual_s = 0.0;
+  bool is_blind = false;  ///< True after a second without a visual update.
   bool is_at_rest = false;
   InputFaults faults;
+  std::int64_t features_used = 0;  ///< Updates by tracks and landmarks, over all starts.
   /// Depth has been rejected for max_rejection_s while the images agree with the filter: the depth
   /// sensor is wrong, and the filter continues on images. Cleared when a sample is accepted again.
   bool depth_fault = false;
@@ -55,6 +58,8 @@ class HealthWatch {
   void reset(Utime utime, const FilterState& state);
   void on_depth(Utime utime, const UpdateResult& result);
   void on_frame(Utime utime, VisualReport report);
+  /// A zero-velocity update by the images. One camera at rest has no other: there is no parallax.
+  void on_rest(Utime utime, const UpdateResult& result);
   /// Called after every step: checks that the state is plausible for a vehicle.
   void check(Utime utime, const FilterState& state);
   void on_silence(double seconds);

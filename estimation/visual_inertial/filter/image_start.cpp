@@ -16,6 +16,7 @@
 namespace dive::estimation {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
@@ -66,6 +67,28 @@ ImuReading mean_reading(const StartWindow& window) {
   return mean;
 }
 
+// Largest sigma of the velocity in B, m/s: that in W contains the heading's, which no image tells.
+double speed_sigma(const WindowFit& fit) {
+  using namespace imu_error;
+  const Matrix3d R_BW = fit.last.motion.q_WB.conjugate().toRotationMatrix();
+  const Matrix3d by_attitude = skew(R_BW * fit.last.motion.v_WB);
+  const Matrix15d& P = fit.covariance;
+  const Matrix3d cross = by_attitude * P.block<3, 3>(kAttitude, kVelocity) * R_BW.transpose();
+  return largest_sigma(by_attitude * P.block<3, 3>(kAttitude, kAttitude) * by_attitude.transpose() +
+                       R_BW * P.block<3, 3>(kVelocity, kVelocity) * R_BW.transpose() + cross +
+                       cross.transpose());
+}
+
+// Largest sigma of a horizontal axis, rad.
+double tilt_sigma(const WindowFit& fit) {
+  using namespace imu_error;
+  const Matrix3d R_WB = fit.last.motion.q_WB.toRotationMatrix();
+  Matrix3d P_W = R_WB * fit.covariance.block<3, 3>(kAttitude, kAttitude) * R_WB.transpose();
+  P_W.row(2).setZero();
+  P_W.col(2).setZero();
+  return largest_sigma(P_W);
+}
+
 // Empty if the fit determines the state, else what is missing.
 std::string shortcoming(const WindowFit& fit) {
   if (fit.cost > kMaxCost || fit.outliers > kMaxOutliers || fit.behind > kMaxBehind) {
@@ -73,14 +96,12 @@ std::string shortcoming(const WindowFit& fit) {
         "features that agree with one motion ({:.0f} % do not, error {:.1f} times the noise)",
         100.0 * std::max(fit.outliers, fit.behind), std::sqrt(fit.cost));
   }
-  const double speed =
-      largest_sigma(fit.covariance.block<3, 3>(imu_error::kVelocity, imu_error::kVelocity));
+  const double speed = speed_sigma(fit);
   if (speed > std::max(kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm())) {
     return fmt::format("a change of speed, or a known speed: it is known to {:.2f} m/s only",
                        speed);
   }
-  const double tilt =
-      largest_sigma(fit.covariance.block<3, 3>(imu_error::kAttitude, imu_error::kAttitude));
+  const double tilt = tilt_sigma(fit);
   const double gyro =
       largest_sigma(fit.covariance.block<3, 3>(imu_error::kGyroBias, imu_error::kGyroBias));
   if (gyro > kMaxGyroBiasSigma || tilt > kMaxTilt) {

@@ -220,7 +220,7 @@ void VisualInertialFilter::apply(const FeatureFrame& frame) {
   const double often = std::sqrt(kFrameRate / kStillPerSecond);
   const ImuSystem system = zero_velocity_system(
       state_, reading.gyro_B, often * options_.zero_velocity_sigma, often * kStillRateSigma);
-  gated_correct(state_, system, options_.scalar_gate_sigma);
+  watch_.on_rest(utime_, gated_correct(state_, system, options_.scalar_gate_sigma));
 }
 
 void VisualInertialFilter::propagate_to(Utime utime) {

@@ -8,6 +8,10 @@ LoopFinder::LoopFinder(const LoopCloserOptions& options, const CameraModel& left
                        const CameraModel& right)
     : viewer_({}, left, right), closer_(options, left, right) {}
 
+bool LoopFinder::is_due(const StateEstimate& filter, Utime init_utime) const {
+  return init_utime_ != init_utime || closer_.is_due(filter);
+}
+
 std::optional<LoopCorrection> LoopFinder::process(const Keyframe& keyframe) {
   if (init_utime_ != keyframe.init_utime) {
     closer_.restart();

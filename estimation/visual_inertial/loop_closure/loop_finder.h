@@ -26,6 +26,9 @@ class LoopFinder {
   /// Demands options and cameras that validate.
   LoopFinder(const LoopCloserOptions& options, const CameraModel& left, const CameraModel& right);
 
+  /// True if a keyframe with this estimate is due; VisionEstimate::init_utime.
+  [[nodiscard]] bool is_due(const StateEstimate& filter, Utime init_utime) const;
+
   /// The result replaces the correction of the filter applied so far. Unexpected images give no
   /// keyframe. Nothing connects two initialisations of the filter: a new one drops all earlier
   /// keyframes.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/assert.h"
 #include "common/range_check.h"
 #include "estimation/visual_inertial/front_end/gyro_turn.h"
@@ -26,8 +28,7 @@ constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
-constexpr double kBiasPeriod_s = 5.0;      // between two biases that are remembered
-constexpr double kBiasSafety = 2.0;        // of their sigmas when it begins with them again
+constexpr double kVelocityAge_s = 0.5;     // of a measured velocity that a start uses
 
 std::optional<CameraModel> second_of(const std::vector<CameraModel>& cameras) {
   return cameras.size() > 1 ? std::optional(cameras[1]) : std::nullopt;
@@ -39,12 +40,17 @@ KnownStart start_from(const StateEstimate& published) {
   start.X_WB = published.X_WB;
   start.v_WB_B = published.v_WB_B;
   start.position_sigma_m = std::max(horizontal_sigma(published), kMinSigma);
-  const Vector3d up_B = published.X_WB.q.conjugate() * Vector3d::UnitZ();
-  const double yaw_variance = up_B.dot(published.covariance.bottomRightCorner<3, 3>() * up_B);
-  start.yaw_sigma_deg = std::max(rad_to_deg(std::sqrt(std::max(yaw_variance, 0.0))), kMinYawSigma);
+  start.yaw_sigma_deg = std::max(rad_to_deg(yaw_sigma(published)), kMinYawSigma);
   start.tilt_sigma_deg = kTiltSigma;
   start.speed_sigma = kSpeedSigma;
   return start;
+}
+
+// The filter's first start: that of a dive waits for a published estimate.
+FilterStart first_start(const VisionStart& start) {
+  if (const auto* const images = std::get_if<ImageStart>(&start)) return *images;
+  if (const auto* const known = std::get_if<KnownStart>(&start)) return *known;
+  return KnownStart{};
 }
 
 VisionFault of_image(ImageFault fault) {
@@ -87,74 +93,110 @@ std::string VisionOptions::validate() const {
   return tracker.validate();
 }
 
-VisionPipeline::VisionPipeline(const VisionOptions& options, std::uint64_t seed)
+VisionPipeline::VisionPipeline(const VisionOptions& options, const VisionStart& start,
+                               std::uint64_t seed)
     : options_((DIVE_DEMAND(options.validate().empty()), options)),
-      filter_(options_.filter, KnownStart{}),
+      is_published_(std::holds_alternative<PublishedStart>(start)),
+      filter_(options_.filter, first_start(start)),
       tracker_(options_.tracker, options_.filter.cameras[0], second_of(options_.filter.cameras),
                seed),
       tag_fix_(options_.tags, options_.filter.cameras[0], options_.tag_fix),
-      last_tag_detection_(-from_seconds(options_.tag_period_s)) {
+      last_tag_detection_(-from_seconds(options_.tag_period_s)),
+      memory_(options_.filter, start) {
   if (options_.tags.empty()) return;
   tag_detector_.emplace(options_.filter.cameras[0], options_.tag_detector);
 }
 
-// Called while the filter is healthy.
-void VisionPipeline::remember_bias() {
-  if (recent_bias_ && to_seconds(newest_ - recent_bias_->utime) < kBiasPeriod_s) return;
-  proven_bias_ = recent_bias_;
-  const ImuState& imu = filter_.state().imu;
-  const auto sigmas =
-      filter_.state().covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
-  recent_bias_ = KnownBias{
-      newest_,
-      {imu.gyro_bias, imu.accel_bias, sigmas.head<3>().maxCoeff(), sigmas.tail<3>().maxCoeff()}};
+bool VisionPipeline::can_begin(const VisionInput& input) const {
+  return is_published_ ? input.published.valid : newest_ > 0;
 }
 
-void VisionPipeline::begin(const StateEstimate& published) {
-  KnownStart start = start_from(published);
-  if (proven_bias_) {
-    start.bias = proven_bias_->prior;
-    const double seconds = std::max(to_seconds(published.utime - proven_bias_->utime), 0.0);
-    const auto grown = [seconds](double sigma, double walk, double most) {
-      return std::min(kBiasSafety * std::sqrt(sigma * sigma + walk * walk * seconds), most);
-    };
-    const VisualInertialOptions& filter = options_.filter;
-    start.bias.gyro_sigma =
-        grown(*start.bias.gyro_sigma, filter.imu.gyro_walk, filter.gyro_bias_sigma);
-    start.bias.accel_sigma =
-        grown(*start.bias.accel_sigma, filter.imu.accel_walk, filter.accel_bias_sigma);
+std::optional<VisionRestart> VisionPipeline::reason_to_restart(bool has_image) const {
+  const FilterHealth& health = filter_.health();
+  if (health.diverged) {
+    return VisionRestart{newest_, true, "the filter has diverged: " + health.reason};
   }
-  recent_bias_.reset();
-  filter_.restart(start);
+  // A filter that has used none of so many features is not going to use one.
+  const Utime dark = newest_ - last_image_;
+  const double unused_s = std::min(to_seconds(newest_ - usable_since_), health.since_visual_s);
+  if (dark < kInTheDark && unused_s > options_.max_refused_s) {
+    return VisionRestart{newest_, true,
+                         fmt::format("the filter used no feature for {:.1f} s", unused_s)};
+  }
+  if (gap_s_ > 0.0) {
+    return VisionRestart{newest_, false, fmt::format("no IMU samples for {:.1f} s", gap_s_)};
+  }
+  // A published estimate is better than the filter's in darkness; its own is the best else.
+  const double dark_s = is_published_ ? (has_image ? to_seconds(dark) : 0.0) : dark_s_;
+  if (dark_s <= options_.max_dark_s) return std::nullopt;
+  return VisionRestart{newest_, false, fmt::format("no usable image for {:.1f} s", dark_s)};
+}
+
+// For a start from images: measured, else expected.
+std::optional<ImageStart::Speed> VisionPipeline::known_speed(const VisionInput& input) const {
+  if (velocity_ && std::abs(to_seconds(newest_ - velocity_->utime)) < kVelocityAge_s) {
+    return ImageStart::Speed{velocity_->v_B, velocity_->sigma};
+  }
+  if (!input.expected_v_B || !input.expected_v_B->allFinite()) return std::nullopt;
+  return ImageStart::Speed{*input.expected_v_B, options_.expected_sigma};
+}
+
+void VisionPipeline::restart(const VisionInput& input) {
+  if (is_published_) {
+    KnownStart start = start_from(input.published);
+    start.bias = memory_.bias_at(input.published.utime).value_or(BiasPrior{});
+    filter_.restart(start);
+  } else {
+    ImageStart start = memory_.image_start();
+    start.speed = known_speed(input);
+    filter_.restart(start);
+  }
   tag_fix_.restart();
-  init_utime_ = published.utime;
+}
+
+void VisionPipeline::begin_if_needed(const VisionInput& input) {
+  restarted_.reset();
+  std::optional<VisionRestart> reason = reason_to_restart(input.left.has_value());
+  if (!can_begin(input) || (has_begun_ && !reason)) return;
+  const bool has_failed = reason && reason->has_failed;
+  if (has_failed) proof_s_ = std::clamp(2.0 * proof_s_, kMinProbation, kMaxProbation);
+  memory_.restart(has_failed);
+  // A given start is the filter's from the beginning.
+  if (is_published_ || has_begun_) restart(input);
+  if (has_begun_) restarted_ = std::move(reason);
+  init_utime_ = is_published_ ? input.published.utime : newest_;
   began_at_ = newest_;
   has_begun_ = true;
-  has_gap_ = false;
+  gap_s_ = dark_s_ = 0.0;
   usable_since_ = last_image_ = newest_;
 }
 
 void VisionPipeline::add(const VisionInput& input) {
   for (const ImuSample& sample : input.imu) {
-    if (sample.utime > input.published.utime + kAhead) continue;  // an invalid clock
+    if (sample.utime > input.now + kAhead) continue;  // an invalid clock
     filter_.add(sample);
     if (!sample.gyro_B.allFinite() || sample.utime <= newest_) continue;
-    has_gap_ |= sample.utime - newest_ > kLongGap;
+    if (const Utime step = sample.utime - newest_; step > kLongGap) gap_s_ = to_seconds(step);
     newest_ = sample.utime;
     recent_.push_back(sample);
+    memory_.add(sample);
   }
   std::erase_if(recent_, [&](const ImuSample& s) { return s.utime < newest_ - kRecent; });
   for (const DepthSample& sample : input.depth) filter_.add(sample);
+  for (const VelocitySample& sample : input.velocity) {
+    if (!sample.v_B.allFinite() || !(sample.sigma > 0.0)) continue;
+    filter_.add_speed(sample.utime, sample.v_B, Vector3d::Constant(sample.sigma));
+    velocity_ = sample;
+  }
 }
 
 // Adds the expected speed while there are no usable images.
-void VisionPipeline::expect_speed(const StateEstimate& published) {
+void VisionPipeline::expect_speed(const VisionInput& input) {
   const bool is_dark = newest_ - last_image_ > kInTheDark;
-  const bool is_due =
-      to_seconds(published.utime - last_speed_update_) >= 1.0 / options_.expected_hz;
-  if (!is_dark || !is_due || !published.valid || !published.v_WB_B.allFinite()) return;
-  last_speed_update_ = published.utime;
-  filter_.add_speed(published.utime, published.v_WB_B, Vector3d::Constant(options_.expected_sigma));
+  const bool is_due = to_seconds(input.now - last_speed_update_) >= 1.0 / options_.expected_hz;
+  if (!is_dark || !is_due || !input.expected_v_B || !input.expected_v_B->allFinite()) return;
+  last_speed_update_ = input.now;
+  filter_.add_speed(input.now, *input.expected_v_B, Vector3d::Constant(options_.expected_sigma));
 }
 
 // Turn of the left camera since the tracker's last image.
@@ -217,29 +259,19 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
   add(input);
   imaged_.reset();
   const std::int64_t frames = filter_.state_frames();
-  const Utime dark = newest_ - last_image_;
-  // A filter that has used none of so many features is not going to use one.
-  const bool uses_none =
-      dark < kInTheDark && std::min(to_seconds(newest_ - usable_since_),
-                                    filter_.health().since_visual_s) > options_.max_refused_s;
-  const bool has_failed = filter_.health().diverged || uses_none;
-  const bool is_lost =
-      has_failed || has_gap_ || (input.left && to_seconds(dark) > options_.max_dark_s);
-  if (input.published.valid && (!has_begun_ || is_lost)) {
-    if (has_failed) proof_s_ = std::clamp(2.0 * proof_s_, kMinProbation, kMaxProbation);
-    begin(input.published);
-  }
+  begin_if_needed(input);
   VisionEstimate estimate;
   estimate.frame_utime = input.left ? input.left->utime : newest_;
   estimate.period_s = options_.period_s;
   estimate.fault = VisionFault::kNoImages;
   if (input.left) {
-    const ImageQuality quality = track(input);
-    estimate.tracked = quality.tracked;
-    estimate.stereo = quality.stereo;
-    estimate.fault = check_image(quality);
+    image_quality_ = track(input);
+    image_fault_ = check_image(image_quality_);
+    estimate.tracked = image_quality_.tracked;
+    estimate.stereo = image_quality_.stereo;
+    estimate.fault = image_fault_;
   }
-  expect_speed(input.published);
+  expect_speed(input);
   estimate.estimate = filter_.update(newest_);
   estimate.init_utime = init_utime_;
   estimate.used = filter_.health().visual.used;
@@ -252,14 +284,18 @@ VisionEstimate VisionPipeline::step(const VisionInput& input) {
     detect_tags(*input.left, estimate);
   }
   estimate.estimate = tag_fix_.apply(estimate.estimate);
+  if (estimate.estimate.valid && !filter_.health().diverged) memory_.observe(estimate.estimate);
   if (estimate.fault != VisionFault::kNone) {
     if (filter_.health().diverged) estimate.fault = VisionFault::kDiverged;
     return estimate;
   }
-  if (newest_ - last_image_ > kInTheDark) usable_since_ = newest_;
+  if (const Utime dark = newest_ - last_image_; dark > kInTheDark) {
+    usable_since_ = newest_;
+    if (estimate.estimate.valid) dark_s_ = to_seconds(dark);
+  }
   last_image_ = newest_;
   estimate.fault = check_filter(newest_);
-  if (estimate.fault == VisionFault::kNone) remember_bias();
+  if (estimate.is_good()) memory_.remember(newest_, filter_.state(), estimate.estimate);
   const Utime taken = input.left->utime + from_seconds(filter_.state().time_offset_s);
   const bool has_it = filter_.state_frames() > frames && taken <= newest_;
   if (estimate.is_good() && has_it) imaged_ = input.left->utime;

@@ -10,10 +10,13 @@
 
 #include "common/measurements.h"
 #include "common/tag.h"
+#include "common/velocity_sample.h"
 #include "estimation/state_estimate.h"
 #include "estimation/vision_estimate.h"
 #include "estimation/visual_inertial/filter/visual_inertial_filter.h"
 #include "estimation/visual_inertial/front_end/tracker.h"
+#include "estimation/visual_inertial/pipeline/restart_memory.h"
+#include "estimation/visual_inertial/pipeline/vision_start.h"
 #include "estimation/visual_inertial/tags/tag_detector.h"
 #include "estimation/visual_inertial/tags/tag_fix.h"
 
@@ -42,19 +45,32 @@ struct VisionOptions {
 
 /// All inputs that have arrived since the last one.
 struct VisionInput {
+  Utime now = 0;  ///< Present time.
   std::vector<ImuSample> imu;
   std::vector<DepthSample> depth;
-  /// The newest published estimate, for initialisation and the expected speed.
+  std::vector<VelocitySample> velocity;
+  /// The newest published estimate, for PublishedStart; not valid if there is none.
   StateEstimate published;
+  /// Velocity that the vehicle is expected to have, in B, m/s: used in the dark.
+  std::optional<Eigen::Vector3d> expected_v_B;
   std::optional<ImageFrame> left;  ///< Empty if none has arrived.
   std::optional<ImageFrame> right;
 };
 
-/// Equal options, seed and calls give bit-identical estimates on one machine.
+/// Begins, and begins again, as VisionStart says. Equal options, start, seed and calls give
+/// bit-identical estimates on one machine.
 class VisionPipeline {
  public:
-  /// Demands options that validate.
-  VisionPipeline(const VisionOptions& options, std::uint64_t seed);
+  /// Time by which the IMU samples must extend beyond an image, us: its stamp may be off by as
+  /// much.
+  static constexpr Utime kImuBeyondImage = 10'000;
+  /// Time for which an image waits for them, us.
+  static constexpr Utime kImuPatience = 60'000;
+  /// Periods of the images after which there are none, and step() is called without.
+  static constexpr double kMissedPeriods = 2.0;
+
+  /// Demands options and a start that validate.
+  VisionPipeline(const VisionOptions& options, const VisionStart& start, std::uint64_t seed);
 
   /// The estimate for the image of `input`, or the fault that there was none. For every input it is
   /// finite or has a fault.
@@ -68,11 +84,19 @@ class VisionPipeline {
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
+  /// The last image, and what was wrong with it, whatever the filter's fault.
+  [[nodiscard]] const ImageQuality& image_quality() const { return image_quality_; }
+  [[nodiscard]] VisionFault image_fault() const { return image_fault_; }
+  /// Present if the last step began the filter again.
+  [[nodiscard]] const std::optional<VisionRestart>& restarted() const { return restarted_; }
 
  private:
-  void begin(const StateEstimate& published);
-  void remember_bias();
-  void expect_speed(const StateEstimate& published);
+  void begin_if_needed(const VisionInput& input);
+  [[nodiscard]] bool can_begin(const VisionInput& input) const;
+  [[nodiscard]] std::optional<VisionRestart> reason_to_restart(bool has_image) const;
+  void restart(const VisionInput& input);
+  [[nodiscard]] std::optional<ImageStart::Speed> known_speed(const VisionInput& input) const;
+  void expect_speed(const VisionInput& input);
   void add(const VisionInput& input);
   [[nodiscard]] ImageQuality track(const VisionInput& input);
   [[nodiscard]] std::optional<CameraTurn> turn_to(Utime utime) const;
@@ -81,22 +105,18 @@ class VisionPipeline {
   void detect_tags(const ImageFrame& image, VisionEstimate& estimate);
 
   VisionOptions options_;
+  bool is_published_;  ///< It begins from the published estimate.
   VisualInertialFilter filter_;
   Tracker tracker_;
   std::optional<TagDetector> tag_detector_;  ///< Present if there are tags.
   TagFix tag_fix_;
   Utime last_tag_detection_;
-  std::vector<ImuSample> recent_;  ///< IMU samples for the rotation between images.
-  /// Biases to begin with again: as estimated while the filter was healthy, some time ago, because
-  /// the cause of a divergence acts on them first.
-  struct KnownBias {
-    Utime utime = 0;
-    BiasPrior prior;
-  };
-  std::optional<KnownBias> proven_bias_;
-  std::optional<KnownBias> recent_bias_;
+  RestartMemory memory_;
+  std::vector<ImuSample> recent_;           ///< IMU samples for the rotation between images.
+  std::optional<VelocitySample> velocity_;  ///< The newest.
   bool has_begun_ = false;
-  bool has_gap_ = false;  ///< True after a long gap in the IMU samples.
+  double gap_s_ = 0.0;   ///< A long gap in the IMU samples; 0 without one.
+  double dark_s_ = 0.0;  ///< Long darkness that has ended; 0 without.
   Utime init_utime_ = 0;
   Utime began_at_ = 0;
   double proof_s_ = 0.0;         ///< Time with images before the filter is accepted.
@@ -106,6 +126,9 @@ class VisionPipeline {
   Utime usable_since_ = 0;       ///< Start of the present run of usable images.
   Utime last_speed_update_ = 0;
   double sharpness_ = 0.0;  ///< Usual sharpness.
+  ImageQuality image_quality_;
+  VisionFault image_fault_ = VisionFault::kNoImages;
+  std::optional<VisionRestart> restarted_;
 };
 
 }  // namespace dive::estimation

@@ -78,6 +78,30 @@ TEST_F(Asl, ReadsWhatEurocWrites) {
   }
 }
 
+TEST_F(Asl, ReadsVelocities) {
+  write("dvl0/data.csv", "#timestamp [ns], v [m s^-1]\n1403636579763555584,0.4,-0.1,0.02\n");
+  auto dataset = read_asl_dataset(folder);
+  ASSERT_TRUE(dataset) << dataset.error();
+  ASSERT_EQ(dataset->velocity.size(), 1U);
+  EXPECT_EQ(dataset->velocity[0].v_B, Eigen::Vector3d(0.4, -0.1, 0.02));
+  EXPECT_EQ(dataset->velocity[0].sigma, 0.02);
+  write("dvl0/sensor.yaml", "velocity_noise: 0.005\n");
+  EXPECT_EQ(read_asl_dataset(folder)->velocity[0].sigma, 0.005);
+  write("dvl0/sensor.yaml", "velocity_noise: 0\n");
+  EXPECT_THAT(error(), HasSubstr("dvl0/sensor.yaml: velocity_noise is not positive"));
+  fs::remove_all(folder + "/mav0/dvl0");
+
+  write("speed0/data.csv", "1403636579763555584,0.3\n1403636579863555584,-25\n");
+  dataset = read_asl_dataset(folder);
+  ASSERT_TRUE(dataset) << dataset.error();
+  ASSERT_EQ(dataset->velocity.size(), 1U);
+  EXPECT_EQ(dataset->velocity[0].v_B, Eigen::Vector3d(0.3, 0.0, 0.0));
+  EXPECT_EQ(dataset->velocity_origin.refused, 1U);
+  ASSERT_FALSE(dataset->diagnostics.list().empty());
+  EXPECT_THAT(render(dataset->diagnostics.list().front(), false),
+              HasSubstr("speed0/data.csv:2: warning: a velocity of 25 m/s"));
+}
+
 // The body frame of the files is not the IMU's: everything is converted to the IMU's.
 TEST_F(Asl, UsesTheImuAsB) {
   std::string yaml = imu_yaml();
@@ -137,6 +161,7 @@ TEST_F(Asl, ReportsWhereAndWhatIsWrong) {
       {"cam0/data.csv", "7,../../../etc/passwd\n", "is no file of the folder data"},
       {"cam0/data.csv", "7\n", "no file name of an image"},
       {"cam0/data.csv", "", "it lists no images"},
+      {"dvl0/data.csv", "7,1,2\n", "3 fields; at least 4"},
       {"depth0/data.csv", "7,\n", "field 2 is \"\""},
       {"vicon0/data.csv", "7,1,2,3,1,1,0,0\n", "quaternion is not of length 1"},
       {"leica0/data.csv", "7,1,2\n", "3 fields; at least 4"}};

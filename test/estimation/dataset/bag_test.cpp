@@ -344,6 +344,23 @@ TEST_F(Bag, RecognisesPressureInHectopascal) {
   EXPECT_EQ(read->diagnostics.warning_count(), 1U);
 }
 
+TEST_F(Bag, ReadsVelocitiesOfTheTopicThatIsNamed) {
+  std::vector<Written> all = messages(Wire::kRos1);
+  all.push_back(testing::velocity_message(Wire::kRos1, "/dvl", kStart, {0.4, -0.1, 0.0}));
+  const std::string path = write(testing::ros1_bag(all, "none", 99));
+  const auto unnamed = read_bag(path, options);
+  ASSERT_TRUE(unnamed) << unnamed.error();
+  EXPECT_TRUE(unnamed->velocity.empty()) << "it may be a command";
+  options.topics["velocity"] = "/dvl";
+  const auto named = read_bag(path, options);
+  ASSERT_TRUE(named) << named.error();
+  ASSERT_EQ(named->velocity.size(), 1U);
+  EXPECT_EQ(named->velocity[0].v_B, Vector3d(0.4, -0.1, 0.0));
+  EXPECT_EQ(named->velocity[0].sigma, kDvlSigma);
+  options.topics["velocity"] = "/truth";
+  EXPECT_THAT(read_bag(path, options).error(), HasSubstr("which velocity cannot be"));
+}
+
 // Few messages, so that every byte can be tried.
 std::vector<Written> few(Wire wire) {
   std::vector<Written> all;

@@ -142,6 +142,13 @@ Written pressure_message(Wire wire, const std::string& topic, std::uint64_t ns, 
   return {topic, "sensor_msgs/FluidPressure", ns, message.bytes()};
 }
 
+Written velocity_message(Wire wire, const std::string& topic, std::uint64_t ns,
+                         const Eigen::Vector3d& v) {
+  MessageWriter message(wire);
+  message.header(ns).vector(v).vector({0.0, 0.0, 0.0});
+  return {topic, "geometry_msgs/TwistStamped", ns, message.bytes()};
+}
+
 Written pose_message(Wire wire, const std::string& topic, std::uint64_t ns, const Pose& X) {
   MessageWriter message(wire);
   message.header(ns).vector(X.p).quaternion(X.q);

@@ -47,6 +47,9 @@ struct Written {
 
 [[nodiscard]] Written imu_message(Wire wire, const std::string& topic, std::uint64_t ns,
                                   const Eigen::Vector3d& gyro, const Eigen::Vector3d& accel);
+/// A geometry_msgs/TwistStamped.
+[[nodiscard]] Written velocity_message(Wire wire, const std::string& topic, std::uint64_t ns,
+                                       const Eigen::Vector3d& v);
 [[nodiscard]] Written pressure_message(Wire wire, const std::string& topic, std::uint64_t ns,
                                        double pressure);
 [[nodiscard]] Written pose_message(Wire wire, const std::string& topic, std::uint64_t ns,

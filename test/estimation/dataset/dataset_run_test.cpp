@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/random.h"
 #include "estimation/dataset/trajectory_error.h"
 #include "test/estimation/dataset/asl_folder.h"
 #include "test/estimation/visual_inertial/painted_room.h"
@@ -119,16 +120,14 @@ struct Judged {
   double nees_position = 1e9;
 };
 
-Judged judged(const RunOptions& options, const std::string& folder = recording()) {
-  const auto dataset = read_asl_dataset(folder);
-  EXPECT_TRUE(dataset) << dataset.error();
+Judged judged(const RunOptions& options, const Recording& dataset) {
   SteadyClock clock;
   double share = 0.0;
-  auto run = run_on(*dataset, options, clock, [&](double now) { share = now; });
+  auto run = run_on(dataset, options, clock, [&](double now) { share = now; });
   EXPECT_TRUE(run) << run.error();
   EXPECT_EQ(share, 1.0);
   Trajectory truth;
-  for (const TruePose& pose : dataset->truth) truth.push_back({pose.utime, pose.X_WB});
+  for (const TruePose& pose : dataset.truth) truth.push_back({pose.utime, pose.X_WB});
   Trajectory estimate;
   for (const StateEstimate& e : run->estimates) estimate.push_back({e.utime, e.X_WB});
   Judged result{*run};
@@ -137,11 +136,46 @@ Judged judged(const RunOptions& options, const std::string& folder = recording()
   return result;
 }
 
+Judged judged(const RunOptions& options, const std::string& folder = recording()) {
+  const auto dataset = read_asl_dataset(folder);
+  EXPECT_TRUE(dataset) << dataset.error();
+  return judged(options, *dataset);
+}
+
+/// Five true velocities a second.
+void add_velocities(Recording& dataset) {
+  for (std::size_t i = 0; i < dataset.truth.size(); i += 40) {
+    const TruePose& pose = dataset.truth[i];
+    dataset.velocity.push_back({pose.utime, pose.X_WB.q.conjugate() * *pose.v_W, 0.02});
+  }
+}
+
+/// Replaces the images of this time (s) by noise of two grey levels.
+void darken(Recording& dataset, double begin, double end) {
+  for (RecordedCamera& camera : dataset.cameras) {
+    for (RecordedImage& image : camera.images) {
+      const double t = to_seconds(image.utime) - kStart;
+      if (t < begin || t >= end) continue;
+      image.read = [width = camera.model.width, height = camera.model.height, t] {
+        ImageFrame frame;
+        frame.width = width;
+        frame.height = height;
+        Random random(static_cast<std::uint64_t>(1000.0 * t));
+        for (int k = 0; k < width * height; ++k) {
+          frame.pixels.push_back(static_cast<std::uint8_t>(2.0 + random.uniform(0.0, 2.0)));
+        }
+        return tl::expected<ImageFrame, std::string>(std::move(frame));
+      };
+    }
+  }
+}
+
 TEST(DatasetRun, LocalisesInStereoFromRest) {
   const Judged stereo = judged({});
   EXPECT_EQ(stereo.run.frames, 81);
-  EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
-  EXPECT_EQ(stereo.run.diverged, "");
+  EXPECT_EQ(stereo.run.health.images.rejected(), 0) << stereo.run.health.images.last;
+  EXPECT_EQ(stereo.run.health.failure, "");
+  EXPECT_TRUE(stereo.run.health.restarts.empty());
   EXPECT_GT(stereo.run.estimates.size(), 60U);
   EXPECT_GT(stereo.run.mean_features, 150.0);
   EXPECT_LT(stereo.rmse_m, 0.03);
@@ -152,8 +186,9 @@ TEST(DatasetRun, LocalisesThroughLensesOf120Degrees) {
   const std::string folder =
       record({testing::wide_camera(0.06, 376, 282), testing::wide_camera(-0.06, 376, 282)});
   const Judged stereo = judged({}, folder);
-  EXPECT_EQ(stereo.run.refused, 0) << stereo.run.last_fault;
-  EXPECT_EQ(stereo.run.diverged, "");
+  EXPECT_EQ(stereo.run.health.images.rejected(), 0) << stereo.run.health.images.last;
+  EXPECT_EQ(stereo.run.health.failure, "");
+  EXPECT_TRUE(stereo.run.health.restarts.empty());
   EXPECT_GT(stereo.run.mean_features, 150.0);
   EXPECT_LT(stereo.rmse_m, 0.03);
   EXPECT_LT(stereo.nees_position, 12.0);
@@ -187,6 +222,62 @@ TEST(DatasetRun, DeadReckonsWithThePrimitiveEstimator) {
   EXPECT_GT(primitive.run.estimates.size(), 75U);
   EXPECT_GT(primitive.rmse_m, 0.05);
   EXPECT_LT(primitive.rmse_m, 0.6);
+}
+
+// Measured velocities take the place of an expected speed that is wrong. In a vehicle that
+// accelerates, a velocity of five times a second is a tenth of a second old.
+TEST(DatasetRun, DeadReckonsWithMeasuredVelocities) {
+  RunOptions options;
+  options.estimator = EstimatorKind::kPrimitive;
+  options.speed = 0.2;
+  const double expected_m = judged(options).rmse_m;
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  add_velocities(*dataset);
+  EXPECT_LT(judged(options, *dataset).rmse_m, 0.5 * expected_m);
+}
+
+// A second of darkness, in which the filter is told its speed.
+TEST(DatasetRun, UsesMeasuredVelocitiesInTheDark) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  darken(*dataset, 2.0, 3.0);
+  const Judged blind = judged({}, *dataset);
+  EXPECT_NEAR(blind.run.health.images.dark, 20, 1);
+  EXPECT_EQ(blind.run.health.images.rejected(), blind.run.health.images.dark);
+  EXPECT_NE(blind.run.health.images.last, "");
+  EXPECT_TRUE(blind.run.health.restarts.empty());
+  EXPECT_LT(blind.run.health.trusted, static_cast<int>(blind.run.estimates.size()));
+  add_velocities(*dataset);
+  const Judged told = judged({}, *dataset);
+  EXPECT_LT(horizontal_sigma(told.run.estimates[50]), horizontal_sigma(blind.run.estimates[50]));
+  EXPECT_EQ(told.run.health.inputs.speed_refused, 0);
+}
+
+// The gap is long enough for a new start, which half a second later is there.
+TEST(DatasetRun, BeginsAgainAfterALongGapOfTheImu) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  std::erase_if(dataset->imu, [](const ImuSample& sample) {
+    const double t = to_seconds(sample.utime) - kStart;
+    return t > 1.5 && t < 2.7;
+  });
+  RunOptions options;
+  options.start = RunStart::kTruth;
+  const Judged stereo = judged(options, *dataset);
+  const RunHealth& health = stereo.run.health;
+  ASSERT_EQ(health.restarts.size(), 1U);
+  EXPECT_THAT(health.restarts[0].reason, HasSubstr("no IMU samples for 1.2"));
+  EXPECT_NEAR(to_seconds(health.restarts[0].utime - stereo.run.begin), 2.7, 0.1);
+  EXPECT_EQ(health.failure, "") << "the filter has not failed";
+  EXPECT_EQ(stereo.run.waits_for, "");
+  EXPECT_GT(to_seconds(stereo.run.estimates.back().utime) - kStart, 3.9);
+  EXPECT_GE(health.starting, 9) << "images that it waited for";
+  EXPECT_NEAR(health.late, 23, 2) << "images in the gap";
+  for (std::size_t i = 1; i < stereo.run.estimates.size(); ++i) {
+    EXPECT_GT(stereo.run.estimates[i].utime, stereo.run.estimates[i - 1].utime) << i;
+  }
+  EXPECT_LT(stereo.nees_position, 12.0);
 }
 
 TEST(DatasetRun, DoesTheSameTwice) {

@@ -116,6 +116,11 @@ TEST(Estimate, PrintsTheErrorAsJson) {
   EXPECT_LT(json["nees_orientation"].get<double>(), 3.0);
   EXPECT_GE(json["ms_per_frame"]["p99"].get<double>(), 0.0);
   EXPECT_GE(json["ms_per_frame"]["mean"].get<double>(), 0.0);
+  EXPECT_EQ(json["imu"]["samples"], 4001);
+  EXPECT_EQ(json["imu"]["gaps"], 0);
+  EXPECT_EQ(json["depth"]["samples"], 401);
+  EXPECT_EQ(json["velocity"]["samples"], 0);
+  EXPECT_FALSE(json.contains("restarts")) << "of the visual-inertial estimator";
 
   std::ifstream tum(fs::path(::testing::TempDir()) / "dive-command" / place() / "out.tum");
   std::string line;
@@ -128,7 +133,8 @@ TEST(Estimate, PrintsTheErrorAsText) {
   write_swim();
   const Ran ran = dive("estimate swim --estimator primitive");
   EXPECT_EQ(ran.status, 0) << ran.err;
-  for (const char* words : {"401 images in 20.0 s", "ATE", "RPE", "drift", "NEES", "time"}) {
+  for (const char* words : {"401 images in 20.0 s", "ATE", "RPE", "drift", "NEES", "time",
+                            "IMU      4001 samples, no gaps", "depth    401 samples"}) {
     EXPECT_THAT(ran.out, HasSubstr(words));
   }
 }
@@ -172,6 +178,7 @@ TEST(Estimate, WarnsOfASampleThatIsIgnored) {
   ASSERT_EQ(json["warnings"].size(), 1U);
   EXPECT_EQ(json["warnings"][0]["code"], "IMU-RANGE");
   EXPECT_EQ(json["warnings"][0]["line"], 2);
+  EXPECT_EQ(json["imu"]["refused"], 1);
   EXPECT_EQ(json["ate_m"], nlohmann::json::parse(intact.out).at("ate_m"));
 }
 
@@ -233,6 +240,22 @@ TEST(Estimate, ComparesWithAnotherEstimator) {
   EXPECT_THAT(blind.err, HasSubstr("other.tum: there is nothing to compare it with"));
 }
 
+/// The swim with a velocity, as dvl0, five times a second.
+TEST(Estimate, UsesMeasuredVelocities) {
+  write_swim();
+  std::string velocity;
+  for (long k = 0; k <= 100; ++k) velocity += fmt::format("{},0.4,0,0\n", 200'000'000 * (k + 1));
+  const std::string command = "estimate swim --estimator primitive --speed 0.1 --json";
+  const Ran expected = dive(command);
+  write("swim/mav0/dvl0/data.csv", velocity);
+  const Ran measured = dive(command);
+  ASSERT_EQ(measured.status, 0) << measured.err;
+  const auto json = nlohmann::json::parse(measured.out);
+  EXPECT_EQ(json["velocity"]["samples"], 101);
+  EXPECT_LT(json["ate_m"].get<double>(), 0.15);
+  EXPECT_GT(nlohmann::json::parse(expected.out).at("ate_m").get<double>(), 1.0);
+}
+
 // A recording of EuRoC (V1_01_easy), with one thing wrong at a time.
 TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving";
@@ -245,7 +268,13 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   const auto estimate = [] { return dive("estimate V1_01 --init truth --no-depth --json"); };
   const Ran intact = estimate();
   ASSERT_EQ(intact.status, 0) << intact.err;
-  const double intact_m = nlohmann::json::parse(intact.out).at("ate_m").get<double>();
+  const auto json = nlohmann::json::parse(intact.out);
+  const double intact_m = json.at("ate_m").get<double>();
+  EXPECT_EQ(json["restarts"], nlohmann::json::array());
+  EXPECT_EQ(json["images"]["dark"], 0);
+  EXPECT_EQ(json["imu"]["gaps"], 0);
+  EXPECT_GT(json["features"]["used"].get<int>(), 100);
+  EXPECT_EQ(json["health"]["trusted"], json["estimates"]);
 
   const std::string imu = content_of(real / "mav0/imu0/data.csv");
   const std::string stamp = "\n1403715286262142976,";
@@ -261,6 +290,20 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   write("V1_01/mav0/imu0/data.csv", imu);
 
   const std::string yaml = content_of(real / "mav0/cam0/sensor.yaml");
+  // Without IMU samples for a second and more, in the middle of it.
+  std::istringstream lines(imu);
+  std::string gap;
+  int kept = 0;
+  for (std::string line; std::getline(lines, line); ++kept) {
+    if (kept < 150 || kept > 360) gap += line + "\n";
+  }
+  write("V1_01/mav0/imu0/data.csv", gap);
+  const Ran torn = dive("estimate V1_01 --init truth --no-depth");
+  EXPECT_THAT(torn.out, HasSubstr("no IMU samples for 1."));
+  EXPECT_THAT(torn.out, HasSubstr("the filter has not begun again; it waits for "));
+  EXPECT_THAT(torn.out, ::testing::ContainsRegex("IMU +[0-9]+ samples, gaps 1, the longest of 1"));
+  write("V1_01/mav0/imu0/data.csv", imu);
+
   for (const auto& [size, words] :
        {std::pair{"[640, 480]", "an image of 752 x 480 pixels; V1_01/mav0/cam0/sensor.yaml:16"},
         std::pair{"[32, 32]", "sensor.yaml:16: error: images of 32 x 32 pixels"}}) {

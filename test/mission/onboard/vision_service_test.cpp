@@ -6,11 +6,14 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estimation/dataset/recording_feed.h"
 #include "mission/onboard/stereo_mapping.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
@@ -299,6 +302,106 @@ TEST_F(VisionServiceTest, WhereNothingMayWaitWhatIsSaidIsSaidInOrder) {
     EXPECT_GE(word.frame_utime, last);
     last = word.frame_utime;
   }
+}
+
+// A vehicle's inputs, given to the service of a dive tick by tick and to the pipeline of
+// `dive estimate` as a recording.
+class SameInputs : public VisionServiceTest {
+ protected:
+  static constexpr Utime kBegin = 10'000'000;  ///< The service's first tick.
+  static constexpr Utime kFirstImage = kBegin + 100'000;
+  static constexpr Utime kEnd = kFirstImage + 4'000'000;
+
+  void SetUp() override {
+    swims_at = [](Utime t) { return pose_at(t - kBegin); };
+    recording_.cameras.resize(2);
+    for (Utime t = kFirstImage; t <= kEnd; t += kPeriod) {
+      const bool is_dark = t > kFirstImage + 2'000'000 && t < kFirstImage + 3'000'000;
+      for (int c = 0; c < 2; ++c) {
+        const CameraModel camera = small_camera(c == 0 ? 0.07 : -0.07);
+        ImageFrame frame =
+            room_.image(camera, swims_at(t) * camera.X_BC, t, 1.0, is_dark ? 0.0 : 1.0);
+        frame.camera = c;
+        recording_.cameras[static_cast<std::size_t>(c)].images.push_back(
+            {t, "image", [frame] { return tl::expected<ImageFrame, std::string>(frame); }});
+      }
+      recording_.depth.push_back({t, 1.0});
+    }
+    for (Utime t = kBegin; t <= kEnd + 20'000; t += 5'000) {
+      ImuSample sample;
+      sample.utime = t;
+      sample.accel_B = {0.0, 0.0, 9.81};
+      recording_.imu.push_back(sample);
+    }
+  }
+
+  // In ticks of 10 ms: an image is estimated when the IMU has extended that much beyond it.
+  std::vector<VisionEstimate> of_dive() {
+    use(OnLate::kBlock);
+    std::vector<VisionEstimate> estimates;
+    std::size_t imu = 0;
+    std::size_t image = 0;
+    const auto& images = recording_.cameras[0].images;
+    for (now_ = kBegin; now_ <= kEnd + 200'000; now_ += 10'000) {
+      for (; imu < recording_.imu.size() && recording_.imu[imu].utime <= now_; ++imu) {
+        service_->add({&recording_.imu[imu], 1});
+      }
+      if (auto estimate = service_->poll(now_)) {
+        if (estimate->fault != VisionFault::kNoImages) estimates.push_back(*estimate);
+      }
+      service_->observe(published());
+      if (image == images.size() || images[image].utime != now_) continue;
+      service_->add(recording_.depth[image]);
+      service_->submit(*read_image(images[image], 0),
+                       *read_image(recording_.cameras[1].images[image], 1), now_);
+      ++image;
+    }
+    return estimates;
+  }
+
+  std::vector<VisionEstimate> of_recording() {
+    now_ = kBegin;
+    estimation::KnownStart start;
+    start.utime = kBegin;
+    start.X_WB = published().X_WB;
+    start.v_WB_B = published().v_WB_B;
+    start.yaw_sigma_deg = rad_to_deg(estimation::yaw_sigma(published()));
+    start.tilt_sigma_deg = 0.5;
+    start.speed_sigma = 0.05;
+    estimation::VisionPipeline pipeline(options(), start, 1);
+    // The service's first step has no image.
+    estimation::VisionInput first;
+    first.now = kBegin;
+    first.imu = {recording_.imu[0]};
+    std::ignore = pipeline.step(first);
+    estimation::FeedOptions from;
+    from.begin = kBegin + 1;
+    estimation::RecordingFeed feed(recording_, from);
+    std::vector<VisionEstimate> estimates;
+    for (auto step = feed.next(); step && *step; step = feed.next()) {
+      (*step)->input.expected_v_B = published().v_WB_B;
+      estimates.push_back(pipeline.step((*step)->input));
+    }
+    return estimates;
+  }
+
+  estimation::Recording recording_;
+};
+
+TEST_F(SameInputs, GiveTheSameEstimatesInADiveAndOnARecording) {
+  const std::vector<VisionEstimate> dive = of_dive();
+  const std::vector<VisionEstimate> recording = of_recording();
+  ASSERT_EQ(recording.size(), 41U);
+  ASSERT_EQ(dive.size(), recording.size());
+  for (std::size_t i = 0; i < dive.size(); ++i) {
+    EXPECT_EQ(dive[i].fault, recording[i].fault) << i;
+    EXPECT_EQ(dive[i].estimate.utime, recording[i].estimate.utime) << i;
+    EXPECT_EQ(dive[i].estimate.X_WB.p, recording[i].estimate.X_WB.p) << i;
+    EXPECT_EQ(dive[i].estimate.X_WB.q.coeffs(), recording[i].estimate.X_WB.q.coeffs()) << i;
+    EXPECT_EQ(dive[i].estimate.covariance, recording[i].estimate.covariance) << i;
+  }
+  EXPECT_THAT(faults(dive), ::testing::Contains(VisionFault::kDark).Times(9));
+  EXPECT_TRUE(dive.back().is_good());
 }
 
 }  // namespace

@@ -1,0 +1,102 @@
+#include "estimation/dataset/recording_feed.h"
+
+#include <algorithm>
+
+namespace dive::estimation {
+namespace {
+
+constexpr double kMinPeriod_s = 0.005;
+constexpr double kMaxPeriod_s = 2.0;
+
+double median_period(const std::vector<RecordedImage>& images) {
+  if (images.size() < 2) return VisionOptions{}.period_s;
+  std::vector<Utime> steps;
+  for (std::size_t i = 1; i < images.size(); ++i) {
+    steps.push_back(images[i].utime - images[i - 1].utime);
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return std::clamp(to_seconds(*middle), kMinPeriod_s, kMaxPeriod_s);
+}
+
+// Appends those from `index` on that are not later than `until`.
+template <typename Sample>
+void take(const std::vector<Sample>& samples, Utime until, std::size_t& index,
+          std::vector<Sample>& out) {
+  for (; index < samples.size() && samples[index].utime <= until; ++index) {
+    out.push_back(samples[index]);
+  }
+}
+
+template <typename Sample>
+std::size_t first_at(const std::vector<Sample>& samples, Utime utime) {
+  return static_cast<std::size_t>(
+      std::find_if(samples.begin(), samples.end(),
+                   [utime](const Sample& sample) { return sample.utime >= utime; }) -
+      samples.begin());
+}
+
+}  // namespace
+
+RecordingFeed::RecordingFeed(const Recording& recording, const FeedOptions& options)
+    : recording_(recording),
+      options_(options),
+      period_s_(median_period(recording.cameras.at(0).images)),
+      image_(first_at(recording.cameras[0].images, options.begin)),
+      imu_(first_at(recording.imu, options.begin)) {}
+
+// An image waits until the samples extend beyond it, and not for those after a gap.
+Utime RecordingFeed::last_sample_of(Utime image) const {
+  const auto& imu = recording_.imu;
+  const Utime beyond = image + VisionPipeline::kImuBeyondImage;
+  for (std::size_t i = imu_; i < imu.size(); ++i) {
+    if (imu[i].utime < beyond) continue;
+    return imu[i].utime <= image + VisionPipeline::kImuPatience ? imu[i].utime : beyond;
+  }
+  return beyond;
+}
+
+void RecordingFeed::add_samples(VisionInput& input) {
+  take(recording_.imu, input.now, imu_, input.imu);
+  take(recording_.velocity, input.now, velocity_, input.velocity);
+  if (options_.use_depth) take(recording_.depth, input.now, depth_, input.depth);
+}
+
+tl::expected<void, std::string> RecordingFeed::read(const RecordedImage& image,
+                                                    VisionInput& input) const {
+  auto left = read_image(image, 0);
+  if (!left) return tl::make_unexpected(left.error());
+  input.left = std::move(*left);
+  const RecordedImage* const other = options_.mono || recording_.cameras.size() < 2
+                                         ? nullptr
+                                         : image_at(recording_.cameras[1].images, image.utime);
+  if (other == nullptr) return {};
+  auto right = read_image(*other, 1);
+  if (!right) return tl::make_unexpected(right.error());
+  input.right = std::move(*right);
+  return {};
+}
+
+tl::expected<std::optional<FeedStep>, std::string> RecordingFeed::next() {
+  const std::vector<RecordedImage>& images = recording_.cameras[0].images;
+  if (image_ == images.size()) return std::nullopt;
+  FeedStep step;
+  step.image = image_;
+  const RecordedImage& image = images[image_];
+  step.image_utime = image.utime;
+  const Utime missed = last_ + from_seconds(VisionPipeline::kMissedPeriods * period_s_);
+  step.has_image = last_ == 0 || image.utime <= missed;
+  last_ = step.has_image ? image.utime : missed;
+  step.input.now = step.has_image ? last_sample_of(image.utime) : missed;
+  add_samples(step.input);
+  if (!step.has_image) return step;
+  ++image_;
+  if (options_.read_images) {
+    if (const auto read_it = read(image, step.input); !read_it) {
+      return tl::make_unexpected(read_it.error());
+    }
+  }
+  return step;
+}
+
+}  // namespace dive::estimation
