@@ -64,7 +64,8 @@ void OnboardDive::make_vision(const planning::World& world, const estimation::Vi
   }
   vision_.emplace(options, settings_.seed ^ kTrackerStream,
                   settings_.vision_latency_ticks * kControlPeriod, late, std::move(make_range),
-                  loop_settings(mission_, settings_.loop_latency_ticks * kControlPeriod));
+                  loop_settings(mission_, settings_.loop_latency_ticks * kControlPeriod),
+                  settings_.resume ? settings_.resume->checkpoint.imu_bias : std::nullopt);
 }
 
 OnboardReport OnboardDive::run(VehiclePort& port, const DiveKeeper& keeper) {
@@ -103,6 +104,7 @@ void OnboardDive::step(VehiclePort& port, Utime now, const DiveKeeper& keeper) {
   if (mapper_) mapper_->set_absent(map_.absent());
   const StepOutputs& outputs = executive_->step(inputs);
   has_position_ = outputs.estimate.valid;
+  if (vision_ && vision_->imu_bias()) executive_->keep_imu_bias(*vision_->imu_bias());
   if (keeper) keeper(*executive_, outputs);
   port.command(outputs);
   port.keep_exit_path(executive_->exit_path(), map_);

@@ -20,11 +20,13 @@ void keep(std::vector<Sample>& samples, const Sample& sample, std::size_t most) 
 
 VisionService::VisionService(const estimation::VisionOptions& options, std::uint64_t seed,
                              Utime latency, OnLate late, RangeMaker make_range,
-                             const std::optional<LoopSettings>& loops)
-    : pipeline_(options, estimation::PublishedStart{}, seed),
+                             const std::optional<LoopSettings>& loops,
+                             const std::optional<estimation::ImuBias>& bias)
+    : pipeline_(options, estimation::PublishedStart{bias}, seed),
       period_s_(options.period_s),
       latency_(latency),
       make_range_(std::move(make_range)),
+      bias_(bias),
       worker_(late) {
   const std::vector<CameraModel>& cameras = options.filter.cameras;
   if (!loops || cameras.size() < 2) return;
@@ -86,6 +88,7 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
 
 VisionService::Answer VisionService::work(estimation::VisionInput input) {
   Answer answer{pipeline_.step(input), std::nullopt};
+  answer.bias = pipeline_.imu_bias();
   if (make_range_ && input.left) {
     answer.scan = make_range_({&*input.left, input.right ? &*input.right : nullptr,
                                &answer.estimate, pipeline_.landmarks()});
@@ -104,6 +107,7 @@ std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
   if (loops_) loops_->poll(now);
   std::optional<Answer> answer = worker_.poll(now);
   if (!answer) return std::nullopt;
+  bias_ = answer->bias;
   if (answer->scan) scan_ = std::move(answer->scan);
   if (loops_) {
     loops_->correct(answer->estimate);

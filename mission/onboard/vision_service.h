@@ -34,11 +34,13 @@ using RangeMaker = std::function<std::optional<RangeScan>(const StereoPairResult
 
 class VisionService {
  public:
-  /// `latency`: least time from the exposure of a pair to its estimate, in dive time, us. With
-  /// `loops` and two cameras, loop closures correct the estimates. Demands options that validate.
+  /// `bias`: of the IMU, as found before a restart. `latency`: least time from the exposure of a
+  /// pair to its estimate, in dive time, us. With `loops` and two cameras, loop closures correct
+  /// the estimates. Demands options that validate.
   VisionService(const estimation::VisionOptions& options, std::uint64_t seed, Utime latency,
                 OnLate late = OnLate::kBlock, RangeMaker make_range = nullptr,
-                const std::optional<LoopSettings>& loops = std::nullopt);
+                const std::optional<LoopSettings>& loops = std::nullopt,
+                const std::optional<estimation::ImuBias>& bias = std::nullopt);
 
   void add(std::span<const ImuSample> samples);
   void add(const DepthSample& sample);
@@ -51,6 +53,8 @@ class VisionService {
 
   /// The next estimate once it is due. Without images there are estimates with that fault.
   [[nodiscard]] std::optional<estimation::VisionEstimate> poll(Utime now);
+  /// Biases of the IMU as of the last estimate: VisionPipeline::imu_bias().
+  [[nodiscard]] const std::optional<estimation::ImuBias>& imu_bias() const { return bias_; }
   /// The scan made from the pair of that estimate, once: measured at its frame_utime, in B.
   [[nodiscard]] std::optional<RangeScan> take_scan();
 
@@ -64,6 +68,7 @@ class VisionService {
     estimation::VisionEstimate estimate;
     std::optional<RangeScan> scan;
     std::optional<estimation::Keyframe> keyframe = {};  ///< Candidate.
+    std::optional<estimation::ImuBias> bias = {};
   };
 
   [[nodiscard]] bool is_ripe(Utime now) const;
@@ -83,6 +88,7 @@ class VisionService {
   std::optional<Pair> next_;  ///< Waiting pair.
   Utime launched_ = 0;
   std::optional<RangeScan> scan_;
+  std::optional<estimation::ImuBias> bias_;
   DelayedWorker<Answer> worker_;
 };
 

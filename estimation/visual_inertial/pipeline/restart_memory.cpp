@@ -38,6 +38,12 @@ RestartMemory::RestartMemory(const VisualInertialOptions& options, const VisionS
     first_.yaw_sigma = deg_to_rad(known->yaw_sigma_deg);
     first_bias_ = known->bias;
   }
+  if (const auto* const published = std::get_if<PublishedStart>(&start);
+      published != nullptr && published->bias) {
+    const ImuBias& bias = *published->bias;
+    proven_ =
+        Known{bias.utime, {bias.gyro_B, bias.accel_B, bias.gyro_sigma, bias.accel_sigma}, first_};
+  }
   last_ = first_;
 }
 
@@ -89,6 +95,12 @@ std::optional<BiasPrior> RestartMemory::bias_at(Utime utime) const {
   bias.gyro_sigma = grown(*bias.gyro_sigma, options_.imu.gyro_walk, options_.gyro_bias_sigma);
   bias.accel_sigma = grown(*bias.accel_sigma, options_.imu.accel_walk, options_.accel_bias_sigma);
   return bias;
+}
+
+std::optional<ImuBias> RestartMemory::proven_bias() const {
+  if (!proven_) return std::nullopt;
+  const BiasPrior& bias = proven_->bias;
+  return ImuBias{proven_->utime, bias.gyro, bias.accel, *bias.gyro_sigma, *bias.accel_sigma};
 }
 
 ImageStart RestartMemory::image_start() const {

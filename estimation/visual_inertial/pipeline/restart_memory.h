@@ -26,6 +26,8 @@ class RestartMemory {
 
   /// The biases as last proved, with sigmas grown until `utime`; empty before there are any.
   [[nodiscard]] std::optional<BiasPrior> bias_at(Utime utime) const;
+  /// The same as they were found.
+  [[nodiscard]] std::optional<ImuBias> proven_bias() const;
   /// A start from images at the pose of the last estimate (VisionStart). Demands a sample.
   [[nodiscard]] ImageStart image_start() const;
 

@@ -84,6 +84,9 @@ class VisionPipeline {
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
+  /// Biases of the IMU as estimated while the filter was healthy, five to ten seconds ago; empty
+  /// before.
+  [[nodiscard]] std::optional<ImuBias> imu_bias() const { return memory_.proven_bias(); }
   /// The last image, and what was wrong with it, whatever the filter's fault.
   [[nodiscard]] const ImageQuality& image_quality() const { return image_quality_; }
   [[nodiscard]] VisionFault image_fault() const { return image_fault_; }

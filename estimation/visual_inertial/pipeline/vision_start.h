@@ -4,24 +4,28 @@
 // It begins again when the filter has diverged, when no feature was used for long although there
 // are some, after a long gap in the IMU samples, and after long darkness.
 
+#include <optional>
 #include <string>
 #include <variant>
 
 #include "common/clock.h"
+#include "estimation/imu_bias.h"
 #include "estimation/visual_inertial/filter/filter_start.h"
 
 namespace dive::estimation {
 
 /// From the published estimate, at first and each time again: in a dive.
-struct PublishedStart {};
+struct PublishedStart {
+  std::optional<ImuBias> bias = {};  ///< As an earlier process of this dive found them.
+};
 
 /// The others need no published estimate, as on a recording: the filter begins as given, and again
 /// from images, with the pose that is known best by then:
 ///   - after a gap or darkness the filter's own prediction; in darkness it is used until images
 ///     return;
 ///   - after a failure a pose of five to ten seconds before the last healthy estimate, as the
-///   biases
-///     are, because the cause acts before it is noticed; the given start where there is none.
+///     biases are, because the cause acts before it is noticed; the given start where there is
+///     none.
 /// The heading follows the gyro since then. Position and heading are given the sigma that they had,
 /// grown: the position by the greater of the vehicle's speed then and 0.4 m/s, the heading by the
 /// gyro's bias, and by the rate of a gap where there are no samples.

@@ -222,6 +222,22 @@ TEST_F(ExecutiveTest, ARestartedOneExpectsTheCurrentOfItsCheckpoint) {
   EXPECT_NEAR(outputs.estimate.X_WB.p.y(), 0.2 * 10.0, 0.05) << "it was carried meanwhile";
 }
 
+TEST_F(ExecutiveTest, KeepsTheBiasesOfTheImuOverRestarts) {
+  run(1.0);
+  EXPECT_FALSE(executive_->checkpoint().imu_bias);
+  executive_->keep_imu_bias({now_, {0.05, -0.02, 0.01}, {0.1, 0.2, -0.1}, 0.001, 0.03});
+  for (int restart = 0; restart < 2; ++restart) {
+    Resume resume;
+    resume.checkpoint = executive_->checkpoint();
+    ExecutiveOptions options;
+    options.resume = resume;
+    executive_.emplace(mission_, world_, model_, options);
+    run(0.1);
+    ASSERT_TRUE(executive_->checkpoint().imu_bias);
+    EXPECT_EQ(executive_->checkpoint().imu_bias->gyro_B, Eigen::Vector3d(0.05, -0.02, 0.01));
+  }
+}
+
 TEST_F(ExecutiveTest, SwimsTheNominalMission) {
   tick();
   ASSERT_TRUE(query_);

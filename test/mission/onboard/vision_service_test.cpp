@@ -53,8 +53,9 @@ struct Taken {
 class VisionServiceTest : public ::testing::Test {
  protected:
   void use(OnLate late, RangeMaker make_range = nullptr,
-           const std::optional<LoopSettings>& loops = std::nullopt) {
-    service_.emplace(options(), 1, kLatency, late, std::move(make_range), loops);
+           const std::optional<LoopSettings>& loops = std::nullopt,
+           const std::optional<estimation::ImuBias>& bias = std::nullopt) {
+    service_.emplace(options(), 1, kLatency, late, std::move(make_range), loops, bias);
   }
 
   [[nodiscard]] estimation::StateEstimate published() const {
@@ -71,7 +72,8 @@ class VisionServiceTest : public ::testing::Test {
     for (int i = 1; i <= 4; ++i) {
       ImuSample sample;
       sample.utime = now_ - kTick + i * 5'000;
-      sample.accel_B = {0.0, acceleration_at(sample.utime), 9.81};
+      sample.gyro_B = gyro_bias_B_;
+      sample.accel_B = accel_bias_B_ + Eigen::Vector3d(0.0, acceleration_at(sample.utime), 9.81);
       if (imu_is_nan_) sample.gyro_B.x() = std::numeric_limits<double>::quiet_NaN();
       if (imu_speaks_) service_->add({&sample, 1});
     }
@@ -123,6 +125,8 @@ class VisionServiceTest : public ::testing::Test {
   Utime now_ = 0;
   bool imu_speaks_ = true;
   bool imu_is_nan_ = false;
+  Eigen::Vector3d gyro_bias_B_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_B_ = Eigen::Vector3d::Zero();
   std::vector<Utime> arrived_;
   int scans_ = 0;
 };
@@ -144,6 +148,25 @@ TEST_F(VisionServiceTest, RefusesWhatContradictsTheInertialUnit) {
   }
   camera_pose_at = pose_at;
   EXPECT_TRUE(run(20.0).back().is_good()) << "in the end it is accepted again";
+}
+
+// Biases of a MEMS unit after switching on. A restarted process has no time to find them again.
+TEST_F(VisionServiceTest, BeginsWithTheBiasesThatWereFoundBeforeARestart) {
+  gyro_bias_B_ = {0.05, -0.03, 0.04};
+  accel_bias_B_ = {0.15, -0.1, 0.1};
+  use(OnLate::kBlock);
+  EXPECT_GT(run(1.0).front().estimate.omega_WB_B.norm(), 0.05) << "it knows nothing yet";
+  EXPECT_FALSE(service_->imu_bias()) << "nothing is proved yet";
+  run(13.0);
+  const std::optional<estimation::ImuBias> found = service_->imu_bias();
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->gyro_B - gyro_bias_B_).norm(), 0.005);
+  EXPECT_LT((found->gyro_B - gyro_bias_B_).cwiseAbs().maxCoeff(), 4.0 * found->gyro_sigma);
+  EXPECT_LT((found->accel_B - accel_bias_B_).cwiseAbs().maxCoeff(), 4.0 * found->accel_sigma);
+
+  use(OnLate::kBlock, nullptr, std::nullopt, found);
+  EXPECT_EQ(service_->imu_bias()->gyro_B, found->gyro_B) << "kept if it is restarted again";
+  EXPECT_LT(run(1.0).front().estimate.omega_WB_B.norm(), 0.01);
 }
 
 TEST_F(VisionServiceTest, BeginsInMotionAndAnswersEachPairAtItsTime) {

@@ -131,6 +131,23 @@ TEST_F(JournalTest, ForTheLogItIsOneSnapshotOfTheSameState) {
   EXPECT_EQ(again->checkpoint->X_WB.p, journal->checkpoint->X_WB.p) << "every bit";
 }
 
+TEST_F(JournalTest, HasTheBiasesOfTheImu) {
+  auto journal = parse_journal(whole_);
+  ASSERT_TRUE(journal);
+  EXPECT_FALSE(journal->checkpoint->imu_bias) << "a dive without the visual-inertial estimator";
+  const estimation::ImuBias bias{
+      1'234'567, {0.05, -1.0 / 3.0, 0.0}, {0.1, 0.2, -0.3}, 0.0012, 0.034};
+  journal->checkpoint->imu_bias = bias;
+  const auto again = parse_journal(to_text(*journal));
+  ASSERT_TRUE(again && again->checkpoint->imu_bias);
+  const estimation::ImuBias& read = *again->checkpoint->imu_bias;
+  EXPECT_EQ(read.utime, bias.utime);
+  EXPECT_EQ(read.gyro_B, bias.gyro_B);
+  EXPECT_EQ(read.accel_B, bias.accel_B);
+  EXPECT_EQ(read.gyro_sigma, bias.gyro_sigma);
+  EXPECT_EQ(read.accel_sigma, bias.accel_sigma);
+}
+
 TEST_F(JournalTest, KilledAfterEveryLineTheLastCommitIsThere) {
   DIVE_SKIP_UNDER_SANITIZERS("hundreds of dives");
   const auto lines = std::ranges::count(whole_, '\n');
