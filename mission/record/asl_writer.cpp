@@ -63,7 +63,7 @@ std::string head(const std::string& type, const std::string& comment, const Pose
 std::string camera_yaml(const CameraModel& camera, const AslSensors& sensors) {
   return head("camera", sensors.comment, camera.X_BC) +
          fmt::format("rate_hz: {}\n", sensors.camera_rate_hz) +
-         estimation::camera_model_yaml(camera);
+         estimation::camera_model_yaml(camera) + "focal_sigma: 0  # simulated: exact\n";
 }
 
 std::string imu_yaml(const AslSensors& sensors) {
