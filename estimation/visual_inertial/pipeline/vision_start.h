@@ -19,9 +19,9 @@ struct PublishedStart {};
 /// from images, with the pose that is known best by then:
 ///   - after a gap or darkness the filter's own prediction; in darkness it is used until images
 ///     return;
-///   - after a failure a pose of five to ten seconds before the last healthy estimate, as the
-///   biases
-///     are, because the cause acts before it is noticed; the given start where there is none.
+///   - after a failure, a pose of five to ten seconds before the last healthy estimate, as for
+///     the biases, because the cause acts before it is noticed; the given start where there is
+///     none.
 /// The heading follows the gyro since then. Position and heading are given the sigma that they had,
 /// grown: the position by the greater of the vehicle's speed then and 0.4 m/s, the heading by the
 /// gyro's bias, and by the rate of a gap where there are no samples.
