@@ -32,7 +32,7 @@ VisionOptions options(int cameras) {
   return options;
 }
 
-// Swims to and fro before a wall, and turns.
+// Swims back and forth before a wall, and turns.
 Pose swim(double t) {
   return {{0.3 * std::sin(0.2 * t), 1.5 * std::sin(0.25 * t), -1.0 + 0.2 * std::sin(0.3 * t)},
           from_rpy(0.0, 0.05 * std::sin(0.7 * t), 0.3 * std::sin(0.35 * t))};
