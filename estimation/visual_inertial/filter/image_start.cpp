@@ -89,15 +89,17 @@ double tilt_sigma(const WindowFit& fit) {
   return largest_sigma(P_W);
 }
 
-// Empty if the fit determines the state, else what is missing.
-std::string shortcoming(const WindowFit& fit) {
+// Empty if the fit determines the state, else what is missing. At constant velocity one camera
+// never shows the speed better than it was given.
+std::string shortcoming(const WindowFit& fit, const ImageStart& start) {
   if (fit.cost > kMaxCost || fit.outliers > kMaxOutliers || fit.behind > kMaxBehind) {
     return fmt::format(
         "features that agree with one motion ({:.0f} % do not, error {:.1f} times the noise)",
         100.0 * std::max(fit.outliers, fit.behind), std::sqrt(fit.cost));
   }
   const double speed = speed_sigma(fit);
-  if (speed > std::max(kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm())) {
+  const double told = start.speed ? start.speed->sigma : 0.0;
+  if (speed > std::max({kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm(), told})) {
     return fmt::format("a change of speed, or a known speed: it is known to {:.2f} m/s only",
                        speed);
   }
@@ -283,7 +285,7 @@ std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool 
     waits_for_ = "features that determine a motion";
     return std::nullopt;
   }
-  if (waits_for_ = shortcoming(*result); !waits_for_.empty()) return std::nullopt;
+  if (waits_for_ = shortcoming(*result, start); !waits_for_.empty()) return std::nullopt;
   const ImuReading unbiased{mean.gyro_B - result->last.gyro_bias,
                             mean.accel_B - result->last.accel_bias};
   return InitialState{window.utimes.back(), result->last, kSafety * kSafety * result->covariance,

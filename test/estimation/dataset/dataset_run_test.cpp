@@ -280,6 +280,21 @@ TEST(DatasetRun, BeginsAgainAfterALongGapOfTheImu) {
   EXPECT_LT(stereo.nees_position, 12.0);
 }
 
+// An accelerometer that errs by 2 g for a fifth of a second, half a second before the end.
+TEST(DatasetRun, StatesAFailureAfterWhichNoEstimateIsTrusted) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  for (ImuSample& sample : dataset->imu) {
+    const double t = to_seconds(sample.utime) - kStart;
+    if (t > 3.4 && t < 3.6) sample.accel_B.x() += 20.0;
+  }
+  const RunHealth health = judged({}, *dataset).run.health;
+  EXPECT_THAT(health.failure, HasSubstr("the filter has diverged: a speed of "));
+  ASSERT_EQ(health.restarts.size(), 1U);
+  EXPECT_TRUE(health.restarts[0].has_failed);
+  EXPECT_EQ(health.restarts[0].reason, health.failure);
+}
+
 TEST(DatasetRun, DoesTheSameTwice) {
   const Judged a = judged({});
   const Judged b = judged({});
