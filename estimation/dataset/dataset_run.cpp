@@ -90,6 +90,7 @@ class VisualRun {
     run.waits_for = vision.estimate.valid ? std::string() : pipeline_.health().waits_for;
     if (!step.has_image) return;
     run.frame_ms.push_back(ms);
+    run.cameras.assign(pipeline_.models().begin(), pipeline_.models().end());
     const ImageQuality& quality = pipeline_.image_quality();
     run.mean_features += quality.tracked + quality.added;
     if (loops_) loops_->add(step.input, pipeline_, vision.init_utime, clock, run);

@@ -48,6 +48,7 @@ struct DatasetRun {
   std::vector<double> frame_ms;       ///< Time of front end and filter per image, without decoding.
   int frames = 0;                     ///< Number of images, used or not.
   RunHealth health;                   ///< Of the visual-inertial estimator.
+  std::vector<CameraModel> cameras;   ///< With the intrinsics as it estimated them at the end.
   Utime begin = 0;                    ///< Time from which images and samples are used.
   double mean_features = 0.0;
   double began_s = 0.0;   ///< Time of the first estimate since `begin`.

@@ -52,6 +52,18 @@ Timing timing_of(std::vector<double> ms) {
   return timing;
 }
 
+Json cameras_to_json(const std::vector<CameraModel>& cameras) {
+  Json all = Json::array();
+  for (const CameraModel& camera : cameras) {
+    all.push_back({{"fx", camera.fx},
+                   {"fy", camera.fy},
+                   {"cx", camera.cx},
+                   {"cy", camera.cy},
+                   {"refractive_index", camera.refractive_index}});
+  }
+  return all;
+}
+
 Json run_to_json(const DatasetRun& run, const Accuracy& accuracy, double duration_s) {
   const Timing timing = timing_of(run.frame_ms);
   Json all = {
@@ -65,6 +77,7 @@ Json run_to_json(const DatasetRun& run, const Accuracy& accuracy, double duratio
               {"mean_features", run.mean_features},
               {"began_s", run.estimates.empty() ? Json(nullptr) : Json(run.began_s)},
               {"waits_for", run.waits_for},
+              {"cameras", cameras_to_json(run.cameras)},
               {"diverged", run.health.failure}});
   return all;
 }
@@ -86,6 +99,20 @@ Json loops_to_json(const DatasetRun& run, const Accuracy& accuracy,
   all.update(to_json(accuracy));
   all["ms_per_keyframe"] = {{"mean", timing.mean_ms}, {"p99", timing.p99_ms}};
   return all;
+}
+
+// Those whose intrinsics were estimated.
+void print_cameras(const Recording& recording, const DatasetRun& run) {
+  for (std::size_t i = 0; i < run.cameras.size(); ++i) {
+    const CameraModel& given = recording.cameras[i].model;
+    const CameraModel& found = run.cameras[i];
+    const bool has_port = found.refractive_index != given.refractive_index;
+    if (found.fx == given.fx && !has_port) continue;
+    print(fmt::format("  camera {} focal lengths {:.2f}, {:.2f}, centre {:.2f}, {:.2f}{}", i,
+                      found.fx, found.fy, found.cx, found.cy,
+                      has_port ? fmt::format(", refractive index {:.4f}", found.refractive_index)
+                               : std::string()));
+  }
 }
 
 void print_report(const EstimateArguments& arguments, const DatasetRun& run,
@@ -236,6 +263,7 @@ void report_run(const EstimateArguments& arguments, const estimation::RunOptions
     return;
   }
   print_report(arguments, run, accuracy, duration_s);
+  print_cameras(recording, run);
   print_health(recording, options, run);
   if (with_loops) print_loops(run, *with_loops, worst);
   if (comparison) print_comparison(*comparison, arguments.against);

@@ -83,6 +83,8 @@ class VisionPipeline {
   [[nodiscard]] std::optional<StateEstimate> at_image() const;
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }
+  /// The cameras with their intrinsics as estimated by the filter; their poses are cameras_B().
+  [[nodiscard]] std::span<const CameraModel> models() const { return filter_.state().models; }
   [[nodiscard]] const FilterHealth& health() const { return filter_.health(); }
   /// Biases of the IMU as estimated while the filter was healthy, five to ten seconds ago; empty
   /// before.

@@ -93,6 +93,20 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
   EXPECT_NEAR(json["duration_s"].get<double>(), seconds, 1.0);
   EXPECT_LT(json["ate_m"].get<double>(), 0.05);
   EXPECT_GT(json["mean_features"].get<double>(), 30.0);
+  ASSERT_EQ(json["cameras"].size(), 2U);
+  EXPECT_EQ(json["cameras"][1]["refractive_index"], 1.0);
+
+  // The simulated cameras are exact, which the recording states.
+  for (const char* camera : {"cam0", "cam1"}) {
+    const std::string name = fmt::format("data/mav0/{}/sensor.yaml", camera);
+    std::string sensor = content_of(data.parent_path() / name);
+    const std::size_t at = sensor.find("focal_sigma: 0 ");
+    ASSERT_NE(at, std::string::npos);
+    write(name, sensor.replace(at, 14, "focal_sigma: 0.005"));
+  }
+  const Ran calibrated = dive("estimate data --init truth");
+  EXPECT_EQ(calibrated.status, 0) << calibrated.err;
+  EXPECT_THAT(calibrated.out, HasSubstr("camera 1 focal lengths"));
 
   const Ran again = dive("estimate data --estimator primitive --speed 0.25 --json");
   ASSERT_EQ(again.status, 0) << again.err;

@@ -288,6 +288,21 @@ TEST(Start, FromImagesIsRightAtRestAndInMotion) {
   }
 }
 
+TEST(Start, FromImagesOfARollingShutterIsRightToo) {
+  AnalyticDiveOptions options;
+  options.line_time_s = 6e-5;  // 29 ms for an image
+  for (const std::uint64_t seed : {36U, 37U, 38U}) {
+    AnalyticDive dive(options, seed);
+    const double t = 10.0 * static_cast<double>(seed);
+    const Began began = begin_from_images(dive, options, start_near(dive, t), t, 5.0);
+    ASSERT_GE(began.after_s, 0.0) << began.waited_for;
+    EXPECT_LT(began.after_s, 0.8);
+    EXPECT_LT(began.velocity_error.norm(), 0.1);
+    EXPECT_LT(began.end.nees_position, 16.3);
+    EXPECT_LT(began.end.nees_attitude, 16.3);
+  }
+}
+
 // The expected speed of a gait is known to 0.1 m/s: better than nothing, and no images of one
 // camera at constant velocity improve it.
 TEST(Start, FromImagesIsImmediateWithOneCameraWhereTheSpeedIsKnown) {
