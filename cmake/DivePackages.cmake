@@ -54,4 +54,10 @@ install(FILES ${documents}/copyright ${documents}/changelog.Debian.gz
   DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/dive COMPONENT runtime)
 install(FILES ${documents}/copyright ${documents}/changelog.Debian.gz
   DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/libdive-dev COMPONENT development)
+# Each of lintian's findings that is no defect, with the reason.
+install(FILES packaging/debian/dive.lintian-overrides
+  DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME dive COMPONENT runtime)
+install(FILES packaging/debian/libdive-dev.lintian-overrides
+  DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME libdive-dev
+  COMPONENT development)
 include(CPack)

@@ -15,7 +15,7 @@ list(LENGTH packages count)
 if(NOT count EQUAL 2)
   message(FATAL_ERROR "expected two packages, not: ${packages}")
 endif()
-run(findings ${lintian} --fail-on error --allow-root ${packages})
+run(findings ${lintian} --fail-on error,warning --allow-root ${packages})
 message("${findings}")
 
 file(GLOB runtime ${place}/dive_${VERSION}-1_*.deb)
