@@ -371,9 +371,11 @@ Vector2d CameraModel::distort(const Vector2d& normalised) const {
 }
 
 Matrix2d CameraModel::jacobian(const Vector2d& normalised) const {
-  const Matrix2d J = jacobian_in_air(*this, through_port(*this, normalised));
-  if (refractive_index == 1.0) return J;
-  return J * radial_jacobian(port_radius(refractive_index, normalised.norm()), normalised);
+  Matrix2d J = jacobian_in_air(*this, through_port(*this, normalised));
+  if (refractive_index != 1.0) {
+    J *= radial_jacobian(port_radius(refractive_index, normalised.norm()), normalised);
+  }
+  return J;
 }
 
 Eigen::Matrix<double, 2, 5> CameraModel::intrinsics_jacobian(const Vector2d& normalised) const {

@@ -12,8 +12,6 @@ using Eigen::Vector3d;
 constexpr double kBiasPeriod_s = 5.0;  // between two states that are remembered
 constexpr double kBiasSafety = 2.0;    // of the biases' sigmas when it begins with them again
 constexpr double kUsualSpeed = 0.4;    // m/s, of a vehicle that is not observed
-constexpr double kMinSigma = 0.01;     // m
-constexpr double kMinYawSigma = 0.1;   // deg
 constexpr double kMaxShare = 0.8;      // of the sigmas at which the filter takes itself as diverged
 
 }  // namespace
@@ -110,13 +108,13 @@ ImageStart RestartMemory::image_start() const {
   start.position_W = last_.X_WB.p;
   start.position_sigma_m =
       std::clamp(std::hypot(last_.position_sigma_m, std::max(last_.speed, kUsualSpeed) * seconds),
-                 kMinSigma, kMaxShare * options_.max_position_sigma_m);
+                 kMinStartSigma_m, kMaxShare * options_.max_position_sigma_m);
   start.heading = (last_.X_WB.q * last_.turned.conjugate() * turned_).normalized();
   const double by_bias = seconds * start.bias.gyro_sigma.value_or(options_.gyro_bias_sigma);
   const double by_gaps = options_.unknown_rate_sigma * (unmeasured_s_ - last_.unmeasured_s);
   start.heading_sigma_deg =
       std::clamp(rad_to_deg(std::hypot(last_.yaw_sigma, std::hypot(by_bias, by_gaps))),
-                 kMinYawSigma, kMaxShare * options_.max_attitude_sigma_deg);
+                 kMinStartYawSigma_deg, kMaxShare * options_.max_attitude_sigma_deg);
   return start;
 }
 

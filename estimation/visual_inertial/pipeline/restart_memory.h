@@ -11,6 +11,10 @@
 
 namespace dive::estimation {
 
+/// Least sigmas with which the filter begins, whatever an estimate claims.
+inline constexpr double kMinStartSigma_m = 0.01;
+inline constexpr double kMinStartYawSigma_deg = 0.1;
+
 class RestartMemory {
  public:
   RestartMemory(const VisualInertialOptions& options, const VisionStart& start);

@@ -22,8 +22,6 @@ constexpr double kForgiven = 60.0;         // s after which a divergence is forg
 constexpr Utime kRecent = 2'000'000;       // us of IMU samples
 constexpr Utime kAhead = 100'000;          // us
 constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is re-initialised
-constexpr double kMinSigma = 0.01;         // m
-constexpr double kMinYawSigma = 0.1;       // deg
 constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
@@ -39,8 +37,8 @@ KnownStart start_from(const StateEstimate& published) {
   start.utime = published.utime;
   start.X_WB = published.X_WB;
   start.v_WB_B = published.v_WB_B;
-  start.position_sigma_m = std::max(horizontal_sigma(published), kMinSigma);
-  start.yaw_sigma_deg = std::max(rad_to_deg(yaw_sigma(published)), kMinYawSigma);
+  start.position_sigma_m = std::max(horizontal_sigma(published), kMinStartSigma_m);
+  start.yaw_sigma_deg = std::max(rad_to_deg(yaw_sigma(published)), kMinStartYawSigma_deg);
   start.tilt_sigma_deg = kTiltSigma;
   start.speed_sigma = kSpeedSigma;
   return start;
