@@ -401,9 +401,8 @@ std::optional<Vector2d> CameraModel::project(const Eigen::Vector3d& p_C) const {
   if (!(p_C.z() > kNear)) return std::nullopt;
   const Vector2d n = p_C.head<2>() / p_C.z();
   const Vector2d in_air = through_port(*this, n);
-  if (!(std::max(n.squaredNorm(), in_air.squaredNorm()) <= kMaxRadius * kMaxRadius)) {
-    return std::nullopt;
-  }
+  constexpr double kMost = kMaxRadius * kMaxRadius;
+  if (!(n.squaredNorm() <= kMost && in_air.squaredNorm() <= kMost)) return std::nullopt;
   if (!is_on_first_branch(*this, in_air)) return std::nullopt;
   return distort(n);
 }
