@@ -233,9 +233,9 @@ class Wall final : public PathEvaluator {
   bool is_observed_ = false;
 };
 
-// Where the vehicle is when it asks for a path, after it was at x = 5.9 m, where the wall was
+// Where the vehicle is when it asks for a path after `event`, at x = 5.9 m, where the wall was
 // observed.
-double asks_at(bool is_mapped, bool with_trail) {
+double asks_at(bool is_mapped, bool with_trail, bool BehaviorInput::*event) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
   Wall wall(is_mapped);
@@ -243,9 +243,9 @@ double asks_at(bool is_mapped, bool with_trail) {
   vehicle.set_map(&wall, with_trail ? &trail : nullptr);
   BehaviorOutput output = swim_east(leg, vehicle, 5.9);
   wall.observe();
-  BehaviorInput demand = vehicle.input(nullptr);
-  demand.replan = true;
-  output = leg.step(demand);
+  BehaviorInput input = vehicle.input(nullptr);
+  input.*event = true;
+  output = leg.step(input);
   while (!output.plan_request && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
   EXPECT_TRUE(output.plan_request);
   return vehicle.position().x();
@@ -253,26 +253,16 @@ double asks_at(bool is_mapped, bool with_trail) {
 
 // Beside what the map lacks it has no room to turn onto another path.
 TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatTheMapLacks) {
+  constexpr auto kReplan = &BehaviorInput::replan;
   // 0.2 m before the breadcrumb that has 0.85 of a clearance of 1 m.
-  EXPECT_LT(asks_at(false, true), 6.0 - 0.85 + 0.25);
-  EXPECT_NEAR(asks_at(false, false), 5.9, 0.1) << "no trail";
-  EXPECT_NEAR(asks_at(true, true), 5.9, 0.1) << "an error of the position looks the same";
+  EXPECT_LT(asks_at(false, true, kReplan), 6.0 - 0.85 + 0.25);
+  EXPECT_NEAR(asks_at(false, false, kReplan), 5.9, 0.1) << "no trail";
+  EXPECT_NEAR(asks_at(true, true, kReplan), 5.9, 0.1) << "an error of the position looks the same";
 }
 
 // The map has it a scan or two after the stop.
 TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatItHasStoppedFor) {
-  Leg leg(settings(), goal_at(20, 0));
-  PerfectVehicle vehicle({0, 0, -3});
-  Wall wall(true);
-  Trail trail;
-  vehicle.set_map(&wall, &trail);
-  BehaviorOutput output = swim_east(leg, vehicle, 5.9);
-  wall.observe();
-  BehaviorInput scanned = vehicle.input(nullptr);
-  scanned.obstacle_ahead = true;
-  output = leg.step(scanned);
-  while (!output.plan_request && vehicle.seconds() < 100.0) output = vehicle.tick(leg);
-  EXPECT_LT(vehicle.position().x(), 6.0 - 0.85 + 0.25);
+  EXPECT_LT(asks_at(true, true, &BehaviorInput::obstacle_ahead), 6.0 - 0.85 + 0.25);
 }
 
 TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {
