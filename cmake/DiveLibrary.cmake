@@ -76,14 +76,14 @@ function(dive_library name)
   dive_use_precompiled(${name} dive_precompiled)
 endfunction()
 
-# dive_test(NAME [ALONE] [SANITIZED] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per
-# module; ALONE where its tests run in real time and must not share the machine with others; SANITIZED
+# dive_test(NAME [REAL_TIME] [SANITIZED] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest program per
+# module; REAL_TIME where its tests run in real time: they begin first, and one at a time; SANITIZED
 # where CI runs it under the sanitizers too, because what it tests runs on board or reads what others
 # wrote (CI has not the time for all).
 add_custom_target(tests)
 add_custom_target(sanitized_tests)
 function(dive_test name)
-  cmake_parse_arguments(TEST "ALONE;SANITIZED" "" "SOURCES;USES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TEST "REAL_TIME;SANITIZED" "" "SOURCES;USES;LIBRARIES" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_compile_definitions(${name} PRIVATE DIVE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
@@ -94,13 +94,16 @@ function(dive_test name)
                                         GTest::gmock GTest::gtest_main rapidcheck)
   dive_use_precompiled(${name} dive_precompiled_tests)
   add_dependencies(tests ${name})
-  set(labels)
+  set(properties)
+  if(TEST_REAL_TIME)
+    set(properties RESOURCE_LOCK real_time COST 1000)
+  endif()
   if(TEST_SANITIZED)
     add_dependencies(sanitized_tests ${name})
-    set(labels LABELS sanitized)
+    list(APPEND properties LABELS sanitized)
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
-                       PROPERTIES TIMEOUT 1800 RUN_SERIAL ${TEST_ALONE} ${labels})
+                       PROPERTIES TIMEOUT 1800 ${properties})
 endfunction()
 
 # dive_bench(NAME SOURCES ... USES ...): one Google Benchmark program.

@@ -1,5 +1,4 @@
-// Visual-inertial dives round a basin, partly in the dark, with and without a tag on the wall where
-// they turn.
+// Visual-inertial dives round a basin, partly in the dark, with a tag on the wall where they turn.
 
 #include <cmath>
 #include <optional>
@@ -120,23 +119,20 @@ bool has_note(const DiveResults& results, const std::string& words) {
 }
 
 TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
-  DIVE_SKIP_UNDER_SANITIZERS("two dives are drawn, image by image");
-  const DiveResults without = dive("", 3);
-  const DiveResults with = dive(kTag, 3);
-  for (const DiveResults& results : {without, with}) {
-    EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
-    EXPECT_LE(results.refused, results.used) << "an estimate may be wrong by more than it says";
-    EXPECT_EQ(results.others, 0);
-    EXPECT_GT(results.result.distance_m, 25.0);
-    EXPECT_LT(results.result.largest_step_m, 0.05) << "without a jump";
-  }
-  EXPECT_EQ(without.used, 0);
-  EXPECT_GT(with.used, 2);
-  EXPECT_TRUE(has_note(with, "tag 7: corrects the vehicle's position by"));
-  // Which of two dives is nearer to the truth is chance; tag_fix_test.cpp tests the value of a tag.
-  EXPECT_LT(with.after_turn_m, 3.0 * with.sigma_m);
-  EXPECT_LT(with.horizontal_m, 3.0 * with.sigma_m);
-  EXPECT_LT(with.nees, 6.0);
+  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
+  const DiveResults results = dive(kTag, 3);
+  EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
+  EXPECT_LE(results.refused, results.used) << "an estimate may be wrong by more than it says";
+  EXPECT_EQ(results.others, 0);
+  EXPECT_GT(results.result.distance_m, 25.0);
+  EXPECT_LT(results.result.largest_step_m, 0.05) << "without a jump";
+  EXPECT_GT(results.used, 2);
+  EXPECT_TRUE(has_note(results, "tag 7: corrects the vehicle's position by"));
+  // Whether a dive without the tag ends nearer to the truth is chance; tag_fix_test.cpp tests the
+  // value of a tag.
+  EXPECT_LT(results.after_turn_m, 3.0 * results.sigma_m);
+  EXPECT_LT(results.horizontal_m, 3.0 * results.sigma_m);
+  EXPECT_LT(results.nees, 6.0);
 }
 
 TEST(TagDive, ATypoIsReportedAndDoesNoHarm) {
