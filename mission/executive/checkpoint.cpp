@@ -11,7 +11,6 @@ namespace {
 using statechart::StateId;
 
 constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma, until the vehicle has stopped ...
-constexpr double kStopSeconds = 5.0;     // s
 constexpr double kDriftHeld = 0.03;      // m/s: ... and while it holds (vehicle/exit_guidance.h)
 constexpr double kGoesOn = 0.3;  // s after a commit for which a vehicle without commands swims on
 constexpr double kStops = 1.0;   // time constant, s, with which it then comes to rest
@@ -29,8 +28,8 @@ Drift drift_in(double gap_s, const Checkpoint& checkpoint, const Eigen::Vector2d
   const Eigen::Vector3d carried_W(current_W.x(), current_W.y(), 0.0);
   const Eigen::Vector3d swims_W = checkpoint.v_W - carried_W;
   const double surge = (checkpoint.X_WB.q.conjugate() * swims_W).x() * (1.0 - stopping);
-  const double sigma_m = kDriftWhileAway * std::min(gap_s, kStopSeconds) +
-                         kDriftHeld * std::max(gap_s - kStopSeconds, 0.0);
+  const double sigma_m = kDriftWhileAway * std::min(gap_s, kComesToRest) +
+                         kDriftHeld * std::max(gap_s - kComesToRest, 0.0);
   return {swims_W.head<2>() * swam_s + current_W * gap_s, sigma_m, surge};
 }
 

@@ -8,6 +8,13 @@ namespace dive::mission {
 
 using behaviors::Rung;
 
+namespace {
+
+// m/s: the vehicle comes to rest within kGiveBack from a smaller one.
+constexpr double kLostSpeed = 0.1;
+
+}  // namespace
+
 Eigen::Vector3d Executive::Impl::first_position() const {
   if (options.resume) return options.resume->checkpoint.X_WB.p;
   return mission.start.in_world(ground_height(map.scene(), mission.start));
@@ -33,7 +40,10 @@ void Executive::Impl::resume(const Resume& from) {
     const Drift drift = drift_in(gap_s, checkpoint, mission.current.value.at(checkpoint.elapsed_s));
     localization.dead_reckon(drift.by_W, drift.sigma_m, drift.surge);
     control.begin_at(drift.surge);
-    given_back_at = situation.now + kGiveBack;
+    // If the clock was set meanwhile, the gap was another: the vehicle may still have the speed
+    // that is taken as lost.
+    const bool may_still_move = checkpoint.v_W.norm() - drift.surge > kLostSpeed;
+    given_back_at = situation.now + (may_still_move ? from_seconds(kComesToRest) : kGiveBack);
   }
   outputs.estimate = situation.estimate = localization.update(situation.now);
   started_at = situation.now - from_seconds(checkpoint.elapsed_s + gap_s);

@@ -222,6 +222,30 @@ TEST_F(ExecutiveTest, ARestartedOneExpectsTheCurrentOfItsCheckpoint) {
   EXPECT_NEAR(outputs.estimate.X_WB.p.y(), 0.2 * 10.0, 0.05) << "it was carried meanwhile";
 }
 
+// A gap by the clock says little if the clock was set: the vehicle may still move.
+TEST_F(ExecutiveTest, ARestartedOneGoesNowhereBeforeTheVehicleIsAtRest) {
+  for (const Utime set_by : {-20'000'000, 20'000'000}) {
+    use(kMission);
+    now_ = 100'000'000;
+    run(1.0);
+    Resume resume;
+    resume.checkpoint = executive_->checkpoint();
+    resume.checkpoint.X_WB.p = {0.0, 0.0, -3.0};
+    resume.checkpoint.v_W = resume.checkpoint.X_WB.q * Eigen::Vector3d(0.4, 0.0, 0.0);
+    ExecutiveOptions options;
+    options.resume = resume;
+    executive_.emplace(mission_, world_, model_, options);
+    now_ += set_by;
+    says_ = OperatorCommand::kAbort;
+    for (const Utime begin = now_; now_ < begin + 4'900'000;) {
+      const StepOutputs held = tick();
+      EXPECT_EQ(held.command.v, 0.0);
+      EXPECT_NE(held.status.state, "dive.abort_surface") << set_by << " at " << now_ - begin;
+    }
+    EXPECT_EQ(run(1.0).status.state, "dive.abort_surface") << set_by;
+  }
+}
+
 TEST_F(ExecutiveTest, KeepsTheBiasesOfTheImuOverRestarts) {
   run(1.0);
   EXPECT_FALSE(executive_->checkpoint().imu_bias);
