@@ -6,9 +6,8 @@
 //
 // Quantities that are not calibrated have no columns. Attitude errors are on the right, R_true = R
 // Exp(theta); the rest is additive; a camera or clone is [theta, p], a camera's intrinsics are [fx,
-// fy, cx, cy]. Jacobians are evaluated at the
-// newest estimate, and every correction turns the covariance with it: see
-// doc/visual-inertial/README.md.
+// fy, cx, cy]. Jacobians are evaluated at the newest estimate, and every correction turns the
+// covariance with it: see doc/visual-inertial/README.md.
 
 #include <array>
 #include <cstdint>

@@ -70,7 +70,7 @@ void RestartMemory::observe(const StateEstimate& estimate) { last_ = place_of(es
 
 void RestartMemory::remember(Utime now, const FilterState& state, const StateEstimate& estimate) {
   if (recent_ && to_seconds(now - recent_->utime) < kBiasPeriod_s) return;
-  proven_ = recent_;
+  if (recent_) proven_ = recent_;
   const auto sigmas = state.covariance().diagonal().segment<6>(imu_error::kGyroBias).cwiseSqrt();
   recent_ = Known{now,
                   {state.imu.gyro_bias, state.imu.accel_bias, sigmas.head<3>().maxCoeff(),
