@@ -67,6 +67,14 @@ void Diagnostics::error(std::string code, const SourceText& source, Span span, s
   add(Severity::kError, std::move(code), source, span, std::move(message), std::move(hint));
 }
 
+void Diagnostics::unreadable(const std::string& path, const std::string& reason) {
+  Diagnostic diagnostic;
+  diagnostic.code = "FILE-UNREADABLE";
+  diagnostic.file = path;
+  diagnostic.message = fmt::format("the file cannot be read: {}", reason);
+  add(std::move(diagnostic));
+}
+
 void Diagnostics::warning(std::string code, const SourceText& source, Span span,
                           std::string message, std::string hint) {
   add(Severity::kWarning, std::move(code), source, span, std::move(message), std::move(hint));

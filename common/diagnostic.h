@@ -35,6 +35,9 @@ class Diagnostics {
   void warning(std::string code, const SourceText& source, Span span, std::string message,
                std::string hint = {});
 
+  /// Adds the error FILE-UNREADABLE.
+  void unreadable(const std::string& path, const std::string& reason);
+
   [[nodiscard]] const std::vector<Diagnostic>& list() const { return list_; }
   [[nodiscard]] std::size_t error_count() const { return error_count_; }
   [[nodiscard]] std::size_t warning_count() const { return warning_count_; }

@@ -315,11 +315,7 @@ std::optional<XmlDocument> read_xml(const std::string& path, const XmlLimits& li
                                     Diagnostics& diagnostics) {
   tl::expected<SourceText, std::string> source = read_source_text(path, limits.max_bytes);
   if (!source) {
-    Diagnostic diagnostic;
-    diagnostic.code = "FILE-UNREADABLE";
-    diagnostic.file = path;
-    diagnostic.message = fmt::format("the file cannot be read: {}", source.error());
-    diagnostics.add(std::move(diagnostic));
+    diagnostics.unreadable(path, source.error());
     return std::nullopt;
   }
   return parse_xml(std::move(*source), limits, diagnostics);

@@ -16,14 +16,11 @@
 #include "mission/cli/terminal.h"
 #include "mission/diff/plan_difference.h"
 #include "mission/document/map_file.h"
-#include "planning/world/grid.h"
 #include "planning/world/sdf.h"
 #include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 namespace {
-
-constexpr std::size_t kMaxMapBytes = 64U << 20U;
 
 std::optional<Fault> parse_fault(const std::string& written) {
   const std::size_t at = written.find('@');
@@ -86,8 +83,7 @@ struct WorldFile {
 std::optional<WorldFile> read_world(const Mission& mission, const std::string& path,
                                     const Located<std::string>& name, planning::Resources resources,
                                     Diagnostics& diagnostics) {
-  tl::expected<SourceText, std::string> text =
-      planning::is_grid(path) ? planning::grid_as_map(path) : read_source_text(path, kMaxMapBytes);
+  tl::expected<SourceText, std::string> text = planning::read_map_text(path);
   if (!text) {
     diagnostics.error("MIS-MAP-NOT-FOUND", mission.source, name.span,
                       fmt::format("the map cannot be read: {}", text.error()));

@@ -331,10 +331,9 @@ std::optional<ForeignMission> read_qgc(const std::string& path, std::optional<do
                                        ImportReport& report) {
   tl::expected<SourceText, std::string> text = read_source_text(path, kMaxBytes);
   if (!text) {
-    Diagnostics unreadable;
-    unreadable.error("FILE-UNREADABLE", SourceText(path, ""), Span{},
-                     fmt::format("the file cannot be read: {}", text.error()));
-    report.add(unreadable);
+    Diagnostics diagnostics;
+    diagnostics.unreadable(path, text.error());
+    report.add(diagnostics);
     return std::nullopt;
   }
   const bool has_lines = text->content().starts_with("QGC WPL");

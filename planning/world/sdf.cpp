@@ -201,8 +201,11 @@ class Reader {
   std::set<std::pair<std::string, std::string>> remarked_;  // Code and URI.
 };
 
-std::optional<World> read_tree(const std::optional<XmlDocument>& document, Diagnostics& diagnostics,
-                               MeshSource& meshes) {
+}  // namespace
+
+std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, MeshSource& meshes) {
+  const std::optional<XmlDocument> document =
+      parse_xml(std::move(source), kSdfLimits, diagnostics);
   if (!document) return std::nullopt;
   const std::size_t errors_before = diagnostics.error_count();
   Reader reader(document->source, diagnostics, meshes);
@@ -211,17 +214,20 @@ std::optional<World> read_tree(const std::optional<XmlDocument>& document, Diagn
   return reader.take();
 }
 
-}  // namespace
-
-std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, MeshSource& meshes) {
-  return read_tree(parse_xml(std::move(source), kSdfLimits, diagnostics), diagnostics, meshes);
+tl::expected<SourceText, std::string> read_map_text(const std::string& path) {
+  if (is_grid(path)) return grid_as_map(path);
+  return read_source_text(path, kSdfLimits.max_bytes);
 }
 
 std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                               Resources resources) {
+  tl::expected<SourceText, std::string> text = read_map_text(path);
+  if (!text) {
+    diagnostics.unreadable(path, text.error());
+    return std::nullopt;
+  }
   MeshFiles meshes(path, resources);
-  if (is_grid(path)) return parse_sdf(grid_as_map(path), diagnostics, meshes);
-  return read_tree(read_xml(path, kSdfLimits, diagnostics), diagnostics, meshes);
+  return parse_sdf(std::move(*text), diagnostics, meshes);
 }
 
 }  // namespace dive::planning

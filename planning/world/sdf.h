@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include <tl/expected.hpp>
+
 #include "common/diagnostic.h"
 #include "common/geodesy.h"
 #include "common/source_text.h"
@@ -24,6 +26,10 @@ namespace dive::planning {
 [[nodiscard]] std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics,
                                              MeshSource& meshes);
 
+/// The text of a map's file, an SDF world or a bathymetric grid (grid.h). The error is a sentence:
+/// the file cannot be read, or is larger than 16 MiB.
+[[nodiscard]] tl::expected<SourceText, std::string> read_map_text(const std::string& path);
+
 /// The origin that the world states in <spherical_coordinates>: EARTH_WGS84, latitude_deg and
 /// longitude_deg, axes ENU. The elevation is ignored, because z = 0 is the surface. Empty without
 /// it; also, with the warning MAP-ORIGIN, if the axes are others, and, with the error MAP-NUMBER,
@@ -31,7 +37,8 @@ namespace dive::planning {
 [[nodiscard]] std::optional<GeoPoint> sdf_origin(const SourceText& source,
                                                  Diagnostics& diagnostics);
 
-/// Reads the file, an SDF world or a bathymetric grid (grid.h), and parses it, with MeshFiles.
+/// read_map_text() and parse_sdf() with MeshFiles; an unreadable file gives the diagnostic
+/// FILE-UNREADABLE.
 [[nodiscard]] std::optional<World> load_sdf(const std::string& path, Diagnostics& diagnostics,
                                             Resources resources = Resources::kInFolder);
 
