@@ -37,15 +37,15 @@ double Distances::to_diver_now_m() const {
 }
 
 PositionErrors::PositionErrors(const mission::DiveSettings& settings)
-    : map_from_world_(vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse()) {}
+    : world_from_map_(vehicle::drawn_map_motion(settings.conditions, settings.seed)) {}
 
 void PositionErrors::observe(const estimation::StateEstimate& estimate,
                              const vehicle::GroundTruth& truth) {
   if (!estimate.valid) return;
-  const Eigen::Vector2d error = (estimate.X_WB.p - truth.X_WB.p).head<2>();
+  const Eigen::Vector2d error = (estimate.X_WB.p - world_from_map_ * truth.X_WB.p).head<2>();
   const Eigen::Matrix2d P = estimate.covariance.topLeftCorner<2, 2>();
   nees_ = error.dot(P.ldlt().solve(error));
-  const Eigen::Vector2d in_map = (estimate.X_WB.p - map_from_world_ * truth.X_WB.p).head<2>();
+  const Eigen::Vector2d in_map = (estimate.X_WB.p - truth.X_WB.p).head<2>();
   nees_in_map_ = in_map.dot(P.ldlt().solve(in_map));
   last_m_ = in_map.norm();
   errors_m_.push_back(last_m_);

@@ -43,6 +43,7 @@ class PositionErrors {
  public:
   explicit PositionErrors(const mission::DiveSettings& settings);
 
+  /// `truth` is relative to the map, as a DiveObserver has it.
   void observe(const estimation::StateEstimate& estimate, const vehicle::GroundTruth& truth);
   /// NEES of the last estimate, in the world; its mean over dives is 2 if the covariance is right.
   [[nodiscard]] double nees() const { return nees_; }
@@ -51,7 +52,7 @@ class PositionErrors {
   [[nodiscard]] double p95_m() const;                      ///< Relative to the map, m.
 
  private:
-  Pose map_from_world_;
+  Pose world_from_map_;
   double nees_ = 0.0;
   double nees_in_map_ = 0.0;
   double last_m_ = 0.0;

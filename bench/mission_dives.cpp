@@ -33,15 +33,16 @@
 #include "bench/run_study.h"
 #include "planning/planner.h"
 #include "planning/world/primitives.h"
-#include "vehicle/simulator/drawn_world.h"
 
 namespace dive::bench {
 namespace {
 
-void observe_with(Distances& distances, mission::DiveSettings& settings) {
-  settings.sensor_observer = [&distances](const auto&, const vehicle::GroundTruth& truth,
-                                          const std::optional<Pose>& X_WD) {
+// In the simulated world, in which the objects stand.
+void observe_with(Distances& distances, ObjectsInView& in_view, mission::DiveSettings& settings) {
+  settings.sensor_observer = [&](const auto&, const vehicle::GroundTruth& truth,
+                                 const std::optional<Pose>& X_WD) {
     distances.observe(truth, X_WD);
+    in_view.observe(truth.X_WB);
   };
 }
 // The mission may skip an unreachable goal and still end well.
@@ -57,11 +58,11 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   mission::DiveSettings settings = settings_for(setup, draw, seed);
   Distances distances(setup, settings);
   PositionErrors errors(settings);
-  observe_with(distances, settings);
+  ObjectsInView in_view(settings);
+  observe_with(distances, in_view, settings);
   std::optional<double> wrong_map_s;
   double off_path_m = 0.0;
   double margin = std::numeric_limits<double>::infinity();
-  ObjectsInView in_view(settings);
   std::size_t with_hidden = 0;
   bool is_over = false;
   const mission::DiveResult result = mission::simulate_dive(
@@ -71,7 +72,6 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
         for (const mission::Collision& collision : contacts.begun) {
           with_hidden += in_view.was_hidden(collision.obstacle) ? 1 : 0;
         }
-        in_view.observe(truth.X_WB);
         is_over = is_over || (!draw.until.empty() && out.status.state == draw.until);
         if (!is_over) errors.observe(out.estimate, truth);
         margin = std::min(margin, out.status.margin_sigma);
@@ -134,13 +134,12 @@ void print_drawn(const mission::DiveSettings& settings) {
 void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
   mission::DiveSettings settings = settings_for(setup, draw, seed);
   Distances distances(setup, settings);
-  observe_with(distances, settings);
+  ObjectsInView in_view(settings);
+  observe_with(distances, in_view, settings);
   print_drawn(settings);
   Utime next = 0;
   std::size_t updated = 0;
   MapFix fix;
-  const Pose map_from_world =
-      vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse();
   const mission::DiveResult result = mission::simulate_dive(
       setup.mission, setup.world, setup.model, settings,
       [&](const mission::StepInputs& in, const mission::StepOutputs& out,
@@ -159,7 +158,7 @@ void trace(const RoutedSetup& setup, const Draw& draw, std::uint64_t seed) {
                                        out.estimate.X_WB.p + Eigen::Vector3d::Constant(2.5)},
                                       near.obstacles);
         const vehicle::ClearanceMeter by_map(near, setup.model.hull);
-        const Eigen::Vector3d off = out.estimate.X_WB.p - map_from_world * truth.X_WB.p;
+        const Eigen::Vector3d off = out.estimate.X_WB.p - truth.X_WB.p;
         std::cout << fmt::format(
             "{:6.1f} s  {:<12} at {:6.2f} {:6.2f} {:6.2f} rpy {:4.0f} {:4.0f} {:4.0f} of "
             "{:4.0f} {:4.0f} {:4.0f} rates {:5.2f} {:5.2f} {:5.2f} {:5.2f} {:5.2f} off {:5.2f} "

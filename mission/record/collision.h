@@ -24,8 +24,9 @@ struct Collision {
     double sigma_m = 0.0;
   };
 
-  double t_s = 0.0;                               ///< Time since the dive began.
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< True position of the vehicle's origin, m.
+  double t_s = 0.0;  ///< Time since the dive began.
+  Eigen::Vector3d p_W =
+      Eigen::Vector3d::Zero();  ///< True position of the vehicle's origin on the map, m.
   std::string obstacle;
   std::optional<Estimate> estimate;  ///< Estimate at the same tick; absent if there is none.
 };

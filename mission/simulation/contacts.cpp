@@ -6,8 +6,8 @@
 namespace dive::mission {
 
 Contacts::Contacts(const vehicle::TriangulatedWorld& world, const planning::RobotHull& hull,
-                   const std::optional<vehicle::DiverTrack>& diver)
-    : hull_(hull), world_(world, hull) {
+                   const std::optional<vehicle::DiverTrack>& diver, const Pose& X_MW)
+    : hull_(hull), world_(world, hull), X_MW_(X_MW) {
   if (!diver) return;
   diver_.emplace(*diver);
   planning::World alone;
@@ -37,7 +37,7 @@ void Contacts::observe(vehicle::ClearanceMeter& meter, const Pose& X_OB, Utime n
                        const Pose& X_WB, std::vector<std::string>& contacts) {
   for (std::string& name : meter.observe(X_OB)) contacts.push_back(std::move(name));
   if (meter.min_clearance_m() >= nearest_.clearance_m) return;
-  nearest_ = {meter.min_clearance_m(), to_seconds(now), X_WB.p, meter.nearest_obstacle()};
+  nearest_ = {meter.min_clearance_m(), to_seconds(now), X_MW_ * X_WB.p, meter.nearest_obstacle()};
 }
 
 double Contacts::diver_clearance_m() const {

@@ -18,9 +18,10 @@ namespace dive::mission {
 
 class Contacts {
  public:
-  /// The hull must outlive this object.
+  /// The hull must outlive this object. `X_MW`: from the simulated world to the map, to which
+  /// nearest() refers.
   Contacts(const vehicle::TriangulatedWorld& world, const planning::RobotHull& hull,
-           const std::optional<vehicle::DiverTrack>& diver);
+           const std::optional<vehicle::DiverTrack>& diver, const Pose& X_MW);
 
   /// Adds obstacles from now on, with the names that as_obstacles() gives them.
   void add(std::span<const AppearingObstacle> appeared);
@@ -47,6 +48,7 @@ class Contacts {
   std::size_t appeared_count_ = 0;  ///< Number of obstacles in them.
   std::optional<vehicle::Diver> diver_;
   std::optional<vehicle::ClearanceMeter> to_diver_;
+  Pose X_MW_;
   NearestApproach nearest_;
 };
 

@@ -115,8 +115,9 @@ class SimulatedVehiclePort final : public VehiclePort {
         simulator_(model,
                    settings.resume ? settings.resume->checkpoint.X_WB : start_pose(mission, world),
                    conditions_of(mission, settings), settings.seed),
+        X_MW_(vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse()),
         contacts_(settings.triangles ? *settings.triangles : vehicle::TriangulatedWorld(world_),
-                  model.hull, settings.diver),
+                  model.hull, settings.diver, X_MW_),
         injector_(settings.faults) {
     if (const auto range_camera = range_camera_of(mission, settings.range_camera)) {
       range_camera_.emplace(
@@ -175,11 +176,12 @@ class SimulatedVehiclePort final : public VehiclePort {
   }
 
   void end_tick(const StepInputs& inputs, const StepOutputs& outputs) override {
+    const vehicle::GroundTruth in_map = truth_in_map();
     const std::vector<Collision> collisions =
-        collisions_at(truth().utime, truth().X_WB, touched_, outputs.estimate);
+        collisions_at(in_map.utime, in_map.X_WB, touched_, outputs.estimate);
     result_.collisions.insert(result_.collisions.end(), collisions.begin(), collisions.end());
     watch_.observe(outputs.estimate);
-    if (observer_) observer_(inputs, outputs, truth(), {collisions, contacts_.nearest()});
+    if (observer_) observer_(inputs, outputs, in_map, {collisions, contacts_.nearest()});
     rest_.observe(truth());
     last_ = outputs;
     is_held_ = is_kept(outputs) && settings_.rest_s > 0.0 && rest_.seconds() >= settings_.rest_s;
@@ -200,12 +202,18 @@ class SimulatedVehiclePort final : public VehiclePort {
     contacts_.add(appearing);
   }
   [[nodiscard]] const vehicle::GroundTruth& truth() const { return simulator_.truth(); }
+  [[nodiscard]] vehicle::GroundTruth truth_in_map() const {
+    vehicle::GroundTruth in_map = truth();
+    in_map.X_WB = X_MW_ * in_map.X_WB;
+    return in_map;
+  }
   void name_outcome(const ExecutiveResult& executive);
 
   const DiveSettings& settings_;
   const DiveObserver& observer_;
   const planning::World world_;  ///< The true one.
   vehicle::Simulator simulator_;
+  const Pose X_MW_;  ///< From the simulated world to the map.
   Contacts contacts_;
   FaultInjector injector_;
   std::optional<vehicle::RangeCamera> range_camera_;
@@ -230,7 +238,7 @@ DiveResult SimulatedVehiclePort::finish(OnboardReport report) {
   result_.energy_wh = truth().energy_used_wh;
   result_.final_depth_m = -truth().X_WB.p.z();
   if (last_.estimate.valid) {
-    result_.final_error_m = horizontal_error(last_.estimate, truth().X_WB);
+    result_.final_error_m = horizontal_error(last_.estimate, truth_in_map().X_WB);
     result_.final_sigma_m = estimation::horizontal_sigma(last_.estimate);
   }
   result_.plans = report.plans;

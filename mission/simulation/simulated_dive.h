@@ -39,8 +39,8 @@ struct DiveHands {
 /// Its changes to the inputs are logged with them: a dive with a script is replayed without it.
 using DiveScript = std::function<void(const DiveHands&)>;
 
-/// Called every tick with the simulator's samples before they are processed; X_WD: pose of the
-/// diver in the water.
+/// Called every tick with the simulator's samples before they are processed, and with the ground
+/// truth in the simulated world; X_WD: pose of the diver there.
 using SensorObserver = std::function<void(const vehicle::SensorSamples&,
                                           const vehicle::GroundTruth&, const std::optional<Pose>&)>;
 
@@ -116,7 +116,8 @@ struct TickContacts {
   const NearestApproach& nearest;    ///< Since the dive began.
 };
 
-/// Called every tick, after the step.
+/// Called every tick, after the step. The true pose is relative to the map, in which goals, paths
+/// and estimates are, wherever the drawn errors have moved the map in the simulated world.
 using DiveObserver = std::function<void(const StepInputs&, const StepOutputs&,
                                         const vehicle::GroundTruth&, const TickContacts&)>;
 

@@ -117,7 +117,8 @@ class SimulatedVehicle {
         simulator_(model, start,
                    settings.cameras ? with_imu(settings.conditions) : settings.conditions,
                    settings.seed),
-        contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt),
+        X_MW_(vehicle::drawn_map_motion(settings.conditions, settings.seed).inverse()),
+        contacts_(vehicle::TriangulatedWorld(world), model.hull, std::nullopt, X_MW_),
         injector_(settings.faults),
         arbiter_(make_arbiter()),
         publisher_(bus) {
@@ -149,6 +150,8 @@ class SimulatedVehicle {
   }
 
   [[nodiscard]] Utime now() const { return simulator_.truth().utime; }
+  /// The true pose relative to the map.
+  [[nodiscard]] Pose true_X_MB() const { return X_MW_ * simulator_.truth().X_WB; }
 
   [[nodiscard]] bool is_wanted(const VehicleWanted& wanted) {
     if (wanted()) return true;
@@ -197,7 +200,7 @@ class SimulatedVehicle {
     set_clock();
     restart_driver();
     touched_ = contacts_.observe(now(), simulator_.truth().X_WB);
-    for (Collision& collision : collisions_at(now(), simulator_.truth().X_WB, touched_, {})) {
+    for (Collision& collision : collisions_at(now(), true_X_MB(), touched_, {})) {
       report_.collisions.push_back(std::move(collision));
     }
     own_ = {own.imu, own.depth};
@@ -221,7 +224,7 @@ class SimulatedVehicle {
   void publish_samples() {
     const link::SimTick tick = publisher_.publish(samples_, now());
     const NearestApproach& nearest = contacts_.nearest();
-    publisher_.publish(link::channel::kTruth, link::Truth{now(), simulator_.truth().X_WB, touched_,
+    publisher_.publish(link::channel::kTruth, link::Truth{now(), true_X_MB(), touched_,
                                                           nearest.clearance_m, nearest.obstacle});
     if (settings_.lockstep) publisher_.publish(link::channel::kSimTick, tick);
   }
@@ -294,6 +297,7 @@ class SimulatedVehicle {
   link::Bus& bus_;
   Clock& clock_;
   vehicle::Simulator simulator_;
+  const Pose X_MW_;  ///< From the simulated world to the map.
   Contacts contacts_;
   std::optional<vehicle::RangeCamera> camera_;
   FaultInjector injector_;

@@ -13,14 +13,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "mission/document/mission.h"
 #include "mission/record/log.h"
-#include "mission/simulation/simulated_conditions.h"
 #include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 #include "test/mission/cli/run_command.h"
 #include "test/mission/report/report_dive.h"
 #include "test/mission/report/written_page.h"
-#include "vehicle/simulator/drawn_world.h"
 
 namespace dive::mission {
 namespace {
@@ -83,8 +82,6 @@ TEST_P(ErrorDiagram, TheTruePositionStaysWithinDMinOfTheLine) {
       name == "pool_diver_visual_inertial" ? "--diver 5:20,0.2,-1.8:2,0.2,-1.8" : "";
   const testing::ReportedDive dived = testing::dive_and_report(fmt::format("'{}' {}", path, diver));
   EXPECT_EQ(dived.run.at("outcome"), "success");
-  const Pose map_from_world =
-      vehicle::drawn_map_motion(simulated_conditions(*mission), dived.run.at("seed")).inverse();
   const std::map<long, int> segments = segments_of(dived.log);
   const auto data = testing::data_of(dived.page);
   const auto& samples = data.at("dive").at("samples");
@@ -119,7 +116,7 @@ TEST_P(ErrorDiagram, TheTruePositionStaysWithinDMinOfTheLine) {
       observed_from_world.p = point(believed, 3 * i) - observed_from_world.q * truth;
     }
     last_plan = plan[i];
-    const Eigen::Vector3d in_map = (has_map ? map_from_world : observed_from_world) * truth;
+    const Eigen::Vector3d in_map = has_map ? truth : observed_from_world * truth;
     const double error = line.cross(in_map - a).norm();
     if (error > farthest) when = t[i];
     farthest = std::max(farthest, error);

@@ -36,7 +36,7 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
   const planning::RobotHull hull = cube();
   vehicle::DiverTrack track;
   track.waypoints = {{{0.0, 10.0, -5.0}, 0.0}};
-  Contacts contacts(vehicle::TriangulatedWorld(rock_at(5.0)), hull, track);
+  Contacts contacts(vehicle::TriangulatedWorld(rock_at(5.0)), hull, track, at(-0.2, 0, 0));
   EXPECT_EQ(contacts.observe(0, at(0, 0, -5)), Names());
   EXPECT_EQ(contacts.nearest().obstacle, "rock");
   EXPECT_NEAR(contacts.nearest().clearance_m, 4.0, 1e-9);
@@ -47,7 +47,7 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
   EXPECT_EQ(contacts.nearest().t_s, 0.02);
   EXPECT_EQ(contacts.observe(2 * kTick, at(4.5, 0, -5)), Names({"rock"}));
   EXPECT_EQ(contacts.nearest().t_s, 0.04);
-  EXPECT_EQ(contacts.nearest().p_W, Eigen::Vector3d(4.5, 0, -5));
+  EXPECT_EQ(contacts.nearest().p_W, Eigen::Vector3d(4.3, 0, -5)) << "on the map";
   EXPECT_EQ(contacts.observe(3 * kTick, at(-2.5, 0, -5)), Names({"obstacle 1"}));
   EXPECT_NEAR(contacts.diver_clearance_m(), 9.2, 0.02) << "from the cube to the skin";
   EXPECT_EQ(contacts.observe(4 * kTick, at(0, 9.5, -5)), Names({"diver"}));
@@ -58,7 +58,7 @@ TEST(Contacts, NameWhatIsOnTheMapWhatAppearedAndTheDiver) {
 // A new obstacle must not end a contact that persists.
 TEST(Contacts, GoOnWhenMoreAppears) {
   const planning::RobotHull hull = cube();
-  Contacts contacts(vehicle::TriangulatedWorld(planning::World{}), hull, std::nullopt);
+  Contacts contacts(vehicle::TriangulatedWorld(planning::World{}), hull, std::nullopt, {});
   EXPECT_EQ(contacts.diver_clearance_m(), std::numeric_limits<double>::infinity());
   contacts.add(std::vector{crate_at(0.0)});
   EXPECT_EQ(contacts.observe(0, at(0.5, 0, -5)), Names({"obstacle 1"}));
