@@ -204,8 +204,7 @@ class Reader {
 }  // namespace
 
 std::optional<World> parse_sdf(SourceText source, Diagnostics& diagnostics, MeshSource& meshes) {
-  const std::optional<XmlDocument> document =
-      parse_xml(std::move(source), kSdfLimits, diagnostics);
+  const std::optional<XmlDocument> document = parse_xml(std::move(source), kSdfLimits, diagnostics);
   if (!document) return std::nullopt;
   const std::size_t errors_before = diagnostics.error_count();
   Reader reader(document->source, diagnostics, meshes);

@@ -44,16 +44,17 @@ struct Outcome {
 Outcome dive(const Loaded& loaded, const DiveSettings& settings) {
   static const vehicle::Model kModel = dive::testing::aqua2();
   Outcome outcome;
-  outcome.result = simulate_dive(
-      loaded.mission, loaded.world, kModel, settings,
-      [&](const StepInputs& inputs, const StepOutputs& outputs, const vehicle::GroundTruth& truth,
-          const auto&) {
-        if (!inputs.map_fix || inputs.map_fix->problem != MapFixProblem::kNone) return;
-        ++outcome.fixes;
-        const Eigen::Vector3d off = outputs.estimate.X_WB.p - truth.X_WB.p;
-        outcome.last_error_m = off.head<2>().norm();
-        outcome.last_sigma_m = estimation::horizontal_sigma(outputs.estimate);
-      });
+  outcome.result =
+      simulate_dive(loaded.mission, loaded.world, kModel, settings,
+                    [&](const StepInputs& inputs, const StepOutputs& outputs,
+                        const vehicle::GroundTruth& truth, const auto&) {
+                      if (!inputs.map_fix || inputs.map_fix->problem != MapFixProblem::kNone)
+                        return;
+                      ++outcome.fixes;
+                      const Eigen::Vector3d off = outputs.estimate.X_WB.p - truth.X_WB.p;
+                      outcome.last_error_m = off.head<2>().norm();
+                      outcome.last_sigma_m = estimation::horizontal_sigma(outputs.estimate);
+                    });
   return outcome;
 }
 
