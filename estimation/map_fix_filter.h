@@ -16,9 +16,9 @@
 //
 // A fix measures p - m and c, and p - m is the position that counts: where the vehicle is among the
 // obstacles around it, as they are drawn. Its covariance is published as that of the position in
-// the world, P_p + m m'. Without m a wall that is not where it was drawn would count as measured
-// again with every scan, and the covariance would shrink to nothing (a wrong map is not white
-// noise).
+// the world, P_p + m m', which does not contain the map's turn about its origin. Without m a wall
+// that is not where it was drawn would count as measured again with every scan, and the covariance
+// would shrink to nothing (a wrong map is not white noise).
 //
 // A velocity over ground, from cameras or from what two scans show of the surroundings, measures
 // the right-hand side of p'.
