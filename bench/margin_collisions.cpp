@@ -77,12 +77,10 @@ struct Leg {
   }
 };
 
-/// The margin of the passage of each block.
-std::vector<double> margins(const Leg& leg, const vehicle::Model& model) {
-  const planning::Scene scene(leg.world);
-  const mission::Route route = mission::nominal_route(leg.mission, scene);
-  const std::vector<mission::PlannedRouteLeg> planned =
-      mission::plan_route(route, leg.mission, leg.world, model.hull, {}, 1);
+/// The margin of the passage of each block on the planned path.
+std::vector<double> margins(const Leg& leg, const mission::Route& route,
+                            const std::vector<mission::PlannedRouteLeg>& planned,
+                            const vehicle::Model& model) {
   std::vector<double> margins;
   for (const planning::Obstacle& block : leg.world.obstacles) {
     planning::World alone;
@@ -111,11 +109,15 @@ std::optional<Leg> try_leg(const vehicle::Model& model, double wanted, Random& r
                                    planning::Box{{0.5, 1.0, 4.0}},
                                    {at, Eigen::Quaterniond::Identity()}});
   }
+  const planning::Scene scene(leg.world);
+  const mission::Route route = mission::nominal_route(leg.mission, scene);
+  const std::vector<mission::PlannedRouteLeg> planned =
+      mission::plan_route(route, leg.mission, leg.world, model.hull, {}, 1);
   double least_sigma = 0.0;
   double largest_sigma = 2.0;
   for (int i = 0; i < 20; ++i) {
     leg.mission.priors.start_m = 0.5 * (least_sigma + largest_sigma);
-    leg.margins = margins(leg, model);
+    leg.margins = margins(leg, route, planned, model);
     (leg.least() > wanted ? least_sigma : largest_sigma) = leg.mission.priors.start_m;
   }
   if (std::abs(leg.least() - wanted) > kMarginTolerance) return std::nullopt;

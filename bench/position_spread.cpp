@@ -4,11 +4,13 @@
 //
 //     position_spread missions/pool3.xml --dives 100 --first 4711
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iostream>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
