@@ -27,10 +27,11 @@ Drift drift_in(double gap_s, const Checkpoint& checkpoint, const Eigen::Vector2d
   const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
   const Eigen::Vector3d carried_W(current_W.x(), current_W.y(), 0.0);
   const Eigen::Vector3d swims_W = checkpoint.v_W - carried_W;
-  const double surge = (checkpoint.X_WB.q.conjugate() * swims_W).x() * (1.0 - stopping);
+  const double swam = (checkpoint.X_WB.q.conjugate() * swims_W).x();
   const double sigma_m = kDriftWhileAway * std::min(gap_s, kComesToRest) +
                          kDriftHeld * std::max(gap_s - kComesToRest, 0.0);
-  return {swims_W.head<2>() * swam_s + current_W * gap_s, sigma_m, surge};
+  return {swims_W.head<2>() * swam_s + current_W * gap_s, sigma_m, swam * (1.0 - stopping),
+          swam * stopping};
 }
 
 void keep_memory(const statechart::Interpreter::Memory& memory, const statechart::Chart& chart,

@@ -68,6 +68,7 @@ struct Drift {
   Eigen::Vector2d by_W = Eigen::Vector2d::Zero();  ///< Horizontal displacement, m.
   double sigma_m = 0.0;                            ///< Standard deviation of the displacement, m.
   double surge = 0.0;                              ///< Remaining surge speed, m/s.
+  double lost = 0.0;                               ///< Surge speed lost meanwhile, m/s.
 };
 
 /// Drift of a vehicle that continued its motion and then stopped by itself in water that flows with

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "mission/executive/behavior_factory.h"
@@ -42,7 +44,7 @@ void Executive::Impl::resume(const Resume& from) {
     control.begin_at(drift.surge);
     // If the clock was set meanwhile, the gap was another: the vehicle may still have the speed
     // that is taken as lost.
-    const bool may_still_move = checkpoint.v_W.norm() - drift.surge > kLostSpeed;
+    const bool may_still_move = std::abs(drift.lost) > kLostSpeed;
     given_back_at = situation.now + (may_still_move ? from_seconds(kComesToRest) : kGiveBack);
   }
   outputs.estimate = situation.estimate = localization.update(situation.now);

@@ -40,6 +40,7 @@ TEST(DriftIn, IsTheMotionOfAVehicleWithoutCommands) {
     const Drift drift = drift_in(gap, checkpoint, Eigen::Vector2d::Zero());
     EXPECT_LT((drift.by_W - way * forward.head<2>()).norm(), 1e-3) << gap;
     EXPECT_NEAR(drift.surge, speed, 1e-3) << gap;
+    EXPECT_NEAR(drift.lost, 0.4 - speed, 1e-3) << gap;
     EXPECT_NEAR(drift.sigma_m, 0.2 * std::min(gap, 5.0) + 0.03 * std::max(gap - 5.0, 0.0), 1e-9)
         << gap;
   }
