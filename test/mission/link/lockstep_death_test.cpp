@@ -3,6 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -22,6 +23,22 @@ using testing::Process;
 
 namespace fs = std::filesystem;
 
+class Restart : public Death {
+ protected:
+  /// The executive of pool_ is killed after 8 s in lock-step.
+  void kill_executive() {
+    vehicle_ = dive("sim", {"sim", pool_, "--lockstep"});
+    executive_ = dive("run", {"run", pool_, "--lockstep", "--log", path("log")});
+    wait_for_vehicle_time(8.0);
+    executive_->kill(SIGKILL);
+  }
+  void SetUp() override {
+    Death::SetUp();
+    if (!IsSkipped()) pool_ = resumable();
+  }
+  std::string pool_;
+};
+
 TEST_F(Death, OfTheSupervisorDisturbsNobody) {
   begin({"--lockstep"});
   supervisor_->kill(SIGKILL);
@@ -29,13 +46,9 @@ TEST_F(Death, OfTheSupervisorDisturbsNobody) {
   EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
 }
 
-TEST_F(Death, ARestartedExecutiveGoesOnWhereItWas) {
-  const std::string pool = resumable();
-  vehicle_ = dive("sim", {"sim", pool, "--lockstep"});
-  executive_ = dive("run", {"run", pool, "--lockstep", "--log", path("log")});
-  wait_for_vehicle_time(8.0);
-  executive_->kill(SIGKILL);
-  executive_ = dive("resumed", {"run", pool, "--lockstep", "--resume", "--journal",
+TEST_F(Restart, GoesOnWhereTheExecutiveWas) {
+  kill_executive();
+  executive_ = dive("resumed", {"run", pool_, "--lockstep", "--resume", "--journal",
                                 path("log.journal"), "--log", path("log2")});
   EXPECT_EQ(executive_->wait(kLong), 0) << executive_->err();
   EXPECT_EQ(vehicle_->wait(kLong), 0) << vehicle_->err();
@@ -70,17 +83,13 @@ TEST_F(Death, BySignalBeforeTheDiveIsNoAbort) {
   EXPECT_EQ(executive_->wait(kLong), 128 + SIGTERM) << executive_->err();
 }
 
-TEST_F(Death, ARestartedExecutiveGoesOnWithoutItsLogOnAFullDisk) {
-  const std::string pool = resumable();
-  vehicle_ = dive("sim", {"sim", pool, "--lockstep"});
-  executive_ = dive("run", {"run", pool, "--lockstep", "--log", path("log")});
-  wait_for_vehicle_time(8.0);
-  executive_->kill(SIGKILL);
+TEST_F(Restart, GoesOnWithoutItsLogOnAFullDisk) {
+  kill_executive();
   executive_->wait(kLong);
   EXPECT_EQ(fs::file_size(path("log.journal")), 2U << 20U);
   // A limit on file size that is smaller than the log's header simulates a full disk.
   const auto on_full_disk = [&](const std::string& name, const std::string& options) {
-    const std::string command = "trap '' XFSZ; ulimit -f 12; exec " DIVE_COMMAND " run " + pool +
+    const std::string command = "trap '' XFSZ; ulimit -f 12; exec " DIVE_COMMAND " run " + pool_ +
                                 " --json --lcm '" + url_ + "' " + options;
     return std::make_unique<Process>(std::vector<std::string>{"/bin/sh", "-c", command}, folder_,
                                      name);

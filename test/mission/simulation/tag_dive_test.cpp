@@ -1,4 +1,5 @@
-// Visual-inertial dives round a basin, partly in the dark, with a tag on the wall where they turn.
+// Visual-inertial dives round a basin, partly in the dark, with and without a tag on the wall where
+// they turn.
 
 #include <cmath>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include "mission/simulation/simulated_dive.h"
 #include "planning/world/sdf.h"
+#include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
 #include "vehicle/simulator/water/named_waters.h"
 
@@ -118,14 +120,26 @@ bool has_note(const DiveResults& results, const std::string& words) {
   return false;
 }
 
-TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
-  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
-  const DiveResults results = dive(kTag, 3);
+void expect_home_without_a_jump(const DiveResults& results) {
   EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
   EXPECT_LE(results.refused, results.used) << "an estimate may be wrong by more than it says";
   EXPECT_EQ(results.others, 0);
   EXPECT_GT(results.result.distance_m, 25.0);
   EXPECT_LT(results.result.largest_step_m, 0.05) << "without a jump";
+}
+
+TEST(TagDive, WithoutATagNoneIsUsed) {
+  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
+  DIVE_SKIP_LONG_TEST();
+  const DiveResults results = dive("", 3);
+  expect_home_without_a_jump(results);
+  EXPECT_EQ(results.used, 0);
+}
+
+TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
+  DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
+  const DiveResults results = dive(kTag, 3);
+  expect_home_without_a_jump(results);
   EXPECT_GT(results.used, 2);
   EXPECT_TRUE(has_note(results, "tag 7: corrects the vehicle's position by"));
   // Whether a dive without the tag ends nearer to the truth is chance; tag_fix_test.cpp tests the
