@@ -68,6 +68,10 @@ Eigen::Vector3d to_rpy(const Eigen::Quaterniond& rotation) {
 }
 
 Eigen::Quaterniond from_rpy(double roll, double pitch, double yaw) {
+  // The same to the bit without the sines of zeros: most calls give a heading, some in every tick.
+  if (roll == 0.0 && pitch == 0.0) {
+    return {std::cos(0.5 * yaw), 0.0, 0.0, std::sin(0.5 * yaw)};
+  }
   return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());

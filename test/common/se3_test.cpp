@@ -1,5 +1,7 @@
 #include "common/se3.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -69,6 +71,17 @@ RC_GTEST_PROP(Rpy, RoundTrips, ()) {
   const Eigen::Quaterniond q = so3_exp(*arbitrary_rotation_vector());
   const Eigen::Vector3d rpy = to_rpy(q);
   RC_ASSERT(angle_between(q, from_rpy(rpy.x(), rpy.y(), rpy.z())) < 1e-6);
+}
+
+RC_GTEST_PROP(Rpy, AHeadingAloneIsTheProductOfThreeTurnsToTheBit, ()) {
+  const double yaw =
+      (*arbitrary_rotation_vector()).norm() * (*rc::gen::arbitrary<bool>() ? 1.0 : -1.0);
+  const Eigen::Quaterniond turns = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                                   Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitY()) *
+                                   Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitX());
+  const Eigen::Vector4d difference = from_rpy(0.0, 0.0, yaw).coeffs() - turns.coeffs();
+  RC_ASSERT(difference.isZero(0.0));
+  RC_ASSERT(!std::signbit(from_rpy(0.0, 0.0, yaw).x()) && !std::signbit(turns.x()));
 }
 
 TEST(Rpy, PositivePitchIsNoseDown) {
