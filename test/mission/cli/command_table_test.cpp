@@ -208,10 +208,10 @@ TEST_P(NewMission, PassesTheCheck) {
   EXPECT_EQ(json::parse(made.out).at("map"), "my-" + kind + "_1.sdf");
   EXPECT_THAT(content_of(folder() / file), HasSubstr("id=\"my-" + kind + "_1\""));
   EXPECT_THAT(content_of(folder() / file), Not(HasSubstr("@NAME@")));
-  const Ran checked = dive("check --dives 10 --json " + file);
+  const Ran checked = dive("check --dives 4 --json " + file);
   EXPECT_EQ(checked.status, 0) << checked.err;
   const json report = json::parse(checked.out);
-  EXPECT_EQ(report.at("dives").at("successes"), 10);
+  EXPECT_EQ(report.at("dives").at("successes"), 4);
   EXPECT_TRUE(report.at("diagnostics").empty()) << report.at("diagnostics");
 }
 

@@ -119,7 +119,7 @@ TEST_F(ReportPage, SaysAtTheTopHowTheMissionWasChecked) {
     ASSERT_EQ(
         testing::run_dive("report '" + log + "' --output '" + page + "' --force", "checked").status,
         0);
-    const std::string dom = rendered(page, dived.folder, kSoftwareGl);
+    const std::string dom = rendered(page, dived.folder, "--disable-3d-apis");
     const std::size_t top = dom.find("title=\"SHA-256 ");  // beside the hashes
     ASSERT_NE(top, std::string::npos);
     EXPECT_THAT(dom.substr(top, dom.find("</p>", top) - top), HasSubstr(shown)) << check;

@@ -23,7 +23,14 @@ using estimation::TagResult;
 /// Where the mission below would be a file.
 const std::string kFile = DIVE_SOURCE_DIR "/test/mission/simulation/round.xml";
 
-std::string mission_text(const std::string& tag) {
+const char* const kBack =
+    R"(<goal id="back" x="1.8" y="1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
+      <goal id="home" x="1.8" y="-1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
+      <goal id="again" x="5" y="-1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>)";
+
+enum class Way { kToTheTurn, kRound };
+
+std::string mission_text(const std::string& tag, Way way) {
   return fmt::format(R"(<mission xmlns="urn:dive:mission:1" id="round">
   <vehicle model="aqua2" speed="0.4" attitude="horizontal"/>
   <map file="maps/basin.sdf" simulated_water="clear_pool"/>
@@ -35,16 +42,14 @@ std::string mission_text(const std::string& tag) {
     <goal_sequence id="swim" timeout="200" on_timeout="ascend">
       <goal id="turn" x="12" y="-1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
       <goal id="over" x="12" y="1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
-      <goal id="back" x="1.8" y="1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
-      <goal id="home" x="1.8" y="-1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
-      <goal id="again" x="5" y="-1.2" z="1.8" z_units="DEPTH" capture_radius="0.4"/>
+      {}
       <transition event="done.state.swim plan.failed.swim" target="ascend"/>
     </goal_sequence>
     <surface id="ascend"><transition event="done.state.ascend" target="surfaced"/></surface>
     <final id="surfaced"/>
   </states>
 </mission>)",
-                     tag);
+                     tag, way == Way::kRound ? kBack : "");
 }
 
 const std::string kTag =
@@ -65,10 +70,10 @@ struct DiveResults {
   std::vector<std::string> notes;
 };
 
-DiveResults dive(const std::string& tag, std::uint64_t seed,
+DiveResults dive(const std::string& tag, std::uint64_t seed, Way way = Way::kRound,
                  const std::optional<std::vector<Tag>>& really = std::nullopt) {
   Diagnostics diagnostics;
-  const auto mission = parse_mission(SourceText(kFile, mission_text(tag)), diagnostics);
+  const auto mission = parse_mission(SourceText(kFile, mission_text(tag, way)), diagnostics);
   EXPECT_TRUE(mission && diagnostics.error_count() == 0);
   const auto world = planning::load_sdf(mission->map_path, diagnostics);
   const auto model = vehicle::parse_urdf(vehicle::aqua2_urdf(), diagnostics);
@@ -152,9 +157,9 @@ TEST(TagDive, ATagWhereItTurnsIsUsedAndDoesNoHarm) {
 TEST(TagDive, ATypoIsReportedAndDoesNoHarm) {
   DIVE_SKIP_UNDER_SANITIZERS("a dive is drawn, image by image");
   Diagnostics diagnostics;
-  const auto right = parse_mission(SourceText(kFile, mission_text(kTag)), diagnostics);
+  const auto right = parse_mission(SourceText(kFile, mission_text(kTag, Way::kRound)), diagnostics);
   const auto world = planning::load_sdf(right->map_path, diagnostics);
-  const DiveResults results = dive(kTypo, 3, known_tags(*right, *world));
+  const DiveResults results = dive(kTypo, 3, Way::kToTheTurn, known_tags(*right, *world));
   EXPECT_EQ(results.result.outcome, "success") << results.result.cause;
   EXPECT_EQ(results.used, 0);
   EXPECT_GT(results.refused, 2);
