@@ -91,7 +91,6 @@ function main() {
     find('about').prepend(themeButton());
   }
   const scene = new Scene(find('scene'), report, cursor);
-  if (dive && scene.isDrawn) views.scene = scene;
   const paths = new PathTable(find('paths'), report, cursor, (index) => {
     if (!dive && scene.isDrawn) {
       scene.paths.show(index);
@@ -100,9 +99,16 @@ function main() {
   });
   if (dive && report.paths.length > 1) views.paths = paths;
   if (dive) cursor.set(firstMoment(dive));
-  if (location.hash !== '#selftest') return;
-  // After the first frame of the scene, which was requested before.
-  requestAnimationFrame(() => runSelfTest(views, scene, cursor, Math.round(performance.now())));
+  // The verdict and the charts are shown first.
+  requestAnimationFrame(() => setTimeout(() => {
+                          const openedMs = Math.round(performance.now());
+                          scene.start();
+                          if (dive && scene.isDrawn) views.scene = scene;
+                          if (location.hash !== '#selftest') return;
+                          if (scene.isDrawn) scene.draw();
+                          runSelfTest(
+                              views, scene, cursor, openedMs, Math.round(performance.now()));
+                        }, 0));
 }
 
 main();

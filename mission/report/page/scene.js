@@ -46,6 +46,12 @@ export class Scene {
     this.cursor = cursor;
     this.view = element('div', {class: 'view'});
     host.append(this.view);
+    this.renderer = null;
+  }
+
+  /** Draws the scene. Takes a second or more where no graphics processor helps. */
+  start() {
+    const {report, cursor} = this;
     // three.js reports a missing WebGL as an error of the page; it is none.
     const probe = document.createElement('canvas');
     const hasWebGl = Boolean(probe.getContext('webgl') || probe.getContext('experimental-webgl'));

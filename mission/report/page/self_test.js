@@ -33,10 +33,10 @@ function hasDrawing(scene) {
 }
 
 /**
- * `views`: {name: object with shown()}. `openedMs`: time from the request of the page to its first
- * frame.
+ * `views`: {name: object with shown()}. `openedMs`, `sceneMs`: times from the request of the page
+ * to its first frame and to that of the scene.
  */
-export function runSelfTest(views, scene, cursor, openedMs) {
+export function runSelfTest(views, scene, cursor, openedMs, sceneMs) {
   const shownAt = (share) => {
     cursor.set(share * cursor.end);
     return Object.fromEntries(Object.entries(views).map(([name, view]) => [name, view.shown()]));
@@ -57,6 +57,7 @@ export function runSelfTest(views, scene, cursor, openedMs) {
     drawn: hasDrawing(scene),
     requests: performance.getEntriesByType('resource').map((entry) => entry.name),
     opened_ms: openedMs,
+    scene_ms: sceneMs,
   };
   document.body.append(element('pre', {id: 'self-test'}, JSON.stringify(result)));
 }
