@@ -40,7 +40,6 @@ int run_generate(const GenerateArguments& arguments, const CommandTable& table) 
   nlohmann::ordered_json names = nlohmann::ordered_json::array();
   for (const Generated& file : generated(table)) {
     const std::string path = arguments.folder + "/" + file.path;
-    create_folder_of(path);
     tl::expected<Result, int> result = open_result(path, arguments.force);
     if (!result) return result.error();
     if (const int status = write_result(*result, file.text)) return status;

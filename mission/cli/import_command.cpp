@@ -26,7 +26,6 @@ tl::expected<Written, int> write(const Imported& imported, const std::string& id
   const std::filesystem::path folder(arguments.output);
   Written written{(folder / (id + ".xml")).string(), (folder / imported.map_name).string(),
                   imported.speed};
-  create_folder_of(written.mission);
   tl::expected<Result, int> mission = open_result(written.mission, arguments.force);
   if (!mission) return tl::unexpected(mission.error());
   tl::expected<Result, int> map = open_result(written.map, arguments.force);

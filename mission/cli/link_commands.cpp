@@ -348,6 +348,7 @@ int run_topside(const TopsideArguments& arguments) {
 }
 
 int run_key(const KeyArguments& arguments) {
+  create_folder_of(arguments.path);
   const tl::expected<void, OutputError> written =
       link::write_key(arguments.path, link::new_key(), existing(arguments.force));
   if (!written) return report(written.error());

@@ -17,6 +17,7 @@ int report(const OutputError& error) {
 
 tl::expected<Result, int> open_result(const std::string& path, bool force) {
   if (path.empty()) return Result();
+  create_folder_of(path);
   tl::expected<OutputFile, OutputError> file = OutputFile::create(path, existing(force));
   if (!file) return tl::unexpected(report(file.error()));
   return Result(std::move(*file));

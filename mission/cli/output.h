@@ -25,8 +25,8 @@ namespace dive::mission {
 using Result = std::optional<OutputFile>;
 
 /// Opens a result before the work begins, and after the inputs were read, so that none is taken for
-/// an output. No result if `path` is empty. Prints an error and returns the exit status if it
-/// cannot be opened.
+/// an output, in a folder that need not exist. No result if `path` is empty. Prints an error and
+/// returns the exit status if it cannot be opened.
 [[nodiscard]] tl::expected<Result, int> open_result(const std::string& path, bool force);
 
 /// Writes the whole result, if there is one, and closes it; returns 0 or, after printing an error,

@@ -149,6 +149,7 @@ tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
   recording.journal_path_ = names.journal.empty() ? journal_of(recording.log_path_) : names.journal;
   if (*log) recording.log_file_.emplace(std::move(**log));
 
+  if (!arguments.resume) create_folder_of(recording.journal_path_);
   if (!lock_journal(recording.journal_path_, recording.lock_)) {
     return tl::unexpected<int>(kExitUsage);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <string>
 
@@ -61,6 +62,26 @@ INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });
+
+// What demo.sh does once the program is built, in a folder without results of earlier dives.
+TEST(Demo, DivesAndEndsWithThePathOfItsReport) {
+  const fs::path root = DIVE_SOURCE_DIR;
+  const std::string demo = content_of(root / "demo.sh");
+  const std::string first = "dive=build/release/dive\n";
+  ASSERT_NE(demo.find(first), std::string::npos);
+  const Folder folder;
+  fs::create_directory_symlink(root / "missions", folder.path() / "missions");
+  std::ofstream(folder.path() / "steps.sh") << "set -euo pipefail\ndive='" << DIVE_COMMAND << "'\n"
+                                            << demo.substr(demo.find(first) + first.size());
+  const std::string command =
+      fmt::format("cd '{}' && bash steps.sh >out.txt 2>&1 </dev/null", folder.path().string());
+  EXPECT_EQ(std::system(command.c_str()), 0) << content_of(folder.path() / "out.txt");
+  std::string last = content_of(folder.path() / "out.txt");
+  last.erase(last.find_last_not_of('\n') + 1);
+  last.erase(0, last.find_last_of('\n') + 1);
+  EXPECT_EQ(last, (folder.path() / "dive-runs/window.html").string());
+  EXPECT_TRUE(fs::exists(last));
+}
 
 TEST(Pages, TheReferenceOfTheLanguageIsThatOfTheSchema) {
   const Folder folder;

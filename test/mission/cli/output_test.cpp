@@ -162,6 +162,14 @@ TEST_P(OutputOption, IsReplacedOnlyByForce) {
   EXPECT_FALSE(content(GetParam().file).empty());
 }
 
+TEST_P(OutputOption, MakesItsFolder) {
+  write_inputs();
+  fs::remove_all(folder() / "made");
+  const Ran ran = dive_to("made/here/result");
+  EXPECT_LE(ran.status, 1) << ran.err;
+  EXPECT_TRUE(fs::exists(folder() / "made/here" / GetParam().file)) << ran.err;
+}
+
 TEST_P(OutputOption, IsNeverAnInput) {
   if (*GetParam().input == '\0') GTEST_SKIP() << "this command reads no file, or writes a folder";
   write_inputs();
