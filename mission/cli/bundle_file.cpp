@@ -92,7 +92,8 @@ std::optional<OpenedBundle> open_bundle(const std::string& path,
                                         Diagnostics& diagnostics) {
   tl::expected<OpenedBundle, std::string> opened = read_bundle(path, key);
   if (opened) return std::move(*opened);
-  refuse(path, "BUNDLE-DAMAGED", opened.error(), kCheckAgain, diagnostics);
+  refuse(path, "BUNDLE-DAMAGED", opened.error(),
+         fmt::format("{}{}", kCheckAgain, key ? " --key KEY" : ""), diagnostics);
   return std::nullopt;
 }
 

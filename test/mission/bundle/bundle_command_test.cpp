@@ -145,7 +145,9 @@ TEST(BundleCommand, IsAcceptedWithTheKeyThatSignedIt) {
   const Ran wrong = run_here("run signed.bundle --key two.key");
   EXPECT_EQ(wrong.status, 2);
   EXPECT_THAT(wrong.err, HasSubstr("another key"));
-  EXPECT_EQ(run_here("run plain.bundle --key one.key").status, 2);
+  const Ran plain = run_here("run plain.bundle --key one.key");
+  EXPECT_EQ(plain.status, 2);
+  EXPECT_THAT(plain.err, HasSubstr("dive check MISSION --bundle FILE --key KEY"));
   EXPECT_EQ(run_here("check --static " + shipped("pool1") + " --key one.key").status, 2)
       << "there is no bundle to sign";
   EXPECT_EQ(run_here(check + "more.bundle --key nowhere.key").status, 2);
