@@ -336,12 +336,12 @@ void add_fit(CLI::App& app, FitArguments& arguments) {
       "  dive fit dive-runs/*.lcmlog --output my_aqua2.urdf      each dive checks the others' fit\n"
       "  dive fit monday*.lcmlog --validate tuesday*.lcmlog --output my_aqua2.urdf\n"
       "  dive run missions/wreck.xml --vehicle my_aqua2.urdf     dives with the fitted model\n\n"
-      "Fits the vehicle's motion model to logs of dives with position fixes.\n"
+      "Fits the vehicle's motion model to logs of dives with position fixes; others are left out.\n"
       "Prints each coefficient with its standard deviation, and the open-loop error before and "
       "after\n"
       "on dives that were not fitted. Ground truth is not used. Exit status 0: better than before; "
       "1: no\n"
-      "better, and nothing is written; 2: a log cannot be used.");
+      "better, and nothing is written; 2: a log cannot be read, or there are too few dives.");
   command->add_option("LOG", arguments.logs, "Log files (LCM event logs) of one vehicle")
       ->type_name("FILE")
       ->required();

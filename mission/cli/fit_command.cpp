@@ -23,17 +23,25 @@ using Json = nlohmann::ordered_json;
 struct Dives {
   std::vector<MotionRecord> fitted;
   std::vector<MotionRecord> held_out;
-  SourceText vehicle;  ///< Its description, that of the first log.
+  std::vector<std::string> left_out;  ///< Logs whose dives lack something, and what.
+  SourceText vehicle;                 ///< Its description, that of the first log.
 };
 
-// Both print an error and return nothing if a log is of no use.
+// A dive that lacks something is left out: a folder holds dives of all kinds. Both print an error
+// and return nothing if a log cannot be read or is another vehicle's.
 bool read_into(std::vector<MotionRecord>& records, const std::vector<std::string>& logs,
-               std::optional<SourceText>& vehicle, ProgressLine& line) {
+               std::optional<SourceText>& vehicle, std::vector<std::string>& left_out,
+               ProgressLine& line) {
   for (const std::string& log : logs) {
     line.show("reading " + log);
-    tl::expected<RecordedMotion, std::string> read = read_motion(log);
+    tl::expected<RecordedMotion, NoMotion> read = read_motion(log);
+    if (!read && read.error().is_read) {
+      note("left out: " + read.error().message);
+      left_out.push_back(std::move(read.error().message));
+      continue;
+    }
     if (!read) {
-      complain(read.error());
+      complain(read.error().message);
       return false;
     }
     if (!vehicle) vehicle = read->vehicle;
@@ -49,12 +57,23 @@ bool read_into(std::vector<MotionRecord>& records, const std::vector<std::string
   return true;
 }
 
+/// Prints an error if not.
+bool can_be_checked(std::size_t fitted, std::size_t held_out) {
+  if (fitted >= 2 || (fitted == 1 && held_out > 0)) return true;
+  complain(fitted == 0
+               ? "there is no dive to fit to: give logs of dives with position fixes"
+               : "a fit to one dive cannot be checked: give more logs, or others with --validate");
+  return false;
+}
+
 std::optional<Dives> read_dives(const FitArguments& arguments) {
   ProgressLine line;
   Dives dives;
   std::optional<SourceText> vehicle;
-  if (!read_into(dives.fitted, arguments.logs, vehicle, line)) return std::nullopt;
-  if (!read_into(dives.held_out, arguments.validate, vehicle, line)) return std::nullopt;
+  std::vector<std::string>& left_out = dives.left_out;
+  if (!read_into(dives.fitted, arguments.logs, vehicle, left_out, line)) return std::nullopt;
+  if (!read_into(dives.held_out, arguments.validate, vehicle, left_out, line)) return std::nullopt;
+  if (!can_be_checked(dives.fitted.size(), dives.held_out.size())) return std::nullopt;
   dives.vehicle = std::move(*vehicle);
   return dives;
 }
@@ -173,10 +192,7 @@ int write_vehicle(Result& result, const SourceText& urdf, const FitReport& repor
 }  // namespace
 
 int run_fit(const FitArguments& arguments) {
-  if (arguments.logs.size() < 2 && arguments.validate.empty()) {
-    complain("a fit to one dive cannot be checked: give more logs, or others with --validate");
-    return kExitUsage;
-  }
+  if (!can_be_checked(arguments.logs.size(), arguments.validate.size())) return kExitUsage;
   const std::optional<Dives> dives = read_dives(arguments);
   if (!dives) return kExitUsage;
   const std::optional<MotionModel> before = model_before(dives->vehicle);
@@ -195,6 +211,7 @@ int run_fit(const FitArguments& arguments) {
   }
   if (arguments.json) {
     Json json = to_json(*report, dives->fitted.size());
+    json["left_out"] = dives->left_out;
     json["vehicle"] = is_written ? Json(arguments.output) : Json(nullptr);
     print_json(json);
   } else {

@@ -94,13 +94,13 @@ estimation::MotionRecord MotionCollector::take() {
   return std::move(record_);
 }
 
-tl::expected<RecordedMotion, std::string> read_motion(const std::string& log_path) {
+tl::expected<RecordedMotion, NoMotion> read_motion(const std::string& log_path) {
   tl::expected<LogReader, std::string> log = LogReader::open(log_path);
-  if (!log) return tl::unexpected(log.error());
+  if (!log) return tl::unexpected(NoMotion{log.error()});
   if (!log->header()) {
-    return tl::unexpected(fmt::format(
+    return tl::unexpected(NoMotion{fmt::format(
         "{}: the header of the log is damaged: the vehicle is not known; leave this log out",
-        log_path));
+        log_path)});
   }
   RecordedMotion result;
   result.vehicle = SourceText(log_path + " (vehicle)", log->header()->vehicle_urdf);
@@ -110,7 +110,9 @@ tl::expected<RecordedMotion, std::string> read_motion(const std::string& log_pat
   }
   result.motion = collector.take();
   const std::string problem = shortcoming(result.motion);
-  if (!problem.empty()) return tl::unexpected(fmt::format("{}: {}", log_path, problem));
+  if (!problem.empty()) {
+    return tl::unexpected(NoMotion{fmt::format("{}: {}", log_path, problem), true});
+  }
   return result;
 }
 

@@ -41,8 +41,13 @@ struct RecordedMotion {
   SourceText vehicle;  ///< The vehicle's description.
 };
 
-/// The error is a sentence that says what the log lacks and what to do: it cannot be read, its
-/// header is damaged, it has no efforts, no fixes, or too few of them.
-[[nodiscard]] tl::expected<RecordedMotion, std::string> read_motion(const std::string& log_path);
+struct NoMotion {
+  std::string message;  ///< "PATH: what is wrong, and what to do".
+  /// False if the log cannot be read or its header is damaged; true if its dive has no efforts, no
+  /// fixes, or too few of them.
+  bool is_read = false;
+};
+
+[[nodiscard]] tl::expected<RecordedMotion, NoMotion> read_motion(const std::string& log_path);
 
 }  // namespace dive::mission

@@ -49,9 +49,13 @@ TEST(Fit, WritesAVehicleThatMissionsDive) {
   swim("wreck", 1, "a.lcmlog");
   swim("cluttered", 2, "b.lcmlog");
   swim("pool1", 3, "c.lcmlog");
-  const Ran ran = dive("fit a.lcmlog b.lcmlog --validate c.lcmlog --output fitted.urdf --json");
+  swim("scenarios/missions/diver", 1, "without.lcmlog");
+  const Ran ran =
+      dive("fit a.lcmlog without.lcmlog b.lcmlog --validate c.lcmlog --output fitted.urdf --json");
   ASSERT_EQ(ran.status, 0) << ran.err << ran.out;
   const json fit = json::parse(ran.out);
+  ASSERT_EQ(fit.at("left_out").size(), 1);
+  EXPECT_THAT(fit.at("left_out").at(0), HasSubstr("without.lcmlog: the log has no position fixes"));
   EXPECT_EQ(fit.at("dives"), 2);
   EXPECT_EQ(fit.at("validation"), "held_out");
   EXPECT_EQ(fit.at("vehicle"), "fitted.urdf");
@@ -79,8 +83,9 @@ TEST(Fit, SaysWhatALogLacks) {
   swim("scenarios/missions/diver", 1, "without.lcmlog");
   const Ran without = dive("fit without.lcmlog without.lcmlog");
   EXPECT_EQ(without.status, 2);
-  EXPECT_THAT(without.err, AllOf(HasSubstr("without.lcmlog: the log has no position fixes"),
-                                 HasSubstr("known map with the range camera")));
+  EXPECT_THAT(without.err, AllOf(HasSubstr("left out: without.lcmlog: the log has no position"),
+                                 HasSubstr("known map with the range camera"),
+                                 HasSubstr("there is no dive to fit to")));
 
   swim("pool4", 1, "shorter.lcmlog", "--leak-at 1");
   const Ran shorter = dive("fit shorter.lcmlog shorter.lcmlog");
