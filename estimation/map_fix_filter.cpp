@@ -65,18 +65,16 @@ void MapFixFilter::advance(const Vector2d& moved_O, double dt, double blind_vari
   const double map_kept = std::exp(-(moved_W + carried_W).norm() / o.map_length_m);
 
   // P becomes F P F', with F the identity except for the rows of position, slip and map error.
-  P_.row(0) += -moved_W.y() * P_.row(kHeading) + turned_W.x() * P_.row(kScale) +
-               dt * (P_.row(kCurrent) + P_.row(kSlip));
-  P_.row(1) += moved_W.x() * P_.row(kHeading) + turned_W.y() * P_.row(kScale) +
-               dt * (P_.row(kCurrent + 1) + P_.row(kSlip + 1));
-  P_.middleRows<2>(kSlip) *= slip_kept;
-  P_.middleRows<2>(kMap) *= map_kept;
-  P_.col(0) += -moved_W.y() * P_.col(kHeading) + turned_W.x() * P_.col(kScale) +
-               dt * (P_.col(kCurrent) + P_.col(kSlip));
-  P_.col(1) += moved_W.x() * P_.col(kHeading) + turned_W.y() * P_.col(kScale) +
-               dt * (P_.col(kCurrent + 1) + P_.col(kSlip + 1));
-  P_.middleCols<2>(kSlip) *= slip_kept;
-  P_.middleCols<2>(kMap) *= map_kept;
+  const auto transition = [&](auto&& P) {
+    P.row(0) += -moved_W.y() * P.row(kHeading) + turned_W.x() * P.row(kScale) +
+                dt * (P.row(kCurrent) + P.row(kSlip));
+    P.row(1) += moved_W.x() * P.row(kHeading) + turned_W.y() * P.row(kScale) +
+                dt * (P.row(kCurrent + 1) + P.row(kSlip + 1));
+    P.template middleRows<2>(kSlip) *= slip_kept;
+    P.template middleRows<2>(kMap) *= map_kept;
+  };
+  transition(P_);
+  transition(P_.transpose());
 
   is_blind_ = blind_variance > 0.0;
   x_.head<2>() += moved_W + carried_W + drift_W() * dt;

@@ -99,16 +99,16 @@ function main() {
   });
   if (dive && report.paths.length > 1) views.paths = paths;
   if (dive) cursor.set(firstMoment(dive));
+  const drawScene = () => {
+    const openedMs = Math.round(performance.now());
+    scene.start();
+    if (dive && scene.isDrawn) views.scene = scene;
+    if (location.hash !== '#selftest') return;
+    if (scene.isDrawn) scene.draw();
+    runSelfTest(views, scene, cursor, openedMs, Math.round(performance.now()));
+  };
   // The verdict and the charts are shown first.
-  requestAnimationFrame(() => setTimeout(() => {
-                          const openedMs = Math.round(performance.now());
-                          scene.start();
-                          if (dive && scene.isDrawn) views.scene = scene;
-                          if (location.hash !== '#selftest') return;
-                          if (scene.isDrawn) scene.draw();
-                          runSelfTest(
-                              views, scene, cursor, openedMs, Math.round(performance.now()));
-                        }, 0));
+  requestAnimationFrame(() => setTimeout(drawScene, 0));
 }
 
 main();
