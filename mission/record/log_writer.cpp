@@ -1,3 +1,4 @@
+#include <chrono>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -18,6 +19,7 @@ namespace {
 
 constexpr std::size_t kQueueThatWaits = 1U << 20U;   // bytes
 constexpr std::size_t kQueueThatDrops = 32U << 20U;  // bytes: holds the largest tick
+constexpr auto kMaxWait = std::chrono::seconds(5);   // for the disk, twice
 
 std::string name_of(int error) { return std::generic_category().message(error); }
 
@@ -86,7 +88,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   log.events = 0;
   log.is_whole = true;
   const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map, free_ahead,
-               obstacle_ahead, pose_correction, map_fix, vision, loss] = inputs;
+               obstacle_ahead, pose_correction, map_correction, map_fix, vision, loss] = inputs;
   static_cast<void>(observed_map);  // replay makes it from the obstacles
   const auto& [command, rates, estimate, status, plan_query, transitions, failsafes, actions] =
       outputs;
@@ -99,6 +101,7 @@ bool LogWriter::write(const StepInputs& inputs, const StepOutputs& outputs,
   if (free_ahead) log.put(Channel::kFreeAhead, now, now, *free_ahead);
   if (obstacle_ahead) log.put(Channel::kObstacleAhead, now, now, *obstacle_ahead);
   if (pose_correction) log.put(Channel::kPoseCorrection, now, now, *pose_correction);
+  if (map_correction) log.put(Channel::kMapCorrection, now, now, *map_correction);
   if (map_fix) log.put(Channel::kMapFix, now, now, *map_fix);
   if (vision) log.put(Channel::kVision, now, now, *vision);
   if (loss) log.put(Channel::kLoss, now, now, *loss);
@@ -135,8 +138,11 @@ bool LogWriter::close() {
   Impl& log = *impl_;
   if (log.is_closed) return false;
   log.is_closed = true;
-  if (log.lost_since) log.output.push(loss_mark(log.lost_since->first, log.lost_since->second));
-  return log.output.close() && lost() == 0;
+  if (log.lost_since) {
+    static_cast<void>(log.output.drain(kMaxWait));  // a full queue has no room for the mark
+    log.output.push(loss_mark(log.lost_since->first, log.lost_since->second));
+  }
+  return log.output.close(kMaxWait) && lost() == 0;
 }
 
 }  // namespace dive::mission
