@@ -13,13 +13,20 @@ vehicle::CameraFault fault_of(const FaultInjector& faults, int camera) {
   return vehicle::CameraFault::kNone;
 }
 
+// A calibration file has the rotation as a matrix: the attitude as a reader gets it, so that a dive
+// over the link computes with the same cameras to the last bit.
+CameraModel as_written(CameraModel camera) {
+  camera.X_BC.q = Eigen::Quaterniond(camera.X_BC.q.toRotationMatrix()).normalized();
+  return camera;
+}
+
 }  // namespace
 
 estimation::VisionOptions vision_options(const vehicle::StereoCameraOptions& cameras,
                                          const vehicle::ImuNoise& imu) {
   estimation::VisionOptions options;
   options.period_s = 1.0 / cameras.rate_hz;
-  options.filter.cameras = {cameras.camera(0), cameras.camera(1)};
+  options.filter.cameras = {as_written(cameras.camera(0)), as_written(cameras.camera(1))};
   options.filter.imu = {imu.gyro_density, imu.accel_density, imu.gyro_walk, imu.accel_walk,
                         imu.g_sensitivity_sigma};
   options.filter.gyro_bias_sigma = imu.gyro_bias_sigma;
