@@ -205,29 +205,51 @@ Json way_out_of(const CheckReport& report, std::size_t leg) {
           {"least_battery_fraction", turn.least_charge}};
 }
 
+// Without its waypoints.
+Json leg_json(const CheckReport& report, std::size_t i) {
+  const PlannedRouteLeg& leg = report.legs[i];
+  Json plan = mission::to_json(leg.plan, leg.statistics);
+  plan.erase("waypoints");
+  Json entry = {{"state", leg.state}, {"goal", leg.goal}};
+  entry.update(plan);
+  entry["margin_sigma"] = nullptr;
+  if (std::isfinite(leg.margin.margin_sigma)) {
+    const LegMargin& margin = leg.margin;
+    entry["margin_sigma"] = margin.margin_sigma;
+    entry["margin"] = {{"x", margin.place_W.x()},           {"y", margin.place_W.y()},
+                       {"z", margin.place_W.z()},           {"obstacle", margin.obstacle_name},
+                       {"clearance_m", margin.clearance_m}, {"sigma_m", margin.sigma_m},
+                       {"end_sigma_m", margin.end_sigma_m}};
+  }
+  entry.update(times_of(report, i));
+  entry["way_out"] = way_out_of(report, i);
+  return entry;
+}
+
+Json fault_json(const FaultResult& result) {
+  Json injected = Json::array();
+  for (const Fault& fault : result.fault.faults) {
+    injected.push_back({{"fault", to_string(fault.kind)}, {"t", fault.at_s}});
+  }
+  return {{"state", result.fault.state},
+          {"injected", std::move(injected)},
+          {"safe", result.is_safe()},
+          {"surfaced", result.surfaced},
+          {"held", result.held},
+          {"rest_s", result.dive.rest_s},
+          {"final_state", result.dive.final_state},
+          {"rung", result.dive.rung},
+          {"collisions", result.dive.collisions.size()},
+          {"collision_list", to_json(result.dive.collisions)},
+          {"min_clearance_m", result.dive.nearest.clearance_m},
+          {"duration_s", result.dive.duration_s}};
+}
+
 }  // namespace
 
 Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
   Json plans = Json::array();
-  for (std::size_t i = 0; i < report.legs.size(); ++i) {
-    const PlannedRouteLeg& leg = report.legs[i];
-    Json plan = to_json(leg.plan, leg.statistics);
-    plan.erase("waypoints");
-    Json entry = {{"state", leg.state}, {"goal", leg.goal}};
-    entry.update(plan);
-    entry["margin_sigma"] = nullptr;
-    if (std::isfinite(leg.margin.margin_sigma)) {
-      const LegMargin& margin = leg.margin;
-      entry["margin_sigma"] = margin.margin_sigma;
-      entry["margin"] = {{"x", margin.place_W.x()},           {"y", margin.place_W.y()},
-                         {"z", margin.place_W.z()},           {"obstacle", margin.obstacle_name},
-                         {"clearance_m", margin.clearance_m}, {"sigma_m", margin.sigma_m},
-                         {"end_sigma_m", margin.end_sigma_m}};
-    }
-    entry.update(times_of(report, i));
-    entry["way_out"] = way_out_of(report, i);
-    plans.push_back(std::move(entry));
-  }
+  for (std::size_t i = 0; i < report.legs.size(); ++i) plans.push_back(leg_json(report, i));
   Json json = {{"ok", diagnostics.ok()},
                {"diagnostics", to_json(diagnostics)},
                {"budget",
@@ -248,24 +270,7 @@ Json to_json(const CheckReport& report, const Diagnostics& diagnostics) {
   if (report.dives) json["dives"] = to_json(*report.dives);
   if (!report.faults.empty()) {
     Json faults = Json::array();
-    for (const FaultResult& result : report.faults) {
-      Json injected = Json::array();
-      for (const Fault& fault : result.fault.faults) {
-        injected.push_back({{"fault", to_string(fault.kind)}, {"t", fault.at_s}});
-      }
-      faults.push_back({{"state", result.fault.state},
-                        {"injected", std::move(injected)},
-                        {"safe", result.is_safe()},
-                        {"surfaced", result.surfaced},
-                        {"held", result.held},
-                        {"rest_s", result.dive.rest_s},
-                        {"final_state", result.dive.final_state},
-                        {"rung", result.dive.rung},
-                        {"collisions", result.dive.collisions.size()},
-                        {"collision_list", to_json(result.dive.collisions)},
-                        {"min_clearance_m", result.dive.nearest.clearance_m},
-                        {"duration_s", result.dive.duration_s}});
-    }
+    for (const FaultResult& result : report.faults) faults.push_back(fault_json(result));
     json["faults"] = std::move(faults);
   }
   return json;

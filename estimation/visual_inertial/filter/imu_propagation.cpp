@@ -10,6 +10,26 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// A reading's noise acts like an error of the bias; over dt its variance is density^2 / dt. `rate`
+// in rad/s.
+Matrix15d process_noise(const Matrix15d& F, double rate, const ImuInterval& interval,
+                        const ImuNoise& noise, double gravity) {
+  using namespace imu_error;
+  const double dt = interval.dt;
+  const auto by_gyro = F.block<9, 3>(0, kGyroBias);
+  const auto by_accel = F.block<9, 3>(0, kAccelBias);
+  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro;
+  const double accel = noise.accel * noise.accel + interval.accel * interval.accel;
+  Matrix15d Q = Matrix15d::Zero();
+  Q.topLeftCorner<9, 9>() =
+      gyro / dt * by_gyro * by_gyro.transpose() + accel / dt * by_accel * by_accel.transpose();
+  // Gravity turns in B, and with it what it adds to the gyro's bias by g-sensitivity.
+  const double gyro_walk = std::hypot(noise.gyro_walk, noise.gyro_by_accel * gravity * rate);
+  Q.diagonal().segment<3>(kGyroBias).setConstant(gyro_walk * gyro_walk * dt);
+  Q.diagonal().segment<3>(kAccelBias).setConstant(noise.accel_walk * noise.accel_walk * dt);
+  return Q;
+}
+
 }  // namespace
 
 Matrix3x9d of_elements(const Vector3d& v) {
@@ -78,21 +98,7 @@ ImuStep propagate(const ImuState& state, const ImuInterval& interval, const ImuN
   step.by_intrinsics.rightCols<9>() << Matrix3x9d::Zero(), dt * dt / 6.0 * (2.0 * by_T0 + by_T1),
       0.5 * dt * (by_T0 + by_T1);
 
-  // A reading's noise acts like an error of the bias; over dt its variance is density^2 / dt.
-  const auto by_gyro = F.block<9, 3>(0, kGyroBias);
-  const auto by_accel = F.block<9, 3>(0, kAccelBias);
-  const double rate = turn.norm() / dt;
-  const double gyro = noise.gyro * noise.gyro + interval.gyro * interval.gyro;
-  const double accel = noise.accel * noise.accel + interval.accel * interval.accel;
-  step.noise.setZero();
-  step.noise.topLeftCorner<9, 9>() =
-      gyro / dt * by_gyro * by_gyro.transpose() + accel / dt * by_accel * by_accel.transpose();
-  // Gravity turns in B, and with it what it adds to the gyro's bias by g-sensitivity.
-  const double gyro_walk = std::hypot(noise.gyro_walk, noise.gyro_by_accel * gravity * rate);
-  step.noise.diagonal().segment<3>(kGyroBias).setConstant(gyro_walk * gyro_walk * dt);
-  step.noise.diagonal()
-      .segment<3>(kAccelBias)
-      .setConstant(noise.accel_walk * noise.accel_walk * dt);
+  step.noise = process_noise(F, turn.norm() / dt, interval, noise, gravity);
   return step;
 }
 
