@@ -47,7 +47,8 @@ struct BehaviorInput {
   PathEvaluator* observed = nullptr;  ///< Obstacles added to the map; null: there are none.
   bool map_changed = false;           ///< True if the map has changed since the last tick.
   bool map_opened = false;  ///< True in the tick in which an object of the map is found to be gone.
-  bool position_corrected = false;  ///< True in the tick in which the position jumps to a fix.
+  bool position_corrected = false;  ///< True in the tick in which the position jumps.
+  bool trail_moved = false;         ///< True in the tick in which a loop closure moves the trail.
   bool obstacle_ahead = false;      ///< True in the tick in which the vehicle is stopped for one.
   bool replan = false;              ///< True if a failsafe requests a replan.
   bool depth_known = true;          ///< True while depth samples are fresh.

@@ -44,7 +44,7 @@ struct ReplanSignals {
   bool may_be_shorter =
       false;  ///< An obstacle is gone, and the rest of the path is no straight line.
   bool estimator_switched = false;
-  bool position_corrected = false;  ///< The estimated position has jumped to a fix.
+  bool position_corrected = false;  ///< The estimated position has jumped.
   bool demanded = false;
 };
 

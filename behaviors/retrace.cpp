@@ -85,6 +85,9 @@ BehaviorOutput Retrace::step(const BehaviorInput& input) {
     return output;
   }
   take_answer(input);
+  if (input.trail_moved && std::holds_alternative<retrace::FollowingTrail>(state_)) {
+    begin_trail(input);
+  }
   run(input, output, std::exchange(alternative_requested_, false));
   return output;
 }

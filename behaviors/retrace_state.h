@@ -57,8 +57,8 @@ using State = std::variant<Stopping, Levelling, FollowingTrail, FollowingDetour,
 struct Stopped {
   Utime now;
 };
-/// The rest of the trail was found, after it came level, reached the end of a path, or observed the
-/// trail.
+/// The rest of the trail was found, after it came level, reached the end of a path, observed the
+/// trail, or a loop closure moved it.
 struct TrailFound {
   double allowed_s;
 };
@@ -86,6 +86,8 @@ struct Transitions {
   S operator()(Stopping,        Stopped e)          { return Levelling{e.now}; }
   S operator()(Levelling,       TrailFound e)       { return FollowingTrail{e.allowed_s}; }
   S operator()(Levelling,       TrailEndless)       { return NoWayOut{}; }
+  S operator()(FollowingTrail,  TrailFound e)       { return FollowingTrail{e.allowed_s}; }
+  S operator()(FollowingTrail,  TrailEndless)       { return NoWayOut{}; }
   S operator()(FollowingTrail,  EndReached)         { return Arrived{}; }
   S operator()(FollowingTrail,  ObservationBegun e) { return ObservingTrail{e.now}; }
   S operator()(FollowingTrail,  PathLost e)         { return PlanningDetour{e.cause}; }

@@ -33,7 +33,7 @@ Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity
   breadcrumbs_.reserve(capacity);  // no allocation during a dive
 }
 
-void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
+void Trail::add(const Eigen::Vector3d& p_W, bool open_above, Utime now) {
   if (!breadcrumbs_.empty()) {
     const bool near = (p_W - breadcrumbs_.back().p_W).norm() < spacing_;
     // The last open point before an overhead gets a breadcrumb of its own, however near the last.
@@ -42,8 +42,16 @@ void Trail::add(const Eigen::Vector3d& p_W, bool open_above) {
   const double step = breadcrumbs_.empty() ? 0.0 : (p_W - breadcrumbs_.back().p_W).norm();
   penetration_m_ = open_above ? 0.0 : penetration_m_ + step;
   if (breadcrumbs_.size() == capacity_) thin_out();
-  breadcrumbs_.push_back({p_W, open_above});
+  breadcrumbs_.push_back({p_W, open_above, now});
   ++dropped_;
+}
+
+void Trail::move(const MapCorrection& correction) {
+  for (Breadcrumb& breadcrumb : breadcrumbs_) {
+    breadcrumb.p_W = correction.at(breadcrumb.utime) * breadcrumb.p_W;
+  }
+  ++moves_;
+  measure_penetration();
 }
 
 void Trail::restore(std::span<const Breadcrumb> breadcrumbs, double spacing) {
@@ -51,6 +59,10 @@ void Trail::restore(std::span<const Breadcrumb> breadcrumbs, double spacing) {
   breadcrumbs_.assign(breadcrumbs.begin(), breadcrumbs.end());
   spacing_ = spacing;
   dropped_ = breadcrumbs_.size();
+  measure_penetration();
+}
+
+void Trail::measure_penetration() {
   penetration_m_ = 0.0;
   for (std::size_t i = 1; i < breadcrumbs_.size(); ++i) {
     const double step = (breadcrumbs_[i].p_W - breadcrumbs_[i - 1].p_W).norm();

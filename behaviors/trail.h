@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/se3.h"
 
 namespace dive::behaviors {
@@ -28,12 +30,17 @@ class Trail {
   /// removed and the spacing doubles.
   explicit Trail(double spacing = kTrailSpacing, std::size_t capacity = kTrailCapacity);
 
-  /// `open_above`: nothing solid between p_W and the surface.
-  void add(const Eigen::Vector3d& p_W, bool open_above);
+  /// `open_above`: nothing solid between p_W and the surface. `now`: see Breadcrumb::utime.
+  void add(const Eigen::Vector3d& p_W, bool open_above, Utime now = 0);
+  /// After a loop closure: each breadcrumb moves with what was observed at its time.
+  void move(const MapCorrection& correction);
+  /// Number of calls of move().
+  [[nodiscard]] std::size_t moves() const { return moves_; }
 
   struct Breadcrumb {
     Eigen::Vector3d p_W;
     bool open_above;
+    Utime utime = 0;  ///< 0: added before a restart of the executive.
   };
 
   struct Path {
@@ -79,6 +86,7 @@ class Trail {
     std::size_t end = 0;
   };
   void thin_out();
+  void measure_penetration();
   [[nodiscard]] Found find(const Eigen::Vector3d& p_W, double link_m, double most_m,
                            const std::function<bool(const Breadcrumb&)>& is_there) const;
   [[nodiscard]] Path further(Path path, std::size_t end, double beyond_m) const;
@@ -88,6 +96,7 @@ class Trail {
   double spacing_;
   double penetration_m_ = 0.0;
   std::size_t dropped_ = 0;
+  std::size_t moves_ = 0;
   std::size_t capacity_;
   std::vector<Breadcrumb> breadcrumbs_;
 };

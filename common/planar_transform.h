@@ -19,6 +19,14 @@ struct PlanarTransform {
     pose_A.p.head<2>() = Eigen::Rotation2Dd(yaw) * pose_B.p.head<2>() + translation;
     return pose_A;
   }
+  [[nodiscard]] Eigen::Vector3d operator*(const Eigen::Vector3d& p_B) const {
+    Eigen::Vector3d p_A = p_B;
+    p_A.head<2>() = Eigen::Rotation2Dd(yaw) * p_B.head<2>() + translation;
+    return p_A;
+  }
+  [[nodiscard]] PlanarTransform operator*(const PlanarTransform& other) const {
+    return {wrap_angle(yaw + other.yaw), Eigen::Rotation2Dd(yaw) * other.translation + translation};
+  }
   [[nodiscard]] PlanarTransform inverse() const {
     return {-yaw, -(Eigen::Rotation2Dd(-yaw) * translation)};
   }

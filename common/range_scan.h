@@ -1,6 +1,8 @@
 #pragma once
-// One scan of a range sensor: of a range camera, or from the landmarks of a visual estimator.
+// One scan of a range sensor: of a range camera, or of a stereo pair with the landmarks of a visual
+// estimator.
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,6 +18,9 @@ struct RangeScan {
   /// Points in B, m, one per ray. NaN: no information along the ray. Farther from the origin than
   /// `reach`: the ray found nothing up to `reach`.
   std::vector<Eigen::Vector3f> points_B = {};
+  /// Number of points, the last ones, that are landmarks of a visual estimator: observed from
+  /// several places, so that one without others around it is no noise.
+  std::size_t landmarks = 0;
 };
 
 /// Maximum number of points of one scan.

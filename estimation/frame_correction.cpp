@@ -21,6 +21,18 @@ Vector2d at_most(const Vector2d& v, double most) {
   return norm > most ? Vector2d(v * (most / norm)) : v;
 }
 
+// A shift leaves the attitude as it is, bit for bit.
+Pose moved(const PlanarTransform& by, const Pose& pose) {
+  return by.yaw == 0.0 ? Pose{pose.p + lifted(by.translation), pose.q} : by * pose;
+}
+
+// Of x, y and heading.
+Matrix3d turned_covariance(const Matrix3d& P, double yaw) {
+  Matrix3d R = Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = turned(yaw);
+  return R * P * R.transpose();
+}
+
 double towards_zero(double value, double step) {
   return std::abs(value) <= step ? 0.0 : value - std::copysign(step, value);
 }
@@ -40,6 +52,7 @@ std::string FrameCorrectionOptions::validate() const {
   check("slip_time_s", slip_time_s, 0.1, 1000.0);
   check("max_slip", max_slip, 0.0, 5.0);
   check("max_smooth_m", max_smooth_m, 0.0, 10.0);
+  check("jump_m", jump_m, 0.0, 10.0);
   check("vision_period_s", vision_period_s, 0.0, 100.0);
   check("vision_sigma", vision_sigma, 0.001, 1.0);
   check("scan_period_s", scan_period_s, 0.1, 5.0);
@@ -68,7 +81,7 @@ void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {
   if (init_utime_ != vision.init_utime) {
     init_utime_ = vision.init_utime;
     const auto then = past_.at(vision.init_utime);
-    aligned_at_init_W_ = then ? then->before->aligned_W : aligned_W_;
+    aligned_at_init_ = then ? then->before->aligned : aligned_;
   }
   const std::optional<OdometryState> then = odometry_at(vision.estimate.utime);
   switch (gate_.evaluate(now, vision, then)) {
@@ -121,7 +134,9 @@ void FrameCorrection::follow_surroundings(const MapFix& fix, const OdometryState
 
 void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& then) {
   if (filter_) return follow_velocity(vision, then);
-  const Eigen::Quaterniond& q_WB = vision.X_WB.q;
+  const PlanarTransform map_from_vision = aligned_ * aligned_at_init_.inverse();
+  const Pose X_WB = moved(map_from_vision, vision.X_WB);
+  const Eigen::Quaterniond& q_WB = X_WB.q;
   const double since_s = std::min(to_seconds(vision.utime - anchor_utime_), 2.0 * gate_.period_s());
   anchor_utime_ = vision.utime;
   anchor_O_ = then.p_O;
@@ -129,10 +144,11 @@ void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& t
   drift_W_ = (q_WB * vision.v_WB_B).head<2>() - turned(yaw_target_) * then.v_O;
   averaged_s_ = std::min(averaged_s_ + since_s, options_.drift_time_s);
   if (averaged_s_ > 0.0) mean_drift_W_ += since_s / averaged_s_ * (drift_W_ - mean_drift_W_);
-  base_W_ = vision.X_WB.p.head<2>() + aligned_W_ - aligned_at_init_W_ +
-            drift_W_ * to_seconds(past_.newest_utime() - vision.utime);
+  base_W_ = X_WB.p.head<2>() + drift_W_ * to_seconds(past_.newest_utime() - vision.utime);
   offset_W_ = estimate_.X_WB.p.head<2>() - target();
-  base_covariance_ = horizontal_covariance(vision.covariance, q_WB.conjugate() * Vector3d::UnitZ());
+  base_covariance_ = turned_covariance(
+      horizontal_covariance(vision.covariance, q_WB.conjugate() * Vector3d::UnitZ()),
+      map_from_vision.yaw);
   drift_deviation_ = 0.0;
   estimate_.source = EstimatorKind::kVisualInertial;
   follows_vision_ = true;
@@ -154,11 +170,30 @@ void FrameCorrection::release() {
 
 void FrameCorrection::propose_alignment(const Vector2d& by_W) {
   DIVE_DEMAND(by_W.allFinite());
-  aligned_W_ += by_W;
-  base_W_ += by_W;
-  estimate_.X_WB.p.head<2>() += by_W;
-  estimate_.map_from_odom.translation += by_W;
+  shift({0.0, by_W});
   slip_W_ = at_most(slip_W_ + by_W / options_.slip_time_s, options_.max_slip);
+}
+
+void FrameCorrection::move(const PlanarTransform& by) {
+  DIVE_DEMAND(!filter_ && std::isfinite(by.yaw) && by.translation.allFinite());
+  const Vector3d before_W = estimate_.X_WB.p;
+  shift(by);
+  jumps_ |= (estimate_.X_WB.p - before_W).norm() > options_.jump_m;
+  const Matrix2d R = turned(by.yaw);
+  drift_W_ = R * drift_W_;
+  mean_drift_W_ = R * mean_drift_W_;
+  offset_W_ = R * offset_W_;
+  slip_W_ = R * slip_W_;
+  yaw_ = wrap_angle(yaw_ + by.yaw);
+  yaw_target_ = wrap_angle(yaw_target_ + by.yaw);
+  base_covariance_ = turned_covariance(base_covariance_, by.yaw);
+}
+
+void FrameCorrection::shift(const PlanarTransform& by) {
+  aligned_ = by * aligned_;
+  base_W_ = turned(by.yaw) * base_W_ + by.translation;
+  estimate_.X_WB = moved(by, estimate_.X_WB);
+  estimate_.map_from_odom = by * estimate_.map_from_odom;
 }
 
 bool FrameCorrection::propose(const MapFix& fix) {
@@ -202,7 +237,7 @@ const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, doub
   const Vector2d p_O = odometry.X_WB.p.head<2>();
   const Vector2d moved_O =
       past_.empty() ? Vector2d::Zero() : Vector2d(p_O - past_.newest().odometry.p_O);
-  past_.push(odometry.utime, {{p_O, v_O.head<2>(), odometry.X_WB.q}, aligned_W_});
+  past_.push(odometry.utime, {{p_O, v_O.head<2>(), odometry.X_WB.q}, aligned_});
   advance(moved_O, blind_variance, dt);
   publish(odometry);
   return estimate_;
@@ -246,8 +281,8 @@ void FrameCorrection::publish(const StateEstimate& odometry) {
 }
 
 void FrameCorrection::publish_aligned() {
-  estimate_.map_from_odom.translation = aligned_W_;
-  estimate_.X_WB.p.head<2>() += aligned_W_;
+  estimate_.map_from_odom = aligned_;
+  estimate_.X_WB = moved(aligned_, estimate_.X_WB);
   estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(slip_W_);
 }
 

@@ -21,8 +21,9 @@
 // the declared one, which the odometry contains (set_current()). Whenever b changes,
 // o takes up the difference and goes to zero at a bounded speed, and c approaches vision's heading
 // likewise: no source makes the published pose jump except the map alignment, which is applied at
-// once. When vision is lost everything keeps its value, and d becomes its mean over the last
-// seconds: a current persists, and only cameras measure it.
+// once, and a loop closure that moves the observed map (move()). When vision is lost everything
+// keeps its value, and d becomes its mean over the last seconds: a current persists, and only
+// cameras measure it.
 //
 // Covariance. With vision: that of vision, and o o^T. Without: with the displacement D since then,
 // D' that vector turned by +90 degrees, and e the error in heading, the position error grows by s D
@@ -70,6 +71,7 @@ struct FrameCorrectionOptions {
   double slip_time_s = 1.0;      ///< T of the low-pass over map alignments.
   double max_slip = 0.3;         ///< Bound of the velocity that alignments add, m/s.
   double max_smooth_m = 0.3;     ///< A fix that moves the position by more is applied at once.
+  double jump_m = 0.1;           ///< A loop that moves the position by more is a jump.
   double vision_period_s = 0.5;  ///< Least time between two velocities of vision beside fixes.
   double vision_sigma = 0.02;    ///< Standard deviation of that velocity, per axis, m/s.
   double scan_period_s = 1.2;    ///< Longest time between two ambiguous fixes that are compared.
@@ -101,6 +103,9 @@ class FrameCorrection {
   /// The vehicle is `by_W` (m) from its published position according to the observed map. Applied
   /// at once. Vision's frame moves with it, so that vision does not pull back.
   void propose_alignment(const Eigen::Vector2d& by_W);
+  /// A closed loop moves the vehicle and the map around it: what was at p_W is at `by` * p_W from
+  /// now on. Applied at once. Vision's frame moves with it. Demands options without fixes.
+  void move(const PlanarTransform& by);
   /// Proposes a fix. Demands options with fixes. False if its position was not used: it has a
   /// problem, or its scan is older than the stored poses or newer than the last.
   [[nodiscard]] bool propose(const MapFix& fix);
@@ -111,7 +116,8 @@ class FrameCorrection {
   /// times.
   [[nodiscard]] const StateEstimate& update(const StateEstimate& odometry,
                                             double blind_variance = 0.0);
-  /// True if a fix since the last but one update() was applied at once.
+  /// True if since the last but one update() a fix was applied at once, or a loop moved the vehicle
+  /// by more than `jump_m`.
   [[nodiscard]] bool has_jumped() const { return has_jumped_; }
 
   [[nodiscard]] const StateEstimate& estimate() const { return estimate_; }
@@ -128,7 +134,7 @@ class FrameCorrection {
  private:
   struct Past {
     OdometryState odometry;
-    Eigen::Vector2d aligned_W = Eigen::Vector2d::Zero();  ///< Sum of map alignments so far, m.
+    PlanarTransform aligned;  ///< By map alignments and loops so far.
   };
   static constexpr std::size_t kPast = 256;  ///< Number of ticks, five seconds.
 
@@ -137,6 +143,7 @@ class FrameCorrection {
   void follow_velocity(const StateEstimate& vision, const OdometryState& then);
   void follow_surroundings(const MapFix& fix, const OdometryState& then);
   void release();
+  void shift(const PlanarTransform& by);
   void advance(const Eigen::Vector2d& moved_O, double blind_variance, double dt);
   void publish(const StateEstimate& odometry);
   void publish_corrected(const StateEstimate& odometry);
@@ -162,7 +169,7 @@ class FrameCorrection {
   TimedBuffer<Past, kPast> past_;
   StateEstimate estimate_;
   bool has_jumped_ = false;
-  bool jumps_ = false;           ///< A fix since the last update() was applied at once.
+  bool jumps_ = false;           ///< The same since the last update().
   double blind_variance_ = 0.0;  ///< Variance added at the last update(), m^2.
   bool follows_vision_ = false;  ///< True once vision was accepted: the equation above holds.
 
@@ -178,10 +185,10 @@ class FrameCorrection {
   double drift_deviation_ = 0.0;  ///< Difference of d and its mean at the loss of vision, m/s.
   /// Covariance of x, y (W, m) and heading (rad) at t_f.
   Eigen::Matrix3d base_covariance_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector2d slip_W_ = Eigen::Vector2d::Zero();     ///< s, m/s
-  Eigen::Vector2d aligned_W_ = Eigen::Vector2d::Zero();  ///< Sum of map alignments so far, m.
-  /// Sum of map alignments when vision's filter was initialised from the published pose, m.
-  Eigen::Vector2d aligned_at_init_W_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d slip_W_ = Eigen::Vector2d::Zero();  ///< s, m/s
+  PlanarTransform aligned_;                           ///< By map alignments and loops so far.
+  /// The same when vision's filter was initialised from the published pose.
+  PlanarTransform aligned_at_init_;
   std::optional<Utime> init_utime_;  ///< Initialisation time of vision's filter, us.
 };
 

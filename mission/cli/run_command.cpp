@@ -236,7 +236,7 @@ bool serve(const estimation::VisionOptions& vision, const RunArguments& argument
            const LoadedMission& loaded) {
   if (!maps_with_stereo(loaded.mission)) return true;
   const auto& cameras = vision.filter.cameras;
-  const auto stereo = stereo_mapping(cameras[0], cameras[1], {});
+  const auto stereo = stereo_mapping(cameras[0], cameras[1], {}, false);
   if (stereo) return true;
   complain(fmt::format("{}: they map the environment, but are not a stereo pair: {}",
                        arguments.cameras, stereo.error()));

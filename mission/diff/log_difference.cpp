@@ -26,7 +26,8 @@ class InputReader {
  public:
   explicit InputReader(const StepInputs& inputs) {
     const auto& [now, imu, depth, health, plan, operator_command, obstacles, observed_map,
-                 free_ahead, obstacle_ahead, pose_correction, map_fix, vision, loss] = inputs;
+                 free_ahead, obstacle_ahead, pose_correction, map_correction, map_fix, vision,
+                 loss] = inputs;
     static_cast<void>(observed_map);  // made from the obstacles
     if (imu) add(Channel::kAhrs, words(*imu), *imu);
     if (depth) add(Channel::kDepth, fmt::format("{:.3f} m", depth->depth_m), *depth);
@@ -51,6 +52,10 @@ class InputReader {
     }
     if (pose_correction) {
       add(Channel::kPoseCorrection, words(pose_correction->correction_W), now, *pose_correction);
+    }
+    if (map_correction) {
+      add(Channel::kMapCorrection, fmt::format("{} nodes", map_correction->nodes.size()), now,
+          *map_correction);
     }
     if (map_fix) add(Channel::kMapFix, words(map_fix->position_W), now, *map_fix);
     if (vision) add(Channel::kVision, words(vision->estimate.X_WB.p.head<2>()), now, *vision);

@@ -80,6 +80,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   void skip();
   void take_rung(const behaviors::FailsafeLadder::Change& change);
   void follow_behavior();
+  void move_map(const MapCorrection& correction);
   void take_obstacle(const planning::ObstacleAhead& obstacle);
   void stop_for_obstacle();
   void hold_speed();

@@ -62,6 +62,11 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
       obstacle && sensing.accept(inputs.now, *obstacle)) {
     take_obstacle(*obstacle);
   }
+  situation.trail_moved = false;
+  if (const auto& correction = inputs.map_correction;
+      correction && Sensing::accept(inputs.now, *correction)) {
+    move_map(*correction);
+  }
   if (const auto& correction = inputs.pose_correction;
       correction && sensing.accept(inputs.now, *correction)) {
     localization.propose_alignment(correction->correction_W);
@@ -71,6 +76,16 @@ void Executive::Impl::take_scan(const StepInputs& inputs) {
     if (auto text = missing_objects.observe(fix->agreement.missing_object)) note(std::move(*text));
     if (auto text = localization.propose(*fix, situation.sensors.depth_is_fresh))
       note(std::move(*text));
+  }
+}
+
+// The obstacles have moved in the same tick.
+void Executive::Impl::move_map(const MapCorrection& correction) {
+  if (mission.unknown && uses_visual_inertial(mission)) {
+    localization.move(correction.newest());
+    overhead_monitor.move(correction);
+    exit_path.move(correction);
+    situation.trail_moved = true;
   }
 }
 

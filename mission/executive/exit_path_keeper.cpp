@@ -29,15 +29,18 @@ double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d&
   return (p - a - t * ab).norm();
 }
 
-bool is_straight(std::span<const Vector3d> points) {
-  return std::ranges::all_of(points, [&](const Vector3d& p) {
-    return distance_to_segment(p, points.front(), points.back()) <= kStraight;
+// Of points with a member p_W.
+bool is_straight(const auto& points) {
+  return std::ranges::all_of(points, [&](const auto& point) {
+    return distance_to_segment(point.p_W, points.front().p_W, points.back().p_W) <= kStraight;
   });
 }
 
-double length(std::span<const Vector3d> points) {
+double length(const auto& points) {
   double length_m = 0.0;
-  for (std::size_t i = 1; i < points.size(); ++i) length_m += (points[i] - points[i - 1]).norm();
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    length_m += (points[i].p_W - points[i - 1].p_W).norm();
+  }
   return length_m;
 }
 
@@ -54,8 +57,13 @@ ExitPathKeeper::ExitPathKeeper(const ExitPathOptions& options, MapView& map)
 
 void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail) {
   for (const behaviors::Trail::Breadcrumb& breadcrumb : trail) {
-    add(breadcrumb.p_W, breadcrumb.open_above);
+    add({breadcrumb.p_W, breadcrumb.utime}, breadcrumb.open_above);
   }
+}
+
+void ExitPathKeeper::move(const MapCorrection& correction) {
+  for (Point& point : points_) point.p_W = correction.at(point.utime) * point.p_W;
+  if (!path_.waypoints.empty()) write_waypoints();
 }
 
 void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
@@ -68,7 +76,7 @@ void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
   path_.speed_scale = unmodelled.speed_scale;
   path_.current_W = unmodelled.current_W;
   path_.open_above = situation.open_above;
-  add(estimate.X_WB.p, situation.open_above);
+  add({estimate.X_WB.p, situation.now}, situation.open_above);
   path_.hold_s = hold_s(situation, rung);
 }
 
@@ -98,28 +106,28 @@ bool ExitPathKeeper::is_room_near(const Vector3d& p_W) const {
   return from_room_ && length(points_) <= 0.5 * ascent_s(p_W) * path_.speed;
 }
 
-void ExitPathKeeper::add(const Vector3d& p_W, bool open_above) {
+void ExitPathKeeper::add(const Point& point, bool open_above) {
   const bool was_open = open_ == points_.size();
-  const bool is_near = !points_.empty() && (p_W - points_.back()).norm() < kSpacing;
+  const bool is_near = !points_.empty() && (point.p_W - points_.back().p_W).norm() < kSpacing;
   if (is_near && open_above == was_open) return;
   if (open_above) {
-    if (!was_open && !from_room_) leave_overhead(p_W);
-    return add_open(p_W);
+    if (!was_open && !from_room_) leave_overhead(point.p_W);
+    return add_open(point);
   }
-  add_point(p_W);
+  add_point(point);
   write_waypoints();
 }
 
 // With room only this point is kept; without, the way from the last place with room while it is
 // near, or else the last points.
-void ExitPathKeeper::add_open(const Vector3d& p_W) {
-  if (has_room(p_W)) {
+void ExitPathKeeper::add_open(const Point& point) {
+  if (has_room(point.p_W)) {
     points_.clear();
     from_room_ = true;
   }
-  add_point(p_W);
-  const bool is_near = is_room_near(p_W);
-  if (from_room_ && !is_near) points_.assign(1, p_W);
+  add_point(point);
+  const bool is_near = is_room_near(point.p_W);
+  if (from_room_ && !is_near) points_.assign(1, point);
   from_room_ = is_near;
   if (!from_room_ && points_.size() > kOpenPoints) points_.erase(points_.begin());
   open_ = points_.size();
@@ -131,19 +139,20 @@ void ExitPathKeeper::add_open(const Vector3d& p_W) {
 }
 
 // A loop of the trail is cut out.
-void ExitPathKeeper::add_point(const Vector3d& p_W) {
-  const auto link = std::ranges::find_if(
-      points_, [&](const Vector3d& point) { return (point - p_W).norm() <= options_.link_m; });
+void ExitPathKeeper::add_point(const Point& point) {
+  const auto link = std::ranges::find_if(points_, [&](const Point& earlier) {
+    return (earlier.p_W - point.p_W).norm() <= options_.link_m;
+  });
   if (link != points_.end()) points_.erase(link + 1, points_.end());
   open_ = std::min(open_, points_.size());
   if (points_.size() == kCapacity) thin_out();
-  points_.push_back(p_W);
+  points_.push_back(point);
 }
 
 // Where it came in the way out leads farther into open water than to the edge that it has reached.
 void ExitPathKeeper::leave_overhead(const Vector3d& p_W) {
   points_.resize(open_);
-  std::erase_if(points_, [&](const Vector3d& point) { return (point - p_W).norm() > kBeyond; });
+  std::erase_if(points_, [&](const Point& point) { return (point.p_W - p_W).norm() > kBeyond; });
 }
 
 void ExitPathKeeper::clear_waypoints() {
@@ -166,7 +175,7 @@ void ExitPathKeeper::write_waypoints() {
   if (open_ == 0) return;
   std::size_t from = points_.size() - 1;
   while (waypoints.size() < vehicle::kMaxExitWaypoints) {
-    waypoints.push_back(Pose{points_[from], Eigen::Quaterniond::Identity()});
+    waypoints.push_back(Pose{points_[from].p_W, Eigen::Quaterniond::Identity()});
     if (from == 0) break;
     std::size_t to = from - 1;
     while (to > 0 && from - to < kWindow &&

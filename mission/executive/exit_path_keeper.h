@@ -11,6 +11,8 @@
 
 #include "behaviors/failsafes.h"
 #include "behaviors/trail.h"
+#include "common/clock.h"
+#include "common/map_correction.h"
 #include "estimation/frame_correction.h"
 #include "mission/executive/map_view.h"
 #include "mission/executive/situation.h"
@@ -38,6 +40,8 @@ class ExitPathKeeper {
 
   /// Before the first update(): the trail recorded by an earlier executive.
   void restore(std::span<const behaviors::Trail::Breadcrumb> trail);
+  /// After a loop closure: moves the points.
+  void move(const MapCorrection& correction);
   /// Called once per tick with a valid estimate. `v_B`: velocity through the water, m/s.
   void update(const Situation& situation, const Eigen::Vector3d& v_B,
               const estimation::UnmodelledMotion& unmodelled, behaviors::Rung rung);
@@ -45,9 +49,15 @@ class ExitPathKeeper {
   [[nodiscard]] const vehicle::ExitPath& path() const { return path_; }
 
  private:
-  void add(const Eigen::Vector3d& p_W, bool open_above);
-  void add_open(const Eigen::Vector3d& p_W);
-  void add_point(const Eigen::Vector3d& p_W);
+  /// Where the vehicle was, and when; 0: before a restart of the executive.
+  struct Point {
+    Eigen::Vector3d p_W;
+    Utime utime = 0;
+  };
+
+  void add(const Point& point, bool open_above);
+  void add_open(const Point& point);
+  void add_point(const Point& point);
   void leave_overhead(const Eigen::Vector3d& p_W);
   void thin_out();
   void write_waypoints();
@@ -61,7 +71,7 @@ class ExitPathKeeper {
   MapView& map_;
   /// As swum: those before `open_` lead from open water, with room if `from_room_`, to the last
   /// point in open water, and the others from there on.
-  std::vector<Eigen::Vector3d> points_;
+  std::vector<Point> points_;
   std::size_t open_ = 0;
   bool from_room_ = false;
   vehicle::ExitPath path_;

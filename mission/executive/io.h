@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/map_fix.h"
 #include "common/measurements.h"
 #include "common/operator_command.h"
@@ -51,6 +52,9 @@ struct StepInputs {
   std::optional<planning::FreeAhead> free_ahead;
   std::optional<planning::ObstacleAhead> obstacle_ahead = {};
   std::optional<planning::PoseCorrection> pose_correction;
+  /// In the tick in which a loop closure moves the observed map: the vehicle and its trail move
+  /// with it, before `pose_correction`.
+  std::optional<MapCorrection> map_correction = {};
   std::optional<MapFix> map_fix = {};
   /// What the cameras' estimator says of one pair of pictures. Each one counts as well.
   std::optional<estimation::VisionEstimate> vision = {};

@@ -35,10 +35,11 @@ class Localization {
   void dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge);
   /// See FrameCorrection.
   void propose_alignment(const Eigen::Vector2d& by_W) { correction_.propose_alignment(by_W); }
+  void move(const PlanarTransform& by) { correction_.move(by); }
   /// Proposes a fix; ignored if the mission uses none. Its height is used while depth samples are
   /// not fresh. Returns a message if fixes begin or cease to be used.
   [[nodiscard]] std::optional<std::string> propose(const MapFix& fix, bool depth_is_fresh);
-  /// True if the last update() contains a fix that was applied at once.
+  /// See FrameCorrection.
   [[nodiscard]] bool has_jumped() const { return correction_.has_jumped(); }
 
   /// Called once per tick. Allocates nothing.

@@ -19,13 +19,18 @@ void OverheadMonitor::restore(std::span<const behaviors::Trail::Breadcrumb> trai
   if (declared_) declared_->restore(trail, spacing);
 }
 
+void OverheadMonitor::move(const MapCorrection& correction) {
+  trail_.move(correction);
+  if (declared_) declared_->move(correction);
+}
+
 void OverheadMonitor::update(Utime now, const estimation::StateEstimate& estimate,
                              std::optional<bool> declared_overhead, double battery_fraction) {
   const Eigen::Vector3d& p_W = estimate.X_WB.p;
-  has_overhead_ = is_declared_overhead(p_W, declared_overhead) || map_.overhead(p_W, 0.0);
+  has_overhead_ = is_declared_overhead(p_W, declared_overhead, now) || map_.overhead(p_W, 0.0);
   const double margin = kAscentDrift + estimation::horizontal_sigma(estimate);
   open_above_ = !has_overhead_ && !map_.overhead(p_W, margin);
-  trail_.add(p_W, open_above_);
+  trail_.add(p_W, open_above_, now);
   if (open_above_) usable_ = Usable{now, battery_fraction};
   if (now < next_sounding_) return;
   next_sounding_ = now + from_seconds(kSoundingPeriod);
@@ -37,11 +42,11 @@ void OverheadMonitor::update(Utime now, const estimation::StateEstimate& estimat
 // declaration counts. An atomic state with goals declares the overhead above its path; for all
 // others the trail has recorded it.
 bool OverheadMonitor::is_declared_overhead(const Eigen::Vector3d& p_W,
-                                           std::optional<bool> declared_overhead) {
+                                           std::optional<bool> declared_overhead, Utime now) {
   if (!declared_) return false;
   if (!declared_overhead && declared_->size() > 0) return !declared_->was_open_at(p_W);
   const bool is_roofed = declared_overhead.value_or(false);
-  declared_->add(p_W, !is_roofed);
+  declared_->add(p_W, !is_roofed, now);
   return is_roofed;
 }
 

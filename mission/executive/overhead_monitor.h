@@ -35,6 +35,9 @@ class OverheadMonitor {
   /// Under an overhead: the resources when the vehicle was last in open water.
   void restore(const Usable& usable) { usable_ = usable; }
 
+  /// After a loop closure: moves the trail.
+  void move(const MapCorrection& correction);
+
   /// Called once per tick. `declared_overhead`: overhead declared by the active atomic state;
   /// empty: it does not swim to goals.
   void update(Utime now, const estimation::StateEstimate& estimate,
@@ -55,7 +58,7 @@ class OverheadMonitor {
 
  private:
   [[nodiscard]] bool is_declared_overhead(const Eigen::Vector3d& p_W,
-                                          std::optional<bool> declared_overhead);
+                                          std::optional<bool> declared_overhead, Utime now);
 
   const Mission& mission_;
   MapView& map_;

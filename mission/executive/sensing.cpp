@@ -36,6 +36,10 @@ bool Sensing::accept(Utime now, const planning::PoseCorrection& correction) {
 
 bool Sensing::accept(Utime now, const MapFix& fix) { return accept_scan(now, fix, last_fix_); }
 
+bool Sensing::accept(Utime now, const MapCorrection& correction) {
+  return is_well_formed(correction) && correction.nodes.back().utime <= now;
+}
+
 void Sensing::update(const StepInputs& inputs, behaviors::Monitors& monitors,
                      Localization& localization) {
   const bool imu_is_lost = monitors.is_true(FailsafeKind::kImuLost);

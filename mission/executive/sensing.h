@@ -25,6 +25,8 @@ class Sensing {
   [[nodiscard]] bool accept(Utime now, const planning::ObstacleAhead& obstacle);
   [[nodiscard]] bool accept(Utime now, const planning::PoseCorrection& correction);
   [[nodiscard]] bool accept(Utime now, const MapFix& fix);
+  /// False if it is not well-formed, or of the future.
+  [[nodiscard]] static bool accept(Utime now, const MapCorrection& correction);
 
   [[nodiscard]] const SensorStatus& status() const { return status_; }
   /// Last accepted sample; null before the first.

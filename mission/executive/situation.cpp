@@ -56,6 +56,7 @@ behaviors::BehaviorInput behavior_input(const Situation& situation) {
   input.attitude_known = situation.sensors.imu_is_fresh;
   input.can_go_up = situation.can_ascend;
   input.position_corrected = situation.position_corrected;
+  input.trail_moved = situation.trail_moved;
   input.map_opened = situation.map_opened;
   input.obstacle_ahead = situation.obstacle_ahead;
   return input;

@@ -39,9 +39,10 @@ struct Situation {
   MapAgreement map_agreement;  ///< Agreement of the last seconds' scans with the known map.
   estimation::StateEstimate estimate;
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
-  bool position_corrected = false;  ///< The position has jumped to a fix in this tick.
-  vehicle::Command last_command;    ///< Command of the previous tick.
-  double expected_heave = 0.0;      ///< Heave expected from the efforts of the previous tick, m/s.
+  bool position_corrected = false;                      ///< The position has jumped in this tick.
+  bool trail_moved = false;       ///< A loop closure has moved the trail in this tick.
+  vehicle::Command last_command;  ///< Command of the previous tick.
+  double expected_heave = 0.0;    ///< Heave expected from the efforts of the previous tick, m/s.
 
   // Environment.
   bool overhead = false;    ///< True if something solid is above the vehicle.

@@ -14,6 +14,8 @@ LoopService::LoopService(Process process, const LoopSettings& settings, OnLate l
 void LoopService::submit(estimation::Keyframe keyframe, Utime now) {
   if (!worker_.is_idle()) return;
   const bool is_new = !last_ || keyframe.init_utime != init_utime_;
+  if (is_new) aligned_.setZero();
+  keyframe.filter.X_WB.p += aligned_;
   if (!is_new && !settings_.closer.is_far(*last_, keyframe.filter.X_WB)) return;
   if (is_new) correction_.reset();
   last_ = keyframe.filter.X_WB;
@@ -35,7 +37,19 @@ void LoopService::accept(estimation::LoopCorrection correction) {
   loops_.recognised = correction.closure.utime_new;
   loops_.moved_m = (after.p - before.p).head<2>().norm();
   loops_.turned_rad = to_rpy(after.q * before.q.conjugate()).z();
+  if (settings_.moves_map && !correction.map_correction.nodes.empty()) {
+    map_correction_ = std::move(correction.map_correction);
+  }
   correction_ = std::move(correction);
+}
+
+void LoopService::align(const Eigen::Vector2d& by_W) {
+  const Eigen::Vector3d by(by_W.x(), by_W.y(), 0.0);
+  aligned_ += correction_ ? correction_->correction.q.conjugate() * by : by;
+}
+
+std::optional<MapCorrection> LoopService::take_map_correction() {
+  return std::exchange(map_correction_, std::nullopt);
 }
 
 void LoopService::correct(estimation::VisionEstimate& vision) const {
@@ -44,7 +58,20 @@ void LoopService::correct(estimation::VisionEstimate& vision) const {
   const bool has_one = correction_ && vision.init_utime == init_utime_;
   if (!has_one || !filter.valid || filter.utime < correction_->utime) return;
   if (!filter.X_WB.is_finite() || !filter.covariance.allFinite()) return;
-  vision.estimate = correction_->apply(filter);
+  if (!settings_.moves_map) {
+    vision.estimate = correction_->apply(filter);
+    return;
+  }
+  estimation::StateEstimate aligned = filter;
+  aligned.X_WB.p += aligned_;
+  vision.estimate.covariance = turned_back(correction_->apply(aligned).covariance);
+}
+
+// The frame correction turns it with the estimate: position in W, attitude in B.
+Matrix6d LoopService::turned_back(const Matrix6d& covariance) const {
+  Matrix6d R = Matrix6d::Identity();
+  R.topLeftCorner<3, 3>() = correction_->correction.q.conjugate().toRotationMatrix();
+  return R * covariance * R.transpose();
 }
 
 }  // namespace dive::mission

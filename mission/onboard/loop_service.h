@@ -1,13 +1,14 @@
 #pragma once
 // Loop closure beside the visual-inertial estimator, on its own worker: keyframes in, corrections
-// of the estimates out. A keyframe is answered a stated time after it arrived, not when the machine
-// is ready; meanwhile no other is accepted. A slow worker means fewer keyframes and later
-// corrections, and on a vehicle nothing waits for it.
+// of the estimates or of the observed map out. A keyframe is answered a stated time after it
+// arrived, not when the machine is ready; meanwhile no other is accepted. A slow worker means fewer
+// keyframes and later corrections, and on a vehicle nothing waits for it.
 
 #include <functional>
 #include <optional>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "estimation/vision_estimate.h"
 #include "estimation/visual_inertial/loop_closure/loop_finder.h"
 #include "mission/onboard/delayed_worker.h"
@@ -16,6 +17,9 @@ namespace dive::mission {
 
 struct LoopSettings {
   estimation::LoopCloserOptions closer;
+  /// In an unknown environment the observed map moves with the vehicle (take_map_correction()), and
+  /// the estimates get only the covariance; else the estimates are corrected.
+  bool moves_map = false;
   Utime latency = 400'000;  ///< Least time from a keyframe to its answer, in dive time, us.
 };
 
@@ -33,9 +37,15 @@ class LoopService {
   void poll(Utime now);
   /// Corrects an estimate by the loops closed since the filter was initialised.
   void correct(estimation::VisionEstimate& vision) const;
+  /// The published position was shifted onto the observed map by `by_W`, m. The graph has the
+  /// shifted poses, so that a loop does not correct the same error again.
+  void align(const Eigen::Vector2d& by_W);
+  /// The correction of the map by the newest loop, once.
+  [[nodiscard]] std::optional<MapCorrection> take_map_correction();
 
  private:
   void accept(estimation::LoopCorrection correction);
+  [[nodiscard]] Matrix6d turned_back(const Matrix6d& covariance) const;
 
   Process process_;  ///< The worker's while it is busy.
   LoopSettings settings_;
@@ -43,6 +53,9 @@ class LoopService {
   Utime init_utime_ = 0;                                  ///< Initialisation of its filter, us.
   std::optional<estimation::LoopCorrection> correction_;  ///< Correction of that filter.
   estimation::ClosedLoops loops_;
+  /// Sum of the alignments since the filter was initialised, before the loops' correction, m.
+  Eigen::Vector3d aligned_ = Eigen::Vector3d::Zero();
+  std::optional<MapCorrection> map_correction_;
   DelayedWorker<std::optional<estimation::LoopCorrection>> worker_;
 };
 

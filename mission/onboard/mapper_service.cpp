@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "common/assert.h"
 #include "mission/onboard/scan_placement.h"
 
 namespace dive::mission {
@@ -36,8 +37,27 @@ void MapperService::observe(const estimation::StateEstimate& estimate) {
   past_.push(estimate.utime,
              {estimate.utime, odometry_pose(estimate), estimate.X_WB.q * estimate.v_WB_B,
               estimation::horizontal_sigma(estimate), attitude_sigma(estimate)});
-  if (!next_ || !worker_.has_finished()) return;
-  launch(*std::exchange(next_, std::nullopt));
+  if (worker_.has_finished()) launch_waiting();
+}
+
+// A move comes first: what has been submitted since is placed in the moved map.
+void MapperService::launch_waiting() {
+  if (!moves_.empty()) {
+    Move move = std::move(moves_.front());
+    moves_.pop_front();
+    worker_.start(move.at + latency_, [this, correction = std::move(move.correction)] {
+      planning::ObstacleUpdate obstacles = mapper_.move(correction);
+      return MapperResult{std::nullopt, MovedMap{correction, std::move(obstacles)}};
+    });
+  } else if (next_) {
+    launch(*std::exchange(next_, std::nullopt));
+  }
+}
+
+void MapperService::move(MapCorrection correction, Utime now) {
+  DIVE_DEMAND(is_well_formed(correction));
+  moves_.push_back({std::move(correction), now});
+  if (worker_.may_start()) launch_waiting();
 }
 
 // The nearer of two neighbours in time: there may be a gap between them.
@@ -50,12 +70,14 @@ std::optional<MapperService::Motion> MapperService::motion_at(Utime utime) const
   return nearest;
 }
 
-// With the alignments that the mapper has found and the published pose does not contain yet.
+// With the alignments and moves that the mapper has made and the published pose does not contain
+// yet.
 PlanarTransform MapperService::map_from_odom() const {
   PlanarTransform correction = map_from_odom_;
   for (const auto& waiting : worker_.waiting()) {
-    if (!waiting.result || !waiting.result->correction) continue;
-    correction.translation += waiting.result->correction->correction_W;
+    const auto& [scan, moved] = waiting.result;
+    if (moved) correction = moved->correction.newest() * correction;
+    if (scan && scan->correction) correction.translation += scan->correction->correction_W;
   }
   return correction;
 }
@@ -63,7 +85,7 @@ PlanarTransform MapperService::map_from_odom() const {
 void MapperService::submit(RangeScan scan, Utime now,
                            const std::optional<planning::ObstacleAhead>& ahead) {
   Submitted submitted{std::move(scan), now, ahead};
-  if (worker_.may_start()) {
+  if (moves_.empty() && worker_.may_start()) {
     launch(std::move(submitted));
   } else {
     next_ = std::move(submitted);
@@ -79,13 +101,11 @@ void MapperService::launch(Submitted submitted) {
   worker_.start(submitted.at + latency_,
                 [this, scan = std::move(submitted.scan), pose, absent = absent_] {
                   *absent_on_worker_ = absent;
-                  return mapper_.add(scan, pose);
+                  return MapperResult{mapper_.add(scan, pose), std::nullopt};
                 });
 }
 
-std::optional<planning::ScanResult> MapperService::poll(Utime now) {
-  return worker_.poll(now).value_or(std::nullopt);
-}
+MapperResult MapperService::poll(Utime now) { return worker_.poll(now).value_or(MapperResult{}); }
 
 std::vector<Eigen::Vector3f> MapperService::points() {
   worker_.collect();

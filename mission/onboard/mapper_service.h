@@ -3,11 +3,13 @@
 // result of a scan is delivered a stated time after its submission, not when the machine is ready,
 // so that a simulated dive is the same on every machine.
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/range_scan.h"
 #include "common/timed_buffer.h"
 #include "estimation/state_estimate.h"
@@ -17,6 +19,18 @@
 #include "planning/world/absent_objects.h"
 
 namespace dive::mission {
+
+/// The observed map after a loop closure: `obstacles` has all of it.
+struct MovedMap {
+  MapCorrection correction;
+  planning::ObstacleUpdate obstacles;
+};
+
+/// One of the two.
+struct MapperResult {
+  std::optional<planning::ScanResult> scan;
+  std::optional<MovedMap> moved;
+};
 
 class MapperService {
  public:
@@ -40,9 +54,13 @@ class MapperService {
   void submit(RangeScan scan, Utime now,
               const std::optional<planning::ObstacleAhead>& ahead = std::nullopt);
 
-  /// The next result once it is due. No result is skipped: the obstacles of each are changes since
-  /// the last one.
-  [[nodiscard]] std::optional<planning::ScanResult> poll(Utime now);
+  /// Moves the observed map after a loop closure, as soon as the worker may start. Scans are placed
+  /// accordingly from then on. Demands a well-formed correction, and an unknown environment.
+  void move(MapCorrection correction, Utime now);
+
+  /// The next result once it is due; empty if it is none of use. No result is skipped: the
+  /// obstacles of each are changes since the last one.
+  [[nodiscard]] MapperResult poll(Utime now);
 
   /// One point per voxel, in W. Waits for the worker.
   [[nodiscard]] std::vector<Eigen::Vector3f> points();
@@ -65,6 +83,7 @@ class MapperService {
     Utime at = 0;
     std::optional<planning::ObstacleAhead> ahead;
   };
+  void launch_waiting();
   void launch(Submitted submitted);
 
   SteadyClock clock_;
@@ -75,8 +94,13 @@ class MapperService {
   Utime latency_;
   TimedBuffer<Motion, kPast> past_;
   PlanarTransform map_from_odom_;  ///< Correction in the newest published pose.
+  struct Move {
+    MapCorrection correction;
+    Utime at = 0;
+  };
+  std::deque<Move> moves_;  ///< That wait for the worker.
   std::optional<Submitted> next_;
-  DelayedWorker<std::optional<planning::ScanResult>> worker_;
+  DelayedWorker<MapperResult> worker_;
 };
 
 }  // namespace dive::mission

@@ -57,7 +57,8 @@ void OnboardDive::make_vision(const planning::World& world, const estimation::Vi
   RangeMaker make_range;
   if (maps_with_stereo(mission_)) {
     const std::vector<CameraModel>& cameras = options.filter.cameras;
-    auto stereo = stereo_mapping(cameras.at(0), cameras.at(1), mapping);
+    auto stereo =
+        stereo_mapping(cameras.at(0), cameras.at(1), mapping, mission_.unknown.has_value());
     DIVE_DEMAND(stereo);
     make_range = std::move(stereo->make_range);
     mapping = stereo->mapper;
@@ -120,15 +121,25 @@ void OnboardDive::ask_services(StepInputs& inputs) {
     inputs.map_fix = matcher_->poll(inputs.now);
     if (auto change = matcher_->take_absences()) inputs.obstacles.push_back(*std::move(change));
   }
-  if (vision_) inputs.vision = vision_->poll(inputs.now);
+  if (vision_) {
+    inputs.vision = vision_->poll(inputs.now);
+    if (auto correction = vision_->take_map_correction()) {
+      mapper_->move(*std::move(correction), inputs.now);
+    }
+  }
   inputs.obstacle_ahead = std::exchange(obstacle_ahead_, std::nullopt);
 }
 
 void OnboardDive::take_scan_result(StepInputs& inputs) {
-  std::optional<planning::ScanResult> result = mapper_->poll(inputs.now);
+  auto [result, moved] = mapper_->poll(inputs.now);
+  if (moved) {
+    inputs.obstacles.push_back(std::move(moved->obstacles));
+    inputs.map_correction = std::move(moved->correction);
+  }
   if (!result) return;
   if (!result->obstacles.cells.empty()) inputs.obstacles.push_back(std::move(result->obstacles));
   inputs.pose_correction = result->correction;
+  if (result->correction && vision_) vision_->align(result->correction->correction_W);
   // Where the map is known, what no scan has observed is not unknown.
   if (mission_.unknown) inputs.free_ahead = result->free_ahead;
 }

@@ -7,6 +7,8 @@
 namespace dive::mission {
 namespace {
 
+constexpr double kMinMapMove = 0.03;  // m: moving the map builds all its surfaces again
+
 constexpr double kGraceSeconds = 120.0;  // for an abort that starts when the time is up
 
 }  // namespace
@@ -44,8 +46,10 @@ std::vector<Tag> known_tags(const Mission& mission, const planning::World& world
 }
 
 std::optional<LoopSettings> loop_settings(const Mission& mission, Utime latency) {
-  if (!mission.closes_loops || mission.unknown || !mission.tags.empty()) return std::nullopt;
+  if (!mission.closes_loops || !mission.tags.empty()) return std::nullopt;
   LoopSettings settings;
+  settings.moves_map = mission.unknown.has_value();
+  if (settings.moves_map) settings.closer.min_move_m = kMinMapMove;
   settings.latency = latency;
   return settings;
 }

@@ -51,7 +51,8 @@ struct OnboardSettings {
 [[nodiscard]] std::vector<Tag> known_tags(const Mission& mission, const planning::World& world);
 
 /// Loop closure of a mission that uses it, with the latency from a keyframe to its answer, us.
-/// Empty in an unknown environment, and with tags, whose corrections it would repeat.
+/// In an unknown environment it moves the observed map. Empty with tags, whose corrections it would
+/// repeat.
 [[nodiscard]] std::optional<LoopSettings> loop_settings(const Mission& mission, Utime latency);
 
 }  // namespace dive::mission

@@ -1,5 +1,5 @@
 #pragma once
-// The stereo pair as the mapping sensor in an unknown environment.
+// The stereo pair as the mapping sensor.
 
 #include <string>
 
@@ -16,9 +16,10 @@ struct StereoMapping {
   planning::MapperOptions mapper;  ///< The given options with the noise of stereo ranges.
 };
 
-/// A pair with a missing image, or without matches, gives no scan. The error is a sentence: the
-/// cameras are not a stereo pair.
+/// `adds_landmarks`: scans contain the filter's landmarks. A pair with a missing image, or without
+/// matches, gives no scan. The error is a sentence: the cameras are not a stereo pair.
 [[nodiscard]] tl::expected<StereoMapping, std::string> stereo_mapping(
-    const CameraModel& left, const CameraModel& right, planning::MapperOptions mapper);
+    const CameraModel& left, const CameraModel& right, planning::MapperOptions mapper,
+    bool adds_landmarks);
 
 }  // namespace dive::mission

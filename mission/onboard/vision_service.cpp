@@ -89,12 +89,13 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
 VisionService::Answer VisionService::work(estimation::VisionInput input) {
   Answer answer{pipeline_.step(input), std::nullopt};
   answer.bias = pipeline_.imu_bias();
+  const std::optional<estimation::StateEstimate> filter = pipeline_.at_image();
   if (make_range_ && input.left) {
-    answer.scan = make_range_({&*input.left, input.right ? &*input.right : nullptr,
-                               &answer.estimate, pipeline_.landmarks()});
+    answer.scan = make_range_(
+        {&*input.left, input.right ? &*input.right : nullptr, filter, pipeline_.landmarks()});
   }
   if (!loops_ || !input.right) return answer;
-  if (const auto filter = pipeline_.at_image()) {
+  if (filter) {
     const std::span<const Pose> cameras_B = pipeline_.cameras_B();
     answer.keyframe.emplace(estimation::Keyframe{std::move(*input.left), std::move(*input.right),
                                                  *filter, cameras_B[0], cameras_B[1],
@@ -114,6 +115,14 @@ std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
     if (answer->keyframe) loops_->submit(std::move(*answer->keyframe), now);
   }
   return answer->estimate;
+}
+
+void VisionService::align(const Eigen::Vector2d& by_W) {
+  if (loops_) loops_->align(by_W);
+}
+
+std::optional<MapCorrection> VisionService::take_map_correction() {
+  return loops_ ? loops_->take_map_correction() : std::nullopt;
 }
 
 std::optional<RangeScan> VisionService::take_scan() { return std::exchange(scan_, std::nullopt); }

@@ -24,7 +24,8 @@ namespace dive::mission {
 struct StereoPairResult {
   const ImageFrame* left = nullptr;
   const ImageFrame* right = nullptr;  ///< Null if the image is missing.
-  const estimation::VisionEstimate* estimate = nullptr;
+  /// The filter's estimate at the time of the images; empty if it is not usable.
+  std::optional<estimation::StateEstimate> estimate;
   std::span<const estimation::Landmark> landmarks;  ///< Used by the filter, in its frame.
 };
 
@@ -55,6 +56,10 @@ class VisionService {
   [[nodiscard]] std::optional<estimation::VisionEstimate> poll(Utime now);
   /// Biases of the IMU as of the last estimate: VisionPipeline::imu_bias().
   [[nodiscard]] const std::optional<estimation::ImuBias>& imu_bias() const { return bias_; }
+  /// LoopService::align(); ignored without loops.
+  void align(const Eigen::Vector2d& by_W);
+  /// LoopService::take_map_correction(); empty without loops.
+  [[nodiscard]] std::optional<MapCorrection> take_map_correction();
   /// The scan made from the pair of that estimate, once: measured at its frame_utime, in B.
   [[nodiscard]] std::optional<RangeScan> take_scan();
 

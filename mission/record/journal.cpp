@@ -64,6 +64,7 @@ struct JournalWriter::Impl {
   std::int64_t lost = 0;  // Entries that never reached the queue.
   bool is_queued = true;  // The last entry.
   std::size_t breadcrumbs = 0;
+  std::size_t moves = 0;
   Utime last_commit = 0;
   bool started = false;
   bool awaits_sync = false;         // A payload command's commit is not on the disk yet.
@@ -103,7 +104,11 @@ JournalWriter JournalWriter::append(const std::string& path, const Journal& jour
 void JournalWriter::keep(const Executive& executive, const StepOutputs& outputs) {
   Impl& journal = *impl_;
   const behaviors::Trail& trail = executive.trail();
-  if (trail.dropped() > journal.breadcrumbs) {  // at most one per step
+  if (trail.moves() != journal.moves) {
+    journal.moves = trail.moves();
+    journal.breadcrumbs = trail.dropped();
+    journal.push(trail_bytes(trail));
+  } else if (trail.dropped() > journal.breadcrumbs) {  // at most one per step
     journal.breadcrumbs = trail.dropped();
     journal.push(breadcrumb_bytes(trail.newest()));
   }

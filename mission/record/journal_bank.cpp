@@ -165,7 +165,8 @@ std::string BankText::line(std::string_view json) {
 }
 
 std::string BankText::breadcrumb(const Trail::Breadcrumb& breadcrumb) {
-  const auto& [p_W, open_above] = breadcrumb;
+  const auto& [p_W, open_above, utime] = breadcrumb;
+  static_cast<void>(utime);  // of no use after a restart: nothing moves what was before it
   return line(dumped({{"breadcrumb", {p_W.x(), p_W.y(), p_W.z(), open_above}}}));
 }
 

@@ -13,6 +13,21 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
+using Breadcrumb = behaviors::Trail::Breadcrumb;
+constexpr std::size_t kBreadcrumbBytes = 3 * sizeof(double) + 1;
+
+void put(const Breadcrumb& breadcrumb, std::uint8_t* to) {
+  std::memcpy(to, breadcrumb.p_W.data(), 3 * sizeof(double));
+  to[3 * sizeof(double)] = breadcrumb.open_above ? 1 : 0;
+}
+
+Breadcrumb breadcrumb_from(std::span<const std::uint8_t> bytes) {
+  Breadcrumb breadcrumb{};
+  std::memcpy(breadcrumb.p_W.data(), bytes.data(), 3 * sizeof(double));
+  breadcrumb.open_above = bytes[3 * sizeof(double)] != 0;
+  return breadcrumb;
+}
+
 // The first generation is in the first bank.
 std::uint64_t offset_of(std::int64_t generation) {
   return generation % 2 == 1 ? 0 : kJournalBankBytes;
@@ -20,11 +35,24 @@ std::uint64_t offset_of(std::int64_t generation) {
 
 }  // namespace
 
-std::array<std::uint8_t, 26> breadcrumb_bytes(const behaviors::Trail::Breadcrumb& breadcrumb) {
-  std::array<std::uint8_t, 26> bytes{};
+std::array<std::uint8_t, 26> breadcrumb_bytes(const Breadcrumb& breadcrumb) {
+  std::array<std::uint8_t, 1 + kBreadcrumbBytes> bytes{};
   bytes[0] = static_cast<std::uint8_t>(JournalEntry::kBreadcrumb);
-  std::memcpy(bytes.data() + 1, breadcrumb.p_W.data(), 3 * sizeof(double));
-  bytes[25] = breadcrumb.open_above ? 1 : 0;
+  put(breadcrumb, bytes.data() + 1);
+  return bytes;
+}
+
+std::vector<std::uint8_t> trail_bytes(const behaviors::Trail& trail) {
+  const std::vector<Breadcrumb>& breadcrumbs = trail.breadcrumbs();
+  const double spacing = trail.spacing();
+  std::vector<std::uint8_t> bytes(1 + sizeof(double) + kBreadcrumbBytes * breadcrumbs.size());
+  bytes[0] = static_cast<std::uint8_t>(JournalEntry::kTrail);
+  std::memcpy(bytes.data() + 1, &spacing, sizeof(double));
+  std::uint8_t* to = bytes.data() + 1 + sizeof(double);
+  for (const Breadcrumb& breadcrumb : breadcrumbs) {
+    put(breadcrumb, to);
+    to += kBreadcrumbBytes;
+  }
   return bytes;
 }
 
@@ -59,11 +87,11 @@ void JournalFile::take(std::span<const std::uint8_t> entry) {
   const std::span<const std::uint8_t> content = entry.subspan(1);
   bool is_written = false;
   if (kind == JournalEntry::kBreadcrumb) {
-    behaviors::Trail::Breadcrumb breadcrumb{};
-    std::memcpy(breadcrumb.p_W.data(), content.data(), 3 * sizeof(double));
-    breadcrumb.open_above = content[3 * sizeof(double)] != 0;
+    const Breadcrumb breadcrumb = breadcrumb_from(content);
     state_.trail.add(breadcrumb.p_W, breadcrumb.open_above);
     is_written = !needs_snapshot_ && append(bank_.breadcrumb(breadcrumb));
+  } else if (kind == JournalEntry::kTrail) {
+    take_trail(content);
   } else {
     state_.checkpoint.assign(content.begin(), content.end());
     ++state_.commits;
@@ -73,6 +101,18 @@ void JournalFile::take(std::span<const std::uint8_t> entry) {
   if (!is_written) ++lost_;
   is_whole_ = is_written;
   if (is_written && kind == JournalEntry::kCommitAndSync && file_->sync()) synced_ = entries_;
+}
+
+// The bank cannot change what it has: a snapshot follows.
+void JournalFile::take_trail(std::span<const std::uint8_t> content) {
+  double spacing = 0.0;
+  std::memcpy(&spacing, content.data(), sizeof(double));
+  std::vector<Breadcrumb> breadcrumbs;
+  for (auto rest = content.subspan(sizeof(double)); !rest.empty();
+       rest = rest.subspan(kBreadcrumbBytes)) {
+    breadcrumbs.push_back(breadcrumb_from(rest));
+  }
+  state_.trail.restore(breadcrumbs, spacing);
 }
 
 bool JournalFile::append(const std::string& line) {

@@ -22,9 +22,11 @@ enum class JournalEntry : std::uint8_t {
   kCommit,         ///< A checkpoint as JSON.
   kCommitAndSync,  ///< The same, that must reach the disk.
   kBreadcrumb,     ///< breadcrumb_bytes()
+  kTrail,          ///< trail_bytes(): after a loop closure has moved it.
 };
 [[nodiscard]] std::array<std::uint8_t, 26> breadcrumb_bytes(
     const behaviors::Trail::Breadcrumb& breadcrumb);
+[[nodiscard]] std::vector<std::uint8_t> trail_bytes(const behaviors::Trail& trail);
 
 class JournalFile {
  public:
@@ -43,6 +45,7 @@ class JournalFile {
   [[nodiscard]] bool is_whole() const { return is_whole_.load(); }
 
  private:
+  void take_trail(std::span<const std::uint8_t> content);
   [[nodiscard]] bool append(const std::string& line);
   [[nodiscard]] bool write_snapshot();
   [[nodiscard]] tl::expected<void, int> open();

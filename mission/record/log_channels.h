@@ -19,6 +19,7 @@ enum class Channel {
   kFreeAhead,
   kObstacleAhead,
   kPoseCorrection,
+  kMapCorrection,
   kMapFix,
   kVision,
   kLoss,
@@ -34,7 +35,7 @@ enum class Channel {
   kTick,   ///< End of the tick.
 };
 
-inline constexpr std::array<std::string_view, 23> kChannelNames = {"DIVE_HEADER",
+inline constexpr std::array<std::string_view, 24> kChannelNames = {"DIVE_HEADER",
                                                                    "DIVE_IN_AHRS",
                                                                    "DIVE_IN_DEPTH",
                                                                    "DIVE_IN_HEALTH",
@@ -44,6 +45,7 @@ inline constexpr std::array<std::string_view, 23> kChannelNames = {"DIVE_HEADER"
                                                                    "DIVE_IN_FREE_AHEAD",
                                                                    "DIVE_IN_OBSTACLE_AHEAD",
                                                                    "DIVE_IN_POSE_CORRECTION",
+                                                                   "DIVE_IN_MAP_CORRECTION",
                                                                    "DIVE_IN_MAP_FIX",
                                                                    "DIVE_IN_VISION",
                                                                    "DIVE_IN_LOSS",

@@ -3,6 +3,7 @@
 
 #include <dive/free_ahead_t.hpp>
 #include <dive/header_t.hpp>
+#include <dive/map_correction_t.hpp>
 #include <dive/map_fix_t.hpp>
 #include <dive/obstacle_ahead_t.hpp>
 #include <dive/obstacle_update_t.hpp>
@@ -37,6 +38,7 @@ constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdat
 constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
 constexpr Run kObstacleAhead[] = {bytes(8 + 8 + 4 * sizeof(double))};
 constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
+constexpr Run kMapCorrection[] = {bytes(8), array(8 + 3 * sizeof(double), kMaxMapCorrectionNodes)};
 constexpr Run kMapFix[] = {
     bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double) + 4 * 4)};
 constexpr Run kLoss[] = {bytes(4 * 8)};
@@ -269,6 +271,30 @@ bool decode(PacketView packet, planning::PoseCorrection& correction) {
   const auto m = unpack<pose_correction_t>(packet, kPoseCorrection);
   if (!m) return false;
   correction = {m->scan_utime, {m->correction[0], m->correction[1]}};
+  return true;
+}
+
+bool encode(Utime now, const MapCorrection& correction, Packet& packet) {
+  if (correction.nodes.size() > kMaxMapCorrectionNodes) return false;
+  map_correction_t m;
+  m.utime = now;
+  m.count = static_cast<std::int32_t>(correction.nodes.size());
+  for (const auto& [utime, by] : correction.nodes) {
+    m.observed.push_back(utime);
+    m.yaw.push_back(by.yaw);
+    m.x.push_back(by.translation.x());
+    m.y.push_back(by.translation.y());
+  }
+  return pack(m, kMapCorrection, packet);
+}
+
+bool decode(PacketView packet, MapCorrection& correction) {
+  const auto m = unpack<map_correction_t>(packet, kMapCorrection);
+  if (!m) return false;
+  correction.nodes.clear();
+  for (std::size_t i = 0; i < m->observed.size(); ++i) {
+    correction.nodes.push_back({m->observed[i], {m->yaw[i], {m->x[i], m->y[i]}}});
+  }
   return true;
 }
 

@@ -168,6 +168,8 @@ std::size_t max_packet_size(Channel channel) {
     case Channel::kObstacles:
       return planning::kMaxUpdateCells * (8 + 4) + planning::kMaxUpdatePieces * (8 + 4) +
              3 * kMaxUpdateVertices * sizeof(double) + 64;
+    case Channel::kMapCorrection:
+      return kMaxMapCorrectionNodes * (8 + 3 * sizeof(double)) + 64;
     case Channel::kStatus:
     case Channel::kTransition:
     case Channel::kFailsafe:

@@ -69,6 +69,8 @@ class TickBuilder {
         return decode(event.data, in.obstacle_ahead.emplace());
       case Channel::kPoseCorrection:
         return decode(event.data, in.pose_correction.emplace());
+      case Channel::kMapCorrection:
+        return decode(event.data, in.map_correction.emplace());
       case Channel::kMapFix:
         return decode(event.data, in.map_fix.emplace());
       case Channel::kVision:

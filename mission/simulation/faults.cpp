@@ -96,6 +96,7 @@ void FaultInjector::drop_scans(StepInputs& inputs) {
   inputs.free_ahead.reset();
   inputs.obstacle_ahead.reset();
   inputs.pose_correction.reset();
+  inputs.map_correction.reset();
   inputs.map_fix.reset();
 }
 

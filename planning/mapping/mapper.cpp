@@ -76,8 +76,9 @@ struct Mapper::Impl {
       const float range = image.range(i);
       if (!is_usable(range, scan)) continue;
       const bool may_be_snow = range < static_cast<float>(options.snow_range_m);
+      const bool is_landmark = i + scan.landmarks >= scan.points_B.size();
       const int least = may_be_snow ? options.min_snow_neighbours : options.min_neighbours;
-      if (image.neighbours(i) < least) continue;
+      if (!is_landmark && image.neighbours(i) < least) continue;
       const Vector3f p_W = R_WB * scan.points_B[i] + p_WB;
       if (!is_known || is_disputed(p_W) || !is_known(p_W, tolerance(pose, range)))
         points.push_back({i, p_W});
@@ -178,6 +179,19 @@ struct Mapper::Impl {
     return map.take_changes();
   }
 
+  ObstacleUpdate move(const MapCorrection& correction) {
+    times = {};
+    const Stopwatch stopwatch(clock, times.total_ms);
+    map.set_time(map.time() + 1);  // later than the last update
+    map.move(correction);
+    observed.move(correction);
+    sensor_origin_W =
+        (correction.newest() * Eigen::Vector3d(sensor_origin_W.cast<double>())).cast<float>();
+    note(surfaces.update_all(map, [this](const Vector3f& p) { return is_free(p); }));
+    map.forget_beyond_one_move();
+    return map.take_changes();
+  }
+
   Clock& clock;
   MapperOptions options;
   IsKnown is_known;
@@ -212,9 +226,9 @@ ObstacleUpdate Mapper::add_cloud(std::span<const Eigen::Vector3f> points_W) {
   return impl_->add_cloud(points_W);
 }
 
-void Mapper::move(const std::function<Pose(Utime)>& correction) {
-  impl_->map.move(correction);
-  impl_->observed.move(correction);
+ObstacleUpdate Mapper::move(const MapCorrection& correction) {
+  DIVE_DEMAND(is_well_formed(correction) && !impl_->is_known);
+  return impl_->move(correction);
 }
 
 std::vector<Eigen::Vector3f> Mapper::points() const { return impl_->map.points(); }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/range_scan.h"
 #include "common/se3.h"
 #include "planning/mapping/mapper_options.h"
@@ -79,9 +80,10 @@ class Mapper {
   /// deleted. `points_W` finite. The update has everything that changed.
   [[nodiscard]] ObstacleUpdate add_cloud(std::span<const Eigen::Vector3f> points_W);
 
-  /// After a loop closure: moves what was last observed at time t by `correction(t)` (p_W becomes
-  /// correction(t) * p_W). The next update has what moved.
-  void move(const std::function<Pose(Utime)>& correction);
+  /// After a loop closure: moves everything by the correction at the time when it was last
+  /// observed. The update has all of the map. Beyond 16,384 pieces the cells that were not observed
+  /// for longest are deleted. Demands a well-formed correction and an unknown environment.
+  [[nodiscard]] ObstacleUpdate move(const MapCorrection& correction);
 
   /// Points of the map, in W: one per confirmed voxel, by cell and voxel in ascending order.
   [[nodiscard]] std::vector<Eigen::Vector3f> points() const;

@@ -70,9 +70,9 @@ double ObservedSpace::free_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) c
   return kMaxDistance;
 }
 
-void ObservedSpace::move(const std::function<Pose(Utime)>& correction) {
-  latest_.move(correction(latest_.utime()) * latest_.X_WB());
-  for (RangeImage& image : kept_) image.move(correction(image.utime()) * image.X_WB());
+void ObservedSpace::move(const MapCorrection& correction) {
+  latest_.move(correction.at(latest_.utime()) * latest_.X_WB());
+  for (RangeImage& image : kept_) image.move(correction.at(image.utime()) * image.X_WB());
 }
 
 }  // namespace dive::planning

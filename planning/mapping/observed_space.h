@@ -2,11 +2,11 @@
 // Observed space: the latest scan and a bounded history of earlier ones.
 
 #include <deque>
-#include <functional>
 
 #include <Eigen/Core>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "planning/mapping/range_image.h"
 #include "planning/world/world.h"
 
@@ -31,7 +31,7 @@ class ObservedSpace {
   /// middle of the hull's box, right, left and below, and above if the sensor can observe that.
   [[nodiscard]] double free_ahead(const Pose& X_WB, const Eigen::Vector3d& v_W) const;
 
-  void move(const std::function<Pose(Utime)>& correction);
+  void move(const MapCorrection& correction);
 
  private:
   Eigen::Vector3f half_B_;  ///< Half size of the hull's box about B's origin, m.

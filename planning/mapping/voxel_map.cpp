@@ -107,15 +107,36 @@ void VoxelMap::remove_passed(const RangeImage& image) {
 }
 
 void VoxelMap::forget_old() {
-  if (now_ < next_forget_ && voxels_ <= static_cast<std::size_t>(options_.max_voxels)) return;
+  if (now_ < next_forget_ && !has_too_many()) return;
   next_forget_ = now_ + kForgetPeriod;
   const Utime oldest = now_ - from_seconds(options_.memory_s);
+  for (const CellKey key : oldest_first()) {
+    if (cells_.at(key).last_observed >= oldest && !has_too_many()) break;
+    forget(key);
+  }
+}
+
+bool VoxelMap::has_too_many() const {
+  return voxels_ > static_cast<std::size_t>(options_.max_voxels) || cells_.size() > kMaxCells;
+}
+
+std::vector<CellKey> VoxelMap::oldest_first() const {
   std::vector<std::pair<Utime, CellKey>> by_age;
+  by_age.reserve(cells_.size());
   for (const auto& [key, cell] : cells_) by_age.emplace_back(cell.last_observed, key);
   std::sort(by_age.begin(), by_age.end());
-  for (const auto& [last_observed, key] : by_age) {
-    const bool too_many = voxels_ > static_cast<std::size_t>(options_.max_voxels);
-    if (last_observed >= oldest && !too_many) break;
+  std::vector<CellKey> keys;
+  keys.reserve(by_age.size());
+  for (const auto& [last_observed, key] : by_age) keys.push_back(key);
+  return keys;
+}
+
+void VoxelMap::forget_beyond_one_move() {
+  std::size_t pieces = 0;
+  for (const auto& [key, cell] : cells_) pieces += cell.pieces(options_.ball_m).size();
+  for (const CellKey key : oldest_first()) {
+    if (pieces <= kMaxMovedPieces) return;
+    pieces -= cells_.at(key).pieces(options_.ball_m).size();
     forget(key);
   }
 }
@@ -127,7 +148,7 @@ void VoxelMap::forget(CellKey key) {
   cells_.erase(at);
 }
 
-void VoxelMap::move(const std::function<Pose(Utime)>& correction) {
+void VoxelMap::move(const MapCorrection& correction) {
   Cells before;
   before.swap(cells_);
   voxels_ = 0;
@@ -140,7 +161,9 @@ void VoxelMap::move(const std::function<Pose(Utime)>& correction) {
   for (const CellKey from : keys) {
     for (const Voxel& old : before.at(from).voxels) {
       if (!old.confirmed) continue;
-      const Vector3f p_W = (correction(old.last_observed) * old.p_W.cast<double>()).cast<float>();
+      const Vector3f p_W =
+          (correction.at(old.last_observed) * Eigen::Vector3d(old.p_W.cast<double>()))
+              .cast<float>();
       const auto place = grid_.locate(p_W);
       if (!place) continue;
       Cell& cell = cells_[place->key];

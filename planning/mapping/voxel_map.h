@@ -2,7 +2,6 @@
 // The cells of the observed map and their voxels: which are occupied, and which cells changed.
 // Internal.
 
-#include <functional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -10,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/se3.h"
 #include "planning/mapping/cell_grid.h"
 #include "planning/mapping/mapper_options.h"
@@ -35,10 +35,13 @@ class VoxelMap {
   void add_confirmed(const Eigen::Vector3f& p_W);
   /// Deletes candidates that stayed unconfirmed, and voxels that rays of the scan passed through.
   void remove_passed(const RangeImage& image);
-  /// Deletes cells that were not observed for `memory_s`, and the oldest beyond `max_voxels`.
+  /// Deletes cells that were not observed for `memory_s`, and the oldest beyond `max_voxels` and
+  /// kMaxCells.
   void forget_old();
-  /// Moves each confirmed voxel by correction(time of its last observation).
-  void move(const std::function<Pose(Utime)>& correction);
+  /// Deletes the oldest cells until the pieces of all are no more than kMaxMovedPieces.
+  void forget_beyond_one_move();
+  /// Moves each confirmed voxel by the correction at the time of its last observation.
+  void move(const MapCorrection& correction);
 
   /// The piece nearest to p_W in its cell, within `reach` m, and the signed distance from its
   /// plane; null if there is none.
@@ -55,6 +58,13 @@ class VoxelMap {
   [[nodiscard]] std::size_t voxels() const { return voxels_; }
 
  private:
+  /// Of a map that moves: the control thread takes all of them over in one tick.
+  static constexpr std::size_t kMaxMovedPieces = 16'384;
+  /// When all cells move, one update has those that were there and those that are.
+  static constexpr std::size_t kMaxCells = kMaxUpdateCells / 2;
+
+  [[nodiscard]] bool has_too_many() const;
+  [[nodiscard]] std::vector<CellKey> oldest_first() const;
   Voxel& insert(Cell& cell, int place);
   void touch(Cell& cell) const;
   void confirm(Cell& cell, Voxel& voxel) const;

@@ -25,7 +25,7 @@ struct MapCell {
 
 inline constexpr std::size_t kMaxPieceVertices = 16;
 inline constexpr std::size_t kMaxCellPieces = 1024;
-inline constexpr std::size_t kMaxUpdateCells = 4096;
+inline constexpr std::size_t kMaxUpdateCells = 16'384;
 inline constexpr std::size_t kMaxUpdatePieces = 65'536;
 inline constexpr double kMaxPieceExtent = 25.0;  ///< m, along each axis of W.
 

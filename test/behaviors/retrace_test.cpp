@@ -134,6 +134,34 @@ TEST_F(RetraceTest, FollowsTheTrailOutAndAMetreOn) {
   EXPECT_EQ(retrace.progress().segment, 23);
 }
 
+// Half of the way out, a loop closure finds that the vehicle is 1 m farther north than it believed,
+// and with it the inner half of the trail.
+TEST_F(RetraceTest, FollowsTheTrailWhereALoopClosureHasMovedIt) {
+  Retrace retrace = without_map();
+  BehaviorOutput output = tick(retrace);
+  while (p_W().x() > 5.0) {
+    obey(output.command);
+    output = tick(retrace);
+  }
+  const PlanarTransform by{0.0, {0.0, 1.0}};
+  trail_.move({{{0, by}}});
+  p_W() = by * p_W();
+  BehaviorInput moved = input();
+  moved.trail_moved = true;
+  output = retrace.step(moved);
+  EXPECT_LT(retrace.progress().cross_track_m, 1e-6);
+  double farthest_off = 0.0;
+  while (!output.done && to_seconds(now_) < 100.0) {
+    obey(output.command);
+    can_go_up_ = p_W().x() < 0.0;
+    output = tick(retrace);
+    ASSERT_EQ(output.failed, Failure::kNone);
+    farthest_off = std::max(farthest_off, std::abs(p_W().y() - 1.0));
+  }
+  EXPECT_TRUE(output.done);
+  EXPECT_LT(farthest_off, 0.05);
+}
+
 // An obstacle that appeared in open water waits at the end of its way.
 TEST_F(RetraceTest, EndsItsWayShortOfAnObstacleInOpenWaterIfThatIsEnough) {
   const auto length_m = [&](double obstacle_x) {

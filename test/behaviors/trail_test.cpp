@@ -1,5 +1,8 @@
 #include "behaviors/trail.h"
 
+#include <cmath>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace dive::behaviors {
@@ -62,6 +65,23 @@ TEST(Trail, MeasuresThePenetration) {
   Trail out = trail;
   out.add({-1, 0, -4}, true);
   EXPECT_EQ(out.penetration_m(), 0.0);
+}
+
+// The first breadcrumb from before a restart, and the last half of the others in a place that
+// drifts.
+TEST(Trail, MovesWithALoopClosureByTheTimeOfEachBreadcrumb) {
+  Trail trail;
+  trail.restore(std::vector<Trail::Breadcrumb>{{{-1, 0, -4}, true}}, kTrailSpacing);
+  for (int x = 0; x <= 10; ++x) trail.add({1.0 * x, 0, -4}, false, from_seconds(10.0 + x));
+  trail.move({{{from_seconds(15.0), {}}, {from_seconds(20.0), {0.0, {0.0, 2.0}}}}});
+  EXPECT_EQ(trail.moves(), 1U);
+  const std::vector<Trail::Breadcrumb>& breadcrumbs = trail.breadcrumbs();
+  ASSERT_EQ(breadcrumbs.size(), 12U);
+  EXPECT_EQ(breadcrumbs[0].p_W, Eigen::Vector3d(-1, 0, -4));
+  EXPECT_EQ(breadcrumbs[5].p_W, Eigen::Vector3d(4, 0, -4));
+  EXPECT_NEAR(breadcrumbs[8].p_W.y(), 0.8, 1e-12);
+  EXPECT_NEAR(breadcrumbs[11].p_W.y(), 2.0, 1e-12);
+  EXPECT_NEAR(trail.penetration_m(), 6.0 + 5.0 * std::hypot(1.0, 0.4), 1e-9);
 }
 
 }  // namespace

@@ -27,5 +27,21 @@ RC_GTEST_PROP(PlanarTransform, IsUndoneByItsInverse, (std::uint32_t seed)) {
   RC_ASSERT(angle_between(back.q, pose.q) < 1e-7);
 }
 
+RC_GTEST_PROP(PlanarTransform, AProductIsOneAfterTheOther, (std::uint32_t seed)) {
+  Random random(seed, 2);
+  const auto draw = [&] {
+    return PlanarTransform{random.uniform(-3.0, 3.0),
+                           {random.uniform(-50.0, 50.0), random.uniform(-50.0, 50.0)}};
+  };
+  const PlanarTransform a = draw();
+  const PlanarTransform b = draw();
+  const Pose pose{{random.uniform(-50.0, 50.0), 1.0, -7.0}, from_rpy(0.1, -0.2, 2.0)};
+  const Pose product = (a * b) * pose;
+  const Pose steps = a * (b * pose);
+  RC_ASSERT((product.p - steps.p).norm() < 1e-12 * 1e3);
+  RC_ASSERT(angle_between(product.q, steps.q) < 1e-7);
+  RC_ASSERT(((a * pose.p) - (a * pose).p).norm() < 1e-12 * 1e3);
+}
+
 }  // namespace
 }  // namespace dive

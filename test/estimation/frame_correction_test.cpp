@@ -286,6 +286,37 @@ TEST_F(FrameCorrectionTest, AnAlignmentMovesTheFrameOfVisionWithIt) {
   EXPECT_NEAR(run(0.02).X_WB.p.y(), before - 0.2, 0.01) << "in the dark as well";
 }
 
+// A loop finds that the vehicle is 0.4 m farther north and that all headings are 5 degrees wrong:
+// vision, which continues in its own frame, is seen from there on in the corrected one.
+TEST_F(FrameCorrectionTest, ALoopMovesThePoseAndTheFrameOfVisionWithIt) {
+  run(3.0);
+  const StateEstimate before = correction_.estimate();
+  const PlanarTransform by{deg_to_rad(5.0), {0.0, 0.4}};
+  correction_.move(by);
+  const auto expect_moved = [&] {
+    const StateEstimate& published = correction_.estimate();
+    EXPECT_LT((published.X_WB.p - by * true_position(now_)).norm(), 1e-3);
+    EXPECT_NEAR(to_rpy(published.X_WB.q).z(), by.yaw, 1e-6);
+    EXPECT_LT((odometry_pose(published).p - odometry().X_WB.p).norm(), 1e-9);
+    EXPECT_NEAR(published.v_WB_B.x(), 0.4, 1e-3) << "it swims as before, in B";
+  };
+  tick();
+  expect_moved();
+  EXPECT_TRUE(correction_.has_jumped());
+  EXPECT_NEAR(correction_.estimate().covariance.trace(), before.covariance.trace(), 1e-3);
+  run(3.0);
+  expect_moved();
+  EXPECT_EQ(correction_.estimate().source, kVision);
+  EXPECT_FALSE(correction_.has_jumped());
+  vision_works_ = false;
+  run(2.0);
+  EXPECT_LT((correction_.estimate().X_WB.p - by * true_position(now_)).norm(), 0.01);
+  correction_.move({0.0, {0.05, 0.0}});
+  tick();
+  EXPECT_FALSE(correction_.has_jumped()) << "the path need not be planned again";
+  EXPECT_LT((correction_.estimate().X_WB.p - by * true_position(now_)).norm(), 0.06);
+}
+
 // The odometry reports rest, while the vehicle slides north at 0.1 m/s by ten alignments a second.
 TEST_F(FrameCorrectionTest, LearnsASlideFromAlignmentsWithoutIntegratingIt) {
   vision_works_ = false;

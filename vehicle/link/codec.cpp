@@ -196,7 +196,8 @@ bool decode(PacketView packet, ImageFrame& frame) {
 }
 
 bool encode(const RangeScan& scan, Packet& packet) {
-  const auto& [utime, origin_B, reach, points] = scan;
+  const auto& [utime, origin_B, reach, points, landmarks] = scan;
+  static_cast<void>(landmarks);  // a range camera sends none
   if (!is_scan(scan)) return false;
   range_scan_t m;
   m.utime = utime;

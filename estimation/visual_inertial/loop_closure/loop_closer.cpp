@@ -32,6 +32,10 @@ Matrix6d in_body(const Matrix6d& covariance, const Pose& X_C0C1, const Pose& X_B
   return J * covariance * J.transpose();
 }
 
+PlanarTransform planar(const Pose& about_vertical) {
+  return {to_rpy(about_vertical.q).z(), about_vertical.p.head<2>()};
+}
+
 double mahalanobis(const Vector4d& r, const Matrix4d& S) { return r.dot(S.llt().solve(r)); }
 
 }  // namespace
@@ -41,23 +45,24 @@ std::string LoopCloserOptions::validate() const {
   check("keyframe_m", keyframe_m, 0.01, 100);
   check("keyframe_deg", keyframe_deg, 1, 180);
   check("max_keyframes", max_keyframes, 3, 100'000);
-  check("least_gap_s", min_gap_s, 0, 1e6);
+  check("min_gap_s", min_gap_s, 0, 1e6);
   check("view_m", view_m, 0, 100);
   check("view_deg", view_deg, 0, 180);
   check("likeness_points", likeness_points, 1, 10'000);
-  check("fewest_alike", min_matches, 0, likeness_points);
-  check("most_bits", max_bits, 0, 256);
+  check("min_matches", min_matches, 0, likeness_points);
+  check("max_bits", max_bits, 0, 256);
   check("max_candidates", max_candidates, 1, 1000);
-  check("fewest_points", min_points, 6, 10'000);
-  check("fewest_share", min_share, 0, 1);
-  check("fewest_cells", min_cells, 1, 12);
+  check("min_points", min_points, 6, 10'000);
+  check("min_share", min_share, 0, 1);
+  check("min_cells", min_cells, 1, 12);
   check("pixels_then", pixels_then, 0.01, 20);
   check("pixels_now", pixels_now, 0.01, 20);
   check("optimism", optimism, 0.1, 100);
-  check("least_sigma_m", min_sigma_m, 1e-4, 10);
-  check("least_sigma_deg", min_sigma_deg, 1e-3, 45);
+  check("min_sigma_m", min_sigma_m, 1e-4, 10);
+  check("min_sigma_deg", min_sigma_deg, 1e-3, 45);
   check("tilt_deg", tilt_deg, 0.01, 90);
   check("gate", gate, 0.1, 1000);
+  check("min_move_m", min_move_m, 0, 100);
   return check.problem();
 }
 
@@ -285,17 +290,36 @@ std::optional<LoopCorrection> LoopCloser::close(const Closing& found) {
   result.closure = found.closure;
   result.closures = static_cast<int>(graph_.loops().size());
   result.utime = now.utime;
-  result.correction = correction_ = now.correction();
+  if (largest_move() >= options_.min_move_m) result.map_correction = apply_graph();
+  result.correction = correction_;
   result.filter = now.filter;
   result.filter_covariance = now.covariance;
   result.covariance = joint->bottomRightCorner<4, 4>();
+  const double not_applied = (correction_ * now.filter.p - now.p).head<2>().norm();
+  result.covariance.diagonal().head<2>().array() += not_applied * not_applied;
   result.has_depth = options_.has_depth;
+  return result;
+}
+
+// m, horizontally, of a keyframe from where it was placed.
+double LoopCloser::largest_move() const {
+  double largest = 0.0;
   for (std::size_t i = 0; i < applied_.size(); ++i) {
     const GraphNode& node = graph_.nodes()[i];
-    result.since.emplace_back(node.utime, node.correction() * applied_[i].inverse());
+    largest = std::max(largest, (node.p - applied_[i] * node.filter.p).head<2>().norm());
+  }
+  return largest;
+}
+
+MapCorrection LoopCloser::apply_graph() {
+  MapCorrection moved;
+  for (std::size_t i = 0; i < applied_.size(); ++i) {
+    const GraphNode& node = graph_.nodes()[i];
+    moved.nodes.push_back({node.utime, planar(node.correction() * applied_[i].inverse())});
     applied_[i] = node.correction();
   }
-  return result;
+  correction_ = graph_.nodes().back().correction();
+  return moved;
 }
 
 // Drops the keyframe whose neighbours are nearest to each other; not one of a loop, if there is

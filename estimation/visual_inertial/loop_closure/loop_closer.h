@@ -48,6 +48,9 @@ struct LoopCloserOptions {
   double tilt_deg = 3.0;  ///< Maximum difference in roll and pitch.
   double gate = 16.25;    ///< chi^2 of 4 degrees of freedom: 0.27 % exceed it.
   bool has_depth = true;  ///< PoseGraph
+  /// A result that moves no keyframe horizontally by this much is not applied: it waits until
+  /// further loops add to it, m.
+  double min_move_m = 0.0;
 
   /// A description of the first error; empty if the options are usable.
   [[nodiscard]] std::string validate() const;
@@ -101,6 +104,8 @@ class LoopCloser {
   [[nodiscard]] bool agree(const Closing& a, const Closing& b) const;
   [[nodiscard]] std::optional<Closing> recognise();
   [[nodiscard]] std::optional<LoopCorrection> close(const Closing& found);
+  [[nodiscard]] double largest_move() const;
+  [[nodiscard]] MapCorrection apply_graph();
   void drop_one();
 
   LoopCloserOptions options_;

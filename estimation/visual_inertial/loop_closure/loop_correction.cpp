@@ -25,19 +25,6 @@ Matrix4d of_the_way(const Matrix4d& before, const Matrix4d& after, const Eigen::
 
 }  // namespace
 
-Pose LoopCorrection::correction_at(Utime observed) const {
-  if (since.empty()) return {};
-  const auto after =
-      std::upper_bound(since.begin(), since.end(), observed,
-                       [](Utime t, const std::pair<Utime, Pose>& at) { return t < at.first; });
-  if (after == since.begin()) return since.front().second;
-  if (after == since.end()) return since.back().second;
-  const auto before = std::prev(after);
-  return interpolate(
-      before->second, after->second,
-      to_seconds(observed - before->first) / to_seconds(after->first - before->first));
-}
-
 StateEstimate LoopCorrection::apply(const StateEstimate& filter_now) const {
   StateEstimate result = filter_now;
   result.X_WB = correction * filter_now.X_WB;

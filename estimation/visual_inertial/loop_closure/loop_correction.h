@@ -2,12 +2,10 @@
 // The correction of the filter's poses by closed loops. A value: made off the critical path,
 // applied on it.
 
-#include <utility>
-#include <vector>
-
 #include <Eigen/Core>
 
 #include "common/clock.h"
+#include "common/map_correction.h"
 #include "common/se3.h"
 #include "estimation/state_estimate.h"
 
@@ -32,11 +30,9 @@ struct LoopCorrection {
   Eigen::Matrix4d filter_covariance = Eigen::Matrix4d::Zero();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< Covariance of the corrected pose.
   bool has_depth = true;
-  /// Correction by time of observation, relative to the positions given by all earlier corrections.
-  std::vector<std::pair<Utime, Pose>> since;
-
-  /// Correction for Mapper::move() and LandmarkCloud::move(), by `since`.
-  [[nodiscard]] Pose correction_at(Utime observed) const;
+  /// Relative to the positions given by all earlier corrections. Without nodes nothing moves:
+  /// `correction` is the earlier one.
+  MapCorrection map_correction;
 
   /// The filter's estimate at utime or later, corrected. Its covariance is that of the keyframe,
   /// propagated, plus the change of the filter's own since. The height's, where depth is measured,

@@ -70,6 +70,21 @@ class ExitPathKeeperTest : public ::testing::Test {
   behaviors::Rung rung_ = behaviors::Rung::kNone;
 };
 
+TEST_F(ExitPathKeeperTest, MovesWithALoopClosure) {
+  swim(-1.2);
+  const std::vector<Pose> before = waypoints();
+  ASSERT_FALSE(before.empty());
+  const std::int64_t revision = keeper_->path().revision;
+  const PlanarTransform by{0.1, {0.5, -2.0}};
+  keeper_->move({{{0, by}}});
+  ASSERT_EQ(waypoints().size(), before.size());
+  EXPECT_GT(keeper_->path().revision, revision);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_LT((waypoints()[i].p - by * before[i].p).norm(), 1e-12);
+    EXPECT_LT(angle_between(waypoints()[i].q, (by * before[i]).q), 1e-9);
+  }
+}
+
 // An ascent from 12 m takes a minute, in which a drift of two sigmas carries the vehicle 3 m.
 TEST_F(ExitPathKeeperTest, BesideAHullItLeadsBackToWhereThereIsRoomToDrift) {
   swim(-6.0);

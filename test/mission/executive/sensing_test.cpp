@@ -123,6 +123,9 @@ TEST_F(SensingTest, AcceptsEachScanOnceAndNoneOfTheFuture) {
   EXPECT_TRUE(sensing_.accept(now, planning::PoseCorrection{now, {0.1, 0.0}}))
       << "its own order, whatever other results of the scan came before";
   EXPECT_FALSE(sensing_.accept(now, planning::PoseCorrection{now - 1, {0.1, 0.0}}));
+  EXPECT_TRUE(Sensing::accept(now, MapCorrection{{{1, {}}, {now, {}}}}));
+  EXPECT_FALSE(Sensing::accept(now, MapCorrection{{{1, {}}, {now + 1, {}}}})) << "of the future";
+  EXPECT_FALSE(Sensing::accept(now, MapCorrection{})) << "not well-formed";
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // The executive with synthetic vision estimates: the active estimator causes an event of the
 // machine, is a variable of guards, and a reason to replan.
 
+#include <algorithm>
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,6 +66,8 @@ class VisualInertialExecutiveTest : public ::testing::Test {
       query_.reset();
     }
     if (sees_ && now_ % 60'000 == 0) inputs.vision = update();
+    if (mission_.unknown) inputs.free_ahead = planning::FreeAhead{now_ - 40'000, 3.0};
+    inputs.map_correction = std::exchange(map_correction_, std::nullopt);
     StepOutputs outputs = executive_->step(inputs);
     if (outputs.plan_query) {
       query_ = outputs.plan_query;
@@ -106,10 +111,37 @@ class VisualInertialExecutiveTest : public ::testing::Test {
   double yaw_offset_ = 0.0;  ///< rad, from the compass heading to the true one.
   Eigen::Vector3d v_B_ = Eigen::Vector3d::Zero();
   estimation::ClosedLoops loops_;
+  std::optional<MapCorrection> map_correction_;  ///< In the next tick.
   estimation::VisionFault fault_ = estimation::VisionFault::kNone;
   std::optional<PlanQuery> query_;
   std::vector<std::string> events_, notes_, causes_, rungs_;
 };
+
+// In a known environment loops correct the estimates, and there is no map to move.
+TEST_F(VisualInertialExecutiveTest, InAnUnknownEnvironmentALoopMovesTheVehicleItsTrailAndItsPlan) {
+  const std::string known = "file=\"none.sdf\" fixes=\"off\"";
+  for (const bool is_unknown : {true, false}) {
+    std::string text = kMission;
+    if (is_unknown) {
+      text.replace(text.find(known), known.size(),
+                   "unknown=\"optimistic\" mapping_sensor=\"stereo\"");
+    }
+    use(text);
+    causes_.clear();
+    const Eigen::Vector3d before = run(3.0).estimate.X_WB.p;
+    const Eigen::Vector3d trail_before = executive_->trail().breadcrumbs().front().p_W;
+    const Eigen::Vector3d moved(0.5, -0.2, 0.0);
+    map_correction_ = MapCorrection{{{0, {0.0, moved.head<2>()}}}};
+    const Eigen::Vector3d expected = is_unknown ? Eigen::Vector3d(before + moved) : before;
+    EXPECT_LT((tick().estimate.X_WB.p - expected).norm(), 0.01);
+    EXPECT_LT((executive_->trail().breadcrumbs().front().p_W - trail_before -
+               (is_unknown ? moved : Eigen::Vector3d::Zero()))
+                  .norm(),
+              1e-9);
+    EXPECT_LT((run(2.0).estimate.X_WB.p - expected).norm(), 0.02) << "vision does not pull back";
+    EXPECT_EQ(std::ranges::count(causes_, "position corrected"), is_unknown ? 1 : 0);
+  }
+}
 
 TEST_F(VisualInertialExecutiveTest, AChangeOfEstimatorIsAnEventAVariableAndAReasonToReplan) {
   EXPECT_EQ(run(1.0).estimate.source, estimation::EstimatorKind::kVisualInertial);

@@ -62,8 +62,11 @@ struct Answer {
 
 class LoopServiceTest : public ::testing::Test {
  protected:
-  void use(LoopService::Process process, OnLate late = OnLate::kBlock) {
-    service_.emplace(std::move(process), settings(), late);
+  void use(LoopService::Process process, OnLate late = OnLate::kBlock, bool moves_map = false) {
+    LoopSettings loops = settings();
+    loops.moves_map = moves_map;
+    service_.emplace(std::move(process), loops, late);
+    moved_ = {};
     now_ = 0;
     random_ = Random(3);
     room_ = estimation::testing::PaintedRoom({3, 4, 2});
@@ -110,6 +113,11 @@ class LoopServiceTest : public ::testing::Test {
     for (const Utime end = now_ + kStep; now_ < end;) {
       now_ += kTick;
       service_->poll(now_);
+      if (const auto moved = service_->take_map_correction()) {
+        EXPECT_TRUE(is_well_formed(*moved));
+        moved_ = moved->newest() * moved_;
+        first_moved_m_ = moved->at(0).translation.norm();
+      }
       answers_.push_back({now_, corrected(step), true_pose(step)});
     }
   }
@@ -127,6 +135,8 @@ class LoopServiceTest : public ::testing::Test {
   Eigen::Vector3d error_W_ = Eigen::Vector3d::Zero();
   double variance_ = 0.0;
   std::vector<Answer> answers_;
+  PlanarTransform moved_;       ///< Product of the map's corrections at the vehicle.
+  double first_moved_m_ = 0.0;  ///< m by the last one at the time of the first keyframe.
 };
 
 TEST_F(LoopServiceTest, RemovesDriftWithAConsistentCovariance) {
@@ -144,6 +154,37 @@ TEST_F(LoopServiceTest, RemovesDriftWithAConsistentCovariance) {
   EXPECT_LT(error.head<2>().dot(P.inverse() * error.head<2>()), 12.0);
   EXPECT_GE(last.estimate.covariance(2, 2), 1e-4) << "loops do not observe the height";
   EXPECT_NEAR(last.estimate.X_WB.p.z(), -1.0, 0.02);
+}
+
+// The estimates stay in the filter's frame; the frame correction moves it.
+TEST_F(LoopServiceTest, InAnUnknownEnvironmentItMovesTheMapInstead) {
+  use(finder(), OnLate::kBlock, true);
+  go_and_return();
+  const VisionEstimate& last = answers_.back().estimate;
+  ASSERT_GT(last.loops.count, 2);
+  EXPECT_EQ(last.estimate.X_WB.p, filter(2 * kOut).X_WB.p);
+  const Eigen::Vector3d error = answers_.back().truth.p - moved_ * last.estimate.X_WB.p;
+  EXPECT_LT(error.norm(), 0.5 * error_W_.norm());
+  EXPECT_LT(first_moved_m_, 0.01) << "where it began the map stays";
+  const Eigen::Matrix2d P = last.estimate.covariance.topLeftCorner<2, 2>();
+  EXPECT_LT(P.trace(), 2.0 * variance_);
+  EXPECT_LT(error.head<2>().dot(P.inverse() * error.head<2>()), 12.0);
+}
+
+// A vehicle that the observed map has put where it is must not be put there twice.
+TEST_F(LoopServiceTest, WhatAnAlignmentHasCorrectedALoopDoesNotCorrectAgain) {
+  use(finder(), OnLate::kBlock, true);
+  for (int step = 0; step <= kOut + 2; ++step) advance(step);
+  const Eigen::Vector2d aligned = -error_W_.head<2>();
+  service_->align(aligned);
+  const int before = answers_.back().estimate.loops.count;
+  for (int step = kOut + 3; step <= 2 * kOut; ++step) advance(step);
+  const VisionEstimate& last = answers_.back().estimate;
+  ASSERT_GT(last.loops.count, before);
+  const Eigen::Vector3d published =
+      moved_ * Eigen::Vector3d(last.estimate.X_WB.p + Eigen::Vector3d(aligned.x(), aligned.y(), 0));
+  EXPECT_GT(aligned.norm(), 0.05);
+  EXPECT_LT((answers_.back().truth.p - published).norm(), 0.5 * aligned.norm());
 }
 
 TEST_F(LoopServiceTest, AnswersAtTheStatedTimeAndAlwaysTheSame) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planning/world/observed_map.h"
 #include "test/vehicle/aqua2.h"
 
 namespace dive::mission {
@@ -41,7 +42,7 @@ bool is_mapped(const estimation::StateEstimate& estimate) {
   MapperService service(model.hull, {}, nullptr, kTick);
   service.observe(estimate);
   service.submit(wall_ahead(), kTick);
-  return service.poll(3 * kTick).has_value();
+  return service.poll(3 * kTick).scan.has_value();
 }
 
 TEST(MapperService, MapsNothingWhileTheAttitudeIsPredicted) {
@@ -68,7 +69,7 @@ TEST(MapperService, PlacesAScanByTheNewestCorrection) {
     scan.utime = kTick + (i - 1) * kScan;
     scan.points_B.front().z() += 0.001F * static_cast<float>(i);  // else it counts as frozen
     service.submit(std::move(scan), (i + kScans) * kScan);
-    const auto result = service.poll((i + kScans) * kScan + kTick);
+    const auto result = service.poll((i + kScans) * kScan + kTick).scan;
     ASSERT_TRUE(result) << i;
     const std::vector<planning::MapCell>& changed = result->obstacles.cells;
     cells.insert(cells.end(), changed.begin(), changed.end());
@@ -80,6 +81,56 @@ TEST(MapperService, PlacesAScanByTheNewestCorrection) {
         EXPECT_NEAR(vertex.y(), 13.0, 0.3) << "3 m ahead of a bow that points north from (0, 10)";
         EXPECT_NEAR(vertex.x(), 0.0, 1.3);
       }
+    }
+  }
+}
+
+// The scans before and after the move are of one wall; the pose is published as before until the
+// owner of the estimate has the result.
+TEST(MapperService, MovesTheMapAndPlacesTheNextScansAccordingly) {
+  MapperService service(dive::testing::aqua2().hull, {}, nullptr, kTick);
+  planning::ObservedMap map;
+  estimation::StateEstimate estimate = estimate_with(0.01);
+  const auto map_wall = [&] {
+    RangeScan scan = wall_ahead();
+    scan.utime = estimate.utime;
+    scan.points_B.front().z() += 1e-3F * static_cast<float>(to_seconds(estimate.utime));
+    service.observe(estimate);
+    service.submit(std::move(scan), estimate.utime);
+  };
+  const auto apply = [&](const MapperResult& result) {
+    if (result.scan) static_cast<void>(map.apply(result.scan->obstacles));
+    if (result.moved) {
+      ASSERT_TRUE(map.apply(result.moved->obstacles));
+    }
+  };
+  for (int i = 0; i < 6; ++i, estimate.utime += 10 * kTick) {
+    map_wall();
+    apply(service.poll(estimate.utime + kTick));
+  }
+  const PlanarTransform by{0.0, {0.0, 20.0}};
+  service.move({{{0, by}}}, estimate.utime);
+  map_wall();  // not published yet
+  const MapperResult moved = service.poll(estimate.utime + kTick);
+  ASSERT_TRUE(moved.moved);
+  EXPECT_EQ(moved.moved->correction.newest().translation, by.translation);
+  apply(moved);
+  apply(service.poll(estimate.utime + 2 * kTick));
+  estimate.map_from_odom = by;
+  estimate.X_WB = by * estimate.X_WB;
+  for (int i = 0; i < 6; ++i) {
+    estimate.utime += 10 * kTick;
+    map_wall();
+    apply(service.poll(estimate.utime + kTick));
+  }
+  ASSERT_GT(map.pieces(), 0U);
+  std::vector<planning::Obstacle> pieces;
+  const Eigen::Vector3d far = Eigen::Vector3d::Constant(100.0);
+  map.append_within({-far, far}, pieces);
+  for (const planning::Obstacle& piece : pieces) {
+    for (const Eigen::Vector3d& vertex : std::get<planning::Polytope>(piece.shape).vertices) {
+      EXPECT_NEAR(vertex.x(), 3.0, 0.1);
+      EXPECT_NEAR(vertex.y(), 20.0, 1.3);
     }
   }
 }
@@ -102,7 +153,7 @@ TEST(MapperService, MapsWhatIsWhereAnObjectOfTheMapHasGone) {
       scan.utime = estimate.utime;
       scan.points_B.front().z() += 0.001F * static_cast<float>(i);
       service.submit(std::move(scan), estimate.utime);
-      const auto result = service.poll(estimate.utime + kTick);
+      const auto result = service.poll(estimate.utime + kTick).scan;
       is_mapped |= result && !result->obstacles.cells.empty();
     }
     EXPECT_EQ(is_mapped, is_absent);

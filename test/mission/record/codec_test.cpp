@@ -66,6 +66,7 @@ std::vector<Kind> kinds() {
           kind("free ahead", planning::FreeAhead{3, 2.5}, now),
           kind("obstacle ahead", planning::ObstacleAhead{3, 1.2, {0.6, 0.1, -0.05}}, now),
           kind("pose correction", planning::PoseCorrection{3, {0.1, -0.2}}, now),
+          kind("map correction", MapCorrection{{{1, {0.1, {0.2, 0.3}}}, {2, {}}}}, now),
           kind("map fix", MapFix{}, now),
           kind("vision", estimation::VisionEstimate{}, now)};
 }
@@ -181,6 +182,10 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   point.vertices.clear();
   EXPECT_FALSE(encode(0, in_cells(1, 1, point), packet));
 
+  MapCorrection correction;
+  correction.nodes.resize(kMaxMapCorrectionNodes + 1);
+  EXPECT_FALSE(encode(0, correction, packet));
+
   PlanQuery query;
   query.request.previous.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, query, packet));
@@ -233,6 +238,10 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   EXPECT_LE(packet.size(), max_packet_size(Channel::kObstacles));
   ASSERT_TRUE(encode(estimation::StateEstimate{}, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kEstimate));
+  MapCorrection correction;
+  correction.nodes.resize(kMaxMapCorrectionNodes);
+  ASSERT_TRUE(encode(0, correction, packet));
+  EXPECT_LE(packet.size(), max_packet_size(Channel::kMapCorrection));
 }
 
 TEST(Digest, IsFnv1a64) {

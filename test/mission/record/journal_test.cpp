@@ -238,6 +238,26 @@ class Day {
   double angle_ = 0.0;
 };
 
+TEST_F(JournalTest, HasTheTrailAsALoopClosureHasMovedIt) {
+  Day day(whole_.substr(0, whole_.size() / 2));
+  JournalFile file = day.begin();
+  ASSERT_TRUE(file.begin());
+  for (int i = 0; i < 90; ++i) day.pass(file);
+  day.trail_.move({{{0, {0.0, {3.0, -4.0}}}}});
+  file.take(trail_bytes(day.trail_));
+  for (int i = 0; i < 90; ++i) day.pass(file);
+  EXPECT_EQ(file.lost(), 0);
+  write(day.disk_->content());
+  const auto journal = read_journal(path_);
+  ASSERT_TRUE(journal) << journal.error();
+  EXPECT_EQ(journal->commits, day.commits_);
+  ASSERT_EQ(journal->trail.size(), day.trail_.size());
+  for (std::size_t i = 0; i < journal->trail.size(); ++i) {
+    EXPECT_EQ(journal->trail[i].p_W, day.trail_.breadcrumbs()[i].p_W) << i;
+    EXPECT_TRUE(journal->trail[i].open_above);
+  }
+}
+
 TEST_F(JournalTest, AfterADayItHasItsSizeAndItsTrailAndTheDiveGoesOn) {
   // 24 h at 0.4 m/s are 70,000 breadcrumbs. Commits are fewer here: each is as large as the next.
   Day day(whole_.substr(0, whole_.size() / 2));

@@ -135,7 +135,7 @@ TEST(Log, IsAnLcmEventLog) {
     }
   }
   EXPECT_EQ(tick, ticks.size());
-  EXPECT_EQ(channels.size(), 22U);
+  EXPECT_EQ(channels.size(), 23U);
   EXPECT_EQ(read_log(file.path()).events, number);
 }
 

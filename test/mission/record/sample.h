@@ -146,6 +146,14 @@ void each_input(StepInputs& in, F f) {
     f("DIVE_IN_POSE_CORRECTION.x", in.pose_correction->correction_W.x());
     f("DIVE_IN_POSE_CORRECTION.y", in.pose_correction->correction_W.y());
   }
+  if (in.map_correction) {
+    for (MapCorrection::Node& node : in.map_correction->nodes) {
+      f("DIVE_IN_MAP_CORRECTION.observed", node.utime);
+      f("DIVE_IN_MAP_CORRECTION.yaw", node.correction.yaw);
+      f("DIVE_IN_MAP_CORRECTION.x", node.correction.translation.x());
+      f("DIVE_IN_MAP_CORRECTION.y", node.correction.translation.y());
+    }
+  }
   if (in.map_fix) {
     MapFix& fix = *in.map_fix;
     f("DIVE_IN_MAP_FIX.scan_utime", fix.scan_utime);
@@ -311,6 +319,9 @@ class SampleMaker {
     if (chance()) tick.inputs.obstacle_ahead.emplace();
     if (chance()) tick.inputs.loss.emplace();
     if (chance()) tick.inputs.pose_correction.emplace();
+    if (chance()) {
+      tick.inputs.map_correction.emplace().nodes.resize(1 + below(3));
+    }
     if (chance()) tick.inputs.map_fix.emplace();
     if (chance()) tick.inputs.vision.emplace();
     tick.outputs.actions.resize(below(3));

@@ -23,6 +23,7 @@ StepInputs healthy(Utime now) {
   inputs.obstacles.push_back({planning::ObstacleSource::kMapper, now, {}});
   inputs.free_ahead = planning::FreeAhead{now, 5.0};
   inputs.pose_correction = planning::PoseCorrection{now, {0.1, 0.0}};
+  inputs.map_correction = MapCorrection{{{now, {}}}};
   return inputs;
 }
 
@@ -53,7 +54,8 @@ TEST(FaultInjector, ChangesNothingBeforeItsTime) {
     EXPECT_TRUE(inputs.health && !inputs.health->leak) << to_string(kind);
     EXPECT_EQ(inputs.health->battery_fraction, 0.9) << to_string(kind);
     EXPECT_EQ(inputs.plan->plan.status, planning::PlanStatus::kSuccess) << to_string(kind);
-    EXPECT_TRUE(inputs.free_ahead && inputs.pose_correction) << to_string(kind);
+    EXPECT_TRUE(inputs.free_ahead && inputs.pose_correction && inputs.map_correction)
+        << to_string(kind);
     EXPECT_EQ(inputs.obstacles.size(), 1U) << to_string(kind);
     EXPECT_TRUE(inputs.appearing.empty() && !inputs.operator_command) << to_string(kind);
   }
@@ -70,7 +72,8 @@ TEST(FaultInjector, SpoilsWhatItNames) {
   EXPECT_EQ(injected(FaultKind::kDepthFrozen, 6).depth->depth_m, 8.0);
   EXPECT_FALSE(injected(FaultKind::kHealthSilent, 6).health);
   const Injected blind = injected(FaultKind::kRangeSilent, 6);
-  EXPECT_TRUE(blind.obstacles.empty() && !blind.free_ahead && !blind.pose_correction);
+  EXPECT_TRUE(blind.obstacles.empty() && !blind.free_ahead);
+  EXPECT_TRUE(!blind.pose_correction && !blind.map_correction);
   EXPECT_EQ(injected(FaultKind::kPlannerFails, 6).plan->plan.status, planning::PlanStatus::kNoPath);
   EXPECT_FALSE(injected(FaultKind::kPlannerSilent, 6).plan);
   EXPECT_EQ(injected(FaultKind::kAbort, 5).operator_command, OperatorCommand::kAbort);

@@ -506,14 +506,32 @@ TEST(MapperTest, MovesWithALoopClosure) {
   Dive dive(kPlate);
   dive.look(kHere, 10);
   const Pose shift{Vector3d(0.0, 0.0, 0.0), from_rpy(0.0, 0.0, 0.5)};
-  dive.mapper.move([&](Utime) { return shift; });
-  static_cast<void>(dive.look(shift * kHere));
+  const ObstacleUpdate moved = dive.mapper.move({{{0, {0.5, {0.0, 0.0}}}}});
+  ASSERT_TRUE(dive.map.apply(moved)) << "later than the last scan";
   // The plate x = 3, rotated.
   EXPECT_LT(to_map(shift * Vector3d(3.0, 0.0, -5.0), dive.map), 0.1);
   EXPECT_GT(to_map({3.0 * std::cos(0.5) - 1.0, 0.0, -5.0}, dive.map), 0.5);
   for (const Polytope& piece : polytopes_of(dive.map)) {
     for (const Vector3d& v : piece.vertices) EXPECT_NEAR((shift.inverse() * v).x(), 3.0, 0.25);
   }
+}
+
+// 20,700 single points, each of which is a piece.
+TEST(MapperTest, WhatMovesIsBounded) {
+  SteadyClock clock;
+  Mapper mapper(vehicle(), {}, clock);
+  std::vector<Vector3f> points;
+  for (int x = 0; x < 30; ++x)
+    for (int y = 0; y < 30; ++y)
+      for (int z = 0; z < 23; ++z)
+        points.emplace_back(0.5F * static_cast<float>(x), 0.5F * static_cast<float>(y),
+                            -1.0F - 0.5F * static_cast<float>(z));
+  ObservedMap map;
+  ASSERT_TRUE(map.apply(mapper.add_cloud(points)));
+  EXPECT_EQ(map.pieces(), points.size());
+  ASSERT_TRUE(map.apply(mapper.move({{{0, {0.2, {5.0, 0.0}}}}})));
+  EXPECT_LE(map.pieces(), 16'384U);
+  EXPECT_GT(map.pieces(), 16'000U);
 }
 
 TEST(MapperTest, FreeAheadEndsWithTheObservedSpace) {

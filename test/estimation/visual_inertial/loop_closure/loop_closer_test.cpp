@@ -139,7 +139,7 @@ TEST(LoopCloser, SecondLapClosesLoopsAndRemovesTheDrift) {
     nees += error.dot(corrected.covariance.topLeftCorner<2, 2>().llt().solve(error)) / kRuns;
     // The map moves too, including observations at the end of the first lap.
     const Utime lap = from_seconds(0.49 * metres / kSpeed);
-    EXPECT_LT(swum.last->correction_at(lap).p.norm(), 0.5);
+    EXPECT_LT(swum.last->map_correction.at(lap).translation.norm(), 0.5);
   }
   EXPECT_GT(before, 0.08);
   EXPECT_LT(after, 0.03);
@@ -314,7 +314,7 @@ TEST(LoopCloser, OptionsOutOfRangeAreNamed) {
   EXPECT_NE(with.validate().find("gate"), std::string::npos);
   with = {};
   with.min_matches = 100;  // of 80
-  EXPECT_NE(with.validate().find("fewest_alike"), std::string::npos);
+  EXPECT_NE(with.validate().find("min_matches"), std::string::npos);
 }
 
 }  // namespace

@@ -342,14 +342,5 @@ TEST(LoopCorrection, GrowsAsTheFilterDoes) {
   EXPECT_LT((P.topLeftCorner<2, 2>() - wanted.topLeftCorner<2, 2>()).norm(), 1e-6);
 }
 
-TEST(LoopCorrection, MovesTheMapBetweenKeyframesGradually) {
-  LoopCorrection correction;
-  EXPECT_EQ(correction.correction_at(5).p, Vector3d::Zero());
-  correction.since = {{0, {}}, {10, {{1, 0, 0}, Eigen::Quaterniond::Identity()}}};
-  EXPECT_NEAR(correction.correction_at(-3).p.x(), 0.0, 1e-12);
-  EXPECT_NEAR(correction.correction_at(4).p.x(), 0.4, 1e-12);
-  EXPECT_NEAR(correction.correction_at(99).p.x(), 1.0, 1e-12);
-}
-
 }  // namespace
 }  // namespace dive::estimation
