@@ -148,6 +148,7 @@ void add_run(CLI::App& app, RunArguments& arguments) {
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 
+// Longer than a screen because it is a table: one entry per option.
 void add_sim(CLI::App& app, SimArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "sim",
