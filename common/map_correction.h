@@ -24,7 +24,8 @@ struct MapCorrection {
 };
 
 inline constexpr std::size_t kMaxMapCorrectionNodes = 1024;
-inline constexpr double kMaxMapCorrection = 100.0;  ///< m, along each axis.
+/// m, along each axis. A correction of the heading moves W's origin, which may be far away.
+inline constexpr double kMaxMapCorrection = 1000.0;
 
 /// True if the nodes are as stated, all numbers are finite and no correction is larger than
 /// kMaxMapCorrection.

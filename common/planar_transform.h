@@ -15,9 +15,7 @@ struct PlanarTransform {
   Eigen::Vector2d translation = Eigen::Vector2d::Zero();  ///< m
 
   [[nodiscard]] Pose operator*(const Pose& pose_B) const {
-    Pose pose_A{pose_B.p, (from_rpy(0.0, 0.0, yaw) * pose_B.q).normalized()};
-    pose_A.p.head<2>() = Eigen::Rotation2Dd(yaw) * pose_B.p.head<2>() + translation;
-    return pose_A;
+    return {*this * pose_B.p, (from_rpy(0.0, 0.0, yaw) * pose_B.q).normalized()};
   }
   [[nodiscard]] Eigen::Vector3d operator*(const Eigen::Vector3d& p_B) const {
     Eigen::Vector3d p_A = p_B;

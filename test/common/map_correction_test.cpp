@@ -24,7 +24,7 @@ TEST(MapCorrection, IsRefusedWithoutOrderOrNodesOrNumbers) {
   EXPECT_FALSE(is_well_formed(MapCorrection{{{10, {}}, {10, {}}}}));
   EXPECT_FALSE(is_well_formed(MapCorrection{{{0, {kNan, {0.0, 0.0}}}}}));
   EXPECT_FALSE(is_well_formed(MapCorrection{{{0, {0.0, {0.0, kNan}}}}}));
-  EXPECT_FALSE(is_well_formed(MapCorrection{{{0, {0.0, {0.0, 101.0}}}}}));
+  EXPECT_FALSE(is_well_formed(MapCorrection{{{0, {0.0, {0.0, 1001.0}}}}}));
   MapCorrection too_many;
   for (Utime t = 0; t <= static_cast<Utime>(kMaxMapCorrectionNodes); ++t) {
     too_many.nodes.push_back({t, {}});

@@ -44,7 +44,7 @@ std::string LoopCloserOptions::validate() const {
   RangeCheck check;
   check("keyframe_m", keyframe_m, 0.01, 100);
   check("keyframe_deg", keyframe_deg, 1, 180);
-  check("max_keyframes", max_keyframes, 3, 100'000);
+  check("max_keyframes", max_keyframes, 3, kMaxMapCorrectionNodes);
   check("min_gap_s", min_gap_s, 0, 1e6);
   check("view_m", view_m, 0, 100);
   check("view_deg", view_deg, 0, 180);
@@ -103,7 +103,6 @@ void LoopCloser::restart() {
   graph_ = PoseGraph(options_.has_depth);
   views_.clear();
   applied_.clear();
-  correction_ = {};
   pending_.reset();
   report_ = {};
 }
@@ -112,7 +111,7 @@ std::optional<LoopCorrection> LoopCloser::add(KeyframeView view, const StateEsti
   if (!is_due(filter)) return std::nullopt;
   graph_.add(filter.utime, filter.X_WB, position_and_heading(filter.covariance, filter.X_WB.q));
   views_.push_back(std::move(view));
-  applied_.push_back(correction_);
+  applied_.push_back(applied_.empty() ? Pose{} : applied_.back());
   drop_one();
   report_ = {};
   report_.keyframes = static_cast<int>(views_.size());
@@ -280,7 +279,8 @@ std::optional<LoopCorrection> LoopCloser::close(const Closing& found) {
   const auto joint = graph_.optimise(options_.gate)
                          ? graph_.joint_covariance(0, graph_.nodes().size() - 1)
                          : std::nullopt;
-  if (!joint) {
+  const MapCorrection moved = map_correction();
+  if (!joint || !is_well_formed(moved)) {
     graph_ = untouched;
     pending_.reset();
     return std::nullopt;
@@ -290,15 +290,28 @@ std::optional<LoopCorrection> LoopCloser::close(const Closing& found) {
   result.closure = found.closure;
   result.closures = static_cast<int>(graph_.loops().size());
   result.utime = now.utime;
-  if (largest_move() >= options_.min_move_m) result.map_correction = apply_graph();
-  result.correction = correction_;
+  if (largest_move() >= options_.min_move_m) {
+    result.map_correction = moved;
+    std::ranges::transform(graph_.nodes(), applied_.begin(), &GraphNode::correction);
+  }
+  result.correction = applied_.back();
   result.filter = now.filter;
   result.filter_covariance = now.covariance;
   result.covariance = joint->bottomRightCorner<4, 4>();
-  const double not_applied = (correction_ * now.filter.p - now.p).head<2>().norm();
+  const double not_applied = (result.correction * now.filter.p - now.p).head<2>().norm();
   result.covariance.diagonal().head<2>().array() += not_applied * not_applied;
   result.has_depth = options_.has_depth;
   return result;
+}
+
+// From where the keyframes were placed to where the graph has them.
+MapCorrection LoopCloser::map_correction() const {
+  MapCorrection moved;
+  for (std::size_t i = 0; i < applied_.size(); ++i) {
+    const GraphNode& node = graph_.nodes()[i];
+    moved.nodes.push_back({node.utime, planar(node.correction() * applied_[i].inverse())});
+  }
+  return moved;
 }
 
 // m, horizontally, of a keyframe from where it was placed.
@@ -309,17 +322,6 @@ double LoopCloser::largest_move() const {
     largest = std::max(largest, (node.p - applied_[i] * node.filter.p).head<2>().norm());
   }
   return largest;
-}
-
-MapCorrection LoopCloser::apply_graph() {
-  MapCorrection moved;
-  for (std::size_t i = 0; i < applied_.size(); ++i) {
-    const GraphNode& node = graph_.nodes()[i];
-    moved.nodes.push_back({node.utime, planar(node.correction() * applied_[i].inverse())});
-    applied_[i] = node.correction();
-  }
-  correction_ = graph_.nodes().back().correction();
-  return moved;
 }
 
 // Drops the keyframe whose neighbours are nearest to each other; not one of a loop, if there is

@@ -77,7 +77,8 @@ class LoopCloser {
   [[nodiscard]] bool is_due(const StateEstimate& filter) const;
 
   /// Adds a keyframe when one is due: the view, and the filter's estimate at that time without any
-  /// correction. The result replaces the correction applied so far.
+  /// correction. The result replaces the correction applied so far. A closure that would move the
+  /// map beyond kMaxMapCorrection is refused.
   std::optional<LoopCorrection> add(KeyframeView view, const StateEstimate& filter);
 
   /// Sets the camera poses, left and right, as calibrated by the filter, for the views added from
@@ -104,8 +105,8 @@ class LoopCloser {
   [[nodiscard]] bool agree(const Closing& a, const Closing& b) const;
   [[nodiscard]] std::optional<Closing> recognise();
   [[nodiscard]] std::optional<LoopCorrection> close(const Closing& found);
+  [[nodiscard]] MapCorrection map_correction() const;
   [[nodiscard]] double largest_move() const;
-  [[nodiscard]] MapCorrection apply_graph();
   void drop_one();
 
   LoopCloserOptions options_;
@@ -114,8 +115,8 @@ class LoopCloser {
   RelativePoseOptions relative_;
   PoseGraph graph_;
   std::vector<KeyframeView> views_;  ///< Views of the graph's nodes.
-  std::vector<Pose> applied_;  ///< Correction applied when the node's observations were placed.
-  Pose correction_;            ///< Correction applied now.
+  /// Per node the correction with which its observations are placed; the last is that of now.
+  std::vector<Pose> applied_;
   std::optional<Closing> pending_;
   LoopReport report_;
 };

@@ -1,5 +1,6 @@
 #include "estimation/visual_inertial/loop_closure/loop_closer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -278,6 +279,36 @@ TEST(LoopCloser, MemoryIsBoundedAndLoopsAreStillClosed) {
   });
   EXPECT_GT(swum.closures, 3);
   EXPECT_EQ(swum.wrong, 0);
+}
+
+// A heading of 0.03 rad, corrected, moves an origin 10 km away by 300 m and one 200 km away by 6
+// km.
+TEST(LoopCloser, ClosesLoopsFarFromTheOriginAndRefusesAMoveOfTheMapBeyondItsLimit) {
+  for (const double from_origin_m : {10e3, 200e3}) {
+    Random random(9);
+    const MarkedWorld world = around_the_circle(random);
+    Filter filter(0.01, 0.01, 9);
+    LoopCloser loops = closer();
+    int closures = 0;
+    double largest = 0.0;
+    for (double at = 0.0; at <= 4.0 * M_PI * kRadius; at += kStep) {
+      StateEstimate estimate = filter.at(at);
+      estimate.X_WB.p.x() += from_origin_m;
+      const auto found =
+          loops.add(world.view(from_seconds(at / kSpeed), on_circle(at), random), estimate);
+      if (!found) continue;
+      ++closures;
+      ASSERT_TRUE(is_well_formed(found->map_correction));
+      largest = std::max(largest, found->map_correction.newest().translation.norm());
+    }
+    if (from_origin_m < 100e3) {
+      EXPECT_GT(closures, 3);
+      EXPECT_GT(largest, 100.0);
+    } else {
+      EXPECT_EQ(closures, 0);
+      EXPECT_TRUE(loops.graph().loops().empty());
+    }
+  }
 }
 
 TEST(LoopCloser, TakesNoKeyframeThatIsNotDueAndNoneThatIsNotFinite) {
