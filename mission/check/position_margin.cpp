@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <span>
 
@@ -15,10 +14,9 @@
 #include "mission/check/route_times.h"
 #include "mission/executive/position_priors.h"
 #include "planning/certify/position_margin.h"
-#include "planning/map_matching/map_matcher.h"
+#include "planning/map_matching/expected_view.h"
 #include "planning/world/overhead.h"
 #include "planning/world/scene.h"
-#include "vehicle/simulator/sensors/range_camera.h"
 
 namespace dive::mission {
 namespace {
@@ -32,34 +30,23 @@ constexpr double kFixPeriod = 0.5;    // s between two fixes
 constexpr double kViewMoved = 0.4;    // m after which the view is another
 constexpr double kViewTurned = 0.25;  // rad
 
-// What the scans of the known map say along the route.
-class Views {
+// What scans of the known map will say of the position along the route.
+class RouteViews {
  public:
-  Views(const planning::World& map) : matcher_(map), camera_(map, coarse(), 1) {}
+  explicit RouteViews(const planning::World& map) : view_(map) {}
 
   [[nodiscard]] const Matrix3d& information_at(const Pose& X_WB) {
     const bool is_new = !seen_from_ || (seen_from_->p - X_WB.p).norm() > kViewMoved ||
                         seen_from_->q.angularDistance(X_WB.q) > kViewTurned;
     if (is_new) {
       seen_from_ = X_WB;
-      information_ = matcher_.expected_information(camera_.take(0, X_WB), X_WB);
+      information_ = view_.information(X_WB);
     }
     return information_;
   }
 
  private:
-  // As many rays as the matcher uses, without errors.
-  static vehicle::RangeCameraOptions coarse() {
-    vehicle::RangeCameraOptions options;
-    options.width = 24;
-    options.height = 18;
-    options.noise_m = options.noise_share = 0.0;
-    options.dropout_share = options.particles_per_m3 = 0.0;
-    return options;
-  }
-
-  planning::MapMatcher matcher_;
-  vehicle::RangeCamera camera_;
+  planning::ExpectedView view_;
   std::optional<Pose> seen_from_;
   Matrix3d information_ = Matrix3d::Zero();
 };
@@ -76,7 +63,7 @@ class Predicted {
     if (!uses_map_fixes(mission)) return;
     filter_.emplace(map_fix_options(mission, motion));
     filter_->begin(start_W.head<2>(), start * start);
-    views_ = std::make_unique<Views>(map);
+    views_.emplace(map);
   }
 
   // `moved` (m) over ground in `dt` (s), in water that flows with `current_W` (m/s).
@@ -107,7 +94,7 @@ class Predicted {
  private:
   const Mission& mission_;
   std::optional<estimation::MapFixFilter> filter_;
-  std::unique_ptr<Views> views_;
+  std::optional<RouteViews> views_;
   Matrix2d reckoned_;
   Vector2d displacement_ = Vector2d::Zero();
   double elapsed_s_ = 0.0;

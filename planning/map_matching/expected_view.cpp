@@ -9,8 +9,8 @@
 namespace dive::planning {
 namespace {
 
-constexpr int kColumns = 16;  // rays
-constexpr int kRows = 12;
+constexpr int kColumns = 24;  // with the rows as many rays as the matcher uses of a scan
+constexpr int kRows = 18;
 constexpr double kRayStep = 2.0;     // m, longest step along a ray
 constexpr double kRayHit = 0.003;    // m from a surface at which the ray has met it
 constexpr int kMaxRaySteps = 120;    // a ray that grazes a surface is given up then
@@ -64,12 +64,15 @@ RangeScan ExpectedView::scan_at(const Pose& X_WB) const {
   return scan;
 }
 
+Eigen::Matrix3d ExpectedView::information(const Pose& X_WB) const {
+  return matcher_.expected_information(scan_at(X_WB), X_WB);
+}
+
 double ExpectedView::worst_sigma(const Pose& X_WB) const {
-  const Eigen::Matrix3d information = matcher_.expected_information(scan_at(X_WB), X_WB);
-  const double heading = std::pow(deg_to_rad(kHeadingDeg), -2) + information(2, 2);
-  const Eigen::Vector2d cross = information.topRightCorner<2, 1>();
-  const Eigen::Matrix2d position =
-      information.topLeftCorner<2, 2>() - cross * cross.transpose() / heading;
+  const Eigen::Matrix3d all = information(X_WB);
+  const double heading = std::pow(deg_to_rad(kHeadingDeg), -2) + all(2, 2);
+  const Eigen::Vector2d cross = all.topRightCorner<2, 1>();
+  const Eigen::Matrix2d position = all.topLeftCorner<2, 2>() - cross * cross.transpose() / heading;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(position).eigenvalues().minCoeff();
   return least > 0.0 ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();

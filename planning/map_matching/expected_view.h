@@ -20,9 +20,11 @@ class ExpectedView {
   /// Copies what it needs of `world`.
   explicit ExpectedView(const World& world, const RangeView& view = {});
 
-  /// Standard deviation (m) of a fix from one scan at X_WB, along the horizontal direction that the
-  /// scan constrains least; infinite where it does not constrain it. Another place that fits as
-  /// well is not looked for. Demands a finite pose.
+  /// Information of a fix from one scan at X_WB about x, y (1/m^2) and heading (1/rad^2):
+  /// MapMatcher::expected_information(). Demands a finite pose.
+  [[nodiscard]] Eigen::Matrix3d information(const Pose& X_WB) const;
+  /// Standard deviation (m) of such a fix along the horizontal direction that the scan constrains
+  /// least; infinite where it does not constrain it. Demands a finite pose.
   [[nodiscard]] double worst_sigma(const Pose& X_WB) const;
 
  private:

@@ -88,8 +88,8 @@ TEST(ExpectedView, SeesWhatTheSimulatedRangeCameraSees) {
   const auto world = parse_sdf(*text, diagnostics, meshes);
   ASSERT_TRUE(world);
   vehicle::RangeCameraOptions exact;
-  exact.width = 16;
-  exact.height = 12;
+  exact.width = 24;
+  exact.height = 18;
   exact.noise_m = exact.noise_share = exact.dropout_share = exact.particles_per_m3 = 0.0;
   vehicle::RangeCamera camera(*world, exact, 1);
   const MapMatcher matcher(*world);
