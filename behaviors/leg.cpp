@@ -16,7 +16,6 @@ constexpr double kTolerance = 0.005;
 
 constexpr double kWorthReplanning = 0.1;  // m by which a path is longer than the straight line
 
-constexpr double kNotSteep = 1.0;     // rad of pitch: beyond, roll and yaw are hardly defined
 constexpr double kStopSeconds = 3.0;  // at full speed: to receive an obstacle, and to stop
 
 double kept(double clearance_m) { return kKept * clearance_m - kTolerance; }
@@ -30,15 +29,6 @@ vehicle::FollowerOptions follower_options(const LegSettings& settings, const Leg
 
 vehicle::Command hold_here(const Pose& X_WB) {
   return station_keeping(std::max(-X_WB.p.z(), 0.0), yaw_of(X_WB));
-}
-
-// Keeps its roll: to come level it needs room on both sides, and it may have swum on its side
-// because there is none.
-vehicle::Command stop_here(const Pose& X_WB) {
-  vehicle::Command command = hold_here(X_WB);
-  const Eigen::Vector3d rpy = to_rpy(X_WB.q);
-  if (std::abs(rpy.y()) < kNotSteep) command.o = from_rpy(rpy.x(), 0.0, rpy.z());
-  return command;
 }
 
 // Limits of a path from the height `z` of a leg that began at `began_z`, m. The vehicle may always
@@ -152,7 +142,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
   if (turn == TurnOnto::kAfterStop || (turn == TurnOnto::kNoRoom && keeps_path)) {
     recovery_.path_refused(input.now);
     if (is_following() && progress_.path_is_blocked) {
-      raise(leg::PathEnded{stop_here(input.estimate->X_WB)});
+      raise(leg::PathEnded{stop_here(input)});
     }
     return false;
   }
@@ -276,7 +266,7 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
   if (input.obstacle_ahead) return stop_for_obstacle(input);
   const ReplanSignals now = signals(input, certified_m);
   if (status.finished || is_cut_off(input, certified_m)) {
-    raise(leg::PathEnded{stop_here(estimate.X_WB)});
+    raise(leg::PathEnded{stop_here(input)});
     return run(input);
   }
   if (is_outdated) {
@@ -289,13 +279,20 @@ BehaviorOutput Leg::follow(double certified_m, const BehaviorInput& input, bool 
   return output;
 }
 
+vehicle::Command Leg::stop_here(const BehaviorInput& input) const {
+  const Pose& X_WB = input.estimate->X_WB;
+  vehicle::Command command = hold_here(X_WB);
+  command.o = from_rpy(recovery_.roll_to_stop(input), 0.0, to_rpy(command.o).z());
+  return command;
+}
+
 // The next plan waits until the map has what the scan shows.
 BehaviorOutput Leg::stop_for_obstacle(const BehaviorInput& input) {
   progress_.path_is_blocked = true;
   planner_.cancel();
   const Pose& X_WB = input.estimate->X_WB;
   const bool may_plan = recovery_.stopped_for_obstacle(X_WB.p, input.now);
-  raise(leg::PathEnded{stop_here(X_WB)});
+  raise(leg::PathEnded{stop_here(input)});
   BehaviorOutput output = run(input);
   if (!may_plan) {
     progress_.plan_failure = "scans show an obstacle in the way that no plan leads around";

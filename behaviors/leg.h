@@ -74,6 +74,7 @@ class Leg {
   [[nodiscard]] BehaviorOutput plan(leg::Planning& planning, const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput follow(double certified_m, const BehaviorInput& input,
                                       bool is_outdated);
+  [[nodiscard]] vehicle::Command stop_here(const BehaviorInput& input) const;
   [[nodiscard]] BehaviorOutput stop_for_obstacle(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput back_off(const BehaviorInput& input);
   [[nodiscard]] BehaviorOutput dwell(const leg::Dwelling& dwelling, const BehaviorInput& input);

@@ -14,6 +14,7 @@ constexpr double kNearlyThere = 0.3;    // m: within it a place has no meaningfu
 constexpr double kApproachStep = 0.25;  // m between the places tried
 constexpr double kSameStop = 1.0;       // m between two stops for one obstacle
 constexpr int kMaxStops = 4;            // for one obstacle
+constexpr double kSteep = 1.0;          // rad of pitch: beyond, roll is hardly defined
 constexpr double kSharpTurn = 0.6;      // rad: less is turned under way
 constexpr double kTurnAtRest = 1.0;     // rad: more is turned after a stop
 constexpr double kSlowEnough = 0.15;    // m/s
@@ -23,6 +24,14 @@ constexpr double kMapSeconds = 1.2;     // s until the map has what two scans sh
 // A turn on the spot until the bow points along `direction`.
 std::array<Pose, 2> turn_along(const Eigen::Vector3d& direction, const Pose& X_WB) {
   return {X_WB, Pose{X_WB.p, from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()))}};
+}
+
+// The vehicle stops, then turns on the spot to the attitude q_WB.
+std::array<Pose, 3> stop_and_turn(const estimation::StateEstimate& estimate,
+                                  const Eigen::Quaterniond& q_WB) {
+  const Pose& X_WB = estimate.X_WB;
+  const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * estimate.v_WB_B);
+  return {X_WB, Pose{stop_W, X_WB.q}, Pose{stop_W, q_WB}};
 }
 
 }  // namespace
@@ -157,12 +166,22 @@ LegRecovery::TurnOnto LegRecovery::turn_onto(std::span<const Pose> path,
   const double turn = wrap_angle(std::atan2(direction.y(), direction.x()) - to_rpy(X_WB.q).z());
   if (std::abs(turn) < kSharpTurn) return TurnOnto::kPossible;
   if (std::abs(turn) > kTurnAtRest && v_B.norm() > kSlowEnough) return TurnOnto::kAfterStop;
-  const Eigen::Vector3d stop_W = X_WB.p + kCoastSeconds * (X_WB.q * v_B);
-  const std::array<Pose, 3> motion = {X_WB, Pose{stop_W, X_WB.q},
-                                      Pose{stop_W, from_rpy(0.0, 0.0, turn) * X_WB.q}};
-  const double least = options_.back_off.min_turn_clearance * d_min_m_;
-  turn_clearance_m_ = input.observed->clearance_to_all(motion);
-  return turn_clearance_m_ < least ? TurnOnto::kNoRoom : TurnOnto::kPossible;
+  const Eigen::Quaterniond turned = from_rpy(0.0, 0.0, turn) * X_WB.q;
+  turn_clearance_m_ = input.observed->clearance_to_all(stop_and_turn(*input.estimate, turned));
+  return turn_clearance_m_ < least_turn_clearance() ? TurnOnto::kNoRoom : TurnOnto::kPossible;
+}
+
+double LegRecovery::least_turn_clearance() const {
+  return options_.back_off.min_turn_clearance * d_min_m_;
+}
+
+double LegRecovery::roll_to_stop(const BehaviorInput& input) const {
+  const Eigen::Vector3d rpy = to_rpy(input.estimate->X_WB.q);
+  if (std::abs(rpy.y()) > kSteep) return 0.0;
+  if (input.observed == nullptr) return rpy.x();
+  const Eigen::Quaterniond level = from_rpy(0.0, 0.0, rpy.z());
+  const double level_m = input.observed->clearance_to_all(stop_and_turn(*input.estimate, level));
+  return level_m < least_turn_clearance() ? rpy.x() : 0.0;
 }
 
 void LegRecovery::path_refused(Utime now) { pause_until_ = now + from_seconds(options_.retry_s); }

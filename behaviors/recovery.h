@@ -62,6 +62,9 @@ class LegRecovery {
     kNoRoom,     ///< Made almost on the spot, it leaves too little clearance.
   };
   [[nodiscard]] TurnOnto turn_onto(std::span<const Pose> path, const BehaviorInput& input);
+  /// Roll in which to stop, rad. On its side a vehicle that holds its depth moves sideways, so it
+  /// comes level if the map shows room for it: it may have swum on its side because there is none.
+  [[nodiscard]] double roll_to_stop(const BehaviorInput& input) const;
   /// A path was refused for that turn: the next is planned after a pause.
   void path_refused(Utime now);
   /// False when there is no path back to a place with more clearance.
@@ -75,6 +78,7 @@ class LegRecovery {
 
  private:
   [[nodiscard]] bool is_beside_unmapped(const BehaviorInput& input) const;
+  [[nodiscard]] double least_turn_clearance() const;
 
   double d_min_m_;
   RecoveryOptions options_;

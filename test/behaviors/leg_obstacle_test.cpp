@@ -1,5 +1,8 @@
 // What a leg does when its path is blocked, opens again, or begins with a sharp turn.
 
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "test/behaviors/leg_sample.h"
@@ -198,10 +201,25 @@ TEST(Leg, StopsBeforeASharpTurnIfItsPathIsBlocked) {
   EXPECT_TRUE(output.brakes);
 }
 
-// Come level it would hit what it passes on its side.
-TEST(Leg, StopsOnItsSideIfItSwamSo) {
+// A slot of the known map: on its side the vehicle has 0.5 m to its walls, level it has `level_m`.
+class Slot final : public PathEvaluator {
+ public:
+  explicit Slot(double level_m) : level_m_(level_m) {}
+  double clearance(std::span<const Pose> /*waypoints*/) override { return 10.0; }
+  double clearance_to_all(std::span<const Pose> waypoints) override {
+    const auto is_level = [](const Pose& pose) { return std::abs(to_rpy(pose.q).x()) < 0.1; };
+    return std::ranges::any_of(waypoints, is_level) ? level_m_ : 0.5;
+  }
+
+ private:
+  double level_m_;
+};
+
+// The roll in which it stops for an obstacle ahead while it swims on its side.
+double roll_at_stop(PathEvaluator* room) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
+  vehicle.set_map(room, nullptr);
   EXPECT_TRUE(vehicle.tick(leg).plan_request);
   std::vector<Pose> path = straight({0, 0, -3}, {20, 0, -3});
   for (Pose& pose : path) pose.q = from_rpy(1.2, 0.0, 0.0);
@@ -209,8 +227,18 @@ TEST(Leg, StopsOnItsSideIfItSwamSo) {
   vehicle.tick(leg, &answer);
   for (int i = 0; i < 100; ++i) vehicle.tick(leg);
   BehaviorInput scanned = vehicle.input(nullptr);
+  EXPECT_NEAR(to_rpy(scanned.estimate->X_WB.q).x(), 1.2, 0.1);
   scanned.obstacle_ahead = true;
-  EXPECT_NEAR(to_rpy(leg.step(scanned).command.o).x(), 1.2, 0.1);
+  return to_rpy(leg.step(scanned).command.o).x();
+}
+
+// A vehicle on its side cannot hold its place; come level it might hit what it passes so.
+TEST(Leg, StopsLevelWhereThereIsRoomAndElseOnItsSideIfItSwamSo) {
+  Slot wide(0.41);
+  EXPECT_NEAR(roll_at_stop(&wide), 0.0, 1e-9) << "0.4 of D_min: room enough to turn";
+  Slot narrow(0.39);
+  EXPECT_NEAR(roll_at_stop(&narrow), 1.2, 0.1);
+  EXPECT_NEAR(roll_at_stop(nullptr), 1.2, 0.1) << "without a map of the surroundings";
 }
 
 // A wall at x = 6 m that the estimate places so once it has been observed: one that the map has, or
