@@ -65,7 +65,8 @@ std::string seems_to_be(std::string_view head) {
   }
   if (head.find_first_not_of('\0') == std::string_view::npos) return "nothing but zeros";
   const bool is_text = std::none_of(head.begin(), head.end(), [](char c) {
-    return (c >= '\0' && c < ' ' && "\t\n\v\f\r"sv.find(c) == std::string_view::npos) || c == 127;
+    const auto byte = static_cast<unsigned char>(c);  // char is unsigned on aarch64
+    return (byte < ' ' && "\t\n\v\f\r"sv.find(c) == std::string_view::npos) || byte == 127;
   });
   if (!is_text) return "binary data of another kind";
   std::string_view line = head.substr(0, head.find('\n'));
