@@ -2,7 +2,7 @@
 # Does a log of x86-64 replay on aarch64, the architecture of most vehicle computers? Every mission
 # (default: all shipped ones) is dived here, and its log replayed by a cross build under qemu-user.
 #   bench/compare_aarch64.sh ARM64_DIVE SYSROOT [MISSION...]
-# ARM64_DIVE: the program of a cross build, SYSROOT: the folder with its libraries. The README of
+# ARM64_DIVE: the program of a cross build, SYSROOT: the folder with its libraries; the README of
 # bench/ says how to make both. A replay must be identical or say that the log was made with other
 # mathematics (doc/decisions/pinned-mathematics.md); exit status 1 if one diverges or cannot run.
 set -euo pipefail
