@@ -8,7 +8,7 @@
 set -euo pipefail
 
 if [ $# -lt 2 ]; then
-  sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//' >&2
+  sed -n '2,7p' "$0" | sed 's/^# \{0,1\}//' >&2
   exit 2
 fi
 arm64_dive=$1
@@ -24,8 +24,9 @@ for mission in "$@"; do
   status=0
   qemu-aarch64 -L "$sysroot" "$arm64_dive" replay "$logs/dive.lcmlog" >"$logs/replay.txt" 2>&1 ||
     status=$?
+  [ -s "$logs/replay.txt" ] || echo "no replay, exit status $status" >"$logs/replay.txt"
   if [ $status -ne 0 ] && ! grep -q "OTHER MATHEMATICS" "$logs/replay.txt"; then failed=1; fi
-  echo "$(basename "$mission" .xml): $(head -1 "$logs/replay.txt")"
+  echo "$(basename "$mission" .xml): $(sed '1s/^.*lcmlog: //;q' "$logs/replay.txt")"
   rm -f "$logs"/*
 done
 exit $failed

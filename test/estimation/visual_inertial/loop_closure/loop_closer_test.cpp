@@ -281,8 +281,8 @@ TEST(LoopCloser, MemoryIsBoundedAndLoopsAreStillClosed) {
   EXPECT_EQ(swum.wrong, 0);
 }
 
-// A heading of 0.03 rad, corrected, moves an origin 10 km away by 300 m and one 200 km away by 6
-// km.
+// The heading drifts by some hundredths of a radian: its correction moves an origin 10 km away by
+// hundreds of metres, and one 200 km away by kilometres.
 TEST(LoopCloser, ClosesLoopsFarFromTheOriginAndRefusesAMoveOfTheMapBeyondItsLimit) {
   for (const double from_origin_m : {10e3, 200e3}) {
     Random random(9);
