@@ -3,7 +3,7 @@
 // supervisor, its disk stalled for 5 s, the vehicle's driver restarted, the sensors' clock set.
 // Counts collisions by ground truth, also those that the same seed has undisturbed, and dives that
 // end at the surface. Measures how far from the end of the exit path the vehicle is when the
-// supervisor, which swam it by dead reckoning, begins to ascend.
+// supervisor, which swam it, begins to ascend.
 
 #include <algorithm>
 #include <array>
@@ -60,6 +60,7 @@ struct Outcome {
 };
 
 double factor = 4.0;
+bool without_fixes = false;
 std::string command = DIVE_COMMAND;
 
 std::string mission_file(const std::string& name) {
@@ -161,7 +162,7 @@ class LinkedDive {
     Words sim = simulator_words(one);
     sim.insert(sim.end(), {"--seed", fmt::format("{}", one.seed)});
     vehicle_ = start("sim", sim);
-    supervisor_ = start("supervise", {"supervise"});
+    supervisor_ = start("supervise", supervise_words());
     executive_ = start("run", run_words("log"));
   }
 
@@ -204,6 +205,11 @@ class LinkedDive {
     words.insert(words.end(),
                  {"--time-factor", fmt::format("{}", factor), "--lcm", url_, "--json"});
     return std::make_unique<Process>(words, folder_, name);
+  }
+
+  [[nodiscard]] Words supervise_words() const {
+    if (without_fixes) return {"supervise"};
+    return {"supervise", mission_file(one_.mission)};
   }
 
   [[nodiscard]] Words run_words(const char* log) const {
@@ -319,6 +325,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(std::vector<std::string>(kNames.begin(), kNames.end())));
   app.add_option("--dives", dives, "Half of each mission, before --only");
   app.add_option("--command", command, "The command to test, in place of this build's");
+  app.add_flag("--without-fixes", without_fixes, "The supervisor has no map, and dead-reckons");
   app.add_option("--jobs", jobs, "Dives at a time");
   app.add_option("--time-factor", factor, "Times real time");
   app.add_option("--seed", seed, "Of the instants, and of the first dive");

@@ -10,20 +10,21 @@
 namespace dive::vehicle {
 namespace {
 
-constexpr double kCaptureRadius = 0.5;  // m, as behaviors/retrace
-constexpr double kDisplaced = 0.25;     // m from the place known to have open water above
-constexpr double kSlow = 3.0;           // allowed time over expected time, and
-constexpr double kGraceSeconds = 30.0;  // s added to it
-constexpr double kMinSpeed = 0.1;       // m/s
-constexpr double kMaxSpeed = 0.8;       // m/s
-constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
-constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
-constexpr double kMaxVelocity = 5.0;    // m/s
-constexpr double kMaxScale = 0.5;       // of a plausible relative error of the speed
-constexpr double kMaxTurn = 7.0;        // rad
-constexpr double kMaxHold = 600.0;      // s
-constexpr double kDepthFresh = 1.0;     // s
-constexpr double kAscentSlack = 2.0;    // an ascent without depth lasts this many times as long
+constexpr double kCaptureRadius = 0.5;   // m, as behaviors/retrace
+constexpr double kDisplaced = 0.25;      // m from the place known to have open water above
+constexpr double kSlow = 3.0;            // allowed time over expected time, and
+constexpr double kGraceSeconds = 30.0;   // s added to it
+constexpr double kMinSpeed = 0.1;        // m/s
+constexpr double kMaxSpeed = 0.8;        // m/s
+constexpr double kSensorWait = 2.0;      // s for attitude and depth to arrive
+constexpr double kMaxStartSigma = 10.0;  // m
+constexpr double kMaxCoordinate = 1e6;   // m, of a plausible coordinate
+constexpr double kMaxVelocity = 5.0;     // m/s
+constexpr double kMaxScale = 0.5;        // of a plausible relative error of the speed
+constexpr double kMaxTurn = 7.0;         // rad
+constexpr double kMaxHold = 600.0;       // s
+constexpr double kDepthFresh = 1.0;      // s
+constexpr double kAscentSlack = 2.0;     // an ascent without depth lasts this many times as long
 constexpr double kAscentGraceSeconds = 10.0;
 
 FollowerOptions follower_options(double speed) {
@@ -49,15 +50,18 @@ const char* to_string(ExitPhase phase) {
   return "watching";
 }
 
-ExitGuidance::ExitGuidance(const MotionModel& motion)
+ExitGuidance::ExitGuidance(const MotionModel& motion,
+                           std::optional<estimation::MapFixOptions> fixes)
     : odometry_({.motion = motion}, Eigen::Vector3d::Zero(), 0.0),
+      fixes_(fixes),
       follower_(follower_options(kMinSpeed)) {}
 
 bool ExitGuidance::is_plausible(const ExitPath& path) {
   const auto is_place = [](const Pose& pose) {
     return pose.is_finite() && pose.p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
   };
-  return is_place(path.X_WB) && path.v_B.norm() <= kMaxVelocity &&
+  return is_place(path.X_WB) && path.position_sigma_m >= 0.0 &&
+         path.position_sigma_m <= kMaxCoordinate && path.v_B.norm() <= kMaxVelocity &&
          std::abs(path.heading_correction) <= kMaxTurn && std::abs(path.speed_scale) <= kMaxScale &&
          path.current_W.norm() <= kMaxVelocity && std::abs(path.hold_s) <= kMaxHold &&
          std::isfinite(path.speed) && path.waypoints.size() <= kMaxExitWaypoints &&
@@ -70,7 +74,8 @@ bool ExitGuidance::set_exit_path(const ExitPath& path) {
   path_ = path;
   heading_correction_ = path.heading_correction;
   odometry_.set_velocity(path.v_B / (1.0 + path.speed_scale));  // dead_reckon() scales it again
-  estimate_.X_WB.p.head<2>() = path.X_WB.p.head<2>();
+  reckoned_W_ = estimate_.X_WB.p.head<2>() = path.X_WB.p.head<2>();
+  if (phase_ != ExitPhase::kIdle) begin_correction();
   return true;
 }
 
@@ -99,21 +104,39 @@ void ExitGuidance::observe(const std::optional<ImuSample>& imu,
 void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
   const Eigen::Vector2d current_W = path_ ? path_->current_W : Eigen::Vector2d::Zero();
   const double scale = path_ ? 1.0 + path_->speed_scale : 1.0;
-  Eigen::Vector2d p_W = estimate_.X_WB.p.head<2>();
-  if (last_odometry_) {
-    p_W += scale * (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>() +
-           current_W * to_seconds(odometry.utime - last_odometry_->utime);
+  const bool is_later = last_odometry_ && odometry.utime > last_odometry_->utime;
+  if (is_later) {
+    reckoned_W_ += scale * (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>() +
+                   current_W * to_seconds(odometry.utime - last_odometry_->utime);
   }
-  last_odometry_ = estimate_ = odometry;
-  estimate_.X_WB.p.head<2>() = p_W;
-  estimate_.v_WB_B =
+  last_odometry_ = odometry;
+  estimation::StateEstimate reckoned = odometry;
+  reckoned.X_WB.p.head<2>() = reckoned_W_;
+  const double sigma_m = path_ ? path_->position_sigma_m : 0.0;
+  reckoned.covariance.topLeftCorner<2, 2>() = sigma_m * sigma_m * Eigen::Matrix2d::Identity();
+  reckoned.v_WB_B =
       scale * odometry.v_WB_B + odometry.X_WB.q.conjugate() * estimation::lifted(current_W);
+  estimate_ = correction_ ? correction_->update(reckoned, odometry_.blind_variance()) : reckoned;
 }
+
+// The executive's estimate starts it, and its sigma.
+void ExitGuidance::begin_correction() {
+  correction_.reset();
+  if (!fixes_ || !path_) return;
+  estimation::FrameCorrectionOptions options;
+  options.fixes = fixes_;
+  options.fixes->start_sigma_m = std::min(path_->position_sigma_m, kMaxStartSigma);
+  correction_.emplace(options, estimation::PrimitiveOptions{});
+  correction_->set_current(path_->current_W);
+}
+
+bool ExitGuidance::propose(const MapFix& fix) { return correction_ && correction_->propose(fix); }
 
 void ExitGuidance::begin(Utime now, bool may_hold) {
   now_ = since_ = std::max(now_, now);
   phase_ = ExitPhase::kHolding;
   allowed_s_ = may_hold ? hold_s() : 0.0;
+  begin_correction();
   keep_station();
   ascended_blindly_ = false;
 }
@@ -154,7 +177,7 @@ Command ExitGuidance::step(Utime now) {
     command_.d = 0.0;
   }
   Command compass = command_;
-  compass.o = from_rpy(0.0, 0.0, -heading_correction_) * command_.o;
+  compass.o = from_rpy(0.0, 0.0, -heading_correction_ - estimate_.map_from_odom.yaw) * command_.o;
   return compass;
 }
 

@@ -1,13 +1,16 @@
 #pragma once
-// Brings the vehicle home without executive, map and plan: holds, follows the exit path by dead
-// reckoning on depth, compass and the efforts of the flippers, then ascends. One set of rules for
-// the supervisor, the vehicle's own time-out and the executive's fallback
+// Brings the vehicle home without executive and plan: holds, follows the exit path by dead
+// reckoning on depth, compass and the efforts of the flippers, then ascends. Position fixes, where
+// the owner has them, correct the dead reckoning from the begin of the hold on. One set of rules
+// for the supervisor, the vehicle's own time-out and the executive's fallback
 // (doc/decisions/no-commands.md).
 
 #include <optional>
 
 #include "common/clock.h"
+#include "common/map_fix.h"
 #include "common/measurements.h"
+#include "estimation/frame_correction.h"
 #include "estimation/primitive.h"
 #include "vehicle/command.h"
 #include "vehicle/exit_path.h"
@@ -35,8 +38,10 @@ class ExitGuidance {
   static constexpr double kSurfaceDepth = 0.3;  ///< m
   static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
 
-  /// For a vehicle with that motion model.
-  explicit ExitGuidance(const MotionModel& motion = {});
+  /// For a vehicle with that motion model. `fixes`: what is expected of dead reckoning and map,
+  /// present where position fixes are proposed; the exit path replaces its sigma at the start.
+  explicit ExitGuidance(const MotionModel& motion = {},
+                        std::optional<estimation::MapFixOptions> fixes = std::nullopt);
 
   /// The newest exit path, which also gives the present position. False if it is not used: its
   /// values are implausible, or the vehicle follows or ascends already.
@@ -47,6 +52,10 @@ class ExitGuidance {
   void observe(const std::optional<ImuSample>& imu, const std::optional<DepthSample>& depth,
                const PseudoRates& efforts, Utime now);
 
+  /// A fix of a scan taken since begin(), in the frame of estimate(); its time on the owner's
+  /// clock. Ignored without fixes. False if its position was not used.
+  bool propose(const MapFix& fix);
+
   /// Begins to hold, or to leave at once where `may_hold` is false.
   void begin(Utime now, bool may_hold = true);
   /// Another process commands the vehicle again.
@@ -56,8 +65,10 @@ class ExitGuidance {
   [[nodiscard]] Command step(Utime now);
 
   [[nodiscard]] ExitPhase phase() const { return phase_; }
-  /// Dead-reckoned pose, and speed through the water (m/s).
-  [[nodiscard]] const Pose& X_WB() const { return estimate_.X_WB; }
+  /// Dead reckoning from the exit path's pose on, with position fixes: `map_from_odom` is what they
+  /// have corrected. Without them the covariance of the position is that of the exit path.
+  [[nodiscard]] const estimation::StateEstimate& estimate() const { return estimate_; }
+  /// Speed through the water, m/s.
   [[nodiscard]] double surge() const { return odometry_.v_B().x(); }
   /// True if the depth sensor has measured the surface for kSurfaceTime.
   [[nodiscard]] bool has_surfaced(Utime now) const;
@@ -72,6 +83,7 @@ class ExitGuidance {
   void follow(std::vector<Pose> path, Utime now);
   void ascend(Utime now, bool blindly);
   void dead_reckon(const estimation::StateEstimate& odometry);
+  void begin_correction();
   void keep_station();
   [[nodiscard]] Command hold() const;
   [[nodiscard]] double hold_s() const;
@@ -80,7 +92,12 @@ class ExitGuidance {
   std::optional<ExitPath> path_;
   estimation::PrimitiveEstimator odometry_;
   std::optional<estimation::StateEstimate> last_odometry_;
-  estimation::StateEstimate estimate_;  ///< With the exit path's scale and current.
+  /// Horizontal position by odometry with the exit path's scale and current, m.
+  Eigen::Vector2d reckoned_W_ = Eigen::Vector2d::Zero();
+  std::optional<estimation::MapFixOptions> fixes_;
+  /// By position fixes, on top of these; from begin() on.
+  std::optional<estimation::FrameCorrection> correction_;
+  estimation::StateEstimate estimate_;
   Follower follower_;
   ExitPhase phase_ = ExitPhase::kIdle;
   Command command_;                        ///< Last command, in W.

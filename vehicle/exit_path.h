@@ -1,7 +1,7 @@
 #pragma once
 // The exit path: how the vehicle leaves its present place without the executive, by depth and
-// compass alone. The executive makes it; supervisor, vehicle and the executive's own fallback
-// follow it (vehicle/exit_guidance.h).
+// compass, and by position fixes where there are any. The executive makes it; supervisor, vehicle
+// and the executive's own fallback follow it (vehicle/exit_guidance.h).
 
 #include <cstddef>
 #include <cstdint>
@@ -18,9 +18,10 @@ namespace dive::vehicle {
 inline constexpr std::size_t kMaxExitWaypoints = 256;
 
 struct ExitPath {
-  Utime utime = 0;                                ///< Time of the tick.
-  std::int64_t revision = 0;                      ///< Incremented whenever the waypoints change.
-  Pose X_WB = {};                                 ///< Estimated pose at that time.
+  Utime utime = 0;                ///< Time of the tick.
+  std::int64_t revision = 0;      ///< Incremented whenever the waypoints change.
+  Pose X_WB = {};                 ///< Estimated pose at that time.
+  double position_sigma_m = 0.0;  ///< One sigma of its horizontal position, along the worst axis.
   Eigen::Vector3d v_B = Eigen::Vector3d::Zero();  ///< Estimated velocity through the water, m/s.
   double heading_correction = 0.0;  ///< Rotation from the compass to W about the vertical, rad.
   double speed_scale = 0.0;         ///< Estimated relative error of the expected speed.

@@ -110,7 +110,9 @@ struct SimArguments {
 };
 
 struct SuperviseArguments {
+  std::string mission;  ///< A mission, or a verified bundle; empty: no position fixes.
   double command_timeout_s = 1.0;
+  bool allow_outside = false;  ///< Read meshes outside of the map's folder.
   bool json = false;
   LinkArguments link;
 };

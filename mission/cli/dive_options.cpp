@@ -216,11 +216,18 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "supervise",
       "Examples:\n"
-      "  dive supervise --key dive.key --lcm 'udpm://239.255.76.67:7667?ttl=1'\n\n"
+      "  dive supervise wreck.bundle --key dive.key --lcm 'udpm://239.255.76.67:7667?ttl=1'\n\n"
       "When the executive dies or hangs: holds the vehicle, gives it back to an executive that\n"
       "recovers or is restarted, and otherwise brings it home: along the exit path to open water,\n"
-      "then up. Exit status 0 when the executive finished, 1 when it had to bring the vehicle\n"
-      "home.");
+      "then up. With the mission that the executive dives, scans of the range camera tell it where "
+      "in\n"
+      "the known map it is; without, it dead-reckons. Exit status 0 when the executive finished, "
+      "1\n"
+      "when it had to bring the vehicle home.");
+  command
+      ->add_option("MISSION", arguments.mission,
+                   "Mission file (XML), or the bundle that dive check --bundle made of it")
+      ->type_name("FILE");
   command
       ->add_option("--command-timeout", arguments.command_timeout_s,
                    "Hold the vehicle after so long without a command (default: 1)")
@@ -230,6 +237,7 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
   add_key(command, arguments.link);
   add_insecure(command, arguments.link);
   add_pace(command, arguments.link);
+  command->add_flag("--allow-outside", arguments.allow_outside, kOutsideHelp);
   command->add_flag("--json", arguments.json, kJsonHelp);
 }
 

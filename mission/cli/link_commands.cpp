@@ -9,6 +9,7 @@
 
 #include "common/priority.h"
 #include "common/xml.h"
+#include "mission/cli/bundle_file.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
@@ -16,6 +17,8 @@
 #include "mission/cli/open_link.h"
 #include "mission/cli/output.h"
 #include "mission/cli/terminal.h"
+#include "mission/executive/behavior_factory.h"
+#include "mission/executive/position_priors.h"
 #include "mission/link/supervisor.h"
 #include "mission/link/topside.h"
 #include "mission/record/dataset_recorder.h"
@@ -24,6 +27,7 @@
 #include "mission/simulation/simulated_dive.h"
 #include "mission/simulation/simulated_vehicle.h"
 #include "planning/world/sdf.h"
+#include "planning/world/world_digest.h"
 #include "vehicle/link/authority.h"
 #include "vehicle/link/bus.h"
 
@@ -247,6 +251,48 @@ int write_calibration(const SimArguments& arguments, const VehicleSettings& sett
   return kExitSuccess;
 }
 
+/// The mission or bundle of `dive supervise`, whose plans are not verified: it uses none.
+std::optional<LoadedMission> load_supervised(const SuperviseArguments& arguments,
+                                             Diagnostics& diagnostics) {
+  if (kind_of_file(arguments.mission) != FileKind::kBundle) {
+    return load(arguments.mission, resources(arguments.allow_outside), diagnostics);
+  }
+  const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.link.key);
+  if (!key) return std::nullopt;
+  RunArguments run;
+  run.mission = arguments.mission;
+  run.unchecked = true;
+  return load_bundle(run, *key, diagnostics);
+}
+
+/// False if the mission cannot be read, which is printed. Without a mission, and with one that uses
+/// no fixes of a range camera, the settings get no map.
+bool set_map(const SuperviseArguments& arguments, SupervisorSettings& settings) {
+  if (arguments.mission.empty()) return true;
+  Diagnostics diagnostics;
+  const std::optional<LoadedMission> loaded = load_supervised(arguments, diagnostics);
+  if (!loaded) {
+    print_diagnostics(diagnostics);
+    return false;
+  }
+  const Mission& mission = loaded->mission;
+  if (!uses_map_fixes(mission) || maps_with_stereo(mission)) {
+    note(
+        fmt::format("dive: {}: it takes no position fixes from a range camera: the exit path will "
+                    "be followed by dead reckoning",
+                    arguments.mission));
+    return true;
+  }
+  const planning::World known = known_world(mission, loaded->world);
+  settings.motion = loaded->model.motion;
+  settings.map.emplace();
+  settings.map->surface = std::make_shared<const planning::MapSurface>(known);
+  settings.map->digest = planning::world_digest(known);
+  settings.map->noise = mapper_options(mission, {}).noise;
+  settings.map->fixes = map_fix_options(mission, loaded->model.motion);
+  return true;
+}
+
 }  // namespace
 
 int run_sim(const SimArguments& arguments) {
@@ -295,13 +341,14 @@ int run_sim(const SimArguments& arguments) {
 int run_supervise(const SuperviseArguments& arguments) {
   if (!set_realtime_priority())
     note("dive: not permitted to run before other processes (root, or rtprio)");
+  SupervisorSettings settings;
+  settings.command_timeout_s = arguments.command_timeout_s;
+  if (!set_map(arguments, settings)) return kExitUsage;
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kSupervisor);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.time_factor);
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  SupervisorSettings settings;
-  settings.command_timeout_s = arguments.command_timeout_s;
   const SupervisorReport report = supervise(
       settings, *bus, clock, [](const std::string& line) { note("dive: " + line); },
       [] { return !interrupted; });
@@ -311,6 +358,7 @@ int run_supervise(const SuperviseArguments& arguments) {
                 {"holds", report.holds},
                 {"given_back", report.given_back},
                 {"followed", report.followed},
+                {"fixes", report.fixes},
                 {"blindly", report.blindly},
                 {"surfaced", report.surfaced},
                 {"presumed", report.presumed},

@@ -71,6 +71,7 @@ void ExitPathKeeper::update(const Situation& situation, const Vector3d& v_B,
   const estimation::StateEstimate& estimate = situation.estimate;
   path_.utime = situation.now;
   path_.X_WB = estimate.X_WB;
+  path_.position_sigma_m = estimation::horizontal_sigma(estimate);
   path_.v_B = v_B;
   path_.heading_correction = estimate.map_from_odom.yaw;
   path_.speed_scale = unmodelled.speed_scale;

@@ -1,6 +1,7 @@
 #include "mission/link/supervision.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -22,7 +23,9 @@ Supervision::Supervision(const SupervisorSettings& settings, std::uint64_t sessi
     : settings_(settings),
       session_id_(session_id),
       log_(log),
-      executive_(link::Arbiter::kSessionTimeout) {}
+      executive_(link::Arbiter::kSessionTimeout),
+      guidance_(settings.motion, settings.map ? std::optional(settings.map->fixes) : std::nullopt) {
+}
 
 void Supervision::receive(const link::VehicleCommand& command, Utime now) {
   if (command.source != link::Source::kExecutive) return;
@@ -47,7 +50,22 @@ void Supervision::receive(const link::Heartbeat& heartbeat, Utime now) {
 }
 
 void Supervision::receive(const link::ExitPathMessage& message) {
-  if (executive_.is_from(message.session_id)) guidance_.set_exit_path(message.path);
+  if (!executive_.is_from(message.session_id)) return;
+  guidance_.set_exit_path(message.path);
+  const bool is_new = std::exchange(map_digest_, message.map_digest) != message.map_digest;
+  if (is_new && settings_.map && settings_.map->digest != message.map_digest) {
+    log_("the executive has another map: the exit path is followed without position fixes");
+  }
+}
+
+void Supervision::receive(const MapFix& fix) {
+  if (wants_fixes() && guidance_.propose(fix)) ++report_.fixes;
+}
+
+bool Supervision::wants_fixes() const {
+  const ExitPhase phase = guidance_.phase();
+  return settings_.map && settings_.map->digest == map_digest_ &&
+         (phase == ExitPhase::kHolding || phase == ExitPhase::kFollowing);
 }
 
 void Supervision::receive(const ImuSample& sample, Utime now) {

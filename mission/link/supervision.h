@@ -8,14 +8,23 @@
 //
 // Once it follows or ascends, it keeps the vehicle to the surface: the executive's position would
 // be wrong. vehicle::ExitGuidance has the rules of holding, following and ascending.
+//
+// Position fixes are used while it holds or follows, if they are of the executive's map.
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "common/clock.h"
+#include "common/map_fix.h"
 #include "common/measurements.h"
+#include "common/motion_model.h"
+#include "common/range_noise.h"
+#include "estimation/map_fix_filter.h"
+#include "estimation/state_estimate.h"
+#include "planning/map_matching/map_surface.h"
 #include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/command_gate.h"
@@ -23,8 +32,18 @@
 
 namespace dive::mission {
 
+/// The known map in which scans of the range camera tell the position.
+struct SupervisedMap {
+  std::shared_ptr<const planning::MapSurface> surface = {};
+  std::uint64_t digest = 0;  ///< planning::world_digest() of it.
+  RangeNoise noise = {};     ///< Of the range camera.
+  estimation::MapFixOptions fixes = {};
+};
+
 struct SupervisorSettings {
   double command_timeout_s = 1.0;  ///< Maximum silence after the executive's first command.
+  MotionModel motion = {};
+  std::optional<SupervisedMap> map = {};  ///< Empty: dead reckoning alone.
 };
 
 struct SupervisorReport {
@@ -33,6 +52,7 @@ struct SupervisorReport {
   int holds = 0;                  ///< Number of times it held the vehicle.
   int given_back = 0;             ///< Number of times it gave the vehicle back.
   bool followed = false;          ///< It followed an exit path.
+  int fixes = 0;                  ///< Number of position fixes that it used.
   bool blindly = false;           ///< It ascended without knowing open water above.
   bool surfaced = false;          ///< At the surface by the depth sensor.
   bool presumed = false;          ///< At the surface by time only, without a depth sensor.
@@ -56,6 +76,16 @@ class Supervision {
   void receive(const link::ExitPathMessage& message);
   void receive(const ImuSample& sample, Utime now);
   void receive(const DepthSample& sample, Utime now);
+  void receive(const MapFix& fix);
+
+  /// True while fixes are used: scans are worth matching.
+  [[nodiscard]] bool wants_fixes() const;
+  /// The vehicle's pose, by which a scan is placed.
+  [[nodiscard]] const estimation::StateEstimate& estimate() const { return guidance_.estimate(); }
+  /// The supervisor's time of a sample stamped `utime` by the vehicle.
+  [[nodiscard]] Utime own_time(Utime utime) const {
+    return utime + vehicle_time_at_ - vehicle_time_;
+  }
 
   /// The supervisor's own command, to be sent at once; empty while it watches.
   [[nodiscard]] std::optional<link::VehicleCommand> step(Utime now);
@@ -89,6 +119,7 @@ class Supervision {
   Utime vehicle_time_ = 0;                     ///< Newest time of a sensor ...
   Utime vehicle_time_at_ = 0;                  ///< ... and its arrival.
   std::int64_t sequence_ = 0;
+  std::optional<std::uint64_t> map_digest_;  ///< Of the executive.
   SupervisorReport report_;
 };
 

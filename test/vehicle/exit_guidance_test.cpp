@@ -25,8 +25,10 @@ Pose place(double x, double y, double z) { return Pose{{x, y, z}}; }
 
 /// An executive that knows the true pose and velocity, until it is killed.
 struct Dive {
-  Dive(const Conditions& conditions, std::uint64_t seed)
-      : sim(testing::aqua2(), place(0, 0, -8), conditions, seed) {
+  Dive(const Conditions& conditions, std::uint64_t seed, bool is_fixed = false)
+      : sim(testing::aqua2(), place(0, 0, -8), conditions, seed), has_fixes(is_fixed) {
+    if (has_fixes) guidance = ExitGuidance({}, estimation::MapFixOptions{});
+    path.position_sigma_m = 0.05;
     path.speed = 0.4;
     path.hold_s = 4.0;
     path.revision = 1;
@@ -69,11 +71,21 @@ struct Dive {
     depth = samples.depth.value_or(depth);
     own.observe(imu, depth);
     guidance.observe(imu, depth, rates, sim.truth().utime);
+    if (has_fixes && now_s() >= next_fix_s) fix();
+  }
+
+  /// A scan of half a second ago, good to 2 cm, which does not tell the heading.
+  void fix() {
+    next_fix_s = now_s() + 0.5;
+    if (scanned.scan_utime > 0) fixes_used += guidance.propose(scanned) ? 1 : 0;
+    scanned.scan_utime = sim.truth().utime;
+    scanned.position_W = sim.truth().X_WB.p.head<2>();
+    scanned.information.diagonal().head<2>().setConstant(1.0 / (0.02 * 0.02));
   }
 
   [[nodiscard]] double now_s() const { return to_seconds(sim.truth().utime); }
   [[nodiscard]] double error_m() const {
-    return (sim.truth().X_WB.p - guidance.X_WB().p).head<2>().norm();
+    return (sim.truth().X_WB.p - guidance.estimate().X_WB.p).head<2>().norm();
   }
 
   Simulator sim;
@@ -85,6 +97,10 @@ struct Dive {
   ImuSample imu;
   DepthSample depth;
   double next_path_s = 0.0;
+  bool has_fixes = false;
+  MapFix scanned;
+  double next_fix_s = 0.0;
+  int fixes_used = 0;
 };
 
 TEST(ExitGuidance, KnowsWhereItStopsWhenItIsHandedOverInATurn) {
@@ -138,6 +154,50 @@ TEST(ExitGuidance, StopsWithARemainingSpeedOfTheStatedSigma) {
   }
   EXPECT_LT(std::sqrt(mean_square), ExitGuidance::kStopSigma);
   EXPECT_GT(std::sqrt(mean_square), 0.5 * ExitGuidance::kStopSigma);
+}
+
+// In a current that no mission declares, with a compass that is off.
+TEST(ExitGuidance, EndsWhereItsPathEndsWithPositionFixes) {
+  Conditions conditions;
+  conditions.current_W = {0.04, 0.03, 0.0};
+  double reckoned_m = 0.0;
+  double fixed_m = 0.0;
+  constexpr int kDives = 10;
+  for (int seed = 1; seed <= kDives; ++seed) {
+    const auto end_m = [&](Dive dive) {
+      dive.lead(14.0);
+      EXPECT_EQ(dive.fixes_used, 0) << "the executive's position is newer";
+      dive.leave(200.0);
+      EXPECT_EQ(dive.guidance.phase(), ExitPhase::kAscending);
+      EXPECT_FALSE(dive.guidance.ascended_blindly());
+      return (dive.sim.truth().X_WB.p - dive.path.waypoints.back().p).head<2>().norm();
+    };
+    reckoned_m += end_m(Dive(conditions, static_cast<std::uint64_t>(seed))) / kDives;
+    fixed_m += end_m(Dive(conditions, static_cast<std::uint64_t>(seed), true)) / kDives;
+  }
+  EXPECT_GT(reckoned_m, 1.0);
+  EXPECT_LT(fixed_m, 0.6) << "within the follower's capture radius and a little more";
+}
+
+TEST(ExitGuidance, UsesNoFixThatItWasNotMadeForOrBeforeItHolds) {
+  MapFix fix;
+  fix.information.diagonal().setConstant(100.0);
+  ExitGuidance without;
+  EXPECT_TRUE(without.set_exit_path({}));
+  without.begin(0);
+  EXPECT_FALSE(without.propose(fix));
+  ExitGuidance with({}, estimation::MapFixOptions{});
+  EXPECT_TRUE(with.set_exit_path({}));
+  EXPECT_FALSE(with.propose(fix)) << "the executive commands";
+}
+
+TEST(ExitGuidance, RefusesASigmaThatIsNone) {
+  ExitGuidance guidance;
+  ExitPath path;
+  path.position_sigma_m = -0.1;
+  EXPECT_FALSE(guidance.set_exit_path(path));
+  path.position_sigma_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(guidance.set_exit_path(path));
 }
 
 TEST(ExitGuidance, RefusesAVelocityThatIsNone) {

@@ -53,6 +53,7 @@ struct VehicleCommand {
 struct ExitPathMessage {
   std::uint64_t session_id = 0;
   vehicle::ExitPath path;
+  std::uint64_t map_digest = 0;  ///< Of the executive's known map; 0: none.
 };
 /// Maximum size of its packet, bytes.
 inline constexpr std::size_t kMaxExitPathPacket = 256 + vehicle::kMaxExitWaypoints * 7 * 8;

@@ -131,7 +131,7 @@ void Death::begin(const std::vector<std::string>& pace, const std::vector<std::s
 void Death::begin(const std::string& name, double until_s, const std::vector<std::string>& pace,
                   const std::vector<std::string>& vehicle) {
   std::vector<std::string> sim = {"sim", mission(name)};
-  std::vector<std::string> supervise = {"supervise"};
+  std::vector<std::string> supervise = {"supervise", mission(name)};
   std::vector<std::string> run = {"run", mission(name), "--log", path("log")};
   sim.insert(sim.end(), vehicle.begin(), vehicle.end());
   sim.insert(sim.end(), pace.begin(), pace.end());

@@ -185,6 +185,7 @@ TEST_F(Death, OfTheExecutiveUnderAnOverheadIsFollowedByTheExitPath) {
   EXPECT_LT(vehicle_->json().at("final_depth_m").get<double>(), 0.3);
   const auto report = supervisor_->json();
   EXPECT_TRUE(report.at("followed").get<bool>());
+  EXPECT_GT(report.at("fixes").get<int>(), 0) << supervisor_->err();
   EXPECT_TRUE(report.at("surfaced").get<bool>());
   EXPECT_FALSE(report.at("blindly").get<bool>());
 }

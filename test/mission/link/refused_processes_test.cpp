@@ -16,6 +16,7 @@ using dive::testing::content_of;
 using ::testing::HasSubstr;
 using testing::kLong;
 using testing::mission;
+using ::testing::Not;
 using testing::Processes;
 
 TEST_F(Processes, WithoutAKeyPacketsDoNotLeaveTheMachineUnlessItIsSaid) {
@@ -55,6 +56,22 @@ TEST_F(Processes, WithoutAVehicleTheExecutiveReportsIt) {
   const auto lonely = dive("status", {"status", "--timeout", "0.3"});
   EXPECT_EQ(lonely->wait(kLong), 1);
   EXPECT_THAT(lonely->err(), HasSubstr("no heartbeat of an executive"));
+}
+
+TEST_F(Processes, TheSupervisorOfAMissionReadsItsMapOrSaysWhyItDoesNot) {
+  const auto missing = dive("missing", {"supervise", path("none.xml")});
+  EXPECT_EQ(missing->wait(kLong), 2);
+  EXPECT_THAT(missing->err(), HasSubstr("none.xml"));
+  std::ofstream(path("broken.xml")) << "<mission><map></mission>";
+  const auto broken = dive("broken", {"supervise", path("broken.xml")});
+  EXPECT_EQ(broken->wait(kLong), 2);
+  EXPECT_THAT(broken->err(), HasSubstr("broken.xml:1"));
+  const auto unknown = dive("unknown", {"supervise", murk()});
+  EXPECT_EQ(unknown->wait(1.0), -1) << unknown->err();
+  EXPECT_THAT(unknown->err(), HasSubstr("dead reckoning"));
+  const auto known = dive("known", {"supervise", mission("pool3")});
+  EXPECT_EQ(known->wait(1.0), -1) << known->err();
+  EXPECT_THAT(known->err(), Not(HasSubstr("dead reckoning")));
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ constexpr Utime kTick = 20'000;
 /// commanded, at once.
 class SupervisionTest : public ::testing::Test {
  protected:
+  explicit SupervisionTest(const SupervisorSettings& settings = {}) : settings_(settings) {}
+
   /// Runs for so long; the executive sends commands while `commands_`.
   void run(double seconds) {
     for (const Utime end = now_ + from_seconds(seconds); now_ < end; now_ += kTick) {
@@ -47,7 +49,7 @@ class SupervisionTest : public ::testing::Test {
     command.session_id = session;
     supervision_.receive(command, now_);
     path_.X_WB.p = p_W_;
-    supervision_.receive(link::ExitPathMessage{session, path_});
+    supervision_.receive(link::ExitPathMessage{session, path_, map_digest_});
   }
   void move() {
     if (!command_) return;
@@ -86,7 +88,9 @@ class SupervisionTest : public ::testing::Test {
                     .waypoints = {Pose{{-1, 0, -5}}, Pose{{-4, 0, -4.5}}}};
   std::vector<std::string> said_;
   SupervisorLog log_ = [this](const std::string& line) { said_.push_back(line); };
-  Supervision supervision_{{}, 99, log_};
+  std::uint64_t map_digest_ = 7;  ///< Of the executive's map.
+  SupervisorSettings settings_;
+  Supervision supervision_{settings_, 99, log_};
   std::optional<link::VehicleCommand> command_;
   std::vector<ExitPhase> phases_;
 };
@@ -171,6 +175,54 @@ TEST_F(SupervisionTest, FollowsTheExitPathOfAnExecutiveThatDoesNotComeBackThenAs
   const SupervisorReport report = supervision_.report();
   EXPECT_TRUE(report.took_over && report.followed && report.surfaced);
   EXPECT_FALSE(report.blindly || report.presumed);
+}
+
+/// A supervisor with a map.
+class SupervisionWithAMap : public SupervisionTest {
+ protected:
+  SupervisionWithAMap() : SupervisionTest({.map = SupervisedMap{.digest = 7}}) {}
+
+  /// A scan of now that shows the vehicle 0.2 m further along y than it is by dead reckoning.
+  void fix() {
+    MapFix fix;
+    fix.scan_utime = now_ - kTick;
+    fix.position_W = p_W_.head<2>() + Eigen::Vector2d(0.0, 0.2);
+    fix.information.diagonal().head<2>().setConstant(1e6);
+    supervision_.receive(fix);
+  }
+};
+
+TEST_F(SupervisionWithAMap, UsesPositionFixesWhileItHoldsOrFollows) {
+  run(2.0);
+  EXPECT_FALSE(supervision_.wants_fixes());
+  fix();
+  EXPECT_EQ(supervision_.report().fixes, 0);
+  commands_ = false;
+  run(2.0);
+  int proposed = 0;
+  bool has_followed = false;
+  while (supervision_.wants_fixes()) {
+    ASSERT_LT(proposed, 200);
+    fix();
+    EXPECT_EQ(supervision_.report().fixes, ++proposed);
+    has_followed |= phase() == ExitPhase::kFollowing;
+    run(0.5);
+  }
+  EXPECT_TRUE(has_followed);
+  EXPECT_EQ(phase(), ExitPhase::kAscending);
+  EXPECT_NEAR(p_W_.y(), -0.2, 0.1) << "it has corrected what the fixes show";
+}
+
+TEST_F(SupervisionWithAMap, SaysSoAndUsesNoneIfTheExecutiveHasAnother) {
+  map_digest_ = 8;
+  run(2.0);
+  ASSERT_EQ(said_.size(), 1U);
+  EXPECT_THAT(said_.at(0), HasSubstr("another map"));
+  commands_ = false;
+  run(2.0);
+  EXPECT_FALSE(supervision_.wants_fixes());
+  fix();
+  EXPECT_EQ(supervision_.report().fixes, 0);
 }
 
 TEST_F(SupervisionTest, AscendsAtOnceInOpenWaterAndLateWhereNothingIsKnown) {

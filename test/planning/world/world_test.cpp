@@ -1,11 +1,14 @@
 #include "planning/world/world.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "common/assert.h"
 #include "planning/world/overhead.h"
 #include "planning/world/scene.h"
+#include "planning/world/world_digest.h"
 #include "test/planning/reference.h"
 
 namespace dive::planning {
@@ -178,6 +181,39 @@ TEST(Overhead, CoversSlopesAndNeverMissesACurvedShape) {
   const World ball{{{"ball", Sphere{1.0}, still({0, 0, -2})}}};
   EXPECT_TRUE(is_overhead(ball, {1.1, 0.0, -5.0}, 0.2));
   EXPECT_FALSE(is_overhead(ball, {2.0, 0.0, -5.0}, 0.2));
+}
+
+TEST(WorldDigest, ChangesWithTheLastBitOfEachShapeAndPose) {
+  const World original{{{"box", Box{{1, 2, 3}}, still({0, 0, -5})},
+                        {"pipe", Cylinder{0.2, 4.0}, still({1, 0, -5})},
+                        {"ball", Sphere{0.5}, still({2, 0, -5})},
+                        {"rod", Capsule{0.2, 4.0}, still({3, 0, -5})},
+                        {"egg", Ellipsoid{{1, 2, 3}}, still({4, 0, -5})},
+                        {"ground", HalfSpace{{0, 0, 1}}, still({0, 0, -9})},
+                        {"piece", Polytope{{{0, 0, 0}, {1, 0, 0}}, 0.1}, still({5, 0, -5})}}};
+  const std::uint64_t digest = world_digest(original);
+  EXPECT_EQ(world_digest(World(original)), digest);
+  EXPECT_NE(world_digest({}), 0U);
+  const auto changes = [&](std::size_t index, auto&& change) {
+    World world = original;
+    change(world.obstacles.at(index));
+    return world_digest(world) != digest;
+  };
+  const auto bump = [](double& value) { value = std::nextafter(value, 100.0); };
+  for (std::size_t i = 0; i < original.obstacles.size(); ++i) {
+    EXPECT_TRUE(changes(i, [&](Obstacle& one) { bump(one.X_WO.p.x()); })) << i;
+    EXPECT_TRUE(changes(i, [&](Obstacle& one) { bump(one.X_WO.q.z()); })) << i;
+    EXPECT_TRUE(changes(i, [&](Obstacle& one) { one.name += "2"; })) << i;
+  }
+  EXPECT_TRUE(changes(0, [&](Obstacle& one) { bump(std::get<Box>(one.shape).size.z()); }));
+  EXPECT_TRUE(changes(1, [&](Obstacle& one) { bump(std::get<Cylinder>(one.shape).length); }));
+  EXPECT_TRUE(changes(2, [&](Obstacle& one) { bump(std::get<Sphere>(one.shape).radius); }));
+  EXPECT_TRUE(changes(3, [&](Obstacle& one) { bump(std::get<Capsule>(one.shape).radius); }));
+  EXPECT_TRUE(changes(4, [&](Obstacle& one) { bump(std::get<Ellipsoid>(one.shape).radii.y()); }));
+  EXPECT_TRUE(changes(5, [&](Obstacle& one) { bump(std::get<HalfSpace>(one.shape).normal.x()); }));
+  EXPECT_TRUE(
+      changes(6, [&](Obstacle& one) { bump(std::get<Polytope>(one.shape).vertices[1].y()); }));
+  EXPECT_TRUE(changes(6, [&](Obstacle& one) { bump(std::get<Polytope>(one.shape).radius); }));
 }
 
 }  // namespace
