@@ -7,10 +7,10 @@
 
 #include <jpeglib.h>
 
+#include "estimation/dataset/image_side.h"
+
 namespace dive::estimation {
 namespace {
-
-constexpr JDIMENSION kMaxSide_px = 20'000;
 
 // What libjpeg's calls and its error handler share. It may be left by longjmp, so that nothing in
 // it may need a destructor.

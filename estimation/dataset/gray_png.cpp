@@ -7,12 +7,11 @@
 
 #include "common/assert.h"
 #include "common/input_file.h"
+#include "estimation/dataset/image_side.h"
 
 namespace dive::estimation {
 
 namespace {
-
-constexpr png_uint_32 kMaxSide_px = 20'000;
 
 // Reads the image whose header has been read; frees `image`. The error is a clause.
 tl::expected<ImageFrame, std::string> finish(png_image& image) {

@@ -136,13 +136,13 @@ TruthRecord truth_record(const vehicle::GroundTruth& truth, const TickContacts& 
           contacts.nearest.obstacle};
 }
 
-tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
-                                             const LoadedMission& loaded) {
+tl::expected<DiveRecording, int> DiveRecording::open(const RunArguments& arguments,
+                                                     const LoadedMission& loaded) {
   LogHeader header = header_of(loaded, arguments.seed);
   // The built-in simulator starts at the estimated pose, with its own clock.
   if (arguments.resume && arguments.link.url.empty()) header.resume_gap_s = 0.0;
   const Names names = names_of(arguments, loaded.mission);
-  Recording recording;
+  DiveRecording recording;
   tl::expected<std::optional<OutputFile>, int> log = create_log(names, arguments);
   if (!log) return tl::unexpected(log.error());
   recording.log_path_ = *log ? (*log)->path() : names.log;
@@ -168,7 +168,7 @@ tl::expected<Recording, int> Recording::open(const RunArguments& arguments,
   return recording;
 }
 
-bool Recording::open_log(const LogHeader& header, const RunArguments& arguments) {
+bool DiveRecording::open_log(const LogHeader& header, const RunArguments& arguments) {
   LogOptions options;
   options.when_full = when_full(arguments);
   options.is_optional = arguments.resume;
@@ -185,18 +185,18 @@ bool Recording::open_log(const LogHeader& header, const RunArguments& arguments)
   return true;
 }
 
-void Recording::keep(const Executive& executive, const StepOutputs& outputs) {
+void DiveRecording::keep(const Executive& executive, const StepOutputs& outputs) {
   journal_->keep(executive, outputs);
 }
 
-void Recording::write(const StepInputs& inputs, const StepOutputs& outputs,
-                      const std::optional<TruthRecord>& truth) {
+void DiveRecording::write(const StepInputs& inputs, const StepOutputs& outputs,
+                          const std::optional<TruthRecord>& truth) {
   if (log_file_) log_file_->keep();
   if (journal_file_) journal_file_->keep();
   if (log_) log_->write(inputs, outputs, truth);
 }
 
-void Recording::close() {
+void DiveRecording::close() {
   if (!journal_->close()) {
     complain(fmt::format("{}: the journal is not complete (disk full?)", journal_path_));
   }

@@ -20,13 +20,13 @@ namespace dive::mission {
                                        const TickContacts& contacts);
 
 /// Log and journal of a dive.
-class Recording {
+class DiveRecording {
  public:
   /// Opens both; with `--resume` continues from the journal. A log that is not named, and every log
   /// of a dive that is resumed, gets the next free number. Prints an error and returns the exit
   /// status if they cannot be opened.
-  [[nodiscard]] static tl::expected<Recording, int> open(const RunArguments& arguments,
-                                                         const LoadedMission& loaded);
+  [[nodiscard]] static tl::expected<DiveRecording, int> open(const RunArguments& arguments,
+                                                             const LoadedMission& loaded);
 
   /// Seed of the dive: the journal's if it is resumed.
   [[nodiscard]] std::uint64_t seed() const { return seed_; }

@@ -151,7 +151,7 @@ int simulate(const RunArguments& arguments, const LoadedMission& loaded, DiveSet
   if (!settings.cameras) return kExitUsage;
   tl::expected<Result, int> svg = open_result(arguments.svg, arguments.force);
   if (!svg) return svg.error();
-  tl::expected<Recording, int> recording = Recording::open(arguments, loaded);
+  tl::expected<DiveRecording, int> recording = DiveRecording::open(arguments, loaded);
   if (!recording) return recording.error();
   settings.seed = recording->seed();
   settings.resume = recording->resume();
@@ -277,7 +277,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
   // The key is read before log and journal are opened, so that these cannot take its file.
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kExecutive);
   if (!bus) return kExitUsage;
-  tl::expected<Recording, int> recording = Recording::open(arguments, loaded);
+  tl::expected<DiveRecording, int> recording = DiveRecording::open(arguments, loaded);
   if (!recording) return recording.error();
   LinkSettings settings = link_settings(arguments);
   settings.seed = recording->seed();

@@ -11,7 +11,7 @@
 namespace dive::mission {
 namespace {
 
-constexpr std::size_t kQueue = 64U << 10U;  // bytes
+constexpr std::size_t kQueueBytes = 64U << 10U;
 constexpr auto kLastMessage = std::chrono::seconds(1);
 
 }  // namespace
@@ -24,7 +24,7 @@ ServiceNotifier::ServiceNotifier() {
     period_ = std::min<std::chrono::steady_clock::duration>(
         period_, std::chrono::microseconds(watchdog_us / 2));
   }
-  output_.emplace(kQueue, WhenFull::kDrop, [](std::span<const std::uint8_t> message) {
+  output_.emplace(kQueueBytes, WhenFull::kDrop, [](std::span<const std::uint8_t> message) {
     sd_notify(0, std::string(message.begin(), message.end()).c_str());
   });
 }

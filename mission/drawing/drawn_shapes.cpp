@@ -44,7 +44,7 @@ std::vector<Vector3d> box(const Vector3d& size) {
   return points;
 }
 
-struct Points {
+struct HullPoints {
   const Eigen::AlignedBox3d& bounds;
   const Pose& X_WO;
 
@@ -93,7 +93,8 @@ DrawnMesh drawn_world(const planning::World& world, std::size_t max_triangles) {
   DrawnMesh drawn = drawn_meshes(world, max_triangles);
   const Eigen::AlignedBox3d bounds = world.bounds();
   for (const planning::Obstacle& obstacle : world.obstacles) {
-    const std::vector<Vector3d> points = std::visit(Points{bounds, obstacle.X_WO}, obstacle.shape);
+    const std::vector<Vector3d> points =
+        std::visit(HullPoints{bounds, obstacle.X_WO}, obstacle.shape);
     if (!points.empty()) drawn.append(obstacle.name, planning::Polytope{points}, obstacle.X_WO);
   }
   return drawn;

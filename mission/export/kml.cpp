@@ -7,7 +7,7 @@
 namespace dive::mission {
 namespace {
 
-std::string position(const GeoPoint& origin, const Eigen::Vector3d& p_W) {
+std::string coordinates(const GeoPoint& origin, const Eigen::Vector3d& p_W) {
   const GeoPoint point = to_geographic(origin, p_W.head<2>());
   return fmt::format("{:.9f},{:.9f},{:.4f}", point.longitude_deg, point.latitude_deg, p_W.z());
 }
@@ -34,7 +34,7 @@ std::string fence_of(const Exported& exported) {
   std::string ring;
   for (std::size_t i = 0; i <= exported.fence.size(); ++i) {
     const Eigen::Vector2d& p = exported.fence[i % exported.fence.size()];
-    ring += position(*exported.origin, {p.x(), p.y(), 0.0}) + " ";
+    ring += coordinates(*exported.origin, {p.x(), p.y(), 0.0}) + " ";
   }
   return placemark("geofence", "", "",
                    "<Polygon><outerBoundaryIs><LinearRing><coordinates>" + ring +
@@ -51,11 +51,11 @@ std::string to_kml(const Exported& exported) {
   for (const ExportedPlace& place : exported.places) {
     text += placemark(place.name, fmt::format("{}, {:.1f} m deep", place.kind, -place.p_W.z()), "",
                       "<Point><altitudeMode>absolute</altitudeMode><coordinates>" +
-                          position(*exported.origin, place.p_W) + "</coordinates></Point>");
+                          coordinates(*exported.origin, place.p_W) + "</coordinates></Point>");
   }
   for (const ColouredLine& line : lines_of(exported)) {
     std::string points;
-    for (const Eigen::Vector3d& p : line.points_W) points += position(*exported.origin, p) + " ";
+    for (const Eigen::Vector3d& p : line.points_W) points += coordinates(*exported.origin, p) + " ";
     text += placemark(line.name, "", line_style(line.colour),
                       "<LineString><altitudeMode>absolute</altitudeMode><coordinates>" + points +
                           "</coordinates></LineString>");

@@ -20,7 +20,7 @@ constexpr const char* kVehicle = "vehicle";
 constexpr int kInfo = 2;
 constexpr int kWarning = 3;
 
-std::string quoted(const std::string& text) {
+std::string json_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -122,8 +122,8 @@ class DiveWriter {
     add("clearance_m", sample.clearance_m);
     add("cross_track_m", sample.cross_track_m);
     put(Topic::kStatus, sample.t_s,
-        json + fmt::format("\"state\":{},\"goal\":{},\"rung\":{}}}", quoted(sample.state),
-                           quoted(sample.goal), quoted(sample.rung)));
+        json + fmt::format("\"state\":{},\"goal\":{},\"rung\":{}}}", json_text(sample.state),
+                           json_text(sample.goal), json_text(sample.rung)));
   }
 
   void path(const ExportedPath& path) {
@@ -140,7 +140,7 @@ class DiveWriter {
     put(Topic::kEvents, event.t_s,
         fmt::format(
             "{{{},\"level\":{},\"message\":{},\"name\":\"executive\",\"file\":\"\",\"line\":0}}",
-            stamp(event.t_s), event.is_failsafe ? kWarning : kInfo, quoted(event.text)));
+            stamp(event.t_s), event.is_failsafe ? kWarning : kInfo, json_text(event.text)));
   }
 
   // Once: an entity whose lifetime is 0 stays.

@@ -1,16 +1,14 @@
 #include "mission/export/mcap_writer.h"
 
 #include <algorithm>
-#include <bit>
 
 #include <zlib.h>
 
 #include "common/assert.h"
+#include "mission/export/little_endian.h"
 
 namespace dive::mission {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 1U << 20U;
@@ -27,11 +25,6 @@ constexpr std::uint8_t kChunkIndex = 0x08;
 constexpr std::uint8_t kStatistics = 0x0B;
 constexpr std::uint8_t kSummaryOffset = 0x0E;
 constexpr std::uint8_t kDataEnd = 0x0F;
-
-template <class T>
-void put(std::string& to, T value) {
-  to.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 void put_text(std::string& to, std::string_view text) {
   put(to, static_cast<std::uint32_t>(text.size()));

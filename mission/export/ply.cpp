@@ -1,20 +1,13 @@
-#include <bit>
 #include <cstdint>
 
 #include <fmt/format.h>
 
 #include "mission/export/export_format.h"
+#include "mission/export/little_endian.h"
 #include "mission/export/mesh_lines.h"
 
 namespace dive::mission {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
-
-template <class T>
-void put(std::string& to, const T& value) {
-  to.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 void put_vertex(std::string& to, const Eigen::Vector3f& p, const Colour& colour) {
   for (const float coordinate : p) put(to, coordinate);

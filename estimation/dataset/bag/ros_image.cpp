@@ -8,13 +8,13 @@
 #include "estimation/dataset/bag/ros_message.h"
 #include "estimation/dataset/gray_jpeg.h"
 #include "estimation/dataset/gray_png.h"
+#include "estimation/dataset/image_side.h"
 
 namespace dive::estimation {
 namespace {
 
 using Failure = tl::unexpected<std::string>;
 
-constexpr std::uint32_t kMaxSide_px = 20'000;
 constexpr const char* kCompressed = "sensor_msgs/CompressedImage";
 
 // How the pixels of an encoding become grey.
