@@ -10,59 +10,56 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::own_folder;
 using testing::Ran;
+using testing::run_here;
 
 const std::string kQuay = "'" DIVE_SOURCE_DIR "/test/mission/collision/quay.xml'";
 
-Ran dive(const std::string& arguments) {
-  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  return testing::run_dive(arguments, test.name());
-}
+Json object_of(const Ran& ran) { return Json::parse(ran.out); }
 
-json object_of(const Ran& ran) { return json::parse(ran.out); }
-
-std::vector<json> diagnostics_of(const json& check, const std::string& code) {
-  std::vector<json> found;
-  for (const json& diagnostic : check.at("diagnostics")) {
+std::vector<Json> diagnostics_of(const Json& check, const std::string& code) {
+  std::vector<Json> found;
+  for (const Json& diagnostic : check.at("diagnostics")) {
     if (diagnostic.at("code") == code) found.push_back(diagnostic);
   }
   return found;
 }
 
 // The report of the command in a hint, run as written.
-json hinted_run(const json& diagnostic) {
+Json hinted_run(const Json& diagnostic) {
   const std::string hint = diagnostic.at("hint");
   const std::string before = "reproduce it with: dive ";
   EXPECT_THAT(hint, ::testing::StartsWith(before));
-  return object_of(dive(hint.substr(before.size()) + " --json --force --log again.lcmlog"));
+  return object_of(run_here(hint.substr(before.size()) + " --json --force --log again.lcmlog"));
 }
 
 TEST(Collision, IsLocatedByRunAndByItsLog) {
-  const Ran ran = dive("run " + kQuay + " --seed 2 --set current_y=0.15 --log a.lcmlog --json");
+  const Ran ran = run_here("run " + kQuay + " --seed 2 --set current_y=0.15 --log a.lcmlog --json");
   EXPECT_EQ(ran.status, 1) << ran.err;
-  const json result = object_of(ran);
+  const Json result = object_of(ran);
   EXPECT_EQ(result.at("outcome"), "failure");
-  const json list = result.at("collision_list");
+  const Json list = result.at("collision_list");
   ASSERT_EQ(list.size(), result.at("collisions"));
   ASSERT_FALSE(list.empty());
-  const json& first = list.at(0);
+  const Json& first = list.at(0);
   EXPECT_EQ(first.at("obstacle"), "harbour/ground/quay");
   // The quay is at y = 1.4; no part of the hull is more than 0.45 m from the vehicle's origin.
   EXPECT_GT(first.at("y").get<double>(), 1.4 - 0.45);
   EXPECT_LT(first.at("y").get<double>(), 1.4);
   EXPECT_GT(first.at("t").get<double>(), 3.0);
   EXPECT_LT(first.at("t").get<double>(), result.at("duration_s").get<double>());
-  const json& estimated = first.at("estimated");
+  const Json& estimated = first.at("estimated");
   const double error = std::hypot(first.at("x").get<double>() - estimated.at("x").get<double>(),
                                   first.at("y").get<double>() - estimated.at("y").get<double>());
   EXPECT_NEAR(first.at("error_m").get<double>(), error, 1e-12);
@@ -72,20 +69,19 @@ TEST(Collision, IsLocatedByRunAndByItsLog) {
   EXPECT_EQ(result.at("nearest").at("t"), first.at("t"));
   EXPECT_THAT(result.at("cause").get<std::string>(), HasSubstr("with 'harbour/ground/quay' at "));
 
-  const json explained = object_of(dive("explain a.lcmlog --json"));
+  const Json explained = object_of(run_here("explain a.lcmlog --json"));
   EXPECT_EQ(explained.at("collision_list"), list);
-  EXPECT_THAT(dive("explain a.lcmlog").out, HasSubstr("collision with 'harbour/ground/quay' at "));
-  EXPECT_EQ(dive("replay a.lcmlog").status, 0);
+  EXPECT_THAT(run_here("explain a.lcmlog").out,
+              HasSubstr("collision with 'harbour/ground/quay' at "));
+  EXPECT_EQ(run_here("replay a.lcmlog").status, 0);
 }
 
 TEST(Collision, IsMarkedInTheDrawingAndNamedInTheText) {
-  const Ran ran = dive("run " + kQuay + " --seed 2 --set current_y=0.15 --svg a.svg");
+  const Ran ran = run_here("run " + kQuay + " --seed 2 --set current_y=0.15 --svg a.svg");
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("  collision with 'harbour/ground/quay' at "));
   EXPECT_THAT(ran.out, HasSubstr("nearest approach: 0.00 m from 'harbour/ground/quay'"));
-  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / test.name();
-  const std::string svg = testing::content_of(folder / "a.svg");
+  const std::string svg = testing::content_of(own_folder() / "a.svg");
   EXPECT_THAT(svg, HasSubstr(">harbour/ground/quay, "));
 }
 
@@ -95,15 +91,15 @@ TEST(Collision, IsReproducedByTheHintOfCheck) {
   fs::create_directories(folder);
   fs::copy(fs::path(DIVE_SOURCE_DIR) / "test/mission/collision", folder,
            fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-  const Ran ran = dive("check --dives 1 \"" + (folder / "quay.xml").string() +
-                       "\" --json --seed 5 --set current_y=0.15 --set depth_noise_m=0.013");
+  const Ran ran = run_here("check --dives 1 \"" + (folder / "quay.xml").string() +
+                           "\" --json --seed 5 --set current_y=0.15 --set depth_noise_m=0.013");
   EXPECT_EQ(ran.status, 1) << ran.err;
-  const json check = object_of(ran);
-  const std::vector<json> found = diagnostics_of(check, "CHK-DIVE");
+  const Json check = object_of(ran);
+  const std::vector<Json> found = diagnostics_of(check, "CHK-DIVE");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0].at("message").get<std::string>(), HasSubstr("'harbour/ground/quay' at "));
   EXPECT_TRUE(diagnostics_of(check, "CHK-DIVE-CLEARANCE").empty()) << "the error says it";
-  const json again = hinted_run(found[0]);
+  const Json again = hinted_run(found[0]);
   ASSERT_FALSE(check.at("dive").at("collision_list").empty());
   EXPECT_EQ(again.at("collision_list"), check.at("dive").at("collision_list"));
   EXPECT_EQ(again.at("transitions"), check.at("dive").at("transitions"));
@@ -111,20 +107,20 @@ TEST(Collision, IsReproducedByTheHintOfCheck) {
 }
 
 TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
-  const Ran ran = dive("check --dives 1 " + kQuay + " --json --set current_y=0.045");
+  const Ran ran = run_here("check --dives 1 " + kQuay + " --json --set current_y=0.045");
   EXPECT_EQ(ran.status, 0) << ran.err;
-  const json check = object_of(ran);
-  const std::vector<json> found = diagnostics_of(check, "CHK-DIVE-CLEARANCE");
+  const Json check = object_of(ran);
+  const std::vector<Json> found = diagnostics_of(check, "CHK-DIVE-CLEARANCE");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].at("severity"), "warning");
-  const json& nearest = check.at("dive").at("nearest");
+  const Json& nearest = check.at("dive").at("nearest");
   EXPECT_EQ(nearest.at("obstacle"), "harbour/ground/quay");
   EXPECT_LT(check.at("dive").at("min_clearance_m").get<double>(), 0.4);
   EXPECT_THAT(found[0].at("message").get<std::string>(),
               ::testing::AllOf(HasSubstr("'harbour/ground/quay' at "), HasSubstr("(0.8 m)")));
   EXPECT_EQ(hinted_run(found[0]).at("nearest"), nearest);
 
-  const Ran calm = dive("check --dives 1 " + kQuay);
+  const Ran calm = run_here("check --dives 1 " + kQuay);
   EXPECT_EQ(calm.status, 0) << calm.err;
   EXPECT_THAT(calm.err, Not(HasSubstr("CHK-DIVE-CLEARANCE")));
   EXPECT_THAT(calm.out, HasSubstr("nearest approach: "));
@@ -133,22 +129,22 @@ TEST(Collision, ThatWasNearIsAWarningWithItsPlace) {
 // A fault that keeps the vehicle in the current for longer than in the nominal dive.
 TEST(Collision, AfterAFaultIsReproducedByTheHintOfCheck) {
   const Ran ran =
-      dive("check --dives 1 " + kQuay + " --faults --json --seed 3 --set current_y=0.03");
+      run_here("check --dives 1 " + kQuay + " --faults --json --seed 3 --set current_y=0.03");
   EXPECT_EQ(ran.status, 1) << ran.err;
-  const json check = object_of(ran);
-  std::map<std::string, json> lists;  // indexed by NAME@SECONDS
-  for (const json& fault : check.at("faults")) {
-    const json& injected = fault.at("injected").at(0);
+  const Json check = object_of(ran);
+  std::map<std::string, Json> lists;  // indexed by NAME@SECONDS
+  for (const Json& fault : check.at("faults")) {
+    const Json& injected = fault.at("injected").at(0);
     const std::string name =
         injected.at("fault").get<std::string>() + "@" + injected.at("t").dump();
     if (!fault.at("safe")) lists[name] = fault.at("collision_list");
   }
-  const std::vector<json> found = diagnostics_of(check, "CHK-FAULT");
+  const std::vector<Json> found = diagnostics_of(check, "CHK-FAULT");
   ASSERT_FALSE(found.empty());
   ASSERT_EQ(found.size(), lists.size());
   for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 2); ++i) {
     const std::string hint = found[i].at("hint");
-    const json& list = lists[hint.substr(hint.rfind(' ') + 1)];
+    const Json& list = lists[hint.substr(hint.rfind(' ') + 1)];
     ASSERT_FALSE(list.empty()) << hint;
     EXPECT_THAT(found[i].at("message").get<std::string>(), HasSubstr("'harbour/ground/quay' at "));
     EXPECT_EQ(hinted_run(found[i]).at("collision_list"), list) << found[i];

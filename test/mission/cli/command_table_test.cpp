@@ -13,29 +13,19 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using Json = nlohmann::json;
 using testing::content_of;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::own_folder;
 using testing::Ran;
-
-std::string place() {
-  return fmt::format("table-{}", ::testing::UnitTest::GetInstance()->current_test_info()->name());
-}
-
-fs::path folder() {
-  fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place();
-  fs::create_directories(path);
-  return path;
-}
-
-Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
+using testing::run_here;
 
 std::set<std::string> all_matches(const std::string& text, const std::regex& pattern) {
   std::set<std::string> found;
@@ -47,18 +37,18 @@ std::set<std::string> all_matches(const std::string& text, const std::regex& pat
 }
 
 std::set<std::string> commands() {
-  const std::string help = dive("--help").out;
+  const std::string help = run_here("--help").out;
   return all_matches(help.substr(help.find("Subcommands:")), std::regex("\n  ([a-z]+) "));
 }
 
 std::set<std::string> options_of(const std::string& command) {
-  const std::string help = dive(command + " --help").out;
+  const std::string help = run_here(command + " --help").out;
   return all_matches(help.substr(help.find("Options:")), std::regex("\n  (?:-h,)?(--[a-z-]+)"));
 }
 
 std::string share() {
-  EXPECT_EQ(dive("generate share --force").status, 0);
-  return (folder() / "share").string();
+  EXPECT_EQ(run_here("generate share --force").status, 0);
+  return (own_folder() / "share").string();
 }
 
 TEST(CommandTable, EveryCommandHasJson) {
@@ -90,14 +80,14 @@ std::set<std::string> completed_by_bash(const std::string& share, const std::str
       "source '{}/bash-completion/completions/dive'; COMP_WORDS=({}); "
       "COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _dive; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
       share, words);
-  const std::string file = (folder() / "try.sh").string();
+  const std::string file = (own_folder() / "try.sh").string();
   std::FILE* out = std::fopen(file.c_str(), "w");
   std::fputs(script.c_str(), out);
   std::fclose(out);
   const std::string command =
-      fmt::format("cd '{}' && bash '{}' >bash.txt 2>&1", folder().string(), file);
-  EXPECT_EQ(std::system(command.c_str()), 0) << content_of(folder() / "bash.txt");
-  const std::string printed = "\n" + content_of(folder() / "bash.txt");
+      fmt::format("cd '{}' && bash '{}' >bash.txt 2>&1", own_folder().string(), file);
+  EXPECT_EQ(std::system(command.c_str()), 0) << content_of(own_folder() / "bash.txt");
+  const std::string printed = "\n" + content_of(own_folder() / "bash.txt");
   return all_matches(printed, std::regex("\n([^\n]+)"));
 }
 
@@ -138,14 +128,14 @@ TEST(CommandTable, ZshReadsItsCompletionAndFindsEveryOption) {
 }
 
 TEST(CommandTable, GenerateIsForPackagesAndOverwritesNothing) {
-  EXPECT_THAT(dive("--help").out, Not(HasSubstr("generate")));
+  EXPECT_THAT(run_here("--help").out, Not(HasSubstr("generate")));
   share();
-  const Ran again = dive("generate share");
+  const Ran again = run_here("generate share");
   EXPECT_EQ(again.status, 2);
   EXPECT_THAT(again.err, HasSubstr("--force"));
-  const Ran unwritable = dive("generate /dev/null/share");
+  const Ran unwritable = run_here("generate /dev/null/share");
   EXPECT_EQ(unwritable.status, 2) << unwritable.err;
-  const json files = json::parse(dive("generate share --force --json").out).at("files");
+  const Json files = Json::parse(run_here("generate share --force --json").out).at("files");
   EXPECT_EQ(files.size(), commands().size() + 4);
 }
 
@@ -175,7 +165,7 @@ TEST(UsageError, SuggestsWhatWasMeant) {
       {"", "which command?"},
   };
   for (const Mistake& mistake : mistakes) {
-    const Ran ran = dive(mistake.words);
+    const Ran ran = run_here(mistake.words);
     EXPECT_EQ(ran.status, 2) << mistake.words;
     EXPECT_THAT(ran.err, HasSubstr(mistake.answer)) << mistake.words;
     EXPECT_EQ(ran.out, "") << mistake.words;
@@ -184,18 +174,18 @@ TEST(UsageError, SuggestsWhatWasMeant) {
 
 TEST(Graph, PrintsJson) {
   const std::string mission = "'" DIVE_SOURCE_DIR "/missions/window.xml'";
-  const json printed = json::parse(dive("graph --json " + mission).out);
+  const Json printed = Json::parse(run_here("graph --json " + mission).out);
   EXPECT_EQ(printed.at("format"), "dot");
-  EXPECT_EQ(printed.at("text").get<std::string>(), dive("graph " + mission).out);
-  const json written =
-      json::parse(dive("graph --json --format scxml --output m.scxml --force " + mission).out);
+  EXPECT_EQ(printed.at("text").get<std::string>(), run_here("graph " + mission).out);
+  const Json written =
+      Json::parse(run_here("graph --json --format scxml --output m.scxml --force " + mission).out);
   EXPECT_EQ(written.at("output"), "m.scxml");
-  EXPECT_THAT(content_of(folder() / "m.scxml"), HasSubstr("<scxml"));
+  EXPECT_THAT(content_of(own_folder() / "m.scxml"), HasSubstr("<scxml"));
 }
 
 TEST(Key, PrintsJson) {
-  fs::remove(folder() / "dive.key");
-  EXPECT_EQ(json::parse(dive("key dive.key --json").out).at("key"), "dive.key");
+  fs::remove(own_folder() / "dive.key");
+  EXPECT_EQ(Json::parse(run_here("key dive.key --json").out).at("key"), "dive.key");
 }
 
 class NewMission : public ::testing::TestWithParam<const char*> {};
@@ -203,14 +193,14 @@ class NewMission : public ::testing::TestWithParam<const char*> {};
 TEST_P(NewMission, PassesTheCheck) {
   const std::string kind = GetParam();
   const std::string file = "my-" + kind + "_1.xml";
-  const Ran made = dive("new " + kind + " " + file + " --force --json");
+  const Ran made = run_here("new " + kind + " " + file + " --force --json");
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_EQ(json::parse(made.out).at("map"), "my-" + kind + "_1.sdf");
-  EXPECT_THAT(content_of(folder() / file), HasSubstr("id=\"my-" + kind + "_1\""));
-  EXPECT_THAT(content_of(folder() / file), Not(HasSubstr("@NAME@")));
-  const Ran checked = dive("check --dives 4 --json " + file);
+  EXPECT_EQ(Json::parse(made.out).at("map"), "my-" + kind + "_1.sdf");
+  EXPECT_THAT(content_of(own_folder() / file), HasSubstr("id=\"my-" + kind + "_1\""));
+  EXPECT_THAT(content_of(own_folder() / file), Not(HasSubstr("@NAME@")));
+  const Ran checked = run_here("check --dives 4 --json " + file);
   EXPECT_EQ(checked.status, 0) << checked.err;
-  const json report = json::parse(checked.out);
+  const Json report = Json::parse(checked.out);
   EXPECT_EQ(report.at("dives").at("successes"), 4);
   EXPECT_TRUE(report.at("diagnostics").empty()) << report.at("diagnostics");
 }
@@ -219,22 +209,22 @@ INSTANTIATE_TEST_SUITE_P(Of, NewMission, ::testing::Values("transect", "penetrat
                          [](const auto& each) { return std::string(each.param); });
 
 TEST(NewMissionFile, IsNamedByItsFileAndOverwritesNothing) {
-  EXPECT_EQ(dive("new goals 'my mission.xml'").status, 2);
-  EXPECT_EQ(dive("new goals 1st.xml").status, 2);
-  EXPECT_THAT(dive("new goals survey.txt").err, HasSubstr("a mission file is NAME.xml"));
+  EXPECT_EQ(run_here("new goals 'my mission.xml'").status, 2);
+  EXPECT_EQ(run_here("new goals 1st.xml").status, 2);
+  EXPECT_THAT(run_here("new goals survey.txt").err, HasSubstr("a mission file is NAME.xml"));
   for (const char* name : {"2nd", "a.b", "'q\"'", "'a&b'"}) {
-    const Ran ran = dive(fmt::format("new goals {}.xml", name));
+    const Ran ran = run_here(fmt::format("new goals {}.xml", name));
     EXPECT_EQ(ran.status, 2) << name;
     EXPECT_THAT(ran.err, HasSubstr("a mission file is NAME.xml")) << name;
   }
-  ASSERT_EQ(dive("new goals --force").status, 0);
-  fs::remove(folder() / "goals.xml");
-  const std::string map = content_of(folder() / "goals.sdf");
-  const Ran refused = dive("new transect goals.xml");
+  ASSERT_EQ(run_here("new goals --force").status, 0);
+  fs::remove(own_folder() / "goals.xml");
+  const std::string map = content_of(own_folder() / "goals.sdf");
+  const Ran refused = run_here("new transect goals.xml");
   EXPECT_EQ(refused.status, 2);
   EXPECT_THAT(refused.err, HasSubstr("goals.sdf"));
-  EXPECT_EQ(content_of(folder() / "goals.sdf"), map);
-  EXPECT_FALSE(fs::exists(folder() / "goals.xml")) << "what is refused leaves nothing";
+  EXPECT_EQ(content_of(own_folder() / "goals.sdf"), map);
+  EXPECT_FALSE(fs::exists(own_folder() / "goals.xml")) << "what is refused leaves nothing";
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -20,51 +20,48 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
+using testing::own_folder;
 using testing::Ran;
-
-// Runs `dive ARGUMENTS` in a separate folder for each test.
-Ran dive(const std::string& arguments, const std::string& setup = {}) {
-  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  return testing::run_dive(arguments, test.name(), setup);
-}
+using testing::run_here;
 
 const std::string kWindow = std::string("'") + DIVE_SOURCE_DIR + "/missions/window.xml'";
 const std::string kMap = std::string("'") + DIVE_SOURCE_DIR + "/missions/maps/window.sdf'";
 
 TEST(Command, HelpShowsExamplesFirst) {
-  EXPECT_THAT(dive("--help").out, StartsWith("Examples:"));
+  EXPECT_THAT(run_here("--help").out, StartsWith("Examples:"));
   for (const char* command : {"check", "plan", "run", "replay"}) {
-    const Ran ran = dive(std::string(command) + " --help");
+    const Ran ran = run_here(std::string(command) + " --help");
     EXPECT_EQ(ran.status, 0);
     EXPECT_THAT(ran.out, StartsWith(std::string("Examples:\n  dive ") + command));
   }
-  EXPECT_THAT(dive("--version").out, StartsWith("dive 0."));
+  EXPECT_THAT(run_here("--version").out, StartsWith("dive 0."));
 }
 
 TEST(Command, WrongUsageIsTwoWithAHint) {
-  EXPECT_EQ(dive("").status, 2);
-  const Ran misspelt = dive("chekc missions/window.xml");
+  EXPECT_EQ(run_here("").status, 2);
+  const Ran misspelt = run_here("chekc missions/window.xml");
   EXPECT_EQ(misspelt.status, 2);
   EXPECT_THAT(misspelt.err, HasSubstr("did you mean 'check'?"));
   EXPECT_EQ(misspelt.out, "");
-  EXPECT_THAT(dive("run --sede 4 " + kWindow).err, HasSubstr("did you mean '--seed'?"));
-  EXPECT_EQ(dive("run").status, 2);
-  EXPECT_EQ(dive("check").status, 2);
-  EXPECT_EQ(dive("run --seed minus " + kWindow).status, 2);
-  EXPECT_THAT(dive("run --set curent_x=1 " + kWindow).err, HasSubstr("did you mean 'current_x'?"));
-  EXPECT_EQ(dive("run --set current_x=fast " + kWindow).status, 2);
-  EXPECT_EQ(dive("plan --map " + kMap).status, 2);
-  EXPECT_THAT(dive("plan --map " + kMap + " --start 1,2 --goal 1,2,3").err,
+  EXPECT_THAT(run_here("run --sede 4 " + kWindow).err, HasSubstr("did you mean '--seed'?"));
+  EXPECT_EQ(run_here("run").status, 2);
+  EXPECT_EQ(run_here("check").status, 2);
+  EXPECT_EQ(run_here("run --seed minus " + kWindow).status, 2);
+  EXPECT_THAT(run_here("run --set curent_x=1 " + kWindow).err,
+              HasSubstr("did you mean 'current_x'?"));
+  EXPECT_EQ(run_here("run --set current_x=fast " + kWindow).status, 2);
+  EXPECT_EQ(run_here("plan --map " + kMap).status, 2);
+  EXPECT_THAT(run_here("plan --map " + kMap + " --start 1,2 --goal 1,2,3").err,
               HasSubstr("expected x,y,z"));
 }
 
 TEST(Command, WaterIsOneThatThereIsAndOfTheSimulator) {
   const std::string by_sight =
       std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
-  const Ran linked = dive("run --lcm memq:// --simulated-water green_lake" + by_sight);
+  const Ran linked = run_here("run --lcm memq:// --simulated-water green_lake" + by_sight);
   EXPECT_EQ(linked.status, 2);
   EXPECT_THAT(linked.err, HasSubstr("with --lcm give those to dive sim"));
-  const Ran muddy = dive("run --simulated-water green_lakes" + by_sight);
+  const Ran muddy = run_here("run --simulated-water green_lakes" + by_sight);
   EXPECT_EQ(muddy.status, 2);
   EXPECT_THAT(muddy.err, HasSubstr("did you mean 'green_lake'?"));
 }
@@ -78,20 +75,20 @@ TEST(Command, CamerasAreForMissionsWithVision) {
         {"run --lcm memq://" + by_sight, "give --cameras DIR"},
         {linked + kWindow, "its estimator is primitive"},
         {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
-    const Ran ran = dive(line);
+    const Ran ran = run_here(line);
     EXPECT_EQ(ran.status, 2) << line;
     EXPECT_THAT(ran.err, HasSubstr(words)) << line;
   }
 }
 
 TEST(Command, TheCalibrationOfSimulatedCamerasIsWrittenOnceThereAreCameras) {
-  const Ran blind = dive("sim --write-calibration cameras " + kWindow);
+  const Ran blind = run_here("sim --write-calibration cameras " + kWindow);
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr("no cameras to calibrate"));
   const Ran written =
-      dive("sim --write-calibration cameras --simulated-water green_lake " + kWindow);
+      run_here("sim --write-calibration cameras --simulated-water green_lake " + kWindow);
   EXPECT_EQ(written.status, 0) << written.err;
-  const Ran unwritable = dive(
+  const Ran unwritable = run_here(
       "sim --write-calibration cameras/imu0/sensor.yaml --simulated-water green_lake " + kWindow);
   EXPECT_EQ(unwritable.status, 2);
   EXPECT_THAT(unwritable.err, HasSubstr("sensor.yaml"));
@@ -99,13 +96,13 @@ TEST(Command, TheCalibrationOfSimulatedCamerasIsWrittenOnceThereAreCameras) {
 
 TEST(Command, UnreadableFilesAreTwo) {
   for (const char* command : {"check", "run", "plan", "replay"}) {
-    const Ran ran = dive(std::string(command) + " nowhere.xml");
+    const Ran ran = run_here(std::string(command) + " nowhere.xml");
     EXPECT_EQ(ran.status, 2) << command;
     EXPECT_THAT(ran.err, HasSubstr("nowhere.xml")) << command;
     EXPECT_THAT(ran.err, HasSubstr("no such file")) << command;
   }
-  EXPECT_EQ(dive("replay " + kWindow).status, 2) << "not a log";
-  EXPECT_EQ(dive("run --log out.txt/a.lcmlog " + kWindow).status, 2);
+  EXPECT_EQ(run_here("replay " + kWindow).status, 2) << "not a log";
+  EXPECT_EQ(run_here("run --log out.txt/a.lcmlog " + kWindow).status, 2);
 }
 
 TEST(Command, ErrorsAreOfTheKindThatTheFileIs) {
@@ -130,14 +127,14 @@ TEST(Command, ErrorsAreOfTheKindThatTheFileIs) {
            {broken_map, "plan --map m.sdf" + poses, "MAP-VERSION"},
            {"", "check " + kMap, "this is a map: a mission names it"},
            {"", "test " + kWindow, "this is a mission: dive check, plan and run read it"}}) {
-    const Ran ran = dive(wrong.arguments, wrong.setup);
+    const Ran ran = run_here(wrong.arguments, wrong.setup);
     EXPECT_EQ(ran.status, 2) << wrong.arguments;
     EXPECT_THAT(ran.err, HasSubstr(wrong.says)) << wrong.arguments;
   }
 }
 
 TEST(Command, CheckPrintsOkWithTheKeysScriptsRelyOn) {
-  const Ran ran = dive("check --static --json " + kWindow);
+  const Ran ran = run_here("check --static --json " + kWindow);
   EXPECT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_TRUE(json.at("ok").get<bool>());
@@ -156,7 +153,7 @@ TEST(Command, PlanIsTheSameForTheSameSeed) {
       "plan --json --attitude horizontal --clearance 1 --start -1,-2,-4 "
       "--goal 9.8,-2,-4.6 --svg plan.svg --force --map " +
       kMap;
-  const Ran ran = dive(arguments);
+  const Ran ran = run_here(arguments);
   EXPECT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("status"), "success");
@@ -165,7 +162,7 @@ TEST(Command, PlanIsTheSameForTheSameSeed) {
   for (const char* stage : {"optimise", "warm_start", "certify"}) {
     EXPECT_GT(json.at("stages_ms").at(stage).get<double>(), 0.0);
   }
-  EXPECT_EQ(nlohmann::json::parse(dive(arguments).out).at("waypoints"), json.at("waypoints"));
+  EXPECT_EQ(nlohmann::json::parse(run_here(arguments).out).at("waypoints"), json.at("waypoints"));
 }
 
 // A start beside the wreck: the plan is not a success, reports the position, and is used only if
@@ -174,7 +171,7 @@ TEST(Command, PlanOutOfANarrowStartIsReduced) {
   const std::string arguments =
       "plan --start 5.8,0.3,-5.8,0,0,90 --goal 9,-3,-3 --clearance 0.6 --map '" +
       std::string(DIVE_SOURCE_DIR) + "/missions/maps/wreck.sdf'";
-  const Ran refused = dive(arguments + " --json");
+  const Ran refused = run_here(arguments + " --json");
   EXPECT_EQ(refused.status, 1) << refused.err;
   const auto json = nlohmann::json::parse(refused.out);
   EXPECT_EQ(json.at("status"), "reduced");
@@ -192,14 +189,14 @@ TEST(Command, PlanOutOfANarrowStartIsReduced) {
   EXPECT_FALSE(reduced.at("obstacle").get<std::string>().empty());
   EXPECT_FALSE(reduced.at("accepted").get<bool>());
 
-  const Ran allowed = dive(arguments + " --allow-reduced --json");
+  const Ran allowed = run_here(arguments + " --allow-reduced --json");
   EXPECT_EQ(allowed.status, 0);
   const auto used = nlohmann::json::parse(allowed.out);
   EXPECT_EQ(used.at("status"), "reduced");
   EXPECT_TRUE(used.at("reduced").at("accepted").get<bool>());
   EXPECT_EQ(used.at("waypoints"), json.at("waypoints"));
 
-  const Ran text = dive(arguments + " --svg reduced.svg");
+  const Ran text = run_here(arguments + " --svg reduced.svg");
   EXPECT_EQ(text.status, 1);
   EXPECT_THAT(text.out, HasSubstr("goal: reduced: "));
   EXPECT_THAT(text.out, HasSubstr("narrowest at "));
@@ -208,7 +205,7 @@ TEST(Command, PlanOutOfANarrowStartIsReduced) {
 
 TEST(Command, PlanRefusesAGoalInsideTheWall) {
   const Ran ran =
-      dive("plan --json --start -1,-2,-4 --goal 6.1,-2,-4.6 --clearance 1 --map " + kMap);
+      run_here("plan --json --start -1,-2,-4 --goal 6.1,-2,-4.6 --clearance 1 --map " + kMap);
   EXPECT_EQ(ran.status, 2);
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("status"), "invalid");
@@ -216,7 +213,7 @@ TEST(Command, PlanRefusesAGoalInsideTheWall) {
 }
 
 TEST(Command, RunThenReplay) {
-  const Ran ran = dive("run --json --seed 3 --log a.lcmlog --svg a.svg " + kWindow);
+  const Ran ran = run_here("run --json --seed 3 --log a.lcmlog --svg a.svg " + kWindow);
   EXPECT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("outcome"), "success");
@@ -229,7 +226,7 @@ TEST(Command, RunThenReplay) {
   for (const char* key : {"t", "from", "to", "event", "cause"}) {
     EXPECT_TRUE(json.at("transitions").at(0).contains(key)) << key;
   }
-  const Ran replayed = dive("replay --json a.lcmlog");
+  const Ran replayed = run_here("replay --json a.lcmlog");
   EXPECT_EQ(replayed.status, 0) << replayed.err;
   const auto report = nlohmann::json::parse(replayed.out);
   EXPECT_TRUE(report.at("identical").get<bool>());
@@ -238,9 +235,8 @@ TEST(Command, RunThenReplay) {
 }
 
 TEST(Command, ADamagedLogIsNotIdentical) {
-  ASSERT_EQ(dive("run --seed 3 --log a.lcmlog " + kWindow).status, 0);
-  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "dive-command" /
-                                     "ADamagedLogIsNotIdentical" / "a.lcmlog";
+  ASSERT_EQ(run_here("run --seed 3 --log a.lcmlog " + kWindow).status, 0);
+  const std::filesystem::path path = own_folder() / "a.lcmlog";
   const auto damage_at = [&](std::uintmax_t offset) {
     std::fstream log(path, std::ios::binary | std::ios::in | std::ios::out);
     log.seekg(static_cast<std::streamoff>(offset));
@@ -249,7 +245,7 @@ TEST(Command, ADamagedLogIsNotIdentical) {
   };
   const std::uintmax_t third = std::filesystem::file_size(path) / 3;
   damage_at(third);
-  const Ran replayed = dive("replay --json a.lcmlog");
+  const Ran replayed = run_here("replay --json a.lcmlog");
   EXPECT_EQ(replayed.status, 1);
   const auto report = nlohmann::json::parse(replayed.out);
   EXPECT_FALSE(report.at("identical").get<bool>());
@@ -261,26 +257,26 @@ TEST(Command, ADamagedLogIsNotIdentical) {
   EXPECT_LE(gap.at("offset").get<std::uintmax_t>(), third);
   EXPECT_GT(gap.at("offset").get<std::uintmax_t>() + gap.at("bytes").get<std::uintmax_t>(), third);
   EXPECT_LT(gap.at("bytes").get<std::uintmax_t>(), 10'000U);
-  const Ran in_words = dive("replay a.lcmlog");
+  const Ran in_words = run_here("replay a.lcmlog");
   EXPECT_EQ(in_words.status, 1);
   EXPECT_THAT(in_words.out, HasSubstr("DAMAGED"));
   EXPECT_THAT(in_words.out, HasSubstr("gap from"));
-  const Ran explained = dive("explain a.lcmlog");
+  const Ran explained = run_here("explain a.lcmlog");
   EXPECT_EQ(explained.status, 0);
   EXPECT_THAT(explained.out, HasSubstr("the log is damaged: nothing is known from"));
   EXPECT_THAT(explained.out, HasSubstr("surfaced")) << "what follows the gap is explained";
 
   damage_at(200);  // In the header.
-  const Ran headless = dive("replay --json a.lcmlog");
+  const Ran headless = run_here("replay --json a.lcmlog");
   EXPECT_EQ(headless.status, 1);
   EXPECT_EQ(nlohmann::json::parse(headless.out).at("gaps").size(), 2U);
   EXPECT_FALSE(nlohmann::json::parse(headless.out).at("identical").get<bool>());
-  EXPECT_EQ(dive("replay a.lcmlog --mission " + kWindow).status, 2);
-  EXPECT_EQ(nlohmann::json::parse(dive("explain --json a.lcmlog").out).at("gaps").size(), 2U);
+  EXPECT_EQ(run_here("replay a.lcmlog --mission " + kWindow).status, 2);
+  EXPECT_EQ(nlohmann::json::parse(run_here("explain --json a.lcmlog").out).at("gaps").size(), 2U);
 }
 
 TEST(Command, RunShowsWhereItIsAndEndsWithAVerdict) {
-  const Ran ran = dive("run --log a.lcmlog " + kWindow);
+  const Ran ran = run_here("run --log a.lcmlog " + kWindow);
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("in -> room_b"));
   EXPECT_THAT(ran.err, HasSubstr("depth"));
@@ -291,21 +287,22 @@ TEST(Command, RunShowsWhereItIsAndEndsWithAVerdict) {
 }
 
 TEST(Command, AnAbortedDiveIsOne) {
-  const Ran ran = dive("run --json --leak-at 20 --log a.lcmlog " + kWindow);
+  const Ran ran = run_here("run --json --leak-at 20 --log a.lcmlog " + kWindow);
   EXPECT_EQ(ran.status, 1);
   EXPECT_EQ(nlohmann::json::parse(ran.out).at("outcome"), "aborted");
-  EXPECT_EQ(dive("replay a.lcmlog").status, 0) << "an aborted dive replays as well";
+  EXPECT_EQ(run_here("replay a.lcmlog").status, 0) << "an aborted dive replays as well";
 }
 
 TEST(Command, AFullDiskLosesTheLogNotTheDive) {
   // A limit on file size simulates a full disk; its signal is ignored.
   // The journal, which is allocated before the dive, is smaller than the limit.
-  const Ran ran = dive("run --json --log a.lcmlog " + kWindow, "trap '' XFSZ; ulimit -f 4100; ");
+  const Ran ran =
+      run_here("run --json --log a.lcmlog " + kWindow, "trap '' XFSZ; ulimit -f 4100; ");
   EXPECT_EQ(ran.status, 0) << "the dive was one";
   EXPECT_EQ(nlohmann::json::parse(ran.out).at("final_state"), "surfaced");
   EXPECT_THAT(ran.err, HasSubstr("not complete"));
   EXPECT_THAT(ran.err, HasSubstr("File too large"));
-  const Ran replayed = dive("replay --json a.lcmlog");
+  const Ran replayed = run_here("replay --json a.lcmlog");
   EXPECT_EQ(replayed.status, 1);
   const auto report = nlohmann::json::parse(replayed.out);
   EXPECT_FALSE(report.at("identical").get<bool>()) << "the log must not look complete";
@@ -327,7 +324,7 @@ std::string box_map(const std::string& pose) {
 
 TEST(Command, PlanStatesTheExtentsOfMeshes) {
   const std::string poses = " --start -8,0,-5 --goal 8,0,-5";
-  const Ran ran = dive("plan --map map.sdf --json" + poses, box_map("0 0 -10 0 0 0"));
+  const Ran ran = run_here("plan --map map.sdf --json" + poses, box_map("0 0 -10 0 0 0"));
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, Not(HasSubstr("warning")));
   const auto meshes = nlohmann::json::parse(ran.out).at("meshes");
@@ -340,7 +337,7 @@ TEST(Command, PlanStatesTheExtentsOfMeshes) {
   EXPECT_EQ(meshes[0].at("bottom_z_m"), -11.0);
   EXPECT_NEAR(meshes[0].at("volume_m3").get<double>(), 24.0, 1e-9);
   EXPECT_EQ(meshes[0].at("closed"), true);
-  const Ran text = dive("plan --map map.sdf" + poses, box_map("0 0 -10 3.14159 0 0"));
+  const Ran text = run_here("plan --map map.sdf" + poses, box_map("0 0 -10 3.14159 0 0"));
   EXPECT_THAT(text.out, HasSubstr("m/l/c: 12 triangles, 4.00 x 3.00 x 2.00 m, z from -11.00 to "
                                   "-9.00 m, 24 m3"));
   EXPECT_THAT(text.err, HasSubstr("MAP-MESH-UPSIDE-DOWN"));
@@ -349,11 +346,12 @@ TEST(Command, PlanStatesTheExtentsOfMeshes) {
 TEST(Command, CheckStatesTheExtentsOfMeshes) {
   const std::string mission = std::string("sed 's#maps/window.sdf#map.sdf#' ") + kWindow +
                               " > mission.xml && " + box_map("0 0 -30 0 0 0");
-  const Ran ran = dive("check --static --json mission.xml", mission);
+  const Ran ran = run_here("check --static --json mission.xml", mission);
   const auto meshes = nlohmann::json::parse(ran.out).at("meshes");
   ASSERT_EQ(meshes.size(), 1U) << ran.out;
   EXPECT_EQ(meshes[0].at("top_z_m"), -29.0);
-  EXPECT_THAT(dive("check --static mission.xml", mission).out, HasSubstr("mesh   m/l/c: 12 tri"));
+  EXPECT_THAT(run_here("check --static mission.xml", mission).out,
+              HasSubstr("mesh   m/l/c: 12 tri"));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@
 
 #include "common/mathematics.h"
 #include "mission/record/log.h"
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -28,33 +28,31 @@ namespace {
 namespace fs = std::filesystem;
 using testing::content_of;
 using ::testing::HasSubstr;
+using testing::own_folder;
 using testing::Ran;
+using testing::run_here;
+using testing::shipped;
 
 // libm and libstdc++ then choose the code of an x86-64 CPU without these.
 const std::string kOldCpu = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F";
 
-std::string test_name() { return ::testing::UnitTest::GetInstance()->current_test_info()->name(); }
-fs::path file(const std::string& name) {
-  return fs::path(::testing::TempDir()) / "dive-command" / test_name() / name;
-}
-Ran dive(const std::string& arguments, const std::string& setup = {}) {
-  fs::remove(file("b.lcmlog"));
-  return testing::run_dive(arguments, test_name(), setup);
-}
-std::string mission(const std::string& name) {
-  return fmt::format("'{}/missions/{}.xml'", DIVE_SOURCE_DIR, name);
+/// Without the log of an earlier dive, b.lcmlog.
+Ran dive_anew(const std::string& arguments, const std::string& setup = {}) {
+  fs::remove(own_folder() / "b.lcmlog");
+  return run_here(arguments, setup);
 }
 
 TEST(AnyCpu, ADiveAndItsReplayAreTheSameWithoutOptionalInstructions) {
   for (const char* name : {"window", "penetration", "wreck", "orbit", "cluttered"}) {
     for (const char* log : {"a.lcmlog", "b.lcmlog"}) {
-      fs::remove(file(log));
-      fs::remove(file(std::string(log) + ".journal"));
+      fs::remove(own_folder() / log);
+      fs::remove(own_folder() / (std::string(log) + ".journal"));
     }
-    ASSERT_EQ(dive("run --log a.lcmlog " + mission(name)).status, 0) << name;
-    ASSERT_EQ(dive("run --log b.lcmlog " + mission(name), kOldCpu).status, 0) << name;
-    EXPECT_TRUE(content_of(file("a.lcmlog")) == content_of(file("b.lcmlog"))) << name;
-    EXPECT_EQ(dive("replay a.lcmlog", kOldCpu).status, 0) << name;
+    ASSERT_EQ(dive_anew("run --log a.lcmlog " + shipped(name)).status, 0) << name;
+    ASSERT_EQ(dive_anew("run --log b.lcmlog " + shipped(name), kOldCpu).status, 0) << name;
+    EXPECT_TRUE(content_of(own_folder() / "a.lcmlog") == content_of(own_folder() / "b.lcmlog"))
+        << name;
+    EXPECT_EQ(dive_anew("replay a.lcmlog", kOldCpu).status, 0) << name;
   }
 }
 
@@ -65,9 +63,9 @@ TEST(AnyCpu, AReplayIsIdenticalOnEmulatedCpus) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the address sanitizer does not run under qemu-user";
 #endif
-  ASSERT_EQ(dive("run --log a.lcmlog " + mission("pool1")).status, 0);
+  ASSERT_EQ(dive_anew("run --log a.lcmlog " + shipped("pool1")).status, 0);
   for (const char* cpu : {"Nehalem", "max"}) {
-    const Ran ran = dive("replay a.lcmlog", fmt::format("qemu-x86_64 -cpu {}", cpu));
+    const Ran ran = dive_anew("replay a.lcmlog", fmt::format("qemu-x86_64 -cpu {}", cpu));
     EXPECT_EQ(ran.status, 0) << cpu << ": " << ran.out << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("identical")) << cpu;
   }
@@ -197,17 +195,18 @@ void write_altered(const fs::path& from, const fs::path& to, const std::string& 
 }
 
 TEST(AnyCpu, AReplayWithOtherMathematicsIsNotADivergence) {
-  ASSERT_EQ(dive("run --log a.lcmlog " + mission("pool1")).status, 0);
-  write_altered(file("a.lcmlog"), file("same.lcmlog"), mathematics());
-  write_altered(file("a.lcmlog"), file("other.lcmlog"), "sleef-3.9.9/0123456789abcdef");
+  ASSERT_EQ(dive_anew("run --log a.lcmlog " + shipped("pool1")).status, 0);
+  write_altered(own_folder() / "a.lcmlog", own_folder() / "same.lcmlog", mathematics());
+  write_altered(own_folder() / "a.lcmlog", own_folder() / "other.lcmlog",
+                "sleef-3.9.9/0123456789abcdef");
 
-  const Ran diverges = dive("replay --json same.lcmlog");
+  const Ran diverges = dive_anew("replay --json same.lcmlog");
   EXPECT_EQ(diverges.status, 1);
   const auto divergence = nlohmann::json::parse(diverges.out);
   EXPECT_THAT(divergence.at("first_divergence").get<std::string>(), HasSubstr("roll"));
   EXPECT_TRUE(divergence.at("mathematics_difference").is_null());
 
-  const Ran other = dive("replay --json other.lcmlog");
+  const Ran other = dive_anew("replay --json other.lcmlog");
   EXPECT_EQ(other.status, 2);
   const auto json = nlohmann::json::parse(other.out);
   EXPECT_FALSE(json.at("identical").get<bool>());
@@ -216,7 +215,7 @@ TEST(AnyCpu, AReplayWithOtherMathematicsIsNotADivergence) {
   EXPECT_EQ(json.at("mathematics").at("log"), "sleef-3.9.9/0123456789abcdef");
   EXPECT_EQ(json.at("mathematics").at("replay"), mathematics());
 
-  const Ran in_words = dive("replay other.lcmlog");
+  const Ran in_words = dive_anew("replay other.lcmlog");
   EXPECT_THAT(in_words.out, HasSubstr("OTHER MATHEMATICS"));
   EXPECT_THAT(in_words.out, ::testing::Not(HasSubstr("DIVERGES")));
   EXPECT_THAT(in_words.out, HasSubstr("sleef-3.9.9/0123456789abcdef"));

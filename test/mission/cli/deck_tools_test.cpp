@@ -10,7 +10,7 @@
 
 #include "test/common/long_tests.h"
 #include "test/common/sanitizers.h"
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -18,25 +18,17 @@ namespace {
 using ::testing::HasSubstr;
 
 using testing::Ran;
-
-// Runs `dive ARGUMENTS` in a separate folder for each test.
-Ran dive(const std::string& arguments, const std::string& setup = {}) {
-  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  return testing::run_dive(arguments, std::string("deck-") + test.name(), setup);
-}
-
-std::string mission(const std::string& name) {
-  return std::string("'") + DIVE_SOURCE_DIR + "/missions/" + name + ".xml'";
-}
+using testing::run_here;
+using testing::shipped;
 
 TEST(Explain, NamesTheLeakTheRungAndWhatTheVehicleDidNext) {
-  ASSERT_EQ(dive("run --leak-at 12 --log leak.lcmlog " + mission("pool3")).status, 1);
-  const Ran text = dive("explain leak.lcmlog");
+  ASSERT_EQ(run_here("run --leak-at 12 --log leak.lcmlog " + shipped("pool3")).status, 1);
+  const Ran text = run_here("explain leak.lcmlog");
   EXPECT_EQ(text.status, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("the mission starts"));
   EXPECT_THAT(text.out, HasSubstr("swim asks for plan 1"));
   EXPECT_THAT(text.out, HasSubstr("water in the hull"));
-  const Ran ran = dive("explain --json leak.lcmlog");
+  const Ran ran = run_here("explain --json leak.lcmlog");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const std::string all = nlohmann::json::parse(ran.out).dump();
   EXPECT_THAT(all, HasSubstr("abort_and_surface"));
@@ -44,7 +36,7 @@ TEST(Explain, NamesTheLeakTheRungAndWhatTheVehicleDidNext) {
 }
 
 TEST(Explain, RefusesWhatIsNoLog) {
-  const Ran ran = dive("explain " + mission("pool3"));
+  const Ran ran = run_here("explain " + shipped("pool3"));
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("pool3.xml"));
   EXPECT_EQ(ran.out, "");
@@ -52,13 +44,13 @@ TEST(Explain, RefusesWhatIsNoLog) {
 
 TEST(Graph, DrawsTheMissionAndWhatTheExecutiveAdds) {
   for (const std::string format : {"dot", "scxml"}) {
-    const Ran ran = dive("graph --format " + format + " " + mission("window"));
+    const Ran ran = run_here("graph --format " + format + " " + shipped("window"));
     ASSERT_EQ(ran.status, 0) << ran.err;
     for (const char* state : {"rooms", "dive.abort_retrace", "dive.emergency", "surfaced"}) {
       EXPECT_THAT(ran.out, HasSubstr(state)) << format;
     }
   }
-  EXPECT_EQ(dive("graph --format png " + mission("window")).status, 2);
+  EXPECT_EQ(run_here("graph --format png " + shipped("window")).status, 2);
 }
 
 TEST(Import, WritesAMissionThatCheckReads) {
@@ -67,18 +59,18 @@ TEST(Import, WritesAMissionThatCheckReads) {
       {"type":"SimpleItem","command":16,"frame":3,"params":[0,0,0,null,-33.8701,151.2100,0]}],
       "plannedHomePosition":[-33.87,151.21,0]},"version":1})";
   const Ran ran =
-      dive("import qgc harbour.plan --depth 3", "printf '%s' '" + plan + "' > harbour.plan;");
+      run_here("import qgc harbour.plan --depth 3", "printf '%s' '" + plan + "' > harbour.plan;");
   ASSERT_EQ(ran.status, 0) << ran.err;
-  const Ran checked = dive("check --static harbour.xml");
+  const Ran checked = run_here("check --static harbour.xml");
   EXPECT_EQ(checked.status, 0) << checked.err;
-  EXPECT_EQ(dive("import qgc nowhere.plan").status, 2);
-  EXPECT_EQ(dive("import lawnmower harbour.plan").status, 2);
+  EXPECT_EQ(run_here("import qgc nowhere.plan").status, 2);
+  EXPECT_EQ(run_here("import lawnmower harbour.plan").status, 2);
 }
 
 TEST(Sarif, PointsAtTheLineOfEveryFinding) {
   const std::string bad =
       std::string(DIVE_SOURCE_DIR) + "/test/mission/malformed/target_unknown.xml";
-  const Ran ran = dive("check --sarif '" + bad + "'");
+  const Ran ran = run_here("check --sarif '" + bad + "'");
   EXPECT_EQ(ran.status, 2);
   const auto run = nlohmann::json::parse(ran.out).at("runs").at(0);
   const auto& results = run.at("results");
@@ -94,21 +86,21 @@ TEST(Sarif, PointsAtTheLineOfEveryFinding) {
 }
 
 TEST(Replay, TellsWhatAChangedMissionWouldHaveDone) {
-  ASSERT_EQ(dive("run --log dive.lcmlog " + mission("pool3")).status, 0);
-  EXPECT_EQ(dive("replay --mission " + mission("pool3") + " dive.lcmlog").status, 0);
+  ASSERT_EQ(run_here("run --log dive.lcmlog " + shipped("pool3")).status, 0);
+  EXPECT_EQ(run_here("replay --mission " + shipped("pool3") + " dive.lcmlog").status, 0);
   // The same mission with a leg whose timeout is shorter than the leg took.
   const std::string change = "mkdir -p maps; cp '" DIVE_SOURCE_DIR
                              "/missions/maps/pool3.sdf' maps; sed 's/timeout=\"200\"/"
                              "timeout=\"12\"/' " +
-                             mission("pool3") + " > changed.xml;";
-  const Ran ran = dive("replay --mission changed.xml dive.lcmlog", change);
+                             shipped("pool3") + " > changed.xml;";
+  const Ran ran = run_here("replay --mission changed.xml dive.lcmlog", change);
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("DIVERGES"));
   EXPECT_THAT(ran.out, HasSubstr("  - "));
   EXPECT_THAT(ran.out, HasSubstr("  +    12.06 s  swim -> ascend (swim took longer than 12 s)"));
-  const Ran json = dive("replay --json --mission changed.xml dive.lcmlog");
+  const Ran json = run_here("replay --json --mission changed.xml dive.lcmlog");
   EXPECT_EQ(nlohmann::json::parse(json.out).at("replayed").at(1).at("event"), "timeout.swim");
-  EXPECT_EQ(dive("replay --mission nowhere.xml dive.lcmlog").status, 2);
+  EXPECT_EQ(run_here("replay --mission nowhere.xml dive.lcmlog").status, 2);
 }
 
 bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
@@ -122,8 +114,8 @@ bool has_fault_of(const nlohmann::json& dive, const std::string& sensor) {
 TEST(PairsOfFaults, AreAllDivedUnderThreePipesAndDecideTheExitStatus) {
   DIVE_SKIP_UNDER_SANITIZERS("many dives, and single faults take the same steps");
   DIVE_SKIP_LONG_TEST();
-  const Ran ran = dive("check --dives 1 --pairs --instants 1 --json '" DIVE_SOURCE_DIR
-                       "/test/mission/simulation/three_pipes.xml'");
+  const Ran ran = run_here("check --dives 1 --pairs --instants 1 --json '" DIVE_SOURCE_DIR
+                           "/test/mission/simulation/three_pipes.xml'");
   EXPECT_EQ(ran.err, "") << "no progress beside JSON";
   const auto faults = nlohmann::json::parse(ran.out).at("faults");
   EXPECT_GT(faults.size(), 150U);

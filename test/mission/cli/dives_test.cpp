@@ -7,31 +7,27 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::Ran;
+using testing::run_here;
 using ::testing::StartsWith;
 
 const std::string kCheckQuay = "check '" DIVE_SOURCE_DIR "/test/mission/collision/quay.xml' ";
 const std::string kCurrent =
     " --set current_y=0.04";  // carries about half of the dives to the quay
 
-Ran dive(const std::string& arguments) {
-  const auto& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  return testing::run_dive(arguments, test.name());
-}
-
 TEST(Dives, ThatCollideAreOneWithTheCommandThatRepeatsTheWorst) {
-  const Ran ran = dive(kCheckQuay + "--json --dives 6" + kCurrent);
+  const Ran ran = run_here(kCheckQuay + "--json --dives 6" + kCurrent);
   EXPECT_EQ(ran.status, 1) << ran.err;
-  const json check = json::parse(ran.out);
-  const json& dives = check.at("dives");
+  const Json check = Json::parse(ran.out);
+  const Json& dives = check.at("dives");
   EXPECT_EQ(dives.at("dives"), 6);
   EXPECT_EQ(dives.at("first_seed"), 1);
   const int collided = dives.at("collisions");
@@ -41,8 +37,8 @@ TEST(Dives, ThatCollideAreOneWithTheCommandThatRepeatsTheWorst) {
   EXPECT_EQ(dives.at("clearance_m").at("min"), 0.0);
   EXPECT_GT(dives.at("collision_bound_95").get<double>(), collided / 6.0);
 
-  json finding;
-  for (const json& each : check.at("diagnostics")) {
+  Json finding;
+  for (const Json& each : check.at("diagnostics")) {
     if (each.at("code") == "CHK-DIVE") finding = each;
   }
   ASSERT_TRUE(finding.is_object());
@@ -52,19 +48,19 @@ TEST(Dives, ThatCollideAreOneWithTheCommandThatRepeatsTheWorst) {
   const std::string command = dives.at("worst").at(0).at("command");
   EXPECT_THAT(command, HasSubstr(" --seed " + dives.at("worst").at(0).at("seed").dump()));
   EXPECT_EQ(finding.at("hint"), "reproduce it with: " + command);
-  const Ran again = dive(command.substr(std::string("dive ").size()) + " --json");
+  const Ran again = run_here(command.substr(std::string("dive ").size()) + " --json");
   EXPECT_EQ(again.status, 1);
-  const std::string cause = json::parse(again.out).at("cause");
+  const std::string cause = Json::parse(again.out).at("cause");
   EXPECT_THAT(message, HasSubstr(cause)) << "place and time of the same collision";
 
-  const Ran text = dive(kCheckQuay + "--dives 6" + kCurrent);
+  const Ran text = run_here(kCheckQuay + "--dives 6" + kCurrent);
   EXPECT_EQ(text.status, 1);
   EXPECT_THAT(text.out, AllOf(HasSubstr("not ready to dive"),
                               HasSubstr("  dives  6 with seeds 1 to 6: "), HasSubstr(command)));
 }
 
 TEST(Dives, BeginWithTheGivenSeed) {
-  const Ran ran = dive(kCheckQuay + "--dives 2 --seed 41");
+  const Ran ran = run_here(kCheckQuay + "--dives 2 --seed 41");
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, AllOf(HasSubstr("  dives  2 with seeds 41 to 42: 2 successful, 2 surfaced, "
                                        "0 with a collision (at most 77.6 % of dives, "),
@@ -73,24 +69,24 @@ TEST(Dives, BeginWithTheGivenSeed) {
 
 // Takes the ten seconds, and again as long.
 TEST(Dives, AreAtLeastTenAndTheirNumberRepeatsTheResult) {
-  const Ran ran = dive(kCheckQuay + "--json" + kCurrent);
+  const Ran ran = run_here(kCheckQuay + "--json" + kCurrent);
   EXPECT_EQ(ran.status, 1) << ran.err;
-  const json dives = json::parse(ran.out).at("dives");
+  const Json dives = Json::parse(ran.out).at("dives");
   ASSERT_GE(dives.at("dives"), 10);
   const Ran again =
-      dive(kCheckQuay + "--json --jobs 1 --dives " + dives.at("dives").dump() + kCurrent);
+      run_here(kCheckQuay + "--json --jobs 1 --dives " + dives.at("dives").dump() + kCurrent);
   EXPECT_EQ(again.status, 1);
-  EXPECT_EQ(json::parse(again.out).at("dives"), dives);
+  EXPECT_EQ(Json::parse(again.out).at("dives"), dives);
 }
 
 TEST(Dives, OfAStaticCheckAreRefused) {
-  const Ran ran = dive(kCheckQuay + "--static --dives 3");
+  const Ran ran = run_here(kCheckQuay + "--static --dives 3");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("--static skips simulated dives"));
-  const Ran none = dive(kCheckQuay + "--static --json");
+  const Ran none = run_here(kCheckQuay + "--static --json");
   EXPECT_EQ(none.status, 0);
-  EXPECT_FALSE(json::parse(none.out).contains("dives"));
-  EXPECT_EQ(dive(kCheckQuay + "--dives 0").status, 2);
+  EXPECT_FALSE(Json::parse(none.out).contains("dives"));
+  EXPECT_EQ(run_here(kCheckQuay + "--dives 0").status, 2);
 }
 
 }  // namespace

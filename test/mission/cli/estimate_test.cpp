@@ -18,7 +18,7 @@
 
 #include "test/common/sanitizers.h"
 #include "test/estimation/dataset/bag_writer.h"
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -26,20 +26,10 @@ namespace {
 namespace fs = std::filesystem;
 using testing::content_of;
 using ::testing::HasSubstr;
+using testing::own_folder;
 using testing::Ran;
-
-std::string place() {
-  return std::string("estimate-") + ::testing::UnitTest::GetInstance()->current_test_info()->name();
-}
-
-Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
-
-void write(const std::string& name, const std::string& text) {
-  const fs::path path = fs::path(::testing::TempDir()) / "dive-command" / place() / name;
-  fs::create_directories(path.parent_path());
-  fs::remove(path);  // a copy of a recording may be read-only
-  std::ofstream(path) << text;
-}
+using testing::run_here;
+using testing::write_here;
 
 /// Twenty seconds along x at 0.4 m/s, 2 m deep, as folder `swim`.
 void write_swim() {
@@ -56,15 +46,15 @@ void write_swim() {
     depth += fmt::format("{},2.0\n", ns);
     truth += fmt::format("{},{},0,-2,1,0,0,0\n", ns, 0.002 * static_cast<double>(k));
   }
-  write("swim/mav0/imu0/sensor.yaml", unit);
-  write("swim/mav0/imu0/data.csv", imu);
-  write("swim/mav0/cam0/sensor.yaml",
-        unit +
-            "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
-            "distortion_coefficients: [0, 0, 0, 0]\n");
-  write("swim/mav0/cam0/data.csv", images);
-  write("swim/mav0/depth0/data.csv", depth);
-  write("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
+  write_here("swim/mav0/imu0/sensor.yaml", unit);
+  write_here("swim/mav0/imu0/data.csv", imu);
+  write_here("swim/mav0/cam0/sensor.yaml",
+             unit +
+                 "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
+                 "distortion_coefficients: [0, 0, 0, 0]\n");
+  write_here("swim/mav0/cam0/data.csv", images);
+  write_here("swim/mav0/depth0/data.csv", depth);
+  write_here("swim/mav0/state_groundtruth_estimate0/data.csv", truth);
 }
 
 // End to end: a dive, its images on disk, and the estimate computed from them.
@@ -78,14 +68,14 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
     ASSERT_NE(mission.find(from), std::string::npos) << from;
     mission.replace(mission.find(from), std::string(from).size(), to);
   }
-  write("short.xml", mission);
-  write("maps/basin.sdf", content_of(missions / "maps/basin.sdf"));
-  const fs::path data = fs::path(::testing::TempDir()) / "dive-command" / place() / "data";
+  write_here("short.xml", mission);
+  write_here("maps/basin.sdf", content_of(missions / "maps/basin.sdf"));
+  const fs::path data = own_folder() / "data";
   fs::remove_all(data);  // left by an interrupted run
-  const Ran dived = dive("run short.xml --record data --json");
+  const Ran dived = run_here("run short.xml --record data --json");
   ASSERT_EQ(dived.status, 0) << dived.out << dived.err;
 
-  const Ran ran = dive("estimate data --init truth --json");
+  const Ran ran = run_here("estimate data --init truth --json");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   const double seconds = nlohmann::json::parse(dived.out).at("duration_s").get<double>();
@@ -102,13 +92,13 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
     std::string sensor = content_of(data.parent_path() / name);
     const std::size_t at = sensor.find("focal_sigma: 0 ");
     ASSERT_NE(at, std::string::npos);
-    write(name, sensor.replace(at, 14, "focal_sigma: 0.005"));
+    write_here(name, sensor.replace(at, 14, "focal_sigma: 0.005"));
   }
-  const Ran calibrated = dive("estimate data --init truth");
+  const Ran calibrated = run_here("estimate data --init truth");
   EXPECT_EQ(calibrated.status, 0) << calibrated.err;
   EXPECT_THAT(calibrated.out, HasSubstr("camera 1 focal lengths"));
 
-  const Ran again = dive("estimate data --estimator primitive --speed 0.25 --json");
+  const Ran again = run_here("estimate data --estimator primitive --speed 0.25 --json");
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_LT(nlohmann::json::parse(again.out).at("ate_m").get<double>(), 0.5);
   fs::remove_all(data);  // 50 MB
@@ -116,7 +106,8 @@ TEST(Estimate, FindsItsWayOnARecordingOfADive) {
 
 TEST(Estimate, PrintsTheErrorAsJson) {
   write_swim();
-  const Ran ran = dive("estimate swim --estimator primitive --speed 0.4 --json --output out.tum");
+  const Ran ran =
+      run_here("estimate swim --estimator primitive --speed 0.4 --json --output out.tum");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json["frames"], 401);
@@ -136,7 +127,7 @@ TEST(Estimate, PrintsTheErrorAsJson) {
   EXPECT_EQ(json["velocity"]["samples"], 0);
   EXPECT_FALSE(json.contains("restarts")) << "of the visual-inertial estimator";
 
-  std::ifstream tum(fs::path(::testing::TempDir()) / "dive-command" / place() / "out.tum");
+  std::ifstream tum(own_folder() / "out.tum");
   std::string line;
   int lines = 0;
   while (std::getline(tum, line)) ++lines;
@@ -145,7 +136,7 @@ TEST(Estimate, PrintsTheErrorAsJson) {
 
 TEST(Estimate, PrintsTheErrorAsText) {
   write_swim();
-  const Ran ran = dive("estimate swim --estimator primitive");
+  const Ran ran = run_here("estimate swim --estimator primitive");
   EXPECT_EQ(ran.status, 0) << ran.err;
   for (const char* words : {"401 images in 20.0 s", "ATE", "RPE", "drift", "NEES", "time",
                             "IMU      4001 samples, no gaps", "depth    401 samples"}) {
@@ -154,38 +145,38 @@ TEST(Estimate, PrintsTheErrorAsText) {
 }
 
 TEST(Estimate, RefusesWhatItCannotRead) {
-  const Ran none = dive("estimate nowhere");
+  const Ran none = run_here("estimate nowhere");
   EXPECT_EQ(none.status, 2);
   EXPECT_THAT(none.err, HasSubstr("nowhere: no dataset in the ASL format"));
-  EXPECT_EQ(dive("estimate").status, 2);
-  EXPECT_EQ(dive("estimate swim --init somehow").status, 2);
+  EXPECT_EQ(run_here("estimate").status, 2);
+  EXPECT_EQ(run_here("estimate swim --init somehow").status, 2);
   write_swim();
-  const Ran loops = dive("estimate swim --estimator primitive --loops");
+  const Ran loops = run_here("estimate swim --estimator primitive --loops");
   EXPECT_EQ(loops.status, 2);
   EXPECT_THAT(loops.err, HasSubstr("two cameras"));
-  const Ran blind = dive("estimate swim");  // there are no images
+  const Ran blind = run_here("estimate swim");  // there are no images
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr(".png"));
   EXPECT_EQ(blind.out, "");
-  write("swim/mav0/depth0/data.csv", "5000000,deep\n");
-  const Ran bad = dive("estimate swim");
+  write_here("swim/mav0/depth0/data.csv", "5000000,deep\n");
+  const Ran bad = run_here("estimate swim");
   EXPECT_EQ(bad.status, 2);
   EXPECT_THAT(bad.err, HasSubstr("depth0/data.csv:1: field 2 is \"deep\""));
 }
 
 /// Replaces `from`, once, in a file of the test's folder.
 void replace(const std::string& name, const std::string& from, const std::string& to) {
-  std::string text = content_of(fs::path(::testing::TempDir()) / "dive-command" / place() / name);
+  std::string text = content_of(own_folder() / name);
   ASSERT_NE(text.find(from), std::string::npos) << from;
-  write(name, text.replace(text.find(from), from.size(), to));
+  write_here(name, text.replace(text.find(from), from.size(), to));
 }
 
 TEST(Estimate, WarnsOfASampleThatIsIgnored) {
   write_swim();
-  const Ran intact = dive("estimate swim --estimator primitive --json");
+  const Ran intact = run_here("estimate swim --estimator primitive --json");
   EXPECT_EQ(nlohmann::json::parse(intact.out).at("warnings"), nlohmann::json::array());
   replace("swim/mav0/imu0/data.csv", "10000000,0,0,0", "10000000,0,0,1e300");
-  const Ran ran = dive("estimate swim --estimator primitive --json");
+  const Ran ran = run_here("estimate swim --estimator primitive --json");
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("imu0/data.csv:2: warning: an angular rate of 1e+300 rad/s"));
   const auto json = nlohmann::json::parse(ran.out);
@@ -210,9 +201,9 @@ std::string other_swim() {
 
 TEST(Estimate, ComparesWithAnotherEstimator) {
   write_swim();
-  write("other.tum", other_swim());
+  write_here("other.tum", other_swim());
   const std::string command = "estimate swim --estimator primitive --speed 0.4 --against ";
-  const Ran ran = dive(command + "other.tum --json");
+  const Ran ran = run_here(command + "other.tum --json");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const auto against = nlohmann::json::parse(ran.out).at("against");
   EXPECT_EQ(against["file"], "other.tum");
@@ -226,7 +217,7 @@ TEST(Estimate, ComparesWithAnotherEstimator) {
   EXPECT_NEAR(against["ours"]["distance_m"].get<double>(), 6.0, 0.05);
   EXPECT_GT(against["ours"]["ate_m"].get<double>(), 0.0);
 
-  const Ran text = dive(command + "other.tum");
+  const Ran text = run_here(command + "other.tum");
   EXPECT_THAT(text.out, HasSubstr("against other.tum, over the 15.0 s that both cover:"));
   EXPECT_THAT(text.out, ::testing::ContainsRegex("drift +[0-9.]+ % +6.2.. %"));
 
@@ -240,16 +231,15 @@ TEST(Estimate, ComparesWithAnotherEstimator) {
              {"1e18 0 0 0 0 0 0 1\n", "bad.tum:1: its time is not from 0 to 9e12; seconds"},
              {"# nothing\n", "bad.tum: 0 poses; at least 3"}};
   for (const auto& [content, words] : bad) {
-    write("bad.tum", content);
-    const Ran refused = dive(command + "bad.tum");
+    write_here("bad.tum", content);
+    const Ran refused = run_here(command + "bad.tum");
     EXPECT_EQ(refused.status, 2);
     EXPECT_EQ(refused.out, "");
     EXPECT_THAT(refused.err, HasSubstr(words));
   }
-  EXPECT_THAT(dive(command + "nowhere.tum").err, HasSubstr("nowhere.tum: no such file"));
-  fs::remove_all(fs::path(::testing::TempDir()) / "dive-command" / place() /
-                 "swim/mav0/state_groundtruth_estimate0");
-  const Ran blind = dive(command + "other.tum");
+  EXPECT_THAT(run_here(command + "nowhere.tum").err, HasSubstr("nowhere.tum: no such file"));
+  fs::remove_all(own_folder() / "swim/mav0/state_groundtruth_estimate0");
+  const Ran blind = run_here(command + "other.tum");
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr("other.tum: there is nothing to compare it with"));
 }
@@ -260,9 +250,9 @@ TEST(Estimate, UsesMeasuredVelocities) {
   std::string velocity;
   for (long k = 0; k <= 100; ++k) velocity += fmt::format("{},0.4,0,0\n", 200'000'000 * (k + 1));
   const std::string command = "estimate swim --estimator primitive --speed 0.1 --json";
-  const Ran expected = dive(command);
-  write("swim/mav0/dvl0/data.csv", velocity);
-  const Ran measured = dive(command);
+  const Ran expected = run_here(command);
+  write_here("swim/mav0/dvl0/data.csv", velocity);
+  const Ran measured = run_here(command);
   ASSERT_EQ(measured.status, 0) << measured.err;
   const auto json = nlohmann::json::parse(measured.out);
   EXPECT_EQ(json["velocity"]["samples"], 101);
@@ -275,11 +265,11 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   const fs::path real = fs::path(DIVE_SHARED_DATA) / "recordings/euroc_v101_moving";
   if (!fs::exists(real)) GTEST_SKIP() << "no real recordings: " << real;
   DIVE_SKIP_UNDER_SANITIZERS("it estimates from 40 images, twice");
-  const fs::path copy = fs::path(::testing::TempDir()) / "dive-command" / place() / "V1_01";
+  const fs::path copy = own_folder() / "V1_01";
   fs::remove_all(copy);
   fs::create_directories(copy.parent_path());
   fs::copy(real, copy, fs::copy_options::recursive);
-  const auto estimate = [] { return dive("estimate V1_01 --init truth --no-depth --json"); };
+  const auto estimate = [] { return run_here("estimate V1_01 --init truth --no-depth --json"); };
   const Ran intact = estimate();
   ASSERT_EQ(intact.status, 0) << intact.err;
   const auto json = nlohmann::json::parse(intact.out);
@@ -296,12 +286,12 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   const std::size_t field = imu.find(stamp) + stamp.size();
   std::string wild = imu;
   wild.replace(field, wild.find(',', field) - field, "5000");
-  write("V1_01/mav0/imu0/data.csv", wild);
+  write_here("V1_01/mav0/imu0/data.csv", wild);
   const Ran ran = estimate();
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("warning: an angular rate of 5000 rad/s"));
   EXPECT_LT(nlohmann::json::parse(ran.out).at("ate_m").get<double>(), 2.5 * intact_m);
-  write("V1_01/mav0/imu0/data.csv", imu);
+  write_here("V1_01/mav0/imu0/data.csv", imu);
 
   const std::string yaml = content_of(real / "mav0/cam0/sensor.yaml");
   // Without IMU samples for a second and more, in the middle of it.
@@ -311,12 +301,12 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
   for (std::string line; std::getline(lines, line); ++kept) {
     if (kept < 150 || kept > 360) gap += line + "\n";
   }
-  write("V1_01/mav0/imu0/data.csv", gap);
-  const Ran torn = dive("estimate V1_01 --init truth --no-depth");
+  write_here("V1_01/mav0/imu0/data.csv", gap);
+  const Ran torn = run_here("estimate V1_01 --init truth --no-depth");
   EXPECT_THAT(torn.out, HasSubstr("no IMU samples for 1."));
   EXPECT_THAT(torn.out, HasSubstr("the filter has not begun again; it waits for "));
   EXPECT_THAT(torn.out, ::testing::ContainsRegex("IMU +[0-9]+ samples, gaps 1, the longest of 1"));
-  write("V1_01/mav0/imu0/data.csv", imu);
+  write_here("V1_01/mav0/imu0/data.csv", imu);
 
   for (const auto& [size, words] :
        {std::pair{"[640, 480]", "an image of 752 x 480 pixels; V1_01/mav0/cam0/sensor.yaml:16"},
@@ -326,7 +316,7 @@ TEST(Estimate, ReportsWhatIsWrongWithARealRecording) {
     EXPECT_EQ(refused.status, 2);
     EXPECT_EQ(refused.out, "");
     EXPECT_THAT(refused.err, HasSubstr(words));
-    write("V1_01/mav0/cam0/sensor.yaml", yaml);
+    write_here("V1_01/mav0/cam0/sensor.yaml", yaml);
   }
 }
 
@@ -355,23 +345,23 @@ std::vector<Written> swim_messages(Wire wire) {
 TEST(Estimate, ReadsBagsAsItReadsFolders) {
   write_swim();
   const std::string of_estimator = " --estimator primitive --json";
-  const Ran folder = dive("estimate swim" + of_estimator);
+  const Ran folder = run_here("estimate swim" + of_estimator);
   ASSERT_EQ(folder.status, 0) << folder.err;
   const auto expected = nlohmann::json::parse(folder.out);
-  write("swim.bag", estimation::testing::ros1_bag(swim_messages(Wire::kRos1), "lz4", 500));
-  write("ros2/swim_0.mcap", estimation::testing::mcap(swim_messages(Wire::kCdr), "zstd", 500));
-  write("ros2/metadata.yaml", "rosbag2_bagfile_information: {}\n");
+  write_here("swim.bag", estimation::testing::ros1_bag(swim_messages(Wire::kRos1), "lz4", 500));
+  write_here("ros2/swim_0.mcap", estimation::testing::mcap(swim_messages(Wire::kCdr), "zstd", 500));
+  write_here("ros2/metadata.yaml", "rosbag2_bagfile_information: {}\n");
   const std::string calibration = " --calibration swim/mav0/cam0/sensor.yaml";
   for (const char* const bag : {"swim.bag", "ros2/swim_0.mcap", "ros2"}) {
-    const Ran ran = dive(std::string("estimate ") + bag + calibration + of_estimator);
+    const Ran ran = run_here(std::string("estimate ") + bag + calibration + of_estimator);
     ASSERT_EQ(ran.status, 0) << bag << ran.err;
     const auto json = nlohmann::json::parse(ran.out);
     EXPECT_EQ(json["frames"], expected["frames"]);
     EXPECT_NEAR(json["ate_m"].get<double>(), expected["ate_m"].get<double>(), 1e-6) << bag;
   }
-  write("two/a.mcap", "");
-  write("two/b.mcap", "");
-  write("old/a.db3", "SQLite format 3, and no more");
+  write_here("two/a.mcap", "");
+  write_here("two/b.mcap", "");
+  write_here("old/a.db3", "SQLite format 3, and no more");
   const std::pair<std::string, const char*> bad[] = {
       {"two" + calibration, "two: it has 2 bags; give one of them"},
       {"old" + calibration, "old/a.db3: sqlite3: "},
@@ -381,7 +371,7 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
       {"swim --preset euroc", "swim: --calibration, --preset and --topic are for a bag"},
       {"swim.bag --preset moon" + calibration, "moon"}};
   for (const auto& [arguments, words] : bad) {
-    const Ran refused = dive("estimate " + arguments);
+    const Ran refused = run_here("estimate " + arguments);
     EXPECT_EQ(refused.status, 2) << arguments;
     EXPECT_EQ(refused.out, "");
     EXPECT_THAT(refused.err, HasSubstr(words));
@@ -427,13 +417,13 @@ TEST(Estimate, EstimatesFromABagWhatItEstimatesFromTheFolder) {
         {{number(row[1]), number(row[2]), number(row[3])},
          Eigen::Quaterniond(number(row[4]), number(row[5]), number(row[6]), number(row[7]))}));
   }
-  write("V1_01.bag", estimation::testing::ros1_bag(all, "bz2", 30));
+  write_here("V1_01.bag", estimation::testing::ros1_bag(all, "bz2", 30));
   const std::string how = " --init truth --no-depth --json";
-  const Ran bag =
-      dive(fmt::format("estimate V1_01.bag --preset euroc --calibration {}{}", real.string(), how));
+  const Ran bag = run_here(
+      fmt::format("estimate V1_01.bag --preset euroc --calibration {}{}", real.string(), how));
   ASSERT_EQ(bag.status, 0) << bag.err;
   EXPECT_THAT(bag.err, HasSubstr("preset euroc is untested"));
-  const Ran folder = dive("estimate " + real.string() + how);
+  const Ran folder = run_here("estimate " + real.string() + how);
   ASSERT_EQ(folder.status, 0) << folder.err;
   const double expected_m = nlohmann::json::parse(folder.out).at("ate_m").get<double>();
   EXPECT_NEAR(nlohmann::json::parse(bag.out).at("ate_m").get<double>(), expected_m, 0.01);

@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -23,7 +23,10 @@ namespace fs = std::filesystem;
 using testing::content_of;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::own_folder;
 using testing::Ran;
+using testing::run_here;
+using testing::write_here;
 
 const fs::path kMissions = fs::path(DIVE_SOURCE_DIR) / "missions";
 
@@ -32,27 +35,13 @@ const std::string kForeign =
     "QGC WPL 110\n1\t0\t3\t16\t0\t0\t0\t0\t47.0\t-122.0\t-2\t1\n"
     "2\t0\t3\t16\t0\t0\t0\t0\t47.0005\t-121.9995\t-3\t1\n";
 
-/// The current test's folder, in which its commands run.
-fs::path folder() {
-  std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::replace(name.begin(), name.end(), '/', '-');
-  const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / ("output-" + name);
-  fs::create_directories(folder);
-  return folder;
-}
-
 /// `redirection`: of standard output, e.g. ">/dev/full".
-Ran dive(const std::string& arguments, const std::string& redirection = {}) {
+Ran run_redirected(const std::string& arguments, const std::string& redirection = {}) {
   const std::string setup = "timeout 120 sh -c '\"$0\" \"$@\" " + redirection + "'";
-  return testing::run_dive(arguments, folder().filename().string(), setup);
+  return run_here(arguments, setup);
 }
 
-void write(const fs::path& name, const std::string& text) {
-  fs::create_directories((folder() / name).parent_path());
-  std::ofstream(folder() / name) << text;
-}
-
-std::string content(const std::string& name) { return content_of(folder() / name); }
+std::string content(const std::string& name) { return content_of(own_folder() / name); }
 
 /// Surfaces from 1 m: drawing each picture of a recorded dive takes longer than the dive.
 const std::string kShortMission =
@@ -72,18 +61,18 @@ const std::string kShortMission =
 /// A mission, m.xml, with its map; a shorter one, short.xml; a map alone, a scenario, a dataset and
 /// a foreign mission.
 void write_inputs() {
-  write("m.xml", content_of(kMissions / "scenarios/missions/dart.xml"));
-  write("short.xml", kShortMission);
-  fs::create_directories(folder() / "maps");
+  write_here("m.xml", content_of(kMissions / "scenarios/missions/dart.xml"));
+  write_here("short.xml", kShortMission);
+  fs::create_directories(own_folder() / "maps");
   for (const auto& entry : fs::directory_iterator(kMissions / "scenarios/missions/maps")) {
-    fs::copy_file(entry.path(), folder() / "maps" / entry.path().filename(),
+    fs::copy_file(entry.path(), own_folder() / "maps" / entry.path().filename(),
                   fs::copy_options::overwrite_existing);
   }
-  write("map.sdf", content_of(kMissions / "maps/window.sdf"));
-  write("s.xml",
-        "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">\n"
-        "<expect><outcome is=\"success\"/></expect></scenario>\n");
-  write("line.plan", kForeign);
+  write_here("map.sdf", content_of(kMissions / "maps/window.sdf"));
+  write_here("s.xml",
+             "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">\n"
+             "<expect><outcome is=\"success\"/></expect></scenario>\n");
+  write_here("line.plan", kForeign);
   const std::string unit = "T_BS:\n  data: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n";
   std::string imu;
   std::string images;
@@ -94,13 +83,14 @@ void write_inputs() {
     images += fmt::format("{},{}.png\n", 5'000'000 * k, k);
     depth += fmt::format("{},2.0\n", 5'000'000 * k);
   }
-  write("data/imu0/sensor.yaml", unit);
-  write("data/imu0/data.csv", imu);
-  write("data/cam0/sensor.yaml", unit +
-                                     "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
-                                     "distortion_coefficients: [0, 0, 0, 0]\n");
-  write("data/cam0/data.csv", images);
-  write("data/depth0/data.csv", depth);
+  write_here("data/imu0/sensor.yaml", unit);
+  write_here("data/imu0/data.csv", imu);
+  write_here("data/cam0/sensor.yaml",
+             unit +
+                 "resolution: [752, 480]\nintrinsics: [400, 400, 376, 240]\n"
+                 "distortion_coefficients: [0, 0, 0, 0]\n");
+  write_here("data/cam0/data.csv", images);
+  write_here("data/depth0/data.csv", depth);
 }
 
 /// One option that names a result. In `command` {} stands for the name of the result.
@@ -141,20 +131,20 @@ const ResultOption kOptions[] = {
 class OutputOption : public ::testing::TestWithParam<ResultOption> {
  protected:
   static Ran dive_to(const std::string& result, const std::string& more = {}) {
-    return dive(fmt::format(fmt::runtime(GetParam().command), result) + more);
+    return run_redirected(fmt::format(fmt::runtime(GetParam().command), result) + more);
   }
 };
 
 TEST_P(OutputOption, IsReplacedOnlyByForce) {
   write_inputs();
-  write(GetParam().file, "of yesterday");
+  write_here(GetParam().file, "of yesterday");
   const Ran refused = dive_to("result");
   EXPECT_EQ(refused.status, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("result"));
   EXPECT_THAT(refused.err, HasSubstr("--force"));
   EXPECT_THAT(refused.err, HasSubstr("already"));
   EXPECT_EQ(content(GetParam().file), "of yesterday");
-  EXPECT_FALSE(fs::exists(folder() / "run.lcmlog")) << "what is refused leaves nothing";
+  EXPECT_FALSE(fs::exists(own_folder() / "run.lcmlog")) << "what is refused leaves nothing";
 
   const Ran forced = dive_to("result", " --force");
   EXPECT_LE(forced.status, 1) << forced.err;
@@ -164,10 +154,10 @@ TEST_P(OutputOption, IsReplacedOnlyByForce) {
 
 TEST_P(OutputOption, MakesItsFolder) {
   write_inputs();
-  fs::remove_all(folder() / "made");
+  fs::remove_all(own_folder() / "made");
   const Ran ran = dive_to("made/here/result");
   EXPECT_LE(ran.status, 1) << ran.err;
-  EXPECT_TRUE(fs::exists(folder() / "made/here" / GetParam().file)) << ran.err;
+  EXPECT_TRUE(fs::exists(own_folder() / "made/here" / GetParam().file)) << ran.err;
 }
 
 TEST_P(OutputOption, IsNeverAnInput) {
@@ -175,10 +165,10 @@ TEST_P(OutputOption, IsNeverAnInput) {
   write_inputs();
   const std::string before = content(GetParam().input);
   ASSERT_FALSE(before.empty());
-  fs::remove(folder() / "symlink");
-  fs::remove(folder() / "hardlink");
-  fs::create_symlink(GetParam().input, folder() / "symlink");
-  fs::create_hard_link(folder() / GetParam().input, folder() / "hardlink");
+  fs::remove(own_folder() / "symlink");
+  fs::remove(own_folder() / "hardlink");
+  fs::create_symlink(GetParam().input, own_folder() / "symlink");
+  fs::create_hard_link(own_folder() / GetParam().input, own_folder() / "hardlink");
   for (const std::string& name :
        {std::string(GetParam().input), "./" + std::string(GetParam().input), std::string("symlink"),
         std::string("hardlink")}) {
@@ -197,8 +187,8 @@ TEST_P(OutputOption, SaysWhatCouldNotBeWritten) {
   if (GetParam().file != std::string("result")) {  // a folder: its file is on a full disk
     if (GetParam().name == std::string("run_record")) GTEST_SKIP() << "a dataset is always new";
     full = GetParam().file;
-    fs::create_directories((folder() / full).parent_path());
-    fs::create_symlink("/dev/full", folder() / full);
+    fs::create_directories((own_folder() / full).parent_path());
+    fs::create_symlink("/dev/full", own_folder() / full);
   }
   const Ran ran = dive_to(full == "/dev/full" ? full : "result");
   EXPECT_EQ(ran.status, 3) << ran.err;
@@ -212,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Each, OutputOption, ::testing::ValuesIn(kOptions),
 
 TEST(Output, StandardOutputThatCannotBeWrittenIsThree) {
   write_inputs();
-  ASSERT_EQ(dive("run m.xml --log run.lcmlog").status, 0);
+  ASSERT_EQ(run_redirected("run m.xml --log run.lcmlog").status, 0);
   for (const std::string command :
        {"check --static m.xml --json", "check --rules --json", "plan m.xml --json", "graph m.xml",
         "test s.xml --json", "replay run.lcmlog --json", "explain run.lcmlog --json",
@@ -220,7 +210,7 @@ TEST(Output, StandardOutputThatCannotBeWrittenIsThree) {
         "import qgc line.plan --depth 2 --output imported --json", "key topside.key", "--help",
         "sim m.xml --simulated-water clear_pool --write-calibration cameras --json"}) {
     for (const std::string to : {">/dev/full", ">&-"}) {
-      const Ran ran = dive(command + (command[0] == '-' ? "" : " "), to);
+      const Ran ran = run_redirected(command + (command[0] == '-' ? "" : " "), to);
       if (to == ">&-" && ran.status == 2) continue;  // what the first run wrote exists
       EXPECT_EQ(ran.status, 3) << command << to << ran.err;
       EXPECT_THAT(ran.err, HasSubstr("standard output: cannot be written")) << command << to;
@@ -233,43 +223,46 @@ TEST(Output, StandardOutputThatCannotBeWrittenIsThree) {
 TEST(Output, LogsThatAreNotNamedCountUp) {
   write_inputs();
   for (const char* name : {"dart-seed7.lcmlog", "dart-seed7-2.lcmlog", "dart-seed7-3.lcmlog"}) {
-    const Ran ran = dive("run m.xml --seed 7 --json");
+    const Ran ran = run_redirected("run m.xml --seed 7 --json");
     ASSERT_EQ(ran.status, 0) << ran.err;
     EXPECT_EQ(nlohmann::json::parse(ran.out).at("log"), std::string("dive-runs/") + name);
-    EXPECT_TRUE(fs::exists(folder() / "dive-runs" / (std::string(name) + ".journal")));
-    EXPECT_EQ(dive(std::string("replay dive-runs/") + name).status, 0);
+    EXPECT_TRUE(fs::exists(own_folder() / "dive-runs" / (std::string(name) + ".journal")));
+    EXPECT_EQ(run_redirected(std::string("replay dive-runs/") + name).status, 0);
   }
 }
 
 TEST(Output, ADiveThatIsResumedKeepsItsFirstLog) {
   write_inputs();
-  ASSERT_EQ(dive("run m.xml --log a.lcmlog").status, 0);
+  ASSERT_EQ(run_redirected("run m.xml --log a.lcmlog").status, 0);
   const std::string first = content("a.lcmlog");
-  const Ran resumed = dive("run m.xml --log a.lcmlog --resume --json");
+  const Ran resumed = run_redirected("run m.xml --log a.lcmlog --resume --json");
   EXPECT_LE(resumed.status, 1) << resumed.err;
   EXPECT_EQ(content("a.lcmlog"), first);
   EXPECT_EQ(nlohmann::json::parse(resumed.out).at("log"), "a-2.lcmlog");
-  EXPECT_FALSE(fs::exists(folder() / "a-2.lcmlog.journal")) << "the journal is that of the dive";
-  EXPECT_LE(dive("run m.xml --journal a.lcmlog.journal --log a.lcmlog --resume --force").status, 1);
+  EXPECT_FALSE(fs::exists(own_folder() / "a-2.lcmlog.journal"))
+      << "the journal is that of the dive";
+  EXPECT_LE(
+      run_redirected("run m.xml --journal a.lcmlog.journal --log a.lcmlog --resume --force").status,
+      1);
   EXPECT_EQ(content("a.lcmlog"), first) << "not even by force";
-  EXPECT_TRUE(fs::exists(folder() / "a-3.lcmlog"));
+  EXPECT_TRUE(fs::exists(own_folder() / "a-3.lcmlog"));
 
   // Without names it is the newest dive.
-  ASSERT_EQ(dive("run m.xml --seed 4").status, 0);
-  ASSERT_EQ(dive("run m.xml --seed 4").status, 0);
-  fs::remove(folder() / "dive-runs/dart-seed4.lcmlog.journal");
-  const Ran newest = dive("run m.xml --seed 4 --resume --json");
+  ASSERT_EQ(run_redirected("run m.xml --seed 4").status, 0);
+  ASSERT_EQ(run_redirected("run m.xml --seed 4").status, 0);
+  fs::remove(own_folder() / "dive-runs/dart-seed4.lcmlog.journal");
+  const Ran newest = run_redirected("run m.xml --seed 4 --resume --json");
   EXPECT_LE(newest.status, 1) << newest.err;
   EXPECT_EQ(nlohmann::json::parse(newest.out).at("log"), "dive-runs/dart-seed4-3.lcmlog");
 }
 
 TEST(Output, TwoDivesWriteNeitherOneLogNorOneJournal) {
   write_inputs();
-  ASSERT_EQ(dive("run m.xml --log a.lcmlog").status, 0);
+  ASSERT_EQ(run_redirected("run m.xml --log a.lcmlog").status, 0);
   // flock holds the files as a dive does that has not ended.
   const auto while_locked = [](const std::string& file, const std::string& arguments) {
     const std::string setup = "flock " + file + " timeout 120";
-    return testing::run_dive(arguments, folder().filename().string(), setup);
+    return run_here(arguments, setup);
   };
   const std::string journal = content("a.lcmlog.journal");
   for (const char* more : {" --log b.lcmlog --resume", " --log b.lcmlog --force"}) {
@@ -278,32 +271,32 @@ TEST(Output, TwoDivesWriteNeitherOneLogNorOneJournal) {
     EXPECT_EQ(ran.status, 2) << more;
     EXPECT_THAT(ran.err, HasSubstr("a.lcmlog.journal: another dive is writing this journal"));
     EXPECT_EQ(content("a.lcmlog.journal"), journal) << more;
-    EXPECT_FALSE(fs::exists(folder() / "b.lcmlog"));
+    EXPECT_FALSE(fs::exists(own_folder() / "b.lcmlog"));
   }
   const std::string log = content("a.lcmlog");
   const Ran ran = while_locked("a.lcmlog", "run m.xml --log a.lcmlog --force");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("a.lcmlog: another process, or another option, is writing to it"));
   EXPECT_EQ(content("a.lcmlog"), log);
-  EXPECT_EQ(dive("run m.xml --log one --svg one").status, 2) << "two results in one file";
+  EXPECT_EQ(run_redirected("run m.xml --log one --svg one").status, 2) << "two results in one file";
 }
 
 TEST(Output, AMapThatWasMadeOnADiveCountsUp) {
   write_inputs();
-  write("murk.xml", content_of(kMissions / "scenarios/missions/murk.xml"));
+  write_here("murk.xml", content_of(kMissions / "scenarios/missions/murk.xml"));
   const auto box = [](const char* name, const char* at, const char* size) {
     return fmt::format(
         "<model name='{}'><static>1</static><pose>{} 0 0 0</pose><link name='l'><collision "
         "name='c'><geometry><box><size>{}</size></box></geometry></collision></link></model>",
         name, at, size);
   };
-  write("maps/bay.sdf", "<sdf version='1.6'><world name='bay'>" +
-                            box("seabed", "0 0 -6.5", "60 60 1") +
-                            box("post", "3.5 0.2 -3", "1 1 6") + "</world></sdf>");
+  write_here("maps/bay.sdf", "<sdf version='1.6'><world name='bay'>" +
+                                 box("seabed", "0 0 -6.5", "60 60 1") +
+                                 box("post", "3.5 0.2 -3", "1 1 6") + "</world></sdf>");
   for (const char* name : {"a.map.sdf", "a-2.map.sdf"}) {
-    fs::remove(folder() / "a.lcmlog");
-    fs::remove(folder() / "a.lcmlog.journal");
-    const Ran ran = dive("run murk.xml --log a.lcmlog --json");
+    fs::remove(own_folder() / "a.lcmlog");
+    fs::remove(own_folder() / "a.lcmlog.journal");
+    const Ran ran = run_redirected("run murk.xml --log a.lcmlog --json");
     ASSERT_LE(ran.status, 1) << ran.err;
     EXPECT_EQ(nlohmann::json::parse(ran.out).at("map"), name);
   }
@@ -311,16 +304,16 @@ TEST(Output, AMapThatWasMadeOnADiveCountsUp) {
 
 TEST(Output, LogsOfScenariosCountUp) {
   write_inputs();
-  ASSERT_EQ(dive("test s.xml s.xml --keep kept --keep-all").status, 0);
-  ASSERT_EQ(dive("test s.xml --keep kept --keep-all").status, 0);
+  ASSERT_EQ(run_redirected("test s.xml s.xml --keep kept --keep-all").status, 0);
+  ASSERT_EQ(run_redirected("test s.xml --keep kept --keep-all").status, 0);
   for (const char* name : {"s.lcmlog", "s-2.lcmlog", "s-3.lcmlog"}) {
-    EXPECT_EQ(dive(std::string("replay kept/") + name).status, 0) << name;
+    EXPECT_EQ(run_redirected(std::string("replay kept/") + name).status, 0) << name;
   }
 }
 
 TEST(Output, OfAnImportIsNotTheFileThatIsImported) {
-  write("line.xml", kForeign);
-  const Ran ran = dive("import qgc line.xml --depth 2 --force");
+  write_here("line.xml", kForeign);
+  const Ran ran = run_redirected("import qgc line.xml --depth 2 --force");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("line.xml: is an input"));
   EXPECT_EQ(content("line.xml"), kForeign);
@@ -330,10 +323,10 @@ TEST(Output, OfAnImportIsNotTheFileThatIsImported) {
 
 TEST(Input, SpecialFilesAreRefusedAtOnce) {
   write_inputs();
-  ASSERT_EQ(dive("key k").status, 0);
+  ASSERT_EQ(run_redirected("key k").status, 0);
   const auto as_pipe = [](const std::string& name) {
-    fs::remove(folder() / name);
-    ASSERT_EQ(::mkfifo((folder() / name).c_str(), 0600), 0);
+    fs::remove(own_folder() / name);
+    ASSERT_EQ(::mkfifo((own_folder() / name).c_str(), 0600), 0);
   };
   as_pipe("pipe");
   const std::string link = " --lcm udpm://239.255.76.67:7667?ttl=0";
@@ -355,13 +348,13 @@ TEST(Input, SpecialFilesAreRefusedAtOnce) {
                                           "run m.xml --log a --journal pipe --resume",
                                           "replay pipe --mission m.xml"};
   for (const std::string& command : commands) {
-    const Ran ran = dive(command);
+    const Ran ran = run_redirected(command);
     EXPECT_EQ(ran.status, 2) << command << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("is a pipe, not a regular file")) << command;
   }
-  EXPECT_THAT(dive("check /dev/zero").err, HasSubstr("is a device, not a regular file"));
-  EXPECT_THAT(dive("check maps").err, HasSubstr("is a directory"));
-  const Ran piped = testing::run_dive("check /dev/stdin", folder().filename().string(),
+  EXPECT_THAT(run_redirected("check /dev/zero").err, HasSubstr("is a device, not a regular file"));
+  EXPECT_THAT(run_redirected("check maps").err, HasSubstr("is a directory"));
+  const Ran piped = testing::run_dive("check /dev/stdin", own_folder().filename().string(),
                                       "echo '<mission/>' | sh -c '\"$0\" \"$@\" <&3' 3<&0");
   EXPECT_THAT(piped.err, HasSubstr("is a pipe, not a regular file"));
 
@@ -372,41 +365,44 @@ TEST(Input, SpecialFilesAreRefusedAtOnce) {
         {"data/cam0/sensor.yaml", "estimate data --estimator primitive"}}) {
     write_inputs();
     as_pipe(pipe);
-    const Ran ran = dive(command);
+    const Ran ran = run_redirected(command);
     EXPECT_EQ(ran.status, 2) << command;
     EXPECT_THAT(ran.err, HasSubstr("pipe")) << command;
-    fs::remove(folder() / pipe);
+    fs::remove(own_folder() / pipe);
   }
 }
 
 TEST(Input, MeshesOutsideOfTheFolderOfAMapNeedAnOption) {
-  write("secret/box.obj",
-        "v -2 -1.5 -1\nv 2 -1.5 -1\nv -2 1.5 -1\nv 2 1.5 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n");
-  write("maps/map.sdf",
-        "<sdf version='1.6'><model name='m'><static>1</static><pose>0 0 -10 0 0 0</pose>\n"
-        "<link name='l'><collision name='c'><geometry><mesh><uri>../secret/box.obj</uri></mesh>\n"
-        "</geometry></collision></link></model></sdf>\n");
+  write_here(
+      "secret/box.obj",
+      "v -2 -1.5 -1\nv 2 -1.5 -1\nv -2 1.5 -1\nv 2 1.5 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n");
+  write_here(
+      "maps/map.sdf",
+      "<sdf version='1.6'><model name='m'><static>1</static><pose>0 0 -10 0 0 0</pose>\n"
+      "<link name='l'><collision name='c'><geometry><mesh><uri>../secret/box.obj</uri></mesh>\n"
+      "</geometry></collision></link></model></sdf>\n");
   const std::string plan = "plan --map maps/map.sdf --start -8,0,-5 --goal 8,0,-5";
-  const Ran ran = dive(plan);
+  const Ran ran = run_redirected(plan);
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("maps/map.sdf:2:"));
   EXPECT_THAT(ran.err, HasSubstr("MAP-OUTSIDE"));
   EXPECT_THAT(ran.err, HasSubstr("^"));
   EXPECT_THAT(ran.err, HasSubstr("--allow-outside"));
-  EXPECT_EQ(dive(plan + " --allow-outside").status, 0);
-  EXPECT_THAT(dive("sim maps/map.sdf --start -8,0,-5").err, HasSubstr("MAP-OUTSIDE"));
+  EXPECT_EQ(run_redirected(plan + " --allow-outside").status, 0);
+  EXPECT_THAT(run_redirected("sim maps/map.sdf --start -8,0,-5").err, HasSubstr("MAP-OUTSIDE"));
 
   std::string mission = content_of(kMissions / "scenarios/missions/dart.xml");
   mission.replace(mission.find("maps/"), mission.find(".sdf") - mission.find("maps/"), "maps/map");
-  write("m.xml", mission);
-  write("s.xml",
-        "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">\n"
-        "<expect><outcome is=\"success\"/></expect></scenario>\n");
+  write_here("m.xml", mission);
+  write_here("s.xml",
+             "<scenario xmlns=\"urn:dive:scenario:1\" id=\"s\" mission=\"m.xml\">\n"
+             "<expect><outcome is=\"success\"/></expect></scenario>\n");
   for (const std::string command :
        {"check --static m.xml", "plan m.xml", "run m.xml",
         "sim m.xml --simulated-water clear_pool --write-calibration c", "test s.xml"}) {
-    EXPECT_THAT(dive(command).err, HasSubstr("MAP-OUTSIDE")) << command;
-    EXPECT_THAT(dive(command + " --allow-outside").err, Not(HasSubstr("MAP-OUTSIDE"))) << command;
+    EXPECT_THAT(run_redirected(command).err, HasSubstr("MAP-OUTSIDE")) << command;
+    EXPECT_THAT(run_redirected(command + " --allow-outside").err, Not(HasSubstr("MAP-OUTSIDE")))
+        << command;
   }
 }
 

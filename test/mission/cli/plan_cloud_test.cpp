@@ -15,7 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "test/common/sanitizers.h"
-#include "test/mission/cli/run_command.h"
+#include "test/mission/cli/own_folder.h"
 
 namespace dive::mission {
 namespace {
@@ -24,11 +24,9 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 using Point = std::array<double, 3>;
+using testing::own_folder;
 using testing::Ran;
-
-std::string place() { return ::testing::UnitTest::GetInstance()->current_test_info()->name(); }
-
-Ran dive(const std::string& arguments) { return testing::run_dive(arguments, place()); }
+using testing::run_here;
 
 /// Two rooms, 8 m x 6 m x 3 m in total, and a door between them at x = 4, y from 3.5 to 5.2.
 std::vector<Point> rooms() {
@@ -54,12 +52,10 @@ std::vector<Point> rooms() {
   return points;
 }
 
-/// Writes the points for dive(), in the given units per metre, with `origin` (m) added.
-void write(const std::string& name, const std::vector<Point>& points, const Point& origin,
-           double units = 1.0) {
-  const fs::path folder = fs::path(::testing::TempDir()) / "dive-command" / place();
-  fs::create_directories(folder);
-  std::ofstream file(folder / name);
+/// Writes the points to the own folder, in the given units per metre, with `origin` (m) added.
+void write_points(const std::string& name, const std::vector<Point>& points, const Point& origin,
+                  double units = 1.0) {
+  std::ofstream file(own_folder() / name);
   file << "ply\nformat ascii 1.0\nelement vertex " << points.size()
        << "\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
   for (const Point& p : points) {
@@ -78,8 +74,8 @@ constexpr Point kThere{7.0, 1.0, 1.5};
 /// From one room to the other; the path must lead through the door and never come near a point.
 void plan_through_the_door(const std::string& file, const std::vector<Point>& points,
                            const Point& origin, const std::string& more = {}) {
-  const Ran ran = dive("plan --json --clearance 0.3 --cloud " + file + " --start " +
-                       at(kHere, origin) + " --goal " + at(kThere, origin) + more);
+  const Ran ran = run_here("plan --json --clearance 0.3 --cloud " + file + " --start " +
+                           at(kHere, origin) + " --goal " + at(kThere, origin) + more);
   ASSERT_EQ(ran.status, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("status"), "success");
@@ -116,9 +112,9 @@ void plan_through_the_door(const std::string& file, const std::vector<Point>& po
 }
 
 TEST(PlanCloud, FindsTheDoorInAir) {
-  write("rooms.ply", rooms(), {0.0, 0.0, 0.0});
+  write_points("rooms.ply", rooms(), {0.0, 0.0, 0.0});
   plan_through_the_door("rooms.ply", rooms(), {0.0, 0.0, 0.0}, " --svg rooms.svg");
-  const Ran ran = dive("plan --cloud rooms.ply --start 1,1,1.5 --goal 7,1,1.5 --clearance 0.3");
+  const Ran ran = run_here("plan --cloud rooms.ply --start 1,1,1.5 --goal 7,1,1.5 --clearance 0.3");
   EXPECT_EQ(ran.status, 0);
   EXPECT_THAT(ran.out, HasSubstr("certified clearance"));
   EXPECT_THAT(ran.err, HasSubstr("not taken for the surface"));
@@ -127,16 +123,16 @@ TEST(PlanCloud, FindsTheDoorInAir) {
 
 TEST(PlanCloud, KeepsTheDigitsOfUtm) {
   const Point origin{512'345.0, 6'712'345.0, -20.0};
-  write("utm.ply", rooms(), origin);
+  write_points("utm.ply", rooms(), origin);
   plan_through_the_door("utm.ply", rooms(), origin);
-  const Ran ran = dive("plan --cloud utm.ply --start 1,1,-18.5 --goal 7,1,-18.5");
+  const Ran ran = run_here("plan --cloud utm.ply --start 1,1,-18.5 --goal 7,1,-18.5");
   EXPECT_EQ(ran.status, 2) << "poses in other axes";
   EXPECT_THAT(ran.err, HasSubstr("km away"));
   EXPECT_THAT(ran.err, HasSubstr("512345.0"));
 }
 
 TEST(PlanCloud, TakesMillimetresAsToldAndAsTheyLook) {
-  write("mm.ply", rooms(), {0.0, 0.0, -9.0}, 1000.0);
+  write_points("mm.ply", rooms(), {0.0, 0.0, -9.0}, 1000.0);
   plan_through_the_door("mm.ply", rooms(), {0.0, 0.0, -9.0}, " --unit mm");
   plan_through_the_door("mm.ply", rooms(), {0.0, 0.0, -9.0});
 }
@@ -148,14 +144,14 @@ TEST(PlanCloud, TheSurfaceBoundsWhatLiesBelowIt) {
     for (int k = 0; k <= 58; ++k) wall.push_back({5.0, 0.1 * j, -6.0 + 0.1 * k});
     for (int i = 0; i <= 100; ++i) wall.push_back({0.1 * i, 0.1 * j, -6.0});
   }
-  write("wall.ply", wall, {0.0, 0.0, 0.0});
-  const Ran ran = dive("plan --json --cloud wall.ply --start 2,2,-3 --goal 8,2,-3");
+  write_points("wall.ply", wall, {0.0, 0.0, 0.0});
+  const Ran ran = run_here("plan --json --cloud wall.ply --start 2,2,-3 --goal 8,2,-3");
   ASSERT_EQ(ran.status, 0) << ran.err << ran.out;
   const auto json = nlohmann::json::parse(ran.out);
   for (const auto& waypoint : json.at("waypoints")) {
     EXPECT_LT(waypoint.at(2).get<double>(), -0.5) << json.at("waypoints");
   }
-  EXPECT_EQ(dive("plan --cloud wall.ply --start 2,2,-3 --goal 8,2,-5 --max-depth 4").status, 2);
+  EXPECT_EQ(run_here("plan --cloud wall.ply --start 2,2,-3 --goal 8,2,-5 --max-depth 4").status, 2);
 }
 
 TEST(PlanCloud, LeavesOutWhatIsFarOnlyWhileThePathStaysAway) {
@@ -170,8 +166,8 @@ TEST(PlanCloud, LeavesOutWhatIsFarOnlyWhileThePathStaysAway) {
     for (int j = 0; j < 530; ++j) points.push_back({45.0, 0.15 * j, -12.0 + 0.15 * k});
     for (int i = 0; i < 30; ++i) points.push_back({42.75 + 0.15 * i, 83.0, -12.0 + 0.15 * k});
   }
-  write("wide.ply", points, {0.0, 0.0, 0.0});
-  const Ran ran = dive("plan --json --cloud wide.ply --start 42,45,-9 --goal 48,45,-9");
+  write_points("wide.ply", points, {0.0, 0.0, 0.0});
+  const Ran ran = run_here("plan --json --cloud wide.ply --start 42,45,-9 --goal 48,45,-9");
   ASSERT_EQ(ran.status, 0) << ran.err << ran.out;
   const auto json = nlohmann::json::parse(ran.out);
   bool round_the_end = false;
@@ -191,14 +187,14 @@ TEST(PlanCloud, LeavesOutWhatIsFarOnlyWhileThePathStaysAway) {
   }
   EXPECT_TRUE(round_the_end);
   // A path that stays near is planned with the neighbourhood only.
-  const Ran near = dive("plan --cloud wide.ply --start 30,30,-9 --goal 36,30,-9");
+  const Ran near = run_here("plan --cloud wide.ply --start 30,30,-9 --goal 36,30,-9");
   EXPECT_EQ(near.status, 0) << near.err;
   EXPECT_THAT(near.err, HasSubstr("left out"));
 }
 
 TEST(PlanCloud, AStartInThePointsIsRefusedByName) {
-  write("rooms.ply", rooms(), {0.0, 0.0, -9.0});
-  const Ran ran = dive("plan --json --cloud rooms.ply --start 4,1,-7.5 --goal 7,1,-7.5");
+  write_points("rooms.ply", rooms(), {0.0, 0.0, -9.0});
+  const Ran ran = run_here("plan --json --cloud rooms.ply --start 4,1,-7.5 --goal 7,1,-7.5");
   EXPECT_EQ(ran.status, 2);
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("status"), "invalid");
@@ -207,8 +203,8 @@ TEST(PlanCloud, AStartInThePointsIsRefusedByName) {
 
 TEST(PlanCloud, WrongUsageAndUnreadableFilesAreTwo) {
   const std::string poses = " --start 1,1,-2 --goal 7,1,-2";
-  write("rooms.ply", rooms(), {0.0, 0.0, 0.0});
-  write("empty.ply", {}, {0.0, 0.0, 0.0});
+  write_points("rooms.ply", rooms(), {0.0, 0.0, 0.0});
+  write_points("empty.ply", {}, {0.0, 0.0, 0.0});
   const std::string self = std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool3.xml'";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"plan --cloud nowhere.pcd" + poses, "nowhere.pcd: it cannot be opened: no such file"},
@@ -222,12 +218,12 @@ TEST(PlanCloud, WrongUsageAndUnreadableFilesAreTwo) {
       {"plan --cloud rooms.ply --max-depth 10" + poses, "--max-depth"},
       {"plan", "--cloud"}};
   for (const auto& [arguments, complaint] : wrong) {
-    const Ran ran = dive(arguments);
+    const Ran ran = run_here(arguments);
     EXPECT_EQ(ran.status, 2) << arguments;
     EXPECT_EQ(ran.out, "") << arguments;
     EXPECT_THAT(ran.err, HasSubstr(complaint)) << arguments;
   }
-  EXPECT_THAT(dive("plan --help").out, HasSubstr("dive plan --cloud"));
+  EXPECT_THAT(run_here("plan --help").out, HasSubstr("dive plan --cloud"));
 }
 
 }  // namespace
