@@ -126,6 +126,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
   if (answer == PlanClient::Event::kFailed) {
     // The path being followed stays certified, so that it is kept.
     recovery_.plan_failed(input.now);
+    if (!is_following()) need_ = "the planner has found no path";
     progress_.plan_failures = recovery_.failures();
     progress_.plan_failure = planner_.reason();
   }
@@ -144,6 +145,9 @@ bool Leg::take_answer(const BehaviorInput& input) {
     if (is_following() && progress_.path_is_blocked) {
       raise(leg::PathEnded{stop_here(input)});
     }
+    if (!is_following()) {
+      need_ = "the planned path began with a turn for which the vehicle stops first";
+    }
     return false;
   }
   if (turn == TurnOnto::kNoRoom && recovery_.may_back_off(input.estimate->X_WB.p) &&
@@ -155,6 +159,7 @@ bool Leg::take_answer(const BehaviorInput& input) {
 
 void Leg::take_path(const BehaviorInput& input, double clearance_m) {
   progress_.path_is_blocked = false;
+  need_ = "the path is blocked or has ended";
   const planning::PlanResult& plan = *input.plan;
   const auto* planning = std::get_if<leg::Planning>(&state_);
   const bool leads_to_goal = planning == nullptr || !planning->is_to_observe;
@@ -241,7 +246,7 @@ BehaviorOutput Leg::plan(leg::Planning& planning, const BehaviorInput& input) {
   }
   const auto place_W = recovery_.place_to_observe(input, goal_.position_W, route_to_goal_);
   planning.is_to_observe = place_W.has_value();
-  const char* cause = requests_ == 0 ? "the leg starts" : "there is no path";
+  const char* cause = need_;
   if (place_W) cause = "goal blocked: moving closer to observe it";
   ask(input, cause, output, place_W);
   return output;

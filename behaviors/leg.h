@@ -97,6 +97,7 @@ class Leg {
   Progress progress_;
   std::vector<Pose> route_to_goal_;                     ///< Last path that led to the goal.
   std::uint64_t requests_ = 0;                          ///< Number of plans requested.
+  const char* need_ = "the leg starts";                 ///< Why a plan is needed without a path.
   std::optional<Utime> began_;                          ///< Time of the first tick.
   double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
   Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.

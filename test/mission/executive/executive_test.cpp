@@ -672,7 +672,7 @@ TEST_F(ExecutiveTest, SomethingInThePathIsSeenAndPlannedAround) {
   appears_ = {{-1, {cube_at({3, 0, -3})}}};
   const StepOutputs outputs = tick();
   ASSERT_TRUE(query_);
-  EXPECT_EQ(query_->cause, "there is no path");
+  EXPECT_EQ(query_->cause, "the path is blocked or has ended");
   EXPECT_LE(outputs.command.v, 0.0) << "what leads into it is not followed";
   const PlanReply through = straight_plan();  // planned before it was observed
   EXPECT_LE(run(1.5, through).command.v, 0.0) << "and not taken";

@@ -207,7 +207,7 @@ TEST_F(UnknownWater, WhatAppearsBesideThePathIsPlannedRoundAndInThePathIsStopped
   appears(2, {14, 0, -3}, 0.6);
   outputs = tick();
   ASSERT_TRUE(outputs.plan_query);
-  EXPECT_EQ(outputs.plan_query->cause, "there is no path");
+  EXPECT_EQ(outputs.plan_query->cause, "the path is blocked or has ended");
   EXPECT_LE(outputs.command.v, 0.0);
   EXPECT_LE(tick(straight(*query_)).command.v, 0.0) << "not along that";
   vanishes(2);
