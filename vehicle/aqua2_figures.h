@@ -46,6 +46,9 @@ struct Aqua2Figures {
   double spare_buoyancy_kg = 0.05;    ///< Net buoyancy, kg: a dead vehicle rises.
   double hotel_load_w = 25.0;         ///< Power of computers, cameras and motors at rest.
   double thrust_power = 5.6;          ///< W/N^1.5 per flipper: 45 W at full surge.
+  /// Power to hold depth and attitude under way, beside steady thrust: simulated dives use 1 W in
+  /// open water and 9 W inside a wreck.
+  double steering_power_w = 7.0;
 
   /// Cycle-averaged force of one flipper beating with `amplitude` (rad), N.
   [[nodiscard]] double flipper_thrust(double amplitude) const {
@@ -54,11 +57,20 @@ struct Aqua2Figures {
     return thrust_coefficient * swept * water_density * amplitude * gait_frequency;
   }
 
-  /// Electrical power, W, for level, steady swimming at a fraction of the speed at full surge:
-  /// drag, and so thrust, is proportional to the square of the speed.
+  /// Electrical power, W, for level swimming at a fraction of the speed at full surge: drag, and so
+  /// thrust, is proportional to the square of the speed.
   [[nodiscard]] double cruise_power_w(double speed_fraction) const {
-    const double thrust = flipper_thrust(surge_amplitude) * speed_fraction * speed_fraction;
-    return hotel_load_w + 6.0 * thrust_power * thrust * std::sqrt(thrust);
+    return swimming_power_w(surge_amplitude, speed_fraction);
+  }
+  /// The same for a level ascent or descent at a fraction of the speed at full heave.
+  [[nodiscard]] double heave_power_w(double speed_fraction) const {
+    return swimming_power_w(heave_amplitude, speed_fraction);
+  }
+
+ private:
+  [[nodiscard]] double swimming_power_w(double amplitude, double speed_fraction) const {
+    const double thrust = flipper_thrust(amplitude) * speed_fraction * speed_fraction;
+    return hotel_load_w + steering_power_w + 6.0 * thrust_power * thrust * std::sqrt(thrust);
   }
 };
 

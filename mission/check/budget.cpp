@@ -9,6 +9,7 @@
 #include "mission/document/state_index.h"
 #include "planning/world/overhead.h"
 #include "vehicle/aqua2_figures.h"
+#include "vehicle/ascent_rates.h"
 #include "vehicle/autopilot.h"
 
 namespace dive::mission {
@@ -16,9 +17,16 @@ namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
 
-double power_w(const Mission& mission) {
+/// Wh per s, at the mission's speed.
+double swimming_power(const Mission& mission) {
   const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
-  return vehicle::Aqua2Figures{}.cruise_power_w(fraction);
+  return vehicle::Aqua2Figures{}.cruise_power_w(fraction) / kSecondsPerHour;
+}
+
+/// Wh per s.
+double ascent_power() {
+  const double fraction = vehicle::kMeanAscentRate / vehicle::AutopilotOptions{}.full_heave;
+  return vehicle::Aqua2Figures{}.heave_power_w(fraction) / kSecondsPerHour;
 }
 
 /// Resources that a dive of this mission may use.
@@ -40,7 +48,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
                          const Usable& limit, Budget& budget) {
   planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
-  const double power = power_w(mission) / kSecondsPerHour;  // Wh per s
+  const double power = swimming_power(mission);
   const RouteTimes times = route_times(route, legs, mission);
   double distance = 0.0;
   double entered_s = 0.0;  // when the vehicle was last in open water
@@ -50,9 +58,11 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     trail.add(p_W, open);
     if (open) entered_s = t;
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
-    const double out_s =
-        path_time_s(mission, path.points, t) + ascent_time_s(-path.points.back().z());
-    if (!budget.no_return && (t + out_s > limit.time_s || (t + out_s) * power > limit.energy_wh)) {
+    const double back_s = path_time_s(mission, path.points, t);
+    const double ascent_s = ascent_time_s(-path.points.back().z());
+    const double energy_wh = (t + back_s) * power + ascent_s * ascent_power();
+    if (!budget.no_return &&
+        (t + back_s + ascent_s > limit.time_s || energy_wh > limit.energy_wh)) {
       budget.no_return = Budget::NoReturn{distance, state};
     }
     const double time_left = limit.time_s - entered_s;
@@ -78,7 +88,8 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
 
 std::vector<TurningPoint> turning_points_of(const ExitPathProof& exit_path, const Mission& mission,
                                             const vehicle::Conditions& conditions) {
-  const double power = power_w(mission) / kSecondsPerHour;
+  // Most of an exit may be the ascent.
+  const double power = std::max(swimming_power(mission), ascent_power());
   std::vector<TurningPoint> points;
   for (const LegExit& leg : exit_path.legs) {
     points.push_back({mission.limits.mission_timeout.value - leg.longest_s,
@@ -107,10 +118,12 @@ Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
   for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
   budget.duration_s = route_times(route, legs, mission).ends_s;
   budget.distance_m += route.ascent_m;
-  const double power = power_w(mission) / kSecondsPerHour;
-  budget.energy_wh = power * budget.duration_s;
+  const double power = swimming_power(mission);
+  const double ascent_s = ascent_time_s(route.ascent_m);
+  budget.energy_wh = power * (budget.duration_s - ascent_s) + ascent_power() * ascent_s;
   budget.worst_duration_s = mission.limits.mission_timeout.value + exit_path.longest_s;
-  budget.worst_energy_wh = power * budget.worst_duration_s;
+  budget.worst_energy_wh = power * mission.limits.mission_timeout.value +
+                           std::max(power, ascent_power()) * exit_path.longest_s;
   find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
   budget.turning_points = turning_points_of(exit_path, mission, conditions);
   return budget;

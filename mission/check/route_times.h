@@ -1,6 +1,7 @@
 #pragma once
 // When the vehicle is expected where on the nominal route: the speed over ground of every line
-// under the declared current of that time, and the waits between.
+// under the declared current of that time, slower where heave alone changes the depth; the turn at
+// the begin of every leg; and the waits between.
 
 #include <span>
 #include <vector>

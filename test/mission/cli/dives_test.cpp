@@ -17,11 +17,24 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::Ran;
 using testing::run_here;
+using testing::shipped;
 using ::testing::StartsWith;
 
 const std::string kCheckQuay = "check '" DIVE_SOURCE_DIR "/test/mission/collision/quay.xml' ";
 const std::string kCurrent =
     " --set current_y=0.04";  // carries about half of the dives to the quay
+
+// With descents by heave, turns, and an ascent of 12 m.
+TEST(Dives, TakeTheTimeAndEnergyOfTheBudget) {
+  for (const char* name : {"window", "survey", "penetration"}) {
+    const Json check = Json::parse(run_here("check --json --dives 1 " + shipped(name)).out);
+    for (const char* key : {"duration_s", "energy_wh"}) {
+      const double planned = check.at("budget").at(key);
+      EXPECT_NEAR(check.at("dive").at(key).get<double>() / planned, 1.0, 0.15)
+          << name << " " << key;
+    }
+  }
+}
 
 TEST(Dives, ThatCollideAreOneWithTheCommandThatRepeatsTheWorst) {
   const Ran ran = run_here(kCheckQuay + "--json --dives 6" + kCurrent);
