@@ -249,7 +249,7 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   P_.block(at + 3, at, tail, 3) = cross.rightCols(tail).transpose();
   size_ += 3;
   landmarks_.push_back(landmark);
-  const VectorXd before = heading_direction();
+  const Turns before = turn_directions();
   landmarks_.back().p_W += shift;
   turn_covariance(before);
   return true;
@@ -308,7 +308,7 @@ bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, c
 }
 
 void FilterState::add_error(const VectorXd& error) {
-  const VectorXd before = heading_direction();
+  const Turns before = turn_directions();
   turn(imu.motion.q_WB, error.segment<3>(imu_error::kAttitude));
   imu.motion.p_WB += error.segment<3>(imu_error::kPosition);
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
@@ -343,32 +343,34 @@ void FilterState::add_error(const VectorXd& error) {
   turn_covariance(before);
 }
 
-VectorXd FilterState::heading_direction() const {
-  const Vector3d up = Vector3d::UnitZ();
-  VectorXd n = VectorXd::Zero(size_);
-  n.segment<3>(imu_error::kAttitude) = imu.motion.q_WB.conjugate() * up;
-  n.segment<3>(imu_error::kPosition) = up.cross(imu.motion.p_WB);
-  n.segment<3>(imu_error::kVelocity) = up.cross(imu.motion.v_WB);
+// A turn by w moves p by w x p = -[p]x w.
+FilterState::Turns FilterState::turn_directions() const {
+  Turns n = Turns::Zero(size_, 3);
+  n.middleRows<3>(imu_error::kAttitude) = imu.motion.q_WB.conjugate().toRotationMatrix();
+  n.middleRows<3>(imu_error::kPosition) = -skew(imu.motion.p_WB);
+  n.middleRows<3>(imu_error::kVelocity) = -skew(imu.motion.v_WB);
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    n.segment<3>(landmark_columns(i).start) = up.cross(landmarks_[i].p_W);
+    n.middleRows<3>(landmark_columns(i).start) = -skew(landmarks_[i].p_W);
   }
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     const int at = clone_columns(i).start;
-    n.segment<3>(at) = clones_[i].X_WB.q.conjugate() * up;
-    n.segment<3>(at + 3) = up.cross(clones_[i].X_WB.p);
+    n.middleRows<3>(at) = clones_[i].X_WB.q.conjugate().toRotationMatrix();
+    n.middleRows<3>(at + 3) = -skew(clones_[i].X_WB.p);
   }
   return n;
 }
 
-// P' = T P T^T with T = I + (n' - n) g^T, g^T x the error of the heading.
-void FilterState::turn_covariance(const VectorXd& before) {
-  const VectorXd change = heading_direction() - before;
-  const auto g = before.segment<3>(imu_error::kAttitude);
+// P' = T P T^T with T = I + (N' - N) G^T, G^T x the error of the attitude about the axes of W.
+void FilterState::turn_covariance(const Turns& before) {
+  const Turns change = turn_directions() - before;
+  const Eigen::Matrix3d G = before.middleRows<3>(imu_error::kAttitude);
   auto P = P_.topLeftCorner(size_, size_);
-  const VectorXd cross = P.middleCols<3>(imu_error::kAttitude) * g;
-  const double variance = g.dot(cross.segment<3>(imu_error::kAttitude));
-  const VectorXd half = cross + 0.5 * variance * change;
-  P.selfadjointView<Eigen::Lower>().rankUpdate(change, half);
+  const Turns cross = P.middleCols<3>(imu_error::kAttitude) * G;
+  const Eigen::Matrix3d variance = G.transpose() * cross.middleRows<3>(imu_error::kAttitude);
+  const Turns half = cross + 0.5 * change * variance;
+  for (int axis = 0; axis < 3; ++axis) {
+    P.selfadjointView<Eigen::Lower>().rankUpdate(change.col(axis), half.col(axis));
+  }
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
 }
 

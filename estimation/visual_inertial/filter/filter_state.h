@@ -111,10 +111,11 @@ class FilterState {
 
  private:
   void add_error(const Eigen::VectorXd& error);
-  /// Change of every error per radian by which all of the estimate turns about the vertical.
-  [[nodiscard]] Eigen::VectorXd heading_direction() const;
-  /// To be called after the estimate has changed, with heading_direction() from before.
-  void turn_covariance(const Eigen::VectorXd& before);
+  using Turns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+  /// Change of every error per radian by which all of the estimate turns about x, y and z of W.
+  [[nodiscard]] Turns turn_directions() const;
+  /// To be called after the estimate has changed, with turn_directions() from before.
+  void turn_covariance(const Turns& before);
   void remove(Columns columns);
   [[nodiscard]] int landmarks_start() const;
   [[nodiscard]] int clones_start() const {

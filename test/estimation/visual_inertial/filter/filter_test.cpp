@@ -283,6 +283,26 @@ TEST(Start, FromImagesIsRightAtRestAndInMotion) {
   }
 }
 
+// At rest and at constant speed the tilt cannot be told from the accelerometer's bias, whatever two
+// cameras see: no landmark may make it certain.
+TEST(Start, FromImagesStaysUncertainOfTheTiltAtRestAndAtConstantSpeed) {
+  constexpr int kDives = 8;
+  for (const double speed : {0.0, 0.1}) {
+    double nees = 0.0;
+    for (std::uint64_t seed = 41; seed < 41 + kDives; ++seed) {
+      AnalyticDiveOptions options;
+      options.speed = speed;
+      AnalyticDive dive(options, seed);
+      const double t = 10.0 * static_cast<double>(seed);
+      const Began began = begin_from_images(dive, options, start_near(dive, t), t, 4.0);
+      ASSERT_GE(began.after_s, 0.0) << began.waited_for;
+      nees += began.end.nees_attitude / kDives;
+    }
+    EXPECT_GT(nees, 0.5) << speed;
+    EXPECT_LT(nees, 5.0) << speed;  // of 3; 97.5 % of so many dives
+  }
+}
+
 TEST(Start, FromImagesOfARollingShutterIsRightToo) {
   AnalyticDiveOptions options;
   options.line_time_s = 6e-5;  // 29 ms for an image
