@@ -10,21 +10,20 @@
 namespace dive::vehicle {
 namespace {
 
-constexpr double kCaptureRadius = 0.5;   // m, as behaviors/retrace
-constexpr double kDisplaced = 0.25;      // m from the place known to have open water above
-constexpr double kSlow = 3.0;            // allowed time over expected time, and
-constexpr double kGraceSeconds = 30.0;   // s added to it
-constexpr double kMinSpeed = 0.1;        // m/s
-constexpr double kMaxSpeed = 0.8;        // m/s
-constexpr double kSensorWait = 2.0;      // s for attitude and depth to arrive
-constexpr double kMaxStartSigma = 10.0;  // m
-constexpr double kMaxCoordinate = 1e6;   // m, of a plausible coordinate
-constexpr double kMaxVelocity = 5.0;     // m/s
-constexpr double kMaxScale = 0.5;        // of a plausible relative error of the speed
-constexpr double kMaxTurn = 7.0;         // rad
-constexpr double kMaxHold = 600.0;       // s
-constexpr double kDepthFresh = 1.0;      // s
-constexpr double kAscentSlack = 2.0;     // an ascent without depth lasts this many times as long
+constexpr double kCaptureRadius = 0.5;  // m, as behaviors/retrace
+constexpr double kDisplaced = 0.25;     // m from the place known to have open water above
+constexpr double kSlow = 3.0;           // allowed time over expected time, and
+constexpr double kGraceSeconds = 30.0;  // s added to it
+constexpr double kMinSpeed = 0.1;       // m/s
+constexpr double kMaxSpeed = 0.8;       // m/s
+constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
+constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
+constexpr double kMaxVelocity = 5.0;    // m/s
+constexpr double kMaxScale = 0.5;       // of a plausible relative error of the speed
+constexpr double kMaxTurn = 7.0;        // rad
+constexpr double kMaxHold = 600.0;      // s
+constexpr double kDepthFresh = 1.0;     // s
+constexpr double kAscentSlack = 2.0;    // an ascent without depth lasts this many times as long
 constexpr double kAscentGraceSeconds = 10.0;
 
 FollowerOptions follower_options(double speed) {
@@ -104,8 +103,7 @@ void ExitGuidance::observe(const std::optional<ImuSample>& imu,
 void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
   const Eigen::Vector2d current_W = path_ ? path_->current_W : Eigen::Vector2d::Zero();
   const double scale = path_ ? 1.0 + path_->speed_scale : 1.0;
-  const bool is_later = last_odometry_ && odometry.utime > last_odometry_->utime;
-  if (is_later) {
+  if (last_odometry_) {
     reckoned_W_ += scale * (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>() +
                    current_W * to_seconds(odometry.utime - last_odometry_->utime);
   }
@@ -119,13 +117,12 @@ void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
   estimate_ = correction_ ? correction_->update(reckoned, odometry_.blind_variance()) : reckoned;
 }
 
-// The executive's estimate starts it, and its sigma.
 void ExitGuidance::begin_correction() {
   correction_.reset();
   if (!fixes_ || !path_) return;
   estimation::FrameCorrectionOptions options;
   options.fixes = fixes_;
-  options.fixes->start_sigma_m = std::min(path_->position_sigma_m, kMaxStartSigma);
+  options.fixes->start_sigma_m = 0.0;  // that of the exit path counts
   correction_.emplace(options, estimation::PrimitiveOptions{});
   correction_->set_current(path_->current_W);
 }

@@ -149,6 +149,21 @@ LoadedMission loaded_of(BundledDive dive, OpenedBundle opened, const RunArgument
   return loaded;
 }
 
+std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
+                                         const std::optional<link::Key>& key,
+                                         Diagnostics& diagnostics) {
+  std::optional<OpenedBundle> opened = open_bundle(arguments.mission, key, diagnostics);
+  if (!opened) return std::nullopt;
+  std::optional<LoadedVehicle> here = load_vehicle(arguments.vehicle, diagnostics);
+  if (!here) return std::nullopt;
+  std::optional<BundledDive> dive = dive_of(*opened, arguments.mission, diagnostics);
+  if (!dive) return std::nullopt;
+  if (!arguments.unchecked && !is_verified(arguments, *opened, *dive, here->model, diagnostics)) {
+    return std::nullopt;
+  }
+  return loaded_of(std::move(*dive), std::move(*opened), arguments, std::move(*here));
+}
+
 }  // namespace
 
 tl::expected<std::optional<link::Key>, int> key_of(const std::string& path) {
@@ -179,19 +194,23 @@ int write_bundle(Result& file, const CheckArguments& arguments, const std::optio
   return write_result(file, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
-std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
-                                         const std::optional<link::Key>& key,
-                                         Diagnostics& diagnostics) {
-  std::optional<OpenedBundle> opened = open_bundle(arguments.mission, key, diagnostics);
-  if (!opened) return std::nullopt;
-  std::optional<LoadedVehicle> here = load_vehicle(arguments.vehicle, diagnostics);
-  if (!here) return std::nullopt;
-  std::optional<BundledDive> dive = dive_of(*opened, arguments.mission, diagnostics);
-  if (!dive) return std::nullopt;
-  if (!arguments.unchecked && !is_verified(arguments, *opened, *dive, here->model, diagnostics)) {
-    return std::nullopt;
+std::optional<LoadedMission> load_dive(const RunArguments& arguments,
+                                       const std::optional<link::Key>& key,
+                                       Diagnostics& diagnostics) {
+  if (kind_of_file(arguments.mission) == FileKind::kBundle) {
+    return load_bundle(arguments, key, diagnostics);
   }
-  return loaded_of(std::move(*dive), std::move(*opened), arguments, std::move(*here));
+  std::optional<LoadedMission> loaded =
+      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
+  if (loaded && arguments.unchecked) loaded->check = "unchecked";
+  if (loaded && loaded->check.empty() && !arguments.link.url.empty()) {
+    note(
+        fmt::format("dive: {}: not a verified bundle: nothing shows that mission, maps and vehicle "
+                    "are those that were checked; make one with dive check --bundle FILE, or give "
+                    "--unchecked",
+                    arguments.mission));
+  }
+  return loaded;
 }
 
 std::optional<Mission> load_mission_or_bundle(const std::string& path, Diagnostics& diagnostics) {

@@ -24,12 +24,13 @@ namespace dive::mission {
                                const std::optional<link::Key>& key, const LoadedMission& loaded,
                                const CheckReport& report, const Diagnostics& diagnostics);
 
-/// Loads a bundle to dive it, and says on stderr what was verified. Errors: BUNDLE-DAMAGED,
-/// BUNDLE-CONTENT, BUNDLE-VEHICLE, BUNDLE-PLAN, and those of the vehicle's description. With
-/// `--unchecked` neither vehicle nor plans are verified.
-[[nodiscard]] std::optional<LoadedMission> load_bundle(const RunArguments& arguments,
-                                                       const std::optional<link::Key>& key,
-                                                       Diagnostics& diagnostics);
+/// Loads a mission or a bundle to dive it, and says on stderr what was verified. Errors of a
+/// bundle: BUNDLE-DAMAGED, BUNDLE-CONTENT, BUNDLE-VEHICLE, BUNDLE-PLAN, and those of the vehicle's
+/// description; of a mission: those of load(). With `--unchecked` neither vehicle nor plans are
+/// verified.
+[[nodiscard]] std::optional<LoadedMission> load_dive(const RunArguments& arguments,
+                                                     const std::optional<link::Key>& key,
+                                                     Diagnostics& diagnostics);
 
 /// The mission of a file or of a bundle, for commands that need neither map nor vehicle. Errors:
 /// FILE-KIND, BUNDLE-DAMAGED, BUNDLE-CONTENT, and those of load_mission().

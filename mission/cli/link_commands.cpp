@@ -251,26 +251,18 @@ int write_calibration(const SimArguments& arguments, const VehicleSettings& sett
   return kExitSuccess;
 }
 
-/// The mission or bundle of `dive supervise`, whose plans are not verified: it uses none.
-std::optional<LoadedMission> load_supervised(const SuperviseArguments& arguments,
-                                             Diagnostics& diagnostics) {
-  if (kind_of_file(arguments.mission) != FileKind::kBundle) {
-    return load(arguments.mission, resources(arguments.allow_outside), diagnostics);
-  }
-  const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.link.key);
-  if (!key) return std::nullopt;
-  RunArguments run;
-  run.mission = arguments.mission;
-  run.unchecked = true;
-  return load_bundle(run, *key, diagnostics);
-}
-
 /// False if the mission cannot be read, which is printed. Without a mission, and with one that uses
 /// no fixes of a range camera, the settings get no map.
 bool set_map(const SuperviseArguments& arguments, SupervisorSettings& settings) {
   if (arguments.mission.empty()) return true;
+  const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.link.key);
+  if (!key) return false;
+  RunArguments run;
+  run.mission = arguments.mission;
+  run.unchecked = true;  // it uses no plans
+  run.allow_outside = arguments.allow_outside;
   Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded = load_supervised(arguments, diagnostics);
+  const std::optional<LoadedMission> loaded = load_dive(run, *key, diagnostics);
   if (!loaded) {
     print_diagnostics(diagnostics);
     return false;
@@ -283,11 +275,10 @@ bool set_map(const SuperviseArguments& arguments, SupervisorSettings& settings) 
                     arguments.mission));
     return true;
   }
-  const planning::World known = known_world(mission, loaded->world);
   settings.motion = loaded->model.motion;
   settings.map.emplace();
-  settings.map->surface = std::make_shared<const planning::MapSurface>(known);
-  settings.map->digest = planning::world_digest(known);
+  settings.map->surface = std::make_shared<const planning::MapSurface>(loaded->world);
+  settings.map->digest = planning::world_digest(loaded->world);
   settings.map->noise = mapper_options(mission, {}).noise;
   settings.map->fixes = map_fix_options(mission, loaded->model.motion);
   return true;

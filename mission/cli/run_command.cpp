@@ -12,7 +12,6 @@
 #include "mission/cli/commands.h"
 #include "mission/cli/dive_progress.h"
 #include "mission/cli/drawing.h"
-#include "mission/cli/file_kind.h"
 #include "mission/cli/json.h"
 #include "mission/cli/link_report.h"
 #include "mission/cli/loading.h"
@@ -354,26 +353,6 @@ bool fit_each_other(const RunArguments& arguments) {
     return false;
   }
   return true;
-}
-
-/// The mission or bundle of the command line.
-std::optional<LoadedMission> load_dive(const RunArguments& arguments,
-                                       const std::optional<link::Key>& key,
-                                       Diagnostics& diagnostics) {
-  if (kind_of_file(arguments.mission) == FileKind::kBundle) {
-    return load_bundle(arguments, key, diagnostics);
-  }
-  std::optional<LoadedMission> loaded =
-      load(arguments.mission, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
-  if (loaded && arguments.unchecked) loaded->check = "unchecked";
-  if (loaded && loaded->check.empty() && !arguments.link.url.empty()) {
-    note(
-        fmt::format("dive: {}: not a verified bundle: nothing shows that mission, maps and vehicle "
-                    "are those that were checked; make one with dive check --bundle FILE, or give "
-                    "--unchecked",
-                    arguments.mission));
-  }
-  return loaded;
 }
 
 /// True if the mission can be dived with these options; else prints an error.

@@ -49,9 +49,7 @@ class LinkedVehiclePort final : public VehiclePort {
         authenticator_({bus.has_key(), mission.abort_authority == AbortAuthority::kKey}),
         exit_path_service_(known_world(mission, world), model.hull) {
     exit_path_.session_id = authenticator_.session_id();
-    if (uses_map_fixes(mission)) {
-      exit_path_.map_digest = planning::world_digest(known_world(mission, world));
-    }
+    if (uses_map_fixes(mission)) exit_path_.map_digest = planning::world_digest(world);
     bus_.listen<link::VehicleCommand>(
         link::channel::kCommand,
         [this](const link::VehicleCommand& command) { receive_other(command); });
