@@ -38,6 +38,7 @@ std::string AutopilotOptions::validate() const {
   check("heave_brake", heave_brake, 0.001, 10.0);
   check("heave_lift", heave_lift, 0.0, 100.0);
   check("heave_trim", heave_trim, 0.0, 100.0);
+  check("give_way_s", give_way_s, 0.01, 60.0);
   check("nose_lift", nose_lift, 0.0, 1.5);
   check("hover_speed", hover_speed, 0.01, 5.0);
   check("full_speed", full_speed, 0.05, 5.0);
@@ -88,14 +89,15 @@ PseudoRates Autopilot::step(const Command& command, const Eigen::Quaterniond& q_
   error.z() += options_.nose_lift * lift * up_B.y();
   const Eigen::Vector3d turn = turn_effort(error, omega_B) + righting_effort(options_, up_B);
   // Munk moment: a flat hull that swims and heaves at once turns its face to the flow.
-  const double trim = -options_.heave_trim * speed_reference_ * heave;
+  const double trim = -(1.0 - given_way_) * options_.heave_trim * speed_reference_ * heave;
+  give_way(turn.y() + trim, lift, dt);
   const double hovering = std::max(1.0 - std::abs(speed_reference_) / options_.hover_speed, 0.0);
   const double push = hovering * lift * up_B.x();
   // On its side nothing else can hold the depth, and the resulting motion is small.
   const double on_side = std::clamp(2.0 * std::abs(up_B.y()) - 1.0, 0.0, 1.0);
   surge_for_depth_ = on_side * push * speed_of_push();
-  return {effort(surge + (1.0 - on_side) * push), effort(lift * up_B.z()), effort(turn.x()),
-          effort(turn.y() + trim), effort(turn.z())};
+  return {effort(surge + (1.0 - on_side) * push), (1.0 - given_way_) * effort(lift * up_B.z()),
+          effort(turn.x()), effort(turn.y() + trim), effort(turn.z())};
 }
 
 Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,
@@ -103,6 +105,14 @@ Eigen::Vector3d Autopilot::turn_effort(const Eigen::Vector3d& error,
   const Eigen::Vector3d most = options_.attitude_d * options_.max_turn_rate;
   const Eigen::Vector3d pull = options_.attitude_p.cwiseProduct(error);
   return pull.cwiseMax(-most).cwiseMin(most) - options_.attitude_d.cwiseProduct(omega_B);
+}
+
+// Until the flippers just balance what heave still asks of them.
+void Autopilot::give_way(double pitch, double lift, double dt) {
+  // Swimming ahead: the speed reference has the wrong sign while the vehicle brakes.
+  const bool hinders = pitch * lift < 0.0;
+  const double missing = hinders ? std::clamp(std::abs(pitch) - 1.0, -1.0, 1.0) : -1.0;
+  given_way_ = std::clamp(given_way_ + missing * dt / options_.give_way_s, 0.0, 1.0);
 }
 
 double Autopilot::speed_effort(double speed, double dt) {

@@ -13,6 +13,9 @@
 //             error. The vertical effort goes to heave by the vertical component of z of B and,
 //             while hovering, to surge by that of x (under way the speed is the command's); its
 //             component along y, where the flippers have no thrust, pitches the nose instead.
+//             Heave under way turns the nose (Munk moment); where the flippers cannot balance that
+//             for long, heave gives way to the attitude, because a nose that points along the path
+//             climbs and one that does not leaves it.
 //             On its side the vehicle has almost no vertical thrust: there surge is commanded as a
 //             speed added to the commanded one, so that the speed reference includes it
 
@@ -41,6 +44,7 @@ struct AutopilotOptions {
   double heave_share = 0.7;     ///< Fraction of full heave effort for the reference.
   double heave_brake = 0.06;    ///< Deceleration of the reference to rest, m/s^2.
   double heave_trim = 6.0;      ///< Pitch effort per u w that holds the nose.
+  double give_way_s = 1.0;      ///< Time in which heave gives way to pitch, at least.
   double nose_lift = 0.3;       ///< Pitch, rad per vertical effort along y.
   double hover_speed = 0.2;     ///< m/s below which surge may help with depth.
   // Those of the vehicle's motion model:
@@ -89,6 +93,7 @@ class Autopilot {
   void observe_depth(double commanded_depth, double depth_m, double pole, double dt);
   void track_depth(double commanded_depth, double climb, double gain, double dt);
   [[nodiscard]] double lift_effort(double heave, double dt);
+  void give_way(double pitch, double lift, double dt);
   [[nodiscard]] Eigen::Vector3d turn_effort(const Eigen::Vector3d& error,
                                             const Eigen::Vector3d& omega_B) const;
 
@@ -103,6 +108,7 @@ class Autopilot {
   double last_command_ = 0.0;
   double depth_integral_ = 0.0;  ///< Effort of the integral.
   bool has_depth_ = false;
+  double given_way_ = 0.0;  ///< Share of the heave that has given way to pitch, in [0, 1].
 };
 
 }  // namespace dive::vehicle

@@ -26,6 +26,10 @@ constexpr double kSideways = 0.15;     // m/s: the same on its side, where only 
 
 double bearing_of(const Vector3d& direction) { return std::atan2(direction.y(), direction.x()); }
 
+double slope_of(const Vector3d& direction) {
+  return std::asin(std::clamp(direction.z(), -1.0, 1.0));
+}
+
 double yaw_of(const Pose& pose) { return to_rpy(pose.q).z(); }
 
 }  // namespace
@@ -181,8 +185,9 @@ Command Follower::step(const Pose& X_WB, const Vector3d& v_WB_B, const Vector2d&
   const Pose planned = planned_at(s.length > 0.0 ? status_.along_track_m / s.length : 1.0);
   const double z = planned_at(depth_progress(X_WB.p)).p.z();
   const Vector3d planned_rpy = to_rpy(planned.q);
-  // Heave provides the climb that swimming along x does not; pitch is positive nose down.
-  const double left = std::abs(std::asin(std::clamp(s.direction.z(), -1.0, 1.0)) + planned_rpy.y());
+  // Heave provides the climb that swimming along x does not: with the nose where it is, not where
+  // it is planned, since a nose that is still low takes the vehicle ahead of its path.
+  const double left = std::abs(slope_of(s.direction) - slope_of(X_WB.q * Vector3d::UnitX()));
 
   const double yaw = yaw_of(X_WB);
   const Vector3d v_L = from_rpy(0.0, 0.0, -yaw) * (X_WB.q * v_WB_B);

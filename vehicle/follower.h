@@ -8,10 +8,10 @@
 //   depth  linear in along-track progress over ground between p_{i-1} and p_i, clamped to it; a
 //          little ahead on nearly vertical segments; the paper's printed law has the start as a
 //          fixed point and is singular at z_{i-1} = 0: doc/decisions/follower-depth-law.md
-//   speed  reduced before corners, during a heading error, where depth cannot keep up, and at
-//          the end; a vehicle on its side needs way to hold its depth, and is not slowed for it;
-//          against a known current a reduced speed is one over ground, up to the full speed
-//          through the water
+//   speed  reduced before corners, during a heading error, while the nose does not yet point up or
+//          down the slope, where depth cannot keep up, and at the end; a vehicle on its side needs
+//          way to hold its depth, and is not slowed for it; against a known current a reduced speed
+//          is one over ground, up to the full speed through the water
 
 #include <optional>
 #include <span>
@@ -93,7 +93,7 @@ class Follower {
   [[nodiscard]] double course(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] double depth_progress(const Eigen::Vector3d& p_W) const;
   /// `against` (m/s, >= 0) is the current's speed against the segment. `left` (rad, >= 0) is the
-  /// angle between the segment and the direction of swimming along x. `heave_share` in [0, 1]: how
+  /// angle between the slopes of the segment and of x of B. `heave_share` in [0, 1]: how
   /// vertical z of B is.
   [[nodiscard]] double speed_towards(double against, double heading_error, double depth_error,
                                      double left, double heave_share) const;

@@ -135,6 +135,25 @@ TEST(Autopilot, HoldsItsSideWithAnyHull) {
 }
 
 // On its side the flippers have no vertical thrust; surge would drive it astern.
+// Behind on a steep climb, heave would turn the nose down with more than the flippers' moment, and
+// the vehicle would leave its path level.
+TEST(Autopilot, LiftsItsNoseBeforeItHeavesWithAnyHull) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Conditions conditions;
+    conditions.hull_scatter = 0.2;
+    Flight flight(conditions, {{0.0, 0.0, -20.0}, Eigen::Quaterniond::Identity()}, seed);
+    flight.command.v = 0.4;
+    flight.fly(10.0);
+    flight.command.o = from_rpy(0.0, deg_to_rad(-50.0), 0.0);
+    flight.command.d = flight.depth() - 0.5;
+    for (int i = 0; i < 500; ++i) {
+      flight.command.d -= 0.3 * Simulator::kTick;
+      flight.tick();
+    }
+    EXPECT_LT(rad_to_deg(to_rpy(flight.sim.truth().X_WB.q).y()), -40.0) << "hull " << seed;
+  }
+}
+
 TEST(Autopilot, ThatHangsOnItsSideDoesNotSlideAway) {
   Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(1.3, -0.37, 0.0)});
   flight.command.d = 5.5;
