@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -14,7 +16,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kFixRays = 440;   // of a scan
+constexpr double kFixRays = 440.0;  // of a scan
+constexpr double kLevelBin = 0.1;   // m of height
+constexpr double kFewOthers = 0.3;  // share of the points: where fewer are not level
+constexpr double kMostBoost = 3.0;
 constexpr double kSurfaceSigma = 0.02;  // m: a wall that is not where it was drawn
 constexpr double kAngleSigma = 0.004;   // rad, of a ray
 constexpr double kIndependent = 0.05;   // kappa: errors of neighbouring rays are correlated
@@ -26,10 +31,35 @@ constexpr double kMaxGate = 0.6;        // m
 constexpr double kMayFace = -0.15;      // n . d of a surface that a ray can have met
 constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
 constexpr double kWaveHeight = -0.05;   // m: a point above is a wave or a reflection
-constexpr int kIterations = 4;
+constexpr int kIterations = 6;
 constexpr double kConverged = 1e-3;       // m and rad
 constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
 constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
+
+struct Usable {
+  std::vector<std::size_t> points;  // in the order of the scan, by index
+  std::vector<bool> is_level;       // at the height where most points are
+};
+
+// The points on surfaces, without the vehicle itself and the water's surface.
+Usable usable_points(const RangeScan& scan, const Matrix3d& R_WB, double height_W) {
+  Usable usable;
+  std::vector<double> bins;
+  std::map<double, int> count;
+  const Eigen::RowVector3f upwards = R_WB.row(2).cast<float>();
+  for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
+    const float range = (scan.points_B[i] - scan.origin_B).norm();
+    if (!(range >= static_cast<float>(kMinRange) && range <= scan.reach)) continue;
+    const double z_W = height_W + static_cast<double>(upwards * scan.points_B[i]);
+    if (z_W > kWaveHeight) continue;
+    usable.points.push_back(i);
+    bins.push_back(std::floor(z_W / kLevelBin));
+    ++count[bins.back()];
+  }
+  const auto most = std::ranges::max_element(count, {}, &std::pair<const double, int>::second);
+  for (const double bin : bins) usable.is_level.push_back(std::abs(bin - most->first) < 1.5);
+  return usable;
+}
 
 }  // namespace
 
@@ -54,16 +84,32 @@ ScanFit::ScanFit(const MapSurface& surface, const RangeNoise& noise, const Range
                  const Pose& X_WB)
     : surface_(surface), noise_(noise), p_W_(X_WB.p) {
   const Matrix3d R_WB = X_WB.q.toRotationMatrix();
-  const Vector3d origin_B = scan.origin_B.cast<double>();
-  const std::size_t stride = std::max<std::size_t>(1, scan.points_B.size() / kFixRays);
-  for (std::size_t i = stride / 2; i < scan.points_B.size(); i += stride) {
-    const Vector3d b = scan.points_B[i].cast<double>();
-    const Vector3d along_B = b - origin_B;
+  const Usable usable = usable_points(scan, R_WB, X_WB.p.z());
+  const auto all = static_cast<double>(usable.points.size());
+  const double stride = std::max(1.0, std::floor(all / kFixRays));
+  std::vector<std::size_t> level;
+  std::vector<std::size_t> others;
+  for (std::size_t k = 0; k < usable.points.size(); ++k) {
+    (usable.is_level[k] ? level : others).push_back(usable.points[k]);
+  }
+  const auto of_others = static_cast<double>(others.size());
+  if (of_others == 0.0 || of_others >= kFewOthers * all) {
+    sample(scan, R_WB, usable.points, stride, {1.0, 1.0});
+    return;
+  }
+  const double boost = std::min(kFewOthers * all / of_others, kMostBoost);
+  const double denser = std::max(1.0, stride / boost);
+  sample(scan, R_WB, others, denser, {denser / stride, boost * denser / stride});
+  sample(scan, R_WB, level, stride, {1.0, 1.0});
+}
+
+void ScanFit::sample(const RangeScan& scan, const Matrix3d& R_WB,
+                     const std::vector<std::size_t>& points, double stride, const Worth& worth) {
+  for (double i = std::floor(0.5 * stride); i < static_cast<double>(points.size()); i += stride) {
+    const Vector3d b = scan.points_B[points[static_cast<std::size_t>(i)]].cast<double>();
+    const Vector3d along_B = b - scan.origin_B.cast<double>();
     const double range = along_B.norm();
-    if (!(range >= kMinRange && range <= static_cast<double>(scan.reach))) continue;
-    const Vector3d arm_W = R_WB * b;
-    if (X_WB.p.z() + arm_W.z() > kWaveHeight) continue;
-    rays_.push_back({arm_W, R_WB * along_B / range, range});
+    rays_.push_back({R_WB * b, R_WB * along_B / range, range, worth});
   }
 }
 
@@ -92,7 +138,7 @@ FitNormal ScanFit::linearise(const Vector6d& shift, const Matrix6d& covariance) 
     const auto nearest = met(ray, x, direction, kMaxGate);
     if (!nearest) {
       ++normal.gated;
-      normal.cost += kIndependent * kOutlier;
+      normal.cost += kIndependent * ray.worth.evidence * kOutlier;
       continue;
     }
     const Vector3d& n = nearest->normal_W;
@@ -106,12 +152,13 @@ FitNormal ScanFit::linearise(const Vector6d& shift, const Matrix6d& covariance) 
     const double gate =
         std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
     const double sigmas = std::abs(r) / std::sqrt(variance);
-    normal.cost += kIndependent * std::min(sigmas * sigmas, kOutlier);
+    normal.cost += kIndependent * ray.worth.evidence * std::min(sigmas * sigmas, kOutlier);
     if (std::abs(r) > gate) {
       ++normal.gated;
       continue;
     }
-    const double weight = kIndependent * std::min(1.0, kHuber / sigmas) / variance;
+    const double weight =
+        kIndependent * ray.worth.information * std::min(1.0, kHuber / sigmas) / variance;
     normal.information += weight * h * h.transpose();
     normal.gradient -= weight * r * h;
     const double horizontal = n.head<2>().squaredNorm();
@@ -145,7 +192,7 @@ double ScanFit::misfit(const Eigen::Vector2d& shift) const {
     const auto nearest = met(rays_[i], x, rays_[i].direction_W, kCoarseReach);
     const double height =
         nearest ? std::min(std::abs(nearest->height), kCoarseReach) : kCoarseReach;
-    sum += height * height;
+    sum += rays_[i].worth.evidence * height * height;
   }
   return sum;
 }
