@@ -37,6 +37,9 @@ struct Executive::Impl final : private MachineRunner::Observer {
   /// us of a stop for an obstacle ahead: until the next scan of a slow sensor, and the next but
   /// one.
   static constexpr Utime kProximityStop = 1'200'000;
+  /// Beside an overhead, time for which a lost attitude is awaited before the ascent without it: a
+  /// driver that restarts is silent for seconds.
+  static constexpr Utime kAwaitAttitude = 8'000'000;
 
   Impl(const Mission& mission_in, const planning::World& world, const vehicle::Model& model,
        ExecutiveOptions options_in);
@@ -132,6 +135,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   Utime last_step = 0;
   Utime given_back_at = 0;  ///< Commands may have no effect before: the supervisor holds.
   std::optional<vehicle::Command> held;     ///< Command that keeps station during a hold.
+  Utime attitude_known_at = 0;              ///< Last tick with a fresh attitude.
   Utime stop_until = 0;                     ///< End of the stop for an obstacle ahead.
   std::optional<vehicle::Command> stopped;  ///< Command that keeps station during that stop.
   vehicle::Command command;

@@ -132,10 +132,11 @@ void Executive::Impl::assess() {
   overhead_monitor.update(situation.now, situation.estimate, behavior.declared_overhead(), battery);
   situation.overhead = overhead_monitor.has_overhead();
   situation.open_above = overhead_monitor.open_above();
-  // A vehicle without attitude cannot steer, so ascending is its best option wherever nothing is
-  // above it.
-  situation.can_ascend =
-      situation.open_above || (!situation.overhead && !situation.sensors.imu_is_fresh);
+  // A vehicle whose attitude does not come back cannot steer, so ascending is its best option
+  // wherever nothing is above it.
+  if (situation.sensors.imu_is_fresh) attitude_known_at = situation.now;
+  const bool is_blind = situation.now - attitude_known_at > kAwaitAttitude;
+  situation.can_ascend = situation.open_above || (!situation.overhead && is_blind);
   situation.altitude_m = overhead_monitor.altitude_m();
   situation.penetration_m = overhead_monitor.trail().penetration_m();
   situation.budget_used = overhead_monitor.budget_used(situation.now, started_at, battery);

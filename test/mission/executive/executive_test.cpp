@@ -623,6 +623,21 @@ TEST_F(ExecutiveTest, WithoutAttitudeUnderAnOverheadItWaitsAndContinuesWhenItIsB
   EXPECT_GT(tick().command.v, 0.2);
 }
 
+// A driver that restarts sends nothing for seconds. Half a metre beside the roof nothing is above
+// the vehicle, but it may drift under it.
+TEST_F(ExecutiveTest, BesideAnOverheadItAwaitsItsSensorsBeforeItAscendsWithoutThem) {
+  use("",
+      "<hold id=\"first\" duration=\"60\"><transition event=\"done.state.first\" "
+      "target=\"ascend\"/></hold>");
+  world_.obstacles.push_back({"roof", planning::Box{{40, 40, 1}}, Pose{{16.5, 0, -1.5}}});
+  executive_.emplace(mission_, world_, model_, ExecutiveOptions{});
+  run(2.0);
+  imu_speaks_ = depth_speaks_ = false;
+  EXPECT_EQ(run(6.0).status.state, "dive.abort_retrace");
+  EXPECT_EQ(failsafes_.back().cause, "depth_lost");
+  EXPECT_EQ(run(4.0).status.state, "dive.abort_surface");
+}
+
 TEST_F(ExecutiveTest, WithoutDepthItComesUpAndTakesItsTime) {
   tick();
   run(5.0, straight_plan());
