@@ -1,6 +1,7 @@
 #pragma once
 // What a study measures in a simulated dive, by ground truth.
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +58,32 @@ class PositionErrors {
   double nees_in_map_ = 0.0;
   double last_m_ = 0.0;
   std::vector<double> errors_m_;
+};
+
+/// Where the vehicle is nearest to the obstacles that the map has: that clearance, and what it
+/// would be without each cause that makes it less than planned, m.
+struct NearestPass {
+  double as_stands = std::numeric_limits<double>::infinity();  ///< To the obstacles where they are.
+  double as_drawn = 0.0;      ///< The same pose, to the obstacles where the map draws them.
+  double as_estimated = 0.0;  ///< At the estimated pose, to the obstacles as drawn.
+  double planned = 0.0;       ///< Least clearance of the path being followed, along all of it.
+  double off_path = 0.0;      ///< Distance of the estimated position from that path.
+  double at_s = 0.0;          ///< Time, s.
+};
+
+class NearestPasses {
+ public:
+  NearestPasses(const RoutedSetup& setup, const mission::DiveSettings& settings);
+
+  /// `truth` is relative to the map, as a DiveObserver has it.
+  void observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth);
+  [[nodiscard]] const NearestPass& nearest() const { return nearest_; }
+
+ private:
+  vehicle::ClearanceMeter as_stands_;
+  vehicle::ClearanceMeter as_drawn_;
+  Pose world_from_map_;
+  NearestPass nearest_;
 };
 
 /// Whether the range camera could observe the unmapped objects: for how long each was in its field

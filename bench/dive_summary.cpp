@@ -33,6 +33,21 @@ void report_clearance(const std::string& what, const char* key,
   std::cout << '\n';
 }
 
+// Why the nearest passes of the dives with the least clearance were nearer than planned.
+void report_passes(std::vector<nlohmann::json> results) {
+  std::erase_if(results, [](const nlohmann::json& r) { return !r["as_stands"].is_number(); });
+  std::ranges::sort(results, {},
+                    [](const nlohmann::json& r) { return r["as_stands"].get<double>(); });
+  for (const nlohmann::json& r : results | std::views::take(5)) {
+    std::cout << fmt::format(
+        "  seed {} at {:.1f} s: path {:.2f} m and {:.2f} m off it; at the estimate {:.2f}, at the "
+        "true position {:.2f}, with the obstacles where they stand {:.2f} m\n",
+        r["seed"].get<int>(), r["at"].get<double>(), r["planned"].get<double>(),
+        r["off_path_there"].get<double>(), r["as_estimated"].get<double>(),
+        r["as_drawn"].get<double>(), r["as_stands"].get<double>());
+  }
+}
+
 // The errors of position over all dives, and how well the covariance describes them.
 void report_errors(const std::vector<nlohmann::json>& results) {
   constexpr double kBound = 9.21;  // 99 % of the chi-square distribution of two degrees of freedom
@@ -128,6 +143,7 @@ void print_summary(const std::string& name, std::vector<nlohmann::json> results)
   }
   std::cout << '\n';
   report_clearance("clearance to what stands still", "clearance", results);
+  report_passes(results);
   report_clearance("clearance to the diver", "from_diver", results);
   report_errors(results);
   report_off_path(results);

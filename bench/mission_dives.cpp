@@ -58,6 +58,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   mission::DiveSettings settings = settings_for(setup, draw, seed);
   Distances distances(setup, settings);
   PositionErrors errors(settings);
+  NearestPasses passes(setup, settings);
   ObjectsInView in_view(settings);
   observe_with(distances, in_view, settings);
   std::optional<double> wrong_map_s;
@@ -74,18 +75,26 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
         }
         is_over = is_over || (!draw.until.empty() && out.status.state == draw.until);
         if (!is_over) errors.observe(out.estimate, truth);
+        passes.observe(out, truth);
         margin = std::min(margin, out.status.margin_sigma);
         off_path_m = std::max(off_path_m, out.status.cross_track_m);
         for (const mission::FailsafeRecord& failsafe : out.failsafes) {
           if (failsafe.cause == "wrong_map" && !wrong_map_s) wrong_map_s = to_seconds(truth.utime);
         }
       });
+  const NearestPass& pass = passes.nearest();
   return {{"seed", seed},
           {"outcome", result.outcome},
           {"reached", reached_all(result)},
           {"state", result.final_state},
           {"cause", result.cause},
           {"clearance", distances.min_to_world_m()},
+          {"as_stands", pass.as_stands},
+          {"as_drawn", pass.as_drawn},
+          {"as_estimated", pass.as_estimated},
+          {"planned", pass.planned},
+          {"off_path_there", pass.off_path},
+          {"at", pass.at_s},
           {"from_diver", distances.min_to_diver_m()},
           {"collisions", result.collisions.size()},
           {"hidden", with_hidden},
