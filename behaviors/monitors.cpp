@@ -17,6 +17,9 @@ constexpr double kMaxPlausibleDepth = 500.0;  // m
 constexpr double kFrozenSeconds = 10.0;       // a working sensor's noise shows within this time
 constexpr double kNoticeable = 0.15;          // m: a change of depth that the sensor must show
 constexpr double kLag = 1.0;                  // s within which it must show it
+constexpr double kGoodHeight = 0.05;          // m, one sigma of a height by the map
+constexpr double kRisen = 0.2;                // m of such a height that the depth must show
+constexpr int kDenials = 2;                   // fixes in a row
 constexpr double kMoved = 0.3;                // m: a distance that counts as motion
 // The vehicle is meant to move if it is commanded this speed (m/s) or is this far from its
 // commanded depth (m).
@@ -100,6 +103,22 @@ bool Monitors::accept(Utime now, const HealthSample& sample) {
 void Monitors::receive(const MapFix& fix) {
   if (fix.problem != MapFixProblem::kNoScan) receive_scan(fix.scan_utime);
   map_evidence_.add(fix.scan_utime, fix.agreement);
+  compare_height(fix);
+}
+
+// Since the depth last changed. Its difference from the height by the map is the tide's, or an
+// error of the map.
+void Monitors::compare_height(const MapFix& fix) {
+  const bool has_height = fix.height_sigma_m > 0.0 && fix.height_sigma_m < kGoodHeight;
+  if (!has_height || !depth_.arrived) return;
+  const double above = fix.height_W + last_depth_m_;
+  if (fix.scan_utime <= depth_.changed + from_seconds(kLag)) {
+    height_above_depth_ = above;
+    height_denials_ = 0;
+    return;
+  }
+  const bool denies = height_above_depth_ && std::abs(above - *height_above_depth_) > kRisen;
+  height_denials_ = denies ? height_denials_ + 1 : 0;
 }
 
 bool Monitors::is_silent(const Source& source, Utime now, double after_s) const {
@@ -148,7 +167,8 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   const Utime tick = input.now - std::exchange(last_update_, input.now);
   const double dt = to_seconds(tick);
   expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;
-  const bool ought_to_change = std::abs(expected_rise_m_) > kNoticeable && same_for(depth_) > kLag;
+  const bool has_moved = std::abs(expected_rise_m_) > kNoticeable || height_denials_ >= kDenials;
+  const bool ought_to_change = has_moved && same_for(depth_) > kLag;
   set(FailsafeKind::kDepthLost, is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) ||
                                     ought_to_change || same_for(depth_) > kFrozenSeconds);
   set(FailsafeKind::kHealthLost,

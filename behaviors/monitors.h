@@ -95,6 +95,7 @@ class Monitors {
   void set(FailsafeKind kind, bool value) { conditions_[static_cast<std::size_t>(kind)] = value; }
   [[nodiscard]] bool is_silent(const Source& source, Utime now, double after_s) const;
   void leave_out_stall(Utime now);
+  void compare_height(const MapFix& fix);
   void watch_sensors(const MonitorInput& input);
   void watch_estimate(const MonitorInput& input);
   void watch_progress(const MonitorInput& input);
@@ -105,6 +106,9 @@ class Monitors {
   Source imu_, depth_, power_;
   Eigen::Vector4d last_q_ = Eigen::Vector4d::Zero();
   double last_depth_m_ = 0.0;
+  /// Height by the map plus depth, as that last changed, m.
+  std::optional<double> height_above_depth_;
+  int height_denials_ = 0;  ///< Fixes in a row whose height denies a depth that does not change.
   double expected_rise_m_ = 0.0;  ///< Expected rise since the measured depth last changed, m.
   Utime last_update_ = 0;
   HealthSample health_;

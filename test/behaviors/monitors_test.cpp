@@ -291,7 +291,29 @@ TEST_F(MonitorsTest, AFrozenSensorIsLostWhileTheVehicleMoves) {
   EXPECT_EQ(what(), Only{"depth_lost"});
 }
 
-// The flippers push up for the last of the way, and the depth commanded is near.
+// Half a second between two fixes. The map's height differs from the depth by a tide.
+TEST_F(MonitorsTest, AFrozenDepthIsLostOnceTheHeightByTheMapHasChanged) {
+  const auto swim = [&](double seconds, double climb) {
+    for (double t = 0.0; t < seconds; t += 0.5) {
+      run(0.5);
+      estimate_.X_WB.p.z() += 0.5 * climb;
+      MapFix fix;
+      fix.scan_utime = now_;
+      fix.height_W = estimate_.X_WB.p.z() + 0.6;
+      fix.height_sigma_m = 0.02;
+      monitors_.receive(fix);
+    }
+    tick();
+  };
+  swim(3.0, -0.05);
+  EXPECT_FALSE(is(FailsafeKind::kDepthLost)) << "a working sensor, whatever the tide";
+  is_depth_frozen_ = true;
+  swim(3.0, 0.0);
+  EXPECT_FALSE(is(FailsafeKind::kDepthLost)) << "at one depth it may repeat its value";
+  swim(4.0, -0.1);
+  EXPECT_TRUE(is(FailsafeKind::kDepthLost));
+}
+
 TEST_F(MonitorsTest, RestsDoNotHideAFrozenSensor) {
   run(5.0);
   is_depth_frozen_ = true;
@@ -306,6 +328,7 @@ TEST_F(MonitorsTest, RestsDoNotHideAFrozenSensor) {
   EXPECT_EQ(what(), Only{"depth_lost"});
 }
 
+// The flippers push up for the last of the way, and the depth commanded is near.
 TEST_F(MonitorsTest, AFrozenDepthIsLostAlsoWhereItIsNearlyThatCommanded) {
   moves_ = false;
   is_depth_frozen_ = true;
