@@ -57,15 +57,12 @@ double PositionErrors::p95_m() const {
   return sorted.empty() ? 0.0 : sorted[sorted.size() * 95 / 100];
 }
 
-NearestPasses::NearestPasses(const RoutedSetup& setup, const mission::DiveSettings& settings)
-    : as_stands_(mission::simulated_world(setup.world, settings), setup.model.hull),
-      as_drawn_(setup.world, setup.model.hull),
-      world_from_map_(vehicle::drawn_map_motion(settings.conditions, settings.seed)) {}
+NearestPasses::NearestPasses(const RoutedSetup& setup) : as_drawn_(setup.world, setup.model.hull) {}
 
-void NearestPasses::observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth) {
-  as_stands_.observe(world_from_map_ * truth.X_WB);
-  if (as_stands_.min_clearance_m() >= nearest_.as_stands) return;
-  nearest_ = {as_stands_.min_clearance_m(),
+void NearestPasses::observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
+                            double min_to_world_m) {
+  if (min_to_world_m >= nearest_.as_stands) return;
+  nearest_ = {min_to_world_m,
               as_drawn_.clearance(truth.X_WB),
               as_drawn_.clearance(out.estimate.X_WB),
               out.status.clearance_m,

@@ -73,16 +73,16 @@ struct NearestPass {
 
 class NearestPasses {
  public:
-  NearestPasses(const RoutedSetup& setup, const mission::DiveSettings& settings);
+  explicit NearestPasses(const RoutedSetup& setup);
 
-  /// `truth` is relative to the map, as a DiveObserver has it.
-  void observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth);
+  /// `truth` is relative to the map, as a DiveObserver has it. `min_to_world_m`: Distances' of the
+  /// same tick.
+  void observe(const mission::StepOutputs& out, const vehicle::GroundTruth& truth,
+               double min_to_world_m);
   [[nodiscard]] const NearestPass& nearest() const { return nearest_; }
 
  private:
-  vehicle::ClearanceMeter as_stands_;
   vehicle::ClearanceMeter as_drawn_;
-  Pose world_from_map_;
   NearestPass nearest_;
 };
 

@@ -58,7 +58,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
   mission::DiveSettings settings = settings_for(setup, draw, seed);
   Distances distances(setup, settings);
   PositionErrors errors(settings);
-  NearestPasses passes(setup, settings);
+  NearestPasses passes(setup);
   ObjectsInView in_view(settings);
   observe_with(distances, in_view, settings);
   std::optional<double> wrong_map_s;
@@ -75,7 +75,7 @@ nlohmann::json dive(const RoutedSetup& setup, const Draw& draw, std::uint64_t se
         }
         is_over = is_over || (!draw.until.empty() && out.status.state == draw.until);
         if (!is_over) errors.observe(out.estimate, truth);
-        passes.observe(out, truth);
+        passes.observe(out, truth, distances.min_to_world_m());
         margin = std::min(margin, out.status.margin_sigma);
         off_path_m = std::max(off_path_m, out.status.cross_track_m);
         for (const mission::FailsafeRecord& failsafe : out.failsafes) {

@@ -134,7 +134,6 @@ TEST(Autopilot, HoldsItsSideWithAnyHull) {
   }
 }
 
-// On its side the flippers have no vertical thrust; surge would drive it astern.
 // Behind on a steep climb, heave would turn the nose down with more than the flippers' moment, and
 // the vehicle would leave its path level.
 TEST(Autopilot, LiftsItsNoseBeforeItHeavesWithAnyHull) {
@@ -154,6 +153,7 @@ TEST(Autopilot, LiftsItsNoseBeforeItHeavesWithAnyHull) {
   }
 }
 
+// On its side the flippers have no vertical thrust; surge would drive it astern.
 TEST(Autopilot, ThatHangsOnItsSideDoesNotSlideAway) {
   Flight flight({}, {{0.0, 0.0, -5.0}, from_rpy(1.3, -0.37, 0.0)});
   flight.command.d = 5.5;
