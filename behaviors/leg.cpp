@@ -325,6 +325,10 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
   planning::PlanRequest request = leg_request(settings_, goal, input.estimate->X_WB);
   request.limits = path_limits(settings_, began_z_, goal_, request.start.p.z());
   request.seed += requests_;
+  if (input.trail != nullptr) {
+    request.trail = trail_to(*input.trail, request.start.p, request.goal.p,
+                             kTrailLinkShare * request.limits.clearance);
+  }
   if (is_following()) {
     request.previous.push_back(request.start);
     const std::span<const Pose> ahead = rest_of_path().subspan(1);

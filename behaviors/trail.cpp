@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kSamePoint = 1e-6;  // m
 constexpr double kHardly = 0.25;     // m: half the distance between breadcrumbs
+constexpr double kNearGoal = 1.0;    // m from the trail to a goal that it leads to
+// The longest trail to a goal that is worth trying, by its distance: it bounds the search.
+constexpr double kLongestShare = 4.0;
+constexpr double kLongestExtra = 5.0;  // m
 
 }  // namespace
 
@@ -26,6 +30,18 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
     poses[i] = Pose{points[i], from_rpy(0.0, 0.0, std::atan2(direction.y(), direction.x()))};
   }
   return poses;
+}
+
+std::vector<Pose> trail_to(const Trail& trail, const Eigen::Vector3d& p_W,
+                           const Eigen::Vector3d& goal_W, double link_m) {
+  const double longest_m = kLongestShare * (goal_W - p_W).norm() + kLongestExtra;
+  Trail::Path path =
+      trail.path_to(p_W, link_m, longest_m, [&](const Trail::Breadcrumb& breadcrumb) {
+        return (breadcrumb.p_W - goal_W).norm() < kNearGoal;
+      });
+  if (!path.arrives) return {};
+  path.points.push_back(goal_W);
+  return level_poses(path.points);
 }
 
 Trail::Trail(double spacing, std::size_t capacity) : spacing_(spacing), capacity_(capacity) {

@@ -21,6 +21,13 @@ inline constexpr double kTrailLinkShare = 0.8;
 /// Level poses at two or more points, each heading for the next.
 [[nodiscard]] std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points);
 
+class Trail;
+
+/// Level poses along the trail from `p_W` to `goal_W`; empty if the trail does not pass near the
+/// goal, or is a long way round. `link_m`: see Trail::exit_path.
+[[nodiscard]] std::vector<Pose> trail_to(const Trail& trail, const Eigen::Vector3d& p_W,
+                                         const Eigen::Vector3d& goal_W, double link_m);
+
 inline constexpr double kTrailSpacing = 0.5;         ///< Between breadcrumbs at first, m.
 inline constexpr std::size_t kTrailCapacity = 4096;  ///< Breadcrumbs.
 

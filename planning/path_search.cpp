@@ -33,6 +33,18 @@ std::vector<Pose> continued(const PlanRequest& request) {
   return path;
 }
 
+// Breadcrumbs lie nearer to each other than waypoints.
+std::vector<Pose> along_trail(const PlanRequest& request, double spacing) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const Pose& breadcrumb : request.trail) {
+    if (!positions.empty() && (breadcrumb.p - positions.back()).norm() < spacing) continue;
+    if ((breadcrumb.p - request.goal.p).norm() < 0.5 * spacing) break;
+    positions.push_back(breadcrumb.p);
+  }
+  positions.push_back(request.goal.p);
+  return poses_along(positions, request.start, request.goal, request.limits.attitude);
+}
+
 }  // namespace
 
 PathSearch::PathSearch(const World& world, const Scene& scene, const RobotHull& hull,
@@ -297,6 +309,7 @@ PlanResult PathSearch::run(const PlanRequest& request, double start_clearance,
                    ? continued(request)
                    : straight_line(request.start, request.goal, request.limits.attitude,
                                    options_.waypoint_spacing_m)) ||
+      (request.trail.size() >= 2 && consider(along_trail(request, options_.waypoint_spacing_m))) ||
       search_warm_starts() || search_widest();
   if (found && options_.preferred_view) prefer_information();
   if (found) {

@@ -3,7 +3,8 @@
 //
 // The loop of the AquaNav paper: optimise, certify; if the certificate fails, put a virtual
 // obstacle of size D_min at the costliest waypoint, plan around it by BiT-RRT, and optimise again
-// from there. In addition: a ball of D_min plus the hull's inner radius must pass wherever the hull
+// from there. In addition: where the direct path fails, the vehicle's trail to the goal is tried
+// before any warm start; a ball of D_min plus the hull's inner radius must pass wherever the hull
 // passes, so the search for warm starts requires that; if it finds no path, the widest path on a
 // grid shows whether there is any, and the clearance of the best one.
 

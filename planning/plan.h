@@ -20,6 +20,9 @@ struct PlanRequest {
   MotionLimits limits;
   std::uint64_t seed = 1;      ///< Seed of the planner's random draws.
   std::vector<Pose> previous;  ///< Path to start from (replanning), X_WB; may be empty.
+  /// Level poses along the vehicle's trail from about the start to about the goal, X_WB: where the
+  /// direct path fails, the way that it has come by is tried before any other; may be empty.
+  std::vector<Pose> trail;
 };
 
 /// Share of D_min: a path from a start with less clearance than this may not lose any before it

@@ -75,6 +75,9 @@ std::string Planner::Impl::question_problem(const PlanRequest& request) const {
   if (!std::all_of(request.previous.begin(), request.previous.end(), is_finite)) {
     return "the previous path has a pose that is not finite";
   }
+  if (!std::all_of(request.trail.begin(), request.trail.end(), is_finite)) {
+    return "the trail has a pose that is not finite";
+  }
   if (!(request.limits.clearance >= 0.0 && request.limits.clearance <= options.certify.cutoff)) {
     return fmt::format("the clearance must be from 0 to {:g} m", options.certify.cutoff);
   }

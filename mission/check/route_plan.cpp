@@ -1,5 +1,6 @@
 #include "mission/check/route_plan.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -34,6 +35,7 @@ void report_reduced(const RouteLeg& leg, const planning::PlanResult& plan, const
 RouteRequests::RouteRequests(const Route& route, std::uint64_t seed)
     : route_(route), settings_(route.settings), at_(route.start) {
   settings_.seed = seed;
+  trail_.add(at_.p, true);
 }
 
 const planning::PlanRequest& RouteRequests::next() {
@@ -42,10 +44,20 @@ const planning::PlanRequest& RouteRequests::next() {
   at_.p = leg.from_W;
   settings_.limits.reduced_clearance = leg.reduced_clearance;
   request_ = behaviors::leg_request(settings_, leg.goal, at_);
+  request_.trail = behaviors::trail_to(trail_, request_.start.p, request_.goal.p,
+                                       behaviors::kTrailLinkShare * request_.limits.clearance);
   return request_;
 }
 
 void RouteRequests::arrive(const std::vector<Pose>& path) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double length = (path[i].p - path[i - 1].p).norm();
+    const int pieces = std::max(1, static_cast<int>(std::ceil(length / behaviors::kTrailSpacing)));
+    for (int k = 1; k <= pieces; ++k) {
+      constexpr bool kIsOpen = true;  // does not matter here
+      trail_.add(interpolate(path[i - 1], path[i], static_cast<double>(k) / pieces).p, kIsOpen);
+    }
+  }
   at_ = path.empty() ? request_.goal : path.back();
 }
 

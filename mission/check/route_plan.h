@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "behaviors/trail.h"
 #include "common/diagnostic.h"
 #include "mission/check/route.h"
 #include "mission/document/mission.h"
@@ -44,6 +45,7 @@ class RouteRequests {
   behaviors::LegSettings settings_;
   planning::PlanRequest request_;
   Pose at_;
+  behaviors::Trail trail_;
   std::size_t leg_ = 0;
 };
 

@@ -84,6 +84,15 @@ class Comparison {
     return logged.size() == replayed.size();
   }
 
+  template <typename... Name>
+  void poses(const std::vector<Pose>& logged, const std::vector<Pose>& replayed,
+             const Name&... name) {
+    if (!sizes(logged, replayed, name...)) return;
+    for (std::size_t i = 0; i < logged.size(); ++i) {
+      pose(logged[i], replayed[i], name..., "[", i, "]");
+    }
+  }
+
   [[nodiscard]] std::string take() { return std::move(text_); }
 
  private:
@@ -171,8 +180,8 @@ void compare(Comparison& c, const PlanQuery& logged, const PlanQuery& replayed) 
   constexpr std::string_view kName = to_string(Channel::kPlanQuery);
   const auto& [id1, state1, cause1, request1] = logged;
   const auto& [id2, state2, cause2, request2] = replayed;
-  const auto& [start1, goal1, fixed1, limits1, seed1, previous1] = request1;
-  const auto& [start2, goal2, fixed2, limits2, seed2, previous2] = request2;
+  const auto& [start1, goal1, fixed1, limits1, seed1, previous1, trail1] = request1;
+  const auto& [start2, goal2, fixed2, limits2, seed2, previous2, trail2] = request2;
   c.value(id1, id2, kName, ".id");
   c.value(state1, state2, kName, ".state");
   c.value(cause1, cause2, kName, ".cause");
@@ -181,10 +190,8 @@ void compare(Comparison& c, const PlanQuery& logged, const PlanQuery& replayed) 
   c.value(fixed1, fixed2, kName, ".goal_attitude_fixed");
   compare(c, limits1, limits2, kName);
   c.value(seed1, seed2, kName, ".seed");
-  if (!c.sizes(previous1, previous2, kName, ".previous")) return;
-  for (std::size_t i = 0; i < previous1.size(); ++i) {
-    c.pose(previous1[i], previous2[i], kName, ".previous[", i, "]");
-  }
+  c.poses(previous1, previous2, kName, ".previous");
+  c.poses(trail1, trail2, kName, ".trail");
 }
 
 void compare(Comparison& c, const std::optional<PlanQuery>& logged,

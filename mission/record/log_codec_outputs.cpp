@@ -19,7 +19,8 @@ namespace {
 constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
                            bytes(6 * sizeof(double) + 4 + 1)};
 constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 6 * sizeof(double)), text(kMaxText),
-                              text(kMaxText), array(kPoseSize, kMaxWaypoints)};
+                              text(kMaxText), array(kPoseSize, kMaxWaypoints),
+                              array(kPoseSize, kMaxWaypoints)};
 constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
                                text(kMaxText), text(kMaxText), text(kMaxText)};
 constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
@@ -57,10 +58,10 @@ bool decode(PacketView packet, Status& status) {
 
 bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   const auto& [id, state, cause, request] = query;
-  const auto& [start, goal, goal_attitude_fixed, limits, seed, previous] = request;
+  const auto& [start, goal, goal_attitude_fixed, limits, seed, previous, trail] = request;
   const auto& [attitude, clearance, reduced_clearance, min_z, max_z, min_altitude, goal_tolerance] =
       limits;
-  if (previous.size() > kMaxWaypoints) return false;
+  if (previous.size() > kMaxWaypoints || trail.size() > kMaxWaypoints) return false;
   plan_query_t m;
   m.utime = now;
   m.id = id;
@@ -78,6 +79,7 @@ bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   m.state = state;
   m.cause = cause;
   write_poses(previous, m.n, m.previous);
+  write_poses(trail, m.trail_n, m.trail);
   return pack(m, kPlanQuery, packet);
 }
 
@@ -99,6 +101,7 @@ bool decode(PacketView packet, PlanQuery& query) {
   limits.goal_tolerance = m->goal_tolerance;
   request.seed = static_cast<std::uint64_t>(m->seed);
   read_poses(m->previous, request.previous);
+  read_poses(m->trail, request.trail);
   return read_flag(m->goal_attitude_fixed, request.goal_attitude_fixed) &&
          read_enum(m->attitude, planning::AttitudeMode::kHorizontal, limits.attitude);
 }
@@ -163,8 +166,9 @@ std::size_t max_packet_size(Channel channel) {
     case Channel::kHeader:
       return 4 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
     case Channel::kPlan:
-    case Channel::kPlanQuery:
       return kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
+    case Channel::kPlanQuery:
+      return 2 * kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
     case Channel::kObstacles:
       return planning::kMaxUpdateCells * (8 + 4) + planning::kMaxUpdatePieces * (8 + 4) +
              3 * kMaxUpdateVertices * sizeof(double) + 64;

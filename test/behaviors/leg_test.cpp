@@ -162,6 +162,21 @@ TEST(Leg, KeepsTheOldPathWhileAndAfterAReplanFails) {
   EXPECT_EQ(leg.progress().plan_failure, "blocked");
 }
 
+TEST(Leg, OffersItsTrailToThePlanner) {
+  Trail trail;
+  for (int x = 0; x <= 10; ++x) trail.add({1.0 * x, 0, -3}, false);
+  PerfectVehicle vehicle({10, 0, -3});
+  vehicle.set_map(nullptr, &trail);
+  Leg back(settings(), goal_at(0, 0));
+  const BehaviorOutput output = vehicle.tick(back);
+  ASSERT_TRUE(output.plan_request);
+  EXPECT_TRUE(output.plan_request->previous.empty());
+  ASSERT_GE(output.plan_request->trail.size(), 10U);
+  EXPECT_EQ(output.plan_request->trail.back().p, Eigen::Vector3d(0, 0, -3));
+  Leg on(settings(), goal_at(20, 0));
+  EXPECT_TRUE(vehicle.tick(on).plan_request->trail.empty());
+}
+
 TEST(Leg, APlannerThatDoesNotAnswerHasFailed) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});

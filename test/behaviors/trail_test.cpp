@@ -84,5 +84,30 @@ TEST(Trail, MovesWithALoopClosureByTheTimeOfEachBreadcrumb) {
   EXPECT_NEAR(trail.penetration_m(), 6.0 + 5.0 * std::hypot(1.0, 0.4), 1e-9);
 }
 
+TEST(Trail, LeadsToAGoalNearIt) {
+  const Trail trail = swum_in();
+  const std::vector<Pose> back = trail_to(trail, {10.0, 0.2, -4}, {-2.0, 0.5, -4.5}, 0.0);
+  ASSERT_GE(back.size(), 20U);
+  EXPECT_EQ(back.front().p, Eigen::Vector3d(10.0, 0.2, -4));
+  EXPECT_EQ(back.back().p, Eigen::Vector3d(-2.0, 0.5, -4.5));
+  EXPECT_NEAR(std::abs(to_rpy(back[5].q).z()), M_PI, 1e-6) << "level, and bow first";
+  EXPECT_NEAR(to_rpy(back.back().q).y(), 0.0, 1e-9);
+
+  EXPECT_TRUE(trail_to(trail, {10.0, 0.2, -4}, {-2.0, 1.5, -4}, 0.0).empty());
+  EXPECT_TRUE(trail_to(Trail(), {10.0, 0.2, -4}, {-2.0, 0, -4}, 0.0).empty());
+}
+
+// Round three sides of a square of 20 m: the way back is 60 m, and the goal 20 m away.
+TEST(Trail, DoesNotLeadALongWayRound) {
+  Trail trail;
+  for (double s = 0.0; s < 20.0; s += 0.5) trail.add({s, 0, -4}, true);
+  for (double s = 0.0; s < 20.0; s += 0.5) trail.add({20, s, -4}, true);
+  for (double s = 20.0; s > 0.0; s -= 0.5) trail.add({s, 20, -4}, true);
+  EXPECT_EQ(trail_to(trail, {0, 20, -4}, {0, 0, -4}, 0.4).size(), 121U);
+  EXPECT_TRUE(trail_to(trail, {0, 20, -4}, {0, 10, -4}, 0.4).empty()) << "not near it";
+  for (double s = 20.0; s > 10.0; s -= 0.5) trail.add({0, s, -4}, true);
+  EXPECT_TRUE(trail_to(trail, {0, 10, -4}, {0, 0, -4}, 0.4).empty()) << "70 m";
+}
+
 }  // namespace
 }  // namespace dive::behaviors

@@ -41,6 +41,7 @@ std::vector<Kind> kinds() {
   PlanQuery query;
   query.state = "swim";
   query.request.previous.resize(2);
+  query.request.trail.resize(3);
   planning::Polytope piece;
   piece.vertices.resize(4);
   const planning::ObstacleUpdate update{
@@ -189,6 +190,9 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   PlanQuery query;
   query.request.previous.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, query, packet));
+  query.request.previous.clear();
+  query.request.trail.resize(kMaxWaypoints + 1);
+  EXPECT_FALSE(encode(0, query, packet));
 
   TruthRecord truth;
   truth.contacts.assign(link::kMaxContacts, "rock");
@@ -223,6 +227,7 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   PlanQuery query;
   query.state = text;
   query.request.previous.resize(kMaxWaypoints);
+  query.request.trail.resize(kMaxWaypoints);
   ASSERT_TRUE(encode(0, query, packet));
   EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
   ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxContacts, text), 0.0, text}, packet));

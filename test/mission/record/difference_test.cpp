@@ -16,6 +16,7 @@ StepOutputs full_outputs() {
   do {
     tick = maker.tick(0);
   } while (!tick.outputs.plan_query || tick.outputs.plan_query->request.previous.size() != 3 ||
+           tick.outputs.plan_query->request.trail.size() != 2 ||
            tick.outputs.transitions.size() < 2 || tick.outputs.failsafes.size() < 2 ||
            tick.outputs.actions.size() < 2);
   return tick.outputs;
@@ -43,7 +44,7 @@ TEST(FirstDifference, IsFoundAndNamedInEveryField) {
   const StepOutputs logged = full_outputs();
   int fields = 0;
   each_output(const_cast<StepOutputs&>(logged), [&](const std::string&, auto&) { ++fields; });
-  ASSERT_EQ(fields, 146);
+  ASSERT_EQ(fields, 160);
   for (int changed = 0; changed < fields; ++changed) {
     StepOutputs replayed = logged;
     std::string expected;
@@ -113,6 +114,9 @@ TEST(FirstDifference, OneMoreOrOneLess) {
   more.plan_query->request.previous.resize(1);
   EXPECT_EQ(first_difference(some, more),
             "DIVE_OUT_PLAN_QUERY.previous.count: logged 0, replayed 1");
+  StepOutputs swum = some;
+  swum.plan_query->request.trail.resize(2);
+  EXPECT_EQ(first_difference(swum, some), "DIVE_OUT_PLAN_QUERY.trail.count: logged 2, replayed 0");
 }
 
 }  // namespace

@@ -231,6 +231,9 @@ void each_output(StepOutputs& out, F f) {
     for (std::size_t i = 0; i < request.previous.size(); ++i) {
       each(fmt::format("DIVE_OUT_PLAN_QUERY.previous[{}]", i), request.previous[i], f);
     }
+    for (std::size_t i = 0; i < request.trail.size(); ++i) {
+      each(fmt::format("DIVE_OUT_PLAN_QUERY.trail[{}]", i), request.trail[i], f);
+    }
   }
   for (std::size_t i = 0; i < out.transitions.size(); ++i) {
     TransitionRecord& t = out.transitions[i];
@@ -302,7 +305,11 @@ class SampleMaker {
       plan.waypoints.resize(below(4));
       if (chance()) plan.reduced.emplace();
     }
-    if (chance()) tick.outputs.plan_query.emplace().request.previous.resize(below(4));
+    if (chance()) {
+      planning::PlanRequest& request = tick.outputs.plan_query.emplace().request;
+      request.previous.resize(below(4));
+      request.trail.resize(below(3));
+    }
     tick.outputs.transitions.resize(below(3));
     tick.outputs.failsafes.resize(below(3));
     if (chance()) tick.inputs.operator_command.emplace();

@@ -143,6 +143,9 @@ TEST(Planner, ReportsAnInvalidRequest) {
   request.previous = {still({0, 0, 0}), still({0, std::numeric_limits<double>::infinity(), 0})};
   EXPECT_EQ(reason(request), "the previous path has a pose that is not finite");
   request = sound;
+  request.trail = {still({0, 0, 0}), still({0, std::numeric_limits<double>::quiet_NaN(), 0})};
+  EXPECT_EQ(reason(request), "the trail has a pose that is not finite");
+  request = sound;
   request.limits.clearance = -0.1;
   EXPECT_EQ(reason(request), "the clearance must be from 0 to 5 m");
   for (const double wrong : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
@@ -567,6 +570,35 @@ TEST(Planner, StartsFromAGivenPath) {
   ASSERT_EQ(next.status, PlanStatus::kSuccess) << next.reason;
   EXPECT_EQ(next.warm_starts, 0) << "it already goes through the window";
   EXPECT_EQ(next.waypoints.front().p, request.start.p);
+}
+
+// Back through the window by the way that it has come, whatever the seed.
+TEST(Planner, TriesTheTrailWhereTheDirectPathFails) {
+  const World world = window();
+  const PlanResult in = plan(world, ask(kGate, kRoomB, 1.0));
+  ASSERT_EQ(in.status, PlanStatus::kSuccess);
+  PlanRequest request = ask(kRoomB, kGate, 1.0);
+  ASSERT_GE(plan(world, request).warm_starts, 1);
+  for (auto pose = in.waypoints.rbegin(); pose != in.waypoints.rend(); ++pose) {
+    request.trail.push_back(still(pose->p));
+  }
+  const PlanResult out = plan(world, request);
+  ASSERT_EQ(out.status, PlanStatus::kSuccess) << out.reason;
+  EXPECT_EQ(out.warm_starts, 0);
+  EXPECT_LT(out.length_m, 1.02 * in.length_m);
+  EXPECT_EQ(out.waypoints.back().p, kGate);
+
+  PlanRequest direct = ask({0, 0, -4}, {9, 0, -4}, 0.6);
+  direct.trail = {still({0, 0, -4}), still({4, 3, -4}), still({9, 0, -4})};
+  EXPECT_NEAR(plan({}, direct).length_m, 9.0, 0.01) << "no trail where the direct path is free";
+}
+
+TEST(Planner, WarmStartsWhereTheTrailIsBlocked) {
+  PlanRequest request = ask(kRoomB, kGate, 1.0);
+  request.trail = {still(kRoomB), still(0.5 * (kRoomB + kGate)), still(kGate)};
+  const PlanResult result = plan(window(), request);
+  EXPECT_EQ(result.status, PlanStatus::kSuccess) << result.reason;
+  EXPECT_GE(result.warm_starts, 1);
 }
 
 TEST(Planner, SameRequestSameBits) {
