@@ -55,6 +55,7 @@ std::string RecoveryOptions::validate() const {
   check("observe_goal.min_distance_m", observe_goal.min_distance_m, 0.5, 20.0);
   check("observe_goal.min_approach_m", observe_goal.min_approach_m, 0.1, 20.0);
   check("blocked_trail.wait_s", blocked_trail.wait_s, 0.0, 3600.0);
+  check("blocked_trail.hold_s", blocked_trail.hold_s, 0.0, 3600.0);
   check("blocked_trail.observe_s", blocked_trail.observe_s, 0.1, 60.0);
   check("blocked_trail.observations", blocked_trail.observations, 0, 100);
   check("blocked_trail.observe_again_m", blocked_trail.observe_again_m, 0.1, 50.0);
@@ -249,7 +250,8 @@ bool TrailRecovery::is_observed(Utime since, Utime now) const {
 }
 
 bool TrailRecovery::gives_up(Utime now) const {
-  return blocked_since_ && to_seconds(now - *blocked_since_) >= options_.wait_s;
+  return blocked_since_ &&
+         to_seconds(now - *blocked_since_) >= (is_patient() ? options_.wait_s : options_.hold_s);
 }
 
 std::optional<double> TrailRecovery::next_clearance() {

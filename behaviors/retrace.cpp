@@ -26,6 +26,7 @@ constexpr double kLevel = 0.15;           // rad of tilt
 constexpr double kStillTurning = 0.2;     // rad/s
 constexpr double kLevelSeconds = 4.0;     // s after which it is level
 constexpr double kBearingFrom = 1.0;      // m: distance of the first point that gives a bearing
+constexpr double kTrustingShare = 0.5;    // of the speed, on a trail that seems blocked
 constexpr double kAhead = 15.0;           // m of the path that are checked at a time
 
 const char* to_string(retrace::Loss cause) {
@@ -103,6 +104,9 @@ void Retrace::run(const BehaviorInput& input, BehaviorOutput& output, bool wants
   if (auto* state = std::get_if<retrace::FollowingDetour>(&state_)) {
     return follow(state->allowed_s, input, output, wants_alternative);
   }
+  if (auto* state = std::get_if<retrace::TrustingTrail>(&state_)) {
+    return follow(state->allowed_s, input, output);
+  }
   if (auto* state = std::get_if<retrace::ObservingTrail>(&state_)) {
     return observe_trail(state->since, input, output);
   }
@@ -157,22 +161,38 @@ void Retrace::come_level(Utime since, const BehaviorInput& input, BehaviorOutput
   run(input, output);
 }
 
-void Retrace::begin_trail(const BehaviorInput& input) {
+// Sets the path to the rest of the trail. False if it leads to no open water.
+bool Retrace::find_trail(const BehaviorInput& input, double speed) {
   is_off_trail_ = false;
   since_ = input.now;
   const Eigen::Vector3d& p_W = input.estimate->X_WB.p;
   const Trail::Path path = path_along_trail(p_W);
   progress_.distance_to_go_m = path.length_m;
-  if (!path.arrives) return raise(retrace::TrailEndless{});
+  if (!path.arrives) return false;
   out_W_ = path.points.back();
-  set_path(level_poses(path.points), path.length_m, p_W);
-  raise(retrace::TrailFound{time_allowed_s(path.length_m)});
+  set_path(level_poses(path.points), path.length_m, speed, p_W);
+  return true;
+}
+
+void Retrace::begin_trail(const BehaviorInput& input) {
+  if (!find_trail(input, settings_.speed)) return raise(retrace::TrailEndless{});
+  raise(retrace::TrailFound{time_allowed_s(progress_.distance_to_go_m)});
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
 }
 
-void Retrace::set_path(std::span<const Pose> waypoints, double length_m,
+void Retrace::trust_trail(const BehaviorInput& input, BehaviorOutput& output) {
+  has_trusted_ = true;
+  if (!find_trail(input, kTrustingShare * settings_.speed)) {
+    raise(retrace::TrailEndless{});
+  } else {
+    raise(retrace::NoDetour{time_allowed_s(progress_.distance_to_go_m)});
+  }
+  run(input, output);
+}
+
+void Retrace::set_path(std::span<const Pose> waypoints, double length_m, double speed,
                        const Eigen::Vector3d& p_W) {
-  follower_ = vehicle::Follower(follower_options(settings_.speed, length_m));
+  follower_ = vehicle::Follower(follower_options(speed, length_m));
   follower_.set_path(waypoints, p_W);
   progress_.path_is_blocked = false;
 }
@@ -215,7 +235,9 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   if (wants_alternative) loss = retrace::Loss::kUnobservable;
   const bool is_due = input.map_changed || input.now >= next_check_;
   if (is_due) next_check_ = input.now + kPathCheckPeriod;
-  if (is_due && input.observed != nullptr && is_blocked(*input.observed)) {
+  progress_.trusts_trail = std::holds_alternative<retrace::TrustingTrail>(state_);
+  if (!progress_.trusts_trail && is_due && input.observed != nullptr &&
+      is_blocked(*input.observed)) {
     loss = retrace::Loss::kBlocked;
   }
   if (input.obstacle_ahead) loss = retrace::Loss::kBlocked;
@@ -234,7 +256,8 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
 
 void Retrace::way_ahead(const Pose& X_WB, double seconds, std::vector<Pose>& way) const {
   const bool follows = std::holds_alternative<retrace::FollowingTrail>(state_) ||
-                       std::holds_alternative<retrace::FollowingDetour>(state_);
+                       std::holds_alternative<retrace::FollowingDetour>(state_) ||
+                       std::holds_alternative<retrace::TrustingTrail>(state_);
   if (!follows) return way.clear();
   follower_.way_ahead(X_WB, seconds * settings_.speed, way);
 }
@@ -260,8 +283,10 @@ void Retrace::lose_path(retrace::Loss cause, const BehaviorInput& input) {
   recovery_.path_lost(input.estimate->X_WB.p);
   if (cause == retrace::Loss::kBlocked) progress_.path_is_blocked = true;
   station_.reset();
-  if (cause == retrace::Loss::kBlocked && recovery_.observes_first())
+  const bool trusted = std::holds_alternative<retrace::TrustingTrail>(state_);
+  if (trusted || (cause == retrace::Loss::kBlocked && recovery_.observes_first())) {
     return begin_observation(input);
+  }
   raise(retrace::PathLost{cause});
 }
 
@@ -292,6 +317,7 @@ void Retrace::observe_trail(Utime since, const BehaviorInput& input, BehaviorOut
     output.failed = Failure::kExhausted;
   } else if (recovery_.is_observed(since, input.now)) {
     recovery_.observation_ended();
+    has_trusted_ = false;
     begin_trail(input);
   }
 }
@@ -310,7 +336,7 @@ void Retrace::take_answer(const BehaviorInput& input) {
   recovery_.detour_found(p_W);
   is_off_trail_ = true;
   since_ = input.now;
-  set_path(input.plan->waypoints, input.plan->length_m, p_W);
+  set_path(input.plan->waypoints, input.plan->length_m, settings_.speed, p_W);
   raise(retrace::DetourFound{time_allowed_s(follower_.status().distance_to_go_m)});
 }
 
@@ -322,6 +348,7 @@ void Retrace::plan_detour(retrace::Loss cause, const BehaviorInput& input, Behav
   settings.seed += static_cast<std::uint64_t>(recovery_.tries());
   const std::optional<double> clearance = recovery_.next_clearance();
   if (!clearance) {
+    if (!recovery_.is_patient() && !has_trusted_) return trust_trail(input, output);
     begin_observation(input);
     return run(input, output);
   }

@@ -29,7 +29,11 @@ class Retrace final : public Behavior {
   Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator* changes);
 
   /// `failed` (kExhausted) when the trail never had open water above, or neither the trail nor any
-  /// planned path can be followed.
+  /// planned path can be followed. In a known environment it then follows the trail slowly,
+  /// although something mapped is on it: the position may be wrong by what the hull seems to touch,
+  /// the vehicle has come that way, and the other way is up, against the overhead. Where a scan
+  /// shows an obstacle in its way it holds its place and tries again, for
+  /// BlockedTrailOptions::hold_s.
   ///
   /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and
   /// no other exit path is known: the vehicle observes the trail for a while, then plans a detour
@@ -52,7 +56,9 @@ class Retrace final : public Behavior {
 
   // Transitions between states.
   void raise(const retrace::Event& event) { state_ = retrace::transition(state_, event); }
+  [[nodiscard]] bool find_trail(const BehaviorInput& input, double speed);
   void begin_trail(const BehaviorInput& input);
+  void trust_trail(const BehaviorInput& input, BehaviorOutput& output);
   void arrive(const BehaviorInput& input, BehaviorOutput& output);
   void lose_path(retrace::Loss cause, const BehaviorInput& input);
   void begin_observation(const BehaviorInput& input);
@@ -63,7 +69,8 @@ class Retrace final : public Behavior {
   [[nodiscard]] bool is_blocked(PathEvaluator& changes) const;
   [[nodiscard]] Eigen::Quaterniond stopping_attitude(const estimation::StateEstimate& estimate);
   [[nodiscard]] Trail::Path path_along_trail(const Eigen::Vector3d& p_W) const;
-  void set_path(std::span<const Pose> waypoints, double length_m, const Eigen::Vector3d& p_W);
+  void set_path(std::span<const Pose> waypoints, double length_m, double speed,
+                const Eigen::Vector3d& p_W);
   [[nodiscard]] double clearance_at_end(const Trail::Path& path) const;
   [[nodiscard]] double time_allowed_s(double length_m) const;
   vehicle::Command& station(const Pose& X_WB);
@@ -84,6 +91,7 @@ class Retrace final : public Behavior {
   Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< End of the exit path along the trail.
   bool is_off_trail_ = false;           ///< True on a detour, and after it until back on the trail.
   bool alternative_requested_ = false;  ///< Requested since the last tick.
+  bool has_trusted_ = false;            ///< True after TrustingTrail, until the next observation.
   int arrivals_ = 0;                    ///< Number of arrivals at expected open water.
 };
 

@@ -38,6 +38,11 @@ struct FollowingTrail {
 struct FollowingDetour {
   double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
 };
+/// Follows the trail although something mapped is on it: there is no detour, and the way up is
+/// closed. Only what a scan shows in its way stops it.
+struct TrustingTrail {
+  double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
+};
 /// At the end of the trail, or of a detour.
 struct Arrived {};
 /// Holds its place with the bow along the trail: the map drops an obstacle that is no longer there.
@@ -51,8 +56,8 @@ struct PlanningDetour {
 /// End: the trail leads to no open water.
 struct NoWayOut {};
 
-using State = std::variant<Stopping, Levelling, FollowingTrail, FollowingDetour, Arrived,
-                           ObservingTrail, PlanningDetour, NoWayOut>;
+using State = std::variant<Stopping, Levelling, FollowingTrail, FollowingDetour, TrustingTrail,
+                           Arrived, ObservingTrail, PlanningDetour, NoWayOut>;
 
 struct Stopped {
   Utime now;
@@ -75,8 +80,13 @@ struct DetourFound {
   double allowed_s;
 };
 
+/// No detour, even with the least clearance, and nothing on the trail will move.
+struct NoDetour {
+  double allowed_s;
+};
+
 using Event = std::variant<Stopped, TrailFound, TrailEndless, EndReached, PathLost,
-                           ObservationBegun, DetourFound>;
+                           ObservationBegun, DetourFound, NoDetour>;
 
 struct Transitions {
   using S = State;
@@ -97,6 +107,10 @@ struct Transitions {
   S operator()(ObservingTrail,  TrailEndless)       { return NoWayOut{}; }
   S operator()(PlanningDetour,  DetourFound e)      { return FollowingDetour{e.allowed_s}; }
   S operator()(PlanningDetour,  ObservationBegun e) { return ObservingTrail{e.now}; }
+  S operator()(PlanningDetour,  NoDetour e)         { return TrustingTrail{e.allowed_s}; }
+  S operator()(PlanningDetour,  TrailEndless)       { return NoWayOut{}; }
+  S operator()(TrustingTrail,   EndReached)         { return Arrived{}; }
+  S operator()(TrustingTrail,   ObservationBegun e) { return ObservingTrail{e.now}; }
   S operator()(FollowingDetour, EndReached)         { return Arrived{}; }
   S operator()(FollowingDetour, ObservationBegun e) { return ObservingTrail{e.now}; }
   S operator()(FollowingDetour, PathLost e)         { return PlanningDetour{e.cause}; }

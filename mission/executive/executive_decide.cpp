@@ -68,6 +68,10 @@ void Executive::Impl::collect_events(const StepInputs& inputs) {
   if (path_was_blocked && !was_blocked) {
     raise_event("map.changed", "an observed obstacle is in the path");
   }
+  const bool had_trusted = std::exchange(trail_is_trusted, situation.progress.trusts_trail);
+  if (trail_is_trusted && !had_trusted) {
+    note("no detour was found: follows the trail, although the map shows an obstacle on it");
+  }
 }
 
 void Executive::Impl::obey(OperatorCommand operator_command) {

@@ -127,6 +127,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   std::vector<Event> events;                ///< Events of this tick, in processing order.
   std::vector<std::string> object_changes;  ///< Objects of the map that are gone or back, in words.
   bool skip_requested = false;
+  bool trail_is_trusted = false;  ///< Progress::trusts_trail of the previous tick.
   bool path_was_blocked = false;  ///< True if an observed obstacle blocked it in the previous tick.
   bool started = false;
   bool paused = false;

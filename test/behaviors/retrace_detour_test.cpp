@@ -1,5 +1,6 @@
 // What a retrace does when its trail is blocked: detours, with less and less clearance.
 
+#include <algorithm>
 #include <set>
 #include <vector>
 
@@ -40,7 +41,7 @@ TEST_F(RetraceTest, PlansAroundABlockedTrailWithLessAndLessClearance) {
   }
   EXPECT_TRUE(seeds.contains(7));
   EXPECT_EQ(seeds.size(), 4U) << "another try must be able to end otherwise";
-  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_TRUE(retrace.progress().trusts_trail);
   EXPECT_FALSE(output.plan_request);
   EXPECT_EQ(retrace.progress().plan_failures, 4);
   EXPECT_EQ(retrace.progress().plan_failure, "too tight");
@@ -60,7 +61,51 @@ TEST_F(RetraceTest, APlannerThatDoesNotAnswerInTenSecondsHasFailed) {
     EXPECT_EQ(retrace.progress().plan_failures, ++failures);
     EXPECT_EQ(retrace.progress().plan_failure, "the planner did not answer within 10 s");
   }
+  EXPECT_TRUE(retrace.progress().trusts_trail);
+}
+
+// By the map the vehicle is inside something, which it is not: the map's error, or its position's.
+TEST_F(RetraceTest, WithoutADetourItTrustsItsTrail) {
+  clearance_is(-0.05);
+  Retrace retrace = with_map();
+  BehaviorOutput output = tick(retrace);
+  while (output.plan_request) output = tick(retrace, &no_path_);
+  double fastest = 0.0;
+  while (!output.done && output.failed == Failure::kNone && to_seconds(now_) < 200.0) {
+    EXPECT_FALSE(output.plan_request);
+    fastest = std::max(fastest, output.command.v);
+    obey(output.command);
+    can_go_up_ = p_W().x() < 0.0;
+    output = observe(retrace);
+  }
+  EXPECT_TRUE(output.done);
+  EXPECT_EQ(fastest, 0.25) << "slowly";
+  EXPECT_LT(p_W().x(), -1.0);
+}
+
+TEST_F(RetraceTest, WhatAScanShowsOnATrustedTrailStopsIt) {
+  clearance_is(-0.05);
+  Retrace retrace = with_map();
+  BehaviorOutput output = tick(retrace);
+  const Utime began = now_;
+  int trusted = 0;
+  while (output.failed == Failure::kNone && to_seconds(now_ - began) < 200.0) {
+    if (output.plan_request) {
+      output = tick(retrace, &no_path_);
+    } else if (retrace.progress().trusts_trail && output.command.v > 0.0) {
+      ++trusted;
+      now_ += from_seconds(kTick);
+      BehaviorInput stopped = input();
+      stopped.obstacle_ahead = true;
+      output = retrace.step(stopped);
+      EXPECT_EQ(output.command.v, 0.0);
+    } else {
+      output = observe(retrace);
+    }
+  }
   EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_NEAR(to_seconds(now_ - began), 30.0, 7.0);
+  EXPECT_EQ(trusted, 5) << "and it tries again every 6 s";
 }
 
 TEST_F(RetraceTest, EvaluatesTheTrailWhenTheMapHasChanged) {
@@ -273,7 +318,7 @@ TEST_F(RetraceTest, AfterFortyPlannedPathsGettingOnNoLongerCounts) {
     output = observe(retrace);
   }
   EXPECT_EQ(planned, 43);
-  EXPECT_EQ(output.failed, Failure::kExhausted);
+  EXPECT_TRUE(retrace.progress().trusts_trail);
 }
 
 // From the end of one short planned path to that of the next, none in open water.
