@@ -250,8 +250,7 @@ bool TrailRecovery::is_observed(Utime since, Utime now) const {
 }
 
 bool TrailRecovery::gives_up(Utime now) const {
-  return blocked_since_ &&
-         to_seconds(now - *blocked_since_) >= (is_patient() ? options_.wait_s : options_.hold_s);
+  return blocked_since_ && to_seconds(now - *blocked_since_) >= options_.wait_s;
 }
 
 std::optional<double> TrailRecovery::next_clearance() {

@@ -50,8 +50,8 @@ struct BlockedTrailOptions {
   /// Time for which the vehicle observes the trail and plans detours, s. 0 in a known environment,
   /// where obstacles do not move and any exit path will do.
   double wait_s = 0.0;
-  /// In a known environment: time for which the vehicle tries again where no detour is found and a
-  /// scan shows an obstacle in the way, s. Its position may be corrected meanwhile.
+  /// In a known environment: time for which a vehicle that is inside an obstacle by the map tries
+  /// to follow its trail nevertheless, s. Its position may be corrected meanwhile.
   double hold_s = 30.0;
   double observe_s = 6.0;        ///< Time that one observation of the trail takes, s.
   int observations = 3;          ///< Observations before a detour is planned; a diver may move.

@@ -38,8 +38,8 @@ struct FollowingTrail {
 struct FollowingDetour {
   double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
 };
-/// Follows the trail although something mapped is on it: there is no detour, and the way up is
-/// closed. Only what a scan shows in its way stops it.
+/// Follows the trail whatever the map shows on it: by the map the vehicle is inside an obstacle,
+/// and there is no detour. Only what a scan shows in its way stops it.
 struct TrustingTrail {
   double allowed_s = 0.0;  ///< Time after which it makes no progress, s.
 };
@@ -80,7 +80,7 @@ struct DetourFound {
   double allowed_s;
 };
 
-/// No detour, even with the least clearance, and nothing on the trail will move.
+/// No detour, even with the least clearance, from inside an obstacle.
 struct NoDetour {
   double allowed_s;
 };

@@ -1,12 +1,19 @@
 #include "behaviors/surface.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dive::behaviors {
 namespace {
 
 constexpr double kAboveSurface = -1.0;  // m of depth: keeps the effort upwards at the surface
 constexpr double kAscentFactor = 2.0;   // an ascent without depth lasts this many times as long
+constexpr double kKnownSigma = 0.3;     // m: a position that is known
+constexpr double kAtRest = 0.12;        // m/s
+constexpr double kComesToRest = 5.0;    // s after which it is at rest, whatever the estimate
+constexpr double kPlaceRadius = 0.15;   // m from its place that are not worth a turn
+constexpr double kPlaceGain = 0.5;      // m/s per m from its place
+constexpr double kMaxPlaceSpeed = 0.2;  // m/s
 constexpr double kExtraAscentSeconds = 10.0;  // as expected, and this many s more
 
 }  // namespace
@@ -34,6 +41,24 @@ std::optional<vehicle::Command> Surface::back_off(const BehaviorInput& input) {
   return command;
 }
 
+void Surface::keep_place(const BehaviorInput& input, vehicle::Command& command) {
+  const estimation::StateEstimate& estimate = *input.estimate;
+  if (!input.attitude_known || !input.depth_known) return;
+  if (estimation::horizontal_sigma(estimate) > kKnownSigma) return;
+  const Eigen::Vector2d p_W = estimate.X_WB.p.head<2>();
+  if (!place_W_) {
+    const double speed = (estimate.X_WB.q * estimate.v_WB_B).head<2>().norm();
+    if (speed > kAtRest && to_seconds(input.now - *entered_at_) < kComesToRest) return;
+    place_W_ = p_W;
+  }
+  const Eigen::Vector2d back_W = *place_W_ - p_W;
+  if (back_W.norm() < kPlaceRadius) return;
+  const double bearing = std::atan2(back_W.y(), back_W.x());
+  const double ahead = std::cos(wrap_angle(bearing - yaw_of(estimate.X_WB)));
+  command.o = from_rpy(0.0, 0.0, bearing);
+  command.v = std::clamp(kPlaceGain * ahead * back_W.norm(), 0.0, kMaxPlaceSpeed);
+}
+
 BehaviorOutput Surface::step(const BehaviorInput& input) {
   const Pose& X_WB = input.estimate->X_WB;
   const double depth = -X_WB.p.z();
@@ -57,6 +82,7 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
     const double needed = kAscentFactor * entry_depth_ / options_.ascent_rate + kExtraAscentSeconds;
     output.done = to_seconds(input.now - *entered_at_) > needed;
   }
+  keep_place(input, output.command);
   progress_.distance_to_go_m = std::max(depth, 0.0);
   return output;
 }

@@ -1,8 +1,10 @@
 #pragma once
 // surface: a vertical ascent at a steady rate until the depth sensor reports the surface; without
 // depth samples as fast as possible, for twice the time that it should take. The executive ensures
-// open water above. In an unknown environment, where the vehicle may drift against an obstacle
-// while it rises, it backs off first.
+// open water above. While the position is known, as it is beside what fixes come from, the vehicle
+// swims back to the place where it began to rise: a minute's drift with a slow current would take
+// it out of a hatch and against what stands beside it. In an unknown environment, where the vehicle
+// may drift against an obstacle while it rises, it backs off first.
 
 #include <optional>
 
@@ -30,12 +32,14 @@ class Surface final : public Behavior {
 
  private:
   [[nodiscard]] std::optional<vehicle::Command> back_off(const BehaviorInput& input);
+  void keep_place(const BehaviorInput& input, vehicle::Command& command);
 
   SurfaceOptions options_;
   BackOff back_off_;
   bool may_back_off_ = true;  ///< True before the ascent starts.
   std::optional<Utime> entered_at_;
   double entry_depth_ = 0.0;
+  std::optional<Eigen::Vector2d> place_W_;  ///< Where it has come to rest, m.
   DriftStop drift_stop_;
   Progress progress_;
 };

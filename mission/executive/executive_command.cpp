@@ -53,6 +53,10 @@ void Executive::Impl::stop_for_obstacle() {
     stopped.reset();
     return;
   }
+  if (situation.ascends) {
+    command.v = 0.0;
+    return;
+  }
   if (!stopped) stopped = keep_station();
   command = *stopped;
   brakes = true;

@@ -70,7 +70,8 @@ void Executive::Impl::collect_events(const StepInputs& inputs) {
   }
   const bool had_trusted = std::exchange(trail_is_trusted, situation.progress.trusts_trail);
   if (trail_is_trusted && !had_trusted) {
-    note("no detour was found: follows the trail, although the map shows an obstacle on it");
+    note(
+        "by the map the vehicle is inside an obstacle: follows its trail whatever is mapped on it");
   }
 }
 

@@ -41,7 +41,7 @@ TEST_F(RetraceTest, PlansAroundABlockedTrailWithLessAndLessClearance) {
   }
   EXPECT_TRUE(seeds.contains(7));
   EXPECT_EQ(seeds.size(), 4U) << "another try must be able to end otherwise";
-  EXPECT_TRUE(retrace.progress().trusts_trail);
+  EXPECT_EQ(output.failed, Failure::kExhausted);
   EXPECT_FALSE(output.plan_request);
   EXPECT_EQ(retrace.progress().plan_failures, 4);
   EXPECT_EQ(retrace.progress().plan_failure, "too tight");
@@ -61,11 +61,11 @@ TEST_F(RetraceTest, APlannerThatDoesNotAnswerInTenSecondsHasFailed) {
     EXPECT_EQ(retrace.progress().plan_failures, ++failures);
     EXPECT_EQ(retrace.progress().plan_failure, "the planner did not answer within 10 s");
   }
-  EXPECT_TRUE(retrace.progress().trusts_trail);
+  EXPECT_EQ(output.failed, Failure::kExhausted);
 }
 
 // By the map the vehicle is inside something, which it is not: the map's error, or its position's.
-TEST_F(RetraceTest, WithoutADetourItTrustsItsTrail) {
+TEST_F(RetraceTest, InsideAnObstacleByTheMapItTrustsItsTrail) {
   clearance_is(-0.05);
   Retrace retrace = with_map();
   BehaviorOutput output = tick(retrace);
@@ -318,7 +318,7 @@ TEST_F(RetraceTest, AfterFortyPlannedPathsGettingOnNoLongerCounts) {
     output = observe(retrace);
   }
   EXPECT_EQ(planned, 43);
-  EXPECT_TRUE(retrace.progress().trusts_trail);
+  EXPECT_EQ(output.failed, Failure::kExhausted);
 }
 
 // From the end of one short planned path to that of the next, none in open water.

@@ -732,6 +732,25 @@ TEST_F(ExecutiveTest, StopsForAnObstacleThatAScanShowsInItsWay) {
   EXPECT_GT(run(3.0, straight_plan()).command.v, 0.3) << "nothing is in the way any more";
 }
 
+// Against a current it swims back to its place while it rises.
+TEST_F(ExecutiveTest, WhatAScanShowsDoesNotStopAnAscent) {
+  std::string text = kMission;
+  text.insert(text.find("<limits"), R"(<current speed="0.08" towards_deg="90" sigma="0.01"/>)");
+  use(text);
+  tick();
+  says_ = OperatorCommand::kAbort;
+  StepOutputs outputs = tick();
+  while (outputs.command.v <= 0.0 && depth_ > 0.5) outputs = tick();
+  ASSERT_GT(outputs.command.v, 0.0);
+  ASSERT_EQ(outputs.status.state, "dive.abort_surface");
+  const double depth = outputs.command.d;
+  ahead_ = planning::ObstacleAhead{now_, 0.9, {0.7, 0.0, 0.0}};
+  EXPECT_EQ(tick().command.v, 0.0);
+  outputs = run(0.9);
+  EXPECT_EQ(outputs.command.v, 0.0);
+  EXPECT_NEAR(outputs.command.d, depth - 0.92 * 0.25, 0.01);
+}
+
 TEST_F(ExecutiveTest, AnObstacleOfAnOldScanOrOfNoPlaceIsIgnored) {
   tick();
   run(1.0, straight_plan());
