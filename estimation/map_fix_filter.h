@@ -35,7 +35,7 @@ namespace dive::estimation {
 struct MapFixOptions {
   /// Least sigma of p at the start, per axis, m: a vehicle is put into the water by hand.
   double start_sigma_m = 0.15;
-  double speed_scale_sigma = 0.08;  ///< Sigma of s at the start.
+  double speed_scale_sigma = 0.14;  ///< Sigma of s at the start: drag, thrust known to a fifth.
   double heading_sigma_deg = 2.0;   ///< Sigma of c at the start, deg.
   double heading_walk_deg = 0.1;    ///< Growth of c's sigma, deg per square root of a second.
   double current_sigma = 0.03;      ///< Sigma of d at the start, per axis, m/s.
