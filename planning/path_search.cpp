@@ -35,9 +35,9 @@ std::vector<Pose> continued(const PlanRequest& request) {
 
 // Breadcrumbs lie nearer to each other than waypoints.
 std::vector<Pose> along_trail(const PlanRequest& request, double spacing) {
-  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3d> positions = {request.start.p};
   for (const Pose& breadcrumb : request.trail) {
-    if (!positions.empty() && (breadcrumb.p - positions.back()).norm() < spacing) continue;
+    if ((breadcrumb.p - positions.back()).norm() < spacing) continue;
     if ((breadcrumb.p - request.goal.p).norm() < 0.5 * spacing) break;
     positions.push_back(breadcrumb.p);
   }

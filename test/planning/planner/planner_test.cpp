@@ -593,6 +593,28 @@ TEST(Planner, TriesTheTrailWhereTheDirectPathFails) {
   EXPECT_NEAR(plan({}, direct).length_m, 9.0, 0.01) << "no trail where the direct path is free";
 }
 
+// Round a plate to a goal that is nearer than a segment is long.
+TEST(Planner, TakesATrailOfAnyLength) {
+  World world;
+  world.obstacles.push_back({"plate", Box{{2.0, 0.02, 8}}, Pose{{0, 0.95, -4}, {}}});
+  PlanRequest request = ask({0, 0, -4}, {0, 1.9, -4}, 0.2);
+  PlannerOptions options;
+  options.waypoint_spacing_m = 4.0;
+  for (const double spacing : {0.01, 0.5, 3.0}) {
+    request.trail.clear();
+    const std::vector<Vector3d> corners = {{0, 0, -4}, {-2, 0, -4}, {-2, 1.9, -4}, {0, 1.9, -4}};
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+      const Vector3d way = corners[i] - corners[i - 1];
+      for (double s = 0.0; s < way.norm(); s += spacing) {
+        request.trail.push_back(still(corners[i - 1] + s * way.normalized()));
+      }
+    }
+    request.trail.push_back(still(request.goal.p));
+    const PlanResult result = plan(world, request, kVehicle, options);
+    EXPECT_EQ(result.status, PlanStatus::kSuccess) << spacing << ": " << result.reason;
+  }
+}
+
 TEST(Planner, WarmStartsWhereTheTrailIsBlocked) {
   PlanRequest request = ask(kRoomB, kGate, 1.0);
   request.trail = {still(kRoomB), still(0.5 * (kRoomB + kGate)), still(kGate)};
