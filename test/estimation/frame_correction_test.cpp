@@ -413,7 +413,8 @@ TEST(FrameCorrectionWithFixes, ASmallCorrectionIsAppliedSmoothlyAndIsUncertainMe
   EXPECT_GT(horizontal_sigma(dive.correction.estimate()), 0.2);
   dive.run(2.0);
   EXPECT_LT(dive.error_m(), 0.06);
-  EXPECT_LT(horizontal_sigma(dive.correction.estimate()), 0.12);
+  EXPECT_LT(horizontal_sigma(dive.correction.estimate()), 0.16)
+      << "0.8 m with a speed that is known to 14 %";
   EXPECT_LE(dive.largest_step_m, 0.0035) << "0.15 m/s";
   EXPECT_EQ(dive.jumps, 0);
 }
