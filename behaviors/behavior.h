@@ -67,7 +67,8 @@ struct Progress {
   /// True after an observed obstacle has left the rest of the path less clearance than required,
   /// until another path is followed.
   bool path_is_blocked = false;
-  /// True while it follows its trail whatever is mapped on it: by the map it is inside an obstacle.
+  /// True once it follows its trail whatever is mapped on it, until it follows another path: by the
+  /// map it is inside an obstacle.
   bool trusts_trail = false;
   double elapsed_s = 0.0;    ///< Time since the leg began, s.
   double expected_s = 0.0;   ///< Duration of the leg's first path, s; 0 while there is none.

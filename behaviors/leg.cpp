@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "behaviors/trail.h"
 #include "common/assert.h"
 #include "common/ground_speed.h"
 
@@ -58,7 +59,7 @@ vehicle::Command station_keeping(double depth_m, double yaw) {
 }
 
 planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& goal,
-                                  const Pose& from_X_WB) {
+                                  const Pose& from_X_WB, const Trail* trail) {
   planning::PlanRequest request;
   request.start = from_X_WB;
   request.start.p.z() = std::min(request.start.p.z(), settings.limits.max_z);
@@ -71,6 +72,10 @@ planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& go
   request.goal_attitude_fixed = goal.yaw.has_value();
   request.limits = path_limits(settings, request.start.p.z(), goal, request.start.p.z());
   request.seed = settings.seed;
+  if (trail != nullptr) {
+    request.trail = trail_to(*trail, request.start.p, request.goal.p,
+                             kTrailLinkShare * settings.limits.clearance);
+  }
   return request;
 }
 
@@ -322,13 +327,9 @@ void Leg::ask(const BehaviorInput& input, const char* cause, BehaviorOutput& out
     goal.position_W = *place_W;
     goal.yaw.reset();
   }
-  planning::PlanRequest request = leg_request(settings_, goal, input.estimate->X_WB);
+  planning::PlanRequest request = leg_request(settings_, goal, input.estimate->X_WB, input.trail);
   request.limits = path_limits(settings_, began_z_, goal_, request.start.p.z());
   request.seed += requests_;
-  if (input.trail != nullptr) {
-    request.trail = trail_to(*input.trail, request.start.p, request.goal.p,
-                             kTrailLinkShare * request.limits.clearance);
-  }
   if (is_following()) {
     request.previous.push_back(request.start);
     const std::span<const Pose> ahead = rest_of_path().subspan(1);

@@ -43,9 +43,11 @@ struct LegGoal {
   double dwell_s = 0.0;
 };
 
-/// Request to the planner: from a pose to a goal, with the settings of the mission.
+/// Request to the planner: from a pose to a goal, with the settings of the mission. It offers the
+/// trail where that leads to the goal; null: none.
 [[nodiscard]] planning::PlanRequest leg_request(const LegSettings& settings, const LegGoal& goal,
-                                                const Pose& from_X_WB);
+                                                const Pose& from_X_WB,
+                                                const Trail* trail = nullptr);
 
 class Leg {
  public:

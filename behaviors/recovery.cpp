@@ -249,7 +249,17 @@ bool TrailRecovery::is_observed(Utime since, Utime now) const {
   return to_seconds(now - since) >= options_.observe_s;
 }
 
+bool TrailRecovery::may_trust_trail(bool is_inside, Utime now) const {
+  if (trusted_since_) return to_seconds(now - *trusted_since_) < options_.hold_s;
+  return !is_patient() && is_inside;
+}
+
+void TrailRecovery::trust_begun(Utime now) {
+  if (!trusted_since_) trusted_since_ = now;
+}
+
 bool TrailRecovery::gives_up(Utime now) const {
+  if (trusted_since_) return to_seconds(now - *trusted_since_) >= options_.hold_s;
   return blocked_since_ && to_seconds(now - *blocked_since_) >= options_.wait_s;
 }
 

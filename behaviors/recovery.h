@@ -116,6 +116,11 @@ class TrailRecovery {
   [[nodiscard]] bool is_observed(Utime since, Utime now) const;
   /// Records the end of an observation: detours are planned with all of D_min again.
   void observation_ended() { tries_ = 0; }
+  /// True if the trail is to be followed whatever is mapped on it, now that there is no detour: in
+  /// a known environment, if by the map the vehicle is inside an obstacle, which it cannot be, and
+  /// then for hold_s.
+  [[nodiscard]] bool may_trust_trail(bool is_inside, Utime now) const;
+  void trust_begun(Utime now);
   [[nodiscard]] bool gives_up(Utime now) const;
 
   /// Number of detours requested in a row.
@@ -129,6 +134,7 @@ class TrailRecovery {
   BlockedTrailOptions options_;
   int observations_ = 0;  ///< Observations in a row, from about one place.
   std::optional<Eigen::Vector3d> observed_from_W_;  ///< Place of the last observation.
+  std::optional<Utime> trusted_since_;              ///< Time at which the trail was first trusted.
   std::optional<Utime> blocked_since_;  ///< Time of the first observation without progress since.
   int tries_ = 0;
   int detours_ = 0;  ///< Number of detours found.

@@ -180,17 +180,12 @@ void Retrace::begin_trail(const BehaviorInput& input) {
   if (changes_ != nullptr && is_blocked(*changes_)) lose_path(retrace::Loss::kBlocked, input);
 }
 
-// Where by the map the vehicle is inside an obstacle, which it cannot be.
-bool Retrace::may_trust_trail(const BehaviorInput& input) const {
-  if (recovery_.is_patient() || changes_ == nullptr) return false;
-  const double hold_s = settings_.recovery.blocked_trail.hold_s;
-  if (trusted_since_) return to_seconds(input.now - *trusted_since_) < hold_s;
-  const std::array<Pose, 2> here = {input.estimate->X_WB, input.estimate->X_WB};
-  return changes_->clearance_to_all(here) <= 0.0;
+bool Retrace::is_inside_an_obstacle(const Pose& X_WB) const {
+  return changes_ != nullptr && changes_->clearance_to_all({&X_WB, 1}) <= 0.0;
 }
 
 void Retrace::trust_trail(const BehaviorInput& input, BehaviorOutput& output) {
-  if (!trusted_since_) trusted_since_ = input.now;
+  recovery_.trust_begun(input.now);
   if (!find_trail(input, kTrustingShare * settings_.speed)) {
     raise(retrace::TrailEndless{});
   } else {
@@ -322,7 +317,7 @@ void Retrace::begin_observation(const BehaviorInput& input) {
 
 void Retrace::observe_trail(Utime since, const BehaviorInput& input, BehaviorOutput& output) {
   output.command = station(input.estimate->X_WB);
-  if (trusted_since_ ? !may_trust_trail(input) : recovery_.gives_up(input.now)) {
+  if (recovery_.gives_up(input.now)) {
     output.failed = Failure::kExhausted;
   } else if (recovery_.is_observed(since, input.now)) {
     recovery_.observation_ended();
@@ -356,7 +351,9 @@ void Retrace::plan_detour(retrace::Loss cause, const BehaviorInput& input, Behav
   settings.seed += static_cast<std::uint64_t>(recovery_.tries());
   const std::optional<double> clearance = recovery_.next_clearance();
   if (!clearance) {
-    if (may_trust_trail(input)) return trust_trail(input, output);
+    if (recovery_.may_trust_trail(is_inside_an_obstacle(X_WB), input.now)) {
+      return trust_trail(input, output);
+    }
     begin_observation(input);
     return run(input, output);
   }

@@ -29,11 +29,11 @@ class Retrace final : public Behavior {
   Retrace(const Trail& trail, const LegSettings& settings, PathEvaluator* changes);
 
   /// `failed` (kExhausted) when the trail never had open water above, or neither the trail nor any
-  /// planned path can be followed. In a known environment, if by the map
-  /// the vehicle is inside an obstacle, it first follows the trail slowly whatever the map shows on
-  /// it: the map or the position is wrong, it has come that way, and the other way is up, against
-  /// the overhead. Where a scan shows an obstacle in its way it holds its place and tries again,
-  /// for BlockedTrailOptions::hold_s.
+  /// planned path can be followed. In a known environment, if by the map the vehicle is inside
+  /// an obstacle, it first follows the trail slowly whatever the map shows on it: the map or the
+  /// position is wrong, it has come that way, and the other way is up, against the overhead. Where
+  /// a scan shows an obstacle in its way it holds its place and tries again, for
+  /// BlockedTrailOptions::hold_s.
   ///
   /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and
   /// no other exit path is known: the vehicle observes the trail for a while, then plans a detour
@@ -58,7 +58,6 @@ class Retrace final : public Behavior {
   void raise(const retrace::Event& event) { state_ = retrace::transition(state_, event); }
   [[nodiscard]] bool find_trail(const BehaviorInput& input, double speed);
   void begin_trail(const BehaviorInput& input);
-  [[nodiscard]] bool may_trust_trail(const BehaviorInput& input) const;
   void trust_trail(const BehaviorInput& input, BehaviorOutput& output);
   void arrive(const BehaviorInput& input, BehaviorOutput& output);
   void lose_path(retrace::Loss cause, const BehaviorInput& input);
@@ -68,6 +67,7 @@ class Retrace final : public Behavior {
   [[nodiscard]] bool is_stopping() const;
   [[nodiscard]] bool has_stopped(const BehaviorInput& input) const;
   [[nodiscard]] bool is_blocked(PathEvaluator& changes) const;
+  [[nodiscard]] bool is_inside_an_obstacle(const Pose& X_WB) const;
   [[nodiscard]] Eigen::Quaterniond stopping_attitude(const estimation::StateEstimate& estimate);
   [[nodiscard]] Trail::Path path_along_trail(const Eigen::Vector3d& p_W) const;
   void set_path(std::span<const Pose> waypoints, double length_m, double speed,
@@ -92,7 +92,6 @@ class Retrace final : public Behavior {
   Eigen::Vector3d out_W_ = Eigen::Vector3d::Zero();  ///< End of the exit path along the trail.
   bool is_off_trail_ = false;           ///< True on a detour, and after it until back on the trail.
   bool alternative_requested_ = false;  ///< Requested since the last tick.
-  std::optional<Utime> trusted_since_;  ///< Time of the first TrustingTrail.
   int arrivals_ = 0;                    ///< Number of arrivals at expected open water.
 };
 

@@ -34,11 +34,13 @@ std::vector<Pose> level_poses(const std::vector<Eigen::Vector3d>& points) {
 
 std::vector<Pose> trail_to(const Trail& trail, const Eigen::Vector3d& p_W,
                            const Eigen::Vector3d& goal_W, double link_m) {
+  const auto is_there = [&](const Trail::Breadcrumb& breadcrumb) {
+    return (breadcrumb.p_W - goal_W).norm() < kNearGoal;
+  };
+  // Most goals are new, and the search along the trail is quadratic in its length.
+  if (std::ranges::none_of(trail.breadcrumbs(), is_there)) return {};
   const double longest_m = kLongestShare * (goal_W - p_W).norm() + kLongestExtra;
-  Trail::Path path =
-      trail.path_to(p_W, link_m, longest_m, [&](const Trail::Breadcrumb& breadcrumb) {
-        return (breadcrumb.p_W - goal_W).norm() < kNearGoal;
-      });
+  Trail::Path path = trail.path_to(p_W, link_m, longest_m, is_there);
   if (!path.arrives) return {};
   path.points.push_back(goal_W);
   return level_poses(path.points);

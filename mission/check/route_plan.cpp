@@ -43,9 +43,7 @@ const planning::PlanRequest& RouteRequests::next() {
   const RouteLeg& leg = route_.legs[leg_++];
   at_.p = leg.from_W;
   settings_.limits.reduced_clearance = leg.reduced_clearance;
-  request_ = behaviors::leg_request(settings_, leg.goal, at_);
-  request_.trail = behaviors::trail_to(trail_, request_.start.p, request_.goal.p,
-                                       behaviors::kTrailLinkShare * request_.limits.clearance);
+  request_ = behaviors::leg_request(settings_, leg.goal, at_, &trail_);
   return request_;
 }
 
