@@ -13,64 +13,16 @@
 #include "common/random.h"
 #include "planning/map_matching/expected_view.h"
 #include "planning/warm_start/warm_start.h"
-#include "planning/world/sdf.h"
 #include "test/common/arbitrary.h"
 #include "test/common/sanitizers.h"
-#include "test/planning/boxes.h"
+#include "test/planning/planner/planner_sample.h"
 
 namespace dive::planning {
 namespace {
 
 using Eigen::Vector3d;
 using testing::box_corners;
-using testing::box_to_box;
-using testing::PlacedBox;
 using testing::still;
-
-const Vector3d kBodySize(0.80, 0.48, 0.22);
-const RobotHull kVehicle{{{"body", box_corners(kBodySize)}}};
-const Vector3d kGate(-1.0, -2.0, -4.0);
-const Vector3d kRoomB(9.8, -2.0, -4.6);
-
-World window() {
-  Diagnostics diagnostics;
-  return load_sdf(DIVE_SOURCE_DIR "/missions/maps/window.sdf", diagnostics).value_or(World{});
-}
-
-PlanRequest ask(const Vector3d& from, const Vector3d& to, double clearance) {
-  PlanRequest request;
-  request.start = still(from);
-  request.goal = still(to);
-  request.limits.clearance = clearance;
-  request.limits.attitude = AttitudeMode::kHorizontal;
-  return request;
-}
-
-PlanResult plan(const World& world, const PlanRequest& request, const RobotHull& hull = kVehicle,
-                const PlannerOptions& options = {}) {
-  SteadyClock clock;
-  return Planner(world, hull, options, clock).plan(request);
-}
-
-// Least clearance of the true motion in steps of `step` metres, from the boxes' features and not
-// our distances.
-double clearance_of(const std::vector<Pose>& path, const World& world, double step,
-                    const Vector3d& body_size = kBodySize) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const int steps = static_cast<int>((path[i + 1].p - path[i].p).norm() / step) + 1;
-    for (int k = 0; k <= steps; ++k) {
-      const PlacedBox body{body_size,
-                           interpolate(path[i], path[i + 1], static_cast<double>(k) / steps)};
-      for (const Obstacle& obstacle : world.obstacles) {
-        const PlacedBox box{std::get<Box>(obstacle.shape).size, obstacle.X_WO};
-        if (point_to_box(body.X_W.p, box) > least + body_size.norm() / 2.0) continue;
-        least = std::min(least, box_to_box(body, box));
-      }
-    }
-  }
-  return least;
-}
 
 TEST(Planner, FindsTheWindowWithEverySeedAndKeepsWhatItCertifies) {
   const World world = window();
@@ -556,71 +508,6 @@ TEST(Planner, NeverLeavesANearlyTouchingStartByAPathThatMayTouch) {
           << goal.transpose() << ": " << result.clearance_m;
     }
   }
-}
-
-TEST(Planner, StartsFromAGivenPath) {
-  const World world = window();
-  PlanRequest request = ask(kGate, kRoomB, 1.0);
-  const PlanResult first = plan(world, request);
-  ASSERT_EQ(first.status, PlanStatus::kSuccess);
-  request.start = first.waypoints[2];
-  request.start.p += Vector3d(0.1, -0.1, 0.05);
-  request.previous = {first.waypoints.begin() + 2, first.waypoints.end()};
-  const PlanResult next = plan(world, request);
-  ASSERT_EQ(next.status, PlanStatus::kSuccess) << next.reason;
-  EXPECT_EQ(next.warm_starts, 0) << "it already goes through the window";
-  EXPECT_EQ(next.waypoints.front().p, request.start.p);
-}
-
-// Back through the window by the way that it has come, whatever the seed.
-TEST(Planner, TriesTheTrailWhereTheDirectPathFails) {
-  const World world = window();
-  const PlanResult in = plan(world, ask(kGate, kRoomB, 1.0));
-  ASSERT_EQ(in.status, PlanStatus::kSuccess);
-  PlanRequest request = ask(kRoomB, kGate, 1.0);
-  ASSERT_GE(plan(world, request).warm_starts, 1);
-  for (auto pose = in.waypoints.rbegin(); pose != in.waypoints.rend(); ++pose) {
-    request.trail.push_back(still(pose->p));
-  }
-  const PlanResult out = plan(world, request);
-  ASSERT_EQ(out.status, PlanStatus::kSuccess) << out.reason;
-  EXPECT_EQ(out.warm_starts, 0);
-  EXPECT_LT(out.length_m, 1.02 * in.length_m);
-  EXPECT_EQ(out.waypoints.back().p, kGate);
-
-  PlanRequest direct = ask({0, 0, -4}, {9, 0, -4}, 0.6);
-  direct.trail = {still({0, 0, -4}), still({4, 3, -4}), still({9, 0, -4})};
-  EXPECT_NEAR(plan({}, direct).length_m, 9.0, 0.01) << "no trail where the direct path is free";
-}
-
-// Round a plate to a goal that is nearer than a segment is long.
-TEST(Planner, TakesATrailOfAnyLength) {
-  World world;
-  world.obstacles.push_back({"plate", Box{{2.0, 0.02, 8}}, Pose{{0, 0.95, -4}, {}}});
-  PlanRequest request = ask({0, 0, -4}, {0, 1.9, -4}, 0.2);
-  PlannerOptions options;
-  options.waypoint_spacing_m = 4.0;
-  for (const double spacing : {0.01, 0.5, 3.0}) {
-    request.trail.clear();
-    const std::vector<Vector3d> corners = {{0, 0, -4}, {-2, 0, -4}, {-2, 1.9, -4}, {0, 1.9, -4}};
-    for (std::size_t i = 1; i < corners.size(); ++i) {
-      const Vector3d way = corners[i] - corners[i - 1];
-      for (double s = 0.0; s < way.norm(); s += spacing) {
-        request.trail.push_back(still(corners[i - 1] + s * way.normalized()));
-      }
-    }
-    request.trail.push_back(still(request.goal.p));
-    const PlanResult result = plan(world, request, kVehicle, options);
-    EXPECT_EQ(result.status, PlanStatus::kSuccess) << spacing << ": " << result.reason;
-  }
-}
-
-TEST(Planner, WarmStartsWhereTheTrailIsBlocked) {
-  PlanRequest request = ask(kRoomB, kGate, 1.0);
-  request.trail = {still(kRoomB), still(0.5 * (kRoomB + kGate)), still(kGate)};
-  const PlanResult result = plan(window(), request);
-  EXPECT_EQ(result.status, PlanStatus::kSuccess) << result.reason;
-  EXPECT_GE(result.warm_starts, 1);
 }
 
 TEST(Planner, SameRequestSameBits) {
