@@ -83,6 +83,7 @@ bool BackOff::begin(const BehaviorInput& input, const Criteria& criteria) {
   // back leads out.
   const double least_m = come_level_if_possible(route, input);
   if (least_m <= 0.0 || least_m < criteria.min_clearance_m) return false;
+  route.least_m = options_.kept_clearance * least_m;
   route_ = std::move(route);
   last_place_ = Place{X_WB.p, count_at(X_WB.p) + 1};
   return true;
@@ -118,8 +119,10 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
   while (next + 1 < points_W.size() && (points_W[next] - X_WB.p).norm() < kLookahead) ++next;
   const Eigen::Vector3d direction = points_W[next] - X_WB.p;
   const bool has_arrived = next + 1 == points_W.size() && direction.norm() < kArrived;
-  const bool is_blocked = input.map_changed && input.observed != nullptr &&
-                          come_level_if_possible(*route_, input) <= 0.0;
+  const bool is_due = input.map_changed || input.now >= route_->next_check;
+  if (is_due) route_->next_check = input.now + kPathCheckPeriod;
+  const bool is_blocked = is_due && input.observed != nullptr &&
+                          come_level_if_possible(*route_, input) <= route_->least_m;
   if (has_arrived || is_blocked || input.now >= route_->until) {
     route_.reset();
     tight_m_ = 0.0;  // counted from here

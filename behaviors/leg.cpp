@@ -195,7 +195,7 @@ bool Leg::request_alternative() {
 Failure Leg::back_off_if_needed(const BehaviorInput& input) {
   if (is_backing_off() || std::holds_alternative<leg::Dwelling>(state_)) return Failure::kNone;
   using Reason = LegRecovery::BackOffReason;
-  const bool is_too_near = recovery_.is_too_near(input);
+  const bool is_too_near = recovery_.is_too_near(input) && !leaves_obstacle(input);
   const bool wants_alternative = std::exchange(alternative_requested_, false);
   if (!is_too_near && !wants_alternative) return Failure::kNone;
   if (!begin_back_off(input, wants_alternative ? Reason::kOtherPath : Reason::kTooNear)) {
@@ -206,6 +206,18 @@ Failure Leg::back_off_if_needed(const BehaviorInput& input) {
   if (!recovery_.reports_too_many(input.estimate->X_WB.p)) return Failure::kNone;
   progress_.plan_failure = "not enough clearance on the path, after several attempts";
   return Failure::kUnreachable;
+}
+
+// The path leads past something, and on away from it: neither a stop nor a return would gain any
+// clearance. In an unknown environment more of it may be observed ahead.
+bool Leg::leaves_obstacle(const BehaviorInput& input) const {
+  if (!is_following() || settings_.recovery.by_motion) return false;
+  std::vector<Pose> way;
+  way_ahead(input.estimate->X_WB, kStopSeconds, way);
+  const double here_m = input.observed->clearance_to_all({&way.front(), 1});
+  const double gain_m = settings_.recovery.back_off.min_gain_m;
+  return input.observed->clearance_to_all({&way.back(), 1}) > here_m + gain_m &&
+         input.observed->clearance_to_all(way) > here_m - gain_m;
 }
 
 bool Leg::begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason) {
@@ -363,7 +375,7 @@ bool Leg::is_cut_off(const BehaviorInput& input, double certified_m) {
   next_check_ = input.now + kPathCheckPeriod;
   std::vector<Pose> way;
   way_ahead(input.estimate->X_WB, kStopSeconds, way);
-  return input.observed->clearance(way) < least;
+  return input.observed->clearance(way) < least && !leaves_obstacle(input);
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {

@@ -70,6 +70,7 @@ class Leg {
   [[nodiscard]] bool take_answer(const BehaviorInput& input);
   void take_path(const BehaviorInput& input, double clearance_m);
   [[nodiscard]] Failure back_off_if_needed(const BehaviorInput& input);
+  [[nodiscard]] bool leaves_obstacle(const BehaviorInput& input) const;
   [[nodiscard]] bool begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason);
 
   [[nodiscard]] BehaviorOutput run(const BehaviorInput& input, bool is_outdated = false);

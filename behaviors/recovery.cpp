@@ -47,6 +47,7 @@ std::string RecoveryOptions::validate() const {
   check("back_off.max_distance_to_ascend_m", back_off.max_distance_to_ascend_m, 0.0, 50.0);
   check("back_off.same_place_m", back_off.same_place_m, 0.0, 20.0);
   check("back_off.max_attempts", back_off.max_attempts, 0, 100);
+  check("back_off.kept_clearance", back_off.kept_clearance, 0.0, 1.0);
   check("back_off.replan_distance_m", back_off.replan_distance_m, 0.1, 10.0);
   check("back_off.farther_each_time_m", back_off.farther_each_time_m, 0.0, 10.0);
   check("back_off.min_turn_clearance", back_off.min_turn_clearance, 0.0, 1.0);

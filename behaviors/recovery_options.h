@@ -27,6 +27,10 @@ struct BackOffOptions {
   /// Distance to the place of the next plan, m. From the same place the planner finds the same
   /// path.
   double replan_distance_m = 1.0;
+  /// Share of the clearance that the way back had when it began; with less it ends, and a path is
+  /// planned from there. Astern the vehicle drifts further off its trail than a path allows. 0 in
+  /// an unknown environment: there the way back may be all that is known to be free.
+  double kept_clearance = 0.5;
   /// Distance added with each attempt from one place, m. Without it a vehicle went back and forth
   /// within a metre of a diver in a doorway, slid sideways, and its bow came within 1 mm.
   double farther_each_time_m = 0.7;

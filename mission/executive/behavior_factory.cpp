@@ -74,6 +74,7 @@ BehaviorContext make_behavior_context(const Mission& mission, const planning::Sc
   context.leg.seed = seed;
   if (mission.unknown) {
     context.leg.recovery.by_motion = true;
+    context.leg.recovery.back_off.kept_clearance = 0.0;
     context.leg.recovery.blocked_trail.wait_s = kUnknownWayOut;
     context.leg.recovery.unreachable_after = kUnknownUnreachable;
   }

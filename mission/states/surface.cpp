@@ -10,6 +10,7 @@ std::unique_ptr<behaviors::Behavior> SurfaceState::make_behavior(const BehaviorS
   behaviors::SurfaceOptions options;
   if (obstacles_ == Obstacles::kBackOffFirst && setup.leg.recovery.by_motion) {
     options.clearance = setup.leg.limits.clearance;
+    options.back_off = setup.leg.recovery.back_off;
   }
   return std::make_unique<behaviors::Surface>(options);
 }

@@ -466,6 +466,28 @@ TEST_F(BackOffTest, EndsWhenWhatIsAheadOfItIsBlocked) {
   EXPECT_FALSE(back_off_.is_under_way());
 }
 
+TEST_F(BackOffTest, EndsWhenHalfOfTheClearanceOfTheWayBackIsLost) {
+  clearance_by_x([](double x) { return x > 5.2 ? 0.5 : 0.9; });
+  ASSERT_TRUE(begin());
+  clearance_is(0.251);
+  EXPECT_TRUE(back_off_.follow(input()));
+  clearance_is(0.249);
+  EXPECT_FALSE(back_off_.follow(input()));
+  EXPECT_FALSE(back_off_.is_under_way());
+}
+
+TEST_F(BackOffTest, InAnUnknownEnvironmentEndsOnlyWhereItIsBlocked) {
+  BackOffOptions unknown;
+  unknown.kept_clearance = 0.0;
+  back_off_ = BackOff(kMinClearance, unknown);
+  clearance_by_x([](double x) { return x > 5.2 ? 0.5 : 0.9; });
+  ASSERT_TRUE(begin());
+  clearance_is(0.01);
+  EXPECT_TRUE(back_off_.follow(input()));
+  clearance_is(0.0);
+  EXPECT_FALSE(back_off_.follow(input()));
+}
+
 TEST_F(BackOffTest, EndsAfterFifteenSecondsAndThreeTimesWhatItShouldTake) {
   clearance_by_x([](double x) { return x > 5.2 ? 0.5 : 0.9; });
   ASSERT_TRUE(begin());

@@ -293,6 +293,31 @@ TEST(Leg, OnAKnownMapBacksOffFromAnObstacleThatItHasStoppedFor) {
   EXPECT_LT(asks_at(true, true, &BehaviorInput::obstacle_ahead), 6.0 - 0.85 + 0.25);
 }
 
+// How far east it has come after ten seconds. A pole beside the path is observed when the vehicle
+// has come to x = 5 m; the clearance is `least` there, and more by `growth` per metre beyond.
+double comes_past(double least, double growth, bool is_unknown = false) {
+  LegSettings given = settings();
+  given.recovery.by_motion = is_unknown;
+  Leg leg(given, goal_at(20, 0));
+  PerfectVehicle vehicle({0, 0, -3});
+  Trail trail;
+  ClearanceAlongX room(
+      [=](double x) { return x < 4.0 ? 1.2 : least + growth * std::max(x - 5.0, 0.0); });
+  vehicle.set_map(&room, &trail);
+  BehaviorOutput output = swim_east(leg, vehicle, 5.0);
+  room.observe_from(20.0);
+  const double until_s = vehicle.seconds() + 10.0;
+  while (vehicle.seconds() < until_s) output = vehicle.tick(leg);
+  return vehicle.position().x();
+}
+
+TEST(Leg, OnAKnownMapSwimsOnWhereItsPathLeadsAwayFromAnObstacle) {
+  EXPECT_GT(comes_past(0.5, 0.2), 8.0);
+  EXPECT_LT(comes_past(0.5, 0.0), 5.1) << "along it";
+  EXPECT_LT(comes_past(0.5, -0.2), 5.1) << "towards it";
+  EXPECT_LT(comes_past(0.5, 0.2, true), 5.1) << "more of it may be observed ahead";
+}
+
 TEST(Leg, SwimsWhereThereWasNeverMoreClearance) {
   Leg leg(settings(), goal_at(20, 0));
   PerfectVehicle vehicle({0, 0, -3});
