@@ -119,9 +119,7 @@ std::optional<vehicle::Command> BackOff::follow(const BehaviorInput& input) {
   while (next + 1 < points_W.size() && (points_W[next] - X_WB.p).norm() < kLookahead) ++next;
   const Eigen::Vector3d direction = points_W[next] - X_WB.p;
   const bool has_arrived = next + 1 == points_W.size() && direction.norm() < kArrived;
-  const bool is_due = input.map_changed || input.now >= route_->next_check;
-  if (is_due) route_->next_check = input.now + kPathCheckPeriod;
-  const bool is_blocked = is_due && input.observed != nullptr &&
+  const bool is_blocked = route_->check.is_due(input) && input.observed != nullptr &&
                           come_level_if_possible(*route_, input) <= route_->least_m;
   if (has_arrived || is_blocked || input.now >= route_->until) {
     route_.reset();

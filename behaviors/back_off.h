@@ -65,7 +65,7 @@ class BackOff {
     double roll = 0.0;     ///< rad
     double least_m = 0.0;  ///< Clearance with which it ends, m.
     Utime until = 0;       ///< Time at which it has taken too long.
-    Utime next_check = 0;  ///< When its clearance is measured again.
+    PathCheck check;       ///< When its clearance is measured again.
     std::size_t next = 1;  ///< Index of the point that it steers to.
   };
   /// A place that the vehicle backed off from.

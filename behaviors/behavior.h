@@ -31,10 +31,6 @@ class PathEvaluator {
   [[nodiscard]] virtual double clearance_to_all(std::span<const Pose> waypoints) = 0;
 };
 
-/// Time between two evaluations of the path ahead while the map does not change, us: what it shows
-/// of that path changes while the vehicle swims.
-inline constexpr Utime kPathCheckPeriod = 250'000;
-
 /// Time after which a request without an answer has failed.
 inline constexpr double kPlanTimeout = 10.0;  // s
 
@@ -55,6 +51,22 @@ struct BehaviorInput {
   bool attitude_known =
       true;                ///< True while attitude samples are fresh; else no motion is allowed.
   bool can_go_up = false;  ///< True if the water above the vehicle is open.
+};
+
+/// When the path ahead is evaluated again: whenever the map has changed, and four times a second
+/// while it stays as it is, since what it shows of that path changes while the vehicle swims.
+class PathCheck {
+ public:
+  /// True if it is due now; the next one counts from there.
+  [[nodiscard]] bool is_due(const BehaviorInput& input) {
+    if (!input.map_changed && input.now < next_) return false;
+    next_ = input.now + kPeriod;
+    return true;
+  }
+
+ private:
+  static constexpr Utime kPeriod = 250'000;  // us
+  Utime next_ = 0;
 };
 
 /// Progress of a behaviour, for status, guards and drawings.

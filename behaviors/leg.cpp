@@ -195,7 +195,8 @@ bool Leg::request_alternative() {
 Failure Leg::back_off_if_needed(const BehaviorInput& input) {
   if (is_backing_off() || std::holds_alternative<leg::Dwelling>(state_)) return Failure::kNone;
   using Reason = LegRecovery::BackOffReason;
-  const bool is_too_near = recovery_.is_too_near(input) && !leaves_obstacle(input);
+  const bool is_too_near =
+      recovery_.is_too_near(input) && !leaves_obstacle(way_to_stop(input), input);
   const bool wants_alternative = std::exchange(alternative_requested_, false);
   if (!is_too_near && !wants_alternative) return Failure::kNone;
   if (!begin_back_off(input, wants_alternative ? Reason::kOtherPath : Reason::kTooNear)) {
@@ -210,14 +211,19 @@ Failure Leg::back_off_if_needed(const BehaviorInput& input) {
 
 // The path leads past something, and on away from it: neither a stop nor a return would gain any
 // clearance. In an unknown environment more of it may be observed ahead.
-bool Leg::leaves_obstacle(const BehaviorInput& input) const {
-  if (!is_following() || settings_.recovery.by_motion) return false;
-  std::vector<Pose> way;
-  way_ahead(input.estimate->X_WB, kStopSeconds, way);
+bool Leg::leaves_obstacle(std::span<const Pose> way, const BehaviorInput& input) const {
+  if (way.empty() || settings_.recovery.by_motion) return false;
   const double here_m = input.observed->clearance_to_all({&way.front(), 1});
   const double gain_m = settings_.recovery.back_off.min_gain_m;
   return input.observed->clearance_to_all({&way.back(), 1}) > here_m + gain_m &&
          input.observed->clearance_to_all(way) > here_m - gain_m;
+}
+
+// Empty while it follows no path.
+std::vector<Pose> Leg::way_to_stop(const BehaviorInput& input) const {
+  std::vector<Pose> way;
+  way_ahead(input.estimate->X_WB, kStopSeconds, way);
+  return way;
 }
 
 bool Leg::begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason) {
@@ -371,11 +377,9 @@ bool Leg::is_cut_off(const BehaviorInput& input, double certified_m) {
   if (rest_m_ <= 0.0) return true;
   const double least =
       settings_.recovery.back_off.min_clearance * std::min(certified_m, settings_.limits.clearance);
-  if (rest_m_ >= least || (!input.map_changed && input.now < next_check_)) return false;
-  next_check_ = input.now + kPathCheckPeriod;
-  std::vector<Pose> way;
-  way_ahead(input.estimate->X_WB, kStopSeconds, way);
-  return input.observed->clearance(way) < least && !leaves_obstacle(input);
+  if (rest_m_ >= least || !check_.is_due(input)) return false;
+  const std::vector<Pose> way = way_to_stop(input);
+  return input.observed->clearance(way) < least && !leaves_obstacle(way, input);
 }
 
 ReplanSignals Leg::signals(const BehaviorInput& input, double certified_m) {

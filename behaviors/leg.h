@@ -70,7 +70,8 @@ class Leg {
   [[nodiscard]] bool take_answer(const BehaviorInput& input);
   void take_path(const BehaviorInput& input, double clearance_m);
   [[nodiscard]] Failure back_off_if_needed(const BehaviorInput& input);
-  [[nodiscard]] bool leaves_obstacle(const BehaviorInput& input) const;
+  [[nodiscard]] std::vector<Pose> way_to_stop(const BehaviorInput& input) const;
+  [[nodiscard]] bool leaves_obstacle(std::span<const Pose> way, const BehaviorInput& input) const;
   [[nodiscard]] bool begin_back_off(const BehaviorInput& input, LegRecovery::BackOffReason reason);
 
   [[nodiscard]] BehaviorOutput run(const BehaviorInput& input, bool is_outdated = false);
@@ -105,8 +106,8 @@ class Leg {
   double began_z_ = 0.0;                                ///< z of the vehicle at the first tick, m.
   Eigen::Vector3d p_W_ = Eigen::Vector3d::Zero();       ///< Position at the last tick.
   std::optional<estimation::EstimatorKind> estimator_;  ///< Source of the estimate followed last.
-  double rest_m_ = 0.0;   ///< Clearance of the rest of the path when last evaluated, m.
-  Utime next_check_ = 0;  ///< Time of the next look at a path that is blocked farther on.
+  double rest_m_ = 0.0;  ///< Clearance of the rest of the path when last evaluated, m.
+  PathCheck check_;      ///< When a path that is blocked farther on is evaluated again.
   bool map_opened_ =
       false;  ///< True if an obstacle has gone since the last request to the planner.
   bool alternative_requested_ = false;  ///< True if requested since the last tick.

@@ -237,8 +237,7 @@ void Retrace::follow(double allowed_s, const BehaviorInput& input, BehaviorOutpu
   std::optional<retrace::Loss> loss;
   if (is_too_slow) loss = retrace::Loss::kNoProgress;
   if (wants_alternative) loss = retrace::Loss::kUnobservable;
-  const bool is_due = input.map_changed || input.now >= next_check_;
-  if (is_due) next_check_ = input.now + kPathCheckPeriod;
+  const bool is_due = check_.is_due(input);
   progress_.trusts_trail = std::holds_alternative<retrace::TrustingTrail>(state_);
   if (!progress_.trusts_trail && is_due && input.observed != nullptr &&
       is_blocked(*input.observed)) {

@@ -84,7 +84,7 @@ class Retrace final : public Behavior {
   TrailRecovery recovery_;
   vehicle::Follower follower_;
   PlanClient planner_;
-  Utime next_check_ = 0;  ///< Time of the next evaluation of the path ahead.
+  PathCheck check_;  ///< When the path ahead is evaluated again.
   DriftStop drift_stop_;
   Progress progress_;
   std::optional<Utime> since_;  ///< Time at which it began to stop, or to follow; with attitude.
