@@ -2,23 +2,27 @@
 # Installs, checks the format of the sources and their words, builds and runs the tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and clang-tidy on what flies, the tests that take minutes each, a build of
-#                        the benchmarks, and under the address and undefined-behaviour sanitizers
-#                        the tests of what runs on board or reads what others wrote
+#   ./check.sh --ci      and clang-tidy on what flies, a build of the benchmarks, and under the
+#                        address and undefined-behaviour sanitizers the tests of what runs on board
+#                        or reads what others wrote
 #   ./check.sh --tidy    clang-tidy alone
-#   ./check.sh --asan    and all of them under these sanitizers (once before a release: half an hour)
+# and before a release, each of which takes another half hour or more:
+#   ./check.sh --long    with the tests that take minutes each
+#   ./check.sh --asan    and all tests under the sanitizers
 set -euo pipefail
 cd "$(dirname "$0")"
 
 sanitize=
 only_tidy=
+unset DIVE_LONG_TESTS
 for argument in "$@"; do
   case "$argument" in
     --ci) sanitize=sanitized ;;
     --tidy) only_tidy=yes ;;
+    --long) export DIVE_LONG_TESTS=1 ;;
     --asan) sanitize=all ;;
     *)
-      sed -n '2,10p' "$0" | sed 's/^# \{0,1\}//' >&2
+      sed -n '2,11p' "$0" | sed 's/^# \{0,1\}//' >&2
       exit 2
       ;;
   esac
@@ -66,7 +70,6 @@ check() {
   ctest --preset "$1" -j2 "${@:3}"
 }
 [ "$sanitize" != sanitized ] || tidy
-[ -z "$sanitize" ] || export DIVE_LONG_TESTS=1
 check release "$([ -z "$sanitize" ] && echo tests || echo all)"
 case "$sanitize" in
   sanitized) check asan sanitized_tests -L sanitized ;;

@@ -27,6 +27,7 @@ constexpr std::size_t kFollowed = 8;     // places that are followed
 constexpr double kPlaceSigma = 0.12;     // m: of a place from scan to scan
 constexpr double kSlides = 3.0;          // sigmas of a place: beyond, it is another one
 constexpr double kSamePlace = 0.12;      // m between two minima that are one
+constexpr double kReached = 0.05;        // m from a minimum, where a descent would end there
 constexpr double kDoubt = 0.25;          // share of a prior that may be half as good as it says
 constexpr double kView = 1.0;            // m: v
 constexpr double kMemory = 15.0;         // m: L
@@ -50,23 +51,32 @@ Eigen::Matrix2d horizontal_information(const FitMinimum& minimum, const Matrix6d
   return information.topLeftCorner<2, 2>() - cross * others.inverse() * cross.transpose();
 }
 
-// The minimum of a place. Sought around that place, because a prior around the believed position
-// draws it over to the next place; only where the scene leaves a direction free, as along a wall,
-// the prior says where along it.
-FitMinimum minimum_at(const ScanFit& fit, const Vector2d& place, const Matrix6d& covariance) {
+// Where a minimum is sought from, and the prior with which it is.
+struct Descent {
+  Vector6d from;
+  Vector6d mean;
+  Matrix6d covariance;
+};
+
+// Around the place itself, because a prior around the believed position draws the minimum over to
+// the next place; only where the scene leaves a direction free, as along a wall, the prior says
+// where along it.
+Descent descent_at(const ScanFit& fit, const Vector2d& place, const Matrix6d& covariance) {
   Matrix6d near = covariance;
   near.topRows<2>().setZero();
   near.leftCols<2>().setZero();
   near.topLeftCorner<2, 2>().diagonal().setConstant(kPlaceSigma * kPlaceSigma);
-  FitMinimum here = fit.descend(at(place), at(place), near);
-  if (!here.is_usable()) return here;
+  const FitMinimum here = fit.approach(at(place), at(place), near);
+  const Descent stays{here.shift, at(place), near};
+  if (!here.is_usable()) return stays;
   const Eigen::Matrix2d horizontal = horizontal_information(here, covariance);
   const double weakest =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(horizontal).eigenvalues().x();
-  if (weakest > 1.0 / (kPlaceSigma * kPlaceSigma)) return here;
-  const FitMinimum drawn = fit.descend(here.shift, Vector6d::Zero(), covariance);
+  if (weakest > 1.0 / (kPlaceSigma * kPlaceSigma)) return stays;
+  const FitMinimum drawn = fit.approach(here.shift, Vector6d::Zero(), covariance);
   const Vector2d by = (drawn.shift - here.shift).head<2>();
-  return by.dot(horizontal * by) < kSlides * kSlides ? drawn : here;
+  if (by.dot(horizontal * by) >= kSlides * kSlides) return stays;
+  return {drawn.shift, Vector6d::Zero(), covariance};
 }
 
 }  // namespace
@@ -126,7 +136,15 @@ std::vector<PlaceSearch::Candidate> PlaceSearch::candidates(const ScanFit& fit,
   const Matrix6d information = covariance.inverse();
   std::vector<Candidate> found;
   const auto add = [&](const Vector2d& from, double evidence, int id) {
-    const FitMinimum minimum = minimum_at(fit, from, covariance);
+    const Descent descent = descent_at(fit, from, covariance);
+    const auto reached = std::ranges::find_if(found, [&](const Candidate& other) {
+      return (other.minimum.shift - descent.from).head<2>().norm() < kReached;
+    });
+    if (reached != found.end()) {
+      reached->evidence = std::max(reached->evidence, evidence);
+      return;
+    }
+    const FitMinimum minimum = fit.descend(descent.from, descent.mean, descent.covariance);
     const double from_prior = minimum.shift.dot(information * minimum.shift);
     const auto same = std::ranges::find_if(found, [&](const Candidate& other) {
       return (other.minimum.shift - minimum.shift).head<2>().norm() < kSamePlace;

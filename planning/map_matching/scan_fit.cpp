@@ -32,9 +32,10 @@ constexpr double kMayFace = -0.15;      // n . d of a surface that a ray can hav
 constexpr double kThinPlate = 0.12;     // m towards the lens, where its near side is looked for
 constexpr double kWaveHeight = -0.05;   // m: a point above is a wave or a reflection
 constexpr int kIterations = 6;
-constexpr double kConverged = 1e-3;       // m and rad
-constexpr std::size_t kCoarseStride = 4;  // of the rays, where a place is tried
-constexpr double kCoarseReach = 0.5;      // m: a point farther from any surface is an outlier
+constexpr double kConverged = 3e-3;        // m and rad
+constexpr double kNearlyConverged = 0.01;  // m and rad
+constexpr int kCoarseStride = 4;           // of the rays, where a place is tried
+constexpr double kCoarseReach = 0.35;      // m: a point farther from any surface is an outlier
 
 struct Usable {
   std::vector<std::size_t> points;  // in the order of the scan, by index
@@ -118,7 +119,7 @@ std::optional<MapSurface::Nearest> ScanFit::met(const Ray& ray, const Vector3d& 
                                                 const Vector3d& direction, double reach) const {
   const Vector3d from = x - ray.range * direction;
   std::optional<MapSurface::Nearest> nearest = surface_.nearest(x, from, reach);
-  if (nearest && nearest->normal_W.dot(direction) <= kMayFace) return nearest;
+  if (!nearest || nearest->normal_W.dot(direction) <= kMayFace) return nearest;
   // Behind a thin plate the nearest surface is its far side.
   nearest = surface_.nearest(x - kThinPlate * direction, from, reach);
   if (!nearest) return std::nullopt;
@@ -129,16 +130,23 @@ std::optional<MapSurface::Nearest> ScanFit::met(const Ray& ray, const Vector3d& 
 }
 
 FitNormal ScanFit::linearise(const Vector6d& shift, const Matrix6d& covariance) const {
+  return linearise_every(1, shift, covariance);
+}
+
+FitNormal ScanFit::linearise_every(int stride, const Vector6d& shift,
+                                   const Matrix6d& covariance) const {
   FitNormal normal;
   const Matrix3d turn = turn_of(shift).toRotationMatrix();
-  for (const Ray& ray : rays_) {
+  const double independent = stride * kIndependent;
+  for (std::size_t i = 0; i < rays_.size(); i += static_cast<std::size_t>(stride)) {
+    const Ray& ray = rays_[i];
     const Vector3d arm = turn * ray.arm_W;
     const Vector3d direction = turn * ray.direction_W;
     const Vector3d x = p_W_ + shift.head<3>() + arm;
     const auto nearest = met(ray, x, direction, kMaxGate);
     if (!nearest) {
-      ++normal.gated;
-      normal.cost += kIndependent * ray.worth.evidence * kOutlier;
+      normal.gated += stride;
+      normal.cost += independent * ray.worth.evidence * kOutlier;
       continue;
     }
     const Vector3d& n = nearest->normal_W;
@@ -152,34 +160,44 @@ FitNormal ScanFit::linearise(const Vector6d& shift, const Matrix6d& covariance) 
     const double gate =
         std::clamp(3.0 * std::sqrt(h.dot(covariance * h) + variance), kMinGate, kMaxGate);
     const double sigmas = std::abs(r) / std::sqrt(variance);
-    normal.cost += kIndependent * ray.worth.evidence * std::min(sigmas * sigmas, kOutlier);
+    normal.cost += independent * ray.worth.evidence * std::min(sigmas * sigmas, kOutlier);
     if (std::abs(r) > gate) {
-      ++normal.gated;
+      normal.gated += stride;
       continue;
     }
     const double weight =
-        kIndependent * ray.worth.information * std::min(1.0, kHuber / sigmas) / variance;
+        independent * ray.worth.information * std::min(1.0, kHuber / sigmas) / variance;
     normal.information += weight * h * h.transpose();
     normal.gradient -= weight * r * h;
     const double horizontal = n.head<2>().squaredNorm();
     normal.squares += horizontal * std::min(sigmas * sigmas, kLargest);
     normal.weights += horizontal;
-    ++normal.used;
+    normal.used += stride;
   }
   return normal;
 }
 
 FitMinimum ScanFit::descend(const Vector6d& from, const Vector6d& mean,
                             const Matrix6d& covariance) const {
+  return descend_by(1, kConverged, from, mean, covariance);
+}
+
+FitMinimum ScanFit::approach(const Vector6d& from, const Vector6d& mean,
+                             const Matrix6d& covariance) const {
+  return descend_by(kCoarseStride, kNearlyConverged, from, mean, covariance);
+}
+
+FitMinimum ScanFit::descend_by(int stride, double converged, const Vector6d& from,
+                               const Vector6d& mean, const Matrix6d& covariance) const {
   const Matrix6d prior = covariance.inverse();
   Vector6d shift = from;
-  FitNormal normal = linearise(shift, covariance);
+  FitNormal normal = linearise_every(stride, shift, covariance);
   for (int i = 0; i < kIterations && normal.used >= FitMinimum::kMinUsed; ++i) {
     const Vector6d step =
         (normal.information + prior).ldlt().solve(normal.gradient - prior * (shift - mean));
     shift += step;
-    normal = linearise(shift, covariance);
-    if (step.cwiseAbs().maxCoeff() < kConverged) break;
+    normal = linearise_every(stride, shift, covariance);
+    if (step.cwiseAbs().maxCoeff() < converged) break;
   }
   return {shift, normal};
 }
@@ -187,7 +205,7 @@ FitMinimum ScanFit::descend(const Vector6d& from, const Vector6d& mean,
 double ScanFit::misfit(const Eigen::Vector2d& shift) const {
   const Vector3d at_W = p_W_ + Vector3d(shift.x(), shift.y(), 0.0);
   double sum = 0.0;
-  for (std::size_t i = 0; i < rays_.size(); i += kCoarseStride) {
+  for (std::size_t i = 0; i < rays_.size(); i += std::size_t{kCoarseStride}) {
     const Vector3d x = at_W + rays_[i].arm_W;
     const auto nearest = met(rays_[i], x, rays_[i].direction_W, kCoarseReach);
     const double height =

@@ -68,6 +68,10 @@ class ScanFit {
   /// Gauss-Newton steps from a shift, with a prior of the shift: its mean and covariance.
   [[nodiscard]] FitMinimum descend(const Vector6d& from, const Vector6d& mean,
                                    const Matrix6d& covariance) const;
+  /// The same to about a centimetre by a quarter of the rays, each of which counts as four: where
+  /// a descent should begin, and whether it is worth one.
+  [[nodiscard]] FitMinimum approach(const Vector6d& from, const Vector6d& mean,
+                                    const Matrix6d& covariance) const;
   /// How badly a part of the scan fits at a horizontal shift (m) of the pose: the squared distances
   /// from the mapped surfaces, m^2.
   [[nodiscard]] double misfit(const Eigen::Vector2d& shift) const;
@@ -88,6 +92,12 @@ class ScanFit {
   // Uses every `stride`-th of the points.
   void sample(const RangeScan& scan, const Eigen::Matrix3d& R_WB,
               const std::vector<std::size_t>& points, double stride, const Worth& worth);
+
+  // Of every `stride`-th ray, each of which counts as so many.
+  [[nodiscard]] FitNormal linearise_every(int stride, const Vector6d& shift,
+                                          const Matrix6d& covariance) const;
+  [[nodiscard]] FitMinimum descend_by(int stride, double converged, const Vector6d& from,
+                                      const Vector6d& mean, const Matrix6d& covariance) const;
 
   [[nodiscard]] std::optional<MapSurface::Nearest> met(const Ray& ray, const Eigen::Vector3d& x,
                                                        const Eigen::Vector3d& direction,

@@ -110,9 +110,10 @@ TEST(Simulator, TheDeclaredCurrentFlowsAndAnotherOnTop) {
   Simulator sim = simulator(conditions);
   constexpr double kSlip = 0.025;  // m/s: at low speed the water takes the vehicle along slowly
   const auto velocity_W = [&] { return Vector3d(sim.truth().X_WB.q * sim.truth().v_WB_B); };
-  swim(sim, {}, 60.0);  // released at rest over ground
-  EXPECT_NEAR(velocity_W().x(), 0.1, kSlip);
-  EXPECT_NEAR(velocity_W().y(), 0.05, kSlip);
+  EXPECT_LT((velocity_W() - Vector3d(0.1, 0.05, 0.0)).norm(), 1e-9) << "released in the water";
+  swim(sim, {}, 60.0);
+  EXPECT_NEAR(velocity_W().x(), 0.1, 1e-3);
+  EXPECT_NEAR(velocity_W().y(), 0.05, 1e-3);
   swim(sim, {}, 160.0);
   EXPECT_NEAR(velocity_W().x(), -0.3, kSlip);
   EXPECT_NEAR(velocity_W().y(), 0.05, kSlip);

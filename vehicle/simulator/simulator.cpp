@@ -67,8 +67,9 @@ struct Simulator::Impl {
     drawn_W = horizontal_draw(place, conditions.current_sigma);
     current_W = declared_at(0) + undeclared_W + drawn_W;
     state.X_WB = Pose{start_X_WB.p + off_W, start_X_WB.q.normalized()};
-    state.v = -(state.X_WB.q.conjugate() * current_W);  // released at rest over ground
+    state.v.setZero();  // released in the water, which carries it
     truth.X_WB = state.X_WB;
+    truth.v_WB_B = state.X_WB.q.conjugate() * velocity_W();
   }
 
   SensorSamples step(const PseudoRates& rates) {

@@ -89,6 +89,8 @@ class Simulator {
  public:
   static constexpr double kTick = 0.02;  ///< Control tick, s.
 
+  /// Released at rest in the water: over ground the vehicle begins with the current's velocity, as
+  /// one that a diver or a boat lets go.
   Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions, std::uint64_t seed);
   Simulator(Simulator&&) noexcept;
   ~Simulator();

@@ -16,16 +16,19 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMinObservations = 4;  // minimum observations of a track that is used
-constexpr int kMaxRejections = 3;            // consecutive, of a landmark
-constexpr int kMaxPromotions = 3;            // new landmarks in one frame
+// A track with fewer observations cannot be told from a drifting particle's: it is used only where
+// there are too few others, and two cameras saw it.
+constexpr std::size_t kMinObservations = 4;
+constexpr std::size_t kMinShortViews = 4;  // in either image, of such a track
+constexpr int kMaxRejections = 3;          // consecutive, of a landmark
+constexpr int kMaxPromotions = 3;          // new landmarks in one frame
 // A landmark's first covariance is linearised where it is triangulated: it must be initialised
 // well, when the speed is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.05;
 constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
 
-std::size_t count_observations(const FeatureTrack& track) {
+std::size_t count_views(const FeatureTrack& track) {
   std::size_t count = 0;
   for (const TrackObservation& observation : track.observations) count += observation.right ? 2 : 1;
   return count;
@@ -185,16 +188,19 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
     const bool is_lost = track.last_frame != number;
     const bool is_long = leaving && track.observations.front().frame == oldest;
     if (!is_lost && !is_long) continue;
-    if (track.observations.size() < kMinObservations) continue;
-    found.push_back({&track, !is_lost});
+    const bool is_short = track.observations.size() < kMinObservations;
+    if (is_short && count_views(track) < kMinShortViews) continue;
+    found.push_back({&track, !is_lost, is_short});
   }
   // Lost tracks cannot wait.
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-    return std::make_tuple(a.may_stay, count_observations(*b.track), a.track->id) <
-           std::make_tuple(b.may_stay, count_observations(*a.track), b.track->id);
+    return std::make_tuple(a.is_short, a.may_stay, count_views(*b.track), a.track->id) <
+           std::make_tuple(b.is_short, b.may_stay, count_views(*a.track), b.track->id);
   });
   const std::size_t most = static_cast<std::size_t>(options_.max_update_features);
-  if (found.size() > most) found.resize(most);
+  const auto is_long = [](const Candidate& one) { return !one.is_short; };
+  const std::size_t enough = static_cast<std::size_t>(std::ranges::count_if(found, is_long));
+  found.resize(std::min({found.size(), most, std::max(enough, most / 2)}));
   return found;
 }
 

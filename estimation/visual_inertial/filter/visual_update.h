@@ -49,6 +49,7 @@ class VisualUpdate {
   struct Candidate {
     const FeatureTrack* track;
     bool may_stay;  ///< Still observed: may become a landmark of the state.
+    bool is_short;  ///< Used only where there are few others.
   };
   struct Gated;
 

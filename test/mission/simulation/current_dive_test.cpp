@@ -96,13 +96,14 @@ double left_out_s(const std::string& name) {
 }
 
 void expect_as_planned(const Loaded& loaded, const Dived& dived, double left_out,
-                       const std::string& where) {
+                       const std::string& where, double allowed = 0.1) {
   EXPECT_EQ(dived.result.outcome, "success") << where << ": " << dived.result.cause;
   EXPECT_TRUE(dived.result.collisions.empty()) << where;
   for (const auto& [goal, nearest_m] : dived.nearest_m) {
     EXPECT_LT(nearest_m, loaded.mission.limits.clearance.value) << where << ", " << goal;
   }
-  EXPECT_NEAR(dived.budget_s + left_out, dived.result.duration_s, 0.1 * dived.budget_s) << where;
+  EXPECT_NEAR(dived.budget_s + left_out, dived.result.duration_s, allowed * dived.budget_s)
+      << where;
 }
 
 TEST(CurrentDive, InOpenWaterItReachesItsGoalsWhereverTheWaterFlows) {
@@ -150,7 +151,7 @@ TEST(CurrentDive, AmongObstaclesFixesMendWhatTheDeclarationLacks) {
       settings.conditions = simulated_conditions(loaded.mission);
       settings.seed = seed;
       expect_as_planned(loaded, dive(loaded, settings), left_out,
-                        fmt::format("towards {}, seed {}", towards_deg, seed));
+                        fmt::format("towards {}, seed {}", towards_deg, seed), 0.15);
     }
   }
 }

@@ -449,6 +449,20 @@ TEST(Snow, IsKeptOut) {
   EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
 }
 
+// Nine tracks of ten end with every image, so that of 200 none lasts for four.
+TEST(ShortTracks, OfTwoCamerasAreUsedWhereThereAreNoOthers) {
+  AnalyticDiveOptions options;
+  options.loss_share = 0.9;
+  options.frame_hz = 10.0;
+  Dived d(options, 61);
+  const auto result = d.go(0.0, 15.0);
+  EXPECT_GT(result.used, 200);
+  EXPECT_LT(result.errors.back().position.norm(), 0.3);
+  EXPECT_FALSE(d.filter.health().diverged) << d.filter.health().reason;
+  options.is_stereo = false;
+  EXPECT_LT(Dived(options, 61).go(0.0, 5.0).used, 50) << "one camera cannot tell them from snow";
+}
+
 TEST(Landmarks, LieWithinTheirCovariance) {
   Dived d;
   double nees = 0.0;
