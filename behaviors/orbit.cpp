@@ -9,7 +9,7 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kHasStopped = 0.05;     // m/s over ground, along the bow
+constexpr double kHasStopped = 0.1;      // m/s over ground, along the bow: a current flows on
 constexpr double kTurnAfter = 6.0;       // s after which it turns even if it drifts
 constexpr double kFacing = 0.052;        // rad, 3 degrees: the bow points to the centre
 constexpr double kAligned = 0.2;         // rad: the rest of the turn is made in motion

@@ -10,6 +10,7 @@ using Eigen::Vector3d;
 
 constexpr double kCorrection_s = 0.7;       // t_z: the depth filter's rate lags about as much
 const Vector3d kVariances(0.05, 0.3, 1.0);  // W: surge is known best
+constexpr double kTypicalScale = 0.1;       // s: the vehicle that is not quite at rest has drag too
 
 double signed_square(double x) { return std::abs(x) * x; }
 
@@ -20,6 +21,7 @@ void ExpectedMotion::begin_at(double surge) {
   surge_thrust_ = signed_square(surge);
   heave_thrust_ = 0.0;
   v_B_ = {surge, 0.0, 0.0};
+  surge_by_scale_ = surge;
 }
 
 void ExpectedMotion::begin_at(const Vector3d& v_B, const Eigen::Vector2d& efforts) {
@@ -31,6 +33,7 @@ void ExpectedMotion::begin_at(const Vector3d& v_B, const Eigen::Vector2d& effort
 void ExpectedMotion::set_velocity(const Vector3d& v_B) {
   reference_ = v_B.x();
   v_B_ = v_B;
+  surge_by_scale_ = v_B.x();
 }
 
 double ExpectedMotion::thrust_for(double speed, double dt) {
@@ -59,6 +62,8 @@ void ExpectedMotion::advance(const Propulsion& propulsion, const Vector3d& omega
   }
   // The midpoint rule: of Euler's, the error would look like some per cent of drag in a turn.
   const Eigen::Vector2d thrust = 0.5 * (before + Eigen::Vector2d(surge_thrust_, heave_thrust_));
+  const double drag = std::max(2.0 * std::abs(v_B_.x()), kTypicalScale * std::abs(surge_by_scale_));
+  surge_by_scale_ += dt * (2.0 * thrust.x() - drag * surge_by_scale_) / m.coast_m.x();
   const bool has_heave = efforts.has_value();
   const Vector3d middle = v_B_ + 0.5 * dt * rate(v_B_, thrust, omega_B, up_B, has_heave);
   v_B_ += dt * rate(middle, thrust, omega_B, up_B, has_heave);

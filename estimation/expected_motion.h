@@ -20,6 +20,14 @@
 // and in heave what holds the depth. The measured rate of height z' corrects the velocity along k:
 // v += W k (z' - k.v) dt / (k.W k t_z), with W the relative variances of the three axes: on its
 // side it corrects the sway.
+//
+// Thrust over drag is known to a fifth. If v_full is wrong by a share s, so that f_u is wrong by 2
+// s of it, the surge is wrong by s g, to first order:
+//
+//   g' = 2 (f_u - |u| g) / L_x
+//
+// In steady motion g = u, but a vehicle that brakes by its flippers brakes more, or less: g falls
+// faster than u, and through zero.
 
 #include <optional>
 
@@ -55,6 +63,8 @@ class ExpectedMotion {
   /// Corrects the velocity by the measured rate of height (m/s) over `dt` (s).
   void correct(double height_rate, const Eigen::Vector3d& up_B, double dt);
   [[nodiscard]] const Eigen::Vector3d& v_B() const { return v_B_; }
+  /// Change of v_B() per share s, m/s: (g, v, w), because v and w follow from u.
+  [[nodiscard]] Eigen::Vector3d by_scale_B() const { return {surge_by_scale_, v_B_.y(), v_B_.z()}; }
 
  private:
   [[nodiscard]] double thrust_for(double speed, double dt);
@@ -67,6 +77,7 @@ class ExpectedMotion {
   double reference_ = 0.0;                         ///< u_r, m/s
   double surge_thrust_ = 0.0;                      ///< f_u, m^2/s^2
   double heave_thrust_ = 0.0;                      ///< f_w, m^2/s^2
+  double surge_by_scale_ = 0.0;                    ///< g, m/s
   Eigen::Vector3d v_B_ = Eigen::Vector3d::Zero();  ///< m/s
 };
 

@@ -74,7 +74,10 @@ std::optional<OdometryState> FrameCorrection::odometry_at(Utime utime) const {
   if (around->share == 0.0) return before;
   return OdometryState{before.p_O + around->share * (after.p_O - before.p_O),
                        before.v_O + around->share * (after.v_O - before.v_O),
-                       before.q_OB.slerp(around->share, after.q_OB)};
+                       before.q_OB.slerp(around->share, after.q_OB),
+                       before.excess_velocity_O +
+                           around->share * (after.excess_velocity_O - before.excess_velocity_O),
+                       before.excess_O + around->share * (after.excess_O - before.excess_O)};
 }
 
 void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {
@@ -104,7 +107,8 @@ void FrameCorrection::follow_velocity(const StateEstimate& vision, const Odometr
   const double information = 1.0 / (options_.vision_sigma * options_.vision_sigma);
   // One that is refused is a glitch of the cameras: the next one is half a second away.
   static_cast<void>(filter_->apply_velocity(turned(to_map) * velocity,
-                                            information * Matrix2d::Identity(), then.v_O));
+                                            information * Matrix2d::Identity(), then.v_O,
+                                            then.excess_velocity_O));
 }
 
 void FrameCorrection::follow_surroundings(const MapFix& fix, const OdometryState& then) {
@@ -115,6 +119,7 @@ void FrameCorrection::follow_surroundings(const MapFix& fix, const OdometryState
   Ambiguous now;
   now.utime = fix.scan_utime;
   now.p_O = then.p_O;
+  now.excess_O = then.excess_O;
   now.information = fix.information.topLeftCorner<2, 2>() - cross * cross.transpose() / heading;
   const Vector2d gradient = fix.gradient.head<2>() - cross * (fix.gradient[2] / heading);
   // Where the scan does not constrain the position it stays; one sigma of a metre.
@@ -127,9 +132,9 @@ void FrameCorrection::follow_surroundings(const MapFix& fix, const OdometryState
   const Matrix2d sum = now.information + last->information + Matrix2d::Identity();
   const Matrix2d both = last->information - last->information * sum.inverse() * last->information;
   // One that is refused is that of another place.
-  static_cast<void>(filter_->apply_velocity((now.position_W - last->position_W) / dt,
-                                            0.5 * dt * dt * (both + both.transpose()),
-                                            (now.p_O - last->p_O) / dt));
+  static_cast<void>(filter_->apply_velocity(
+      (now.position_W - last->position_W) / dt, 0.5 * dt * dt * (both + both.transpose()),
+      (now.p_O - last->p_O) / dt, (now.excess_O - last->excess_O) / dt));
 }
 
 void FrameCorrection::follow(const StateEstimate& vision, const OdometryState& then) {
@@ -206,7 +211,8 @@ bool FrameCorrection::propose(const MapFix& fix) {
   }
   ambiguous_.reset();
   if (fix.problem != MapFixProblem::kNone) return false;
-  const Vector2d moved_W = filter_->apply(fix, past_.newest().odometry.p_O - then->p_O);
+  const OdometryState& now = past_.newest().odometry;
+  const Vector2d moved_W = filter_->apply(fix, now.p_O - then->p_O, now.excess_O - then->excess_O);
   yaw_target_ = filter_->heading_correction();
   if (moved_W.norm() > options_.max_smooth_m) {
     offset_W_.setZero();
@@ -223,7 +229,8 @@ void FrameCorrection::set_current(const Vector2d& current_W) {
   if (filter_) filter_->set_current(current_W);
 }
 
-const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, double blind_variance) {
+const StateEstimate& FrameCorrection::update(const StateEstimate& odometry,
+                                             const OdometryErrors& errors) {
   DIVE_DEMAND(past_.empty() || odometry.utime >= past_.newest_utime());
   if (!odometry.valid) return estimate_ = odometry;
   has_jumped_ = std::exchange(jumps_, false);
@@ -232,20 +239,21 @@ const StateEstimate& FrameCorrection::update(const StateEstimate& odometry, doub
   const Vector3d v_O = odometry.X_WB.q * odometry.v_WB_B;
   if (filter_ && past_.empty()) {
     filter_->begin(odometry.X_WB.p.head<2>(), odometry.covariance(0, 0));
-    blind_variance_ = blind_variance;
+    blind_variance_ = errors.blind_variance;
   }
-  const Vector2d p_O = odometry.X_WB.p.head<2>();
-  const Vector2d moved_O =
-      past_.empty() ? Vector2d::Zero() : Vector2d(p_O - past_.newest().odometry.p_O);
-  past_.push(odometry.utime, {{p_O, v_O.head<2>(), odometry.X_WB.q}, aligned_});
-  advance(moved_O, blind_variance, dt);
+  const OdometryState now{odometry.X_WB.p.head<2>(), v_O.head<2>(), odometry.X_WB.q,
+                          errors.excess_velocity_W, errors.excess_W};
+  const OdometryState before = past_.empty() ? now : past_.newest().odometry;
+  past_.push(odometry.utime, {now, aligned_});
+  advance(now.p_O - before.p_O, now.excess_O - before.excess_O, errors.blind_variance, dt);
   publish(odometry);
   return estimate_;
 }
 
-void FrameCorrection::advance(const Vector2d& moved_O, double blind_variance, double dt) {
+void FrameCorrection::advance(const Vector2d& moved_O, const Vector2d& excess_O,
+                              double blind_variance, double dt) {
   if (filter_) {
-    filter_->advance(moved_O, dt, std::max(blind_variance - blind_variance_, 0.0));
+    filter_->advance(moved_O, excess_O, dt, std::max(blind_variance - blind_variance_, 0.0));
     blind_variance_ = blind_variance;
   }
   base_W_ += drift_W_ * dt;
@@ -292,8 +300,7 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
   estimate_.map_from_odom.yaw = yaw_;
   estimate_.map_from_odom.translation =
       estimate_.X_WB.p.head<2>() - turned(yaw_) * odometry.X_WB.p.head<2>();
-  const Vector2d drift_W = filter_ ? filter_->drift_W() : drift_W_;
-  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(drift_W);
+  estimate_.v_WB_B += estimate_.X_WB.q.conjugate() * lifted(unmodelled_velocity_W());
 
   const Matrix3d P = uncertainty();
   const Vector3d up_B = estimate_.X_WB.q.conjugate() * Vector3d::UnitZ();
@@ -308,6 +315,13 @@ void FrameCorrection::publish_corrected(const StateEstimate& odometry) {
   covariance.diagonal().tail<3>().array() += attitude_variance;
   covariance.block<2, 3>(0, 3) = P.block<2, 1>(0, 2) * up_B.transpose();
   covariance.block<3, 2>(3, 0) = covariance.block<2, 3>(0, 3).transpose();
+}
+
+Vector2d FrameCorrection::unmodelled_velocity_W() const {
+  if (!filter_) return drift_W_;
+  const OdometryState& now = past_.newest().odometry;
+  const Vector2d by_scale_O = now.v_O - declared_W_ + now.excess_velocity_O;
+  return filter_->drift_W() + filter_->speed_scale() * (turned(yaw_) * by_scale_O);
 }
 
 std::optional<Eigen::Matrix2d> FrameCorrection::covariance_among_obstacles() const {

@@ -111,11 +111,10 @@ class FrameCorrection {
   [[nodiscard]] bool propose(const MapFix& fix);
   /// Sets the declared current that the odometry contains from now on, m/s. Still water before.
   void set_current(const Eigen::Vector2d& current_W);
-  /// Called every tick with the pose in odom; returns the pose in the map. `blind_variance` (m^2):
-  /// variance of its position, per axis, from times without samples so far. Demands non-decreasing
-  /// times.
+  /// Called every tick with the pose in odom and what is known of its errors; returns the pose in
+  /// the map. Demands non-decreasing times.
   [[nodiscard]] const StateEstimate& update(const StateEstimate& odometry,
-                                            double blind_variance = 0.0);
+                                            const OdometryErrors& errors = {});
   /// True if since the last but one update() a fix was applied at once, or a loop moved the vehicle
   /// by more than `jump_m`.
   [[nodiscard]] bool has_jumped() const { return has_jumped_; }
@@ -144,10 +143,12 @@ class FrameCorrection {
   void follow_surroundings(const MapFix& fix, const OdometryState& then);
   void release();
   void shift(const PlanarTransform& by);
-  void advance(const Eigen::Vector2d& moved_O, double blind_variance, double dt);
+  void advance(const Eigen::Vector2d& moved_O, const Eigen::Vector2d& excess_O,
+               double blind_variance, double dt);
   void publish(const StateEstimate& odometry);
   void publish_corrected(const StateEstimate& odometry);
   void publish_aligned();
+  [[nodiscard]] Eigen::Vector2d unmodelled_velocity_W() const;
   [[nodiscard]] Eigen::Vector2d displacement() const;
   [[nodiscard]] Eigen::Vector2d target() const;
   [[nodiscard]] Eigen::Matrix3d uncertainty() const;
@@ -161,6 +162,7 @@ class FrameCorrection {
     Eigen::Vector2d position_W;
     Eigen::Matrix2d information;
     Eigen::Vector2d p_O;  ///< The odometry's position then, m.
+    Eigen::Vector2d excess_O;
   };
   Eigen::Vector2d declared_W_ = Eigen::Vector2d::Zero();  ///< Declared current, m/s.
   std::optional<MapFixFilter> filter_;                    ///< With fixes.

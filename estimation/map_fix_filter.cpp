@@ -56,19 +56,22 @@ void MapFixFilter::begin(const Vector2d& position_W, double variance) {
   P_.diagonal().segment<2>(kMap).setConstant(o.map_sigma_m * o.map_sigma_m);
 }
 
-void MapFixFilter::advance(const Vector2d& moved_O, double dt, double blind_variance) {
+void MapFixFilter::advance(const Vector2d& moved_O, const Vector2d& excess_O, double dt,
+                           double blind_variance) {
   const MapFixOptions& o = options_;
   const Vector2d carried_W = declared_W_ * dt;
-  const Vector2d turned_W = turned(x_[kHeading]) * (moved_O - carried_W);
-  const Vector2d moved_W = (1.0 + x_[kScale]) * turned_W;  // through the water
+  const Matrix2d turn = turned(x_[kHeading]);
+  const Vector2d by_scale_W = turn * (moved_O - carried_W + excess_O);
+  // Through the water.
+  const Vector2d moved_W = turn * (moved_O - carried_W) + x_[kScale] * by_scale_W;
   const double slip_kept = std::exp(-dt / o.slip_time_s);
   const double map_kept = std::exp(-(moved_W + carried_W).norm() / o.map_length_m);
 
   // P becomes F P F', with F the identity except for the rows of position, slip and map error.
   const auto transition = [&](auto&& P) {
-    P.row(0) += -moved_W.y() * P.row(kHeading) + turned_W.x() * P.row(kScale) +
+    P.row(0) += -moved_W.y() * P.row(kHeading) + by_scale_W.x() * P.row(kScale) +
                 dt * (P.row(kCurrent) + P.row(kSlip));
-    P.row(1) += moved_W.x() * P.row(kHeading) + turned_W.y() * P.row(kScale) +
+    P.row(1) += moved_W.x() * P.row(kHeading) + by_scale_W.y() * P.row(kScale) +
                 dt * (P.row(kCurrent + 1) + P.row(kSlip + 1));
     P.template middleRows<2>(kSlip) *= slip_kept;
     P.template middleRows<2>(kMap) *= map_kept;
@@ -94,14 +97,14 @@ void MapFixFilter::advance(const Vector2d& moved_O, double dt, double blind_vari
 // With information L over y = H x around y_0 and the gradient g there:
 //   P+ = P - P H' (I + L H P H')^-1 L H P,   x+ = x + P+ H' (g - L (H x - y_0))
 // which needs no inverse of L: it is singular where the scene does not constrain the position.
-Vector2d MapFixFilter::apply(const MapFix& fix, const Vector2d& since_O) {
+Vector2d MapFixFilter::apply(const MapFix& fix, const Vector2d& since_O, const Vector2d& excess_O) {
   DIVE_DEMAND(is_well_formed(fix));
   Eigen::Matrix<double, 3, kStates> H = Eigen::Matrix<double, 3, kStates>::Zero();
   H.block<2, 2>(0, 0).setIdentity();
   H.block<2, 2>(0, kMap) = -Matrix2d::Identity();
   H(2, kHeading) = 1.0;
-  const Vector2d then_W =
-      x_.head<2>() - (1.0 + x_[kScale]) * (turned(x_[kHeading]) * since_O) - x_.segment<2>(kMap);
+  const Vector2d moved_O = since_O + x_[kScale] * (since_O + excess_O);
+  const Vector2d then_W = x_.head<2>() - turned(x_[kHeading]) * moved_O - x_.segment<2>(kMap);
   Vector3d off;
   off.head<2>() = then_W - fix.position_W;
   off[2] = wrap_angle(x_[kHeading] - fix.heading_correction);
@@ -119,13 +122,14 @@ Vector2d MapFixFilter::apply(const MapFix& fix, const Vector2d& since_O) {
 }
 
 bool MapFixFilter::apply_velocity(const Vector2d& velocity_W, const Matrix2d& information,
-                                  const Vector2d& v_O) {
+                                  const Vector2d& v_O, const Vector2d& excess_O) {
   DIVE_DEMAND(velocity_W.allFinite() && information.allFinite() && v_O.allFinite());
-  const Vector2d turned_W = turned(x_[kHeading]) * (v_O - declared_W_);
-  const Vector2d moving_W = (1.0 + x_[kScale]) * turned_W;
+  const Matrix2d turn = turned(x_[kHeading]);
+  const Vector2d by_scale_W = turn * (v_O - declared_W_ + excess_O);
+  const Vector2d moving_W = turn * (v_O - declared_W_) + x_[kScale] * by_scale_W;
   Eigen::Matrix<double, 2, kStates> H = Eigen::Matrix<double, 2, kStates>::Zero();
   H.col(kHeading) = Vector2d(-moving_W.y(), moving_W.x());
-  H.col(kScale) = turned_W;
+  H.col(kScale) = by_scale_W;
   H.block<2, 2>(0, kCurrent).setIdentity();
   H.block<2, 2>(0, kSlip).setIdentity();
   const Vector2d off =

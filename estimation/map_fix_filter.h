@@ -10,9 +10,10 @@
 //   b   slip: what the motion model gets wrong, for some seconds (2, m/s, Gauss-Markov in time)
 //   m   error of the map around the vehicle (2, m, Gauss-Markov over the distance swum)
 //
-//   p' = Rz(c) (1 + s) (v_O - u) + u + d + b
+//   p' = Rz(c) (v_O - u + s (v_O - u + e)) + u + d + b
 //
-// v_O is the odometry's velocity over ground, which contains u.
+// v_O is the odometry's velocity over ground, which contains u, and e is zero in steady motion: see
+// OdometryErrors.
 //
 // A fix measures p - m and c, and p - m is the position that counts: where the vehicle is among the
 // obstacles around it, as they are drawn. Its covariance is published as that of the position in
@@ -60,18 +61,21 @@ class MapFixFilter {
   void begin(const Eigen::Vector2d& position_W, double variance);
   /// Sets u from now on, m/s. Still water before.
   void set_current(const Eigen::Vector2d& current_W) { declared_W_ = current_W; }
-  /// The odometry has moved by `moved_O` (m) in `dt` (s). `blind_variance` (m^2): growth of the
-  /// variance per axis by what the sensors lack meanwhile.
-  void advance(const Eigen::Vector2d& moved_O, double dt, double blind_variance);
-  /// Applies a fix without a problem. `since_O`: motion of the odometry since the scan, m. Returns
-  /// the change of position_W(), m.
-  Eigen::Vector2d apply(const MapFix& fix, const Eigen::Vector2d& since_O);
+  /// The odometry has moved by `moved_O` (m) in `dt` (s). `excess_O` (m): integral of e.
+  /// `blind_variance` (m^2): growth of the variance per axis by what the sensors lack meanwhile.
+  void advance(const Eigen::Vector2d& moved_O, const Eigen::Vector2d& excess_O, double dt,
+               double blind_variance);
+  /// Applies a fix without a problem. `since_O`: motion of the odometry since the scan, m, and
+  /// `excess_O` the integral of e (m). Returns the change of position_W(), m.
+  Eigen::Vector2d apply(const MapFix& fix, const Eigen::Vector2d& since_O,
+                        const Eigen::Vector2d& excess_O);
 
   /// Applies a velocity over ground (W, m/s) with its information (s^2/m^2), measured while the
-  /// odometry moved at `v_O` (m/s). False if it is refused: it differs from the expected velocity
-  /// by more than three sigmas.
+  /// odometry moved at `v_O` (m/s) with `excess_O` (e, m/s). False if it is refused: it differs
+  /// from the expected velocity by more than three sigmas.
   [[nodiscard]] bool apply_velocity(const Eigen::Vector2d& velocity_W,
-                                    const Eigen::Matrix2d& information, const Eigen::Vector2d& v_O);
+                                    const Eigen::Matrix2d& information, const Eigen::Vector2d& v_O,
+                                    const Eigen::Vector2d& excess_O);
 
   /// p - m
   [[nodiscard]] Eigen::Vector2d position_W() const { return x_.head<2>() - x_.segment<2>(kMap); }

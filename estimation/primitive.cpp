@@ -158,6 +158,7 @@ void PrimitiveEstimator::propagate(double dt) {
   if (silence_s_ == 0.0) motion_.correct(depth_.at(estimate_.utime).rate, up_B, dt);
   const Vector3d step = (estimate_.X_WB.q * velocity_B()) * dt;
   displacement_W_ += step.head<2>();
+  excess_W_ += excess_velocity_W() * dt;
   estimate_.X_WB.p.head<2>() += step.head<2>() + current_W_ * dt;
   if (silence_s_ > 0.0) estimate_.X_WB.p.z() = std::min(estimate_.X_WB.p.z() + step.z(), 0.0);
   elapsed_s_ += dt;
@@ -168,6 +169,14 @@ Vector3d PrimitiveEstimator::velocity_B() const {
   Vector3d v_B = motion_.v_B();
   if (silence_s_ > 0.0) v_B.z() = expected_heave_;
   return v_B;
+}
+
+Vector2d PrimitiveEstimator::excess_velocity_W() const {
+  return (estimate_.X_WB.q * (motion_.by_scale_B() - motion_.v_B())).head<2>();
+}
+
+OdometryErrors PrimitiveEstimator::errors() const {
+  return {start_variance_, excess_velocity_W(), excess_W_};
 }
 
 void PrimitiveEstimator::fill_covariance() {

@@ -42,6 +42,16 @@ struct PrimitiveOptions {
   [[nodiscard]] std::string validate() const;
 };
 
+/// What is known of the errors of dead reckoning.
+struct OdometryErrors {
+  double blind_variance = 0.0;  ///< Of the position per axis, from times without samples, m^2.
+  /// If the vehicle's full speed is wrong by a share s, its velocity through the water is wrong by
+  /// s (v + excess): what that is beyond v, horizontally, m/s, and its integral, m. Zero in steady
+  /// motion.
+  Eigen::Vector2d excess_velocity_W = Eigen::Vector2d::Zero();
+  Eigen::Vector2d excess_W = Eigen::Vector2d::Zero();
+};
+
 /// Deterministic: the same calls give the same estimates. Does not allocate.
 class PrimitiveEstimator {
  public:
@@ -77,8 +87,10 @@ class PrimitiveEstimator {
   [[nodiscard]] const Eigen::Vector2d& current_W() const { return current_W_; }
   /// Expected velocity through the water, in B, m/s.
   [[nodiscard]] Eigen::Vector3d v_B() const { return motion_.v_B(); }
-  /// Variance of the position per axis from the start and from times without samples, m^2.
-  [[nodiscard]] double blind_variance() const { return start_variance_; }
+  /// Change of v_B() per relative error of the vehicle's full speed, m/s.
+  [[nodiscard]] Eigen::Vector3d by_scale_B() const { return motion_.by_scale_B(); }
+  /// Their blind variance contains that of the start.
+  [[nodiscard]] OdometryErrors errors() const;
 
  private:
   void observe_gyro_bias(const ImuSample& before);
@@ -86,6 +98,7 @@ class PrimitiveEstimator {
   void grow_blind(double dt);
   [[nodiscard]] Eigen::Quaterniond attitude(Utime now) const;
   [[nodiscard]] Eigen::Vector3d velocity_B() const;
+  [[nodiscard]] Eigen::Vector2d excess_velocity_W() const;
   void fill_covariance();
 
   PrimitiveOptions options_;
@@ -101,6 +114,7 @@ class PrimitiveEstimator {
   double start_variance_;   ///< Position variance at the start, m^2.
   Eigen::Vector2d current_W_ = Eigen::Vector2d::Zero();       ///< m/s
   Eigen::Vector2d displacement_W_ = Eigen::Vector2d::Zero();  ///< D, m
+  Eigen::Vector2d excess_W_ = Eigen::Vector2d::Zero();        ///< As in OdometryErrors.
   double elapsed_s_ = 0.0;
   std::optional<ImuSample> imu_;
   StateEstimate estimate_;

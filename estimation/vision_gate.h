@@ -17,6 +17,8 @@ struct OdometryState {
   Eigen::Vector2d p_O = Eigen::Vector2d::Zero();  ///< m
   Eigen::Vector2d v_O = Eigen::Vector2d::Zero();  ///< m/s
   Eigen::Quaterniond q_OB = Eigen::Quaterniond::Identity();
+  Eigen::Vector2d excess_velocity_O = Eigen::Vector2d::Zero();  ///< As in OdometryErrors, m/s.
+  Eigen::Vector2d excess_O = Eigen::Vector2d::Zero();           ///< m
 };
 
 struct VisionGateOptions {

@@ -102,19 +102,22 @@ void ExitGuidance::observe(const std::optional<ImuSample>& imu,
 
 void ExitGuidance::dead_reckon(const estimation::StateEstimate& odometry) {
   const Eigen::Vector2d current_W = path_ ? path_->current_W : Eigen::Vector2d::Zero();
-  const double scale = path_ ? 1.0 + path_->speed_scale : 1.0;
+  const double scale = path_ ? path_->speed_scale : 0.0;
+  const estimation::OdometryErrors errors = odometry_.errors();
   if (last_odometry_) {
-    reckoned_W_ += scale * (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>() +
+    const Eigen::Vector2d moved_W = (odometry.X_WB.p - last_odometry_->X_WB.p).head<2>();
+    reckoned_W_ += moved_W + scale * (moved_W + errors.excess_W - last_excess_W_) +
                    current_W * to_seconds(odometry.utime - last_odometry_->utime);
   }
   last_odometry_ = odometry;
+  last_excess_W_ = errors.excess_W;
   estimation::StateEstimate reckoned = odometry;
   reckoned.X_WB.p.head<2>() = reckoned_W_;
   const double sigma_m = path_ ? path_->position_sigma_m : 0.0;
   reckoned.covariance.topLeftCorner<2, 2>() = sigma_m * sigma_m * Eigen::Matrix2d::Identity();
-  reckoned.v_WB_B =
-      scale * odometry.v_WB_B + odometry.X_WB.q.conjugate() * estimation::lifted(current_W);
-  estimate_ = correction_ ? correction_->update(reckoned, odometry_.blind_variance()) : reckoned;
+  reckoned.v_WB_B = odometry.v_WB_B + scale * odometry_.by_scale_B() +
+                    odometry.X_WB.q.conjugate() * estimation::lifted(current_W);
+  estimate_ = correction_ ? correction_->update(reckoned, errors) : reckoned;
 }
 
 void ExitGuidance::begin_correction() {

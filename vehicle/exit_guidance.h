@@ -92,6 +92,7 @@ class ExitGuidance {
   std::optional<ExitPath> path_;
   estimation::PrimitiveEstimator odometry_;
   std::optional<estimation::StateEstimate> last_odometry_;
+  Eigen::Vector2d last_excess_W_ = Eigen::Vector2d::Zero();  ///< At last_odometry_, m.
   /// Horizontal position by odometry with the exit path's scale and current, m.
   Eigen::Vector2d reckoned_W_ = Eigen::Vector2d::Zero();
   std::optional<estimation::MapFixOptions> fixes_;

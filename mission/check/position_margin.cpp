@@ -72,11 +72,11 @@ class Predicted {
     elapsed_s_ += dt;
     if (!filter_) return;
     filter_->set_current(current_W);
-    filter_->advance(moved, dt, 0.0);
+    filter_->advance(moved, Vector2d::Zero(), dt, 0.0);
     MapFix fix;
     fix.position_W = filter_->position_W();
     fix.information = views_->information_at(to);
-    static_cast<void>(filter_->apply(fix, Vector2d::Zero()));
+    static_cast<void>(filter_->apply(fix, Vector2d::Zero(), Vector2d::Zero()));
   }
 
   [[nodiscard]] Matrix2d covariance() const {

@@ -93,7 +93,7 @@ Eigen::Vector3d Localization::v_B() const {
   const estimation::UnmodelledMotion unmodelled = correction_.unmodelled();
   const Eigen::Vector3d slip_B =
       correction_.estimate().X_WB.q.conjugate() * estimation::lifted(unmodelled.slip_W);
-  return (1.0 + unmodelled.speed_scale) * odometry_.v_B() + slip_B;
+  return odometry_.v_B() + unmodelled.speed_scale * odometry_.by_scale_B() + slip_B;
 }
 
 void Localization::dead_reckon(const Eigen::Vector2d& by_W, double sigma_m, double surge) {
@@ -108,7 +108,7 @@ Eigen::Matrix2d Localization::covariance_among_obstacles() const {
 
 const estimation::StateEstimate& Localization::update(Utime now) {
   const estimation::StateEstimate& published =
-      correction_.update(odometry_.update(now), odometry_.blind_variance());
+      correction_.update(odometry_.update(now), odometry_.errors());
   has_switched_ = published.source != source_;
   source_ = published.source;
   return published;

@@ -419,6 +419,23 @@ TEST(FrameCorrectionWithFixes, ASmallCorrectionIsAppliedSmoothlyAndIsUncertainMe
   EXPECT_EQ(dive.jumps, 0);
 }
 
+// The vehicle is slower than the odometry: most of that passes for an error of its full speed.
+TEST(FrameCorrectionWithFixes, PublishesTheVelocityWithWhichItsPositionMoves) {
+  FixedDive dive(Vector2d::Zero(), {0.0, -0.06});
+  for (int i = 0; i < 60; ++i) {
+    dive.run(0.5);
+    ASSERT_TRUE(dive.fix(dive.now - 100'000));
+  }
+  dive.run(2.0);
+  EXPECT_LT(dive.correction.unmodelled().speed_scale, -0.05);
+  const Vector3d before = dive.correction.estimate().X_WB.p;
+  dive.run(1.0);
+  const StateEstimate& estimate = dive.correction.estimate();
+  const Vector3d velocity = estimate.X_WB.q * estimate.v_WB_B;
+  EXPECT_LT((estimate.X_WB.p - before - velocity).norm(), 2e-3);
+  EXPECT_NEAR(velocity.y(), 0.34, 0.01);
+}
+
 TEST(FrameCorrectionWithFixes, ALargeCorrectionIsAppliedAtOnceAndReported) {
   FixedDive dive({0.4, 0.3});
   dive.run(2.0);

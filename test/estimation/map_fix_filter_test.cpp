@@ -113,10 +113,10 @@ Outcome dive(std::uint64_t seed, double seconds, double fix_period_s, double tid
     const Vector2d declared = tide_at(tide, t);
     truth.advance(moved_at(t), declared);
     filter.set_current(declared);
-    filter.advance(moved_at(t) + declared * kTick, kTick, 0.0);
+    filter.advance(moved_at(t) + declared * kTick, Vector2d::Zero(), kTick, 0.0);
     if (t < next_fix) continue;
     next_fix += fix_period_s;
-    filter.apply(truth.fix(), Vector2d::Zero());
+    filter.apply(truth.fix(), Vector2d::Zero(), Vector2d::Zero());
   }
   const Vector3d error = truth.pose() - Vector3d(filter.position_W().x(), filter.position_W().y(),
                                                  filter.heading_correction());
@@ -146,7 +146,8 @@ TEST(MapFixFilter, TheMeanOfItsCurrentMovesWithTheDeclaredOne) {
   MapFixFilter filter{MapFixOptions{}};
   filter.begin(Vector2d::Zero(), 1e-4);
   filter.set_current({0.1, 0.0});
-  EXPECT_TRUE(filter.apply_velocity({0.12, 0.0}, 1e6 * Matrix2d::Identity(), {0.1, 0.0}));
+  EXPECT_TRUE(
+      filter.apply_velocity({0.12, 0.0}, 1e6 * Matrix2d::Identity(), {0.1, 0.0}, {0.0, 0.0}));
   const Vector2d learned = filter.current_W() - Vector2d(0.1, 0.0);
   EXPECT_GT(learned.x(), 0.005) << "a part of what it measured; the rest is slip";
   filter.set_current({-0.1, 0.05});
@@ -164,28 +165,29 @@ TEST(MapFixFilter, LearnsTheCurrent) {
   filter.begin({1.0, 2.0}, 1e-4);
   const Vector2d current(0.05, -0.03);
   for (int tick = 1; tick <= 3000; ++tick) {
-    filter.advance(Vector2d::Zero(), kTick, 0.0);
+    filter.advance(Vector2d::Zero(), Vector2d::Zero(), kTick, 0.0);
     if (tick % 25 != 0) continue;
     MapFix fix;
     fix.position_W = Vector2d(1.0, 2.0) + current * tick * kTick;
     fix.information.diagonal() << 1e4, 1e4, 1e4;
-    filter.apply(fix, Vector2d::Zero());
+    filter.apply(fix, Vector2d::Zero(), Vector2d::Zero());
   }
   EXPECT_LT((filter.drift_W() - current).norm(), 0.01);
   const Vector2d before = filter.position_W();
-  for (int tick = 0; tick < 250; ++tick) filter.advance(Vector2d::Zero(), kTick, 0.0);
+  for (int tick = 0; tick < 250; ++tick)
+    filter.advance(Vector2d::Zero(), Vector2d::Zero(), kTick, 0.0);
   EXPECT_LT((filter.position_W() - before - 5.0 * current).norm(), 0.06) << "without fixes";
 }
 
 TEST(MapFixFilter, AFixOfAnEarlierPlaceIsAppliedWhereItWasTaken) {
   MapFixFilter filter{MapFixOptions{}};
   filter.begin({0.0, 0.0}, 0.01);
-  for (int tick = 0; tick < 50; ++tick) filter.advance({0.008, 0.0}, kTick, 0.0);
+  for (int tick = 0; tick < 50; ++tick) filter.advance({0.008, 0.0}, Vector2d::Zero(), kTick, 0.0);
   const Vector2d expected = filter.position_W() - Vector2d(0.2, 0.0);
   MapFix fix;
   fix.position_W = expected;
   fix.information.diagonal() << 1e6, 1e6, 1e6;
-  const Vector2d moved = filter.apply(fix, {0.2, 0.0});
+  const Vector2d moved = filter.apply(fix, {0.2, 0.0}, Vector2d::Zero());
   EXPECT_LT(moved.norm(), 1e-6);
 }
 
@@ -195,7 +197,7 @@ TEST(MapFixFilter, NothingChangesWithoutInformation) {
   const Matrix3d before = filter.covariance();
   MapFix fix;
   fix.position_W = {50.0, -20.0};
-  EXPECT_EQ(filter.apply(fix, Vector2d::Zero()), Vector2d::Zero());
+  EXPECT_EQ(filter.apply(fix, Vector2d::Zero(), Vector2d::Zero()), Vector2d::Zero());
   EXPECT_TRUE(filter.covariance().isApprox(before, 1e-12));
 }
 
@@ -208,9 +210,9 @@ TEST(MapFixFilter, AVelocityOverGroundShowsWhatTheOdometryLacks) {
   const Vector2d current(0.06, -0.05);
   const Matrix2d across = Vector2d(0.0, 1.0) * Vector2d(0.0, 1.0).transpose() / (0.02 * 0.02);
   for (int tick = 0; tick < 500; ++tick) {
-    filter.advance(v_O * kTick, kTick, 0.0);
+    filter.advance(v_O * kTick, Vector2d::Zero(), kTick, 0.0);
     if (tick % 25 == 0) {
-      EXPECT_TRUE(filter.apply_velocity(v_O + current, across, v_O));
+      EXPECT_TRUE(filter.apply_velocity(v_O + current, across, v_O, Vector2d::Zero()));
     }
   }
   EXPECT_NEAR(filter.drift_W().y(), current.y(), 0.01);
@@ -223,7 +225,8 @@ TEST(MapFixFilter, AVelocityThatNothingExplainsIsRefused) {
   MapFixFilter filter{MapFixOptions{}};
   filter.begin({0.0, 0.0}, 0.01);
   const Matrix3d before = filter.covariance();
-  EXPECT_FALSE(filter.apply_velocity({0.4, 0.8}, 1e4 * Matrix2d::Identity(), {0.4, 0.0}))
+  EXPECT_FALSE(
+      filter.apply_velocity({0.4, 0.8}, 1e4 * Matrix2d::Identity(), {0.4, 0.0}, {0.0, 0.0}))
       << "from one pipe to the next in half a second";
   EXPECT_EQ(filter.drift_W(), Vector2d::Zero());
   EXPECT_EQ(filter.covariance(), before);
@@ -233,7 +236,7 @@ TEST(MapFixFilter, TimesWithoutSensorsMakeItUncertain) {
   MapFixFilter filter{MapFixOptions{}};
   filter.begin({0.0, 0.0}, 0.04);
   const double before = filter.covariance()(0, 0);
-  filter.advance(Vector2d::Zero(), kTick, 0.25);
+  filter.advance(Vector2d::Zero(), Vector2d::Zero(), kTick, 0.25);
   EXPECT_GT(filter.covariance()(0, 0), before + 0.25);
 }
 

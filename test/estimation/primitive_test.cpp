@@ -96,6 +96,53 @@ TEST(PrimitiveEstimator, IsCarriedByTheCurrentOfEachMoment) {
   EXPECT_LT((grown - 0.9 * 0.9 * Eigen::Matrix2d::Identity()).norm(), 0.01) << "30 s of 0.03 m/s";
 }
 
+// Against two estimators whose vehicles are faster and slower by a share of one in a thousand,
+// while it swims, brakes by its flippers and coasts.
+TEST(PrimitiveEstimator, KnowsWhatAnErrorOfTheFullSpeedDoes) {
+  constexpr double kShare = 1e-3;
+  const auto with = [](double full_speed_factor) {
+    PrimitiveOptions options;
+    options.motion.full_speed *= full_speed_factor;
+    return estimator(options);
+  };
+  PrimitiveEstimator slower = with(1.0 - kShare);
+  PrimitiveEstimator e = with(1.0);
+  PrimitiveEstimator faster = with(1.0 + kShare);
+  const double heading = deg_to_rad(30.0);
+  const Vector2d start(1.0, 2.0);
+  Utime now = 0;
+  const auto run = [&](double effort, double seconds) {
+    const Utime end = now + from_seconds(seconds);
+    for (now += kTick; now <= end; now += kTick) {
+      for (PrimitiveEstimator* each : {&slower, &e, &faster}) {
+        each->set_efforts(effort, 0.0);
+        each->add(imu(now, from_rpy(0.0, 0.0, heading)));
+        each->add(DepthSample{now, 3.0});
+        static_cast<void>(each->update(now));
+      }
+    }
+    now = end;
+  };
+  const auto expect = [&](const char* what) {
+    const StateEstimate& fast = faster.update(now);
+    const StateEstimate& slow = slower.update(now);
+    const Vector2d moved = (fast.X_WB.p - slow.X_WB.p).head<2>() / (2.0 * kShare);
+    const double velocity = (faster.v_B() - slower.v_B()).x() / (2.0 * kShare);
+    const Vector2d by_scale = e.update(now).X_WB.p.head<2>() - start + e.errors().excess_W;
+    EXPECT_LT((by_scale - moved).norm(), 0.02 + 0.03 * moved.norm()) << what;
+    EXPECT_NEAR(e.by_scale_B().x(), velocity, 0.02) << what;
+  };
+  run(0.25, 20.0);
+  expect("steady");
+  EXPECT_NEAR(e.by_scale_B().x(), 0.4, 0.01);
+  EXPECT_LT(e.errors().excess_velocity_W.norm(), 0.01);
+  run(-0.1, 3.0);
+  expect("braking");
+  EXPECT_LT(e.by_scale_B().x(), e.v_B().x() - 0.1) << "a faster vehicle also brakes harder";
+  run(0.0, 5.0);
+  expect("coasting");
+}
+
 TEST(PrimitiveEstimator, TurnsTheLastAttitudeOnOverTheLatency) {
   PrimitiveEstimator e = estimator();
   e.add(imu(0, Eigen::Quaterniond::Identity(), {0.0, 0.0, 0.5}));
