@@ -2,11 +2,11 @@
 # Installs, checks the format of the sources and their words, builds and runs the tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and clang-tidy on what flies, a build of the benchmarks, and under the
-#                        address and undefined-behaviour sanitizers the tests of what runs on board
-#                        or reads what others wrote
-#   ./check.sh --tidy    clang-tidy alone
-# and before a release, each of which takes another half hour or more:
+#   ./check.sh --ci      and a build of the benchmarks, and under the address and
+#                        undefined-behaviour sanitizers the tests of what runs on board or reads
+#                        what others wrote
+# Before a release, each of which takes another half hour or more:
+#   ./check.sh --tidy    clang-tidy alone, on what flies
 #   ./check.sh --long    with the tests that take minutes each
 #   ./check.sh --asan    and all tests under the sanitizers
 set -euo pipefail
@@ -40,7 +40,7 @@ if grep -rnwiIE "$(paste -sd'|' doc/unused-words.txt)" --exclude={name-changes.m
   exit 1
 fi
 # What flies, and what it stands on. Not read: simulator, checks, log, reports and command line, for
-# which CI has not the time, and planning/world/hull.cpp, whose CGAL clang 19 does not compile. The
+# which there is not the time, and planning/world/hull.cpp, whose CGAL clang 19 does not compile. The
 # preset joins each library's sources to one file, because the headers that they share take four
 # fifths of the time: names in unnamed namespaces must differ within a library.
 tidy() {
@@ -69,7 +69,6 @@ check() {
   cmake --build --preset "$1" -j2 --target "$2"
   ctest --preset "$1" -j2 "${@:3}"
 }
-[ "$sanitize" != sanitized ] || tidy
 check release "$([ -z "$sanitize" ] && echo tests || echo all)"
 case "$sanitize" in
   sanitized) check asan sanitized_tests -L sanitized ;;

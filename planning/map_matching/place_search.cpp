@@ -67,15 +67,15 @@ Descent descent_at(const ScanFit& fit, const Vector2d& place, const Matrix6d& co
   near.leftCols<2>().setZero();
   near.topLeftCorner<2, 2>().diagonal().setConstant(kPlaceSigma * kPlaceSigma);
   const FitMinimum here = fit.approach(at(place), at(place), near);
-  const Descent stays{here.shift, at(place), near};
-  if (!here.is_usable()) return stays;
+  const auto stay = [&] { return Descent{here.shift, at(place), near}; };
+  if (!here.is_usable()) return stay();
   const Eigen::Matrix2d horizontal = horizontal_information(here, covariance);
   const double weakest =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(horizontal).eigenvalues().x();
-  if (weakest > 1.0 / (kPlaceSigma * kPlaceSigma)) return stays;
+  if (weakest > 1.0 / (kPlaceSigma * kPlaceSigma)) return stay();
   const FitMinimum drawn = fit.approach(here.shift, Vector6d::Zero(), covariance);
   const Vector2d by = (drawn.shift - here.shift).head<2>();
-  if (by.dot(horizontal * by) >= kSlides * kSlides) return stays;
+  if (by.dot(horizontal * by) >= kSlides * kSlides) return stay();
   return {drawn.shift, Vector6d::Zero(), covariance};
 }
 
