@@ -72,12 +72,13 @@ std::optional<OdometryState> FrameCorrection::odometry_at(Utime utime) const {
   const OdometryState& before = around->before->odometry;
   const OdometryState& after = around->after->odometry;
   if (around->share == 0.0) return before;
-  return OdometryState{before.p_O + around->share * (after.p_O - before.p_O),
-                       before.v_O + around->share * (after.v_O - before.v_O),
+  const auto between = [&](Vector2d OdometryState::*of) -> Vector2d {
+    return before.*of + around->share * (after.*of - before.*of);
+  };
+  return OdometryState{between(&OdometryState::p_O), between(&OdometryState::v_O),
                        before.q_OB.slerp(around->share, after.q_OB),
-                       before.excess_velocity_O +
-                           around->share * (after.excess_velocity_O - before.excess_velocity_O),
-                       before.excess_O + around->share * (after.excess_O - before.excess_O)};
+                       between(&OdometryState::excess_velocity_O),
+                       between(&OdometryState::excess_O)};
 }
 
 void FrameCorrection::propose(Utime now, const VisionEstimate& vision) {

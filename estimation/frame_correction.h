@@ -85,7 +85,7 @@ struct FrameCorrectionOptions {
 /// What motion through the water lacks, as far as it is declared or as fixes or cameras have
 /// measured it.
 struct UnmodelledMotion {
-  double speed_scale = 0.0;                             ///< Relative error of the expected speed.
+  double speed_scale = 0.0;                             ///< Relative error of the full speed.
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< m/s
   /// Error of the velocity through the water, which lasts some seconds, m/s.
   Eigen::Vector2d slip_W = Eigen::Vector2d::Zero();

@@ -4,7 +4,7 @@
 //
 //   p   horizontal position in the map (2, m)
 //   c   heading correction from the compass to the map (rad)
-//   s   relative error of the expected speed
+//   s   relative error of the full speed
 //   d   error of the declared current u (2, m/s), a slow random walk: the mean of the current is
 //       u + d, so that it moves with u
 //   b   slip: what the motion model gets wrong, for some seconds (2, m/s, Gauss-Markov in time)

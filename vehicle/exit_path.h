@@ -24,7 +24,7 @@ struct ExitPath {
   double position_sigma_m = 0.0;  ///< One sigma of its horizontal position, along the worst axis.
   Eigen::Vector3d v_B = Eigen::Vector3d::Zero();  ///< Estimated velocity through the water, m/s.
   double heading_correction = 0.0;  ///< Rotation from the compass to W about the vertical, rad.
-  double speed_scale = 0.0;         ///< Estimated relative error of the expected speed.
+  double speed_scale = 0.0;         ///< Estimated relative error of the full speed.
   Eigen::Vector2d current_W = Eigen::Vector2d::Zero();  ///< Estimated current, m/s.
   bool open_above = false;                              ///< Nothing solid is above X_WB.
   double hold_s = 0.0;  ///< Time for which the vehicle may hold before it leaves, s.

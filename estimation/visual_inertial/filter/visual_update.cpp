@@ -198,8 +198,8 @@ std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
            std::make_tuple(b.is_short, b.may_stay, count_views(*a.track), b.track->id);
   });
   const std::size_t most = static_cast<std::size_t>(options_.max_update_features);
-  const auto is_long = [](const Candidate& one) { return !one.is_short; };
-  const std::size_t enough = static_cast<std::size_t>(std::ranges::count_if(found, is_long));
+  const auto enough =
+      static_cast<std::size_t>(std::ranges::count(found, false, &Candidate::is_short));
   found.resize(std::min({found.size(), most, std::max(enough, most / 2)}));
   return found;
 }
