@@ -2,13 +2,12 @@
 # Installs, checks the format of the sources and their words, builds and runs the tests in the
 # release preset.
 #   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and a build of the benchmarks, and under the address and
-#                        undefined-behaviour sanitizers the tests of what runs on board or reads
-#                        what others wrote
+#   ./check.sh --ci      and under the address and undefined-behaviour sanitizers the tests of what
+#                        reads what others wrote
 # Before a release, each of which takes another half hour or more:
 #   ./check.sh --tidy    clang-tidy alone, on what flies
 #   ./check.sh --long    with the tests that take minutes each
-#   ./check.sh --asan    and all tests under the sanitizers
+#   ./check.sh --asan    and all tests under the sanitizers; builds the benchmarks
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -22,7 +21,7 @@ for argument in "$@"; do
     --long) export DIVE_LONG_TESTS=1 ;;
     --asan) sanitize=all ;;
     *)
-      sed -n '2,11p' "$0" | sed 's/^# \{0,1\}//' >&2
+      sed -n '2,10p' "$0" | sed 's/^# \{0,1\}//' >&2
       exit 2
       ;;
   esac
@@ -69,7 +68,7 @@ check() {
   cmake --build --preset "$1" -j2 --target "$2"
   ctest --preset "$1" -j2 "${@:3}"
 }
-check release "$([ -z "$sanitize" ] && echo tests || echo all)"
+check release "$([ "$sanitize" = all ] && echo all || echo tests)"
 case "$sanitize" in
   sanitized) check asan sanitized_tests -L sanitized ;;
   all) check asan all ;;

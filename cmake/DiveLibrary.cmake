@@ -20,7 +20,7 @@ target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow
                                             $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> -ffp-contract=off)
 # Most of the time to compile a source goes into templates that its neighbours use too, so the release
 # preset compiles ten at a time, in a third of the time: names in unnamed namespaces must differ within a
-# library. The presets dev and asan compile each source by itself, and find a missing include.
+# library. The preset dev compiles each source by itself, and finds a missing include.
 if(CMAKE_UNITY_BUILD)
   target_compile_options(dive_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
@@ -84,8 +84,8 @@ endfunction()
 
 # dive_test(NAME [REAL_TIME] [SANITIZED] [SEPARATE] SOURCES ... USES ... [LIBRARIES ...]): one GoogleTest
 # program per module; REAL_TIME where its tests run in real time: they begin first, and one at a time;
-# SANITIZED where CI runs it under the sanitizers too, because what it tests runs on board or reads what
-# others wrote (CI has not the time for all); SEPARATE where its sources use the same names in unnamed
+# SANITIZED where CI runs it under the sanitizers too, because what it tests reads what others wrote (CI
+# has not the time for all); SEPARATE where its sources use the same names in unnamed
 # namespaces, so that each is compiled by itself.
 add_custom_target(tests)
 add_custom_target(sanitized_tests)
