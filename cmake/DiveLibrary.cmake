@@ -18,9 +18,9 @@ target_compile_options(dive_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow
                                             $<$<CXX_COMPILER_ID:GNU>:-Wno-error=maybe-uninitialized>
                                             $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
                                             $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> -ffp-contract=off)
-# Most of the time to compile a source goes into templates that its neighbours use too, so the release
-# preset compiles ten at a time, in a third of the time: names in unnamed namespaces must differ within a
-# library. The preset dev compiles each source by itself, and finds a missing include.
+# Most of the time to compile a source goes into templates that its neighbours use too, so the
+# presets release and asan compile ten at a time, in a third of the time: names in unnamed namespaces must
+# differ within a library. The preset dev compiles each source by itself, and finds a missing include.
 if(CMAKE_UNITY_BUILD)
   target_compile_options(dive_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
