@@ -1,15 +1,20 @@
 #!/usr/bin/env bash
-# Installs, checks the format of the sources and their words, builds and runs the tests in the
-# release preset.
-#   ./check.sh           what one runs before a commit
-#   ./check.sh --ci      and under the address and undefined-behaviour sanitizers the tests of what
-#                        reads what others wrote
-# Before a release, each of which takes another half hour or more:
-#   ./check.sh --tidy    clang-tidy alone, on what flies
-#   ./check.sh --long    with the tests that take minutes each
-#   ./check.sh --asan    and all tests under the sanitizers; builds the benchmarks
 set -euo pipefail
 cd "$(dirname "$0")"
+
+usage() {
+  cat << 'TEXT'
+Installs, checks the format of the sources and their words, builds and runs the tests in the
+release preset.
+  ./check.sh           what one runs before a commit
+  ./check.sh --ci      and under the address and undefined-behaviour sanitizers the tests of what
+                       reads what others wrote
+Before a release, each of which takes another half hour or more:
+  ./check.sh --tidy    clang-tidy alone, on what flies
+  ./check.sh --long    with the tests that take minutes each
+  ./check.sh --asan    and all tests under the sanitizers; builds the benchmarks
+TEXT
+}
 
 sanitize=
 only_tidy=
@@ -20,8 +25,12 @@ for argument in "$@"; do
     --tidy) only_tidy=yes ;;
     --long) export DIVE_LONG_TESTS=1 ;;
     --asan) sanitize=all ;;
+    --help)
+      usage
+      exit
+      ;;
     *)
-      sed -n '2,10p' "$0" | sed 's/^# \{0,1\}//' >&2
+      usage >&2
       exit 2
       ;;
   esac
