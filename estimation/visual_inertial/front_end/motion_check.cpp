@@ -1,6 +1,6 @@
 #include "estimation/visual_inertial/front_end/motion_check.h"
 
-#include <utility>
+#include <vector>
 
 #include "estimation/visual_inertial/front_end/epipolar.h"
 
@@ -54,13 +54,10 @@ int MotionCheck::remove_over(std::vector<Track>& tracks, std::size_t image, std:
       matches, tolerance + kTurnSigmas * turn.sigma * camera_.focal(), random_);
   std::vector<bool> drop(tracks.size(), false);
   for (std::size_t k = 0; k < of.size(); ++k) drop[of[k]] = !agrees[k];
-  std::vector<Track> kept;
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    if (!drop[i]) kept.push_back(std::move(tracks[i]));
-  }
-  const std::size_t before = tracks.size();
-  tracks = std::move(kept);
-  return static_cast<int>(before - tracks.size());
+  // A track is still in its old place when it is asked for.
+  return static_cast<int>(std::erase_if(tracks, [&](const Track& track) {
+    return drop[static_cast<std::size_t>(&track - tracks.data())];
+  }));
 }
 
 }  // namespace dive::estimation

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include <Eigen/Core>
@@ -22,7 +23,7 @@ struct Track {
   std::optional<Eigen::Vector2d> right;             ///< Position in the right image, normalised.
   std::optional<double> inverse_depth;              ///< Result of its last stereo match, 1/m.
   bool is_new = true;                               ///< True until it is tracked once.
-  std::optional<AnchorPatch> anchor;                ///< Its first appearance.
+  std::unique_ptr<const AnchorPatch> anchor;        ///< Its first appearance: 3 kB, never moved.
   Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();  ///< Present affine shape of the anchor.
   std::size_t turned = 0;  ///< Number of images with a known rotation over which it was tracked.
   std::array<Eigen::Vector2d, kPast> past;  ///< n, by image number modulo kPast.

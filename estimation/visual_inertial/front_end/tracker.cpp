@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -184,13 +185,14 @@ struct Tracker::Impl {
       const auto n = left.undistort(pixel.cast<double>());
       if (!n) continue;
       Track track;
-      track.anchor = AnchorPatch::cut(now.full(), pixel);
-      if (!track.anchor) continue;
+      const auto anchor = AnchorPatch::cut(now.full(), pixel);
+      if (!anchor) continue;
+      track.anchor = std::make_unique<const AnchorPatch>(*anchor);
       track.id = next_id++;
       track.pixel = pixel;
       track.n = *n;
       track.past.fill(*n);
-      tracks.push_back(track);
+      tracks.push_back(std::move(track));
       ++added;
     }
     return {};
