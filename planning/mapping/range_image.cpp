@@ -12,6 +12,7 @@ constexpr float kNotLooked = -1.0F;
 constexpr float kMinBin_deg = 2.5F;  // degrees per bin: a range camera's pixels are up to 2 apart
 constexpr float kCoarsest = 10.0F;
 constexpr double kDense = 7500.0;        // points of a scan that fill bins of kMinBin_deg
+constexpr double kMaxGaps = 0.1;         // share of rays without a range in a scan without gaps
 constexpr float kAlikeAbsolute = 0.15F;  // m
 constexpr float kAlikeShare = 0.05F;     // share of the distance
 
@@ -40,11 +41,13 @@ RangeImage::RangeImage(const RangeScan& scan, const Pose& X_WB)
   point_of_.assign(ranges_by_bin_.size(), -1);
   ranges_.resize(scan.points_B.size());
   std::vector<int> bins(scan.points_B.size(), -1);
+  std::size_t silent = 0;
   for (std::size_t i = 0; i < scan.points_B.size(); ++i) {
     const Eigen::Vector3f ray = scan.points_B[i] - origin_B_;
     ranges_[i] = ray.norm();
     if (!std::isfinite(ranges_[i]) || ranges_[i] <= 0.0F) {
       ranges_[i] = std::numeric_limits<float>::quiet_NaN();
+      ++silent;
       continue;
     }
     bins[i] = bin(ray);
@@ -54,6 +57,7 @@ RangeImage::RangeImage(const RangeScan& scan, const Pose& X_WB)
     nearest = range;
     point_of_[static_cast<std::size_t>(bins[i])] = static_cast<int>(i);
   }
+  has_gaps_ = static_cast<double>(silent) > kMaxGaps * n;
   count_neighbours(bins);
   leave_out_particles(scan, bins);
   spread();
@@ -126,6 +130,13 @@ float RangeImage::alike_m(std::size_t i) const {
   return std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
 }
 
+int RangeImage::scaled_up(int count, std::size_t bin) const {
+  if (has_gaps_ || count == 0) return count;
+  int in_view = 0;
+  around(bin, [&](std::size_t b) { in_view += ranges_by_bin_[b] >= 0.0F ? 1 : 0; });
+  return static_cast<int>(std::lround(9.0 * count / in_view));
+}
+
 // A surface has neighbours in the range image at about its own distance, even at a grazing angle:
 // along one of the directions the distance changes little. A drifting particle has none.
 void RangeImage::count_neighbours(std::span<const int> bins) {
@@ -151,7 +162,7 @@ void RangeImage::count_neighbours(std::span<const int> bins) {
         if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
       }
     });
-    neighbours_[i] = count;
+    neighbours_[i] = scaled_up(count, static_cast<std::size_t>(bins[i]));
   }
 }
 
@@ -166,7 +177,7 @@ int RangeImage::marked_neighbours(const RangeScan& scan, std::size_t i,
     const auto point = static_cast<std::size_t>(other);
     if (marked[point] && std::abs(ranges_[point] - ranges_[i]) <= alike) ++count;
   });
-  return count;
+  return scaled_up(count, static_cast<std::size_t>(here));
 }
 
 // Removes connected groups of bins that are small.

@@ -24,11 +24,13 @@ class RangeImage {
   /// True if the ray in exactly that direction passed p_W.
   [[nodiscard]] bool is_in_view(const Eigen::Vector3f& p_W) const;
 
-  /// Number of points in the bins around point i of the scan at about the same range; 0 for a
-  /// particle: a point nearby with nothing beside it, too small to be an obstacle.
+  /// Number of points in the bins around point i of the scan at about the same range, 0 for a
+  /// particle: a point nearby with nothing beside it, too small to be an obstacle. At the edge of
+  /// the view of a scan without gaps it is scaled up by the bins that lie outside: an obstacle of
+  /// which a row of pixels is visible is one.
   [[nodiscard]] int neighbours(std::size_t i) const { return neighbours_[i]; }
-  /// The same, among the points that are `marked` (one entry for each point of `scan`), one for
-  /// each bin.
+  /// The same, scaled likewise, among the points that are `marked` (one entry for each point of
+  /// `scan`), one for each bin.
   [[nodiscard]] int marked_neighbours(const RangeScan& scan, std::size_t i,
                                       const std::vector<bool>& marked) const;
   /// Distance of point i from the sensor, m; NaN if the ray gave no range.
@@ -54,6 +56,8 @@ class RangeImage {
   void around(std::size_t bin, Visit visit) const;
   /// m between the range of point i and that of a point of the same surface.
   [[nodiscard]] float alike_m(std::size_t i) const;
+  /// `count` of the bins around `bin`, as if all of them were in view.
+  [[nodiscard]] int scaled_up(int count, std::size_t bin) const;
   void count_neighbours(std::span<const int> bins);
   void leave_out_particles(const RangeScan& scan, std::span<const int> bins);
   void spread();
@@ -64,6 +68,7 @@ class RangeImage {
   Eigen::Vector3f origin_W_ = Eigen::Vector3f::Zero();
   float reach_ = 0.0F;
   Utime utime_ = 0;
+  bool has_gaps_ = false;  ///< Many rays gave no range, as those of a stereo pair.
   int columns_ = 0;
   int rows_ = 0;
   std::vector<float> ranges_by_bin_;  ///< Nearest range by bin, m; negative if not observed.
