@@ -43,8 +43,8 @@ class Builder {
     for (const StateSpec& spec : mission_.states) add_tree(spec, root);
     add_own_states(root);
     // All states exist now, so that targets can be found.
-    for (const StateSpec& spec : mission_.states) add_transitions(spec);
     for (const StateSpec& spec : mission_.states) add_takeovers(spec);
+    for (const StateSpec& spec : mission_.states) add_transitions(spec);
     machine_.chart.set_initial(root, {find(mission_.initial.value)});
     return std::move(machine_);
   }
@@ -153,12 +153,15 @@ class Builder {
     }
   }
 
+  // In every state that can be active, before the mission's own transitions: inner transitions come
+  // before outer ones, and a mission's "*" matches these events too.
   void add_takeovers(const StateSpec& spec) {
-    if (spec.type == StateType::kFinal) return;
+    if (spec.type == StateType::kFinal || is_history(spec)) return;
     const StateId source = find(spec.id.value);
     on(source, kRetraceEvent, find(kRetraceState));
     on(source, kAbortEvent, find(kAbortState));
     on(source, kEmergencyEvent, find(kEmergencyState));
+    for (const StateSpec& child : spec.children) add_takeovers(child);
   }
 
   const Mission& mission_;

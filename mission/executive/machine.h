@@ -7,9 +7,9 @@
 //   dive.emergency     emergency_surface: straight up
 //   dive.aborted       final
 //
-// Every top-level state of the mission has transitions to dive.retrace on dive.retrace, to
-// dive.abort on dive.abort_and_surface and to dive.emergency on dive.emergency_surface. No mission
-// can name these events, so none can block them.
+// Every state of the mission has, before its own transitions, those to dive.retrace on
+// dive.retrace, to dive.abort on dive.abort_and_surface and to dive.emergency on
+// dive.emergency_surface: no mission can block them, not even by "*" in an inner state.
 
 #include <memory>
 #include <string>

@@ -58,11 +58,12 @@ class MissionWriter {
                                                      "timeout.", "plan.failed."};
     std::string text;
     for (int i = pick(3); i > 0; --i) {
-      const int kind = pick(9);
+      const int kind = pick(10);
       const std::string event = kind < 5    ? kEvents[static_cast<std::size_t>(kind)] + id
                                 : kind == 5 ? "done.state.@"
                                 : kind == 6 ? "abort"
                                 : kind == 7 ? "failsafe.leak timeout.*"
+                                : kind == 8 ? "*"
                                             : "";
       text += event.empty() ? "<transition cond=\"depth > 1\" target=\"@\"/>"
                             : "<transition event=\"" + event + "\" target=\"@\"/>";
@@ -199,6 +200,27 @@ void knows_how_a_mission_may_end() {
   if (!surfaced) RC_ASSERT(any_end_in(flow.reached_without(surfacing)));
 }
 
+void gives_way_to_the_executive() {
+  const std::string text = MissionWriter().write();
+  const Mission mission = read(text);
+  const Machine machine = build_machine(mission);
+  Recorder recorder;
+  statechart::Interpreter interpreter(machine.chart, recorder);
+  interpreter.start();
+  for (int i = pick(10); i > 0 && interpreter.running(); --i) {
+    interpreter.dispatch(some_event(machine, interpreter, true));
+    interpreter.settle();
+  }
+  if (!interpreter.running()) return;
+  const std::vector<std::string> events{"dive.retrace", "dive.abort_and_surface",
+                                        "dive.emergency_surface"};
+  interpreter.dispatch(events[static_cast<std::size_t>(pick(3))]);
+  RC_LOG(text);
+  for (const statechart::StateId state : interpreter.configuration()) {
+    RC_ASSERT(machine.is_own(state));
+  }
+}
+
 // Defects that need a history inside a parallel occur in few missions.
 constexpr int kMissionsPerCase = 20;
 
@@ -208,6 +230,11 @@ RC_GTEST_PROP(Flow, KnowsEveryStateThatIsEverEntered, ()) {
 
 RC_GTEST_PROP(Flow, KnowsHowAMissionMayEnd, ()) {
   for (int i = 0; i < kMissionsPerCase; ++i) knows_how_a_mission_may_end();
+}
+
+// No mission can block an abort, by "*" or otherwise.
+RC_GTEST_PROP(Machine, GivesWayToTheExecutive, ()) {
+  for (int i = 0; i < kMissionsPerCase; ++i) gives_way_to_the_executive();
 }
 
 // The executive requires a chart that can be interpreted: every mission that passes the name and
