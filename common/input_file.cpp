@@ -1,6 +1,7 @@
 #include "common/input_file.h"
 
 #include <cerrno>
+#include <filesystem>
 #include <mutex>
 #include <set>
 #include <system_error>
@@ -104,6 +105,16 @@ tl::expected<StdioFile, std::string> open_input_stdio(const std::string& path) {
   if (!stream) return tl::unexpected(reason(errno));
   static_cast<void>(file->release());
   return stream;
+}
+
+bool is_folder(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error);
+}
+
+bool is_regular_file(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error);
 }
 
 bool is_input(const struct stat& status) { return inputs().has(status); }

@@ -44,6 +44,10 @@ using StdioFile = std::unique_ptr<std::FILE, CloseFile>;
     const std::string& path);
 [[nodiscard]] tl::expected<StdioFile, std::string> open_input_stdio(const std::string& path);
 
+/// True if there is such a folder, or regular file, and this process may examine it.
+[[nodiscard]] bool is_folder(const std::string& path);
+[[nodiscard]] bool is_regular_file(const std::string& path);
+
 /// True if this process has opened that file by one of the functions above. Files are compared by
 /// device and inode, whatever their names. Any thread may call it.
 [[nodiscard]] bool is_input(const struct stat& status);

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "common/input_file.h"
 #include "estimation/dataset/camera_calibration.h"
 #include "estimation/dataset/csv_table.h"
 #include "estimation/dataset/sample_screen.h"
@@ -136,11 +138,17 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& da
   });
 }
 
+// One that cannot be examined is present: opening it gives the reason.
+bool is_present(const fs::path& path) {
+  std::error_code error;
+  return fs::status(path, error).type() != fs::file_type::not_found;
+}
+
 // `fields`: 3 of a velocity, or 1 of a speed along x. `sigma`: without one in sensor.yaml.
 tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_t fields,
                                               double sigma, Recording& dataset) {
   const fs::path sensor = folder / "sensor.yaml";
-  if (fs::exists(sensor)) {
+  if (is_present(sensor)) {
     const auto file = SensorFile::open(sensor.string());
     if (!file) return Failure(file.error());
     const auto noise = file->number("velocity_noise");
@@ -167,7 +175,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
                                            Recording& dataset) {
   Pose X_BS = X_BI;
   const fs::path calibration = folder / "sensor.yaml";
-  if (fs::exists(calibration)) {
+  if (is_present(calibration)) {
     const auto file = SensorFile::open(calibration.string());
     if (!file) return Failure(file.error());
     const auto X_BR = file->X_BS();
@@ -203,14 +211,14 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
 
 fs::path root_of(const std::string& folder) {
   const fs::path given(folder);
-  return fs::is_directory(given / "mav0") ? given / "mav0" : given;
+  return is_folder(given / "mav0") ? given / "mav0" : given;
 }
 
 // Returns the pose of the IMU in the files' body frame, and fills `dataset` from the sensors'
 // files.
 tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recording& dataset) {
   const fs::path root = root_of(folder);
-  if (!fs::is_directory(root / "cam0") || !fs::is_directory(root / "imu0")) {
+  if (!is_folder(root / "cam0") || !is_folder(root / "imu0")) {
     return Failure(fmt::format(
         "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
         folder));
@@ -221,7 +229,7 @@ tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recordin
   auto X_BI = read_imu_sensor(*imu_file, imu, dataset);
   if (!X_BI) return X_BI;
   for (const char* name : {"cam0", "cam1"}) {
-    if (!fs::is_directory(root / name)) continue;
+    if (!is_folder(root / name)) continue;
     const std::string path = (root / name / "sensor.yaml").string();
     const auto file = SensorFile::open(path);
     if (!file) return Failure(file.error());
@@ -253,19 +261,19 @@ tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder)
     const auto read = read_images(root / fmt::format("cam{}", i), dataset.cameras[i]);
     if (!read) return Failure(read.error());
   }
-  if (fs::is_directory(root / "depth0")) {
+  if (is_folder(root / "depth0")) {
     const auto read = read_depth(root / "depth0", dataset);
     if (!read) return Failure(read.error());
   }
-  if (fs::is_directory(root / "dvl0")) {
+  if (is_folder(root / "dvl0")) {
     const auto read = read_velocity(root / "dvl0", 3, kDvlSigma, dataset);
     if (!read) return Failure(read.error());
-  } else if (fs::is_directory(root / "speed0")) {
+  } else if (is_folder(root / "speed0")) {
     const auto read = read_velocity(root / "speed0", 1, kSpeedSigma, dataset);
     if (!read) return Failure(read.error());
   }
   for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {
-    if (!fs::is_directory(root / name)) continue;
+    if (!is_folder(root / name)) continue;
     const auto read = read_truth(root / name, *X_BI, dataset);
     if (!read) return Failure(read.error());
     break;

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/clock.h"
+#include "common/input_file.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/bag/bag_recording.h"
 #include "estimation/dataset/dataset_run.h"
@@ -167,8 +168,8 @@ struct Inputs {
 // The file to read: a folder of ROS 2's recorder contains one.
 tl::expected<std::string, std::string> file_in(const std::string& path) {
   namespace fs = std::filesystem;
-  if (!fs::is_directory(path) || fs::is_directory(fs::path(path) / "mav0") ||
-      fs::is_directory(fs::path(path) / "cam0")) {
+  if (!is_folder(path) || is_folder(fs::path(path) / "mav0") ||
+      is_folder(fs::path(path) / "cam0")) {
     return path;
   }
   std::vector<std::string> found;
@@ -189,7 +190,7 @@ tl::expected<Recording, std::string> read_recording(const EstimateArguments& arg
   const auto file = file_in(arguments.folder);
   if (!file) return tl::make_unexpected(file.error());
   const std::string& path = *file;
-  if (!std::filesystem::is_regular_file(path)) {
+  if (!is_regular_file(path)) {
     if (arguments.calibration.empty() && arguments.preset.empty() && arguments.topics.empty()) {
       return estimation::read_asl_dataset(path);
     }

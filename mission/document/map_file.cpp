@@ -1,6 +1,7 @@
 #include "mission/document/map_file.h"
 
 #include <filesystem>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -14,8 +15,17 @@ constexpr double kSameOrigin = 0.01;  // m
 
 std::string resolve(const Located<std::string>& file, const Mission& mission,
                     Diagnostics& diagnostics) {
+  if (mission.source.path().empty()) {  // an editor's text
+    diagnostics.error("MIS-MAP-NOT-FOUND", mission.source, file.span,
+                      fmt::format("the map '{}' cannot be found: the mission has no file yet, and "
+                                  "maps are named from its folder",
+                                  file.value),
+                      "save the mission to a file");
+    return {};
+  }
+  std::error_code error;
   const std::filesystem::path folder =
-      std::filesystem::absolute(mission.source.path()).parent_path();
+      std::filesystem::absolute(mission.source.path(), error).parent_path();
   const auto path = file_beneath(folder, folder, file.value, "map");
   if (path) return path->string();
   diagnostics.error(path.error().is_outside ? "MIS-MAP-OUTSIDE" : "MIS-MAP-NOT-FOUND",

@@ -7,6 +7,7 @@
 #include "common/se3.h"
 #include "common/xml.h"
 #include "mission/import/foreign_mission.h"
+#include "vehicle/speed_range.h"
 
 namespace dive::mission {
 namespace {
@@ -70,7 +71,7 @@ Extent extent_of(const ForeignMission& mission) {
   return extent;
 }
 
-bool can_swim(double speed) { return speed >= kMinSpeed && speed <= kMaxSpeed; }
+bool can_swim(double speed) { return speed >= vehicle::kMinSpeed && speed <= vehicle::kMaxSpeed; }
 
 // Speed of the whole mission, which is constant.
 double speed_of(const ForeignMission& mission, const ImportOptions& options) {
@@ -93,11 +94,11 @@ double timeout_of(const ForeignLeg& leg, const Vector2d& from, double speed) {
 
 std::string reason_for_speed(double written, const ImportOptions& options) {
   if (options.speed) return "as --speed demands";
-  if (written > kMaxSpeed) {
-    return fmt::format("because the aqua2 swims at most {:g} m/s", kMaxSpeed);
+  if (written > vehicle::kMaxSpeed) {
+    return fmt::format("because the aqua2 swims at most {:g} m/s", vehicle::kMaxSpeed);
   }
-  if (written < kMinSpeed) {
-    return fmt::format("because the aqua2 swims at least {:g} m/s", kMinSpeed);
+  if (written < vehicle::kMinSpeed) {
+    return fmt::format("because the aqua2 swims at least {:g} m/s", vehicle::kMinSpeed);
   }
   return "because a mission has one speed";
 }

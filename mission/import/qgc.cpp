@@ -41,7 +41,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {kWaypoint, "NAV_WAYPOINT", Meaning::kGoto},
     {17, "NAV_LOITER_UNLIM", Meaning::kLeaveOut, "a mission does not wait for ever"},
-    {18, "NAV_LOITER_TURNS", Meaning::kLeaveOut, "the aqua2 keeps its place without circling"},
+    {18, "NAV_LOITER_TURNS", Meaning::kLeaveOut, "the aqua2 holds station without circling"},
     {kLoiterTime, "NAV_LOITER_TIME", Meaning::kGoto},
     {kReturn, "NAV_RETURN_TO_LAUNCH", Meaning::kLeaveOut, "the mission surfaces at its last goal"},
     {kLand, "NAV_LAND", Meaning::kLeaveOut, "the mission surfaces at its last goal"},

@@ -2,6 +2,7 @@
 // QGroundControl's two file formats, as the MAVLink mission items they contain.
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,12 @@ struct QgcPlan {
   std::vector<GeoPoint> fence;    ///< The single inclusion polygon; empty: none.
   bool yaw_zero_is_open = false;  ///< A waypoint with param4 = 0 has no yaw, as in ArduPilot.
 };
+
+/// True for a number that a frame or command may be, which both formats write as any number.
+[[nodiscard]] inline bool is_whole(double value) {
+  return value >= 0.0 && value <= 65535.0 && value == std::floor(value);
+}
+inline constexpr const char* kNotWhole = "frame and command are whole numbers from 0 to 65535";
 
 /// Reads the text of `report`, which receives the errors.
 [[nodiscard]] QgcPlan read_qgc_lines(ImportReport& report);

@@ -60,7 +60,7 @@ class PlanReader {
     const json& firmware = plan["mission"].contains("firmwareType")
                                ? plan["mission"]["firmwareType"]
                                : plan["mission"]["items"];
-    plan_.yaw_zero_is_open = firmware.is_number_integer() && firmware.get<int>() == kArduPilot;
+    plan_.yaw_zero_is_open = firmware.is_number_integer() && firmware == kArduPilot;
     if (plan["mission"].contains("plannedHomePosition")) {
       report_.note("IMP-LEFT-OUT", span_of("plannedHomePosition"),
                    fmt::format("'plannedHomePosition' {} is left out: the vehicle starts at the "
@@ -152,10 +152,10 @@ class PlanReader {
   // Seven parameters; in older files four, with separate coordinates.
   void read_item(const json& item, Span span) {
     QgcItem read;
-    read.command = item["command"].get<int>();
     read.span = span;
-    if (item.contains("frame") && item["frame"].is_number_integer()) {
-      read.frame = item["frame"].get<int>();
+    if (!take_whole(item, "command", read.command) || !take_whole(item, "frame", read.frame)) {
+      error(report_, span, kNotWhole);
+      return;
     }
     if (item.contains("autoContinue") && item["autoContinue"].is_boolean()) {
       read.goes_on = item["autoContinue"].get<bool>();
@@ -167,6 +167,15 @@ class PlanReader {
       return;
     }
     plan_.items.push_back(read);
+  }
+
+  // False if there is a number that is none of those: converted, 2^32 + 16 would become 16.
+  static bool take_whole(const json& item, const char* key, int& value) {
+    if (!item.contains(key) || !item[key].is_number_integer()) return true;
+    const auto written = item[key].get<double>();
+    if (!is_whole(written)) return false;
+    value = static_cast<int>(written);
+    return true;
   }
 
   static bool take_numbers(const json& item, const char* key, std::size_t first, std::size_t most,

@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t kColumns = 12;
 
-bool is_whole(double value) {
-  return value >= 0.0 && value <= 65535.0 && value == static_cast<double>(static_cast<int>(value));
-}
-
 // "INDEX CURRENT FRAME COMMAND P1 P2 P3 P4 LATITUDE LONGITUDE ALTITUDE AUTOCONTINUE"
 QgcItem item_of_line(const std::array<double, kColumns>& value, Span span) {
   QgcItem item{static_cast<int>(value[2]), static_cast<int>(value[3]), {}, true, span};
@@ -59,7 +55,7 @@ QgcPlan read_qgc_lines(ImportReport& report) {
       continue;
     }
     if (!is_whole(value[2]) || !is_whole(value[3])) {
-      report.error("IMP-QGC", span, "frame and command are whole numbers from 0 to 65535");
+      report.error("IMP-QGC", span, kNotWhole);
       continue;
     }
     plan.items.push_back(item_of_line(value, span));

@@ -1,6 +1,9 @@
 #include "mission/language_server/background_check.h"
 
+#include <exception>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "mission/language_server/text_position.h"
 
@@ -40,6 +43,21 @@ bool BackgroundCheck::is_outdated(const std::string& uri, std::uint64_t ticket) 
   return ends_ || newest == newest_.end() || newest->second != ticket;
 }
 
+// A mistake of ours must not end the editor's server.
+std::optional<CheckedText> BackgroundCheck::checked(
+    const Request& request, const std::function<bool()>& is_outdated) const {
+  const SourceText text(path_of_uri(request.uri), request.text);
+  try {
+    return checker_(text, is_outdated);
+  } catch (const std::exception& error) {
+    Diagnostics diagnostics;
+    diagnostics.error("CHK-INTERNAL", text, {},
+                      fmt::format("this text cannot be checked: internal error: {}", error.what()),
+                      "please report it with this text");
+    return CheckedText{diagnostics.list(), {}};
+  }
+}
+
 void BackgroundCheck::run() {
   while (true) {
     std::unique_lock lock(mutex_);
@@ -50,8 +68,7 @@ void BackgroundCheck::run() {
     const std::uint64_t ticket = newest_[request.uri];
     lock.unlock();
     const auto outdated = [&] { return is_outdated(request.uri, ticket); };
-    const std::optional<CheckedText> result =
-        checker_(SourceText(path_of_uri(request.uri), request.text), outdated);
+    const std::optional<CheckedText> result = checked(request, outdated);
     if (result && !outdated()) done_(request, *result);
   }
 }

@@ -23,7 +23,7 @@ struct CheckedText {
 };
 
 /// Checks a text. `is_outdated` may be asked at any time; once it is true the result is not used,
-/// and nothing need be returned.
+/// and nothing need be returned. An exception becomes a finding.
 using TextChecker = std::function<std::optional<CheckedText>(
     const SourceText& text, const std::function<bool()>& is_outdated)>;
 
@@ -49,6 +49,8 @@ class BackgroundCheck {
 
  private:
   void run();
+  [[nodiscard]] std::optional<CheckedText> checked(const Request& request,
+                                                   const std::function<bool()>& is_outdated) const;
   bool is_outdated(const std::string& uri, std::uint64_t ticket);
 
   TextChecker checker_;

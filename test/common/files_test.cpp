@@ -52,6 +52,17 @@ class Files : public ::testing::Test {
   fs::path folder_;
 };
 
+TEST_F(Files, WhatCannotBeExaminedIsNeitherFolderNorFile) {
+  write("file", "");
+  fs::create_symlink(path("loop"), path("loop"));
+  EXPECT_TRUE(is_folder(folder_));
+  EXPECT_TRUE(is_regular_file(path("file")));
+  for (const std::string& name : {path("loop"), std::string(300, 'a'), path("none")}) {
+    EXPECT_FALSE(is_folder(name)) << name;
+    EXPECT_FALSE(is_regular_file(name)) << name;
+  }
+}
+
 TEST_F(Files, SpecialFilesAreNoInputsAndNeverWaitedFor) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   const int descriptor = ::socket(AF_UNIX, SOCK_STREAM, 0);

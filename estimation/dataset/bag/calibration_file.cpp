@@ -1,11 +1,11 @@
 #include "estimation/dataset/bag/calibration_file.h"
 
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "common/input_file.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/sensor_file.h"
 
@@ -90,7 +90,7 @@ void add_folder(Recording sensors, Calibration& calibration) {
 tl::expected<Calibration, std::string> read_calibration(const std::vector<std::string>& paths) {
   Calibration calibration;
   for (const std::string& path : paths) {
-    if (std::filesystem::is_directory(path)) {
+    if (is_folder(path)) {
       auto sensors = read_asl_calibration(path);
       if (!sensors) return Failure(sensors.error());
       add_folder(std::move(*sensors), calibration);

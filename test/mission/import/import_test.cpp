@@ -494,6 +494,9 @@ TEST_F(ImportTest, AWaypointFileIsReadToTheEndOfItsLines) {
            {"QGC WPL 110\n1\t0\t3\t1e99\t0\t0\t0\t0\t4\t5\t-2\t1", "whole numbers"},
            {"{\"mission\":\n {\"items\": [}}", "2 the JSON of the plan is broken here"},
            {"{\"mission\": 1e999}", "a number that is too large"},
+           {"{\"mission\": {\"items\": [{\"command\": 4294967312, \"frame\": 3, "
+            "\"params\": [0, 0, 0, 0, 4, 5, -2]}]}}",
+            "frame and command are whole numbers from 0 to 65535"},
            {"<mission/>", "neither a plan (JSON) nor a waypoint file"}}) {
     report_ = {};
     EXPECT_FALSE(qgc(content)) << content;

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <future>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,6 +40,25 @@ TEST(BackgroundCheckTest, DropsWhatIsOutdatedAndSkipsWhatWasNeverNewest) {
   EXPECT_EQ(result.get_future().get(), 2);
   EXPECT_EQ(checked, (std::vector<std::string>{"one", "two"}));
   EXPECT_EQ(done, std::vector<int>{2});
+}
+
+TEST(BackgroundCheckTest, AnErrorOfTheCheckIsAFindingAndTheNextTextIsChecked) {
+  std::promise<CheckedText> first;
+  std::promise<CheckedText> second;
+  BackgroundCheck check(
+      [&](const SourceText& text, const std::function<bool()>&) -> std::optional<CheckedText> {
+        if (text.content() == "bad") throw std::runtime_error("a mistake");
+        return CheckedText{};
+      },
+      [&](const BackgroundCheck::Request& request, const CheckedText& result) {
+        (request.version == 1 ? first : second).set_value(result);
+      });
+  check.check({"untitled:Untitled-1", 1, "bad"});
+  const CheckedText result = first.get_future().get();
+  ASSERT_EQ(result.findings.size(), 1U);
+  EXPECT_NE(result.findings[0].message.find("a mistake"), std::string::npos);
+  check.check({"untitled:Untitled-1", 2, "good"});
+  EXPECT_TRUE(second.get_future().get().findings.empty());
 }
 
 }  // namespace

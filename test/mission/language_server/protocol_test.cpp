@@ -111,6 +111,18 @@ TEST(LanguageServer, PublishesNothingOfATextThatHasChanged) {
   EXPECT_TRUE(server.ask("shutdown", nullptr).contains("result"));
 }
 
+TEST(LanguageServer, ChecksATextThatHasNoFileYet) {
+  EditorProcess server;
+  server.initialize();
+  json params = opened(mission_text());
+  params["textDocument"]["uri"] = "untitled:Untitled-1";
+  server.notify("textDocument/didOpen", params);
+  const json findings = server.findings("untitled:Untitled-1", 1);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].at("code"), "MIS-MAP-NOT-FOUND");
+  EXPECT_THAT(findings[0].at("message").get<std::string>(), HasSubstr("save the mission"));
+}
+
 TEST(LanguageServer, ShowsTheCertifiedClearanceOfALeg) {
   EditorProcess server;
   server.initialize();
