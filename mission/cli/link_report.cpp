@@ -86,7 +86,7 @@ std::vector<std::string> describe(const LinkStats& stats) {
   if (!stats.cameras) return lines;
   const CameraInboxStats& cameras = *stats.cameras;
   lines.push_back(fmt::format(
-      "pictures: {} pair(s), {} left one(s) alone, {} dropped; inertial samples: {}, {} dropped",
+      "image pairs: {}; left images alone: {}; dropped: {}; IMU samples: {}, {} dropped",
       cameras.pairs, cameras.unpaired, cameras.images_dropped, cameras.imu_samples,
       cameras.imu_samples_dropped));
   return lines;
@@ -100,6 +100,11 @@ Json to_json(const LinkedResult& result, bool with_stats) {
                {"collisions", nullptr},           {"collision_list", nullptr},
                {"final_error_m", nullptr},        {"final_sigma_m", result.final_sigma_m},
                {"replans", result.replans},       {"transitions", to_json(result.transitions)}};
+  json["service_failures"] = Json::array();
+  for (const ServiceFailure& failure : result.service_failures) {
+    json["service_failures"].push_back(
+        {{"time_s", failure.time_s}, {"service", failure.service}, {"message", failure.message}});
+  }
   if (with_stats) json["stats"] = to_json(result.stats);
   return json;
 }

@@ -151,7 +151,8 @@ void Executive::keep_imu_bias(const estimation::ImuBias& bias) { impl_->imu_bias
 const vehicle::ExitPath& Executive::exit_path() const { return impl_->exit_path.path(); }
 std::vector<Pose> Executive::way_ahead(double seconds) const {
   std::vector<Pose> way;
-  if (impl_->situation.estimate.valid && impl_->behavior.state()) {
+  const bool is_behaving = impl_->situation.internal_error.empty() && impl_->behavior.state();
+  if (impl_->situation.estimate.valid && is_behaving) {
     impl_->behavior.behavior().way_ahead(impl_->situation.estimate.X_WB, seconds, way);
   }
   return way;

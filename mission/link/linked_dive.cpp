@@ -11,7 +11,7 @@
 #include "mission/onboard/exit_path_service.h"
 #include "mission/record/log_codec.h"
 #include "planning/world/world_digest.h"
-#include "vehicle/link/arbiter.h"
+#include "vehicle/command_timing.h"
 
 namespace dive::mission {
 namespace {
@@ -212,7 +212,7 @@ void LinkedVehiclePort::wait_in_real_time() {
   const Utime late = clock_.now() - due;
   result_.stats.lateness_ms.push_back(static_cast<float>(static_cast<double>(late) / 1000.0));
   // Another one was started while this one was stopped.
-  if (to_seconds(late) > link::Arbiter::kSessionTimeout && other_executive_) yield(kOtherExecutive);
+  if (late > vehicle::kSessionTimeout && other_executive_) yield(kOtherExecutive);
   if (late > kControlPeriod) {
     result_.stats.skipped += late / kControlPeriod;
     now_ += late / kControlPeriod * kControlPeriod;
@@ -315,6 +315,7 @@ LinkedResult LinkedVehiclePort::finish(OnboardReport report) {
   result_.plans = report.plans;
   result_.replans = report.replans;
   result_.transitions = std::move(report.transitions);
+  result_.service_failures = std::move(report.service_failures);
   result_.observed_map = report.observed_map;
   result_.observed_points = std::move(report.observed_points);
   result_.stats.clock_jumps = inbox_.clock_jumps();

@@ -62,6 +62,7 @@ struct LinkedResult {
   int plans = 0;
   int replans = 0;
   std::vector<TimedTransition> transitions;
+  std::vector<ServiceFailure> service_failures;
   LinkStats stats;
   /// In an unknown environment: the map at the end.
   planning::ObservedMap observed_map;

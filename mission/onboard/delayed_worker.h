@@ -4,8 +4,10 @@
 
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <future>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "common/clock.h"
@@ -47,12 +49,25 @@ class DelayedWorker {
     });
   }
 
-  /// Waits for the task and adds its result to waiting().
+  /// Waits for the task and adds its result to waiting(). A simulation throws the exception of a
+  /// task; on a vehicle, whose loop must go on, there is no result then, as of a silent sensor, and
+  /// take_failure() has the message.
   void collect() {
-    if (task_.valid()) results_.push_back({due_, task_.get()});
+    if (!task_.valid()) return;
+    try {
+      results_.push_back({due_, task_.get()});
+    } catch (const std::exception& error) {
+      if (late_ == OnLate::kBlock) throw;
+      failure_ = error.what();
+    }
   }
 
-  /// The oldest result, once it is due. Throws the exception of its task.
+  /// The message of the last task that threw, once.
+  [[nodiscard]] std::optional<std::string> take_failure() {
+    return std::exchange(failure_, std::nullopt);
+  }
+
+  /// The oldest result, once it is due; throws as collect() does.
   [[nodiscard]] std::optional<Result> poll(Utime now) {
     const bool is_due = task_.valid() && now >= due_;
     if ((late_ == OnLate::kBlock && is_due) || has_finished()) collect();
@@ -78,6 +93,7 @@ class DelayedWorker {
   std::future<Result> task_;
   Utime due_ = 0;
   std::deque<Waiting> results_;
+  std::optional<std::string> failure_;
 };
 
 }  // namespace dive::mission

@@ -35,6 +35,8 @@ class LoopService {
   void submit(estimation::Keyframe keyframe, Utime now);
   /// Called every tick: applies a correction once it is due.
   void poll(Utime now);
+  /// DelayedWorker::take_failure()
+  [[nodiscard]] std::optional<std::string> take_failure() { return worker_.take_failure(); }
   /// Corrects an estimate by the loops closed since the filter was initialised.
   void correct(estimation::VisionEstimate& vision) const;
   /// The published position was shifted onto the observed map by `by_W`, m. The graph has the

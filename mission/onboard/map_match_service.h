@@ -41,6 +41,8 @@ class MapMatchService {
   /// vehicle, or without an estimate at its time is dropped.
   void submit(const RangeScan& scan, Utime now);
   [[nodiscard]] std::optional<MapFix> poll(Utime now);
+  /// DelayedWorker::take_failure()
+  [[nodiscard]] std::optional<std::string> take_failure() { return worker_.take_failure(); }
   /// Objects of the map that the scan of the last fix has shown to be gone, or back.
   [[nodiscard]] std::optional<planning::ObstacleUpdate> take_absences() {
     return std::exchange(absences_, std::nullopt);

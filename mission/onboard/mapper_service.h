@@ -61,6 +61,8 @@ class MapperService {
   /// The next result once it is due; empty if it is none of use. No result is skipped: the
   /// obstacles of each are changes since the last one.
   [[nodiscard]] MapperResult poll(Utime now);
+  /// DelayedWorker::take_failure()
+  [[nodiscard]] std::optional<std::string> take_failure() { return worker_.take_failure(); }
 
   /// One point per voxel, in W. Waits for the worker.
   [[nodiscard]] std::vector<Eigen::Vector3f> points();

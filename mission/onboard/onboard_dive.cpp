@@ -128,6 +128,17 @@ void OnboardDive::ask_services(StepInputs& inputs) {
     }
   }
   inputs.obstacle_ahead = std::exchange(obstacle_ahead_, std::nullopt);
+  note_failures(inputs.now);
+}
+
+void OnboardDive::note_failures(Utime now) {
+  const auto note = [&](const char* service, const std::optional<std::string>& message) {
+    if (!message || report_.service_failures.size() == kMaxServiceFailures) return;
+    report_.service_failures.push_back({to_seconds(now - began_), service, *message});
+  };
+  if (mapper_) note("mapper", mapper_->take_failure());
+  if (matcher_) note("position fixes", matcher_->take_failure());
+  if (vision_) note("visual-inertial estimator", vision_->take_failure());
 }
 
 void OnboardDive::take_scan_result(StepInputs& inputs) {

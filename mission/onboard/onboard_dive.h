@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
@@ -28,6 +29,14 @@ namespace dive::mission {
 /// Called every tick, after the step and before its outputs are sent to the vehicle.
 using DiveKeeper = std::function<void(const Executive&, const StepOutputs&)>;
 
+/// A mistake of ours in a service on a thread of its own: what it should have answered is missing,
+/// and the failsafes of that answer act.
+struct ServiceFailure {
+  double time_s = 0.0;  ///< Since the start of the dive.
+  std::string service;
+  std::string message;
+};
+
 /// Results of the loop.
 struct OnboardReport {
   ExecutiveResult executive;
@@ -35,9 +44,12 @@ struct OnboardReport {
   int replans = 0;  ///< Number of plans requested while a path was being followed.
   std::vector<TimedTransition> transitions;
   std::vector<FailsafeRecord> failsafes;
+  std::vector<ServiceFailure> service_failures;  ///< The first kMaxServiceFailures of a dive.
   planning::ObservedMap observed_map;            ///< The map at the end.
   std::vector<Eigen::Vector3f> observed_points;  ///< Points of that map, in W.
 };
+
+inline constexpr std::size_t kMaxServiceFailures = 16;
 
 class OnboardDive {
  public:
@@ -58,6 +70,7 @@ class OnboardDive {
   void step(VehiclePort& port, Utime now, const DiveKeeper& keeper);
   void ask_services(StepInputs& inputs);
   void take_scan_result(StepInputs& inputs);
+  void note_failures(Utime now);
   void feed_services(VehiclePort& port, const StepInputs& inputs, const StepOutputs& outputs);
   void watch_the_way(const RangeScan& scan, const estimation::StateEstimate& estimate);
   void report(const StepOutputs& outputs, Utime now);

@@ -117,6 +117,11 @@ std::optional<estimation::VisionEstimate> VisionService::poll(Utime now) {
   return answer->estimate;
 }
 
+std::optional<std::string> VisionService::take_failure() {
+  if (auto failure = worker_.take_failure()) return failure;
+  return loops_ ? loops_->take_failure() : std::nullopt;
+}
+
 void VisionService::align(const Eigen::Vector2d& by_W) {
   if (loops_) loops_->align(by_W);
 }

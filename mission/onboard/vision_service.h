@@ -54,6 +54,8 @@ class VisionService {
 
   /// The next estimate once it is due. Without images there are estimates with that fault.
   [[nodiscard]] std::optional<estimation::VisionEstimate> poll(Utime now);
+  /// DelayedWorker::take_failure(), of the estimator or the loop closure.
+  [[nodiscard]] std::optional<std::string> take_failure();
   /// Biases of the IMU as of the last estimate: VisionPipeline::imu_bias().
   [[nodiscard]] const std::optional<estimation::ImuBias>& imu_bias() const { return bias_; }
   /// LoopService::align(); ignored without loops.

@@ -83,10 +83,22 @@ TEST(DelayedWorker, KeepsResultsInTheOrderInWhichTheyWereAskedFor) {
   EXPECT_EQ(worker.poll(300), std::nullopt);
 }
 
-TEST(DelayedWorker, ThrowsWhatTheTaskThrew) {
+TEST(DelayedWorker, InSimulationItThrowsWhatTheTaskThrew) {
   DelayedWorker<int> worker(OnLate::kBlock);
   worker.start(0, []() -> int { throw std::runtime_error("no"); });
   EXPECT_THROW(static_cast<void>(worker.poll(0)), std::runtime_error);
+}
+
+TEST(DelayedWorker, OnAVehicleATaskThatThrowsGivesNothingButItsMessage) {
+  DelayedWorker<int> worker(OnLate::kPoll);
+  worker.start(0, []() -> int { throw std::runtime_error("no"); });
+  wait_until_finished(worker);
+  EXPECT_EQ(worker.poll(0), std::nullopt);
+  EXPECT_EQ(worker.take_failure(), "no");
+  EXPECT_EQ(worker.take_failure(), std::nullopt);
+  worker.start(100, [] { return 7; });
+  wait_until_finished(worker);
+  EXPECT_EQ(worker.poll(100), 7) << "it goes on";
 }
 
 TEST(DelayedWorker, EndsAfterItsTask) {
