@@ -14,19 +14,17 @@
 #include "mission/onboard/settings.h"
 #include "mission/record/log.h"
 #include "mission/record/replay.h"
+#include "mission/record/unfinished_dive.h"
 #include "mission/report/clearances.h"
 #include "mission/report/followed_path.h"
 #include "mission/report/sample_list.h"
 #include "mission/report/sha256.h"
 #include "planning/world/observed_map.h"
+#include "vehicle/command_timing.h"
 
 namespace dive::mission {
 namespace {
 
-constexpr double kSamePlace = 0.5;  // m
-constexpr double kMinRest = 30.0;   // s in one place at the end for the result "held"
-// A longer time between two ticks is a gap, in which the vehicle had stopped.
-constexpr Utime kMaxTick = kMicrosecondsPerSecond / 5;
 constexpr Utime kExitPeriod = kMicrosecondsPerSecond;
 constexpr std::size_t kMaxExits = 400;
 
@@ -120,7 +118,8 @@ void DiveReader::tick(const LoggedTick& tick, const Executive* rerun) {
 }
 
 void DiveReader::distance(const LoggedTick& tick) {
-  const Utime since_last = std::min(now_ - last_tick_.value_or(now_), kMaxTick);
+  // In a longer gap between two ticks the vehicle had stopped.
+  const Utime since_last = std::min(now_ - last_tick_.value_or(now_), vehicle::kCommandStale);
   estimated_distance_m_ += tick.outputs.estimate.v_WB_B.norm() * to_seconds(since_last);
   last_tick_ = now_;
   if (!tick.truth) return;
@@ -301,15 +300,10 @@ void DiveReader::name_outcome() {
     verdict.outcome = to_string(Outcome::kRunning);
   }
   if (verdict.outcome == to_string(Outcome::kRunning)) {
-    const bool is_kept = last_status_.rung != "none" && last_status_.rung != "warn";
-    const bool is_held = is_kept && rest_s() >= kMinRest;
-    verdict.outcome = is_held ? "held" : "failure";
-    verdict.cause =
-        fmt::format("still in state {} after {:.0f} s", verdict.final_state, verdict.duration_s);
-    if (is_held) {
-      verdict.cause +=
-          fmt::format(", the last {:.0f} s in one place ({})", rest_s(), last_failsafe_.why);
-    }
+    const UnfinishedDive dive{verdict.final_state, verdict.duration_s, rest_s(),
+                              is_kept(last_status_) && rest_s() >= kMinRest, last_failsafe_.why};
+    verdict.outcome = dive.outcome();
+    verdict.cause = dive.cause();
   }
   if (!verdict.collisions.empty()) {
     verdict.outcome = "failure";

@@ -5,9 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "mission/executive/behavior_factory.h"
+#include "mission/record/unfinished_dive.h"
 #include "mission/simulation/contacts.h"
 #include "mission/simulation/simulated_cameras.h"
 #include "mission/states/atomic_state.h"
@@ -20,10 +19,7 @@ namespace {
 
 static_assert(kControlPeriod == from_seconds(vehicle::Simulator::kTick));
 
-constexpr double kSamePlace = 0.5;  // m
 constexpr double kKnownRate = 2.0;  // Hz, of scans beside a known map
-// s in one place at the end of the longest dive for the result "held"
-constexpr double kMinRest = 30.0;
 
 vehicle::StereoCameraOptions cameras_of(const Mission& mission, const DiveSettings& settings) {
   return settings.cameras.value_or(*vehicle::stereo_camera_in(mission.simulated_water));
@@ -96,11 +92,6 @@ class Rest {
   Utime now_ = 0;
   Eigen::Vector3d place_W_ = Eigen::Vector3d::Zero();
 };
-
-/// True if a failsafe keeps the vehicle from continuing.
-bool is_kept(const StepOutputs& outputs) {
-  return outputs.status.rung != "none" && outputs.status.rung != "warn";
-}
 
 /// The built-in simulator as the vehicle of a dive, with its faults, its script and its ground
 /// truth.
@@ -184,7 +175,8 @@ class SimulatedVehiclePort final : public VehiclePort {
     if (observer_) observer_(inputs, outputs, in_map, {collisions, contacts_.nearest()});
     rest_.observe(truth());
     last_ = outputs;
-    is_held_ = is_kept(outputs) && settings_.rest_s > 0.0 && rest_.seconds() >= settings_.rest_s;
+    is_held_ =
+        is_kept(outputs.status) && settings_.rest_s > 0.0 && rest_.seconds() >= settings_.rest_s;
   }
 
   [[nodiscard]] DiveResult finish(OnboardReport report);
@@ -247,7 +239,7 @@ DiveResult SimulatedVehiclePort::finish(OnboardReport report) {
   result_.failsafes = std::move(report.failsafes);
   result_.observed_map = report.observed_map;
   result_.observed_points = std::move(report.observed_points);
-  is_held_ = is_held_ || (is_kept(last_) && result_.rest_s >= kMinRest);
+  is_held_ = is_held_ || (is_kept(last_.status) && result_.rest_s >= kMinRest);
   name_outcome(report.executive);
   return std::move(result_);
 }
@@ -257,15 +249,10 @@ void SimulatedVehiclePort::name_outcome(const ExecutiveResult& executive) {
   result_.final_state = executive.final_state;
   result_.cause = executive.cause;
   if (executive.outcome == Outcome::kRunning) {
-    result_.outcome = is_held_ ? "held" : "failure";
-    result_.cause =
-        fmt::format("still in state {} after {:.0f} s", executive.final_state, result_.duration_s);
-    if (is_held_) {
-      result_.cause += fmt::format(", the last {:.0f} s in one place", result_.rest_s);
-    }
-    if (is_held_ && !result_.failsafes.empty()) {
-      result_.cause += fmt::format(" ({})", result_.failsafes.back().why);
-    }
+    const UnfinishedDive dive{executive.final_state, result_.duration_s, result_.rest_s, is_held_,
+                              result_.failsafes.empty() ? "" : result_.failsafes.back().why};
+    result_.outcome = dive.outcome();
+    result_.cause = dive.cause();
   }
   if (!result_.collisions.empty()) {
     result_.outcome = "failure";
