@@ -5,43 +5,40 @@
 #include <utility>
 
 #include "common/assert.h"
+#include "vehicle/command_timing.h"
+#include "vehicle/plausibility.h"
 
 namespace dive::behaviors {
 namespace {
 
-constexpr double kSameQuaternion = 0.1;       // of its norm, from 1
-constexpr double kMaxTurnRate = 35.0;         // rad/s: what the gyros of a vehicle can show
-constexpr double kMaxAcceleration = 160.0;    // m/s^2
-constexpr double kMinPlausibleDepth = -5.0;   // m of depth: waves, and drift of a barometer
-constexpr double kMaxPlausibleDepth = 500.0;  // m
-constexpr double kFrozenSeconds = 10.0;       // a working sensor's noise shows within this time
-constexpr double kNoticeable = 0.15;          // m: a change of depth that the sensor must show
-constexpr double kLag = 1.0;                  // s within which it must show it
-constexpr double kGoodHeight = 0.05;          // m, one sigma of a height by the map
-constexpr double kRisen = 0.2;                // m of such a height that the depth must show
-constexpr int kDenials = 2;                   // fixes in a row
-constexpr double kMoved = 0.3;                // m: a distance that counts as motion
+constexpr double kMaxTurnRate = 35.0;        // rad/s: what the gyros of a vehicle can show
+constexpr double kMaxAcceleration = 160.0;   // m/s^2
+constexpr double kMinPlausibleDepth = -5.0;  // m of depth: waves, and drift of a barometer
+constexpr double kNoticeable = 0.15;         // m: a change of depth that the sensor must show
+constexpr double kLag = 1.0;                 // s within which it must show it
+constexpr double kGoodHeight = 0.05;         // m, one sigma of a height by the map
+constexpr double kRisen = 0.2;               // m of such a height that the depth must show
+constexpr int kDenials = 2;                  // fixes in a row
+constexpr double kMoved = 0.3;               // m: a distance that counts as motion
 // The vehicle is meant to move if it is commanded this speed (m/s) or is this far from its
 // commanded depth (m).
 constexpr double kUnderWay = 0.1;
 constexpr double kFarFromDepth = 0.5;
-constexpr double kClimbing = 0.05;       // m/s: a vertical velocity expected from the efforts
-constexpr double kLossLasts = 1.0;       // s after the last loss of log or journal
-constexpr double kLegGrace = 30.0;       // s of delay allowed to a short leg
-constexpr Utime kLongestTick = 200'000;  // us: more between two ticks is a stall of the executive
+constexpr double kClimbing = 0.05;  // m/s: a vertical velocity expected from the efforts
+constexpr double kLossLasts = 1.0;  // s after the last loss of log or journal
+constexpr double kLegGrace = 30.0;  // s of delay allowed to a short leg
 
 }  // namespace
 
 bool is_plausible(const ImuSample& sample) {
-  return sample.q_WB.coeffs().allFinite() &&
-         std::abs(sample.q_WB.norm() - 1.0) <= kSameQuaternion && sample.gyro_B.allFinite() &&
+  return vehicle::is_attitude(sample.q_WB) && sample.gyro_B.allFinite() &&
          sample.gyro_B.cwiseAbs().maxCoeff() <= kMaxTurnRate && sample.accel_B.allFinite() &&
          sample.accel_B.cwiseAbs().maxCoeff() <= kMaxAcceleration;
 }
 
 bool is_plausible(const DepthSample& sample) {
   return sample.depth_m >= kMinPlausibleDepth &&
-         sample.depth_m <= kMaxPlausibleDepth;  // false for NaN
+         sample.depth_m <= vehicle::kMaxPlausibleDepth;  // false for NaN
 }
 
 bool is_plausible(const HealthSample& sample) {
@@ -55,10 +52,10 @@ Monitors::Monitors(MonitorLimits limits) : limits_(std::move(limits)) {
 
 void Monitors::start(Utime now) { started_ = last_update_ = now; }
 
-// While the executive was stalled it could neither receive nor command: that time is no silence of
-// the sensors, and no time without progress.
+// A time between two ticks in which a command becomes stale is a stall of the executive, which
+// could neither receive nor command: it is no silence of the sensors, and no time without progress.
 void Monitors::leave_out_stall(Utime now) {
-  const Utime stall = now - last_update_ - kLongestTick;
+  const Utime stall = now - last_update_ - vehicle::kCommandStale;
   if (stall <= 0) return;
   const auto shift = [&](Utime& time) { time = std::min(time + stall, now); };
   shift(started_);
@@ -161,16 +158,25 @@ void Monitors::watch_sensors(const MonitorInput& input) {
   const auto same_for = [&](const Source& source) {
     return source.arrived ? to_seconds(input.now - source.changed) : 0.0;
   };
-  set(FailsafeKind::kImuLost, is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost)) ||
-                                  same_for(imu_) > kFrozenSeconds);
+  const bool imu_is_silent = is_silent(imu_, input.now, threshold(FailsafeKind::kImuLost));
+  set(FailsafeKind::kImuLost, imu_is_silent || same_for(imu_) > kFrozenSeconds);
+  if (is_true(FailsafeKind::kImuLost)) {
+    imu_loss_ = imu_is_silent ? SensorLoss::kSilent : SensorLoss::kFrozen;
+  }
   // The vehicle should have risen or sunk, and the sensor does not show it.
   const Utime tick = input.now - std::exchange(last_update_, input.now);
   const double dt = to_seconds(tick);
   expected_rise_m_ = same_for(depth_) > 0.0 ? expected_rise_m_ + dt * input.expected_climb : 0.0;
   const bool has_moved = std::abs(expected_rise_m_) > kNoticeable || height_denials_ >= kDenials;
   const bool ought_to_change = has_moved && same_for(depth_) > kLag;
-  set(FailsafeKind::kDepthLost, is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost)) ||
-                                    ought_to_change || same_for(depth_) > kFrozenSeconds);
+  const bool depth_is_silent = is_silent(depth_, input.now, threshold(FailsafeKind::kDepthLost));
+  const bool depth_is_frozen = same_for(depth_) > kFrozenSeconds;
+  set(FailsafeKind::kDepthLost, depth_is_silent || ought_to_change || depth_is_frozen);
+  if (is_true(FailsafeKind::kDepthLost)) {
+    depth_loss_ = depth_is_silent   ? SensorLoss::kSilent
+                  : depth_is_frozen ? SensorLoss::kFrozen
+                                    : SensorLoss::kContradicted;
+  }
   set(FailsafeKind::kHealthLost,
       is_silent(power_, input.now, threshold(FailsafeKind::kHealthLost)));
   // Scans cannot be used without attitude: that time does not count.

@@ -8,12 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "vehicle/going_home.h"
+
 namespace dive::behaviors {
 namespace {
 
-constexpr double kCaptureRadius = 0.5;  // m
-constexpr double kLeastRadius = 0.1;    // m, at the end of a short path
-constexpr double kPathGrace = 60.0;     // s added to kPathSlack times the path's time at full speed
+constexpr double kLeastRadius = 0.1;  // m, at the end of a short path
+constexpr double kPathGrace = 60.0;   // s added to kPathSlack times the path's time at full speed
 constexpr double kPathSlack = 4.0;
 constexpr int kMaxArrivals = 5;  // at places that turn out to have an overhead
 // m to swim into open water, if the trail is that long; the shorter ones are for an obstacle that
@@ -55,8 +56,9 @@ std::span<const Pose> first_part(std::span<const Pose> path, double max_m) {
 vehicle::FollowerOptions follower_options(double speed, double length_m) {
   vehicle::FollowerOptions options;
   options.speed = speed;
-  options.capture_radius = kCaptureRadius;
-  options.last_capture_radius = std::clamp(0.5 * length_m, kLeastRadius, kCaptureRadius);
+  options.capture_radius = vehicle::kHomeCaptureRadius;
+  options.last_capture_radius =
+      std::clamp(0.5 * length_m, kLeastRadius, vehicle::kHomeCaptureRadius);
   return options;
 }
 

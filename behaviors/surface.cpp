@@ -6,15 +6,11 @@
 namespace dive::behaviors {
 namespace {
 
-constexpr double kAboveSurface = -1.0;  // m of depth: keeps the effort upwards at the surface
-constexpr double kAscentFactor = 2.0;   // an ascent without depth lasts this many times as long
 constexpr double kKnownSigma = 0.3;     // m: a position that is known
 constexpr double kAtRest = 0.12;        // m/s
-constexpr double kComesToRest = 5.0;    // s after which it is at rest, whatever the estimate
 constexpr double kPlaceRadius = 0.15;   // m from its place that are not worth a turn
 constexpr double kPlaceGain = 0.5;      // m/s per m from its place
 constexpr double kMaxPlaceSpeed = 0.2;  // m/s
-constexpr double kExtraAscentSeconds = 10.0;  // as expected, and this many s more
 
 }  // namespace
 
@@ -47,8 +43,9 @@ void Surface::keep_place(const BehaviorInput& input, vehicle::Command& command) 
   if (estimation::horizontal_sigma(estimate) > kKnownSigma) return;
   const Eigen::Vector2d p_W = estimate.X_WB.p.head<2>();
   if (!place_W_) {
+    // At rest, or whatever the estimate after some seconds.
     const double speed = (estimate.X_WB.q * estimate.v_WB_B).head<2>().norm();
-    if (speed > kAtRest && to_seconds(input.now - *entered_at_) < kComesToRest) return;
+    if (speed > kAtRest && to_seconds(input.now - *entered_at_) < vehicle::kComesToRest) return;
     place_W_ = p_W;
   }
   const Eigen::Vector2d back_W = *place_W_ - p_W;
@@ -78,9 +75,9 @@ BehaviorOutput Surface::step(const BehaviorInput& input) {
   output.command = station_keeping(std::max(entry_depth_ - risen, 0.0), yaw);
   output.done = depth < options_.surfaced_depth;
   if (!input.depth_known) {  // ascends for the expected time, whatever the estimate
-    output.command = station_keeping(kAboveSurface, yaw);
-    const double needed = kAscentFactor * entry_depth_ / options_.ascent_rate + kExtraAscentSeconds;
-    output.done = to_seconds(input.now - *entered_at_) > needed;
+    output.command = station_keeping(vehicle::kAboveSurface, yaw);
+    output.done = to_seconds(input.now - *entered_at_) >
+                  vehicle::blind_ascent_s(entry_depth_, options_.ascent_rate);
   }
   keep_place(input, output.command);
   progress_.distance_to_go_m = std::max(depth, 0.0);

@@ -12,13 +12,14 @@
 #include "behaviors/behavior.h"
 #include "behaviors/drift_stop.h"
 #include "vehicle/ascent_rates.h"
+#include "vehicle/going_home.h"
 
 namespace dive::behaviors {
 
 struct SurfaceOptions {
   double ascent_rate = vehicle::kCommandedAscentRate;  ///< m/s
-  double surfaced_depth = 0.25;  ///< Depth above which the vehicle has surfaced, m.
-  double clearance = 0.0;        ///< D_min of BackOff, m; 0: it does not back off.
+  double surfaced_depth = vehicle::kSurfacedDepth;     ///< m
+  double clearance = 0.0;  ///< D_min of BackOff, m; 0: it does not back off.
   BackOffOptions back_off = {};
 };
 

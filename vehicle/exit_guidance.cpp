@@ -6,16 +6,15 @@
 
 #include "estimation/planar.h"
 #include "vehicle/ascent_rates.h"
+#include "vehicle/going_home.h"
+#include "vehicle/speed_range.h"
 
 namespace dive::vehicle {
 namespace {
 
-constexpr double kCaptureRadius = 0.5;  // m, as behaviors/retrace
 constexpr double kDisplaced = 0.25;     // m from the place known to have open water above
 constexpr double kSlow = 3.0;           // allowed time over expected time, and
 constexpr double kGraceSeconds = 30.0;  // s added to it
-constexpr double kMinSpeed = 0.1;       // m/s
-constexpr double kMaxSpeed = 0.8;       // m/s
 constexpr double kSensorWait = 2.0;     // s for attitude and depth to arrive
 constexpr double kMaxCoordinate = 1e6;  // m, of a plausible coordinate
 constexpr double kMaxVelocity = 5.0;    // m/s
@@ -23,13 +22,11 @@ constexpr double kMaxScale = 0.5;       // of a plausible relative error of the 
 constexpr double kMaxTurn = 7.0;        // rad
 constexpr double kMaxHold = 600.0;      // s
 constexpr double kDepthFresh = 1.0;     // s
-constexpr double kAscentSlack = 2.0;    // an ascent without depth lasts this many times as long
-constexpr double kAscentGraceSeconds = 10.0;
 
 FollowerOptions follower_options(double speed) {
   FollowerOptions options;
   options.speed = std::clamp(speed, kMinSpeed, kMaxSpeed);
-  options.capture_radius = kCaptureRadius;
+  options.capture_radius = kHomeCaptureRadius;
   return options;
 }
 
@@ -51,7 +48,8 @@ const char* to_string(ExitPhase phase) {
 
 ExitGuidance::ExitGuidance(const MotionModel& motion,
                            std::optional<estimation::MapFixOptions> fixes)
-    : odometry_({.motion = motion}, Eigen::Vector3d::Zero(), 0.0),
+    : motion_(motion),
+      odometry_({.motion = motion}, Eigen::Vector3d::Zero(), 0.0),
       fixes_(fixes),
       follower_(follower_options(kMinSpeed)) {}
 
@@ -126,7 +124,7 @@ void ExitGuidance::begin_correction() {
   estimation::FrameCorrectionOptions options;
   options.fixes = fixes_;
   options.fixes->start_sigma_m = 0.0;  // that of the exit path counts
-  correction_.emplace(options, estimation::PrimitiveOptions{});
+  correction_.emplace(options, estimation::PrimitiveOptions{.motion = motion_});
   correction_->set_current(path_->current_W);
 }
 
@@ -223,9 +221,8 @@ bool ExitGuidance::has_surfaced(Utime now) const {
 }
 
 bool ExitGuidance::is_presumed_surfaced(Utime now) const {
-  const double needed = kAscentSlack * station_depth_ / kSlowestAscentRate + kAscentGraceSeconds;
   return phase_ == ExitPhase::kAscending && !depth_is_fresh(now) &&
-         to_seconds(now - since_) > needed;
+         to_seconds(now - since_) > blind_ascent_s(station_depth_, kSlowestAscentRate);
 }
 
 }  // namespace dive::vehicle

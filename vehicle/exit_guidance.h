@@ -2,7 +2,7 @@
 // Brings the vehicle home without executive and plan: holds, follows the exit path by dead
 // reckoning on depth, compass and the efforts of the flippers, then ascends. Position fixes, where
 // the owner has them, correct the dead reckoning from the begin of the hold on. One set of rules
-// for the supervisor, the vehicle's own time-out and the executive's fallback
+// for the supervisor, the vehicle's own timeout and the executive's fallback
 // (doc/decisions/no-commands.md).
 
 #include <optional>
@@ -24,6 +24,7 @@ enum class ExitPhase {
   kFollowing,  ///< Follows the exit path.
   kAscending,  ///< Ascends vertically.
 };
+inline constexpr ExitPhase kLastExitPhase = ExitPhase::kAscending;
 
 [[nodiscard]] const char* to_string(ExitPhase phase);
 
@@ -32,10 +33,6 @@ enum class ExitPhase {
 class ExitGuidance {
  public:
   static constexpr double kUnknownHold = 30.0;  ///< Hold without an exit path or open water, s.
-  /// One sigma of the speed that is left when it has stopped, because the vehicle is not quite that
-  /// of the motion model, m/s. It decays slowly: half of it is left after half a minute.
-  static constexpr double kStopSigma = 0.03;
-  static constexpr double kSurfaceDepth = 0.3;  ///< m
   static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
 
   /// For a vehicle with that motion model. `fixes`: what is expected of dead reckoning and map,
@@ -89,6 +86,7 @@ class ExitGuidance {
   [[nodiscard]] double hold_s() const;
   [[nodiscard]] bool depth_is_fresh(Utime now) const;
 
+  MotionModel motion_;
   std::optional<ExitPath> path_;
   estimation::PrimitiveEstimator odometry_;
   std::optional<estimation::StateEstimate> last_odometry_;

@@ -10,7 +10,6 @@
 #include "planning/world/overhead.h"
 #include "vehicle/aqua2_figures.h"
 #include "vehicle/ascent_rates.h"
-#include "vehicle/autopilot.h"
 
 namespace dive::mission {
 namespace {
@@ -18,14 +17,14 @@ namespace {
 constexpr double kSecondsPerHour = 3600.0;
 
 /// Wh per s, at the mission's speed.
-double swimming_power(const Mission& mission) {
-  const double fraction = mission.speed.value / vehicle::AutopilotOptions{}.full_speed;
+double swimming_power(const Mission& mission, const MotionModel& motion) {
+  const double fraction = mission.speed.value / motion.full_speed;
   return vehicle::Aqua2Figures{}.cruise_power_w(fraction) / kSecondsPerHour;
 }
 
 /// Wh per s.
-double ascent_power() {
-  const double fraction = vehicle::kMeanAscentRate / vehicle::AutopilotOptions{}.full_heave;
+double ascent_power(const MotionModel& motion) {
+  const double fraction = vehicle::kMeanAscentRate / motion.full_heave;
   return vehicle::Aqua2Figures{}.heave_power_w(fraction) / kSecondsPerHour;
 }
 
@@ -44,11 +43,13 @@ Usable usable(const Mission& mission, const vehicle::Conditions& conditions) {
 // Walks the route point by point, as the vehicle drops its breadcrumbs, and tests at each whether
 // turning back is still possible.
 void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>& legs,
-                         const Mission& mission, const planning::World& world, double radius,
-                         const Usable& limit, Budget& budget) {
+                         const Mission& mission, const planning::World& world,
+                         const vehicle::Model& model, const Usable& limit, Budget& budget) {
   planning::OverheadIndex overheads(world);
   behaviors::Trail trail;
-  const double power = swimming_power(mission);
+  const double radius = model.hull.radius();
+  const double power = swimming_power(mission, model.motion);
+  const double ascent = ascent_power(model.motion);
   const RouteTimes times = route_times(route, legs, mission);
   double distance = 0.0;
   double entered_s = 0.0;  // when the vehicle was last in open water
@@ -60,7 +61,7 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
     const behaviors::Trail::Path path = trail.exit_path(p_W, trail_link(mission));
     const double back_s = path_time_s(mission, path.points, t);
     const double ascent_s = ascent_time_s(-path.points.back().z());
-    const double energy_wh = (t + back_s) * power + ascent_s * ascent_power();
+    const double energy_wh = (t + back_s) * power + ascent_s * ascent;
     if (!budget.no_return &&
         (t + back_s + ascent_s > limit.time_s || energy_wh > limit.energy_wh)) {
       budget.no_return = Budget::NoReturn{distance, state};
@@ -87,9 +88,10 @@ void find_turning_points(const Route& route, const std::vector<PlannedRouteLeg>&
 }
 
 std::vector<TurningPoint> turning_points_of(const ExitPathProof& exit_path, const Mission& mission,
+                                            const MotionModel& motion,
                                             const vehicle::Conditions& conditions) {
   // Most of an exit may be the ascent.
-  const double power = std::max(swimming_power(mission), ascent_power());
+  const double power = std::max(swimming_power(mission, motion), ascent_power(motion));
   std::vector<TurningPoint> points;
   for (const LegExit& leg : exit_path.legs) {
     points.push_back({mission.limits.mission_timeout.value - leg.longest_s,
@@ -112,20 +114,22 @@ std::optional<TurningPoint> Budget::first_turning_point() const {
 }
 
 Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
-                   const Mission& mission, const planning::World& world, double radius,
-                   const ExitPathProof& exit_path, const vehicle::Conditions& conditions) {
+                   const Mission& mission, const planning::World& world,
+                   const vehicle::Model& model, const ExitPathProof& exit_path,
+                   const vehicle::Conditions& conditions) {
   Budget budget;
   for (const PlannedRouteLeg& leg : legs) budget.distance_m += leg.plan.length_m;
   budget.duration_s = route_times(route, legs, mission).ends_s;
   budget.distance_m += route.ascent_m;
-  const double power = swimming_power(mission);
+  const double power = swimming_power(mission, model.motion);
+  const double ascent = ascent_power(model.motion);
   const double ascent_s = ascent_time_s(route.ascent_m);
-  budget.energy_wh = power * (budget.duration_s - ascent_s) + ascent_power() * ascent_s;
+  budget.energy_wh = power * (budget.duration_s - ascent_s) + ascent * ascent_s;
   budget.worst_duration_s = mission.limits.mission_timeout.value + exit_path.longest_s;
-  budget.worst_energy_wh = power * mission.limits.mission_timeout.value +
-                           std::max(power, ascent_power()) * exit_path.longest_s;
-  find_turning_points(route, legs, mission, world, radius, usable(mission, conditions), budget);
-  budget.turning_points = turning_points_of(exit_path, mission, conditions);
+  budget.worst_energy_wh =
+      power * mission.limits.mission_timeout.value + std::max(power, ascent) * exit_path.longest_s;
+  find_turning_points(route, legs, mission, world, model, usable(mission, conditions), budget);
+  budget.turning_points = turning_points_of(exit_path, mission, model.motion, conditions);
   return budget;
 }
 

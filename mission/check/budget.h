@@ -11,6 +11,7 @@
 #include "mission/check/route_plan.h"
 #include "mission/document/mission.h"
 #include "planning/world/world.h"
+#include "vehicle/model.h"
 #include "vehicle/simulator/simulator.h"
 
 namespace dive::mission {
@@ -45,10 +46,9 @@ struct Budget {
   [[nodiscard]] std::optional<TurningPoint> first_turning_point() const;
 };
 
-/// `radius` (m) is that of the hull's bounding sphere.
 [[nodiscard]] Budget make_budget(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                                  const Mission& mission, const planning::World& world,
-                                 double radius, const ExitPathProof& exit_path,
+                                 const vehicle::Model& model, const ExitPathProof& exit_path,
                                  const vehicle::Conditions& conditions);
 
 /// Reports what exceeds the mission's time or charge (CHK-TIME, CHK-ENERGY, CHK-NO-RETURN,

@@ -184,8 +184,8 @@ CheckReport check_mission(const Mission& mission, const planning::World& world,
   report.exit_path =
       prove_exit_path(route, report.legs, mission, world, model.hull, options.dive.planner.certify);
   report_exit_path(report.exit_path, mission, diagnostics);
-  report.budget = make_budget(route, report.legs, mission, world, model.hull.radius(),
-                              report.exit_path, options.dive.conditions);
+  report.budget = make_budget(route, report.legs, mission, world, model, report.exit_path,
+                              options.dive.conditions);
   check_fence(report.legs, route, mission, model.hull.radius(), diagnostics);
   check_budget(report.budget, report.exit_path, mission, options.dive.conditions, diagnostics);
   if (!options.simulate || !diagnostics.ok() || !has_simulation_map(mission)) return report;

@@ -9,12 +9,12 @@
 
 #include "common/parallel.h"
 #include "common/random.h"
+#include "vehicle/going_home.h"
 
 namespace dive::mission {
 namespace {
 
-constexpr double kSurfacedDepth = 0.5;  // m
-constexpr double kEdge = 1.0;           // s: maximum distance of an edge instant from entry or exit
+constexpr double kEdge = 1.0;  // s: maximum distance of an edge instant from entry or exit
 
 /// An atomic state in which the nominal dive stayed, as inclusive control ticks.
 struct Stay {
@@ -161,7 +161,7 @@ std::vector<FaultCase> draw_fault_cases(const Mission& mission, const NominalDiv
 }
 
 bool has_surfaced(const DiveResult& dive) {
-  return dive.outcome != "failure" && dive.final_depth_m < kSurfacedDepth;
+  return dive.outcome != "failure" && dive.final_depth_m < vehicle::kCheckedSurfacedDepth;
 }
 
 std::string describe(const FaultResult& result) {

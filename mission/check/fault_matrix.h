@@ -33,7 +33,7 @@ struct FaultResult {
   [[nodiscard]] bool is_safe() const { return (surfaced || held) && dive.collisions.empty(); }
 };
 
-/// True if the dive ended within 0.5 m of the surface, and not in failure.
+/// True if the dive ended at the surface, and not in failure.
 [[nodiscard]] bool has_surfaced(const DiveResult& dive);
 
 /// The faults, the state and the end of the dive: "leak at 12.34 s in 'in' collides ...".

@@ -8,11 +8,6 @@
 
 namespace dive::mission {
 
-/// Speed range of the Aqua2, m/s: from about the first it holds its depth, the second is full
-/// effort (MIS-SPEED).
-inline constexpr double kMinSpeed = 0.1;
-inline constexpr double kMaxSpeed = 0.8;
-
 /// A rule as `dive check --rules` lists it.
 struct Rule {
   const char* code = "";

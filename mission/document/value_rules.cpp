@@ -9,6 +9,7 @@
 #include "mission/document/rule_set.h"
 #include "mission/document/rules.h"
 #include "mission/states/atomic_state.h"
+#include "vehicle/speed_range.h"
 
 namespace dive::mission {
 namespace {
@@ -46,10 +47,10 @@ bool has_fixes_for(const char* name, const Span& span, const Subject& subject) {
 
 void speed_suits_the_vehicle(const Subject& subject) {
   const Located<double>& speed = subject.mission.speed;
-  if (speed.value >= kMinSpeed && speed.value <= kMaxSpeed) return;
+  if (speed.value >= vehicle::kMinSpeed && speed.value <= vehicle::kMaxSpeed) return;
   subject.error("MIS-SPEED", speed.span,
                 fmt::format("the aqua2 cannot swim {} m/s: it swims {} to {} m/s", speed.value,
-                            kMinSpeed, kMaxSpeed));
+                            vehicle::kMinSpeed, vehicle::kMaxSpeed));
 }
 
 void positions_are_under_water(const Subject& subject) {

@@ -4,16 +4,17 @@
 #include <cmath>
 
 #include "common/assert.h"
+#include "vehicle/command_timing.h"
+#include "vehicle/going_home.h"
 
 namespace dive::mission {
 namespace {
 
 using statechart::StateId;
 
-constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma, until the vehicle has stopped ...
-constexpr double kDriftHeld = 0.03;      // m/s: ... and while it holds (vehicle/exit_guidance.h)
-constexpr double kGoesOn = 0.3;  // s after a commit for which a vehicle without commands swims on
-constexpr double kStops = 1.0;   // time constant, s, with which it then comes to rest
+constexpr double kDriftWhileAway = 0.2;  // m/s, one sigma, until the vehicle has stopped
+constexpr double kSwimsOn = to_seconds(vehicle::kSwimsOn);  // s after a checkpoint
+constexpr double kStops = 1.0;  // time constant, s, with which it then comes to rest
 
 }  // namespace
 
@@ -23,13 +24,13 @@ double gap_of(const Resume& resume, Utime now, double longest_s) {
 }
 
 Drift drift_in(double gap_s, const Checkpoint& checkpoint, const Eigen::Vector2d& current_W) {
-  const double stopping = 1.0 - std::exp(-std::max(gap_s - kGoesOn, 0.0) / kStops);
-  const double swam_s = std::min(gap_s, kGoesOn) + kStops * stopping;
+  const double stopping = 1.0 - std::exp(-std::max(gap_s - kSwimsOn, 0.0) / kStops);
+  const double swam_s = std::min(gap_s, kSwimsOn) + kStops * stopping;
   const Eigen::Vector3d carried_W(current_W.x(), current_W.y(), 0.0);
   const Eigen::Vector3d swims_W = checkpoint.v_W - carried_W;
   const double swam = (checkpoint.X_WB.q.conjugate() * swims_W).x();
-  const double sigma_m = kDriftWhileAway * std::min(gap_s, kComesToRest) +
-                         kDriftHeld * std::max(gap_s - kComesToRest, 0.0);
+  const double sigma_m = kDriftWhileAway * std::min(gap_s, vehicle::kComesToRest) +
+                         vehicle::kStopSigma * std::max(gap_s - vehicle::kComesToRest, 0.0);
   return {swims_W.head<2>() * swam_s + current_W * gap_s, sigma_m, swam * (1.0 - stopping),
           swam * stopping};
 }

@@ -60,9 +60,6 @@ struct Resume {
 /// the absence is then of unknown length.
 [[nodiscard]] double gap_of(const Resume& resume, Utime now, double longest_s);
 
-/// s within which a vehicle without commands comes to rest.
-inline constexpr double kComesToRest = 5.0;
-
 /// Motion of a vehicle without commands.
 struct Drift {
   Eigen::Vector2d by_W = Eigen::Vector2d::Zero();  ///< Horizontal displacement, m.

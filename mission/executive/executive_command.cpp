@@ -10,14 +10,13 @@
 #include "behaviors/view_speed_limit.h"
 #include "mission/executive/executive_impl.h"
 #include "mission/states/atomic_state.h"
+#include "vehicle/going_home.h"
 
 namespace dive::mission {
 namespace {
 
 using behaviors::Rung;
 using statechart::StateId;
-
-constexpr double kPushUp = -1.0;  // m of depth: above the surface, so that effort stays upwards
 
 }  // namespace
 
@@ -81,7 +80,7 @@ void Executive::Impl::follow_behavior() {
   if (!state) {  // the machine has ended
     command = keep_station();
     if (situation.open_above) {
-      command.d = situation.sensors.depth_is_fresh ? 0.0 : kPushUp;
+      command.d = situation.sensors.depth_is_fresh ? 0.0 : vehicle::kAboveSurface;
     }
     return;
   }
@@ -116,7 +115,7 @@ void Executive::Impl::actuate() {
   double dt = to_seconds(situation.now - last_step);
   if (started && has_gap()) {
     control.begin_at(localization.surge());
-    dt = to_seconds(kCommandLifetime);
+    dt = to_seconds(vehicle::kCommandStale);
   }
   const SensorStatus& sensors = situation.sensors;
   const estimation::StateEstimate& now = situation.estimate;

@@ -81,16 +81,16 @@ void Executive::Impl::obey(OperatorCommand operator_command) {
     case OperatorCommand::kHeartbeat:
       return;
     case OperatorCommand::kAbort:
-      return abort("topside says abort");
+      return abort("topside commanded abort");
     case OperatorCommand::kSigterm:
     case OperatorCommand::kSigint:
       situation.is_terminated = true;
       return abort(fmt::format("{} to the executive", to_string(operator_command)));
     case OperatorCommand::kPause:
-      if (!std::exchange(paused, true)) raise_event("operator.pause", "topside says pause");
+      if (!std::exchange(paused, true)) raise_event("operator.pause", "topside commanded pause");
       return;
     case OperatorCommand::kResume:
-      if (std::exchange(paused, false)) raise_event("operator.resume", "topside says resume");
+      if (std::exchange(paused, false)) raise_event("operator.resume", "topside commanded resume");
       return;
     case OperatorCommand::kSkip:
       skip_requested = true;
@@ -107,6 +107,8 @@ void Executive::Impl::evaluate_failsafes() {
   const bool was_losing = monitors.is_true(behaviors::FailsafeKind::kLogLost);
   const behaviors::FailsafeConditions& conditions = monitors.update(monitor_input(situation));
   situation.map_agreement = monitors.map_agreement();
+  situation.imu_loss = monitors.imu_loss();
+  situation.depth_loss = monitors.depth_loss();
   // The records of its beginning are among what was lost.
   if (was_losing && !monitors.is_true(behaviors::FailsafeKind::kLogLost)) {
     note(describe(behaviors::FailsafeKind::kLogLost, mission, situation));
@@ -147,9 +149,9 @@ void Executive::Impl::process_events() {
 // The mission may handle a skip itself; otherwise the goal is skipped, or the state if it has no
 // goals.
 void Executive::Impl::skip() {
-  const char* cause = "topside says skip";
+  const char* cause = "topside commanded skip";
   if (!behavior.is_missions()) {
-    return note("topside says skip, but the mission is not in command");
+    return note("topside commanded skip, but the mission is not in command");
   }
   const StateId state = *behavior.state();
   const std::string& id = machine.chart.states[static_cast<std::size_t>(state)].id;

@@ -24,16 +24,11 @@
 #include "mission/executive/sensing.h"
 #include "mission/executive/situation.h"
 #include "mission/executive/surfacing_fallback.h"
+#include "vehicle/command_timing.h"
 
 namespace dive::mission {
 
 struct Executive::Impl final : private MachineRunner::Observer {
-  static constexpr Utime kCommandLifetime = 200'000;  ///< us: STALE_MS of vehicle_command_t.lcm.
-  /// us without commands after which the supervisor may hold the vehicle.
-  static constexpr Utime kHeldBySupervisor = 800'000;
-  /// us of commands after which it has given the vehicle back: 0.3 s until it does, 0.3 s until the
-  /// vehicle obeys, and some more.
-  static constexpr Utime kGiveBack = 1'000'000;
   /// us of a stop for an obstacle ahead: until the next scan of a slow sensor, and the next but
   /// one.
   static constexpr Utime kProximityStop = 1'200'000;
@@ -91,7 +86,7 @@ struct Executive::Impl final : private MachineRunner::Observer {
   [[nodiscard]] vehicle::Command keep_station() const;
   [[nodiscard]] bool measures_its_speed() const;
   /// True if the vehicle has received no command for longer than one lasts.
-  [[nodiscard]] bool has_gap() const { return situation.now - last_step > kCommandLifetime; }
+  [[nodiscard]] bool has_gap() const { return situation.now - last_step > vehicle::kCommandStale; }
   [[nodiscard]] bool is_held() const {
     return paused || ladder.rung() == behaviors::Rung::kHold || situation.now < given_back_at;
   }

@@ -5,6 +5,7 @@
 #include "mission/executive/behavior_factory.h"
 #include "mission/executive/executive_impl.h"
 #include "mission/states/atomic_state.h"
+#include "vehicle/going_home.h"
 
 namespace dive::mission {
 
@@ -12,7 +13,7 @@ using behaviors::Rung;
 
 namespace {
 
-// m/s: the vehicle comes to rest within kGiveBack from a smaller one.
+// m/s: the vehicle comes to rest within kGivenBack from a smaller one.
 constexpr double kLostSpeed = 0.1;
 
 }  // namespace
@@ -45,7 +46,8 @@ void Executive::Impl::resume(const Resume& from) {
     // If the clock was set meanwhile, the gap was another: the vehicle may still have the speed
     // that is taken as lost.
     const bool may_still_move = std::abs(drift.lost) > kLostSpeed;
-    given_back_at = situation.now + (may_still_move ? from_seconds(kComesToRest) : kGiveBack);
+    given_back_at = situation.now +
+                    (may_still_move ? from_seconds(vehicle::kComesToRest) : vehicle::kGivenBack);
   }
   outputs.estimate = situation.estimate = localization.update(situation.now);
   started_at = situation.now - from_seconds(checkpoint.elapsed_s + gap_s);

@@ -120,8 +120,10 @@ void Executive::Impl::estimate(const StepInputs& inputs) {
 // until that has received commands for a while; what is commanded meanwhile must not be expected.
 void Executive::Impl::estimate_over_gap() {
   localization.expect(control.rates(), situation.expected_heave);
-  static_cast<void>(localization.update(last_step + kCommandLifetime));
-  if (situation.now - last_step > kHeldBySupervisor) given_back_at = situation.now + kGiveBack;
+  static_cast<void>(localization.update(last_step + vehicle::kCommandStale));
+  if (situation.now - last_step > vehicle::kHeldBySupervisor) {
+    given_back_at = situation.now + vehicle::kGivenBack;
+  }
   note(fmt::format("no tick for {:.1f} s: the vehicle stopped meanwhile",
                    to_seconds(situation.now - last_step)));
 }

@@ -5,7 +5,8 @@
 
 #include "mission/executive/overhead_monitor.h"
 #include "vehicle/ascent_rates.h"
-#include "vehicle/exit_guidance.h"
+#include "vehicle/going_home.h"
+#include "vehicle/speed_range.h"
 
 namespace dive::mission {
 namespace {
@@ -13,13 +14,11 @@ namespace {
 using behaviors::Rung;
 using Eigen::Vector3d;
 
-constexpr double kSpacing = 0.5;         // m between points, as the trail's
 constexpr std::size_t kOpenPoints = 3;   // in open water, about 1 m beyond the edge
 constexpr double kBeyond = 2.0;          // m beyond the edge
 constexpr std::size_t kCapacity = 1024;  // points
 constexpr double kStraight = 0.1;        // m: points nearer to a segment are left out
 constexpr std::size_t kWindow = 20;      // maximum points of a segment
-constexpr double kMinSpeed = 0.1;        // m/s
 constexpr double kMaxRoom = 3.0;         // m
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -52,7 +51,7 @@ ExitPathKeeper::ExitPathKeeper(const ExitPathOptions& options, MapView& map)
     : options_(options), map_(map) {
   points_.reserve(kCapacity);
   path_.waypoints.reserve(vehicle::kMaxExitWaypoints);
-  path_.speed = std::max(options.speed, kMinSpeed);
+  path_.speed = std::max(options.speed, vehicle::kMinSpeed);
 }
 
 void ExitPathKeeper::restore(std::span<const behaviors::Trail::Breadcrumb> trail) {
@@ -94,7 +93,7 @@ double ExitPathKeeper::hold_s(const Situation& situation, Rung rung) const {
 
 // Two sigmas, or more where a current is measured.
 double ExitPathKeeper::drift_speed() const {
-  return std::max(2.0 * std::hypot(options_.current_sigma, vehicle::ExitGuidance::kStopSigma),
+  return std::max(2.0 * std::hypot(options_.current_sigma, vehicle::kStopSigma),
                   path_.current_W.norm());
 }
 
@@ -109,7 +108,8 @@ bool ExitPathKeeper::is_room_near(const Vector3d& p_W) const {
 
 void ExitPathKeeper::add(const Point& point, bool open_above) {
   const bool was_open = open_ == points_.size();
-  const bool is_near = !points_.empty() && (point.p_W - points_.back().p_W).norm() < kSpacing;
+  const bool is_near =
+      !points_.empty() && (point.p_W - points_.back().p_W).norm() < behaviors::kTrailSpacing;
   if (is_near && open_above == was_open) return;
   if (open_above) {
     if (!was_open && !from_room_) leave_overhead(point.p_W);

@@ -5,6 +5,24 @@
 namespace dive::mission {
 
 using behaviors::FailsafeKind;
+using behaviors::SensorLoss;
+
+namespace {
+
+std::string describe(SensorLoss loss, const char* quantity, double limit_s) {
+  switch (loss) {
+    case SensorLoss::kSilent:
+      return fmt::format("no plausible {} for {:g} s", quantity, limit_s);
+    case SensorLoss::kFrozen:
+      return fmt::format("the {} has not changed for {:g} s: the sensor is frozen", quantity,
+                         behaviors::kFrozenSeconds);
+    case SensorLoss::kContradicted:
+      return fmt::format("the {} does not change although the vehicle rises or sinks", quantity);
+  }
+  return {};
+}
+
+}  // namespace
 
 // Longer than a screen because it is a table: one case per failsafe.
 std::string describe(FailsafeKind kind, const Mission& mission, const Situation& situation) {
@@ -35,9 +53,9 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kStuck:
       return fmt::format("in the same place for {:g} s", limit);
     case FailsafeKind::kImuLost:
-      return fmt::format("no attitude for {:g} s", limit);
+      return describe(situation.imu_loss, "attitude", limit);
     case FailsafeKind::kDepthLost:
-      return fmt::format("no depth for {:g} s", limit);
+      return describe(situation.depth_loss, "depth", limit);
     case FailsafeKind::kHealthLost:
       return fmt::format("no battery and leak data for {:g} s", limit);
     case FailsafeKind::kRangeLost:

@@ -91,7 +91,9 @@ struct ActionRecord {
     kLog,      ///< Line written by the mission.
     kPayload,  ///< `text` is sent to the payload.
     kNote,     ///< What the executive ignored or decided without a transition.
-  } kind = Kind::kLog;
+  };
+  static constexpr Kind kLastKind = Kind::kNote;
+  Kind kind = Kind::kLog;
   std::string text;
   bool once = false;  ///< A payload command that is sent at most once per dive.
 };

@@ -35,6 +35,8 @@ struct Situation {
 
   // Vehicle.
   SensorStatus sensors;
+  behaviors::SensorLoss imu_loss = behaviors::SensorLoss::kSilent;    ///< Of the last imu_lost.
+  behaviors::SensorLoss depth_loss = behaviors::SensorLoss::kSilent;  ///< Of the last depth_lost.
   HealthSample health;
   MapAgreement map_agreement;  ///< Agreement of the last seconds' scans with the known map.
   estimation::StateEstimate estimate;

@@ -7,20 +7,6 @@
 
 namespace dive::mission {
 
-void SurfacingFallback::keep(const vehicle::ExitPath& path) {
-  if (path.revision != path_.revision) {
-    path_ = path;
-    return;
-  }
-  path_.utime = path.utime;
-  path_.X_WB = path.X_WB;
-  path_.v_B = path.v_B;
-  path_.heading_correction = path.heading_correction;
-  path_.speed_scale = path.speed_scale;
-  path_.current_W = path.current_W;
-  path_.open_above = path.open_above;
-}
-
 StepOutputs SurfacingFallback::step(const StepInputs& inputs, const std::string& reason) {
   StepOutputs outputs;
   std::optional<ImuSample> imu;

@@ -19,8 +19,8 @@ class SurfacingFallback {
     path_.waypoints.reserve(vehicle::kMaxExitWaypoints);  // keep() allocates nothing
   }
 
-  /// After every good tick. Copies the waypoints only when they have changed.
-  void keep(const vehicle::ExitPath& path);
+  /// After every good tick. Allocates nothing.
+  void keep(const vehicle::ExitPath& path) { path_ = path; }
 
   /// One control tick; `reason` is recorded with the first.
   [[nodiscard]] StepOutputs step(const StepInputs& inputs, const std::string& reason);

@@ -6,8 +6,6 @@ namespace dive::mission {
 namespace {
 
 constexpr std::size_t kMaxRequests = 8;  // authentic ones that wait for a later tick, and others
-// Names of what is touched in one tick; bytes.
-constexpr std::size_t kMaxTruth = 1U << 20U;
 
 std::optional<Inbox::Request> take_from(std::deque<Inbox::Request>& requests) {
   if (requests.empty()) return std::nullopt;
@@ -28,7 +26,8 @@ Inbox::Inbox(link::Bus& bus, Clock& clock, bool lockstep, bool has_range_camera,
   listen_to_sensors(bus);
   if (image_bytes) listen_to_cameras(bus, *image_bytes);
   bus.listen<link::Truth>(
-      link::channel::kTruth, [this](const link::Truth& truth) { keep(truth); }, kMaxTruth);
+      link::channel::kTruth, [this](const link::Truth& truth) { keep(truth); },
+      link::kMaxTruthPacket);
   bus.listen<link::SimTick>(link::channel::kSimTick, [this](const link::SimTick& tick) {
     is_asked_again_ = tick_ && tick_->utime == tick.utime;
     if (!tick_ || tick.utime >= tick_->utime) tick_ = tick;

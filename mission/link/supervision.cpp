@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "vehicle/command_timing.h"
 #include "vehicle/link/arbiter.h"
 
 namespace dive::mission {
@@ -13,8 +14,7 @@ namespace {
 using vehicle::ExitPhase;
 using Decision = link::CommandGate::Decision;
 
-constexpr double kRecovered = 0.3;  // s of commands without a gap
-constexpr double kFinished = 0.5;   // s without a new command after the report of the end
+constexpr double kFinished = 0.5;  // s without a new command after the report of the end
 
 }  // namespace
 
@@ -23,9 +23,9 @@ Supervision::Supervision(const SupervisorSettings& settings, std::uint64_t sessi
     : settings_(settings),
       session_id_(session_id),
       log_(log),
-      executive_(link::Arbiter::kSessionTimeout),
-      guidance_(settings.motion, settings.map ? std::optional(settings.map->fixes) : std::nullopt) {
-}
+      executive_(to_seconds(vehicle::kSessionTimeout)),
+      guidance_(settings.motion, settings.map ? std::optional(settings.map->fixes) : std::nullopt),
+      autopilot_(vehicle::autopilot_options(settings.motion)) {}
 
 void Supervision::receive(const link::VehicleCommand& command, Utime now) {
   if (command.source != link::Source::kExecutive) return;
@@ -37,7 +37,7 @@ void Supervision::receive(const link::VehicleCommand& command, Utime now) {
                      command.session_id, executive_.newest()->session_id));
   }
   if (decision != Decision::kAccepted) return;
-  if (!continuous_since_ || silent_s > link::Arbiter::kStale) continuous_since_ = now;
+  if (!continuous_since_ || silent_s > to_seconds(vehicle::kCommandStale)) continuous_since_ = now;
   commanded_at_ = now;
   efforts_ = efforts(now);
 }
@@ -115,8 +115,9 @@ void Supervision::watch(Utime now) {
 }
 
 bool Supervision::has_recovered(Utime now) const {
-  return finished_at_ || (continuous_since_ && executive_.age_s(now) <= link::Arbiter::kStale &&
-                          to_seconds(now - *continuous_since_) >= kRecovered);
+  return finished_at_ ||
+         (continuous_since_ && executive_.age_s(now) <= to_seconds(vehicle::kCommandStale) &&
+          now - *continuous_since_ >= vehicle::kRecovered);
 }
 
 void Supervision::give_back() {

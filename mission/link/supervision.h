@@ -25,6 +25,7 @@
 #include "estimation/map_fix_filter.h"
 #include "estimation/state_estimate.h"
 #include "planning/map_matching/map_surface.h"
+#include "vehicle/command_timing.h"
 #include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/command_gate.h"
@@ -41,7 +42,8 @@ struct SupervisedMap {
 };
 
 struct SupervisorSettings {
-  double command_timeout_s = 1.0;  ///< Maximum silence after the executive's first command.
+  /// Maximum silence after the executive's first command.
+  double command_timeout_s = to_seconds(vehicle::kCommandTimeout);
   MotionModel motion = {};
   std::optional<SupervisedMap> map = {};  ///< Empty: dead reckoning alone.
 };

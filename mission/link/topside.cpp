@@ -7,9 +7,8 @@
 namespace dive::mission {
 namespace {
 
-constexpr Utime kSayAgain = 100'000;      // us
-constexpr std::size_t kMaxStatus = 2048;  // bytes: names are at most 64 long
-constexpr double kForHealth = 1.5;        // s: status arrives once a second
+constexpr Utime kSayAgain = 100'000;  // us
+constexpr double kForHealth = 1.5;    // s: status arrives once a second
 
 std::string no_executive(const link::Bus& bus, double timeout_s) {
   return fmt::format(
@@ -63,14 +62,16 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
     received.heartbeat = heartbeat;
     has_heartbeat = true;
   });
-  bus.subscribe(link::channel::kStatus, kMaxStatus, [&](link::PacketView packet) {
+  const std::size_t status_size = max_packet_size(Channel::kStatus);
+  bus.subscribe(link::channel::kStatus, status_size, [&](link::PacketView packet) {
     Status status;
     const bool is_one = decode(packet, status);
     if (is_one) received.status = status;
     has_status |= is_one;
     return is_one;
   });
-  bus.subscribe(link::channel::kEstimate, kMaxStatus, [&](link::PacketView packet) {
+  const std::size_t estimate_size = max_packet_size(Channel::kEstimate);
+  bus.subscribe(link::channel::kEstimate, estimate_size, [&](link::PacketView packet) {
     estimation::StateEstimate estimate;
     const bool is_one = decode(packet, estimate);
     if (is_one) received.estimate = estimate;

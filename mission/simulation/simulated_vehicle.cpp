@@ -5,6 +5,8 @@
 
 #include "mission/simulation/contacts.h"
 #include "mission/simulation/simulated_cameras.h"
+#include "vehicle/command_timing.h"
+#include "vehicle/going_home.h"
 #include "vehicle/link/arbiter.h"
 #include "vehicle/simulator/drawn_world.h"
 
@@ -19,7 +21,6 @@ constexpr Utime kMaxRepetition = 80'000;
 // us without an answer: the executive has died; on a slow machine planning for one tick may take
 // long
 constexpr Utime kGiveUp = 120'000'000;
-constexpr double kAtSurface = 0.3;      // m
 constexpr double kRestAtSurface = 5.0;  // s
 
 /// The samples of one tick, as the link carries them.
@@ -161,7 +162,7 @@ class SimulatedVehicle {
 
   // The vehicle's time stops with an executive in lock-step: another one is obeyed at once.
   [[nodiscard]] link::Arbiter make_arbiter() const {
-    return link::Arbiter({}, settings_.lockstep ? 0.0 : link::Arbiter::kSessionTimeout);
+    return link::Arbiter({}, settings_.lockstep ? 0.0 : to_seconds(vehicle::kSessionTimeout));
   }
 
   /// The driver is being restarted.
@@ -268,7 +269,7 @@ class SimulatedVehicle {
       }
     }
     rates_ = is_away() ? vehicle::PseudoRates{} : arbiter_.step(own_.imu, own_.depth, now());
-    const bool is_up = -truth.X_WB.p.z() < kAtSurface;
+    const bool is_up = -truth.X_WB.p.z() < vehicle::kSurfaceDepth;
     const bool is_led = who == link::Arbiter::CommandSource::kExecutive;
     if (!is_up || is_led || !has_begun_) up_since_ = now();
     const bool is_quiet = settings_.lockstep || !is_led;

@@ -57,7 +57,8 @@ file(WRITE ${place}/mission.bundle "content")
 run(bundle ${here})
 expect("${bundle}" "^run mission.bundle --key dive.key ")
 
-# The supervisor gets the same mission, and goes without one that is refused.
+# The supervisor gets the same mission, and goes without one that is refused, and without options
+# that are.
 file(READ ${SOURCE}/packaging/systemd/dive-supervise.service text)
 string(REGEX MATCH "ExecStart=sh -c '([^']*)'" start "${text}")
 string(REPLACE "$$" "$" script "${CMAKE_MATCH_1}")
@@ -69,7 +70,11 @@ expect("${supervised}" "^supervise mission.bundle --key dive.key --lcm ${url}\n$
 file(REMOVE ${place}/mission.bundle)
 run(supervised ${here})
 expect("${supervised}" "^supervise --key dive.key --lcm ${url}\n$")
+set(ENV{DIVE_SUPERVISE_OPTIONS} "--vehicle vehicle.urdf")
 file(WRITE ${place}/mission.xml "content")
 file(WRITE ${place}/bin/dive "#!/bin/sh\necho \"$@\"\ntest $2 != mission.xml || exit 2\n")
 run(supervised ${here})
-expect("${supervised}" "^supervise mission.xml --key dive.key --lcm ${url}\nsupervise --key dive.key --lcm ${url}\n$")
+expect("${supervised}" "^supervise mission.xml --vehicle vehicle.urdf --key dive.key --lcm ${url}\nsupervise --vehicle vehicle.urdf --key dive.key --lcm ${url}\n$")
+file(WRITE ${place}/bin/dive "#!/bin/sh\necho \"$@\"\ntest $2 = --key || exit 2\n")
+run(supervised ${here})
+expect("${supervised}" "\nsupervise --key dive.key --lcm ${url}\n$")

@@ -11,6 +11,7 @@
 
 #include "test/vehicle/aqua2.h"
 #include "vehicle/autopilot.h"
+#include "vehicle/going_home.h"
 #include "vehicle/own_autopilot.h"
 #include "vehicle/simulator/simulator.h"
 
@@ -152,8 +153,8 @@ TEST(ExitGuidance, StopsWithARemainingSpeedOfTheStatedSigma) {
     ASSERT_EQ(dive.guidance.phase(), ExitPhase::kHolding);
     mean_square += dive.sim.truth().v_WB_B.head<2>().squaredNorm() / kVehicles;
   }
-  EXPECT_LT(std::sqrt(mean_square), ExitGuidance::kStopSigma);
-  EXPECT_GT(std::sqrt(mean_square), 0.5 * ExitGuidance::kStopSigma);
+  EXPECT_LT(std::sqrt(mean_square), kStopSigma);
+  EXPECT_GT(std::sqrt(mean_square), 0.5 * kStopSigma);
 }
 
 // In a current that no mission declares, with a compass that is off.

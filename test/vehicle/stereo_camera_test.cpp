@@ -382,32 +382,39 @@ TEST(StereoCamera, RendersTheDiver) {
   EXPECT_EQ(grey(both, 5, 235), grey(alone, 5, 235));
 }
 
-// After ln 2 of the lag the exposure has changed by half, in powers of two.
+// After ln 2 of the lag the exposure has changed by half, in powers of two. It becomes dark when
+// the vehicle is 10 m farther down a slope.
 TEST(StereoCamera, ExposureFollowsTheLightWithALag) {
+  const HalfSpace slope{Eigen::Vector3d(0.1, 0.0, 1.0).normalized()};
+  const World world{{{"slope", slope, at(0, 0, -6)}}};
   StereoCameraOptions options = exact();
+  options.water.downwelling[1] = std::log(4.0) / 10.0;
   options.sensor = {};
   options.sensor.read_noise = 0.0;
   options.sensor.lag_s = 0.5;
-  StereoCamera camera(floor_at(-6), options, 1);
-  const Pose X_WB = at(0, 0, -4, 0, deg_to_rad(45));
-  for (int k = 0; k < 40; ++k) static_cast<void>(camera.take(k * 50'000, X_WB));
-  const double before = mean(*camera.take(2'000'000, X_WB)[0]);
+  StereoCamera camera(world, options, 1);
+  const Pose bright_WB = at(0, 0, -4, 0, deg_to_rad(45));
+  for (int k = 0; k < 40; ++k) static_cast<void>(camera.take(k * 50'000, bright_WB));
+  const double before = mean(*camera.take(2'000'000, bright_WB)[0]);
   EXPECT_NEAR(before / 255.0, 0.35, 0.02);
   const double bright_ms = camera.exposure().ms;
-  camera.set_daylight(0.25);
-  const double dark = mean(*camera.take(2'050'000, X_WB)[0]);
-  EXPECT_NEAR(dark / before, 0.25, 0.03);
-  std::vector<double> products;
+  const Pose dark_WB = at(100, 0, -14, 0, deg_to_rad(45));
+  const double dark = mean(*camera.take(2'050'000, dark_WB)[0]);
+  EXPECT_NEAR(camera.exposure().ms / bright_ms, 1.0, 0.01);
+  ASSERT_LT(dark, 0.5 * before);
+  std::vector<double> shares;  // of the change that restores the brightness, in powers of two
   for (int k = 2; k < 60; ++k) {
-    static_cast<void>(camera.take(2'000'000 + k * 50'000, X_WB));
-    products.push_back(camera.exposure().ms * camera.exposure().gain / bright_ms);
+    static_cast<void>(camera.take(2'000'000 + k * 50'000, dark_WB));
+    const double product = camera.exposure().ms * camera.exposure().gain;
+    shares.push_back(std::log(product / bright_ms) / std::log(before / dark));
   }
-  EXPECT_LT(products[2], 1.8);
-  EXPECT_NEAR(products[6], 2.0, 0.4);  // 0.35 s after the first dark image
-  EXPECT_NEAR(products.back(), 4.0, 0.3);
+  EXPECT_LT(shares[2], 0.42);
+  EXPECT_NEAR(shares[6], 0.5, 0.12);  // 0.35 s after the first dark image
+  EXPECT_NEAR(shares.back(), 1.0, 0.05);
 
-  camera.set_daylight(0.0);  // saturates at its limits
-  for (int k = 60; k < 200; ++k) static_cast<void>(camera.take(2'000'000 + k * 50'000, X_WB));
+  options.water.daylight = Bands::Zero();  // saturates at its limits
+  camera = StereoCamera(world, options, 1);
+  static_cast<void>(camera.take(0, dark_WB));
   EXPECT_EQ(camera.exposure().ms, options.sensor.longest_ms);
   EXPECT_EQ(camera.exposure().gain, options.sensor.highest_gain);
 }

@@ -4,8 +4,11 @@ namespace dive::link {
 
 using vehicle::ExitPhase;
 
-Arbiter::Arbiter(const vehicle::AutopilotOptions& autopilot, double session_timeout_s)
-    : executive_(session_timeout_s), supervisor_(session_timeout_s), autopilot_(autopilot) {}
+Arbiter::Arbiter(const MotionModel& motion, double session_timeout_s)
+    : executive_(session_timeout_s),
+      supervisor_(session_timeout_s),
+      autopilot_(vehicle::autopilot_options(motion)),
+      guidance_(motion) {}
 
 bool Arbiter::receive(const VehicleCommand& command, Utime now) {
   CommandGate& gate = command.source == Source::kSupervisor ? supervisor_ : executive_;
@@ -18,11 +21,11 @@ bool Arbiter::receive(const ExitPathMessage& message) {
 
 // A supervisor that falls silent has given the vehicle back, or has died.
 const CommandGate* Arbiter::current(Utime now) const {
-  if (supervisor_.age_s(now) <= kSupervised) return &supervisor_;
-  if (executive_.age_s(now) <= kStale) return &executive_;
+  if (supervisor_.age_s(now) <= to_seconds(vehicle::kSupervised)) return &supervisor_;
+  if (executive_.age_s(now) <= to_seconds(vehicle::kCommandStale)) return &executive_;
   const CommandGate& newest =
       supervisor_.age_s(now) < executive_.age_s(now) ? supervisor_ : executive_;
-  return newest.age_s(now) <= kTimeout ? &newest : nullptr;
+  return newest.age_s(now) <= to_seconds(vehicle::kCommandTimeout) ? &newest : nullptr;
 }
 
 Arbiter::CommandSource Arbiter::source(Utime now) const {
@@ -52,7 +55,7 @@ vehicle::PseudoRates Arbiter::efforts(Utime now) {
 
 vehicle::PseudoRates execute(const VehicleCommand& command, double age_s, double surge, Utime now,
                              vehicle::OwnAutopilot& autopilot) {
-  const bool is_stale = age_s > Arbiter::kStale;
+  const bool is_stale = age_s > to_seconds(vehicle::kCommandStale);
   if (command.mode == Mode::kRates && !is_stale) {
     autopilot.release(now);
     return command.rates;

@@ -5,6 +5,8 @@
 
 #include "common/clock.h"
 #include "common/measurements.h"
+#include "common/motion_model.h"
+#include "vehicle/command_timing.h"
 #include "vehicle/exit_guidance.h"
 #include "vehicle/link/codec.h"
 #include "vehicle/link/command_gate.h"
@@ -12,23 +14,18 @@
 
 namespace dive::link {
 
-/// Obeys the supervisor while it sends commands, otherwise the executive. Efforts expire: kStale
-/// after the last command the vehicle stops, and its own autopilot keeps the commanded depth and
-/// attitude; kTimeout after it, the vehicle brings itself home by the rules of ExitGuidance.
+/// Obeys the supervisor while it sends commands, otherwise the executive. Efforts expire:
+/// kCommandStale after the last command the vehicle stops, and its own autopilot keeps the
+/// commanded depth and attitude; kCommandTimeout after it, the vehicle brings itself home by the
+/// rules of ExitGuidance (vehicle/command_timing.h).
 class Arbiter {
  public:
-  static constexpr double kStale = 0.2;    ///< Lifetime of an effort, s (vehicle_command_t.lcm).
-  static constexpr double kTimeout = 1.0;  ///< Age after which it acts itself, s (ditto).
-  /// Age of the supervisor's last command up to which an executive is not obeyed, s.
-  static constexpr double kSupervised = 0.3;
-  /// Silence of a session after which another is obeyed, s.
-  static constexpr double kSessionTimeout = 0.5;
-
   enum class CommandSource { kNone, kExecutive, kSupervisor };
 
-  /// `session_timeout_s`: see CommandGate; 0 where the vehicle's time stops with the executive.
-  explicit Arbiter(const vehicle::AutopilotOptions& autopilot = {},
-                   double session_timeout_s = kSessionTimeout);
+  /// For a vehicle with that motion model. `session_timeout_s`: see CommandGate; 0 where the
+  /// vehicle's time stops with the executive.
+  explicit Arbiter(const MotionModel& motion = {},
+                   double session_timeout_s = to_seconds(vehicle::kSessionTimeout));
 
   /// Receives a command; false if it is refused (CommandGate).
   bool receive(const VehicleCommand& command, Utime now);
@@ -65,7 +62,7 @@ class Arbiter {
 };
 
 /// The efforts from `now` on by which the vehicle executes a command of age `age_s`: the command's
-/// own, or those of its autopilot, which stops it when the command is older than Arbiter::kStale.
+/// own, or those of its autopilot, which stops it when the command is older than kCommandStale.
 /// `surge`: see OwnAutopilot.
 [[nodiscard]] vehicle::PseudoRates execute(const VehicleCommand& command, double age_s,
                                            double surge, Utime now,

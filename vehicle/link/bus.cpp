@@ -88,7 +88,8 @@ tl::expected<Bus, std::string> Bus::open(const std::string& url, const BusOption
   if (parsed->receive_bytes == 0) parsed->receive_bytes = options.receive_bytes;
   std::unique_ptr<lcm_t, Destroy> lcm(lcm_create(to_lcm(*parsed).c_str()));
   if (lcm == nullptr) {
-    return tl::unexpected(fmt::format("no link over '{}': is multicast routed?", url));
+    return tl::unexpected(
+        fmt::format("cannot open the link over '{}': {}", url, multicast_hint(*parsed)));
   }
   auto impl = std::make_unique<Impl>(std::move(lcm), *parsed, options, new_nonce());
   const tl::expected<void, std::string> receives = impl->receive();

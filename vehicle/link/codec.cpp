@@ -2,6 +2,8 @@
 
 #include "vehicle/link/codec.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include <dive/command_t.hpp>
@@ -20,6 +22,7 @@
 #include <dive/truth_t.hpp>
 #include <dive/vehicle_command_t.hpp>
 
+#include "vehicle/command_timing.h"
 #include "vehicle/link/packet_detail.h"
 
 namespace dive::link {
@@ -27,6 +30,10 @@ namespace dive::link {
 using namespace detail;
 
 namespace {
+
+static_assert(vehicle::kCommandStale == vehicle_command_t::STALE_MS * Utime{1000});
+static_assert(vehicle::kCommandTimeout == vehicle_command_t::TIMEOUT_MS * Utime{1000});
+static_assert(vehicle::kSessionTimeout == vehicle_command_t::SESSION_TIMEOUT_MS * Utime{1000});
 
 constexpr Run kImu[] = {bytes(8 + (4 + 3 + 3) * sizeof(double))};
 constexpr Run kDepth[] = {bytes(8 + sizeof(double))};
@@ -41,10 +48,18 @@ constexpr Run kHeartbeat[] = {bytes(5 * 8 + 4 * 4 + 2)};
 constexpr Run kRequest[] = {bytes(3 * 8 + 1)};
 constexpr Run kAnswer[] = {bytes(2 * 8 + 2)};
 constexpr std::size_t kMaxPixels = std::size_t{kMaxImageSide} * kMaxImageSide * 3;
-constexpr Run kImage[] = {bytes(8 + 2 + 2 * 4), array(1, kMaxPixels)};
+constexpr std::array<Run, 2> image_layout(std::size_t max_pixel_bytes) {
+  return {bytes(8 + 2 + 2 * 4), array(1, max_pixel_bytes)};
+}
+constexpr auto kImage = image_layout(kMaxPixels);
 constexpr Run kRange[] = {bytes(8 + 4 * sizeof(float)), array(sizeof(float), 3 * kMaxScanPoints)};
 constexpr Run kPresence[] = {bytes(8), array(std::size_t{2} * 8, kMaxEchoes)};
 constexpr Run kPath[] = {bytes(8 + sizeof(double)), array(kPoseSize, kMaxPathLength)};
+
+static_assert(std::max({max_size(kImu), max_size(kDepth), max_size(kHealth), max_size(kCommand),
+                        max_size(kRates), max_size(kVehicleCommand), max_size(kSimTick),
+                        max_size(kHeartbeat), max_size(kRequest), max_size(kAnswer)}) <=
+              kMaxFixedPacket);
 
 std::size_t size_of(const ImageFrame& frame) {
   const std::size_t bytes_a_pixel = frame.format == ImageFrame::Format::kRgb8 ? 3 : 1;
@@ -81,6 +96,14 @@ bool is_count(int samples, Utime last) {
 }
 
 }  // namespace
+
+constexpr std::size_t kMaxPresencePacket = max_size(kPresence);
+constexpr std::size_t kMaxScanPacket = max_size(kRange);
+constexpr std::size_t kMaxTruthPacket = max_size(kTruth);
+
+std::size_t image_packet_size(std::size_t pixel_bytes) {
+  return max_size(image_layout(pixel_bytes));
+}
 
 bool encode(const ImuSample& sample, Packet& packet) {
   const auto& [utime, q_WB, gyro_B, accel_B] = sample;
@@ -192,7 +215,7 @@ bool decode(PacketView packet, ImageFrame& frame) {
   frame.width = m->width;
   frame.height = m->height;
   frame.pixels = std::move(m->data);
-  return read_enum(m->format, ImageFrame::Format::kRgb8, frame.format) && is_frame(frame);
+  return read_enum(m->format, ImageFrame::kLastFormat, frame.format) && is_frame(frame);
 }
 
 bool encode(const RangeScan& scan, Packet& packet) {
@@ -254,8 +277,8 @@ bool decode(PacketView packet, VehicleCommand& command) {
   command.command = {m->v, m->h, m->d, read_quaternion(m->o)};
   command.rates = {m->surge, m->heave, m->roll, m->pitch, m->yaw};
   command.session_id = static_cast<std::uint64_t>(m->session_id);
-  return read_enum(m->source, Source::kSupervisor, command.source) &&
-         read_enum(m->phase, vehicle::ExitPhase::kAscending, command.phase) &&
+  return read_enum(m->source, kLastSource, command.source) &&
+         read_enum(m->phase, vehicle::kLastExitPhase, command.phase) &&
          read_mode(m->mode, command.mode);
 }
 
@@ -385,7 +408,7 @@ bool decode(PacketView packet, OperatorAnswer& answer) {
   answer.session_id = static_cast<std::uint64_t>(m->session_id);
   answer.counter = m->counter;
   return read_enum(m->command, kLastTopsideCommand, answer.command) &&
-         read_enum(m->result, RequestResult::kNoKey, answer.result);
+         read_enum(m->result, kLastRequestResult, answer.result);
 }
 
 bool encode(const Path& path, Packet& packet) {

@@ -35,6 +35,7 @@ inline constexpr int kCameras = 3;
 inline constexpr float kMaxReach = 1000.0F;  ///< Largest range of a range sensor, m.
 
 enum class Source { kExecutive, kSupervisor };
+inline constexpr Source kLastSource = Source::kSupervisor;
 enum class Mode { kRates, kDepthAndAngles };
 
 /// See vehicle_command_t.lcm.
@@ -55,8 +56,6 @@ struct ExitPathMessage {
   vehicle::ExitPath path;
   std::uint64_t map_digest = 0;  ///< Of the executive's known map; 0: none.
 };
-/// Maximum size of its packet, bytes.
-inline constexpr std::size_t kMaxExitPathPacket = 256 + vehicle::kMaxExitWaypoints * 7 * 8;
 
 /// See truth_t.lcm.
 struct Truth {
@@ -109,6 +108,7 @@ struct OperatorRequest {
 };
 
 enum class RequestResult { kAccepted, kAuthFailed, kReplayed, kStale, kNoKey };
+inline constexpr RequestResult kLastRequestResult = RequestResult::kNoKey;
 
 /// See operator_answer_t.lcm.
 struct OperatorAnswer {
@@ -139,14 +139,16 @@ struct Path {
 
 inline constexpr std::size_t kMaxContacts = 256;             ///< Maximum obstacles per packet.
 inline constexpr std::size_t kMaxObstacleName = 64U << 10U;  ///< Maximum length, bytes.
-/// Maximum size of a truth packet, bytes.
-inline constexpr std::size_t kMaxTruthPacket = 128 + (kMaxContacts + 1) * (kMaxObstacleName + 4);
-/// Maximum size of a scan packet, bytes.
-inline constexpr std::size_t kMaxScanPacket = 36 + kMaxScanPoints * 3 * sizeof(float);
+
+/// Upper bound of the size of packets without a list, bytes.
+inline constexpr std::size_t kMaxFixedPacket = 256;
+// Sizes of the largest packets with a list, bytes; from their layouts.
+extern const std::size_t kMaxExitPathPacket;
+extern const std::size_t kMaxPresencePacket;
+extern const std::size_t kMaxScanPacket;
+extern const std::size_t kMaxTruthPacket;
 /// Size of an image packet with `pixel_bytes` of pixels, bytes.
-[[nodiscard]] constexpr std::size_t image_packet_size(std::size_t pixel_bytes) {
-  return 30 + pixel_bytes;
-}
+[[nodiscard]] std::size_t image_packet_size(std::size_t pixel_bytes);
 
 [[nodiscard]] bool encode(const ImuSample& sample, Packet& packet);
 [[nodiscard]] bool encode(const DepthSample& sample, Packet& packet);

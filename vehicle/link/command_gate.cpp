@@ -4,19 +4,19 @@
 #include <cmath>
 #include <limits>
 
+#include "vehicle/plausibility.h"
+
 namespace dive::link {
 namespace {
-
-constexpr double kSameQuaternion = 0.1;  // deviation of the norm from 1
 
 bool is_effort(double value) { return std::abs(value) <= 1.0; }  // false for NaN
 
 bool is_sane(const VehicleCommand& command) {
   const auto& [v, h, d, o] = command.command;
   const auto& [surge, heave, roll, pitch, yaw] = command.rates;
-  return std::isfinite(v) && std::isfinite(h) && std::abs(d) <= CommandGate::kMaxDepth &&
-         std::abs(o.norm() - 1.0) <= kSameQuaternion && is_effort(surge) && is_effort(heave) &&
-         is_effort(roll) && is_effort(pitch) && is_effort(yaw);
+  return std::isfinite(v) && std::isfinite(h) && std::abs(d) <= vehicle::kMaxPlausibleDepth &&
+         vehicle::is_attitude(o) && is_effort(surge) && is_effort(heave) && is_effort(roll) &&
+         is_effort(pitch) && is_effort(yaw);
 }
 
 // A difference of forged numbers must not overflow.

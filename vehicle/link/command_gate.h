@@ -13,7 +13,6 @@ namespace dive::link {
 
 class CommandGate {
  public:
-  static constexpr double kMaxDepth = 500.0;  ///< Maximum plausible depth command, m.
   /// Maximum plausible advance of a session's time, s, and for each s since its last command.
   static constexpr double kMaxAdvance = 5.0;
   static constexpr double kMaxRate = 20.0;

@@ -100,7 +100,7 @@ std::optional<Trailer> authenticate(const Key& key, std::string_view channel, Pa
   const PacketView numbered = packet.subspan(message.size(), kNumberedSize);
   const PacketView given = packet.subspan(message.size() + kNumberedSize, kCodeSize);
   const Code code = code_of(key, channel, numbered, message);
-  const bool is_role = numbered[0] <= static_cast<std::uint8_t>(Role::kTopside);
+  const bool is_role = numbered[0] <= static_cast<std::uint8_t>(kLastRole);
   if (sodium_memcmp(code.data(), given.data(), code.size()) != 0 || !is_role) return std::nullopt;
   return Trailer{static_cast<Role>(numbered[0]), read_number(numbered.subspan(1, 8)),
                  read_number(numbered.subspan(9, 8))};

@@ -24,6 +24,7 @@ namespace dive::link {
 
 /// The part of a process in a dive. kObserver: of one that only reads.
 enum class Role : std::uint8_t { kObserver, kVehicle, kExecutive, kSupervisor, kTopside };
+inline constexpr Role kLastRole = Role::kTopside;
 
 /// True if packets of the channel come from processes of this role. Channels that are not ours
 /// are open to all.

@@ -15,6 +15,8 @@ constexpr Run kExitPath[] = {
 
 }  // namespace
 
+constexpr std::size_t kMaxExitPathPacket = max_size(kExitPath);
+
 bool encode(const ExitPathMessage& message, Packet& packet) {
   const auto& [session_id, path, map_digest] = message;
   const auto& [utime, revision, X_WB, position_sigma_m, v_B, heading_correction, speed_scale,

@@ -6,11 +6,6 @@
 #include "vehicle/link/channels.h"
 
 namespace dive::link {
-namespace {
-
-constexpr std::size_t kMaxPresenceSize = 8 + 8 + 4 + kMaxEchoes * 16;
-
-}  // namespace
 
 std::size_t Intake::subscribe(std::string channel, std::size_t max_bytes, Access access) {
   const std::lock_guard lock(mutex_);
@@ -32,7 +27,7 @@ void Intake::find_matches(std::string_view channel) {
 
 // Greatest size of its packet with a trailer; 0: the channel is not subscribed.
 std::size_t Intake::max_bytes(std::string_view channel) const {
-  if (key_ && channel == channel::kPresence) return kMaxPresenceSize + kTrailerSize;
+  if (key_ && channel == channel::kPresence) return kMaxPresencePacket + kTrailerSize;
   const auto largest = std::ranges::max_element(matches_, {}, &Match::max_bytes);
   return largest == matches_.end() ? 0 : largest->max_bytes + kTrailerSize;
 }

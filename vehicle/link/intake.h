@@ -43,7 +43,7 @@ struct Rejections {
 class Intake {
  public:
   /// Largest packet without a list, bytes.
-  static constexpr std::size_t kMaxFixedSize = 256;
+  static constexpr std::size_t kMaxFixedSize = kMaxFixedPacket;
   /// Maximum number of packets of one sender that wait for one subscription: without a list, with
   /// one, and of all that are not authentic although there is a key.
   static constexpr std::size_t kQueue = 500;

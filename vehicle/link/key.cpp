@@ -58,7 +58,9 @@ tl::expected<Key, std::string> read_key(const std::string& path) {
                                  static_cast<std::size_t>(size), " \n\r", &length, nullptr) == 0;
   if (!is_hex || length != key.size()) {
     return tl::unexpected(
-        fmt::format("'{}' is not a key: that is {} hexadecimal digits", path, 2 * key.size()));
+        fmt::format("'{}' is not a key file: it must contain {} hexadecimal digits; make one with "
+                    "dive key FILE",
+                    path, 2 * key.size()));
   }
   return key;
 }

@@ -20,6 +20,7 @@ namespace dive::link::detail {
 using link::array;
 using link::bytes;
 using link::fits;
+using link::max_size;
 using link::Run;
 using link::text;
 using link::texts;

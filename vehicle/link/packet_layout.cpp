@@ -6,9 +6,6 @@
 namespace dive::link {
 namespace {
 
-constexpr std::size_t kFingerprintSize = 8;
-constexpr std::size_t kLengthSize = 4;
-
 class Walker {
  public:
   explicit Walker(std::span<const std::uint8_t> packet) : rest_(packet) {}

@@ -30,6 +30,31 @@ struct Run {
   return {Run::Kind::kTexts, max_size, max_count};
 }
 
+inline constexpr std::size_t kFingerprintSize = 8;
+inline constexpr std::size_t kLengthSize = 4;
+
+/// Size of the largest packet with this layout, bytes.
+[[nodiscard]] constexpr std::size_t max_size(std::span<const Run> layout) {
+  std::size_t size = kFingerprintSize;
+  for (const Run& run : layout) {
+    switch (run.kind) {
+      case Run::Kind::kBytes:
+        size += run.size;
+        break;
+      case Run::Kind::kText:
+        size += kLengthSize + run.size;
+        break;
+      case Run::Kind::kArray:
+        size += kLengthSize + run.limit * run.size;
+        break;
+      case Run::Kind::kTexts:
+        size += kLengthSize + run.limit * (kLengthSize + run.size);
+        break;
+    }
+  }
+  return size;
+}
+
 /// True if `packet` is an 8-byte fingerprint followed by exactly these runs.
 [[nodiscard]] bool fits(std::span<const Run> layout, std::span<const std::uint8_t> packet);
 

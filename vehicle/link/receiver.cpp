@@ -72,11 +72,13 @@ tl::expected<std::unique_ptr<Receiver>, std::string> Receiver::open(const UdpmUr
     return std::unique_ptr<Receiver>(
         new Receiver(socket, wake, url.ttl == 0, intake, std::move(send)));
   }
-  const std::string reason = std::generic_category().message(errno);
+  const bool has_no_route = errno == ENODEV || errno == ENETUNREACH;
+  const std::string reason =
+      has_no_route ? multicast_hint(url) : std::generic_category().message(errno);
   if (socket >= 0) ::close(socket);
   if (wake >= 0) ::close(wake);
   return tl::unexpected(
-      fmt::format("no link over {}:{}: {}: is multicast routed?", url.address, url.port, reason));
+      fmt::format("cannot open the link over {}:{}: {}", url.address, url.port, reason));
 }
 
 Receiver::Receiver(int socket, int wake, bool local_only, Intake& intake, SendPresence send)

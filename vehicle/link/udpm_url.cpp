@@ -50,7 +50,7 @@ std::string read_option(std::string_view option, UdpmUrl& url) {
 
 tl::expected<UdpmUrl, std::string> parse_udpm_url(const std::string& url) {
   const auto fail = [&](const std::string& why) {
-    return tl::unexpected(fmt::format("no link over '{}': {}", url, why));
+    return tl::unexpected(fmt::format("cannot open the link over '{}': {}", url, why));
   };
   constexpr std::string_view kScheme = "udpm://";
   if (!url.starts_with(kScheme)) {
@@ -76,6 +76,11 @@ tl::expected<UdpmUrl, std::string> parse_udpm_url(const std::string& url) {
     }
   }
   return parsed;
+}
+
+std::string multicast_hint(const UdpmUrl& url) {
+  return fmt::format("multicast has no route: ip route add 224.0.0.0/4 dev {}",
+                     url.ttl == 0 ? "lo" : "DEVICE");
 }
 
 std::string to_lcm(const UdpmUrl& url) {

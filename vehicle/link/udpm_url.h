@@ -18,6 +18,9 @@ struct UdpmUrl {
 /// Absent parts take LCM's defaults, above. The error says what is wrong.
 [[nodiscard]] tl::expected<UdpmUrl, std::string> parse_udpm_url(const std::string& url);
 
+/// Hint for a machine that cannot join the group.
+[[nodiscard]] std::string multicast_hint(const UdpmUrl& url);
+
 /// The URL that LCM needs for publishing.
 [[nodiscard]] std::string to_lcm(const UdpmUrl& url);
 

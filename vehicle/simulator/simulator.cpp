@@ -132,7 +132,6 @@ struct Simulator::Impl {
     sample.utime = truth.utime;
     sample.battery_fraction = std::max(
         0.0, conditions.battery_fraction - truth.energy_used_wh / conditions.battery_capacity_wh);
-    sample.leak = leak;
     sample.voltage_v = conditions.battery_voltage;
     sample.current_a = (figures.hotel_load_w + flippers.power()) / conditions.battery_voltage;
     return sample;
@@ -177,7 +176,6 @@ struct Simulator::Impl {
   Random water;
   Dynamics::State state;
   GroundTruth truth;
-  bool leak = false;
 };
 
 Simulator::Simulator(const Model& model, const Pose& start_X_WB, Conditions conditions,
@@ -190,7 +188,6 @@ Simulator::~Simulator() = default;
 
 SensorSamples Simulator::step(const PseudoRates& rates) { return impl_->step(rates); }
 const GroundTruth& Simulator::truth() const { return impl_->truth; }
-void Simulator::inject_leak() { impl_->leak = true; }
 void Simulator::set_current(const Vector3d& current_W) { impl_->set_current(current_W); }
 
 }  // namespace dive::vehicle

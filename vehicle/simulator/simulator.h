@@ -98,8 +98,6 @@ class Simulator {
   /// Advances one control tick under `rates` and returns the samples at its end.
   [[nodiscard]] SensorSamples step(const PseudoRates& rates);
   [[nodiscard]] const GroundTruth& truth() const;
-  /// Makes the health samples report water in the hull from now on.
-  void inject_leak();
   /// Sets the water's velocity on top of what is declared and drawn to `current_W` (m/s) from now
   /// on. The vehicle keeps its velocity over ground.
   void set_current(const Eigen::Vector3d& current_W);

@@ -42,7 +42,8 @@ struct Checked {
 };
 
 // 20 m east and 20 m north, 5 m deep, 30 s of rest at the first goal, at 0.4 m/s.
-Checked check(const std::string& current, double dwell_s = 0.0, bool has_roof = false) {
+Checked check(const std::string& current, double dwell_s = 0.0, bool has_roof = false,
+              const MotionModel& motion = {}) {
   const std::string text = fmt::format(
       "<mission xmlns=\"urn:dive:mission:1\" id=\"m\">\n"
       "<vehicle model=\"aqua2\" speed=\"0.4\" attitude=\"horizontal\"/>\n"
@@ -72,8 +73,11 @@ Checked check(const std::string& current, double dwell_s = 0.0, bool has_roof = 
   checked.progress = least_progress(checked.route, checked.legs, *mission, world, hull.radius());
   check_current(checked.route, checked.legs, checked.progress, *mission, checked.diagnostics);
   checked.exit_path = prove_exit_path(checked.route, checked.legs, *mission, world, hull, {});
-  checked.budget = make_budget(checked.route, checked.legs, *mission, world, hull.radius(),
-                               checked.exit_path, {});
+  vehicle::Model model;
+  model.hull = hull;
+  model.motion = motion;
+  checked.budget =
+      make_budget(checked.route, checked.legs, *mission, world, model, checked.exit_path, {});
   return checked;
 }
 
@@ -105,6 +109,12 @@ TEST(CurrentCheck, ALevelDescentTakesTheTimeOfTheHeave) {
   EXPECT_NEAR(time_s(0.0, {5, 0, -7}), 5.0 / 0.14, 5.0);
   EXPECT_NEAR(time_s(M_PI / 4, {5, 0, -7}), std::sqrt(50.0) / 0.4, 0.1);
   EXPECT_NEAR(time_s(0.0, {5, 0, -2}), 5.0 / 0.4, 0.1);
+}
+
+TEST(CurrentCheck, TheBudgetUsesTheSpeedAtFullEffort) {
+  MotionModel slow;
+  slow.full_speed = 0.5;
+  EXPECT_GT(check("", 0.0, false, slow).budget.energy_wh, 1.2 * check("").budget.energy_wh);
 }
 
 TEST(CurrentCheck, TheBudgetUsesTheSpeedOverGround) {

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "mission/check/check.h"
+#include "mission/check/route_plan.h"
+#include "planning/certify/certify.h"
 #include "planning/world/sdf.h"
 #include "test/common/file_content.h"
 
@@ -67,6 +69,12 @@ TEST(InUnknownWater, WithoutASimulatedWorldThereIsNoDive) {
   EXPECT_THAT(codes(diagnostics), ::testing::ElementsAre("CHK-UNKNOWN-NO-SIMULATION-MAP"));
   EXPECT_FALSE(report.dive);
   EXPECT_GT(report.budget.duration_s, 0.0) << "that of the straight way";
+}
+
+TEST(CertifiedText, IsALowerBoundAtTheCutoffOfTheCertifier) {
+  EXPECT_EQ(certified_text(1.264), "1.26 m");
+  EXPECT_EQ(certified_text(1.2644, 3), "1.264 m");
+  EXPECT_EQ(certified_text(planning::CertifyOptions{}.cutoff), "at least 5.00 m");
 }
 
 TEST(InUnknownWater, OnlyThereRangeIsMonitored) {

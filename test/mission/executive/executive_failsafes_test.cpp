@@ -196,6 +196,7 @@ TEST_F(ExecutiveTest, WithoutDepthItComesUpAndTakesItsTime) {
   obeys_ = false;
   const StepOutputs rising = run(10.0);
   EXPECT_EQ(failsafes_.at(0).cause, "depth_lost");
+  EXPECT_EQ(failsafes_.at(0).why, "no plausible depth for 2 s");
   EXPECT_EQ(rising.status.state, "dive.abort_surface");
   EXPECT_LT(rising.command.d, 0.0) << "up, whatever is believed";
   EXPECT_EQ(executive_->result().outcome, Outcome::kRunning);

@@ -37,7 +37,7 @@ TEST_F(ExecutiveTest, SkipContinuesAsIfItWereDone) {
   says_ = OperatorCommand::kSkip;
   tick();
   EXPECT_EQ(transitions_.back().to, "rest");
-  EXPECT_EQ(transitions_.back().cause, "topside says skip");
+  EXPECT_EQ(transitions_.back().cause, "topside commanded skip");
 }
 
 TEST_F(ExecutiveTest, TopsideAborts) {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "test/planning/boxes.h"
-#include "vehicle/exit_guidance.h"
+#include "vehicle/going_home.h"
 
 namespace dive::mission {
 namespace {
@@ -149,7 +149,7 @@ TEST_F(ExitPathKeeperTest, InShallowWaterLittleRoomIsEnough) {
 
 TEST_F(ExitPathKeeperTest, InACurrentItHoldsNoLongerThanTheClearancePermits) {
   swim(2.0);
-  const double drift = 2.0 * std::hypot(kSigma, vehicle::ExitGuidance::kStopSigma);
+  const double drift = 2.0 * std::hypot(kSigma, vehicle::kStopSigma);
   EXPECT_NEAR(keeper_->path().hold_s, kLink / drift, 1e-9);
   unmodelled_.current_W = {0.0, 0.08};
   update();

@@ -85,13 +85,14 @@ TEST_F(Processes, TopsidePausesResumesSkipsAndAborts) {
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   const auto report = executive->json();
   EXPECT_EQ(report.at("final_state"), "dive.aborted");
-  EXPECT_THAT(report.at("cause").get<std::string>(), HasSubstr("topside says abort"));
+  EXPECT_THAT(report.at("cause").get<std::string>(), HasSubstr("topside commanded abort"));
   EXPECT_GE(report.at("stats").at("refused").at("auth_failed").get<int>(), 1);
   EXPECT_EQ(vehicle->json().at("collisions"), 0);
   Process explain({DIVE_COMMAND, "explain", path("log")}, folder_, "explain");
   EXPECT_EQ(explain.wait(kLong), 0);
-  for (const char* said : {"topside says pause", "topside says resume", "topside says skip"}) {
-    EXPECT_THAT(explain.out(), HasSubstr(said));
+  for (const char* cause :
+       {"topside commanded pause", "topside commanded resume", "topside commanded skip"}) {
+    EXPECT_THAT(explain.out(), HasSubstr(cause));
   }
 }
 
@@ -131,7 +132,9 @@ TEST_F(Processes, ASensorsClockThatIsSetDisturbsNobody) {
   EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
   EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
   EXPECT_GE(executive->json().at("stats").at("clock_jumps").get<int>(), 2);
-  EXPECT_EQ(dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"})->wait(kLong), 2);
+  const auto bad = dive("bad", {"sim", mission("pool3"), "--clock-jump", "soon"});
+  EXPECT_EQ(bad->wait(kLong), 2);
+  EXPECT_THAT(bad->err(), ::testing::HasSubstr("--clock-jump soon: expected BY@SECONDS"));
 }
 
 // supervisor_test.cpp tests the delay, by a clock that does not depend on the machine.

@@ -66,6 +66,9 @@ TEST_F(Processes, TheSupervisorOfAMissionReadsItsMapOrSaysWhyItDoesNot) {
   const auto broken = dive("broken", {"supervise", path("broken.xml")});
   EXPECT_EQ(broken->wait(kLong), 2);
   EXPECT_THAT(broken->err(), HasSubstr("broken.xml:1"));
+  const auto nowhere = dive("nowhere", {"supervise", "--vehicle", path("none.urdf")});
+  EXPECT_EQ(nowhere->wait(kLong), 2);
+  EXPECT_THAT(nowhere->err(), HasSubstr("none.urdf"));
   const auto unknown = dive("unknown", {"supervise", murk()});
   EXPECT_EQ(unknown->wait(1.0), -1) << unknown->err();
   EXPECT_THAT(unknown->err(), HasSubstr("dead reckoning"));

@@ -225,6 +225,22 @@ TEST_F(SupervisionWithAMap, SaysSoAndUsesNoneIfTheExecutiveHasAnother) {
   EXPECT_EQ(supervision_.report().fixes, 0);
 }
 
+/// The supervisor of a vehicle that needs less effort for a speed than the Aqua2.
+class SupervisionOfAFastVehicle : public SupervisionTest {
+ protected:
+  SupervisionOfAFastVehicle() : SupervisionTest({.motion = {.full_speed = 1.6}}) {}
+};
+
+TEST_F(SupervisionOfAFastVehicle, EndsWhereItsPathEnds) {
+  run(2.0);
+  commands_ = false;
+  run(60.0);
+  EXPECT_TRUE(supervision_.report().followed);
+  EXPECT_EQ(phase(), ExitPhase::kAscending);
+  EXPECT_FALSE(supervision_.report().blindly);
+  EXPECT_LT((p_W_.head<2>() - Eigen::Vector2d(-4, 0)).norm(), 0.8) << p_W_.transpose();
+}
+
 TEST_F(SupervisionTest, AscendsAtOnceInOpenWaterAndLateWhereNothingIsKnown) {
   path_.waypoints.clear();
   path_.open_above = true;

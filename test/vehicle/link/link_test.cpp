@@ -139,6 +139,23 @@ TEST(LinkCodec, KnowsHowLargeThePacketOfAFrameIs) {
   EXPECT_EQ(packet.size(), image_packet_size(frame.pixels.size()));
 }
 
+TEST(LinkCodec, KnowsHowLargeItsLongestListsAre) {
+  Packet packet;
+  ExitPathMessage exit;
+  exit.path.waypoints.resize(vehicle::kMaxExitWaypoints);
+  ASSERT_TRUE(encode(exit, packet));
+  EXPECT_EQ(packet.size(), kMaxExitPathPacket);
+  Presence presence;
+  presence.echoes.resize(kMaxEchoes);
+  ASSERT_TRUE(encode(presence, packet));
+  EXPECT_EQ(packet.size(), kMaxPresencePacket);
+  Truth truth;
+  truth.nearest.assign(kMaxObstacleName - 1, 'x');
+  truth.contacts.assign(kMaxContacts, truth.nearest);
+  ASSERT_TRUE(encode(truth, packet));
+  EXPECT_EQ(packet.size(), kMaxTruthPacket);
+}
+
 TEST(LinkCodec, ATickSaysHowManyInertialSamplesItHas) {
   Packet packet;
   SimTick tick{8, std::nullopt, 6, std::nullopt, std::nullopt, std::nullopt, 8, 4, 7};

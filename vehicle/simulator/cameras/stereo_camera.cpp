@@ -217,13 +217,6 @@ void StereoCamera::set_current(const Eigen::Vector3d& current_W) {
   impl_->snow.set_current(current_W);
 }
 
-void StereoCamera::set_daylight(double factor) {
-  DIVE_DEMAND(factor >= 0.0 && std::isfinite(factor));
-  WaterOptics water = impl_->options.water;
-  water.daylight *= factor;
-  impl_->light = WaterLight(water, impl_->options.lamps, impl_->options.spectrum);
-}
-
 const StereoCameraOptions& StereoCamera::options() const { return impl_->options; }
 Exposure StereoCamera::exposure() const { return impl_->last_exposure; }
 

@@ -83,8 +83,6 @@ class StereoCamera {
   void set_fault(int index, CameraFault fault);
   /// Sets the velocity of the water and its marine snow over ground from now on, m/s.
   void set_current(const Eigen::Vector3d& current_W);
-  /// Scales the daylight relative to the initial value: clouds, dusk. Not negative.
-  void set_daylight(double factor);
 
   [[nodiscard]] const StereoCameraOptions& options() const;
   /// Exposure of the last pair.
