@@ -5,8 +5,7 @@
 namespace dive {
 
 bool is_well_formed(const MapFix& fix) {
-  const bool is_listed =
-      fix.problem >= MapFixProblem::kNone && fix.problem <= MapFixProblem::kNoScan;
+  const bool is_listed = fix.problem >= MapFixProblem::kNone && fix.problem <= kLastMapFixProblem;
   return is_listed && fix.position_W.allFinite() && std::isfinite(fix.heading_correction) &&
          fix.information.allFinite() && fix.gradient.allFinite() && std::isfinite(fix.height_W) &&
          fix.height_sigma_m >= 0.0 && std::isfinite(fix.height_sigma_m) &&

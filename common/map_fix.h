@@ -16,6 +16,7 @@ enum class MapFixProblem {
   kAmbiguous,
   kNoScan,  ///< The sensor repeats a scan, or sends one without ranges.
 };
+inline constexpr MapFixProblem kLastMapFixProblem = MapFixProblem::kNoScan;
 
 /// How one scan agrees with the map: numbers of places, cubes with edges of a metre, in its view.
 struct MapAgreement {

@@ -35,6 +35,7 @@ struct HealthSample {
 
 struct ImageFrame {
   enum class Format { kGray8, kRgb8 };
+  static constexpr Format kLastFormat = Format::kRgb8;
 
   Utime utime = 0;  ///< Middle of the exposure.
   int camera = 0;   ///< 0 front left, 1 front right, 2 back.

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
+#include <string_view>
 
 namespace dive {
 
@@ -11,12 +13,22 @@ enum class OperatorCommand { kHeartbeat, kAbort, kPause, kResume, kSkip, kSigter
 
 /// The commands up to this one come from topside; signals do not.
 inline constexpr OperatorCommand kLastTopsideCommand = OperatorCommand::kSkip;
+inline constexpr OperatorCommand kLastOperatorCommand = OperatorCommand::kSigint;
 
 inline constexpr std::array<const char*, 7> kOperatorCommandNames = {
     "heartbeat", "abort", "pause", "resume", "skip", "SIGTERM", "SIGINT"};
 
 [[nodiscard]] constexpr const char* to_string(OperatorCommand command) {
   return kOperatorCommandNames[static_cast<std::size_t>(command)];
+}
+
+/// The command from topside with that name.
+[[nodiscard]] constexpr std::optional<OperatorCommand> find_operator_command(
+    std::string_view name) {
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(kLastTopsideCommand); ++i) {
+    if (kOperatorCommandNames[i] == name) return static_cast<OperatorCommand>(i);
+  }
+  return std::nullopt;
 }
 
 }  // namespace dive

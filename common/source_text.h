@@ -10,6 +10,9 @@
 
 namespace dive {
 
+/// UTF-8's, which some editors write at the beginning of a file.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 /// A position in a file. Lines and columns count from 1, columns in bytes; 0 means "unknown".
 struct Span {
   int line = 0;

@@ -127,8 +127,6 @@ class FrameCorrection {
   [[nodiscard]] UnmodelledMotion unmodelled() const;
   /// Why vision is not used, as of its last update; kNone while it is.
   [[nodiscard]] VisionFault fault() const { return gate_.fault(); }
-  /// Distance left to the position that vision reports, m.
-  [[nodiscard]] double offset_m() const { return offset_W_.norm(); }
 
  private:
   struct Past {

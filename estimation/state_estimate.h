@@ -12,6 +12,7 @@
 namespace dive::estimation {
 
 enum class EstimatorKind { kPrimitive, kVisualInertial };
+inline constexpr EstimatorKind kLastEstimatorKind = EstimatorKind::kVisualInertial;
 
 /// The name used in missions.
 [[nodiscard]] constexpr const char* to_string(EstimatorKind kind) {

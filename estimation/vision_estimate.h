@@ -24,6 +24,7 @@ enum class VisionFault {
   kDiverged,     ///< The filter reports divergence.
   kImplausible,  ///< The estimate is implausible for this vehicle.
 };
+inline constexpr VisionFault kLastVisionFault = VisionFault::kImplausible;
 
 /// A clause about the estimator, such as "the images are blurred".
 [[nodiscard]] const char* to_sentence(VisionFault fault);
@@ -48,6 +49,7 @@ enum class TagResult {
   kRefused,    ///< It contradicts all other data: the tag is not where the mission puts it, or the
                ///< vehicle's estimate is wrong.
 };
+inline constexpr TagResult kLastTagResult = TagResult::kRefused;
 
 struct TagObservation {
   int id = -1;

@@ -8,5 +8,6 @@ enum class AttitudeMode {
   kFlat,        ///< x axis along the motion, roll zero.
   kHorizontal,  ///< Roll and pitch zero, yaw along the motion (the Window's condition).
 };
+inline constexpr AttitudeMode kLastAttitudeMode = AttitudeMode::kHorizontal;
 
 }  // namespace dive::planning

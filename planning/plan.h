@@ -39,6 +39,7 @@ enum class PlanStatus {
              ///< `reason`.
   kInvalid,  ///< Invalid request: NaN, start or goal in collision, out of limits.
 };
+inline constexpr PlanStatus kLastPlanStatus = PlanStatus::kInvalid;
 
 [[nodiscard]] const char* to_string(PlanStatus status);
 

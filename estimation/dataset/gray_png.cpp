@@ -20,7 +20,7 @@ tl::expected<ImageFrame, std::string> finish(png_image& image) {
     return tl::make_unexpected(what);
   };
   if (image.width > kMaxSide_px || image.height > kMaxSide_px) {
-    return fail(fmt::format("a picture of {} x {} pixels is too large", image.width, image.height));
+    return fail(fmt::format("an image of {} x {} pixels is too large", image.width, image.height));
   }
   image.format = PNG_FORMAT_GRAY;
   ImageFrame frame;

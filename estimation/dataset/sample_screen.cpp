@@ -74,8 +74,8 @@ std::size_t remove_wrong(std::vector<Sample>& samples, SampleOrigin& origin, con
   origin.refused = removed;
   if (!warning) return 0;
   warning->message += removed == 1
-                          ? "; the sample is ignored"
-                          : fmt::format("; it and {} more such samples are ignored", removed - 1);
+                          ? "; the sample is refused"
+                          : fmt::format("; it and {} more such samples are refused", removed - 1);
   diagnostics.add(std::move(*warning));
   samples.resize(kept);
   origin.lines.resize(std::min(kept, origin.lines.size()));

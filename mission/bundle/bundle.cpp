@@ -166,7 +166,7 @@ tl::expected<OpenedBundle, std::string> parse_bundle(Bytes bytes,
   tl::expected<Bundle, std::string> bundle = read_records(bytes.first(bytes.size() - seal->size));
   if (!bundle) return tl::unexpected(bundle.error());
   return OpenedBundle{std::move(*bundle), fmt::format("{:02x}", fmt::join(seal->hash, "")),
-                      seal->is_signed, seal->is_authentic};
+                      seal->has_code, seal->is_authentic};
 }
 
 tl::expected<OpenedBundle, std::string> read_bundle(const std::string& path,
@@ -177,9 +177,7 @@ tl::expected<OpenedBundle, std::string> read_bundle(const std::string& path,
 }
 
 bool begins_like_bundle(std::string_view head) {
-  return head.size() >= kFrameSize + kTextsChannel.size() &&
-         std::equal(kSyncWord.begin(), kSyncWord.end(), head.begin(),
-                    [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); }) &&
+  return head.size() >= kFrameSize + kTextsChannel.size() && begins_like_log(head) &&
          head.substr(kFrameSize, kTextsChannel.size()) == kTextsChannel;
 }
 

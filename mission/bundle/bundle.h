@@ -52,16 +52,16 @@ inline constexpr std::size_t kMaxBundledLegs = 100'000;
 struct OpenedBundle {
   Bundle bundle;
   std::string hash;           ///< BLAKE2b-256 of the content, 64 hexadecimal digits.
-  bool is_signed = false;     ///< It carries a code.
+  bool has_code = false;      ///< It carries a code.
   bool is_authentic = false;  ///< The code is that of the key given.
 };
 
-/// The bytes of the file, signed if there is a key. The error is a sentence: a part is larger than
-/// a bundle may hold.
+/// The bytes of the file, with a code if there is a key. The error is a sentence: a part is larger
+/// than a bundle may hold.
 [[nodiscard]] tl::expected<std::vector<std::uint8_t>, std::string> pack_bundle(
     const Bundle& bundle, const std::optional<link::Key>& key);
 
-/// The reverse. With a key, only a bundle that was signed with it is accepted. The error is a
+/// The reverse. With a key, only a bundle whose code was made with it is accepted. The error is a
 /// sentence. Never throws, whatever the bytes; memory stays in proportion to them.
 [[nodiscard]] tl::expected<OpenedBundle, std::string> parse_bundle(
     std::span<const std::uint8_t> bytes, const std::optional<link::Key>& key);

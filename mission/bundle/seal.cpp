@@ -40,11 +40,11 @@ Hash code_of(const link::Key& key, Bytes bytes) {
 }
 
 // Frame, channel, flag and code of the seal: what the hash covers besides the content.
-std::vector<std::uint8_t> begin_seal(std::int64_t number, bool is_signed, const Hash& code) {
+std::vector<std::uint8_t> begin_seal(std::int64_t number, bool has_code, const Hash& code) {
   const FrameBytes frame = to_bytes({number, 0, kSealChannel.size(), kDataSize + kChecksumSize});
   std::vector<std::uint8_t> bytes(frame.begin(), frame.end());
   bytes.insert(bytes.end(), kSealChannel.begin(), kSealChannel.end());
-  bytes.push_back(is_signed ? 1 : 0);
+  bytes.push_back(has_code ? 1 : 0);
   bytes.insert(bytes.end(), code.begin(), code.end());
   return bytes;
 }
@@ -86,14 +86,14 @@ tl::expected<Seal, std::string> check_seal(Bytes bytes, const std::optional<link
     return refuse("it was changed or damaged after the check: its hash is wrong");
   }
   const Bytes flag_and_code = record.subspan(kBeforeData, kFlagSize + kHashSize);
-  seal.is_signed = flag_and_code[0] == 1;
+  seal.has_code = flag_and_code[0] == 1;
   if (!key) return seal;
-  if (!seal.is_signed) {
-    return refuse("it is not signed: with --key only a bundle that dive check --key made is used");
+  if (!seal.has_code) {
+    return refuse("it has no code, and --key requires one");
   }
   const Hash code = code_of(*key, bytes.first(bytes.size() - kSealSize));
   if (sodium_memcmp(code.data(), flag_and_code.data() + kFlagSize, code.size()) != 0) {
-    return refuse("it was signed with another key, or changed by someone without the key");
+    return refuse("its code was made with another key, or the bundle was changed without the key");
   }
   seal.is_authentic = true;
   return seal;

@@ -1,8 +1,8 @@
 #pragma once
 // The end of a bundle, which covers every byte before it. The data of the record DIVE_BUNDLE_SEAL:
-//   1 byte    1: signed, 0: not
+//   1 byte    1: with a code, 0: without
 //   32 bytes  code: keyed BLAKE2b-256, under a key that is derived from the dive's, of all bytes
-//             before this record; zeros if not signed
+//             before this record; zeros without a key
 //   32 bytes  hash: BLAKE2b-256 of all bytes before it, code included
 // Anyone can compute the hash: alone it shows damage and careless changes. The code shows that a
 // process with the key made the bundle.
@@ -28,7 +28,7 @@ void append_seal(std::int64_t number, const std::optional<link::Key>& key,
 
 struct Seal {
   std::array<std::uint8_t, 32> hash;
-  bool is_signed = false;
+  bool has_code = false;
   bool is_authentic = false;  ///< False without a key.
   std::size_t size = 0;       ///< Bytes of the record.
 };

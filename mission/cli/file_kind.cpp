@@ -8,26 +8,20 @@
 #include <fmt/format.h>
 
 #include "common/input_file.h"
+#include "common/source_text.h"
 #include "mission/bundle/bundle.h"
+#include "mission/record/log_frame.h"
+#include "planning/cloud/cloud_file.h"
 #include "planning/world/grid.h"
 
 namespace dive::mission {
 namespace {
 
 constexpr std::size_t kHeadBytes = 64U << 10U;
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-constexpr std::string_view kLogMagic = "\xED\xA1\xDA\x01";  // magic number of an LCM event
 constexpr std::string_view kBlanks = " \t\r\n";
 
 constexpr std::array<std::pair<std::string_view, FileKind>, 3> kRoots{
     {{"mission", FileKind::kMission}, {"scenario", FileKind::kScenario}, {"sdf", FileKind::kMap}}};
-constexpr std::array<std::pair<std::string_view, FileKind>, 6> kMagics{
-    {{kLogMagic, FileKind::kLog},
-     {"ply\n", FileKind::kCloud},
-     {"ply\r\n", FileKind::kCloud},
-     {"# .PCD", FileKind::kCloud},
-     {"VERSION ", FileKind::kCloud},
-     {"FIELDS ", FileKind::kCloud}}};
 
 std::string head_of(const std::string& path) {
   const auto file = open_input_stream(path);
@@ -84,9 +78,8 @@ FileKind kind_of_file(const std::string& path) {
   std::string_view text = head;
   if (begins_like_bundle(text)) return FileKind::kBundle;  // its records are those of a log
   if (planning::begins_like_grid(text)) return FileKind::kMap;
-  for (const auto& [magic, kind] : kMagics) {
-    if (text.starts_with(magic)) return kind;
-  }
+  if (begins_like_log(text)) return FileKind::kLog;
+  if (planning::begins_like_cloud(text)) return FileKind::kCloud;
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   const std::size_t first = text.find_first_not_of(kBlanks);
   if (first != std::string_view::npos && text[first] == '{') return FileKind::kJson;

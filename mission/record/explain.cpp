@@ -45,7 +45,7 @@ class Explainer {
     if (const auto& command = inputs.operator_command;
         command && *command != OperatorCommand::kHeartbeat) {
       add(Kind::kOperator, *command <= kLastTopsideCommand
-                               ? fmt::format("topside says {}", to_string(*command))
+                               ? fmt::format("topside commanded {}", to_string(*command))
                                : fmt::format("{} to the executive", to_string(*command)));
     }
     for (const planning::ObstacleUpdate& update : inputs.obstacles) obstacles(update);

@@ -5,6 +5,7 @@
 #include <dive/vision_estimate_t.hpp>
 
 #include "mission/record/log_codec.h"
+#include "mission/record/log_layouts.h"
 #include "vehicle/link/packet_detail.h"
 
 namespace dive::mission {
@@ -12,10 +13,6 @@ namespace dive::mission {
 using namespace link::detail;
 
 namespace {
-
-constexpr std::size_t kEstimateSize = 8 + 2 + kPoseSize + (3 + 3 + 36 + 3) * sizeof(double);
-constexpr Run kEstimate[] = {bytes(kEstimateSize)};
-constexpr Run kVision[] = {bytes(5 * 8 + 4 * sizeof(double) + 2 * 1 + 5 * 4 + kEstimateSize)};
 
 void write_estimate(const estimation::StateEstimate& estimate, state_estimate_t& m) {
   const auto& [utime, valid, source, X_WB, v_WB_B, omega_WB_B, covariance, map_from_odom] =
@@ -41,7 +38,7 @@ bool read_estimate(const state_estimate_t& m, estimation::StateEstimate& estimat
       Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(m.covariance);
   estimate.map_from_odom = {m.map_from_odom[0], {m.map_from_odom[1], m.map_from_odom[2]}};
   return read_flag(m.valid, estimate.valid) &&
-         read_enum(m.source, estimation::EstimatorKind::kVisualInertial, estimate.source);
+         read_enum(m.source, estimation::kLastEstimatorKind, estimate.source);
 }
 
 }  // namespace
@@ -49,11 +46,11 @@ bool read_estimate(const state_estimate_t& m, estimation::StateEstimate& estimat
 bool encode(const estimation::StateEstimate& estimate, Packet& packet) {
   state_estimate_t m;
   write_estimate(estimate, m);
-  return pack(m, kEstimate, packet);
+  return pack(m, layout::kEstimate, packet);
 }
 
 bool decode(PacketView packet, estimation::StateEstimate& estimate) {
-  const auto m = unpack<state_estimate_t>(packet, kEstimate);
+  const auto m = unpack<state_estimate_t>(packet, layout::kEstimate);
   return m && read_estimate(*m, estimate);
 }
 
@@ -80,11 +77,11 @@ bool encode(Utime now, const estimation::VisionEstimate& vision, Packet& packet)
   m.tag_result = static_cast<std::int8_t>(result);
   m.tag_correction = correction;
   write_estimate(estimate, m.estimate);
-  return pack(m, kVision, packet);
+  return pack(m, layout::kVision, packet);
 }
 
 bool decode(PacketView packet, estimation::VisionEstimate& vision) {
-  const auto m = unpack<vision_estimate_t>(packet, kVision);
+  const auto m = unpack<vision_estimate_t>(packet, layout::kVision);
   if (!m) return false;
   vision.frame_utime = m->frame_utime;
   vision.init_utime = m->init_utime;
@@ -96,8 +93,8 @@ bool decode(PacketView packet, estimation::VisionEstimate& vision) {
                   m->loop_heading_correction};
   vision.tag.id = m->tag;
   vision.tag.correction_m = m->tag_correction;
-  return read_enum(m->fault, estimation::VisionFault::kImplausible, vision.fault) &&
-         read_enum(m->tag_result, estimation::TagResult::kRefused, vision.tag.result) &&
+  return read_enum(m->fault, estimation::kLastVisionFault, vision.fault) &&
+         read_enum(m->tag_result, estimation::kLastTagResult, vision.tag.result) &&
          read_estimate(m->estimate, vision.estimate);
 }
 

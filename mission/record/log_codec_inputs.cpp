@@ -14,6 +14,7 @@
 #include <dive/tick_t.hpp>
 
 #include "mission/record/log_codec.h"
+#include "mission/record/log_layouts.h"
 #include "vehicle/link/packet_detail.h"
 
 namespace dive::mission {
@@ -21,28 +22,6 @@ namespace dive::mission {
 using namespace link::detail;
 
 namespace {
-
-constexpr Run kHeader[] = {
-    bytes(8 + sizeof(double)), text(kMaxText),     text(kMaxText),     text(kMaxText),
-    text(kMaxFileText),        text(kMaxText),     text(kMaxFileText), text(kMaxMeshText),
-    text(kMaxFileText),        text(kMaxFileText), text(kMaxText)};
-constexpr Run kPlanReply[] = {bytes(8 + 8 + 2 + 4 + 2 * sizeof(double)), text(kMaxText),
-                              bytes(1 + 4 * sizeof(double)), text(kMaxText),
-                              array(kPoseSize, kMaxWaypoints)};
-constexpr Run kOperator[] = {bytes(8 + 1)};
-// LCM writes two arrays of the same length in sequence.
-constexpr Run kObstacles[] = {bytes(8 + 8 + 1), array(8 + 4, planning::kMaxUpdateCells),
-                              array(sizeof(double) + 4, planning::kMaxUpdatePieces),
-                              array(sizeof(double), 3 * kMaxUpdateVertices),
-                              array(4 + 4 + 1 + 4 + sizeof(double), planning::kMaxUpdateObjects)};
-constexpr Run kFreeAhead[] = {bytes(8 + 8 + sizeof(double))};
-constexpr Run kObstacleAhead[] = {bytes(8 + 8 + 4 * sizeof(double))};
-constexpr Run kPoseCorrection[] = {bytes(8 + 8 + 2 * sizeof(double))};
-constexpr Run kMapCorrection[] = {bytes(8), array(8 + 3 * sizeof(double), kMaxMapCorrectionNodes)};
-constexpr Run kMapFix[] = {
-    bytes(8 + 8 + 1 + (2 + 1 + 9 + 3 + 2) * sizeof(double) + 4 + 4 + sizeof(double) + 4 * 4)};
-constexpr Run kLoss[] = {bytes(4 * 8)};
-constexpr Run kTick[] = {bytes(8 + 4)};
 
 bool read_objects(const obstacle_update_t& m, std::vector<planning::ObjectChange>& objects) {
   objects.clear();
@@ -76,11 +55,11 @@ bool encode(const LogHeader& header, Packet& packet) {
   m.resume_gap = resume_gap_s.value_or(-1.0);
   m.vehicle_urdf = urdf;
   m.check = check;
-  return pack(m, kHeader, packet);
+  return pack(m, layout::kHeader, packet);
 }
 
 bool decode(PacketView packet, LogHeader& header) {
-  const auto m = unpack<header_t>(packet, kHeader);
+  const auto m = unpack<header_t>(packet, layout::kHeader);
   if (!m) return false;
   header = {m->version,
             m->mathematics,
@@ -117,11 +96,11 @@ bool encode(Utime now, const PlanReply& reply, Packet& packet) {
   write_vector(place_W, m.narrow_place);
   m.narrow_obstacle = obstacle;
   write_poses(waypoints, m.n, m.waypoints);
-  return pack(m, kPlanReply, packet);
+  return pack(m, layout::kPlanReply, packet);
 }
 
 bool decode(PacketView packet, PlanReply& reply) {
-  const auto m = unpack<plan_reply_t>(packet, kPlanReply);
+  const auto m = unpack<plan_reply_t>(packet, layout::kPlanReply);
   if (!m) return false;
   reply.id = m->id;
   planning::PlanResult& plan = reply.plan;
@@ -137,19 +116,19 @@ bool decode(PacketView packet, PlanReply& reply) {
   plan.length_m = m->length;
   plan.warm_starts = m->warm_starts;
   return read_flag(m->accepted, plan.accepted) &&
-         read_enum(m->status, planning::PlanStatus::kInvalid, plan.status);
+         read_enum(m->status, planning::kLastPlanStatus, plan.status);
 }
 
 bool encode(Utime now, OperatorCommand command, Packet& packet) {
   operator_t m;
   m.utime = now;
   m.command = static_cast<std::int8_t>(command);
-  return pack(m, kOperator, packet);
+  return pack(m, layout::kOperator, packet);
 }
 
 bool decode(PacketView packet, OperatorCommand& command) {
-  const auto m = unpack<operator_t>(packet, kOperator);
-  return m && read_enum(m->command, OperatorCommand::kSigint, command);
+  const auto m = unpack<operator_t>(packet, layout::kOperator);
+  return m && read_enum(m->command, kLastOperatorCommand, command);
 }
 
 bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
@@ -187,12 +166,12 @@ bool encode(Utime now, const planning::ObstacleUpdate& update, Packet& packet) {
     m.seen_share.push_back(seen_share);
   }
   m.objects = static_cast<std::int32_t>(objects.size());
-  return pack(m, kObstacles, packet);
+  return pack(m, layout::kObstacles, packet);
 }
 
 bool decode(PacketView packet, planning::ObstacleUpdate& update) {
-  const auto m = unpack<obstacle_update_t>(packet, kObstacles);
-  if (!m || !read_enum(m->source, planning::ObstacleSource::kAbsence, update.source)) return false;
+  const auto m = unpack<obstacle_update_t>(packet, layout::kObstacles);
+  if (!m || !read_enum(m->source, planning::kLastObstacleSource, update.source)) return false;
   const auto is_count = [](std::int32_t value, std::size_t least, std::size_t most) {
     return value >= static_cast<std::int32_t>(least) && value <= static_cast<std::int32_t>(most);
   };
@@ -230,11 +209,11 @@ bool encode(Utime now, const planning::FreeAhead& free_ahead, Packet& packet) {
   m.utime = now;
   m.scan_utime = scan_utime;
   m.free_ahead = free_ahead_m;
-  return pack(m, kFreeAhead, packet);
+  return pack(m, layout::kFreeAhead, packet);
 }
 
 bool decode(PacketView packet, planning::FreeAhead& free_ahead) {
-  const auto m = unpack<free_ahead_t>(packet, kFreeAhead);
+  const auto m = unpack<free_ahead_t>(packet, layout::kFreeAhead);
   if (!m) return false;
   free_ahead = {m->scan_utime, m->free_ahead};
   return true;
@@ -247,11 +226,11 @@ bool encode(Utime now, const planning::ObstacleAhead& obstacle, Packet& packet) 
   m.scan_utime = scan_utime;
   m.time = time_s;
   for (int i = 0; i < 3; ++i) m.position[i] = p_B[i];
-  return pack(m, kObstacleAhead, packet);
+  return pack(m, layout::kObstacleAhead, packet);
 }
 
 bool decode(PacketView packet, planning::ObstacleAhead& obstacle) {
-  const auto m = unpack<obstacle_ahead_t>(packet, kObstacleAhead);
+  const auto m = unpack<obstacle_ahead_t>(packet, layout::kObstacleAhead);
   if (!m) return false;
   obstacle = {m->scan_utime, m->time, {m->position[0], m->position[1], m->position[2]}};
   return true;
@@ -264,11 +243,11 @@ bool encode(Utime now, const planning::PoseCorrection& correction, Packet& packe
   m.scan_utime = scan_utime;
   m.correction[0] = correction_W.x();
   m.correction[1] = correction_W.y();
-  return pack(m, kPoseCorrection, packet);
+  return pack(m, layout::kPoseCorrection, packet);
 }
 
 bool decode(PacketView packet, planning::PoseCorrection& correction) {
-  const auto m = unpack<pose_correction_t>(packet, kPoseCorrection);
+  const auto m = unpack<pose_correction_t>(packet, layout::kPoseCorrection);
   if (!m) return false;
   correction = {m->scan_utime, {m->correction[0], m->correction[1]}};
   return true;
@@ -285,11 +264,11 @@ bool encode(Utime now, const MapCorrection& correction, Packet& packet) {
     m.x.push_back(by.translation.x());
     m.y.push_back(by.translation.y());
   }
-  return pack(m, kMapCorrection, packet);
+  return pack(m, layout::kMapCorrection, packet);
 }
 
 bool decode(PacketView packet, MapCorrection& correction) {
-  const auto m = unpack<map_correction_t>(packet, kMapCorrection);
+  const auto m = unpack<map_correction_t>(packet, layout::kMapCorrection);
   if (!m) return false;
   correction.nodes.clear();
   for (std::size_t i = 0; i < m->observed.size(); ++i) {
@@ -322,15 +301,14 @@ bool encode(Utime now, const MapFix& fix, Packet& packet) {
   m.missing = agreement.missing;
   m.unmapped = agreement.unmapped;
   m.missing_object = agreement.missing_object;
-  return pack(m, kMapFix, packet);
+  return pack(m, layout::kMapFix, packet);
 }
 
 bool decode(PacketView packet, MapFix& fix) {
-  const auto m = unpack<map_fix_t>(packet, kMapFix);
-  if (!m || m->problem < 0 || m->problem > static_cast<int>(MapFixProblem::kNoScan)) return false;
+  const auto m = unpack<map_fix_t>(packet, layout::kMapFix);
   fix = {};
+  if (!m || !read_enum(m->problem, kLastMapFixProblem, fix.problem)) return false;
   fix.scan_utime = m->scan_utime;
-  fix.problem = static_cast<MapFixProblem>(m->problem);
   fix.position_W = {m->position[0], m->position[1]};
   fix.heading_correction = m->heading_correction;
   for (int row = 0; row < 3; ++row) {
@@ -354,11 +332,11 @@ bool encode(Utime now, const RecordingLoss& loss, Packet& packet) {
   m.ticks = ticks;
   m.commits = commits;
   m.commands = commands;
-  return pack(m, kLoss, packet);
+  return pack(m, layout::kLoss, packet);
 }
 
 bool decode(PacketView packet, RecordingLoss& loss) {
-  const auto m = unpack<recording_loss_t>(packet, kLoss);
+  const auto m = unpack<recording_loss_t>(packet, layout::kLoss);
   if (!m) return false;
   loss = {m->ticks, m->commits, m->commands};
   return true;
@@ -369,11 +347,11 @@ bool encode(const TickMark& mark, Packet& packet) {
   tick_t m;
   m.utime = utime;
   m.events = events;
-  return pack(m, kTick, packet);
+  return pack(m, layout::kTick, packet);
 }
 
 bool decode(PacketView packet, TickMark& mark) {
-  const auto m = unpack<tick_t>(packet, kTick);
+  const auto m = unpack<tick_t>(packet, layout::kTick);
   if (!m) return false;
   mark = {m->utime, m->events};
   return true;

@@ -8,26 +8,12 @@
 #include <dive/transition_t.hpp>
 
 #include "mission/record/log_codec.h"
+#include "mission/record/log_layouts.h"
 #include "vehicle/link/packet_detail.h"
 
 namespace dive::mission {
 
 using namespace link::detail;
-
-namespace {
-
-constexpr Run kStatus[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
-                           bytes(6 * sizeof(double) + 4 + 1)};
-constexpr Run kPlanQuery[] = {bytes(3 * 8 + 2 * kPoseSize + 2 + 6 * sizeof(double)), text(kMaxText),
-                              text(kMaxText), array(kPoseSize, kMaxWaypoints),
-                              array(kPoseSize, kMaxWaypoints)};
-constexpr Run kTransition[] = {bytes(8),       text(kMaxText), text(kMaxText),
-                               text(kMaxText), text(kMaxText), text(kMaxText)};
-constexpr Run kFailsafe[] = {bytes(8), text(kMaxText), text(kMaxText), text(kMaxText),
-                             text(kMaxText)};
-constexpr Run kAction[] = {bytes(8 + 1), text(kMaxText), bytes(1)};
-
-}  // namespace
 
 bool encode(Utime now, const Status& status, Packet& packet) {
   const auto& [state, goal, distance_to_go, time_to_go, depth, clearance, cross_track, margin,
@@ -45,11 +31,11 @@ bool encode(Utime now, const Status& status, Packet& packet) {
   m.margin = margin;
   m.segment = segment;
   m.finished = finished ? 1 : 0;
-  return pack(m, kStatus, packet);
+  return pack(m, layout::kStatus, packet);
 }
 
 bool decode(PacketView packet, Status& status) {
-  const auto m = unpack<status_t>(packet, kStatus);
+  const auto m = unpack<status_t>(packet, layout::kStatus);
   if (!m) return false;
   status = {m->state,       m->goal,   m->distance_to_go, m->time_to_go, m->depth, m->clearance,
             m->cross_track, m->margin, m->segment,        m->rung,       false};
@@ -80,11 +66,11 @@ bool encode(Utime now, const PlanQuery& query, Packet& packet) {
   m.cause = cause;
   write_poses(previous, m.n, m.previous);
   write_poses(trail, m.trail_n, m.trail);
-  return pack(m, kPlanQuery, packet);
+  return pack(m, layout::kPlanQuery, packet);
 }
 
 bool decode(PacketView packet, PlanQuery& query) {
-  const auto m = unpack<plan_query_t>(packet, kPlanQuery);
+  const auto m = unpack<plan_query_t>(packet, layout::kPlanQuery);
   if (!m) return false;
   query.id = m->id;
   query.state = m->state;
@@ -103,7 +89,7 @@ bool decode(PacketView packet, PlanQuery& query) {
   read_poses(m->previous, request.previous);
   read_poses(m->trail, request.trail);
   return read_flag(m->goal_attitude_fixed, request.goal_attitude_fixed) &&
-         read_enum(m->attitude, planning::AttitudeMode::kHorizontal, limits.attitude);
+         read_enum(m->attitude, planning::kLastAttitudeMode, limits.attitude);
 }
 
 bool encode(Utime now, const TransitionRecord& transition, Packet& packet) {
@@ -115,11 +101,11 @@ bool encode(Utime now, const TransitionRecord& transition, Packet& packet) {
   m.event = event;
   m.cause = cause;
   m.guards = guards;
-  return pack(m, kTransition, packet);
+  return pack(m, layout::kTransition, packet);
 }
 
 bool decode(PacketView packet, TransitionRecord& transition) {
-  const auto m = unpack<transition_t>(packet, kTransition);
+  const auto m = unpack<transition_t>(packet, layout::kTransition);
   if (!m) return false;
   transition = {m->from, m->to, m->event, m->cause, m->guards};
   return true;
@@ -133,11 +119,11 @@ bool encode(Utime now, const FailsafeRecord& failsafe, Packet& packet) {
   m.cause = cause;
   m.competing = competing;
   m.why = why;
-  return pack(m, kFailsafe, packet);
+  return pack(m, layout::kFailsafe, packet);
 }
 
 bool decode(PacketView packet, FailsafeRecord& failsafe) {
-  const auto m = unpack<failsafe_t>(packet, kFailsafe);
+  const auto m = unpack<failsafe_t>(packet, layout::kFailsafe);
   if (!m) return false;
   failsafe = {m->rung, m->cause, m->competing, m->why};
   return true;
@@ -150,42 +136,65 @@ bool encode(Utime now, const ActionRecord& action, Packet& packet) {
   m.kind = static_cast<std::int8_t>(kind);
   m.text = text;
   m.once = once ? 1 : 0;
-  return pack(m, kAction, packet);
+  return pack(m, layout::kAction, packet);
 }
 
 bool decode(PacketView packet, ActionRecord& action) {
-  const auto m = unpack<action_t>(packet, kAction);
+  const auto m = unpack<action_t>(packet, layout::kAction);
   if (!m) return false;
   action.text = m->text;
   return read_flag(m->once, action.once) &&
-         read_enum(m->kind, ActionRecord::Kind::kNote, action.kind);
+         read_enum(m->kind, ActionRecord::kLastKind, action.kind);
 }
 
 std::size_t max_packet_size(Channel channel) {
   switch (channel) {
     case Channel::kHeader:
-      return 4 * kMaxFileText + kMaxMeshText + 4 * kMaxText + 64;
+      return max_size(layout::kHeader);
     case Channel::kPlan:
-      return kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
-    case Channel::kPlanQuery:
-      return 2 * kMaxWaypoints * kPoseSize + 2 * kMaxText + 256;
+      return max_size(layout::kPlanReply);
+    case Channel::kOperator:
+      return max_size(layout::kOperator);
     case Channel::kObstacles:
-      return planning::kMaxUpdateCells * (8 + 4) + planning::kMaxUpdatePieces * (8 + 4) +
-             3 * kMaxUpdateVertices * sizeof(double) + 64;
+      return max_size(layout::kObstacles);
+    case Channel::kFreeAhead:
+      return max_size(layout::kFreeAhead);
+    case Channel::kObstacleAhead:
+      return max_size(layout::kObstacleAhead);
+    case Channel::kPoseCorrection:
+      return max_size(layout::kPoseCorrection);
     case Channel::kMapCorrection:
-      return kMaxMapCorrectionNodes * (8 + 3 * sizeof(double)) + 64;
+      return max_size(layout::kMapCorrection);
+    case Channel::kMapFix:
+      return max_size(layout::kMapFix);
+    case Channel::kVision:
+      return max_size(layout::kVision);
+    case Channel::kLoss:
+      return max_size(layout::kLoss);
+    case Channel::kEstimate:
+      return max_size(layout::kEstimate);
     case Channel::kStatus:
+      return max_size(layout::kStatus);
+    case Channel::kPlanQuery:
+      return max_size(layout::kPlanQuery);
     case Channel::kTransition:
+      return max_size(layout::kTransition);
     case Channel::kFailsafe:
+      return max_size(layout::kFailsafe);
     case Channel::kAction:
-      return 5 * kMaxText + 256;
+      return max_size(layout::kAction);
     case Channel::kTruth:
       return link::kMaxTruthPacket;
     case Channel::kTick:
-      return 8 + 8 + 4;
-    default:
-      return 1024;
+      return max_size(layout::kTick);
+    case Channel::kAhrs:
+    case Channel::kDepth:
+    case Channel::kHealth:
+    case Channel::kCommand:
+    case Channel::kRates:
+      return link::kMaxFixedPacket;
   }
+  return 0;
 }
 
 }  // namespace dive::mission

@@ -127,6 +127,15 @@ bool LogEventFile::is_cut_short(std::uint64_t offset) {
          frame.data_size > size_ - offset - kFrameSize - frame.channel_size;
 }
 
+bool LogEventFile::begins_with_own_channel() {
+  constexpr std::string_view kPrefix = "DIVE_";
+  FrameBytes bytes;
+  std::array<char, kPrefix.size()> name{};
+  return seek(0) && read(bytes.data(), bytes.size()) == bytes.size() && read_frame(bytes) &&
+         read(name.data(), name.size()) == name.size() &&
+         std::string_view(name.data(), name.size()) == kPrefix;
+}
+
 LogEventFile::Read LogEventFile::next(LogEvent& event) {
   offset_ = next_offset_;
   if (offset_ == size_) return Read::kEnd;

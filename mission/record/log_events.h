@@ -41,6 +41,9 @@ class LogEventFile {
   /// is unspecified unless the result is kEvent.
   [[nodiscard]] Read next(LogEvent& event);
 
+  /// True if the first record, valid or not, is of one of our channels, past or present.
+  [[nodiscard]] bool begins_with_own_channel();
+
   /// File offset of the start of the last result of next(), bytes.
   [[nodiscard]] std::uint64_t offset() const { return offset_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }

@@ -21,6 +21,12 @@ std::uint64_t read_big_endian(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
+bool begins_like_log(std::string_view head) {
+  return head.size() >= kSyncWord.size() &&
+         std::equal(kSyncWord.begin(), kSyncWord.end(), head.begin(),
+                    [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
+}
+
 FrameBytes to_bytes(const LogFrame& frame) {
   FrameBytes bytes;
   const std::span span(bytes);

@@ -32,6 +32,9 @@ struct LogFrame {
   std::uint32_t data_size = 0;  ///< Bytes, checksum included.
 };
 
+/// True if `head`, the first bytes of a file, are those of a log or of a bundle.
+[[nodiscard]] bool begins_like_log(std::string_view head);
+
 [[nodiscard]] FrameBytes to_bytes(const LogFrame& frame);
 
 /// Empty if the bytes do not begin with the sync word.

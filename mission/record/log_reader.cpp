@@ -109,6 +109,15 @@ class TickBuilder {
   int count_ = 0;
 };
 
+std::string not_a_log(const std::string& path) {
+  return fmt::format("{}: not a log of dive: give a .lcmlog file that dive run wrote", path);
+}
+
+std::string other_version(const std::string& path) {
+  return fmt::format(
+      "{}: this log was written by another version of dive: read it with that version", path);
+}
+
 }  // namespace
 
 struct LogReader::Impl {
@@ -166,15 +175,15 @@ tl::expected<LogReader, std::string> LogReader::open(const std::string& path) {
   auto impl = std::make_unique<Impl>(std::move(*file));
   LogEventFile::Read got = impl->file.next(impl->event);
   if (got == LogEventFile::Read::kTorn) {
-    return tl::unexpected(fmt::format("'{}' ends within its header: it has no tick", path));
+    return tl::unexpected(fmt::format("{}: the log ends within its header: it has no tick", path));
   }
   if (got == LogEventFile::Read::kDamaged) {
     impl->skip_from(0);
     got = impl->file.next(impl->event);
   }
   if (got != LogEventFile::Read::kEvent) {
-    return tl::unexpected(
-        fmt::format("'{}' is not a dive log, or is one of another version of dive", path));
+    return tl::unexpected(impl->file.begins_with_own_channel() ? other_version(path)
+                                                               : not_a_log(path));
   }
   if (impl->event.channel != Channel::kHeader) {
     impl->skip_from(0);
@@ -182,7 +191,7 @@ tl::expected<LogReader, std::string> LogReader::open(const std::string& path) {
   } else if (decode(impl->event.data, impl->header.emplace())) {
     impl->events_read = 1;
   } else {
-    return tl::unexpected(fmt::format("the header of '{}' is of another version of dive", path));
+    return tl::unexpected(other_version(path));
   }
   return LogReader(std::move(impl));
 }

@@ -1,4 +1,4 @@
-#include <array>
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 #include <string_view>
@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "common/operator_command.h"
 #include "mission/document/attribute_reader.h"
 #include "mission/document/language.h"
 #include "mission/document/schema.h"
@@ -22,18 +23,6 @@ constexpr XmlLimits kLimits{
     .max_bytes = 256U << 10U, .max_depth = 8, .max_elements = 5000, .max_attributes = 32};
 
 constexpr SchemaSource kSchema{"scenario.xsd", kScenarioXsd, "scenario", "urn:dive:scenario:1"};
-
-// In the order of SampleStream and of OperatorCommand.
-constexpr std::array<std::string_view, 5> kStreams = {"imu", "depth", "health", "plan", "all"};
-constexpr std::array<std::string_view, 5> kCommands = {"heartbeat", "abort", "pause", "resume",
-                                                       "skip"};
-
-template <class Enum, std::size_t N>
-Enum find_in(const std::array<std::string_view, N>& names, const std::string& name) {
-  const auto found = std::ranges::find(names, name);
-  DIVE_DEMAND(found != names.end());  // the schema lists all values
-  return static_cast<Enum>(found - names.begin());
-}
 
 struct WrittenExpectation {
   std::string_view element;
@@ -188,11 +177,14 @@ class Reader {
       return FailAction{*kind, until(element)};
     }
     if (element.name == "loss") {
-      return LossAction{find_in<SampleStream>(kStreams, word("of")), number("share"),
-                        until(element)};
+      const std::optional<SampleStream> of = find_sample_stream(word("of"));
+      DIVE_DEMAND(of);  // the schema lists all values
+      return LossAction{*of, number("share"), until(element)};
     }
     if (element.name == "operator") {
-      return OperatorAction{find_in<OperatorCommand>(kCommands, word("command"))};
+      const std::optional<OperatorCommand> command = find_operator_command(word("command"));
+      DIVE_DEMAND(command);  // the schema lists all values
+      return OperatorAction{*command};
     }
     if (element.name == "heartbeat") return HeartbeatAction{number("every"), until(element)};
     if (element.name == "current") return CurrentAction{{number("x"), number("y"), number("z")}};
@@ -319,6 +311,12 @@ std::optional<Scenario> from_document(std::optional<XmlDocument> document,
 }
 
 }  // namespace
+
+std::optional<SampleStream> find_sample_stream(std::string_view name) {
+  const auto found = std::ranges::find(kSampleStreamNames, name);
+  if (found == kSampleStreamNames.end()) return std::nullopt;
+  return static_cast<SampleStream>(found - kSampleStreamNames.begin());
+}
 
 std::optional<Scenario> load_scenario(const std::string& path, Diagnostics& diagnostics) {
   return from_document(read_xml(path, kLimits, diagnostics), diagnostics);

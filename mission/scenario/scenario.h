@@ -1,11 +1,13 @@
 #pragma once
 // A scenario as typed values: one dive of a mission, a script, and the expected results.
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -36,6 +38,9 @@ struct FailAction {
   double for_s = std::numeric_limits<double>::infinity();
 };
 enum class SampleStream { kImu, kDepth, kHealth, kPlan, kAll };
+inline constexpr std::array<std::string_view, 5> kSampleStreamNames = {"imu", "depth", "health",
+                                                                       "plan", "all"};
+[[nodiscard]] std::optional<SampleStream> find_sample_stream(std::string_view name);
 struct LossAction {
   SampleStream of = SampleStream::kAll;
   double share = 0.0;

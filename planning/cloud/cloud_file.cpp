@@ -223,6 +223,10 @@ tl::expected<CloudFile, std::string> finish(RawCloud raw, const CloudOptions& op
 
 }  // namespace
 
+bool begins_like_cloud(std::string_view head) {
+  return looks_like_pcd(head) || looks_like_ply(head);
+}
+
 tl::expected<CloudFile, std::string> read_cloud(const std::string& path,
                                                 const CloudOptions& options) {
   if (options.unit_m && !(*options.unit_m >= 1e-9 && *options.unit_m <= 1e9)) {

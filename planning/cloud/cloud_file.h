@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -39,6 +40,9 @@ struct CloudOptions {
   std::optional<double> unit_m;
   std::size_t max_points = 10'000'000;  ///< Limit of points in the file, before any is dropped.
 };
+
+/// True if `head`, the first bytes of a file, begin a cloud that read_cloud() reads.
+[[nodiscard]] bool begins_like_cloud(std::string_view head);
 
 /// Reads PCD .5 to .7 (ascii, binary, binary_compressed; fields in any order and of any type) and
 /// PLY 1.0 (ascii, binary of either byte order; vertices only), recognised by content, not by name.

@@ -210,8 +210,8 @@ tl::expected<FoundMesh, MeshProblem> MeshFiles::find(const std::string& uri,
   FoundMesh found{*take_mesh_pieces(rest), std::move(*file), path->string(), ""};
   if (found.pieces.tolerance > DecompositionOptions{}.tolerance) {
     found.warning = fmt::format(
-        "is stood for by pieces that reach up to {:.1f} m beyond it: at {:.2f} m it would take too "
-        "many of them",
+        "is approximated by pieces that reach up to {:.1f} m beyond it: at {:.2f} m it would take "
+        "too many of them",
         found.pieces.tolerance, DecompositionOptions{}.tolerance);
   }
   if (std::ranges::none_of(found_, [&](const MeshKey& known) { return same(known, key); })) {

@@ -40,7 +40,8 @@ enum class ObstacleSource {
   /// script uses: the parts of absent objects that no scan has seen through.
   kAbsence,
 };
-inline constexpr std::size_t kObstacleSources = 3;
+inline constexpr ObstacleSource kLastObstacleSource = ObstacleSource::kAbsence;
+inline constexpr std::size_t kObstacleSources = static_cast<std::size_t>(kLastObstacleSource) + 1;
 inline constexpr CellKey kFirstAbsenceKey = std::numeric_limits<CellKey>::min() / 2;
 inline constexpr CellKey kAbsenceKeys = CellKey{1} << 32;
 

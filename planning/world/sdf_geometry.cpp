@@ -172,7 +172,7 @@ void SdfValues::unknown_shape(const XmlElement& element) const {
   if (std::find(kUnsupported.begin(), kUnsupported.end(), element.name) != kUnsupported.end()) {
     error("MAP-UNSUPPORTED", element.span,
           fmt::format("a <{}> cannot be used as a collision shape here", element.name),
-          "export it as a mesh, or stand in simple shapes that contain it");
+          "export it as a mesh, or use simple shapes that contain it");
     return;
   }
   const auto meant = closest_match(element.name, kShapes);

@@ -132,24 +132,24 @@ TEST(BundleCommand, RefusesABundleOfAnotherVehicleUnlessUnchecked) {
   EXPECT_THAT(header_of("u.lcmlog").check, HasSubstr(", unchecked"));
 }
 
-TEST(BundleCommand, IsAcceptedWithTheKeyThatSignedIt) {
+TEST(BundleCommand, IsAcceptedWithTheKeyOfItsCode) {
   ASSERT_EQ(run_here("key one.key").status, 0);
   ASSERT_EQ(run_here("key two.key").status, 0);
   const std::string check = "check --static " + shipped("pool1") + " --bundle ";
-  ASSERT_EQ(run_here(check + "signed.bundle --key one.key").status, 0);
+  ASSERT_EQ(run_here(check + "coded.bundle --key one.key").status, 0);
   ASSERT_EQ(run_here(check + "plain.bundle").status, 0);
-  const Ran right = run_here("run signed.bundle --key one.key");
+  const Ran right = run_here("run coded.bundle --key one.key");
   EXPECT_EQ(right.status, 0);
-  EXPECT_THAT(right.err, HasSubstr("signed with this key"));
-  EXPECT_THAT(run_here("run signed.bundle").err, HasSubstr("without --key nothing shows by whom"));
-  const Ran wrong = run_here("run signed.bundle --key two.key");
+  EXPECT_THAT(right.err, HasSubstr("code made with this key"));
+  EXPECT_THAT(run_here("run coded.bundle").err, HasSubstr("which only --key can verify"));
+  const Ran wrong = run_here("run coded.bundle --key two.key");
   EXPECT_EQ(wrong.status, 2);
   EXPECT_THAT(wrong.err, HasSubstr("another key"));
   const Ran plain = run_here("run plain.bundle --key one.key");
   EXPECT_EQ(plain.status, 2);
   EXPECT_THAT(plain.err, HasSubstr("dive check MISSION --bundle FILE --key KEY"));
   EXPECT_EQ(run_here("check --static " + shipped("pool1") + " --key one.key").status, 2)
-      << "there is no bundle to sign";
+      << "there is no bundle to make a code for";
   EXPECT_EQ(run_here(check + "more.bundle --key nowhere.key").status, 2);
 }
 

@@ -113,22 +113,22 @@ TEST(Bundle, KeepsMeshesWithTheirTriangles) {
   EXPECT_FALSE(parse_bundle(packed(bundle), std::nullopt));
 }
 
-TEST(Bundle, IsAcceptedOnlyWithTheKeyThatSignedIt) {
+TEST(Bundle, IsAcceptedOnlyWithTheKeyOfItsCode) {
   const Bundle& bundle = window_bundle();
-  const Bytes is_signed = packed(bundle, key_of(1));
-  const auto right = parse_bundle(is_signed, key_of(1));
+  const Bytes coded = packed(bundle, key_of(1));
+  const auto right = parse_bundle(coded, key_of(1));
   ASSERT_TRUE(right) << right.error();
-  EXPECT_TRUE(right->is_signed && right->is_authentic);
-  const auto unknown = parse_bundle(is_signed, std::nullopt);
+  EXPECT_TRUE(right->has_code && right->is_authentic);
+  const auto unknown = parse_bundle(coded, std::nullopt);
   ASSERT_TRUE(unknown) << unknown.error();
-  EXPECT_TRUE(unknown->is_signed);
+  EXPECT_TRUE(unknown->has_code);
   EXPECT_FALSE(unknown->is_authentic);
-  EXPECT_THAT(parse_bundle(is_signed, key_of(2)).error(), HasSubstr("another key"));
-  EXPECT_THAT(parse_bundle(packed(bundle), key_of(1)).error(), HasSubstr("not signed"));
+  EXPECT_THAT(parse_bundle(coded, key_of(2)).error(), HasSubstr("another key"));
+  EXPECT_THAT(parse_bundle(packed(bundle), key_of(1)).error(), HasSubstr("it has no code"));
 
-  // Sealed by someone without the key, who keeps the code or says that it is signed.
-  Bytes content(is_signed.begin(),
-                is_signed.end() - static_cast<std::ptrdiff_t>(check_seal(is_signed, {})->size));
+  // Sealed by someone without the key, who keeps the code or makes another.
+  Bytes content(coded.begin(),
+                coded.end() - static_cast<std::ptrdiff_t>(check_seal(coded, {})->size));
   content[content.size() / 2] ^= 1U;
   append_seal(static_cast<std::int64_t>(bundle.legs.size()), key_of(3), content);
   EXPECT_THAT(parse_bundle(content, key_of(1)).error(), HasSubstr("another key"));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -159,7 +160,6 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   reply.plan.reduced = {.obstacle = reply.plan.reason};
   reply.plan.waypoints.resize(kMaxWaypoints);
   EXPECT_TRUE(encode(0, reply, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kPlan));
   reply.plan.waypoints.resize(kMaxWaypoints + 1);
   EXPECT_FALSE(encode(0, reply, packet));
   reply.plan.waypoints.clear();
@@ -209,29 +209,38 @@ TEST(Codec, WhatCannotBeRepresentedIsNotEncoded) {
   EXPECT_FALSE(encode(header, packet));
 }
 
+// Equal where the layout has a text or a list: only a value with every field at its limit shows
+// that the bound is not too small.
 TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   Packet packet;
+  std::set<Channel> checked;
+  const auto expect_bound = [&](Channel channel, const auto&... value) {
+    EXPECT_TRUE(encode(value..., packet)) << to_string(channel);
+    EXPECT_EQ(packet.size(), max_packet_size(channel)) << to_string(channel);
+    checked.insert(channel);
+  };
+  const auto expect_within = [&](Channel channel, const auto&... value) {
+    EXPECT_TRUE(encode(value..., packet)) << to_string(channel);
+    EXPECT_LE(packet.size(), max_packet_size(channel)) << to_string(channel);
+    checked.insert(channel);
+  };
   const std::string text(kMaxText - 1, 'x');
-  const std::string file(kMaxFileText - 1, 'x');
-  ASSERT_TRUE(encode(LogHeader{text, text, 0, text, file, text, file, file, file, file, 1.0, text},
-                     packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kHeader));
-  ASSERT_TRUE(encode(0, TransitionRecord{text, text, text, text, text}, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kTransition));
-  ASSERT_TRUE(encode(0, FailsafeRecord{text, text, text, text}, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kFailsafe));
-  Status status;
-  status.state = status.goal = status.rung = text;
-  ASSERT_TRUE(encode(0, status, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kStatus));
-  PlanQuery query;
-  query.state = text;
-  query.request.previous.resize(kMaxWaypoints);
-  query.request.trail.resize(kMaxWaypoints);
-  ASSERT_TRUE(encode(0, query, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kPlanQuery));
-  ASSERT_TRUE(encode(TruthRecord{0, {}, std::vector(link::kMaxContacts, text), 0.0, text}, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kTruth));
+  {
+    const std::string file(kMaxFileText - 1, 'x');
+    expect_bound(Channel::kHeader,
+                 LogHeader{text, text, 0, text, file, text, file,
+                           std::string(kMaxMeshText - 1, 'x'), file, file, 1.0, text});
+  }
+  packet = {};
+  expect_within(Channel::kAhrs, ImuSample{});
+  expect_within(Channel::kDepth, DepthSample{});
+  expect_within(Channel::kHealth, HealthSample{});
+  PlanReply reply;
+  reply.plan.reason = text;
+  reply.plan.reduced = {.obstacle = text};
+  reply.plan.waypoints.resize(kMaxWaypoints);
+  expect_bound(Channel::kPlan, Utime{0}, reply);
+  expect_bound(Channel::kOperator, Utime{0}, OperatorCommand::kAbort);
   planning::Polytope piece;
   piece.vertices.resize(planning::kMaxPieceVertices);
   planning::ObstacleUpdate update;
@@ -239,14 +248,37 @@ TEST(Codec, TheLargestPacketOfEachKindIsWithinItsChannelsBound) {
   for (std::size_t i = 0; i < planning::kMaxUpdatePieces; ++i) {
     update.cells[i / planning::kMaxCellPieces].pieces.push_back(piece);
   }
-  ASSERT_TRUE(encode(0, update, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kObstacles));
-  ASSERT_TRUE(encode(estimation::StateEstimate{}, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kEstimate));
+  update.objects.resize(planning::kMaxUpdateObjects);
+  expect_bound(Channel::kObstacles, Utime{0}, update);
+  expect_bound(Channel::kFreeAhead, Utime{0}, planning::FreeAhead{});
+  expect_bound(Channel::kObstacleAhead, Utime{0}, planning::ObstacleAhead{});
+  expect_bound(Channel::kPoseCorrection, Utime{0}, planning::PoseCorrection{});
   MapCorrection correction;
   correction.nodes.resize(kMaxMapCorrectionNodes);
-  ASSERT_TRUE(encode(0, correction, packet));
-  EXPECT_LE(packet.size(), max_packet_size(Channel::kMapCorrection));
+  expect_bound(Channel::kMapCorrection, Utime{0}, correction);
+  expect_bound(Channel::kMapFix, Utime{0}, MapFix{});
+  expect_bound(Channel::kVision, Utime{0}, estimation::VisionEstimate{});
+  expect_bound(Channel::kLoss, Utime{0}, RecordingLoss{});
+  expect_within(Channel::kCommand, Utime{0}, vehicle::Command{});
+  expect_within(Channel::kRates, Utime{0}, vehicle::PseudoRates{});
+  expect_bound(Channel::kEstimate, estimation::StateEstimate{});
+  Status status;
+  status.state = status.goal = status.rung = text;
+  expect_bound(Channel::kStatus, Utime{0}, status);
+  PlanQuery query;
+  query.state = query.cause = text;
+  query.request.previous.resize(kMaxWaypoints);
+  query.request.trail.resize(kMaxWaypoints);
+  expect_bound(Channel::kPlanQuery, Utime{0}, query);
+  expect_bound(Channel::kTransition, Utime{0}, TransitionRecord{text, text, text, text, text});
+  expect_bound(Channel::kFailsafe, Utime{0}, FailsafeRecord{text, text, text, text});
+  ActionRecord action;
+  action.text = text;
+  expect_bound(Channel::kAction, Utime{0}, action);
+  expect_bound(Channel::kTruth,
+               TruthRecord{0, {}, std::vector(link::kMaxContacts, text), 0.0, text});
+  expect_bound(Channel::kTick, TickMark{});  // every tick mark has this size
+  EXPECT_EQ(checked.size(), kChannelNames.size()) << "a channel is not checked";
 }
 
 TEST(Digest, IsFnv1a64) {
@@ -269,12 +301,6 @@ TEST(Digest, OfAHeaderDistinguishesFiles) {
   EXPECT_EQ(before.size(), 16U);
   header.mission_xml.swap(header.map_xml);
   EXPECT_NE(log_digest(header), before);
-}
-
-TEST(Codec, EveryTickMarkHasTheLargestSize) {
-  Packet packet;
-  ASSERT_TRUE(encode(TickMark{}, packet));
-  EXPECT_EQ(packet.size(), max_packet_size(Channel::kTick));
 }
 
 }  // namespace

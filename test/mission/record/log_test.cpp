@@ -495,14 +495,19 @@ TEST(OpenLog, ReportsWhatIsWrong) {
   EXPECT_THAT(read_log(file.path()).error, HasSubstr("no such file"));
   EXPECT_THAT(read_log(::testing::TempDir()).error, HasSubstr("is a directory"));
   file.set_content("");
-  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a dive log"));
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log of dive"));
   file.set_content("<mission>this is another kind of file altogether</mission>");
-  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a dive log"));
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log of dive"));
   {
     Forger forger(file.path());
     forger.raw("DIVE_HEADER", 0, Packet(100));
   }
-  EXPECT_THAT(read_log(file.path()).error, HasSubstr("of another version"));
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("by another version"));
+  {
+    Forger forger(file.path());
+    forger.raw("DIVE_OUT_OLDER", 0, Packet(100));
+  }
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("by another version"));
   write_log(file.path(), {});
   std::filesystem::resize_file(file.path(), 100);
   EXPECT_THAT(read_log(file.path()).error, HasSubstr("ends within its header"));

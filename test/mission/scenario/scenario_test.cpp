@@ -12,16 +12,17 @@
 #include "common/xml.h"
 #include "mission/scenario/junit.h"
 #include "vehicle/simulator/simulator.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 namespace {
 
 using ::testing::UnorderedElementsAreArray;
 
-// The values of an enumeration in the schema.
-std::vector<std::string> listed(const std::string& type) {
+// The values of an enumeration in a schema.
+std::vector<std::string> listed(const std::string& type, const std::string& file = "scenario.xsd") {
   Diagnostics diagnostics;
-  const auto schema = read_xml(DIVE_SOURCE_DIR "/missions/scenario.xsd", XmlLimits{}, diagnostics);
+  const auto schema = read_xml(DIVE_SOURCE_DIR "/missions/" + file, XmlLimits{}, diagnostics);
   std::vector<std::string> values;
   for (const XmlElement& element : schema.value().root.children) {
     const XmlAttribute* name = element.attribute("name");
@@ -58,9 +59,25 @@ TEST(ScenarioSchema, ListsWhatThereIs) {
   }
   EXPECT_THAT(listed("ReplanCause"), UnorderedElementsAreArray(causes));
 
+  std::vector<std::string> commands;
+  for (int i = 0; i <= static_cast<int>(kLastTopsideCommand); ++i) {
+    commands.emplace_back(to_string(static_cast<OperatorCommand>(i)));
+    EXPECT_EQ(find_operator_command(commands.back()), static_cast<OperatorCommand>(i));
+  }
+  EXPECT_THAT(listed("OperatorCommand"), UnorderedElementsAreArray(commands));
+  EXPECT_FALSE(find_operator_command("SIGTERM")) << "a signal, not a request";
+
+  EXPECT_THAT(listed("Stream"), UnorderedElementsAreArray(kSampleStreamNames));
+  EXPECT_EQ(find_sample_stream("health"), SampleStream::kHealth);
+  EXPECT_EQ(find_sample_stream("all"), SampleStream::kAll);
+
   for (const std::string& rung : listed("Rung")) {
     EXPECT_TRUE(rung == "none" || behaviors::find_rung(rung)) << rung;
   }
+}
+
+TEST(MissionSchema, ListsTheWatersThereAre) {
+  EXPECT_THAT(listed("Water", "mission.xsd"), UnorderedElementsAreArray(vehicle::water_names()));
 }
 
 TEST(ScenarioFile, IsBounded) {
